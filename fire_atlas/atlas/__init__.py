@@ -1,0 +1,1 @@
+"""The asset half: encode, trim, pack, pages."""

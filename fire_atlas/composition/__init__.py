@@ -1,0 +1,1 @@
+"""Motion blur and composition in linear light."""

@@ -1,0 +1,1 @@
+"""What every room stands on: pixels, clips, errors, chance and workers."""

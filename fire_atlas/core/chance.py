@@ -1,0 +1,19 @@
+"""Random numbers that depend on nothing but what they are for."""
+
+from enum import IntEnum
+
+import numpy as np
+
+
+class Stage(IntEnum):
+    """What a stream of random numbers is for. Values are part of every result: never reuse one."""
+
+    EMISSION = 1
+    SCATTER = 2
+    EDDIES = 3
+    BURSTS = 4
+
+
+def generator(seed: int, stage: Stage, index: int = 0) -> np.random.Generator:
+    """Return the counter-based stream of one (seed, stage, index): the same in any order."""
+    return np.random.Generator(np.random.Philox(key=[seed, (int(stage) << 48) | index]))

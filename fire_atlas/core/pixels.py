@@ -1,0 +1,109 @@
+"""Light and its encodings: sRGB tables, premultiplied alpha, luminance.
+
+Inside the tool a picture is a ``Pixels`` array; 8-bit sRGB exists only at the file edge.
+"""
+
+from functools import cache
+from typing import TypeVar, cast
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Number = TypeVar("Number", np.uint8, np.float32)
+
+Pixels = NDArray[np.float32]
+"""(H, W, 4) float32: linear light R, G, B premultiplied by coverage A, 0..1; light may exceed 1."""
+
+Plane = NDArray[np.float32]
+"""(H, W) float32: one value a pixel."""
+
+Bytes = NDArray[np.uint8]
+"""(H, W, C) uint8: what a file holds."""
+
+REC709 = np.array([0.2126, 0.7152, 0.0722], np.float32)
+"""Weights of linear R, G, B in luminance (ITU-R BT.709)."""
+
+_STEPS = 65535
+
+
+def srgb_to_linear(value: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Linear light of sRGB values in 0..1, by the exact curve (IEC 61966-2-1); any shape."""
+    v = np.asarray(value, np.float64)
+    low, high = v / 12.92, ((np.maximum(v, 0.0) + 0.055) / 1.055) ** 2.4
+    return np.where(v <= 0.04045, low, high).astype(np.float32)
+
+
+def linear_to_srgb(value: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Return sRGB values in 0..1 of linear light in 0..1, by the exact curve; any shape."""
+    v = np.asarray(value, np.float64)
+    low, high = v * 12.92, 1.055 * np.maximum(v, 1e-12) ** (1 / 2.4) - 0.055
+    return np.where(v <= 0.0031308, low, high).astype(np.float32)
+
+
+@cache
+def _linear_of_byte() -> NDArray[np.float32]:
+    return srgb_to_linear(np.arange(256) / 255.0)
+
+
+@cache
+def _srgb_of_step() -> NDArray[np.float32]:
+    return linear_to_srgb(np.arange(_STEPS + 1) / _STEPS)
+
+
+@cache
+def _byte_of_step() -> NDArray[np.uint8]:
+    return np.rint(_srgb_of_step() * 255).astype(np.uint8)
+
+
+def decode_bytes(image: Bytes) -> NDArray[np.float32]:
+    """Linear light, float32, of 8-bit sRGB values of any channel count."""
+    return cast(NDArray[np.float32], cv2.LUT(image, _linear_of_byte()))
+
+
+def _steps(light: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """Return light as 16-bit steps, rounded and clipped; any shape."""
+    flat = np.ascontiguousarray(light).reshape(light.shape[0], -1)
+    steps = cv2.addWeighted(flat, _STEPS, flat, 0.0, 0.0, dtype=cv2.CV_16U)
+    return cast(NDArray[np.uint16], steps.reshape(light.shape))
+
+
+def _look_up(table: NDArray[Number], light: NDArray[np.float32]) -> NDArray[Number]:
+    steps = _steps(light)
+    flat = steps.reshape(steps.shape[0], -1)
+    return cast(NDArray[Number], cv2.LUT(flat, table).reshape(steps.shape))
+
+
+def encode_bytes(light: NDArray[np.float32]) -> Bytes:
+    """8-bit sRGB of linear light; values outside 0..1 are clipped. Any shape."""
+    return _look_up(_byte_of_step(), light)
+
+
+def encode_unit(light: NDArray[np.float32]) -> NDArray[np.float32]:
+    """sRGB in 0..1, as float32, of linear light; values outside 0..1 are clipped. Any shape."""
+    return _look_up(_srgb_of_step(), light)
+
+
+def premultiply(colour: NDArray[np.float32], alpha: Plane) -> Pixels:
+    """Pixels of a straight linear colour (H, W, 3) seen through coverage ``alpha`` (H, W)."""
+    pixels = np.empty((*alpha.shape, 4), np.float32)
+    np.multiply(colour, alpha[..., None], out=pixels[..., :3])
+    pixels[..., 3] = alpha
+    return pixels
+
+
+def unpremultiply(pixels: Pixels) -> NDArray[np.float32]:
+    """Straight linear colour (H, W, 3) of pixels; black where nothing covers."""
+    alpha = pixels[..., 3:]
+    return np.divide(pixels[..., :3], alpha, out=np.zeros_like(pixels[..., :3]), where=alpha > 0)
+
+
+def luminance(pixels: Pixels) -> Plane:
+    """Relative luminance (H, W), linear, of pixels composited over black."""
+    weights = np.append(REC709, 0.0).astype(np.float32)[None]
+    return cast(Plane, cv2.transform(pixels, weights))
+
+
+def brightness(pixels: Pixels) -> Plane:
+    """Luminance (H, W) over black on the papers' 0..255 scale (sRGB-encoded)."""
+    return encode_unit(luminance(pixels)) * np.float32(255)

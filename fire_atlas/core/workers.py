@@ -1,0 +1,49 @@
+"""Threads that keep order: cv2, zlib and numpy release the interpreter while they work."""
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Self, TypeVar
+
+import cv2
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+def default_jobs() -> int:
+    """Return how many workers a build takes when nobody says: the processors it may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class Workers:
+    """A pool of ``jobs`` threads whose results come back in the order of their inputs."""
+
+    def __init__(self, jobs: int) -> None:
+        """Start the pool; OpenCV's own threads are turned off, so results do not depend on them."""
+        cv2.setNumThreads(1)
+        self.jobs = jobs
+        self._pool = ThreadPoolExecutor(jobs, thread_name_prefix="fire-atlas")
+
+    def map(self, work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+        """Yield ``work(item)`` for each item, in order, at most ``2 * jobs`` results ahead."""
+        ahead: deque[Future[Result]] = deque()
+        try:
+            for item in items:
+                ahead.append(self._pool.submit(work, item))
+                if len(ahead) > 2 * self.jobs:
+                    yield ahead.popleft().result()
+            while ahead:
+                yield ahead.popleft().result()
+        finally:
+            for future in ahead:
+                future.cancel()
+
+    def __enter__(self) -> Self:
+        """Use the pool as a context: it is shut down on leaving."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Wait for what runs, drop what has not started."""
+        self._pool.shutdown(wait=True, cancel_futures=True)

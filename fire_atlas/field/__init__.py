@@ -1,0 +1,1 @@
+"""The buoyancy field that carries the flakes."""

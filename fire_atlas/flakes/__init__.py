@@ -1,0 +1,1 @@
+"""Fire-flakes: emission, flight, embers, drawing, tracks."""

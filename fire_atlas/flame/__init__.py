@@ -1,0 +1,1 @@
+"""Flame analysis: features, motion and what in the picture is flame."""

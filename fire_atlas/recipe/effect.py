@@ -1,0 +1,149 @@
+"""Recipe blocks of the fire-flake effect: features, buoyancy, flakes, motion_blur, composite.
+
+Symbols in brackets are those of Kim & Lee 2019, "Fire Sprite Animation Using Fire-Flake Texture
+and Artificial Motion Blur". Lengths "in heights" are fractions of the frame's height, so that a
+recipe holds at any resolution.
+"""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from fire_atlas.recipe.base import Direction, Settings, _ordered
+
+Auto = Literal["auto"]
+
+PAPER_FEATURES: dict[str, Any] = {"epsilon": 40.0, "n": 5.0, "kappa_over": "image"}
+"""The constants of the paper, section III-A, where they differ from the defaults."""
+
+PAPER_ALPHA = 0.03
+"""The paper's candidate threshold [α], section III-B."""
+
+
+class Features(Settings):
+    """Edges and gradients of each frame: where the fire tears (eq. 1-3)."""
+
+    preset: Literal["auto", "paper"] = "auto"
+    """``auto`` adapts to the clip once; ``paper`` is eq. 1-3 with the paper's own constants."""
+    sigma: Annotated[
+        tuple[Annotated[float, Field(ge=0.3, le=20)], Annotated[float, Field(ge=0.3, le=40)]],
+        AfterValidator(_ordered),
+    ] = (1.0, 1.6)
+    """[σ1, σ2] of the two Gaussians whose difference finds edges, px (eq. 1). Larger: thicker
+    edges."""
+    epsilon: Auto | Annotated[float, Field(ge=0, le=10000)] = "auto"
+    """[ε] Gradients below this are no features (eq. 2), on the 0..255 scale. ``auto``: from the
+    clip's own statistics. Paper: 40."""
+    n: float = Field(default=1.5, ge=0, le=20)
+    """[n] Exponent of κ: how much more the top of the fire counts than its base (eq. 2).
+    Paper: 5."""
+    kappa_over: Literal["flame", "image"] = "flame"
+    """Height over which κ runs from 0 (bottom) to 1 (top): the flame's own box, or the image
+    (paper)."""
+    beta: float = Field(default=0.02, ge=0, le=10)
+    """[β] How much of the buoyancy direction joins each feature vector (eq. 3)."""
+    clamp: float = Field(default=0.0, ge=0, le=10000)
+    """Feature vectors shorter than this become 0 (the paper's Figure 23 uses 2.0, to keep flakes
+    off a still drum)."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_from_preset(cls, given: Any) -> Any:
+        if isinstance(given, dict) and given.get("preset") == "paper":
+            return {**PAPER_FEATURES, **given}
+        return given
+
+
+class Buoyancy(Settings):
+    """The velocity field that carries the flakes (eq. 12)."""
+
+    motion: Literal["flow", "features"] = "flow"
+    """What drives the field inside the flame: dense optical ``flow`` of the clip, or the
+    ``features`` alone (paper)."""
+    cell: int = Field(default=4, ge=1, le=64)
+    """Side of a grid cell, px."""
+    coupling: float = Field(default=14.0, ge=0, le=1000)
+    """Rate at which the field takes on the flow inside the flame, 1/s."""
+    feature_force: float = Field(default=0.3, ge=0, le=100)
+    """Acceleration by a typical feature vector [Fv*], heights/s². Typical: the clip's mean
+    ‖Fv*‖ over features."""
+    lift: Annotated[float, Field(ge=-100, le=100)] | Direction = 0.9
+    """[F_buoyancy] Upward acceleration, heights/s²; or [x, y] (y up) for fire that does not
+    rise."""
+    gravity: float = Field(default=0.0, ge=-100, le=100)
+    """[g] Downward acceleration of field and flakes, heights/s²."""
+    drag: float = Field(default=1.8, ge=0, le=1000)
+    """Rate at which motion outside the flame dies, 1/s. Speed of the plume: lift / drag."""
+    viscosity: float = Field(default=0.0005, ge=0, le=10)
+    """[μ] How fast motion spreads to its surroundings, heights²/s."""
+    turbulence: float = Field(default=0.12, ge=0, le=100)
+    """Speed (rms) of divergence-free eddies above the flame, heights/s."""
+    projection: bool = False
+    """Make the field divergence-free in every step (the paper does without)."""
+
+
+class Flakes(Settings):
+    """The fire-flakes (sparks): born at candidates, flown by the field (section III-C)."""
+
+    bake: bool = True
+    """Draw the flakes into the frames. ``false``: tracks only."""
+    alpha: Auto | Annotated[float, Field(ge=0, le=10000)] = "auto"
+    """[α] Feature vectors longer than this are candidate birth places. Lower: more candidates and
+    more flakes. ``auto``: from the clip's own statistics. Paper: 0.03."""
+    rate: float = Field(default=45.0, ge=0, le=100000)
+    """Flakes born per second at the automatic α."""
+    bursts: float = Field(default=0.8, ge=0, le=100)
+    """Splinters per second: 3 to 14 sparks thrown from one place."""
+    life: Annotated[
+        tuple[Annotated[float, Field(gt=0, le=60)], Annotated[float, Field(gt=0, le=60)]],
+        AfterValidator(_ordered),
+    ] = (0.7, 2.0)
+    """[min, max] seconds until a flake has cooled."""
+    size: Annotated[
+        tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
+        AfterValidator(_ordered),
+    ] = (0.008, 0.026)
+    """[min, max] width of a flake's soft sprite, heights. Log-normal between them."""
+    stretch: float = Field(default=0.0, ge=0, le=10)
+    """Length added along the velocity, in frames of travel, on top of motion blur."""
+    scatter: float = Field(default=0.98, ge=-1, le=1)
+    """[k] Scattering coefficient (eq. 13): 1 none, towards 0 erratic, negative backward."""
+    lag: float = Field(default=0.06, ge=0, le=10)
+    """Inertia: seconds a flake of middle size takes to follow the field. Larger flakes lag
+    more. 0: none."""
+    colors: tuple[Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")], ...] = Field(
+        default=("#ff3000", "#ff5800", "#ff7300"), min_length=1, max_length=16
+    )
+    """Colours by speed, slow to fast, as sRGB hex (Figure 9)."""
+    intensity: float = Field(default=6.0, ge=0, le=1000)
+    """Light of a fresh flake; above 1 is HDR."""
+    max: int = Field(default=20000, ge=0, le=60000)
+    """Most flakes alive at once."""
+
+
+class MotionBlur(Settings):
+    """Blur along the buoyancy field (eq. 14-17)."""
+
+    shutter: float = Field(default=0.5, ge=0, le=4)
+    """Part of a frame the shutter is open."""
+    samples: int = Field(default=9, ge=1, le=65)
+    """Samples along the path of a flame pixel. Flakes are drawn as exact streaks."""
+    flame: bool = False
+    """Blur the flame layer too, each pixel along the field."""
+
+
+class Composite(Settings):
+    """How the flake layer joins the flame layer, in linear light."""
+
+    blend: Literal["add", "screen", "over"] = "add"
+    """``add`` light, ``screen`` (never above 1), or lay flakes ``over`` the flame."""
+    intensity: float = Field(default=1.0, ge=0, le=100)
+    """Multiplies the flake layer."""
+
+
+def _none_of_off(value: Any) -> Any:
+    return "none" if value is False else value
+
+
+FlakesOrNone = Annotated[Literal["none"] | Flakes, BeforeValidator(_none_of_off)]
+MotionBlurOrNone = Annotated[Literal["none"] | MotionBlur, BeforeValidator(_none_of_off)]

@@ -1,0 +1,60 @@
+"""The recipe as a whole."""
+
+from typing import Any, Literal
+
+from pydantic import Field, model_validator
+
+from fire_atlas.recipe.base import Settings
+from fire_atlas.recipe.effect import (
+    PAPER_ALPHA,
+    Buoyancy,
+    Composite,
+    Features,
+    Flakes,
+    FlakesOrNone,
+    MotionBlur,
+    MotionBlurOrNone,
+)
+from fire_atlas.recipe.output import Atlas, ExportName, TrackName
+from fire_atlas.recipe.source import FramesSource
+
+
+class Recipe(Settings):
+    """One effect: where its fire comes from, what is done to it and what is written."""
+
+    version: Literal[1] = 1
+    """Version of the recipe format."""
+    name: str = Field(default="", pattern=r"^([A-Za-z0-9_][A-Za-z0-9_.\-]*)?$", max_length=100)
+    """File stem of all outputs. Default: the recipe file's own stem."""
+    seed: int = Field(default=0, ge=0, le=2**32 - 1)
+    """Seed of all chance in the build."""
+    source: FramesSource
+    """Where the fire comes from."""
+    features: Features = Features()
+    """Where the fire tears (eq. 1-3)."""
+    buoyancy: Buoyancy = Buoyancy()
+    """The field that carries the flakes (eq. 12)."""
+    flakes: FlakesOrNone = Flakes()
+    """The flakes, or ``none``."""
+    motion_blur: MotionBlurOrNone = MotionBlur()
+    """Blur along the field (eq. 14-17), or ``none``."""
+    composite: Composite = Composite()
+    """How flakes join the flame."""
+    atlas: Atlas = Atlas()
+    """The pages."""
+    exports: tuple[ExportName, ...] = ("json",)
+    """Descriptions of the pages to write."""
+    tracks: tuple[TrackName, ...] = ("json",)
+    """Flake tracks to write."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _paper_alpha(cls, given: Any) -> Any:
+        """Give ``flakes.alpha`` the paper's value where the paper's features are asked for."""
+        if not isinstance(given, dict):
+            return given
+        features, flakes = given.get("features"), given.get("flakes", {})
+        is_paper = isinstance(features, dict) and features.get("preset") == "paper"
+        if is_paper and isinstance(flakes, dict):
+            return {**given, "flakes": {"alpha": PAPER_ALPHA, **flakes}}
+        return given

@@ -1,0 +1,1 @@
+"""Where the fire comes from: each kind of source becomes a Clip."""
