@@ -4,7 +4,7 @@ Inside the tool a picture is a ``Pixels`` array; 8-bit sRGB exists only at the f
 """
 
 from functools import cache
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import cv2
 import numpy as np
@@ -25,6 +25,11 @@ REC709 = np.array([0.2126, 0.7152, 0.0722], np.float32)
 """Weights of linear R, G, B in luminance (ITU-R BT.709)."""
 
 _STEPS = 65535
+
+
+def as_plane(array: NDArray[Any]) -> NDArray[np.float32]:
+    """``array`` as float32, without a copy where it is already: OpenCV types its results widely."""
+    return np.asarray(array, np.float32)
 
 
 def srgb_to_linear(value: NDArray[np.floating]) -> NDArray[np.float32]:

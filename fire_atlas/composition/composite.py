@@ -1,0 +1,52 @@
+"""How the flake layer joins the flame layer: in linear light, at the very end."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.pixels import Pixels, as_plane, encode_unit
+
+
+def compose(flame: Pixels, flakes: NDArray[np.float32], blend: str, blend_space: str) -> Pixels:
+    """Flame with flakes.
+
+    ``add``: flame + flakes. ``screen``: 1 − (1 − flame)(1 − flakes). ``over``: flakes cover the
+    flame as far as they shine. The result's coverage is raised to carry the flakes' light over
+    empty background.
+
+    Args:
+        flame: (H, W, 4) pixels; the arrays passed in stay as they are.
+        flakes: (H, W, 3) light of the flake layer on black.
+        blend: ``add``, ``screen`` or ``over``.
+        blend_space: Where the client blends, which decides how much coverage light needs.
+    """
+    result = flame.copy()
+    flat = result.reshape(-1, 4)
+    lit = np.flatnonzero(flakes.max(axis=2).ravel() > 0)
+    if lit.size == 0:
+        return result
+    light = expose(flakes.reshape(-1, 3)[lit])
+    under = flat[lit]
+    cover = _coverage(light, blend_space)
+    if blend == "add":
+        joined = under[:, :3] + light
+    elif blend == "screen":
+        joined = under[:, :3] + light - np.minimum(under[:, :3], 1.0) * light
+    else:
+        joined = light + under[:, :3] * (1 - cover)
+    needed = np.minimum(joined.max(axis=1), 1.0)
+    flat[lit, :3] = joined
+    flat[lit, 3] = np.maximum(under[:, 3] + cover[:, 0] * (1 - under[:, 3]), needed)
+    return result
+
+
+def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Bring HDR light (pixels, 3) into 0..1 by its brightest channel, so that embers keep their
+    hue instead of turning yellow."""
+    return as_plane(light / np.maximum(light.max(axis=1, keepdims=True), 1.0))
+
+
+def _coverage(light: NDArray[np.float32], blend_space: str) -> NDArray[np.float32]:
+    """Coverage (pixels, 1) that lets a client show ``light``: its brightest channel, as the client
+    counts it."""
+    brightest = as_plane(light.max(axis=1, keepdims=True))
+    return encode_unit(brightest) if blend_space == "srgb" else brightest

@@ -1,0 +1,147 @@
+"""The buoyancy field Bv: equation 12 carried from frame to frame on a coarse grid."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.pixels import Plane, as_plane
+from fire_atlas.field.air import Air, advect, diffuse, relax
+from fire_atlas.field.eddies import Eddies
+from fire_atlas.field.projection import project
+from fire_atlas.recipe.effect import Buoyancy
+
+_LONGEST_STEP = 1 / 30
+"""Slow clips are sub-stepped, so that air does not jump over eddies. s."""
+
+_COOLING = 0.45
+"""Rate at which hot air loses its lift, 1/s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """What one frame of the clip does to the air. All planes (rows, columns) float32.
+
+    Attributes:
+        flame: How much of each cell is flame, 0..1.
+        flow_x, flow_y: Optical flow there, px/s.
+        feature_x, feature_y: Mean Fv* of each cell, in units of the clip's typical ‖Fv‖.
+    """
+
+    flame: Plane
+    flow_x: Plane
+    flow_y: Plane
+    feature_x: Plane
+    feature_y: Plane
+
+
+@dataclass(frozen=True, slots=True)
+class Physics:
+    """The recipe's ``buoyancy`` in px and s.
+
+    Attributes:
+        cell: px.
+        coupling, drag: 1/s.
+        feature_force: Acceleration by one typical feature vector, px/s².
+        lift: (x, y) acceleration of fully hot air, px/s², y down.
+        gravity: Downward acceleration, px/s².
+        viscosity: px²/s.
+        projection: Whether each step ends divergence-free.
+    """
+
+    cell: int
+    coupling: float
+    drag: float
+    feature_force: float
+    lift: tuple[float, float]
+    gravity: float
+    viscosity: float
+    projection: bool
+
+    @classmethod
+    def of(cls, buoyancy: Buoyancy, height: int) -> "Physics":
+        """Turn heights into px for frames of ``height`` px."""
+        lift = buoyancy.lift
+        x, y = lift if isinstance(lift, tuple) else (0.0, lift)
+        return cls(
+            cell=buoyancy.cell,
+            coupling=buoyancy.coupling if buoyancy.motion == "flow" else 0.0,
+            drag=buoyancy.drag,
+            feature_force=buoyancy.feature_force * height,
+            lift=(x * height, -y * height),
+            gravity=buoyancy.gravity * height,
+            viscosity=buoyancy.viscosity * height**2,
+            projection=buoyancy.projection,
+        )
+
+
+def lift_direction(buoyancy: Buoyancy) -> tuple[float, float]:
+    """F_buoyancy of eq. 3: the unit vector of the lift in image axes; up where there is none."""
+    lift = buoyancy.lift
+    x, y = lift if isinstance(lift, tuple) else (0.0, lift)
+    length = math.hypot(x, y)
+    return (x / length, -y / length) if length > 0 else (0.0, -1.0)
+
+
+def advance(
+    air: Air, drive: Drive, eddies: Eddies, physics: Physics, time: float, dt: float
+) -> Air:
+    """Carry the air from ``time`` over one frame of ``dt`` seconds under ``drive``."""
+    steps = max(1, math.ceil(dt / _LONGEST_STEP - 1e-6))
+    for step in range(steps):
+        ambient = eddies.velocity(time + step * dt / steps, air.u.shape)
+        air = _substep(air, drive, ambient, physics, dt / steps)
+    return air
+
+
+def _substep(
+    air: Air, drive: Drive, ambient: tuple[Plane, Plane], physics: Physics, dt: float
+) -> Air:
+    """One step of eq. 12: advection, viscosity, body forces and drag, projection.
+
+    Inside the flame the air follows the flow at the finite rate ``coupling``; everywhere drag draws
+    it towards the ambient air, whose eddies do not reach into the flame.
+    """
+    air = diffuse(advect(air, dt, physics.cell), physics.viscosity, dt, physics.cell)
+    follow = drive.flame * np.float32(physics.coupling)
+    rate = as_plane(follow + np.float32(physics.drag))
+    outside = as_plane(np.float32(physics.drag) * (1.0 - drive.flame))
+    planes = []
+    for velocity, feature, flow, eddy, lift, weight in (
+        (air.u, drive.feature_x, drive.flow_x, ambient[0], physics.lift[0], 0.0),
+        (air.v, drive.feature_y, drive.flow_y, ambient[1], physics.lift[1], physics.gravity),
+    ):
+        force = air.heat * np.float32(lift) + feature * np.float32(physics.feature_force) + weight
+        target = (follow * flow + outside * eddy) / np.maximum(rate, 1e-6)
+        planes.append(relax(velocity, as_plane(force), as_plane(target), rate, dt))
+    u, v = project(*planes) if physics.projection else planes
+    heat = np.maximum(air.heat * np.float32(math.exp(-_COOLING * dt)), drive.flame)
+    return Air(u, v, as_plane(heat))
+
+
+@dataclass(frozen=True, slots=True)
+class FieldRecord:
+    """The buoyancy field of every frame.
+
+    Attributes:
+        u, v: (frames, rows, columns) float32, px/s.
+        cell: px.
+        fps: Frames per second.
+    """
+
+    u: NDArray[np.float32]
+    v: NDArray[np.float32]
+    cell: int
+    fps: float
+
+    def at(self, time: float) -> tuple[Plane, Plane]:
+        """u and v, each (rows, columns), at ``time`` s: linear between frames, held at the ends."""
+        position = min(max(time * self.fps, 0.0), len(self.u) - 1.0)
+        first = int(position)
+        second = min(first + 1, len(self.u) - 1)
+        part = np.float32(position - first)
+        return (
+            as_plane(self.u[first] * (1 - part) + self.u[second] * part),
+            as_plane(self.v[first] * (1 - part) + self.v[second] * part),
+        )

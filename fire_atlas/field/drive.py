@@ -1,0 +1,56 @@
+"""From the pixels of a frame to what they do to the air on the grid."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.pixels import Plane, as_plane
+from fire_atlas.field.air import grid_shape
+
+
+def cell_means(plane: Plane, cell: int) -> Plane:
+    """Mean of each ``cell`` by ``cell`` block of a (H, W) plane; border cells repeat the border."""
+    height, width = plane.shape
+    rows, columns = grid_shape(width, height, cell)
+    padded = cv2.copyMakeBorder(
+        plane, 0, rows * cell - height, 0, columns * cell - width, cv2.BORDER_REPLICATE
+    )
+    return as_plane(cv2.resize(padded, (columns, rows), interpolation=cv2.INTER_AREA))
+
+
+def flow_on_grid(
+    flow: NDArray[np.float32], mask: Plane, size: tuple[int, int], cell: int, fps: float
+) -> tuple[Plane, Plane]:
+    """Optical flow of the flame at the centres of the grid's cells, px/s.
+
+    Only the flame's own flow counts: the estimate outside it is noise.
+
+    Args:
+        flow: (h, w, 2), px of the thumbnail a frame.
+        mask: (H, W), how surely each pixel of the frame is flame.
+        size: (width, height) of the frame, px.
+        cell: px.
+        fps: Frames per second.
+    """
+    width, height = size
+    thumb_height, thumb_width = flow.shape[:2]
+    scale_x, scale_y = thumb_width / width, thumb_height / height
+    weight = as_plane(
+        cv2.resize(mask, (thumb_width, thumb_height), interpolation=cv2.INTER_AREA)
+    ) + np.float32(1e-4)
+    reach = max(1, round(cell * scale_x)), max(1, round(cell * scale_y))
+    rows, columns = grid_shape(width, height, cell)
+    x = ((np.arange(columns, dtype=np.float32) + 0.5) * np.float32(cell * scale_x)) - 0.5
+    y = ((np.arange(rows, dtype=np.float32) + 0.5) * np.float32(cell * scale_y)) - 0.5
+    at_x, at_y = (as_plane(m) for m in np.meshgrid(x, y))
+
+    def gathered(plane: Plane) -> Plane:
+        near = cv2.blur(plane, reach, borderType=cv2.BORDER_REPLICATE)
+        return as_plane(
+            cv2.remap(near, at_x, at_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        )
+
+    total = gathered(weight)
+    u = gathered(flow[..., 0] * weight) / total * np.float32(fps / scale_x)
+    v = gathered(flow[..., 1] * weight) / total * np.float32(fps / scale_y)
+    return as_plane(u), as_plane(v)

@@ -1,0 +1,65 @@
+"""Eddies: small divergence-free turbulence in the air around a fire."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.pixels import Plane, as_plane
+
+_MODES = 28
+_WAVELENGTHS = (0.10, 0.45)
+"""Shortest and longest eddy, heights."""
+
+_TURNOVER = 1.1
+"""Angular frequency of the longest eddy, rad/s per rad; shorter ones turn faster."""
+
+
+@dataclass(frozen=True, slots=True)
+class Eddies:
+    """Curl of a stream function that is a sum of plane waves: divergence-free by construction.
+
+    Attributes:
+        kx, ky: (modes,) wave numbers, rad per cell.
+        omega: (modes,) angular frequency, rad/s.
+        phase: (modes,) rad.
+        weight: Amplitude of each wave's velocity, px/s.
+    """
+
+    kx: NDArray[np.float64]
+    ky: NDArray[np.float64]
+    omega: NDArray[np.float64]
+    phase: NDArray[np.float64]
+    weight: float
+
+    @classmethod
+    def random(cls, seed: int, rows: int, speed: float) -> "Eddies":
+        """Eddies of rms ``speed`` px/s for a grid with ``rows`` cells over the frame's height."""
+        chance = generator(seed, Stage.EDDIES)
+        shortest, longest = np.log(_WAVELENGTHS)
+        length = np.exp(chance.uniform(shortest, longest, _MODES))
+        heading = chance.uniform(0, 2 * np.pi, _MODES)
+        number = 2 * np.pi / (length * rows)
+        swing = _TURNOVER * (_WAVELENGTHS[1] / length) ** (2 / 3)
+        omega = 2 * np.pi * swing * chance.choice([-1.0, 1.0], _MODES)
+        phase = chance.uniform(0, 2 * np.pi, _MODES)
+        # Every wave's velocity is weight·sin, so the mean square of the sum is modes·weight²/2.
+        weight = speed * np.sqrt(2 / _MODES)
+        return cls(number * np.cos(heading), number * np.sin(heading), omega, phase, weight)
+
+    def velocity(self, time: float, shape: tuple[int, int]) -> tuple[Plane, Plane]:
+        """u and v, each (rows, columns), px/s, at ``time`` s.
+
+        sin(kx x + ky y + p) is split into products of row and column vectors, so that the sum over
+        all waves is one matrix product.
+        """
+        rows, columns = (np.arange(n) for n in shape)
+        across = np.outer(self.kx, columns)
+        down = np.outer(self.ky, rows) + (self.phase + self.omega * time)[:, None]
+        number = np.hypot(self.kx, self.ky)[:, None]
+        sines = np.concatenate([np.sin(down), np.cos(down)])
+        waves = np.concatenate([np.cos(across), np.sin(across)]) * self.weight
+        u = (sines * np.tile(self.ky[:, None] / number, (2, 1))).T @ waves
+        v = (sines * np.tile(-self.kx[:, None] / number, (2, 1))).T @ waves
+        return as_plane(u), as_plane(v)

@@ -1,0 +1,160 @@
+"""Where and when flakes are born (Kim & Lee, section III-B/C, Figure 7b)."""
+
+import math
+from dataclasses import dataclass, fields
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.pixels import Plane
+
+TICK = 1 / 60
+"""Flakes are born and fly in ticks of this many seconds, whatever the frame rate."""
+
+_SPLINTERS = (3, 14)
+"""Fewest and most sparks of a burst."""
+
+_BURST_SPEED = (0.15, 0.55)
+"""Speed at which a burst throws its sparks, heights/s."""
+
+_TWINKLE = (0.5, 6.0)
+"""Slowest and fastest twinkle, Hz."""
+
+_SIZE_SPREAD = 2.0
+"""[min, max] of a recipe's sizes lie this many standard deviations from the middle."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spawns:
+    """Newborn flakes, one entry each. All arrays (flakes,) float64 but ``tick`` (int64).
+
+    Attributes:
+        tick: Tick of birth.
+        x, y: Place of birth, px.
+        throw_x, throw_y: Velocity given on top of the field's, px/s.
+        life: Seconds until cooled.
+        size: Width, px.
+        bulk: Size as a standard normal deviate: how much larger than usual.
+        twinkle: Rate, Hz.
+        phase: Of the twinkle, rad.
+    """
+
+    tick: NDArray[np.int64]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    throw_x: NDArray[np.float64]
+    throw_y: NDArray[np.float64]
+    life: NDArray[np.float64]
+    size: NDArray[np.float64]
+    bulk: NDArray[np.float64]
+    twinkle: NDArray[np.float64]
+    phase: NDArray[np.float64]
+
+    @classmethod
+    def joined(cls, parts: list[Self]) -> Self:
+        """All of ``parts``, in the order of their birth."""
+        together = [np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)]
+        order = np.argsort(together[0], kind="stable")
+        return cls(*(column[order] for column in together))
+
+
+@dataclass(frozen=True, slots=True)
+class Brood:
+    """What a recipe says of newborn flakes, in px and s.
+
+    Attributes:
+        seed: Of the recipe.
+        rate, bursts: Flakes, and bursts, per second at the automatic α.
+        candidates: Candidates a frame at the automatic α: N(α_auto).
+        alpha: α in force.
+        life, size: (min, max), s and px.
+        height: Frame height, px.
+        fps: Frames per second.
+    """
+
+    seed: int
+    rate: float
+    bursts: float
+    candidates: float
+    alpha: float
+    life: tuple[float, float]
+    size: tuple[float, float]
+    height: int
+    fps: float
+
+
+def emit(frame: int, strength: Plane, brood: Brood) -> Spawns:
+    """Flakes born while ``frame`` shows.
+
+    Candidates are the pixels whose strength ‖Fv*‖ exceeds α. Births are a Poisson process with
+    λ = rate · N(α) / N(α_auto), so a lower α gives more flakes (Figure 22); each picks a
+    candidate with weight ‖Fv*‖.
+
+    Args:
+        frame: Index of the frame; the chance of a frame depends on it and the seed alone.
+        strength: (H, W), ‖Fv*‖, 0 where no flake may be born.
+        brood: What the recipe says.
+    """
+    places = np.flatnonzero(strength > brood.alpha)
+    weights = np.cumsum(strength.ravel()[places], dtype=np.float64)
+    busy = places.size / brood.candidates / brood.fps
+    chance = generator(brood.seed, Stage.EMISSION, frame)
+    singles = int(chance.poisson(brood.rate * busy))
+    single = _born(chance, singles, _choose(chance, places, weights, singles), strength, brood)
+    throws = generator(brood.seed, Stage.BURSTS, frame)
+    sizes = throws.integers(*_SPLINTERS, throws.poisson(brood.bursts * busy), endpoint=True)
+    where = np.repeat(_choose(throws, places, weights, len(sizes)), sizes)
+    splinter = _born(throws, len(where), where, strength, brood, thrown=True)
+    first = round(frame / brood.fps / TICK)
+    ticks = max(1, round((frame + 1) / brood.fps / TICK) - first)
+    when = np.concatenate([
+        first + chance.integers(ticks, size=singles),
+        np.repeat(first + throws.integers(ticks, size=len(sizes)), sizes),
+    ]).astype(np.int64)  # fmt: skip
+    return Spawns.joined([Spawns(when[:singles], *single), Spawns(when[singles:], *splinter)])
+
+
+def _choose(
+    chance: np.random.Generator,
+    places: NDArray[np.intp],
+    weights: NDArray[np.float64],
+    count: int,
+) -> NDArray[np.intp]:
+    """Pick ``count`` of ``places``; ``weights`` is the running sum of their weights."""
+    if count == 0 or places.size == 0:
+        return np.empty(0, np.intp)
+    at = np.searchsorted(weights, chance.random(count) * weights[-1], side="right")
+    picked: NDArray[np.intp] = places[np.minimum(at, places.size - 1)]
+    return picked
+
+
+def _born(
+    chance: np.random.Generator,
+    count: int,
+    where: NDArray[np.intp],
+    strength: Plane,
+    brood: Brood,
+    thrown: bool = False,
+) -> tuple[NDArray[np.float64], ...]:
+    """Columns of ``Spawns`` but the tick, for flakes born in the flat pixels ``where``."""
+    row, column = np.divmod(where, strength.shape[1])
+    inside = chance.random((2, count))
+    heading = chance.uniform(0, 2 * np.pi, count)
+    speed = chance.uniform(*_BURST_SPEED, count) * brood.height * (1.0 if thrown else 0.0)
+    bulk = np.clip(chance.standard_normal(count), -_SIZE_SPREAD, _SIZE_SPREAD)
+    smallest, largest = np.log(brood.size)
+    size = np.exp((smallest + largest) / 2 + bulk * (largest - smallest) / (2 * _SIZE_SPREAD))
+    slow, fast = np.log(_TWINKLE)
+    return (
+        column + inside[0],
+        row + inside[1],
+        speed * np.cos(heading),
+        speed * np.sin(heading) - speed * 0.5,  # splinters fly up rather than down
+        chance.uniform(*brood.life, count),
+        size,
+        bulk,
+        np.exp(chance.uniform(slow, fast, count)),
+        chance.uniform(0, 2 * math.pi, count),
+    )

@@ -1,0 +1,177 @@
+"""Flight of the flakes: each is carried by the field, with inertia, jitter and weight."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from typing import Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.pixels import Plane
+from fire_atlas.field.buoyancy import FieldRecord
+from fire_atlas.flakes.emission import TICK, Spawns
+from fire_atlas.flakes.scatter import scatter_angles
+
+Column = NDArray[np.float64]
+
+_LAG_BY_BULK = 0.35
+"""A flake one standard deviation larger than usual lags e^0.35 times as long."""
+
+
+@dataclass(frozen=True, slots=True)
+class Flight:
+    """How flakes fly.
+
+    Attributes:
+        seed: Of the recipe, for the jitter.
+        scatter: k of eq. 13.
+        lag: Seconds in which a flake of middle size takes on the field's velocity.
+        gravity: Downward acceleration, px/s².
+        most: Most flakes alive at once.
+        width, height: Frame, px: what has left it is gone.
+    """
+
+    seed: int
+    scatter: float
+    lag: float
+    gravity: float
+    most: int
+    width: int
+    height: int
+
+
+@dataclass(frozen=True, slots=True)
+class Swarm:
+    """Flakes alive at one moment, by id. Arrays (flakes,) of px, px/s and s."""
+
+    id: NDArray[np.int64]
+    x: Column
+    y: Column
+    vx: Column
+    vy: Column
+    age: Column
+
+    @classmethod
+    def empty(cls) -> Self:
+        """No flakes."""
+        return cls(np.empty(0, np.int64), *(np.empty(0) for _ in range(5)))
+
+    def where(self, kept: NDArray[np.bool_]) -> "Swarm":
+        """Only the flakes of a mask."""
+        return Swarm(*(getattr(self, f.name)[kept] for f in fields(self)))
+
+    def joined(self, other: "Swarm") -> "Swarm":
+        """These flakes, then ``other``."""
+        return Swarm(
+            *(np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(self))
+        )
+
+
+def fly(spawns: Spawns, field: FieldRecord, frames: int, flight: Flight) -> Iterator[Swarm]:
+    """Yield the flakes of every frame; flake i is entry i of ``spawns``.
+
+    Flakes move in ticks of 1/60 s; between two ticks a frame sees them on the straight line.
+    """
+    swarm = Swarm.empty()
+    born = np.searchsorted(spawns.tick, np.arange(math.ceil(frames / field.fps / TICK) + 2))
+    frame = 0
+    for tick in range(len(born) - 1):
+        wind = field.at(tick * TICK)
+        swarm = _hatch(swarm, spawns, int(born[tick]), int(born[tick + 1]), field, wind, flight)
+        moved = _step(swarm, spawns, field, wind, tick, flight)
+        while frame < frames and frame / field.fps / TICK < tick + 1:
+            part = frame / field.fps / TICK - tick
+            yield _between(swarm, moved, part, spawns)
+            frame += 1
+        swarm = moved.where(_stays(moved, spawns, flight))
+
+
+def sample(field: FieldRecord, planes: tuple[Plane, Plane], x: Column, y: Column) -> Column:
+    """Field (2, flakes), px/s, at places in px, bilinear between cell centres."""
+    if len(x) == 0:
+        return np.empty((2, 0))
+    at_x = (x / field.cell - 0.5).astype(np.float32)[:, None]
+    at_y = (y / field.cell - 0.5).astype(np.float32)[:, None]
+    return np.stack([
+        cv2.remap(plane, at_x, at_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)[:, 0]
+        for plane in planes
+    ]).astype(np.float64)  # fmt: skip
+
+
+def _hatch(
+    swarm: Swarm,
+    spawns: Spawns,
+    first: int,
+    last: int,
+    field: FieldRecord,
+    wind: tuple[Plane, Plane],
+    flight: Flight,
+) -> Swarm:
+    """Add the flakes ``first`` .. ``last`` of ``spawns``, as far as there is room for them."""
+    last = min(last, first + max(flight.most - len(swarm.id), 0))
+    new = slice(first, last)
+    vx, vy = sample(field, wind, spawns.x[new], spawns.y[new])
+    if flight.lag > 0:
+        vx, vy = vx + spawns.throw_x[new], vy + spawns.throw_y[new]
+    ids = np.arange(first, last, dtype=np.int64)
+    return swarm.joined(Swarm(ids, spawns.x[new], spawns.y[new], vx, vy, np.zeros(len(ids))))
+
+
+def _step(
+    swarm: Swarm,
+    spawns: Spawns,
+    field: FieldRecord,
+    wind: tuple[Plane, Plane],
+    tick: int,
+    flight: Flight,
+) -> Swarm:
+    """One tick: v̇ = (u − v)/lag + g, solved exactly; then the jitter; then the way."""
+    u = sample(field, wind, swarm.x, swarm.y)
+    if flight.lag > 0:
+        lag = flight.lag * np.exp(_LAG_BY_BULK * spawns.bulk[swarm.id])
+        keeps = np.exp(-TICK / lag)
+        u[1] += flight.gravity * lag
+        vx, vy = u + (np.stack([swarm.vx, swarm.vy]) - u) * keeps
+    else:
+        vx, vy = u
+    angle = scatter_angles(flight.seed, tick, swarm.id, flight.scatter)
+    cos, sin = np.cos(angle), np.sin(angle)
+    vx, vy = vx * cos - vy * sin, vx * sin + vy * cos
+    return replace(
+        swarm,
+        x=swarm.x + vx * TICK,
+        y=swarm.y + vy * TICK,
+        vx=vx,
+        vy=vy,
+        age=_since(spawns.tick[swarm.id], tick + 1),
+    )
+
+
+def _since(born: NDArray[np.int64], tick: int) -> Column:
+    """Age, s, at ``tick``; counted, because a sum of ticks would drift."""
+    return np.multiply(tick - born, TICK, dtype=np.float64)
+
+
+def _between(before: Swarm, after: Swarm, part: float, spawns: Spawns) -> Swarm:
+    """Flakes ``part`` of a tick after ``before``, without those that have cooled by then."""
+    age = before.age + part * TICK
+    seen = replace(
+        after,
+        x=before.x + (after.x - before.x) * part,
+        y=before.y + (after.y - before.y) * part,
+        age=age,
+    )
+    return seen.where(age < spawns.life[before.id])
+
+
+def _stays(swarm: Swarm, spawns: Spawns, flight: Flight) -> NDArray[np.bool_]:
+    margin = spawns.size[swarm.id]
+    return (
+        (swarm.age < spawns.life[swarm.id])
+        & (swarm.x > -margin)
+        & (swarm.x < flight.width + margin)
+        & (swarm.y > -margin)
+        & (swarm.y < flight.height + margin)
+    )

@@ -1,0 +1,104 @@
+"""From flying flakes to what is drawn and written: the rows of the tracks."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.pixels import Plane
+from fire_atlas.flakes.drawing import SMALLEST
+from fire_atlas.flakes.embers import colour_by_speed, glow, twinkle
+from fire_atlas.flakes.emission import TICK, Spawns
+from fire_atlas.flakes.flight import Swarm
+
+
+@dataclass(frozen=True, slots=True)
+class Appearance:
+    """How flakes look.
+
+    Attributes:
+        colours: (stops, 3) linear light by speed, slow to fast.
+        intensity: Light of a fresh flake.
+        stretch: Length along the velocity, in frames of travel, beside the blur.
+        shutter: Part of a frame the shutter is open.
+        kappa: (H, W) κ of each pixel: weight of flakes and of their blur.
+        fps: Frames per second.
+    """
+
+    colours: NDArray[np.float64]
+    intensity: float
+    stretch: float
+    shutter: float
+    kappa: Plane
+    fps: float
+
+
+def rows_of(swarms: Iterable[Swarm], spawns: Spawns, look: Appearance) -> list[NDArray[np.float64]]:
+    """Return one (flakes, 14) table a frame, columns ``tracks.COLUMNS``.
+
+    Velocity is the way to the flake's place in the next frame, so that an engine that moves it
+    by ``v / fps`` arrives there; in a flake's last row it is its velocity then.
+    """
+    frames = list(swarms)
+    after = [*frames[1:], Swarm.empty()]
+    return [
+        _table(swarm, *_velocity(swarm, following, look.fps), spawns, look)
+        for swarm, following in zip(frames, after, strict=True)
+    ]
+
+
+def _velocity(
+    swarm: Swarm, following: Swarm, fps: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Velocity, px/s, from each flake's place to that in the following frame."""
+    _, here, there = np.intersect1d(swarm.id, following.id, assume_unique=True, return_indices=True)
+    vx, vy = swarm.vx.copy(), swarm.vy.copy()
+    vx[here] = (following.x[there] - swarm.x[here]) * fps
+    vy[here] = (following.y[there] - swarm.y[here]) * fps
+    return vx, vy
+
+
+def _table(
+    swarm: Swarm,
+    vx: NDArray[np.float64],
+    vy: NDArray[np.float64],
+    spawns: Spawns,
+    look: Appearance,
+) -> NDArray[np.float64]:
+    """One frame's rows: a streak is straight along the velocity, x(t) + (δ − t) v κ (eq. 17)."""
+    speed = np.hypot(vx, vy)
+    life, wide = spawns.life[swarm.id], spawns.size[swarm.id]
+    size = np.maximum(wide, SMALLEST)
+    height, width = look.kappa.shape
+    weight = look.kappa[
+        np.clip(swarm.y.astype(np.intp), 0, height - 1),
+        np.clip(swarm.x.astype(np.intp), 0, width - 1),
+    ]
+    streak = speed / look.fps * (look.stretch + look.shutter * weight)
+    stretch = 1 + streak / size
+    light = glow(swarm.age, life) * twinkle(
+        swarm.age, spawns.twinkle[swarm.id], spawns.phase[swarm.id]
+    )
+    colour = colour_by_speed(speed, height, look.colours) * look.intensity
+    # The same light over more pixels: small sprites are widened, fast ones drawn out.
+    opacity = light * weight * (wide / size) ** 2 / stretch
+    return np.column_stack([
+        swarm.id, swarm.x, swarm.y, vx, vy, size, stretch, np.arctan2(vy, vx), colour, opacity,
+        swarm.age, life,
+    ])  # fmt: skip
+
+
+def spawn_table(swarms: list[Swarm], spawns: Spawns) -> NDArray[np.float64]:
+    """Return the (flakes, 9) births of all flakes that are ever seen; ``tracks.SPAWN_COLUMNS``."""
+    seen = np.unique(np.concatenate([s.id for s in swarms])) if swarms else np.empty(0, np.int64)
+    first = {int(i): k for k in range(len(swarms) - 1, -1, -1) for i in swarms[k].id}
+    velocity = np.zeros((len(seen), 2))
+    for n, i in enumerate(seen):
+        swarm = swarms[first[int(i)]]
+        at = np.searchsorted(swarm.id, i)
+        velocity[n] = swarm.vx[at], swarm.vy[at]
+    return np.column_stack([
+        seen, spawns.tick[seen] * TICK, spawns.life[seen], spawns.x[seen], spawns.y[seen], velocity,
+        np.maximum(spawns.size[seen], SMALLEST), np.zeros(len(seen)),
+    ])  # fmt: skip

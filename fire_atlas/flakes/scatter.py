@@ -1,0 +1,34 @@
+"""Jitter of flake directions (Kim & Lee, eq. 13)."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.chance import Stage, generator
+
+_SLOTS = 1 << 16
+"""Flakes alive at once never share a slot: a recipe allows fewer alive than there are slots."""
+
+
+def scattering_cosine(xi: NDArray[np.float64], k: float) -> NDArray[np.float64]:
+    """cosθ = (2ξ + k − 1)/(2kξ − k + 1) of eq. 13, for uniform ξ in [0, 1).
+
+    k = 0 scatters isotropically (cosθ uniform), k > 0 forward, k < 0 backward. At k = ±1, where
+    the formula can be 0/0, its limit is taken: cosθ = ±1.
+    """
+    if abs(k) == 1.0:
+        return np.full_like(xi, k)
+    return np.clip((2 * xi + k - 1) / (2 * k * xi - k + 1), -1.0, 1.0)
+
+
+def scatter_angles(seed: int, tick: int, ids: NDArray[np.int64], k: float) -> NDArray[np.float64]:
+    """Angle θ, rad, by which each flake of ``ids`` turns at ``tick``; its sign is random.
+
+    A flake's angle depends on (seed, tick, id) alone, not on which others are alive.
+    """
+    if k == 1.0:
+        return np.zeros(len(ids))
+    draws = generator(seed, Stage.SCATTER, tick).random(_SLOTS)[ids % _SLOTS]
+    # One draw serves both: its upper half is the turn to the right, its lower to the left.
+    right = draws >= 0.5
+    xi = np.where(right, 2 * draws - 1, 2 * draws)
+    return np.where(right, 1.0, -1.0) * np.arccos(scattering_cosine(xi, k))

@@ -1,0 +1,41 @@
+"""Dense optical flow of the clip: how the flame moves."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.pixels import Bytes, Plane, as_plane
+
+FLOW_SIDE = 320
+"""Longest side, px, at which flow is estimated: the grid needs no more, and time grows with it."""
+
+_SMALLEST_SIDE = 64
+"""Smaller pictures are enlarged: the estimator's patches need room."""
+
+
+def flow_size(width: int, height: int) -> tuple[int, int]:
+    """Size (width, height) at which the flow of a ``width`` by ``height`` clip is estimated."""
+    scale = min(1.0, FLOW_SIDE / max(width, height))
+    scale = max(scale, _SMALLEST_SIDE / min(width, height))
+    return max(round(width * scale), _SMALLEST_SIDE), max(round(height * scale), _SMALLEST_SIDE)
+
+
+def thumbnail(brightness: Plane) -> Bytes:
+    """Return the (h, w) uint8 copy of a brightness plane, 0..255, that flow is estimated on."""
+    height, width = brightness.shape
+    size = flow_size(width, height)
+    shrinks = size[0] <= width
+    small = cv2.resize(
+        brightness, size, interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
+    )
+    return np.clip(np.rint(small), 0, 255).astype(np.uint8)
+
+
+def optical_flow(before: Bytes, after: Bytes) -> NDArray[np.float32]:
+    """Flow (h, w, 2) in px of the thumbnails from ``before`` to ``after``, both (h, w) uint8.
+
+    Where ``before`` has something at p, ``after`` has it at p + flow(p). Dense inverse search
+    (DIS, fast preset).
+    """
+    estimator = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_FAST)
+    return as_plane(estimator.calc(before, after, np.zeros((*before.shape, 2), np.float32)))

@@ -1,0 +1,86 @@
+"""Blend modes in linear light, exposure, blur."""
+
+import numpy as np
+import pytest
+
+from fire_atlas.composition.blur import blur_along
+from fire_atlas.composition.composite import compose, expose
+
+
+def _flame(light: float, alpha: float) -> np.ndarray[tuple[int, int, int], np.dtype[np.float32]]:
+    pixels = np.zeros((4, 5, 4), np.float32)
+    pixels[..., :3], pixels[..., 3] = light, alpha
+    return pixels
+
+
+def _flakes(*rgb: float) -> np.ndarray[tuple[int, int, int], np.dtype[np.float32]]:
+    return np.tile(np.array(rgb, np.float32), (4, 5, 1))
+
+
+def test_add_is_the_sum_in_linear_light() -> None:
+    out = compose(_flame(0.3, 0.5), _flakes(0.4, 0.2, 0.1), "add", "linear")
+    assert np.allclose(out[0, 0, :3], [0.7, 0.5, 0.4])
+
+
+def test_screen_never_exceeds_one() -> None:
+    out = compose(_flame(0.8, 1.0), _flakes(0.9, 0.5, 0.0), "screen", "linear")
+    assert np.allclose(out[0, 0, :3], [0.98, 0.9, 0.8])
+
+
+def test_over_hides_what_is_behind_a_bright_flake() -> None:
+    out = compose(_flame(0.8, 1.0), _flakes(1.0, 0.4, 0.0), "over", "linear")
+    assert np.allclose(out[0, 0], [1.0, 0.4, 0.0, 1.0])
+
+
+@pytest.mark.parametrize("blend", ["add", "screen", "over"])
+@pytest.mark.parametrize("space", ["srgb", "linear"])
+def test_coverage_always_carries_the_light_up_to_one(blend: str, space: str) -> None:
+    chance = np.random.default_rng(0)
+    flame = _flame(0.0, 0.0)
+    flame[..., 3] = chance.random((4, 5))
+    flame[..., :3] = flame[..., 3:] * chance.random((4, 5, 3))
+    out = compose(flame, chance.random((4, 5, 3), np.float32) * 3, blend, space)
+    assert (out[..., 3] >= np.minimum(out[..., :3].max(axis=2), 1) - 1e-6).all()
+    assert (out[..., 3] <= 1 + 1e-6).all()
+
+
+def test_pixels_without_flakes_stay_bit_for_bit_as_they_were() -> None:
+    flame = _flame(0.123, 0.456)
+    flakes = _flakes(0, 0, 0)
+    flakes[1, 2] = 1.0
+    out = compose(flame, flakes, "add", "srgb")
+    out[1, 2] = flame[1, 2]
+    assert np.array_equal(out, flame)
+
+
+def test_hdr_light_keeps_its_hue() -> None:
+    assert np.allclose(expose(np.array([[4.0, 1.0, 0.2]], np.float32)), [[1.0, 0.25, 0.05]])
+
+
+def test_blur_keeps_the_energy_within_a_percent() -> None:
+    chance = np.random.default_rng(1)
+    pixels = np.zeros((64, 80, 4), np.float32)
+    pixels[20:44, 25:55] = chance.random((24, 30, 1), np.float32)
+    y, x = np.mgrid[:16, :20].astype(np.float32)
+    u, v = (30 * np.sin(x / 5)).astype(np.float32), (-200 + 60 * np.cos(y / 4)).astype(np.float32)
+    kappa = np.ones((64, 80), np.float32)
+    blurred = blur_along(pixels, u, v, kappa, exposure=1 / 48, samples=9)
+    assert blurred.sum() == pytest.approx(pixels.sum(), rel=0.01)
+    assert np.abs(blurred - pixels).max() > 0.05
+
+
+def test_a_uniform_blur_is_a_box_along_the_motion() -> None:
+    pixels = np.zeros((21, 61, 4), np.float32)
+    pixels[10, 30] = 1.0
+    still, fast = np.zeros((6, 16), np.float32), np.full((6, 16), 240.0, np.float32)
+    kappa = np.ones((21, 61), np.float32)
+    row = blur_along(pixels, fast, still, kappa, exposure=1 / 24, samples=41)[10, :, 0]
+    assert row[26:35] == pytest.approx(0.1, abs=0.01)  # 10 px of travel share the light
+    assert row[:24].max() == 0 and row[37:].max() == 0
+
+
+def test_kappa_zero_does_not_blur() -> None:
+    pixels = np.random.default_rng(2).random((16, 16, 4), np.float32)
+    field = np.full((4, 4), 500.0, np.float32)
+    kappa = np.zeros((16, 16), np.float32)
+    assert np.allclose(blur_along(pixels, field, field, kappa, 0.02, 9), pixels, atol=1e-6)

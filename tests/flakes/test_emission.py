@@ -1,0 +1,86 @@
+"""Births: how many, where, and what depends on what."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from fire_atlas.flakes.emission import TICK, Brood, Spawns, emit
+
+BROOD = Brood(
+    seed=5, rate=120.0, bursts=0.0, candidates=100.0, alpha=1.0, life=(0.5, 1.5), size=(2.0, 8.0),
+    height=200, fps=24.0,
+)  # fmt: skip
+
+
+def _strength(candidates: int = 100) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
+    plane = np.zeros((50, 60), np.float32)
+    plane.ravel()[:candidates] = 2.0
+    return plane
+
+
+def _all(frames: int, brood: Brood, candidates: int = 100) -> Spawns:
+    return Spawns.joined([emit(i, _strength(candidates), brood) for i in range(frames)])
+
+
+def test_as_many_are_born_as_the_rate_says() -> None:
+    assert len(_all(600, BROOD).x) == pytest.approx(600 / 24 * 120, rel=0.05)
+
+
+def test_births_grow_with_the_number_of_candidates() -> None:
+    few, many = _all(300, BROOD, candidates=50), _all(300, BROOD, candidates=200)
+    assert len(many.x) / len(few.x) == pytest.approx(4, rel=0.1)
+
+
+def test_a_lower_alpha_gives_more_flakes() -> None:
+    plane = np.linspace(0, 4, 3000, dtype=np.float32).reshape(50, 60)
+    counts = [
+        sum(len(emit(i, plane, replace(BROOD, alpha=a)).x) for i in range(20))
+        for a in (0.5, 1.0, 2.0, 3.0)
+    ]
+    assert counts == sorted(counts, reverse=True) and counts[0] > 2 * counts[-1]
+
+
+def test_flakes_are_born_on_candidates_only_and_prefer_strong_ones() -> None:
+    plane = np.zeros((40, 40), np.float32)
+    plane[10, 10], plane[20, 30], plane[30, 5] = 2.0, 6.0, 0.9
+    born = [emit(i, plane, replace(BROOD, candidates=1.0)) for i in range(60)]
+    at = {(int(y), int(x)) for s in born for x, y in zip(s.x, s.y, strict=True)}
+    assert at == {(10, 10), (20, 30)}
+    strong = sum(int(np.sum(s.x >= 20)) for s in born)
+    assert strong / sum(len(s.x) for s in born) == pytest.approx(0.75, abs=0.05)
+
+
+def test_births_fall_into_their_frame() -> None:
+    for frame in (0, 7, 100):
+        ticks = emit(frame, _strength(), replace(BROOD, rate=2000)).tick
+        assert ticks.min() * TICK >= frame / 24 - TICK
+        assert ticks.max() * TICK <= (frame + 1) / 24 + TICK
+
+
+def test_sizes_are_log_normal_between_their_bounds() -> None:
+    size = np.log(_all(300, BROOD).size)
+    assert np.exp(size.min()) >= 2.0 - 1e-9 and np.exp(size.max()) <= 8.0 + 1e-9
+    assert np.mean(size) == pytest.approx(np.log(4.0), abs=0.03)
+
+
+def test_a_burst_throws_three_to_fourteen_sparks_from_one_place() -> None:
+    brood = replace(BROOD, rate=0.0, bursts=24.0)
+    for frame in range(40):
+        born = emit(frame, _strength(), brood)
+        places = {(int(x), int(y)) for x, y in zip(born.x, born.y, strict=True)}
+        if len(places) == 1 and len(born.x):
+            assert len(born.x) >= 3
+        assert not len(born.x) or np.hypot(born.throw_x, born.throw_y).max() > 0
+
+
+def test_a_frames_births_depend_on_seed_and_frame_alone() -> None:
+    one, two = emit(4, _strength(), BROOD), emit(4, _strength(), BROOD)
+    other = emit(4, _strength(), replace(BROOD, seed=6))
+    for f in fields(Spawns):
+        assert np.array_equal(getattr(one, f.name), getattr(two, f.name))
+    assert not np.array_equal(one.x, other.x)
+
+
+def test_nothing_is_born_where_there_is_no_fire() -> None:
+    assert len(emit(0, np.zeros((20, 20), np.float32), BROOD).x) == 0

@@ -1,0 +1,73 @@
+"""Flight over fields whose answer is known."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fire_atlas.field.buoyancy import FieldRecord
+from fire_atlas.flakes.emission import Spawns
+from fire_atlas.flakes.flight import Flight, Swarm, fly
+
+FRAMES = 24
+FPS = 24.0
+
+
+def _spawns(count: int, x: float = 100.0, y: float = 200.0, life: float = 10.0) -> Spawns:
+    ones = np.ones(count)
+    return Spawns(
+        np.zeros(count, np.int64), ones * x, ones * y, 0 * ones, 0 * ones, life * ones, 2 * ones,
+        0 * ones, ones, 0 * ones,
+    )  # fmt: skip
+
+
+def _uniform(u: float, v: float, fps: float = FPS) -> FieldRecord:
+    shape = (FRAMES, 100, 100)
+    return FieldRecord(
+        np.full(shape, u, np.float32), np.full(shape, v, np.float32), cell=4, fps=fps
+    )
+
+
+def _flight(scatter: float = 1.0, lag: float = 0.0, gravity: float = 0.0) -> Flight:
+    return Flight(1, scatter, lag, gravity, most=1000, width=400, height=400)
+
+
+def _flown(field: FieldRecord, flight: Flight, spawns: Spawns) -> list[Swarm]:
+    return list(fly(spawns, field, FRAMES, flight))
+
+
+@pytest.mark.parametrize("fps", [24.0, 60.0, 23.81, 10.0])
+@pytest.mark.parametrize(("u", "v"), [(40.0, -70.0), (0.24, -0.24), (0.0, 0.0)])
+def test_a_uniform_field_moves_a_flake_by_v_dt(u: float, v: float, fps: float) -> None:
+    for frame, swarm in enumerate(_flown(_uniform(u, v, fps), _flight(), _spawns(1))):
+        assert swarm.x[0] == pytest.approx(100 + u * frame / fps, abs=1e-4)
+        assert swarm.y[0] == pytest.approx(200 + v * frame / fps, abs=1e-4)
+
+
+def test_a_lagging_flake_approaches_terminal_fall_under_gravity() -> None:
+    lag, gravity = 0.1, 50.0
+    last = _flown(_uniform(0, 0), _flight(lag=lag, gravity=gravity), _spawns(1))[-1]
+    assert last.vy[0] == pytest.approx(gravity * lag * (1 - math.exp(-1 / lag)), rel=1e-3)
+
+
+def test_jitter_does_not_depend_on_the_frame_rate() -> None:
+    spread = []
+    for fps in (12.0, 24.0, 48.0):
+        field, flight = _uniform(60, 0, fps), _flight(scatter=0.9)
+        frames = int(fps / 2) + 1
+        end = list(fly(_spawns(400, x=50), field, frames, flight))[-1]
+        spread.append(float(np.std(end.y)))
+    assert spread[0] > 0
+    assert spread == pytest.approx([spread[0]] * 3, rel=1e-6)
+
+
+def test_a_cold_flake_is_gone_and_a_departed_one_too() -> None:
+    swarms = _flown(_uniform(0, 0), _flight(), _spawns(3, life=0.5))
+    assert [len(s.id) for s in swarms] == [3] * 12 + [0] * 12  # alive while age < 0.5 s
+    swarms = _flown(_uniform(1200, 0), _flight(), _spawns(3))
+    assert len(swarms[3].id) == 3 and len(swarms[8].id) == 0
+
+
+def test_no_more_flakes_than_allowed_are_alive() -> None:
+    flight = Flight(1, 1.0, 0.0, 0.0, most=5, width=400, height=400)
+    assert max(len(s.id) for s in _flown(_uniform(0, 0), flight, _spawns(40))) == 5

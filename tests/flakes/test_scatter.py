@@ -1,0 +1,39 @@
+"""Equation 13 against its closed-form distribution."""
+
+import numpy as np
+import pytest
+
+from fire_atlas.flakes.scatter import scatter_angles, scattering_cosine
+
+
+def _share_below(cosine: float, k: float) -> float:
+    """P(cosθ <= c), by solving eq. 13 for ξ: ξ = (1 − k)(1 + c) / (2 (1 − k c))."""
+    return (1 - k) * (1 + cosine) / (2 * (1 - k * cosine))
+
+
+@pytest.mark.parametrize("k", [-0.9, -0.3, 0.0, 0.4, 0.9, 0.98])
+def test_cosines_follow_the_closed_form_distribution(k: float) -> None:
+    angles = scatter_angles(3, 17, np.arange(60000), k)
+    for c in (-0.8, -0.2, 0.1, 0.6, 0.95):
+        found = np.mean(np.cos(angles) <= c)
+        assert found == pytest.approx(_share_below(c, k), abs=0.01)
+
+
+def test_k_one_is_no_scattering_at_all() -> None:
+    assert not scatter_angles(0, 5, np.arange(100), 1.0).any()
+    assert scattering_cosine(np.array([0.0, 0.5]), 1.0).tolist() == [1.0, 1.0]
+
+
+def test_k_minus_one_turns_back() -> None:
+    assert np.allclose(np.abs(scatter_angles(0, 5, np.arange(100), -1.0)), np.pi)
+
+
+def test_both_turns_are_equally_likely() -> None:
+    angles = scatter_angles(1, 2, np.arange(50000), 0.5)
+    assert np.mean(angles > 0) == pytest.approx(0.5, abs=0.01)
+
+
+def test_a_flakes_jitter_does_not_depend_on_which_others_are_alive() -> None:
+    together = scatter_angles(9, 4, np.array([3, 70, 800]), 0.7)
+    alone = scatter_angles(9, 4, np.array([70]), 0.7)
+    assert alone[0] == together[1]
