@@ -1,0 +1,45 @@
+"""Which function writes what a recipe names in ``exports`` and ``tracks``.
+
+A new format is one new file and one case here; the type checker asks for the case as soon as the
+name stands in ``fire_atlas.recipe.output``. Exporters are imported only when they are asked for.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import TypeAlias, assert_never
+
+from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.exporters.output_file import OutputFile
+from fire_atlas.flakes.tracks import Tracks
+from fire_atlas.recipe.output import ExportName, TrackName
+
+Exporter: TypeAlias = Callable[[AtlasSheet], Iterator[OutputFile]]
+"""Describes the pages of an atlas to a client."""
+
+TrackWriter: TypeAlias = Callable[[str, Tracks], OutputFile]
+"""Writes the flakes of the build of that name."""
+
+
+def exporter(name: ExportName) -> Exporter:
+    """Return the exporter that a recipe calls ``name``."""
+    match name:
+        case "json":
+            from fire_atlas.exporters.json_hash import export_json_hash
+
+            return export_json_hash
+        case _:
+            assert_never(name)
+
+
+def track_writer(name: TrackName) -> TrackWriter:
+    """Return the writer of tracks that a recipe calls ``name``."""
+    match name:
+        case "json":
+            from fire_atlas.exporters.tracks_json import write_tracks_json
+
+            return write_tracks_json
+        case "csv":
+            from fire_atlas.exporters.tracks_csv import write_tracks_csv
+
+            return write_tracks_csv
+        case _:
+            assert_never(name)

@@ -1,0 +1,52 @@
+"""Encodings of light against the published curve."""
+
+import numpy as np
+import pytest
+
+from fire_atlas.core.pixels import (
+    brightness,
+    decode_bytes,
+    encode_bytes,
+    encode_unit,
+    linear_to_srgb,
+    premultiply,
+    srgb_to_linear,
+    unpremultiply,
+)
+
+
+@pytest.mark.parametrize(
+    ("srgb", "linear"), [(0.0, 0.0), (0.04045, 0.0031308), (0.5, 0.2140411), (1.0, 1.0)]
+)
+def test_the_srgb_curve_has_its_published_values(srgb: float, linear: float) -> None:
+    assert srgb_to_linear(np.array([srgb]))[0] == pytest.approx(linear, abs=1e-6)
+    assert linear_to_srgb(np.array([linear]))[0] == pytest.approx(srgb, abs=1e-5)
+
+
+def test_every_byte_survives_the_way_to_light_and_back() -> None:
+    every = np.arange(256, dtype=np.uint8).reshape(16, 16)
+    assert np.array_equal(encode_bytes(decode_bytes(every)), every)
+
+
+@pytest.mark.parametrize("light", [1.0, 2.0, 40000.0, 1e30, np.inf])
+def test_light_beyond_white_is_white(light: float) -> None:
+    plane = np.full((2, 3), light, np.float32)
+    assert (encode_bytes(plane) == 255).all()
+    assert (encode_unit(plane) == 1.0).all()
+
+
+def test_negative_light_is_black() -> None:
+    assert not encode_bytes(np.full((2, 3), -0.5, np.float32)).any()
+
+
+def test_premultiplied_pixels_give_their_colour_back() -> None:
+    chance = np.random.default_rng(0)
+    colour = chance.random((5, 6, 3), np.float32)
+    alpha = chance.random((5, 6), np.float32) + np.float32(0.01)
+    assert np.allclose(unpremultiply(premultiply(colour, alpha)), colour, atol=1e-6)
+
+
+def test_grey_has_the_brightness_of_its_byte() -> None:
+    grey = np.full((2, 2, 3), 137, np.uint8)
+    pixels = premultiply(decode_bytes(grey), np.ones((2, 2), np.float32))
+    assert brightness(pixels) == pytest.approx(137, abs=0.1)
