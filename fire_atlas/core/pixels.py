@@ -69,7 +69,8 @@ def decode_bytes(image: Bytes) -> NDArray[np.float32]:
 def _steps(light: NDArray[np.float32]) -> NDArray[np.uint16]:
     """Return light as 16-bit steps, rounded and clipped; any shape."""
     flat = np.ascontiguousarray(light).reshape(light.shape[0], -1)
-    flat = cv2.min(flat, 1.0)  # the conversion saturates, but only what 32 bits can hold
+    # The conversion saturates, but only what 32 bits can hold.
+    flat = np.minimum(flat, np.float32(1))
     steps = cv2.addWeighted(flat, _STEPS, flat, 0.0, 0.0, dtype=cv2.CV_16U)
     return cast(NDArray[np.uint16], steps.reshape(light.shape))
 

@@ -7,11 +7,30 @@ recipe holds at any resolution.
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
-from fire_atlas.recipe.base import Direction, Settings, _ordered
+from fire_atlas.recipe.base import (
+    BLOCK,
+    LIST,
+    NUMBER,
+    OFF,
+    PAIR,
+    Auto,
+    Color,
+    Direction,
+    Off,
+    Settings,
+    either,
+    ordered,
+)
 
-Auto = Literal["auto"]
+AutoOrNumber = Annotated[
+    Auto | Annotated[float, Field(ge=0, le=10000), NUMBER], either("`auto` or a number")
+]
+NumberOrDirection = Annotated[
+    Annotated[float, Field(ge=-100, le=100), NUMBER] | Annotated[Direction, PAIR],
+    either("a number, or two: [x, y]"),
+]
 
 PAPER_FEATURES: dict[str, Any] = {"epsilon": 40.0, "n": 5.0, "kappa_over": "image"}
 """The constants of the paper, section III-A, where they differ from the defaults."""
@@ -27,19 +46,20 @@ class Features(Settings):
     """``auto`` adapts to the clip once; ``paper`` is eq. 1-3 with the paper's own constants."""
     sigma: Annotated[
         tuple[Annotated[float, Field(ge=0.3, le=20)], Annotated[float, Field(ge=0.3, le=40)]],
-        AfterValidator(_ordered),
+        LIST,
+        AfterValidator(ordered),
     ] = (1.0, 1.6)
     """[σ1, σ2] of the two Gaussians whose difference finds edges, px (eq. 1). Larger: thicker
     edges."""
-    epsilon: Auto | Annotated[float, Field(ge=0, le=10000)] = "auto"
+    epsilon: AutoOrNumber = "auto"
     """[ε] Gradients below this are no features (eq. 2), on the 0..255 scale. ``auto``: from the
     clip's own statistics. Paper: 40."""
     n: float = Field(default=1.5, ge=0, le=20)
     """[n] Exponent of κ: how much more the top of the fire counts than its base (eq. 2).
     Paper: 5."""
     kappa_over: Literal["flame", "image"] = "flame"
-    """Height over which κ runs from 0 (bottom) to 1 (top): the flame's own box, or the image
-    (paper)."""
+    """What κ spans, 0 at the bottom to 1 at the top (or along a sideways lift): the flame's own
+    box, or the image (paper)."""
     beta: float = Field(default=0.02, ge=0, le=10)
     """[β] How much of the buoyancy direction joins each feature vector (eq. 3)."""
     clamp: float = Field(default=0.0, ge=0, le=10000)
@@ -62,12 +82,12 @@ class Buoyancy(Settings):
     ``features`` alone (paper)."""
     cell: int = Field(default=4, ge=1, le=64)
     """Side of a grid cell, px."""
-    coupling: float = Field(default=14.0, ge=0, le=1000)
+    coupling: float = Field(default=40.0, ge=0, le=1000)
     """Rate at which the field takes on the flow inside the flame, 1/s."""
-    feature_force: float = Field(default=0.3, ge=0, le=100)
+    feature_force: float = Field(default=0.1, ge=0, le=100)
     """Acceleration by a typical feature vector [Fv*], heights/s². Typical: the clip's mean
     ‖Fv*‖ over features."""
-    lift: Annotated[float, Field(ge=-100, le=100)] | Direction = 0.9
+    lift: NumberOrDirection = 0.9
     """[F_buoyancy] Upward acceleration, heights/s²; or [x, y] (y up) for fire that does not
     rise."""
     gravity: float = Field(default=0.0, ge=-100, le=100)
@@ -87,7 +107,7 @@ class Flakes(Settings):
 
     bake: bool = True
     """Draw the flakes into the frames. ``false``: tracks only."""
-    alpha: Auto | Annotated[float, Field(ge=0, le=10000)] = "auto"
+    alpha: AutoOrNumber = "auto"
     """[α] Feature vectors longer than this are candidate birth places. Lower: more candidates and
     more flakes. ``auto``: from the clip's own statistics. Paper: 0.03."""
     rate: float = Field(default=45.0, ge=0, le=100000)
@@ -96,23 +116,27 @@ class Flakes(Settings):
     """Splinters per second: 3 to 14 sparks thrown from one place."""
     life: Annotated[
         tuple[Annotated[float, Field(gt=0, le=60)], Annotated[float, Field(gt=0, le=60)]],
-        AfterValidator(_ordered),
+        LIST,
+        AfterValidator(ordered),
     ] = (0.7, 2.0)
     """[min, max] seconds until a flake has cooled."""
     size: Annotated[
         tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
-        AfterValidator(_ordered),
+        LIST,
+        AfterValidator(ordered),
     ] = (0.008, 0.026)
     """[min, max] width of a flake's soft sprite, heights. Log-normal between them."""
     stretch: float = Field(default=0.0, ge=0, le=10)
     """Length added along the velocity, in frames of travel, on top of motion blur."""
     scatter: float = Field(default=0.98, ge=-1, le=1)
     """[k] Scattering coefficient (eq. 13): 1 none, towards 0 erratic, negative backward."""
-    lag: float = Field(default=0.06, ge=0, le=10)
+    lag: float = Field(default=0.03, ge=0, le=10)
     """Inertia: seconds a flake of middle size takes to follow the field. Larger flakes lag
     more. 0: none."""
-    colors: tuple[Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")], ...] = Field(
-        default=("#ff3000", "#ff5800", "#ff7300"), min_length=1, max_length=16
+    colors: Annotated[tuple[Color, ...], LIST, Field(min_length=1, max_length=16)] = (
+        "#ff3000",
+        "#ff5800",
+        "#ff7300",
     )
     """Colours by speed, slow to fast, as sRGB hex (Figure 9)."""
     intensity: float = Field(default=6.0, ge=0, le=1000)
@@ -141,9 +165,7 @@ class Composite(Settings):
     """Multiplies the flake layer."""
 
 
-def _none_of_off(value: Any) -> Any:
-    return "none" if value is False else value
+_NONE_OR_BLOCK = either("`none` or a block of settings")
 
-
-FlakesOrNone = Annotated[Literal["none"] | Flakes, BeforeValidator(_none_of_off)]
-MotionBlurOrNone = Annotated[Literal["none"] | MotionBlur, BeforeValidator(_none_of_off)]
+FlakesOrNone = Annotated[Off | Annotated[Flakes, BLOCK], _NONE_OR_BLOCK, OFF]
+MotionBlurOrNone = Annotated[Off | Annotated[MotionBlur, BLOCK], _NONE_OR_BLOCK, OFF]

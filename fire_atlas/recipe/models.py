@@ -1,10 +1,10 @@
 """The recipe as a whole."""
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from fire_atlas.recipe.base import Settings
+from fire_atlas.recipe.base import LIST, Settings
 from fire_atlas.recipe.effect import (
     PAPER_ALPHA,
     Buoyancy,
@@ -15,6 +15,7 @@ from fire_atlas.recipe.effect import (
     MotionBlur,
     MotionBlurOrNone,
 )
+from fire_atlas.recipe.name import MAX_NAME, NAME_PATTERN
 from fire_atlas.recipe.output import Atlas, ExportName, TrackName
 from fire_atlas.recipe.source import FramesSource
 
@@ -24,7 +25,7 @@ class Recipe(Settings):
 
     version: Literal[1] = 1
     """Version of the recipe format."""
-    name: str = Field(default="", pattern=r"^([A-Za-z0-9_][A-Za-z0-9_.\-]*)?$", max_length=100)
+    name: str = Field(default="", pattern=NAME_PATTERN, max_length=MAX_NAME)
     """File stem of all outputs. Default: the recipe file's own stem."""
     seed: int = Field(default=0, ge=0, le=2**32 - 1)
     """Seed of all chance in the build."""
@@ -42,9 +43,9 @@ class Recipe(Settings):
     """How flakes join the flame."""
     atlas: Atlas = Atlas()
     """The pages."""
-    exports: tuple[ExportName, ...] = ("json",)
+    exports: Annotated[tuple[ExportName, ...], LIST] = ("json",)
     """Descriptions of the pages to write."""
-    tracks: tuple[TrackName, ...] = ("json",)
+    tracks: Annotated[tuple[TrackName, ...], LIST] = ("json",)
     """Flake tracks to write."""
 
     @model_validator(mode="before")

@@ -1,10 +1,10 @@
 """Recipe blocks of the asset half: atlas, exports, tracks."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fire_atlas.recipe.base import Settings
+from fire_atlas.recipe.base import OFF, Settings
 
 ExportName = Literal["json"]
 TrackName = Literal["json", "csv"]
@@ -19,7 +19,7 @@ class Atlas(Settings):
     """Largest side of a page, px."""
     padding: int = Field(default=2, ge=0, le=64)
     """Empty px between neighbours."""
-    trim: Literal["frame", "animation", "none"] = "frame"
+    trim: Annotated[Literal["frame", "animation", "none"], OFF] = "frame"
     """Cut empty borders: of each ``frame``, by one box for the ``animation``, or not at all."""
     alpha: Literal["straight", "premultiplied", "additive"] = "straight"
     """How coverage is stored. ``additive``: light on black with alpha 0."""

@@ -1,10 +1,10 @@
 """Recipe block ``source``: where the fire comes from."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fire_atlas.recipe.base import Settings
+from fire_atlas.recipe.base import OFF, Settings
 
 
 class Grid(Settings):
@@ -21,7 +21,7 @@ class FramesSource(Settings):
 
     kind: Literal["frames"] = "frames"
     """Footage or sprites that exist already."""
-    path: str = Field(min_length=1)
+    path: str = Field(min_length=1, pattern=r"^[^\x00]+$")
     """A folder of images, a glob (``fire_*.png``), one image, a sprite sheet (with ``grid``), a
     GIF, APNG or animated WebP, or a video. Relative to the recipe file."""
     grid: Grid | None = None
@@ -35,7 +35,7 @@ class FramesSource(Settings):
     """How many frames to use. Default: all that follow ``start``."""
     height: int | None = Field(default=None, ge=1, le=16384)
     """Resize frames to this height, px; the width follows. Default: as they are."""
-    matte: Literal["auto", "alpha", "luminance", "none"] = "auto"
+    matte: Annotated[Literal["auto", "alpha", "luminance", "none"], OFF] = "auto"
     """Where coverage comes from: the frames' ``alpha``; ``luminance`` (fire on black: light
     becomes coverage, colour is un-multiplied); ``none`` (an opaque scene). ``auto`` decides and
     says why."""
