@@ -18,8 +18,8 @@ from fire_atlas.core.pixels import Bytes, Pixels, Plane, as_plane, brightness
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.field.air import grid_shape, still_air
-from fire_atlas.field.buoyancy import Drive, FieldRecord, Physics, advance, lift_direction
-from fire_atlas.field.drive import cell_means, flow_on_grid
+from fire_atlas.field.buoyancy import Drive, FieldRecord, Physics, advance
+from fire_atlas.field.drive import cell_means, flow_on_grid, rising
 from fire_atlas.field.eddies import Eddies
 from fire_atlas.flakes.drawing import draw_flakes
 from fire_atlas.flakes.embers import ramp
@@ -78,7 +78,7 @@ def analyse(
     v = np.empty_like(u)
     births = []
     air, dt = still_air(shape), 1 / clip.fps
-    for i, (spawns, drive) in enumerate(_drives(looks, clip, physics, workers)):
+    for i, (spawns, drive) in enumerate(_drives(looks, clip, study, physics, workers)):
         for step in range(round(_SPIN_UP * clip.fps) if i == 0 else 0, 0, -1):
             air = advance(air, drive, eddies, physics, -step * dt, dt)
         air = advance(air, drive, eddies, physics, i * dt, dt)
@@ -156,13 +156,13 @@ def _brood(clip: Clip, recipe: Recipe, study: FlameStudy) -> Brood | None:
 def _look(i: int, clip: Clip, recipe: Recipe, study: FlameStudy, brood: Brood | None) -> FrameLook:
     """Everything a frame says on its own: runs in the pool."""
     pixels = clip.read(i)
-    bright = brightness(pixels)
+    bright = brightness(pixels, clip.blend_space)
     warm = warmth(pixels) if study.warm_only else None
     mask = flame_mask(bright, warm, study.dim, study.bright, study.activity)
     features, cell = recipe.features, recipe.buoyancy.cell
     fx, fy = refine(
         *feature_vectors(bright, features.sigma, study.epsilon, study.kappa),
-        lift_direction(recipe.buoyancy), features.beta, features.clamp,
+        study.buoyancy, features.beta, features.clamp,
     )  # fmt: skip
     spawns = None
     if brood is not None:
@@ -175,7 +175,11 @@ def _look(i: int, clip: Clip, recipe: Recipe, study: FlameStudy, brood: Brood | 
 
 
 def _drives(
-    looks: Iterator[FrameLook], clip: Clip, physics: Physics, workers: Workers
+    looks: Iterator[FrameLook],
+    clip: Clip,
+    study: FlameStudy,
+    physics: Physics,
+    workers: Workers,
 ) -> Iterator[tuple[Spawns | None, Drive]]:
     """Births and drive of every frame, once the frame that follows it is known."""
     size = clip.width, clip.height
@@ -188,6 +192,7 @@ def _drives(
             else optical_flow(here.thumb, other.thumb)
         )
         u, v = flow_on_grid(flow, here.mask, size, physics.cell, clip.fps)
+        u, v = rising(u, v, study.buoyancy)
         flame = cell_means(here.mask, physics.cell)
         return here.spawns, Drive(flame, u, v, here.feature_x, here.feature_y)
 

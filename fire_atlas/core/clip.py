@@ -18,6 +18,7 @@ class Clip:
         read: ``read(i)`` gives frame i, 0 <= i < count, as a fresh ``Pixels`` (height, width, 4).
             Safe to call from several threads.
         inputs: Every file the frames come from, in order, for the manifest.
+        blend_space: ``srgb`` or ``linear``: where the coverage is meant to be blended.
         matte: ``alpha``, ``luminance`` or ``none``: where the coverage comes from.
         matte_reason: Why that matte was chosen, as a sentence for people.
     """
@@ -28,5 +29,6 @@ class Clip:
     count: int
     read: Callable[[int], Pixels]
     inputs: tuple[Path, ...]
+    blend_space: str
     matte: str
     matte_reason: str

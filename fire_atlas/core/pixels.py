@@ -111,6 +111,14 @@ def luminance(pixels: Pixels) -> Plane:
     return cast(Plane, cv2.transform(pixels, weights))
 
 
-def brightness(pixels: Pixels) -> Plane:
-    """Luminance (H, W) over black on the papers' 0..255 scale (sRGB-encoded)."""
-    return encode_unit(luminance(pixels)) * np.float32(255)
+def brightness(pixels: Pixels, blend_space: str) -> Plane:
+    """Luminance (H, W) on the papers' 0..255 scale (sRGB), as a client shows it over black.
+
+    A client that blends sRGB shows sRGB(c)·α, one that blends linear light sRGB(c·α).
+    """
+    light = luminance(pixels)
+    if blend_space == "linear":
+        return encode_unit(light) * np.float32(255)
+    alpha = pixels[..., 3]
+    straight = np.divide(light, alpha, out=np.zeros_like(light), where=alpha > 0)
+    return encode_unit(straight) * alpha * np.float32(255)

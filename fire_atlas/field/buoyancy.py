@@ -15,6 +15,10 @@ from fire_atlas.recipe.effect import Buoyancy
 _LONGEST_STEP = 1 / 30
 """Slow clips are sub-stepped, so that air does not jump over eddies. s."""
 
+_UPDRAFT = 0.2
+"""Air in the flame rises by the lift of this many seconds against what the eye follows: the
+pattern of a steady flame stands still while its gas goes up."""
+
 _COOLING = 0.45
 """Rate at which hot air loses its lift, 1/s."""
 
@@ -113,7 +117,7 @@ def _substep(
         (air.v, drive.feature_y, drive.flow_y, ambient[1], physics.lift[1], physics.gravity),
     ):
         force = air.heat * np.float32(lift) + feature * np.float32(physics.feature_force) + weight
-        target = (follow * flow + outside * eddy) / np.maximum(rate, 1e-6)
+        target = (follow * (flow + lift * _UPDRAFT) + outside * eddy) / np.maximum(rate, 1e-6)
         planes.append(relax(velocity, as_plane(force), as_plane(target), rate, dt))
     u, v = project(*planes) if physics.projection else planes
     heat = np.maximum(air.heat * np.float32(math.exp(-_COOLING * dt)), drive.flame)
@@ -136,8 +140,11 @@ class FieldRecord:
     fps: float
 
     def at(self, time: float) -> tuple[Plane, Plane]:
-        """u and v, each (rows, columns), at ``time`` s: linear between frames, held at the ends."""
-        position = min(max(time * self.fps, 0.0), len(self.u) - 1.0)
+        """u and v, each (rows, columns), at ``time`` s: linear in between, held at the ends.
+
+        Flow leads from a frame to the next, so a frame's field is that of half a frame later.
+        """
+        position = min(max(time * self.fps - 0.5, 0.0), len(self.u) - 1.0)
         first = int(position)
         second = min(first + 1, len(self.u) - 1)
         part = np.float32(position - first)

@@ -18,6 +18,16 @@ def cell_means(plane: Plane, cell: int) -> Plane:
     return as_plane(cv2.resize(padded, (columns, rows), interpolation=cv2.INTER_AREA))
 
 
+def rising(u: Plane, v: Plane, direction: tuple[float, float]) -> tuple[Plane, Plane]:
+    """Flow (any unit) whose part against ``direction``, a unit vector, is only half as fast.
+
+    Where a tongue burns out its outline falls back, and the eye with it; its gas still rises.
+    """
+    x, y = (np.float32(c) for c in direction)
+    against = np.minimum(u * x + v * y, 0.0) * np.float32(0.5)
+    return as_plane(u - against * x), as_plane(v - against * y)
+
+
 def flow_on_grid(
     flow: NDArray[np.float32], mask: Plane, size: tuple[int, int], cell: int, fps: float
 ) -> tuple[Plane, Plane]:

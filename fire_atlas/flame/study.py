@@ -40,6 +40,7 @@ class FlameStudy:
     """What holds for a whole clip.
 
     Attributes:
+        buoyancy: F_buoyancy, a unit vector in image axes.
         box: The flame's box over all frames.
         base: (x, y) of the flame's foot, px.
         dim, bright: Brightness (0..255) that is surely no flame, and surely flame.
@@ -52,6 +53,7 @@ class FlameStudy:
         typical: Mean ‖Fv‖ over features, the unit of the feature force.
     """
 
+    buoyancy: tuple[float, float]
     box: Box
     base: tuple[float, float]
     dim: float
@@ -73,7 +75,7 @@ def study_flame(
     ``buoyancy`` is F_buoyancy, a unit vector in image axes, along which κ grows.
     """
     picks = sorted({round(i) for i in np.linspace(0, clip.count - 1, SAMPLES)})
-    frames = list(workers.map(lambda i: _Look.at(clip.read(i)), picks))
+    frames = list(workers.map(lambda i: _Look.at(clip.read(i), clip.blend_space), picks))
     warm_only = clip.matte == "none"
     dim, bright = _flame_levels(frames, warm_only)
     activity = _activity([look.brightness for look in frames])
@@ -95,7 +97,7 @@ def study_flame(
     ]
     alpha, candidates, typical = _automatic_alpha(lengths)
     return FlameStudy(
-        box, base, dim, bright, activity, warm_only, weight, epsilon, alpha, candidates,
+        buoyancy, box, base, dim, bright, activity, warm_only, weight, epsilon, alpha, candidates,
         typical,
     )  # fmt: skip
 
@@ -128,8 +130,8 @@ class _Look:
     warmth: Plane
 
     @classmethod
-    def at(cls, pixels: Pixels) -> "_Look":
-        return cls(brightness(pixels), warmth(pixels))
+    def at(cls, pixels: Pixels, blend_space: str) -> "_Look":
+        return cls(brightness(pixels, blend_space), warmth(pixels))
 
 
 def _flame_levels(frames: list[_Look], scene: bool) -> tuple[float, float]:
@@ -144,13 +146,29 @@ def _flame_levels(frames: list[_Look], scene: bool) -> tuple[float, float]:
 
 
 def _activity(planes: list[Plane]) -> Plane:
-    """How much each place changes over the clip, with its neighbourhood; a still moves anywhere."""
+    """How much each place changes over the clip, with its neighbourhood; a still moves anywhere.
+
+    A prop lit by the fire flickers by a part of its brightness; where flame comes and goes it
+    changes by most of it, and nothing is brighter. The core of a steady flame does not change at
+    all: it is surrounded.
+    """
     if len(planes) == 1:
         return np.ones_like(planes[0])
-    spread = np.maximum.reduce(planes) - np.minimum.reduce(planes)
-    reach = max(3, round(spread.shape[0] * 0.02) | 1)
-    near = cv2.blur(cv2.dilate(spread, np.ones((reach, reach), np.uint8)), (reach, reach))
-    return as_plane(np.clip((near - 10.0) / 30.0, 0.0, 1.0))
+    peak = np.maximum.reduce(planes)
+    spread = peak - np.minimum.reduce(planes)
+    comes_and_goes = np.clip((spread / (peak + 10.0) - 0.25) / 0.25, 0.0, 1.0)
+    brightest = np.clip(peak / max(float(np.quantile(peak, 0.995)), 1.0) * 4.0 - 2.8, 0.0, 1.0)
+    changes = np.clip((spread - 8.0) / 24.0, 0.0, 1.0)
+    moves = as_plane(changes * np.maximum(comes_and_goes, brightest))
+    height = spread.shape[0]
+    near, core = _disc(height * 0.012), _disc(height * 0.05)
+    filled = cv2.morphologyEx(cv2.dilate(moves, near), cv2.MORPH_CLOSE, core)
+    return as_plane(cv2.blur(filled, near.shape))
+
+
+def _disc(radius: float) -> NDArray[np.uint8]:
+    side = 2 * max(1, round(radius)) + 1
+    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)).astype(np.uint8)
 
 
 def _flame_box(masks: list[Plane]) -> tuple[Box, tuple[float, float]]:

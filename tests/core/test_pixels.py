@@ -46,7 +46,14 @@ def test_premultiplied_pixels_give_their_colour_back() -> None:
     assert np.allclose(unpremultiply(premultiply(colour, alpha)), colour, atol=1e-6)
 
 
-def test_grey_has_the_brightness_of_its_byte() -> None:
+@pytest.mark.parametrize("space", ["srgb", "linear"])
+def test_grey_has_the_brightness_of_its_byte(space: str) -> None:
     grey = np.full((2, 2, 3), 137, np.uint8)
     pixels = premultiply(decode_bytes(grey), np.ones((2, 2), np.float32))
-    assert brightness(pixels) == pytest.approx(137, abs=0.1)
+    assert brightness(pixels, space) == pytest.approx(137, abs=0.1)
+
+
+@pytest.mark.parametrize(("space", "shown"), [("srgb", 127.5), ("linear", 187.5)])
+def test_half_covered_white_is_as_bright_as_the_client_shows_it(space: str, shown: float) -> None:
+    pixels = np.full((2, 2, 4), 0.5, np.float32)
+    assert brightness(pixels, space) == pytest.approx(shown, abs=0.1)
