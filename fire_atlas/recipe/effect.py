@@ -82,21 +82,21 @@ class Buoyancy(Settings):
     ``features`` alone (paper)."""
     cell: int = Field(default=4, ge=1, le=64)
     """Side of a grid cell, px."""
-    coupling: float = Field(default=40.0, ge=0, le=1000)
+    coupling: float = Field(default=90.0, ge=0, le=1000)
     """Rate at which the field takes on the flow inside the flame, 1/s."""
     feature_force: float = Field(default=0.1, ge=0, le=100)
     """Acceleration by a typical feature vector [Fv*], heights/s². Typical: the clip's mean
     ‖Fv*‖ over features."""
-    lift: NumberOrDirection = 0.9
+    lift: NumberOrDirection = 1.2
     """[F_buoyancy] Upward acceleration, heights/s²; or [x, y] (y up) for fire that does not
     rise."""
     gravity: float = Field(default=0.0, ge=-100, le=100)
     """[g] Downward acceleration of field and flakes, heights/s²."""
-    drag: float = Field(default=1.8, ge=0, le=1000)
+    drag: float = Field(default=2.0, ge=0, le=1000)
     """Rate at which motion outside the flame dies, 1/s. Speed of the plume: lift / drag."""
     viscosity: float = Field(default=0.0005, ge=0, le=10)
     """[μ] How fast motion spreads to its surroundings, heights²/s."""
-    turbulence: float = Field(default=0.12, ge=0, le=100)
+    turbulence: float = Field(default=0.15, ge=0, le=100)
     """Speed (rms) of divergence-free eddies above the flame, heights/s."""
     projection: bool = False
     """Make the field divergence-free in every step (the paper does without)."""
@@ -128,9 +128,9 @@ class Flakes(Settings):
     """[min, max] width of a flake's soft sprite, heights. Log-normal between them."""
     stretch: float = Field(default=0.0, ge=0, le=10)
     """Length added along the velocity, in frames of travel, on top of motion blur."""
-    scatter: float = Field(default=0.98, ge=-1, le=1)
+    scatter: float = Field(default=0.99, ge=-1, le=1)
     """[k] Scattering coefficient (eq. 13): 1 none, towards 0 erratic, negative backward."""
-    lag: float = Field(default=0.03, ge=0, le=10)
+    lag: float = Field(default=0.012, ge=0, le=10)
     """Inertia: seconds a flake of middle size takes to follow the field. Larger flakes lag
     more. 0: none."""
     colors: Annotated[tuple[Color, ...], LIST, Field(min_length=1, max_length=16)] = (

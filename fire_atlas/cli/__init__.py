@@ -1,0 +1,41 @@
+"""The command line. Nothing heavy is imported before a command needs it."""
+
+import os
+import sys
+from argparse import Namespace
+from collections.abc import Sequence
+from importlib import import_module
+
+from fire_atlas.cli.arguments import parse
+from fire_atlas.cli.failure import exit_code_of, print_error
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run ``fire-atlas`` with ``argv`` (default: this process's) and return its exit code."""
+    arguments = sys.argv[1:] if argv is None else list(argv)
+    try:
+        return _run(parse(arguments))
+    except BrokenPipeError:  # whoever read our output has seen enough: `fire-atlas schema | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except (Exception, KeyboardInterrupt) as error:
+        print_error(error, with_traceback="-vv" in arguments)
+        return exit_code_of(error)
+
+
+def _run(args: Namespace) -> int:
+    """Run the command that ``args`` name; each is the function ``run`` of a module of its name."""
+    _raise_on_termination()
+    command = import_module(f"fire_atlas.cli.{args.command}")
+    code = int(command.run(args))
+    sys.stdout.flush()
+    return code
+
+
+def _raise_on_termination() -> None:
+    """Let SIGTERM end a command the way Ctrl-C does: with its temporary files removed."""
+    import signal
+    import threading
+
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, signal.default_int_handler)

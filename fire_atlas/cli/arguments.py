@@ -1,0 +1,202 @@
+"""The arguments of every command. Imported by ``--help``, so it imports next to nothing."""
+
+import argparse
+import os
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NoReturn, TypeAlias
+
+from fire_atlas import __version__
+from fire_atlas.core.errors import RecipeError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_DESCRIPTION = (
+    "Turn fire into engine-ready sprite atlases with fire-flakes that fly with the flame."
+)
+_EPILOG = """\
+start with:
+  fire-atlas init                  list the ready recipes
+  fire-atlas init campfire         copy one, with its sample input
+  fire-atlas build campfire.yaml   write build/campfire.png, .json, ...
+
+exit codes: 0 built or up to date, 1 a build failed, 2 invalid recipe or usage, 130 interrupted"""
+
+
+class _Formatter(argparse.RawDescriptionHelpFormatter):
+    """Finds the width without ``shutil``, which takes longer to import than all of this."""
+
+    def __init__(self, prog: str) -> None:
+        try:
+            columns = os.get_terminal_size().columns
+        except OSError:
+            columns = 80
+        super().__init__(prog, max_help_position=30, width=min(columns, 100) - 2)
+
+
+class _Parser(argparse.ArgumentParser):
+    """Reports mistakes as errors like any other."""
+
+    def __init__(self, **settings: object) -> None:
+        super().__init__(formatter_class=_Formatter, allow_abbrev=False, **settings)  # type: ignore[arg-type]
+
+    def error(self, message: str) -> NoReturn:
+        """Raise instead of exiting."""
+        raise RecipeError(f"{message} (see {self.prog} --help)")
+
+
+def parse(argv: Sequence[str]) -> argparse.Namespace:
+    """Return the arguments; ``command`` names the command. Exits for ``--help``, ``--version``."""
+    parser = _Parser(prog="fire-atlas", description=_DESCRIPTION, epilog=_EPILOG)
+    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND")
+    parsers = {
+        "build": _add_build(commands),
+        "check": _add_check(commands),
+        "init": _add_init(commands),
+        "preview": _add_preview(commands),
+        "inspect": _add_inspect(commands),
+        "schema": _add_schema(commands),
+    }
+    word = argv[0] if argv else "--help"
+    if word in {"-h", "--help", "--version"}:
+        parser.parse_args([word])
+    if word not in parsers:
+        raise RecipeError(_no_command(word, parsers))
+    chosen = parsers[word]
+    # Intermixed: `build a.yaml -o out b.yaml` names two recipes.
+    args, rest = chosen.parse_known_intermixed_args(argv[1:])
+    _refuse_rest(chosen, rest)
+    args.command = word
+    return args
+
+
+_Commands: TypeAlias = "argparse._SubParsersAction[_Parser]"
+
+
+def _add_build(commands: _Commands) -> _Parser:
+    parser = commands.add_parser("build", help="build effects from recipes")
+    _add_recipes(parser)
+    parser.add_argument(
+        "-o", "--out", type=_path, metavar="DIR", help="where to write (default: build/ beside)"
+    )
+    _add_set(parser)
+    parser.add_argument("--jobs", type=_positive, metavar="N", help="workers (default: all cores)")
+    parser.add_argument("--force", action="store_true", help="build even what is up to date")
+    parser.add_argument("--json", action="store_true", help="report as JSON lines on stdout")
+    _add_volume(parser)
+    return parser
+
+
+def _add_check(commands: _Commands) -> _Parser:
+    parser = commands.add_parser("check", help="validate recipes without building")
+    _add_recipes(parser)
+    parser.add_argument("--resolved", action="store_true", help="print them with every default")
+    _add_set(parser)
+    _add_volume(parser)
+    return parser
+
+
+def _add_init(commands: _Commands) -> _Parser:
+    parser = commands.add_parser("init", help="copy a ready recipe with its sample input")
+    parser.add_argument("preset", nargs="?", metavar="PRESET", help="without one: list them")
+    parser.add_argument("folder", nargs="?", type=_path, default=".", metavar="DIR")
+    _add_volume(parser)
+    return parser
+
+
+def _add_preview(commands: _Commands) -> _Parser:
+    parser = commands.add_parser("preview", help="make a picture or animation of a result")
+    parser.add_argument("subject", type=_path, metavar="RECIPE|ATLAS.json")
+    kinds = parser.add_mutually_exclusive_group(required=True)
+    for kind, about in (
+        ("gif", "an animated GIF"),
+        ("webp", "an animated WebP, lossless"),
+        ("apng", "an animated PNG"),
+        ("sheet", "a contact sheet"),
+    ):
+        kinds.add_argument(f"--{kind}", dest="kind", action="store_const", const=kind, help=about)
+    parser.add_argument("-o", "--out", type=_path, metavar="FILE", help="what to write")
+    parser.add_argument(
+        "--background", default="#101014", metavar="COLOR", help="behind it (default: %(default)s)"
+    )
+    _add_set(parser)
+    parser.add_argument("--jobs", type=_positive, metavar="N", help="workers (default: all cores)")
+    _add_volume(parser)
+    return parser
+
+
+def _add_inspect(commands: _Commands) -> _Parser:
+    parser = commands.add_parser("inspect", help="describe a built atlas in tables")
+    parser.add_argument("atlas", type=_path, metavar="ATLAS.json")
+    _add_volume(parser)
+    return parser
+
+
+def _add_schema(commands: _Commands) -> _Parser:
+    parser = commands.add_parser("schema", help="print the JSON Schema of recipes, for editors")
+    _add_volume(parser)
+    return parser
+
+
+def _add_recipes(parser: _Parser) -> None:
+    parser.add_argument(
+        "recipes", nargs="+", type=_path, metavar="RECIPE", help="a recipe, or a folder of them"
+    )
+
+
+def _add_set(parser: _Parser) -> None:
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        dest="overrides",
+        metavar="KEY=VALUE",
+        help="change a key, like flakes.rate=80 or flakes=none",
+    )
+
+
+def _add_volume(parser: _Parser) -> None:
+    volume = parser.add_mutually_exclusive_group()
+    volume.add_argument("-q", "--quiet", action="store_true", help="print nothing but errors")
+    volume.add_argument(
+        "-v", "--verbose", action="count", default=0, help="say more; -vv: tracebacks of errors"
+    )
+
+
+def _path(text: str) -> "Path":
+    from pathlib import Path  # --help does without
+
+    return Path(text)
+
+
+def _positive(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"must be a whole number from 1; got {text}")
+    return int(text)
+
+
+def _no_command(word: str, parsers: dict[str, _Parser]) -> str:
+    from fire_atlas.recipe.suggest import did_you_mean
+
+    if word.startswith("-"):
+        return f"{word} stands before the command; options follow it, like fire-atlas build {word}"
+    if word.endswith((".yaml", ".yml")):
+        return f"there is no command {word}; did you mean fire-atlas build {word}?"
+    near = did_you_mean(word, parsers)
+    return f"there is no command {word}{near or '; commands are ' + ', '.join(parsers)}"
+
+
+def _refuse_rest(parser: _Parser, rest: list[str]) -> None:
+    """Raise for arguments that nothing took."""
+    if not rest:
+        return
+    from fire_atlas.recipe.suggest import did_you_mean
+
+    option = rest[0].partition("=")[0]
+    if not option.startswith("-"):
+        raise RecipeError(f"one argument too many: {option} (see {parser.prog} --help)")
+    known = re.findall(r"(?<![\w-])--?\w+", parser.format_help())
+    near = did_you_mean(option, known)
+    raise RecipeError(f"there is no option {option}{near or f' (see {parser.prog} --help)'}")

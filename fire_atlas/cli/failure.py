@@ -1,0 +1,64 @@
+"""How errors are shown and which exit code they give."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from fire_atlas.core.errors import FireAtlasError, InterruptedBuildError
+
+
+class Failures:
+    """Lets one recipe fail while the others go on."""
+
+    def __init__(
+        self, with_traceback: bool, tell: Callable[[str], None] = lambda message: None
+    ) -> None:
+        """``tell`` hears the message of every failure, besides stderr."""
+        self.worst_code = 0
+        self._with_traceback = with_traceback
+        self._tell = tell
+
+    @contextmanager
+    def caught(self) -> Iterator[None]:
+        """Report what is raised inside and go on after it; only an interruption goes through."""
+        try:
+            yield
+        except (KeyboardInterrupt, InterruptedBuildError) as error:
+            self._tell(message_of(error))
+            raise
+        except Exception as error:
+            self._tell(message_of(error))
+            print_error(error, self._with_traceback)
+            self.worst_code = max(self.worst_code, exit_code_of(error))
+
+
+def exit_code_of(error: BaseException) -> int:
+    """Return the exit code of a command that ended with ``error``."""
+    if isinstance(error, FireAtlasError):
+        return error.exit_code
+    return InterruptedBuildError.exit_code if isinstance(error, KeyboardInterrupt) else 1
+
+
+def message_of(error: BaseException) -> str:
+    """Say what happened, to a person."""
+    match error:
+        case FireAtlasError():
+            return str(error)
+        case KeyboardInterrupt():
+            return "interrupted; what earlier builds wrote is untouched"
+        case MemoryError():
+            return "out of memory; a smaller source.height or atlas.max_size needs less"
+        case OSError() if error.strerror:
+            about = f"{error.filename}: " if error.filename else ""
+            return f"{about}{error.strerror}"
+    return f"{type(error).__name__}: {error} (a bug in fire-atlas; -vv shows where)"
+
+
+def print_error(error: BaseException, with_traceback: bool = False) -> None:
+    """Print ``error`` on stderr, one line of it after the other."""
+    if with_traceback:
+        import traceback
+
+        traceback.print_exception(error)
+    for line in message_of(error).splitlines():
+        print(f"error: {line}", file=sys.stderr)

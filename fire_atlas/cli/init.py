@@ -1,0 +1,99 @@
+"""``fire-atlas init``."""
+
+import shutil
+from argparse import Namespace
+from pathlib import Path
+
+from fire_atlas.core.errors import OutputError, RecipeError
+from fire_atlas.recipe.inherit import presets
+from fire_atlas.recipe.suggest import did_you_mean
+from fire_atlas.recipe.tree import RecipeTree, read_tree
+
+_SOURCE_PATH = ("source", "path")
+
+
+def run(args: Namespace) -> int:
+    """List the ready recipes, or copy one with its sample input."""
+    if args.preset is None:
+        _list_presets()
+        return 0
+    recipe = _preset(args.preset)
+    target = args.folder / recipe.name
+    text, samples = _relocated(read_tree(recipe))
+    _refuse_overwriting(target, text, samples, args.folder)
+    args.folder.mkdir(parents=True, exist_ok=True)
+    target.write_text(text, encoding="utf-8", newline="\n")
+    for name, sample in samples.items():
+        (args.folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(sample, args.folder / name)
+    if not args.quiet:
+        print(f"wrote {target}" + (f" and {len(samples)} files of input" if samples else ""))
+        print(f"next: fire-atlas build {target}")
+    return 0
+
+
+def _list_presets() -> None:
+    width = max(map(len, presets()), default=0)
+    for name, path in presets().items():
+        print(f"{name:{width}}  {_first_comment(path)}".rstrip())
+
+
+def _first_comment(path: Path) -> str:
+    """Return what a recipe says about itself."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    comments = (line.lstrip("# ") for line in lines if line.startswith("#"))
+    return next((text for text in comments if not text.startswith("yaml-language-server")), "")
+
+
+def _preset(name: str) -> Path:
+    known = presets()
+    if name not in known:
+        near = did_you_mean(name, known) or f"; presets are {', '.join(known)}"
+        raise RecipeError(f"there is no preset {name}{near}")
+    return known[name]
+
+
+def _relocated(tree: RecipeTree) -> tuple[str, dict[str, Path]]:
+    """Return a preset's text with its input beside it, and each file of that input by new name.
+
+    The text is changed in one place only, so that its comments stay.
+    """
+    text = tree.path.read_text(encoding="utf-8")
+    origin = tree.origin(_SOURCE_PATH)
+    if origin.file != tree.path:  # inherited: found where the preset is that states it
+        return text, {}
+    stated = str(tree.value(_SOURCE_PATH))
+    source = tree.file_at(_SOURCE_PATH, stated)
+    lines = text.splitlines(keepends=True)
+    lines[origin.line - 1] = _restated(lines[origin.line - 1], stated, f"samples/{source.name}")
+    return "".join(lines), {f"samples/{name}": path for name, path in _files_of(source).items()}
+
+
+def _restated(line: str, old: str, new: str) -> str:
+    """Return a line with ``new`` for ``old``, a comment after it staying in its column."""
+    if f"{old} " in line:
+        return line.replace(f"{old} ", f"{new} ".ljust(len(old) + 1), 1)
+    return line.replace(old, new, 1)
+
+
+def _files_of(source: Path) -> dict[str, Path]:
+    """Return the files a source path stands for: a file, a folder's or a glob's."""
+    if source.is_dir():
+        return {f"{source.name}/{path.name}": path for path in sorted(source.iterdir())}
+    if source.is_file():
+        return {source.name: source}
+    return {path.name: path for path in sorted(source.parent.glob(source.name))}
+
+
+def _refuse_overwriting(target: Path, text: str, samples: dict[str, Path], folder: Path) -> None:
+    """Raise if a file that is there already is not the one about to be written."""
+    taken = [target] if target.exists() and target.read_bytes() != text.encode() else []
+    for name, sample in samples.items():
+        there = folder / name
+        if there.exists() and there.read_bytes() != sample.read_bytes():
+            taken.append(there)
+    if taken:
+        raise OutputError(
+            f"{taken[0]}: is there already and differs; move it away, or name another folder: "
+            f"fire-atlas init {target.stem} DIR"
+        )

@@ -1,0 +1,80 @@
+"""``fire-atlas preview``."""
+
+import os
+from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from PIL import ImageColor
+
+from fire_atlas.cli.progress import view_for
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.preview.atlas_file import read_atlas
+from fire_atlas.preview.pictures import Color, animation, contact_sheet
+from fire_atlas.preview.tracks_file import read_tracks
+from fire_atlas.staging import explained
+
+_SUFFIX = {"gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"}
+
+
+def run(args: Namespace) -> int:
+    """Make the picture that was asked for, of a recipe or of an atlas that is built already."""
+    background = _color(args.background)
+    with _atlas(args) as path:
+        atlas = read_atlas(path)
+        if args.kind == "sheet":
+            data = contact_sheet(atlas, read_tracks(path), background)
+        else:
+            data = animation(atlas, args.kind, background)
+        default = args.subject.with_name(f"{path.stem}.preview{_SUFFIX[args.kind]}")
+    target = args.out or default
+    _write(target, data)
+    if not args.quiet:
+        print(f"{target}: {len(atlas.frames)} frames")
+    return 0
+
+
+def _color(text: str) -> Color:
+    try:
+        return ImageColor.getrgb(text)[:3]
+    except ValueError:
+        raise RecipeError(
+            f'--background {text}: must be a colour like "#101014" or midnightblue'
+        ) from None
+
+
+@contextmanager
+def _atlas(args: Namespace) -> Iterator[Path]:
+    """Yield the JSON of the atlas; that of a recipe is built first, and removed at the end."""
+    if args.subject.suffix not in {".yaml", ".yml"}:
+        if args.overrides:
+            raise RecipeError("--set changes recipes; an atlas that is built stays as it is")
+        yield args.subject
+        return
+
+    from fire_atlas.build import build
+    from fire_atlas.core.workers import default_jobs
+    from fire_atlas.recipe.load import load
+
+    loaded = load(args.subject, [*args.overrides, "exports=[json]", "tracks=[json]"])
+    view = view_for(json_lines=False, quiet=args.quiet, verbose=False)
+    view.begin(args.subject)
+    with TemporaryDirectory(prefix="fire-atlas-") as folder:
+        try:
+            build(loaded, Path(folder), args.jobs or default_jobs(), view)
+        finally:
+            view.close()
+        yield Path(folder) / f"{loaded.recipe.name}.json"
+
+
+def _write(target: Path, data: bytes) -> None:
+    """Write a file whole or not at all."""
+    temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
+    with explained(target):
+        try:
+            temporary.write_bytes(data)
+            temporary.replace(target)
+        finally:
+            temporary.unlink(missing_ok=True)

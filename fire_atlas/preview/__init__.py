@@ -1,0 +1,1 @@
+"""Looking at what was built, from the written files alone."""

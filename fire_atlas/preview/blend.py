@@ -1,0 +1,36 @@
+"""How a game engine lays a frame over what is behind it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.pixels import Bytes, decode_bytes, encode_bytes
+
+
+def blend(frame: Bytes, background: tuple[int, int, int], alpha: str, blend_space: str) -> Bytes:
+    """Return what a client shows, (H, W, 3) uint8 sRGB.
+
+    Straight: rgb·a + bg·(1 − a). Premultiplied: rgb + bg·(1 − a). Additive: rgb + bg. On the
+    stored sRGB values for clients that blend in ``srgb``, on light for those in ``linear``.
+
+    Args:
+        frame: (H, W, 4) uint8 RGBA, as stored in the page.
+        background: sRGB, 0..255.
+        alpha: ``straight``, ``premultiplied`` or ``additive``.
+        blend_space: ``srgb`` or ``linear``.
+    """
+    behind = np.array(background, np.uint8).reshape(1, 1, 3)
+    if blend_space == "linear":
+        light = _over(decode_bytes(frame[..., :3]), frame, decode_bytes(behind), alpha)
+        return encode_bytes(light)
+    unit = np.float32(1 / 255)
+    shown = _over(frame[..., :3] * unit, frame, behind * unit, alpha)
+    return np.asarray(np.rint(np.clip(shown, 0, 1) * np.float32(255)), np.uint8)
+
+
+def _over(
+    rgb: NDArray[np.float32], frame: Bytes, behind: NDArray[np.float32], alpha: str
+) -> NDArray[np.float32]:
+    if alpha == "additive":
+        return rgb + behind
+    cover = frame[..., 3:] * np.float32(1 / 255)
+    return (rgb * cover if alpha == "straight" else rgb) + behind * (1 - cover)

@@ -1,0 +1,115 @@
+"""Animations and contact sheets of a result."""
+
+import io
+from collections.abc import Iterable, Sequence
+from typing import Literal
+
+import cv2
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from fire_atlas.core.pixels import Bytes, encode_bytes
+from fire_atlas.flakes.drawing import draw_flakes
+from fire_atlas.flakes.tracks import Tracks
+from fire_atlas.preview.atlas_file import AtlasFile, cut_frames
+from fire_atlas.preview.blend import blend
+
+Color = tuple[int, int, int]
+"""sRGB, 0..255."""
+
+AnimationKind = Literal["gif", "webp", "apng"]
+
+_COLUMNS = 12
+_CELL = 192
+"""Largest side of a picture in a contact sheet, px."""
+_GAP = 4
+_LABEL = 16
+_LABEL_COLOR = (170, 170, 180)
+
+_TICK = {"gif": 10, "webp": 1, "apng": 1}
+"""Milliseconds a format counts in."""
+_LEAST = {"gif": 20, "webp": 1, "apng": 1}
+"""Shortest time a frame can be shown; browsers slow down GIFs that go below."""
+
+
+def animation(atlas: AtlasFile, kind: AnimationKind, background: Color) -> bytes:
+    """Return the atlas playing over ``background``, as a GIF, WebP or APNG file."""
+    shown = dict(schedule([f.duration for f in atlas.frames], _TICK[kind], _LEAST[kind]))
+    pictures = [
+        Image.fromarray(blend(frame, background, atlas.alpha, atlas.blend_space))
+        for i, frame in enumerate(cut_frames(atlas))
+        if i in shown
+    ]
+    durations = list(shown.values())
+    file = io.BytesIO()
+    first, rest = pictures[0], pictures[1:]
+    save = {"save_all": True, "append_images": rest, "duration": durations, "loop": 0}
+    match kind:
+        case "gif":
+            first.save(file, "GIF", **save)
+        case "webp":
+            first.save(file, "WEBP", lossless=True, **save)
+        case "apng":
+            first.save(file, "PNG", **save)
+    return file.getvalue()
+
+
+def schedule(durations: Sequence[float], tick: int, least: int) -> list[tuple[int, int]]:
+    """Return which frames to show, each with its milliseconds: whole ticks, at least ``least``.
+
+    Rounding does not add up: every frame ends within half a tick of where it should. Frames too
+    short to show are left out, and their time goes to the next.
+    """
+    shown: list[tuple[int, int]] = []
+    start, end = 0, 0.0
+    for i, duration in enumerate(durations):
+        end += duration
+        length = round(end / tick) * tick - start
+        if length >= least:
+            shown.append((i, length))
+            start += length
+    return shown or [(0, least)]
+
+
+def contact_sheet(atlas: AtlasFile, tracks: Tracks | None, background: Color) -> bytes:
+    """Return a PNG of some dozen frames, evenly spread, and below each its flakes alone."""
+    count = len(atlas.frames)
+    chosen = [i * count // min(count, _COLUMNS) for i in range(min(count, _COLUMNS))]
+    frames = [
+        _fit(blend(frame, background, atlas.alpha, atlas.blend_space))
+        for i, frame in enumerate(cut_frames(atlas))
+        if i in chosen
+    ]
+    rows = [frames]
+    if tracks is not None and len(tracks.frames) == count:
+        rows.append([_flakes(tracks, i) for i in chosen])
+    file = io.BytesIO()
+    _sheet(chosen, rows, background).save(file, "PNG")
+    return file.getvalue()
+
+
+def _flakes(tracks: Tracks, i: int) -> Bytes:
+    return _fit(encode_bytes(draw_flakes(tracks.frames[i], tracks.height, tracks.width)))
+
+
+def _fit(picture: Bytes) -> Bytes:
+    """Shrink a picture until it fits a cell."""
+    height, width = picture.shape[:2]
+    scale = min(1.0, _CELL / max(height, width))
+    size = max(1, round(width * scale)), max(1, round(height * scale))
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def _sheet(numbers: Iterable[int], rows: list[list[Bytes]], background: Color) -> Image.Image:
+    """Lay out rows of pictures of one size, with frame numbers on top."""
+    height = max(picture.shape[0] for row in rows for picture in row) + _GAP
+    width = max(picture.shape[1] for row in rows for picture in row) + _GAP
+    size = len(rows[0]) * width + _GAP, len(rows) * height + _LABEL + _GAP
+    sheet = Image.new("RGB", size, background)
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default()
+    for column, number in enumerate(numbers):
+        left = _GAP + column * width
+        draw.text((left, 2), str(number), fill=_LABEL_COLOR, font=font)
+        for row, pictures in enumerate(rows):
+            sheet.paste(Image.fromarray(pictures[column]), (left, _LABEL + _GAP + row * height))
+    return sheet

@@ -1,0 +1,155 @@
+"""A recipe file → plain values and the line each of them stands in."""
+
+from pathlib import Path
+
+import yaml
+from yaml.constructor import ConstructorError, SafeConstructor
+
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.recipe.origin import COMMAND_LINE, Document, KeyPath, Origin, Value, dotted
+from fire_atlas.recipe.yaml_graph import MalformedYamlError, compose, line_of
+
+MAX_BYTES = 1 << 20
+"""Largest recipe file."""
+
+_TAG = "tag:yaml.org,2002:"
+_TEXT = {_TAG + "str", _TAG + "timestamp", _TAG + "value"}
+_MERGE = _TAG + "merge"
+
+
+def read_document(path: Path) -> Document:
+    """Return the recipe file ``path``; raise ``RecipeError`` with file and line if it is none."""
+    text = _decode(_read(path), path)
+    try:
+        root = compose(text)
+        if not isinstance(root, yaml.MappingNode):
+            raise MalformedYamlError(line_of(root), "a recipe is made of `key: value` lines")
+        walk = _Walk(path)
+        return Document(walk.mapping(root, ()), {(): Origin(path, 1), **walk.origins})
+    except MalformedYamlError as problem:
+        raise RecipeError(f"{path}:{problem.line}: {problem.message}") from None
+
+
+def parse_value(text: str, at: KeyPath) -> tuple[Value, dict[KeyPath, Origin]]:
+    """Return a value given on the command line for the key ``at``, and its origins."""
+    walk = _Walk(None)
+    return walk.value(compose(text), at), walk.origins
+
+
+def _read(path: Path) -> bytes:
+    if path.is_dir():
+        raise RecipeError(f"{path}: is a folder; name a recipe file")
+    if not path.is_file():
+        raise RecipeError(f"{path}: there is no such recipe file")
+    try:
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise RecipeError(f"{path}: cannot be read: {error.strerror}") from None
+    if len(data) > MAX_BYTES:
+        raise RecipeError(f"{path}: is larger than 1 MiB; is it really a recipe?")
+    return data
+
+
+def _decode(data: bytes, path: Path) -> str:
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise RecipeError(
+            f"{path}:{line}: byte {error.start} of the file is not UTF-8; save it as UTF-8"
+        ) from None
+
+
+class _Walk:
+    """Builds plain values from a checked node graph, noting where each key stands."""
+
+    def __init__(self, file: Path | None) -> None:
+        self.file = file
+        self.origins: dict[KeyPath, Origin] = {}
+
+    def value(self, node: yaml.Node, at: KeyPath, line: int = 0) -> Value:
+        """Return the value of ``node``; ``line`` is that of its key, where it has one."""
+        origin = Origin(self.file, line or line_of(node)) if self.file else COMMAND_LINE
+        self.origins[at] = origin
+        if isinstance(node, yaml.MappingNode):
+            return self.mapping(node, at)
+        if isinstance(node, yaml.SequenceNode):
+            _expect_tag(node, "seq", at)
+            return [self.value(item, (*at, i)) for i, item in enumerate(node.value)]
+        assert isinstance(node, yaml.ScalarNode)
+        return _scalar(node, at)
+
+    def mapping(self, node: yaml.MappingNode, at: KeyPath) -> dict[str, Value]:
+        _expect_tag(node, "map", at)
+        return {
+            name: self.value(value, (*at, name), line_of(key))
+            for name, (key, value) in _pairs(node, at).items()
+        }
+
+
+def _pairs(node: yaml.MappingNode, at: KeyPath) -> dict[str, tuple[yaml.Node, yaml.Node]]:
+    """Return key → (key node, value node); what ``<<`` brings in lies under a mapping's own."""
+    own: dict[str, tuple[yaml.Node, yaml.Node]] = {}
+    under: dict[str, tuple[yaml.Node, yaml.Node]] = {}
+    for key, value in node.value:
+        if not isinstance(key, yaml.ScalarNode):
+            raise MalformedYamlError(line_of(key), "a key must be a plain word")
+        if key.tag == _MERGE:
+            for base in _merged(value):
+                under = {**_pairs(base, at), **under}
+        elif key.value in own:
+            first = line_of(own[key.value][0])
+            name = dotted((*at, key.value))
+            raise MalformedYamlError(
+                line_of(key), f"{name}: stands here a second time, after line {first}; keep one"
+            )
+        else:
+            own[key.value] = key, value
+    return {**under, **own}
+
+
+def _merged(value: yaml.Node) -> list[yaml.MappingNode]:
+    """Return the mappings ``<<`` names: one alias, or a list of them, the first winning."""
+    bases = value.value if isinstance(value, yaml.SequenceNode) else [value]
+    if not all(isinstance(base, yaml.MappingNode) for base in bases):
+        raise MalformedYamlError(line_of(value), "<<: merges blocks; give it an alias like *name")
+    return list(bases)
+
+
+def _expect_tag(node: yaml.Node, kind: str, at: KeyPath) -> None:
+    if node.tag != _TAG + kind:
+        raise _unknown_tag(node, at)
+
+
+def _unknown_tag(node: yaml.Node, at: KeyPath) -> MalformedYamlError:
+    tag = node.tag.replace(_TAG, "!!")
+    return MalformedYamlError(
+        line_of(node), f"{_about(at)}the tag {tag} has no meaning in a recipe; remove it"
+    )
+
+
+def _scalar(node: yaml.ScalarNode, at: KeyPath) -> Value:
+    """Return text, a number, true, false or null."""
+    if node.tag in _TEXT:
+        return str(node.value)
+    if node.tag == _TAG + "null" and node.value == "":
+        # An emptied block or an unquoted #colour, not a decision to switch something off.
+        raise MalformedYamlError(
+            line_of(node),
+            f"{_about(at)}has no value; give it one or remove the key"
+            " (an unquoted # begins a comment)",
+        )
+    construct = SafeConstructor.yaml_constructors.get(node.tag)
+    if construct is None or node.tag.removeprefix(_TAG) not in {"null", "bool", "int", "float"}:
+        raise _unknown_tag(node, at)
+    try:
+        value: Value = construct(SafeConstructor(), node)
+    except (ValueError, KeyError, IndexError, ConstructorError):
+        shown = node.value if len(node.value) <= 40 else node.value[:37] + "..."
+        raise MalformedYamlError(line_of(node), f"{_about(at)}{shown} cannot be read") from None
+    return value
+
+
+def _about(at: KeyPath) -> str:
+    return f"{dotted(at)}: " if at else ""

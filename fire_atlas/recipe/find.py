@@ -1,0 +1,60 @@
+"""Which recipes a command is about."""
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.recipe.document import read_document
+from fire_atlas.recipe.inherit import EXTENDS
+from fire_atlas.recipe.tree import RecipeTree
+
+
+def find_recipes(arguments: Sequence[Path]) -> list[Path]:
+    """Return the recipe files named: each file itself, each folder's recipes in natural order."""
+    found: dict[Path, Path] = {}
+    for argument in arguments:
+        for path in _recipes_in(argument) if argument.is_dir() else [argument]:
+            found.setdefault(path.resolve(), path)
+    return list(found.values())
+
+
+def refuse_same_outputs(trees: Iterable[RecipeTree], folder_of: Callable[[Path], Path]) -> None:
+    """Raise if two recipes would write the same files; ``folder_of(recipe)`` is where it writes.
+
+    Names that differ only in case are the same on many file systems.
+    """
+    owners: dict[tuple[Path, str], Path] = {}
+    for tree in trees:
+        key = folder_of(tree.path).resolve(), tree.name.casefold()
+        other = owners.setdefault(key, tree.path)
+        if other != tree.path:
+            raise RecipeError(
+                f"{tree.path}: would write the same files ({folder_of(tree.path) / tree.name}.*) "
+                f"as {other}; give one of them another `name`"
+            )
+
+
+def natural_key(path: Path) -> list[tuple[int, str]]:
+    """Return a sort key by which ``fire2`` comes before ``fire10``."""
+    parts = re.split(r"(\d+)", path.name.casefold())
+    return [(int(part), part) if part.isdecimal() else (-1, part) for part in parts]
+
+
+def _recipes_in(folder: Path) -> list[Path]:
+    files = [path for path in folder.iterdir() if path.suffix in {".yaml", ".yml"}]
+    shown = [path for path in files if path.is_file() and not path.name.startswith(".")]
+    recipes = [path for path in sorted(shown, key=natural_key) if _looks_like_recipe(path)]
+    if not recipes:
+        raise RecipeError(
+            f"{folder}: no recipe in this folder (a .yaml file with `source` or `extends`)"
+        )
+    return recipes
+
+
+def _looks_like_recipe(path: Path) -> bool:
+    """Return whether a YAML file is ours. A broken one may be: its own message will follow."""
+    try:
+        return not {"source", EXTENDS}.isdisjoint(read_document(path).values)
+    except RecipeError:
+        return True

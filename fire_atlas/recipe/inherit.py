@@ -1,0 +1,93 @@
+"""``extends``: a recipe that starts from another."""
+
+from pathlib import Path
+
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.shipped import shipped
+from fire_atlas.recipe.document import read_document
+from fire_atlas.recipe.origin import Document, KeyPath, Value
+from fire_atlas.recipe.suggest import did_you_mean
+
+EXTENDS = "extends"
+"""The key. It is used up here: no model ever sees it."""
+
+
+def merge(base: Document, over: Document) -> Document:
+    """Return ``over`` laid on ``base``: mappings merge key by key, all else replaces."""
+    replaced: set[KeyPath] = set()
+    values = _lay(base.values, over.values, (), replaced)
+    kept = {
+        path: origin
+        for path, origin in base.origins.items()
+        if not any(path[:depth] in replaced for depth in range(1, len(path) + 1))
+    }
+    return Document(values, {**kept, **over.origins})
+
+
+def inherit(document: Document, path: Path) -> tuple[Document, tuple[Path, ...]]:
+    """Return ``document`` (of the recipe ``path``) with all it extends merged under it.
+
+    The second result names every recipe file that took part, ``path`` first.
+    """
+    layers, files = [document], [path]
+    while EXTENDS in layers[-1].values:
+        base = _base_of(layers[-1], files[-1])
+        _refuse_circle(layers[-1], files, base)
+        layers.append(read_document(base))
+        files.append(base)
+    merged = layers.pop()
+    while layers:
+        merged = merge(merged, layers.pop())
+    values = {key: value for key, value in merged.values.items() if key != EXTENDS}
+    return Document(values, merged.origins), tuple(files)
+
+
+def presets() -> dict[str, Path]:
+    """Return the ready recipes that travel with the tool, by name."""
+    return {path.stem: path for path in sorted(shipped("recipes").glob("*.yaml"))}
+
+
+def _lay(
+    base: dict[str, Value], over: dict[str, Value], at: KeyPath, replaced: set[KeyPath]
+) -> dict[str, Value]:
+    merged = dict(base)
+    for key, value in over.items():
+        below = base.get(key)
+        if isinstance(below, dict) and isinstance(value, dict):
+            merged[key] = _lay(below, value, (*at, key), replaced)
+        else:
+            merged[key] = value
+            replaced.add((*at, key))
+    return merged
+
+
+def _base_of(document: Document, path: Path) -> Path:
+    """Return the file that ``extends`` names: a preset, or a path relative to ``path``."""
+    name = document.values[EXTENDS]
+    where = document.origins[(EXTENDS,)].locate((EXTENDS,))
+    if not isinstance(name, str) or not name or "\0" in name:
+        raise RecipeError(f"{where}: must be the name of a preset or the path of a recipe")
+    if "/" in name or "\\" in name or name.endswith((".yaml", ".yml")):
+        file = path.parent / name
+        if not file.is_file():
+            raise RecipeError(f"{where}: there is no recipe file {file}")
+        return file
+    if name in presets():
+        return presets()[name]
+    raise RecipeError(f"{where}: there is no preset {name}{_instead(name, path.parent)}")
+
+
+def _instead(name: str, folder: Path) -> str:
+    for beside in (f"{name}.yaml", f"{name}.yml"):
+        if (folder / beside).is_file():
+            return f"; did you mean the file ./{beside}?"
+    return did_you_mean(name, presets()) or f"; presets are {', '.join(presets())}"
+
+
+def _refuse_circle(document: Document, files: list[Path], base: Path) -> None:
+    seen = [file.resolve() for file in files]
+    if base.resolve() in seen:
+        circle = [*files[seen.index(base.resolve()) :], base]
+        way = " -> ".join(file.name for file in circle)
+        where = document.origins[(EXTENDS,)].locate((EXTENDS,))
+        raise RecipeError(f"{where}: goes round in a circle ({way}); remove one `extends`")

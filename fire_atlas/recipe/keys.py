@@ -1,0 +1,39 @@
+"""Which keys a recipe has, read off the models."""
+
+from collections.abc import Iterator
+from typing import Any, get_args
+
+from fire_atlas.recipe.base import Settings
+from fire_atlas.recipe.inherit import EXTENDS
+from fire_atlas.recipe.models import Recipe
+from fire_atlas.recipe.origin import KeyPath
+
+
+def blocks_at(path: KeyPath) -> list[type[Settings]]:
+    """Return the models the key ``path`` may hold; none where it holds plain values."""
+    blocks: list[type[Settings]] = [Recipe]
+    for key in path:
+        fields = [block.model_fields.get(str(key)) for block in blocks]
+        blocks = [inner for field in fields if field for inner in _blocks_in(field.annotation)]
+    return blocks
+
+
+def keys_at(path: KeyPath) -> list[str]:
+    """Return the keys known in the block ``path``, in model order."""
+    keys = [key for block in blocks_at(path) for key in block.model_fields]
+    return keys if path else [*keys, EXTENDS]
+
+
+def all_keys(path: KeyPath = ()) -> Iterator[tuple[str, ...]]:
+    """Yield the key path of everything a recipe may hold."""
+    for key in keys_at(path):
+        inner = (*map(str, path), key)
+        yield inner
+        if blocks_at(inner):
+            yield from all_keys(inner)
+
+
+def _blocks_in(annotation: Any) -> list[type[Settings]]:
+    if isinstance(annotation, type) and issubclass(annotation, Settings):
+        return [annotation]
+    return [block for part in get_args(annotation) for block in _blocks_in(part)]

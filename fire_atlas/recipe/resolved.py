@@ -1,0 +1,36 @@
+"""A recipe with every default filled in, as YAML."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from fire_atlas.recipe.load import LoadedRecipe
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes lists on one line, blocks on lines of their own, in the order they come."""
+
+
+def _one_line(dumper: _Dumper, items: list[Any]) -> yaml.Node:
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", items, flow_style=True)
+
+
+_Dumper.add_representer(list, _one_line)
+
+
+def resolved_yaml(loaded: LoadedRecipe) -> str:
+    """Return the whole recipe in model order; saved beside ``loaded.path`` it builds the same."""
+    values = loaded.recipe.model_dump(mode="json")
+    values["source"]["path"] = _relative(loaded.source_path, loaded.base.resolve())
+    return yaml.dump(
+        values, Dumper=_Dumper, sort_keys=False, default_flow_style=False, allow_unicode=True
+    )
+
+
+def _relative(path: Path, base: Path) -> str:
+    try:
+        return Path(os.path.relpath(path, base)).as_posix()
+    except ValueError:  # another drive
+        return path.as_posix()

@@ -1,0 +1,42 @@
+"""JSON Schema of recipes, for editors."""
+
+from typing import Any
+
+from pydantic.json_schema import GenerateJsonSchema
+
+from fire_atlas.recipe.inherit import EXTENDS
+from fire_atlas.recipe.models import Recipe
+
+_EXTENDS_SCHEMA = {
+    "type": "string",
+    "minLength": 1,
+    "description": "Another recipe to start from: the name of a preset, or a path relative to this"
+    " file. Blocks merge key by key, all else replaces.",
+}
+
+
+class _RecipeSchema(GenerateJsonSchema):
+    """Leaves out the titles pydantic derives from key names: editors show the keys anyway."""
+
+    def field_title_should_be_set(self, schema: Any) -> bool:
+        """Never set a title."""
+        return False
+
+
+def recipe_schema() -> dict[str, Any]:
+    """Return the schema (draft 2020-12) of a recipe file."""
+    schema = Recipe.model_json_schema(schema_generator=_RecipeSchema)
+    path_needed = {"required": schema["$defs"]["FramesSource"].pop("required")}
+    properties = {"version": schema["properties"].pop("version"), EXTENDS: _EXTENDS_SCHEMA}
+    return {
+        "$schema": GenerateJsonSchema.schema_dialect,
+        **schema,
+        "title": "fire-atlas recipe",
+        "properties": {**properties, **schema["properties"]},
+        # What a recipe extends may state the source, or its path, in its stead.
+        "required": [],
+        "anyOf": [
+            {"required": [EXTENDS]},
+            {"required": ["source"], "properties": {"source": path_needed}},
+        ],
+    }

@@ -1,0 +1,73 @@
+"""A recipe as it was written: merged, not yet validated. Needs no pydantic."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.recipe.document import read_document
+from fire_atlas.recipe.inherit import inherit, merge
+from fire_atlas.recipe.name import NAME_ADVICE, is_name, nearest_name
+from fire_atlas.recipe.origin import KeyPath, Origin, Value
+from fire_atlas.recipe.override import parse_override
+
+
+@dataclass(frozen=True, slots=True)
+class RecipeTree:
+    """A recipe's own keys, what it extends and what ``--set`` changes, as one tree.
+
+    Attributes:
+        path: The recipe file, as the user named it.
+        values: Plain values by key; ``extends`` is used up.
+        origins: Key path → where the value was written.
+        files: Every recipe file that was read, ``path`` first.
+    """
+
+    path: Path
+    values: dict[str, Value]
+    origins: dict[KeyPath, Origin]
+    files: tuple[Path, ...]
+
+    @property
+    def name(self) -> str:
+        """The file stem of all outputs: ``name``, or the stem of the recipe file."""
+        given = self.values.get("name", self.path.stem)
+        if isinstance(given, str) and is_name(given):
+            return given
+        if "name" in self.values:
+            raise RecipeError(f"{self.origin(('name',)).locate(('name',))}: {NAME_ADVICE}")
+        raise RecipeError(
+            f"{self.path}: outputs cannot be called {given!r} like the recipe file; "
+            f"add a line `name: {nearest_name(self.path.stem)}`"
+        )
+
+    def value(self, path: tuple[str, ...]) -> Value:
+        """Return what stands at ``path``; None where nothing does."""
+        value: Value = self.values
+        for key in path:
+            value = value.get(key) if isinstance(value, dict) else None
+        return value
+
+    def origin(self, path: KeyPath) -> Origin:
+        """Return where ``path`` was written, or else the nearest block around it."""
+        while path and path not in self.origins:
+            path = path[:-1]
+        return self.origins[path]
+
+    def file_at(self, path: KeyPath, text: str) -> Path:
+        """Return the absolute path that the key ``path`` means by ``text``.
+
+        It is relative to the recipe file that states it; what ``--set`` states is relative to the
+        recipe it changes, so that a build does not depend on the folder it is started in.
+        """
+        folder = (self.origin(path).file or self.path).parent
+        return (folder / text).resolve()
+
+
+def read_tree(path: Path, overrides: Sequence[str] = ()) -> RecipeTree:
+    """Return the recipe ``path`` with ``overrides`` (``key=value``) and all it extends."""
+    document = read_document(path)
+    for text in overrides:
+        document = merge(document, parse_override(text))
+    document, files = inherit(document, path)
+    return RecipeTree(path, document.values, document.origins, files)

@@ -1,0 +1,148 @@
+"""A recipe tree held to the models; each of pydantic's errors becomes one line of advice."""
+
+import json
+import re
+from collections.abc import Callable
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.recipe.base import BRANCHES, COLOR_PATTERN, UNDECIDED
+from fire_atlas.recipe.keys import all_keys, blocks_at, keys_at
+from fire_atlas.recipe.models import Recipe
+from fire_atlas.recipe.name import NAME_ADVICE, NAME_PATTERN
+from fire_atlas.recipe.origin import KeyPath, dotted
+from fire_atlas.recipe.suggest import did_you_mean
+from fire_atlas.recipe.tree import RecipeTree
+
+_PATTERNS = {
+    NAME_PATTERN: NAME_ADVICE,
+    COLOR_PATTERN: 'must be a colour like "#ff7300", with the quotes',
+}
+
+
+def validate(tree: RecipeTree) -> Recipe:
+    """Return the recipe ``tree`` describes; raise ``RecipeError`` with a line for each mistake."""
+    try:
+        return Recipe.model_validate(tree.values)
+    except ValidationError as error:
+        found = [(_key_path(details), details) for details in error.errors(include_url=False)]
+    lines = [
+        (tree.origin(path).line, f"{tree.origin(path).locate(path)}: {_advice(path, details)}")
+        for path, details in found
+        if not any(_inside(other, path) for other, _ in found)
+    ]
+    raise RecipeError("\n".join(text for _, text in sorted(lines, key=lambda line: line[0])))
+
+
+def _key_path(details: ErrorDetails) -> KeyPath:
+    return tuple(part for part in details["loc"] if part not in BRANCHES)
+
+
+def _inside(inner: KeyPath, outer: KeyPath) -> bool:
+    """Return whether ``inner`` is below ``outer``: its error is then the cause of the other."""
+    return len(inner) > len(outer) and inner[: len(outer)] == outer
+
+
+def _advice(path: KeyPath, details: ErrorDetails) -> str:
+    """Say what would be right at ``path``."""
+    kind, context = details["type"], details.get("ctx", {})
+    match kind:
+        case "extra_forbidden":
+            return f"unknown key{_known_instead(path)}"
+        case "missing":
+            return _missing(path)
+        case "literal_error":
+            return _choice(context["expected"], details["input"])
+        case "string_pattern_mismatch" if context["pattern"] in _PATTERNS:
+            return f"{_PATTERNS[context['pattern']]}; got {_shown(details['input'])}"
+        case "value_error":
+            return str(context["error"])
+        case "model_type" | "model_attributes_type":
+            return f"must be a block{_example_block(path)}; got {_shown(details['input'])}"
+    if kind == UNDECIDED:
+        wanted = details["msg"]
+    elif kind in _WANTED:
+        wanted = f"must be {_WANTED[kind](context)}"
+    else:
+        wanted = details["msg"]
+    return f"{wanted}; got {_shown(details['input'])}"
+
+
+_WANTED: dict[str, Callable[[dict[str, Any]], str]] = {
+    "bool_type": lambda _: "true or false",
+    "finite_number": lambda _: "a finite number",
+    "float_type": lambda _: "a number",
+    "int_type": lambda _: "a whole number",
+    "string_type": lambda _: "text (put it in quotes if it is meant to be)",
+    "string_too_short": lambda _: "text of at least one character",
+    "string_too_long": lambda ctx: f"at most {ctx['max_length']} characters",
+    "string_pattern_mismatch": lambda _: "text without control characters",
+    "tuple_type": lambda _: "a list, like [a, b]",
+    "too_short": lambda ctx: f"a list of at least {ctx['min_length']}",
+    "too_long": lambda ctx: f"a list of at most {ctx['max_length']}",
+    "greater_than": lambda ctx: f"more than {ctx['gt']:g}",
+    "greater_than_equal": lambda ctx: f"at least {ctx['ge']:g}",
+    "less_than": lambda ctx: f"less than {ctx['lt']:g}",
+    "less_than_equal": lambda ctx: f"at most {ctx['le']:.10g}",
+}
+"""Error type of pydantic → what is wanted, from the error's context."""
+
+
+def _known_instead(path: KeyPath) -> str:
+    """Guess the key that was meant: one of the same block, else one of another."""
+    parent, key = path[:-1], str(path[-1])
+    prefix = f"{dotted(parent)}." if parent else ""
+    for known in all_keys():
+        if "." in key and dotted(known) == key:
+            return f"; write `{known[-1]}` inside the block `{dotted(known[:-1])}`"
+    if near := did_you_mean(key, keys_at(parent), prefix):
+        return near
+    for known in all_keys():
+        if known[-1] == key:
+            return f"; did you mean {dotted(known)}?"
+    return f"; known are {', '.join(keys_at(parent))}"
+
+
+def _missing(path: KeyPath) -> str:
+    if isinstance(path[-1], int):
+        return f"is missing: the list needs {path[-1] + 1} items"
+    about = ""
+    for block in blocks_at(path[:-1]):
+        if field := block.model_fields.get(path[-1]):
+            about = f": {_first_sentence(field.description)}"
+    return f"is missing{about}"
+
+
+def _first_sentence(text: str | None) -> str:
+    """Return the first sentence of a docstring, as the middle of another sentence."""
+    sentence = " ".join((text or "").split()).partition(". ")[0].rstrip(".")
+    return sentence[:1].lower() + sentence[1:]
+
+
+def _choice(expected: str, given: Any) -> str:
+    """Name the choices of a literal; ``expected`` is pydantic's list of them."""
+    choices = re.findall(r"'([^']*)'", expected) or [expected]
+    one_of = "one of " if len(choices) > 1 else ""
+    near = did_you_mean(given, choices) if isinstance(given, str) else ""
+    return f"must be {one_of}{', '.join(choices)}; got {_shown(given)}{near}"
+
+
+def _example_block(path: KeyPath) -> str:
+    needed = [
+        key
+        for block in blocks_at(path)
+        for key, field in block.model_fields.items()
+        if field.is_required()
+    ]
+    return f", like {{{', '.join(f'{key}: ...' for key in needed)}}}" if needed else " of settings"
+
+
+def _shown(value: Any) -> str:
+    """Return a value as it might stand in a recipe, shortened."""
+    if isinstance(value, float):
+        return f"{value:g}"
+    text = json.dumps(value, ensure_ascii=False, default=str)
+    return text if len(text) <= 60 else f"{text[:57]}..."

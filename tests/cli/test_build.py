@@ -1,0 +1,132 @@
+"""``build`` as people, scripts and build systems run it."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import pytest
+
+Run = Callable[..., CompletedProcess[str]]
+
+
+def events(result: CompletedProcess[str]) -> list[dict[str, object]]:
+    return [json.loads(line) for line in result.stdout.splitlines()]
+
+
+def test_a_build_goes_to_the_folder_build_beside_the_recipe(run: Run, campfire: Path) -> None:
+    result = run("build", campfire.name)
+    assert result.returncode == 0
+    assert (campfire.parent / "build" / "campfire.png").is_file()
+    assert result.stdout.startswith("campfire.yaml: 4 files in build (")
+
+
+def test_o_chooses_the_folder(run: Run, campfire: Path) -> None:
+    assert run("build", campfire.name, "-o", "assets/fire").returncode == 0
+    assert (campfire.parent / "assets" / "fire" / "campfire.json").is_file()
+    assert not (campfire.parent / "build").exists()
+
+
+def test_a_second_build_has_nothing_to_do_unless_forced(run: Run, campfire: Path) -> None:
+    page = campfire.parent / "build" / "campfire.png"
+    run("build", campfire.name)
+    written = page.stat().st_mtime_ns
+    assert run("build", campfire.name).stdout == "campfire.yaml: up to date\n"
+    assert page.stat().st_mtime_ns == written
+    assert "4 files" in run("build", campfire.name, "--force").stdout
+    assert page.stat().st_mtime_ns > written
+
+
+def test_without_a_terminal_stages_are_plain_lines(run: Run, campfire: Path) -> None:
+    result = run("build", campfire.name)
+    assert "campfire.yaml: render (6)\n" in result.stderr
+    assert "\x1b" not in result.stderr + result.stdout
+
+
+def test_quiet_says_nothing_and_verbose_names_the_files(run: Run, campfire: Path) -> None:
+    quiet = run("build", campfire.name, "-q")
+    assert (quiet.stdout, quiet.stderr) == ("", "")
+    verbose = run("build", campfire.name, "-v", "--force")
+    assert f"  {Path('build') / 'campfire.png'}\n" in verbose.stdout
+    assert "  render: " in verbose.stdout
+
+
+def test_json_lines_tell_a_program_everything(run: Run, campfire: Path) -> None:
+    result = run("build", campfire.name, "--json")
+    told = events(result)
+    render = [event for event in told if event.get("stage") == "render"]
+    assert (render[0]["done"], render[-1]["done"]) == (0, 6)
+    assert {event["total"] for event in render} == {6}
+    assert {event["recipe"] for event in told} == {"campfire.yaml"}
+    assert told[-1]["event"] == "done"
+    assert str(Path("build") / "campfire.png") in told[-1]["files"]  # type: ignore[operator]
+    assert set(told[-1]) == {"event", "recipe", "fresh", "files", "timings", "statistics"}
+    assert result.stderr == ""
+    assert events(run("build", campfire.name, "--json"))[-1]["fresh"] is True
+
+
+def test_json_lines_tell_of_errors_too(run: Run, campfire: Path) -> None:
+    result = run("build", campfire.name, "--json", "--set", "flakes.rate=x")
+    assert result.returncode == 2
+    assert events(result) == [
+        {
+            "event": "error",
+            "recipe": "campfire.yaml",
+            "message": '--set flakes.rate: must be a number; got "x"',
+        }
+    ]
+
+
+def test_one_bad_recipe_does_not_stop_the_others(run: Run, campfire: Path) -> None:
+    campfire.with_name("a.yaml").write_text("source: {path: clip}\nzzz: 1\n")
+    campfire.with_name("b.yaml").write_text("source: {path: nowhere}\n")
+    result = run("build", ".")
+    assert result.returncode == 2
+    assert "error: a.yaml:2: zzz: unknown key" in result.stderr
+    assert "nowhere: does not exist" in result.stderr
+    assert "campfire.yaml: 4 files in build" in result.stdout
+
+
+def test_a_failed_build_alone_exits_with_1(run: Run, campfire: Path) -> None:
+    campfire.write_text("source: {path: nowhere}\n")
+    assert run("build", campfire.name).returncode == 1
+
+
+def test_recipes_that_would_overwrite_each_other_are_not_built(run: Run, campfire: Path) -> None:
+    campfire.with_name("b.yaml").write_text("source: {path: clip}\nname: campfire\n")
+    result = run("build", ".")
+    assert result.returncode == 2
+    assert "would write the same files" in result.stderr
+    assert not (campfire.parent / "build").exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_build_exits_with_130_and_leaves_things_as_they_were(
+    run: Run, campfire: Path, environment: dict[str, str], number: signal.Signals
+) -> None:
+    run("build", campfire.name)
+    before = {path: path.stat().st_mtime_ns for path in (campfire.parent / "build").rglob("*")}
+    command = ["build", campfire.name, "--set", "source.height=1200", "--jobs", "1", "--json"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "fire_atlas", *command],
+        cwd=campfire.parent,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        while '"stage"' not in process.stdout.readline():
+            time.sleep(0.01)
+        process.send_signal(number)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert err == "error: interrupted; what earlier builds wrote is untouched\n"
+    assert json.loads(out.splitlines()[-1])["event"] == "error"
+    after = {path: path.stat().st_mtime_ns for path in (campfire.parent / "build").rglob("*")}
+    assert after == before

@@ -1,0 +1,96 @@
+"""``init``: ready recipes, with their input."""
+
+from pathlib import Path
+
+import pytest
+
+from fire_atlas.cli import main
+from fire_atlas.core.shipped import shipped
+from fire_atlas.recipe import inherit
+from fire_atlas.recipe.load import load
+
+RECIPE = (
+    "# yaml-language-server: $schema=x\n# Torch: burns.\nsource:\n  path: {}   # why\nseed: 3\n"
+)
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Work in a folder of our own."""
+    (tmp_path / "work").mkdir()
+    monkeypatch.chdir(tmp_path / "work")
+    return tmp_path / "work"
+
+
+@pytest.fixture
+def presets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Ship a recipe of a folder, one of a file, one that inherits."""
+    for folder in ("recipes", "samples/clip"):
+        (tmp_path / "shipped" / folder).mkdir(parents=True)
+    samples = tmp_path / "shipped" / "samples"
+    for path in (samples / "clip" / "0.png", samples / "clip" / "1.png", samples / "torch.gif"):
+        path.write_bytes(path.name.encode())
+    recipes = tmp_path / "shipped" / "recipes"
+    (recipes / "clip.yaml").write_text(RECIPE.format("../samples/clip"))
+    (recipes / "torch.yaml").write_text(RECIPE.format('"../samples/torch.gif"'))
+    (recipes / "child.yaml").write_text("# Child: inherits.\nextends: torch\n")
+    monkeypatch.setattr(inherit, "shipped", lambda kind: tmp_path / "shipped" / kind)
+    return recipes
+
+
+def test_without_a_name_the_presets_are_listed(
+    presets: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["init"]) == 0
+    assert capsys.readouterr().out == (
+        "child  Child: inherits.\nclip   Torch: burns.\ntorch  Torch: burns.\n"
+    )
+
+
+def test_a_recipe_is_copied_with_its_folder_of_frames(
+    presets: Path, elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["init", "clip"]) == 0
+    assert capsys.readouterr().out == (
+        "wrote clip.yaml and 2 files of input\nnext: fire-atlas build clip.yaml\n"
+    )
+    text = (elsewhere / "clip.yaml").read_text()
+    assert text == RECIPE.format("../samples/clip").replace("../samples/clip ", "samples/clip    ")
+    assert (elsewhere / "samples" / "clip" / "1.png").read_bytes() == b"1.png"
+
+
+def test_a_recipe_is_copied_with_its_file_into_a_new_folder(presets: Path, elsewhere: Path) -> None:
+    assert main(["init", "torch", "game/fx"]) == 0
+    loaded = load(elsewhere / "game" / "fx" / "torch.yaml")
+    assert loaded.source_path == elsewhere / "game" / "fx" / "samples" / "torch.gif"
+    assert loaded.source_path.read_bytes() == b"torch.gif"
+
+
+def test_a_recipe_that_inherits_its_source_goes_on_inheriting_it(
+    presets: Path, elsewhere: Path
+) -> None:
+    assert main(["init", "child"]) == 0
+    assert load(elsewhere / "child.yaml").source_path == presets.parent / "samples" / "torch.gif"
+
+
+def test_what_is_there_already_is_never_overwritten(
+    presets: Path, elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["init", "clip"]) == 0
+    assert main(["init", "clip"]) == 0
+    (elsewhere / "samples" / "clip" / "1.png").write_bytes(b"mine")
+    (elsewhere / "clip.yaml").unlink()
+    assert main(["init", "clip"]) == 1
+    assert "1.png: is there already and differs" in capsys.readouterr().err
+    assert not (elsewhere / "clip.yaml").exists()
+
+
+def test_a_misspelt_preset_is_guessed(presets: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["init", "troch"]) == 2
+    assert capsys.readouterr().err == "error: there is no preset troch; did you mean torch?\n"
+
+
+@pytest.mark.parametrize("preset", sorted(p.stem for p in shipped("recipes").glob("*.yaml")))
+def test_every_preset_that_ships_can_be_copied_and_checked(preset: str) -> None:
+    assert main(["init", preset]) == 0
+    assert main(["check", f"{preset}.yaml"]) == 0

@@ -1,0 +1,234 @@
+"""``preview`` and ``inspect``: what was built, looked at from its files."""
+
+import io
+import json
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image, ImageSequence
+
+from fire_atlas.core.errors import FireAtlasError, SourceError
+from fire_atlas.core.pixels import linear_to_srgb, srgb_to_linear
+from fire_atlas.preview.atlas_file import cut_frames, read_atlas
+from fire_atlas.preview.blend import blend
+from fire_atlas.preview.pictures import animation, contact_sheet, schedule
+
+Run = Callable[..., CompletedProcess[str]]
+
+
+@pytest.fixture
+def atlas(tmp_path: Path) -> Path:
+    """Two pages: frames 0 and 1 on the first, frame 2 (not trimmed) on the second."""
+    page = np.zeros((16, 16, 4), np.uint8)
+    page[0:4, 0:6] = (255, 0, 0, 255)
+    page[8:12, 2:8] = (0, 255, 0, 128)
+    Image.fromarray(page).save(tmp_path / "fire.png")
+    Image.fromarray(np.full((8, 10, 4), 200, np.uint8)).save(tmp_path / "fire-1.png")
+
+    def frame(x: int, y: int, w: int, h: int, trim_x: int, trim_y: int) -> dict[str, Any]:
+        return {
+            "frame": {"x": x, "y": y, "w": w, "h": h},
+            "spriteSourceSize": {"x": trim_x, "y": trim_y, "w": w, "h": h},
+            "sourceSize": {"w": 10, "h": 8},
+            "duration": 41.667,
+        }
+
+    def document(page: int, size: tuple[int, int], frames: dict[str, Any]) -> dict[str, Any]:
+        return {
+            "frames": frames,
+            "animations": {"fire": list(frames)},
+            "meta": {
+                "image": f"fire{'-1' * page}.png",
+                "size": {"w": size[0], "h": size[1]},
+                "fireAtlas": {"alpha": "straight", "blendSpace": "srgb"},
+            },
+        }
+
+    places = {"fire/0000": frame(0, 0, 6, 4, 1, 2), "fire/0001": frame(2, 8, 6, 4, 4, 4)}
+    first = document(0, (16, 16), places)
+    first["meta"]["related_multi_packs"] = ["fire-1.json"]
+    second = document(1, (10, 8), {"fire/0002": frame(0, 0, 10, 8, 0, 0)})
+    (tmp_path / "fire.json").write_text(json.dumps(first))
+    (tmp_path / "fire-1.json").write_text(json.dumps(second))
+    return tmp_path / "fire.json"
+
+
+def edited(atlas: Path, change: Callable[[dict[str, Any]], object]) -> Path:
+    document = json.loads(atlas.read_text())
+    change(document)
+    atlas.write_text(json.dumps(document))
+    return atlas
+
+
+def test_frames_are_cut_out_at_their_full_size_across_pages(atlas: Path) -> None:
+    frames = list(cut_frames(read_atlas(atlas)))
+    assert [frame.shape for frame in frames] == [(8, 10, 4)] * 3
+    expected = np.zeros((8, 10, 4), np.uint8)
+    expected[2:6, 1:7] = (255, 0, 0, 255)
+    np.testing.assert_array_equal(frames[0], expected)
+    assert frames[1][4:8, 4:10, 1].min() == 255
+    assert frames[2].min() == 200
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda d: d.pop("animations"), "is no atlas that fire-atlas wrote"),
+        (lambda d: d["meta"].pop("fireAtlas"), "is no atlas that fire-atlas wrote"),
+        (lambda d: d.update(frames=[]), "is no atlas that fire-atlas wrote"),
+        (lambda d: d["meta"].update(image="../secret.png"), "is no plain file name"),
+        (lambda d: d["meta"].update(related_multi_packs=["/etc/x.json"]), "is no plain file name"),
+        (lambda d: d["meta"].update(image="gone.png"), "gone.png: the page cannot be read"),
+        (lambda d: d["meta"]["size"].update(w=99), "is 16x16, but the atlas says 99x16"),
+        (lambda d: d["frames"]["fire/0000"]["frame"].update(x=12), "lies outside of its page"),
+        (lambda d: d["frames"]["fire/0000"]["frame"].update(x=-2), "lies outside of its page"),
+        (lambda d: d["frames"]["fire/0001"]["spriteSourceSize"].update(y=5), "its own frame"),
+    ],
+)
+def test_a_damaged_atlas_is_refused_with_a_reason(
+    atlas: Path, change: Callable[[dict[str, Any]], object], message: str
+) -> None:
+    with pytest.raises(SourceError, match=message):
+        list(cut_frames(read_atlas(edited(atlas, change))))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "code"),
+    [("gone.json", None, 2), ("fire.yaml", "a: 1", 2), ("x.json", "{", 1), ("x.json", "[]", 1)],
+)
+def test_what_is_no_atlas_is_refused(
+    tmp_path: Path, name: str, text: str | None, code: int
+) -> None:
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    with pytest.raises(FireAtlasError, match=name) as caught:
+        read_atlas(tmp_path / name)
+    assert caught.value.exit_code == code
+
+
+@pytest.mark.parametrize("blend_space", ["srgb", "linear"])
+@pytest.mark.parametrize("alpha", ["straight", "premultiplied", "additive"])
+def test_frames_are_blended_as_their_client_does(alpha: str, blend_space: str) -> None:
+    rng = np.random.default_rng(1)
+    frame = rng.integers(0, 256, (5, 7, 4), np.uint8)
+    colour = np.asarray(frame[..., :3] / 255, np.float32)
+    behind = np.asarray([16 / 255, 32 / 255, 200 / 255], np.float32)
+    cover = frame[..., 3:] / 255
+    if blend_space == "linear":
+        colour, behind = srgb_to_linear(colour), srgb_to_linear(behind)
+    expected = {
+        "straight": colour * cover + behind * (1 - cover),
+        "premultiplied": colour + behind * (1 - cover),
+        "additive": colour + behind,
+    }[alpha].clip(0, 1)
+    if blend_space == "linear":
+        expected = linear_to_srgb(expected)
+    shown = blend(frame, (16, 32, 200), alpha, blend_space)
+    assert shown.dtype == np.uint8
+    assert np.abs(shown - expected * 255).max() <= 1
+
+
+@given(
+    st.lists(st.floats(0.1, 200), min_size=1, max_size=60),
+    st.sampled_from([(10, 20), (1, 1)]),
+)
+def test_rounded_durations_keep_time(durations: list[float], format_: tuple[int, int]) -> None:
+    tick, least = format_
+    shown = schedule(durations, tick, least)
+    assert all(length >= least and length % tick == 0 for _, length in shown)
+    ends = np.cumsum(durations)
+    if ends[-1] >= least + tick:
+        end = 0
+        for i, length in shown:
+            end += length
+            assert abs(end - ends[i]) <= tick / 2 + 1e-6
+        assert abs(end - ends[-1]) < least + tick
+
+
+@pytest.mark.parametrize(("kind", "name"), [("gif", "GIF"), ("webp", "WEBP"), ("apng", "PNG")])
+def test_an_animation_has_every_frame_at_its_time(atlas: Path, kind: Any, name: str) -> None:
+    with Image.open(io.BytesIO(animation(read_atlas(atlas), kind, (0, 0, 64)))) as picture:
+        assert picture.format == name
+        durations, colours = [], []
+        for frame in ImageSequence.Iterator(picture):
+            rgb = frame.convert("RGB")
+            durations.append(frame.info["duration"])
+            colours.append([rgb.getpixel((3, 3)), rgb.getpixel((9, 7)), rgb.getpixel((0, 0))])
+    assert sum(durations) == pytest.approx(125, abs=5)
+    assert len(durations) == 3
+    night, half = (0, 0, 64), (0, 128, 32)
+    mixed = (157, 157, 171)  # 200 · 200/255 + background · 55/255
+    expected = [[(255, 0, 0), night, night], [night, half, night], [mixed] * 3]
+    assert np.abs(np.array(colours) - np.array(expected)).max() <= 1
+
+
+def test_a_contact_sheet_shows_a_dozen_frames_and_their_flakes(run: Run, campfire: Path) -> None:
+    run("build", campfire.name, "-q")
+    result = run("preview", "build/campfire.json", "--sheet", "-o", "sheet.png")
+    assert result.stdout == "sheet.png: 6 frames\n"
+    with Image.open(campfire.with_name("sheet.png")) as sheet:
+        pixels = np.asarray(sheet.convert("RGB"), np.int64)
+    assert pixels.shape == (2 * 36 + 20, 6 * 28 + 4, 3)
+    assert tuple(pixels[0, 0]) == (16, 16, 20)
+    flakes_of_last_frame = pixels[-36:-4, -28:-4]
+    assert flakes_of_last_frame.max() > 100
+    assert flakes_of_last_frame[0, 0].max() == 0
+
+
+def test_a_sheet_without_tracks_has_one_row(atlas: Path) -> None:
+    with Image.open(io.BytesIO(contact_sheet(read_atlas(atlas), None, (0, 0, 0)))) as sheet:
+        assert sheet.size == (3 * 14 + 4, 12 + 20)
+
+
+def test_a_recipe_is_built_for_its_preview_and_nothing_else_stays(run: Run, campfire: Path) -> None:
+    before = set(campfire.parent.rglob("*"))
+    result = run("preview", campfire.name, "--gif", "-q", "--set", "exports=[]")
+    assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
+    made = set(campfire.parent.rglob("*")) - before
+    assert {path.name for path in made} == {"campfire.preview.gif"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["fire.json", "--gif", "--background", "fog"], 2, "error: --background fog: must be a"),
+        (["fire.json", "--gif", "--set", "seed=1"], 2, "error: --set changes recipes"),
+        (["none.json", "--gif"], 2, "error: none.json: cannot be read"),
+        (["fire.json", "--gif", "-o", "no/fire.gif"], 1, "fire.gif: cannot be written"),
+    ],
+)
+def test_bad_previews_are_explained(
+    run: Run, atlas: Path, arguments: list[str], code: int, message: str
+) -> None:
+    result = run("preview", *arguments)
+    assert result.returncode == code
+    assert message in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_inspect_prints_pages_frames_and_flakes(run: Run, campfire: Path) -> None:
+    run("build", campfire.name, "-q")
+    told = run("inspect", "build/campfire.json").stdout
+    for word in ("campfire.png", "occupancy", "24 x 32", "0.50 s", "12", "born", "px/s"):
+        assert word in told
+
+
+def test_inspect_counts_frames_page_by_page(run: Run, atlas: Path) -> None:
+    told = run("inspect", atlas.name).stdout
+    assert "18.8 %" in told
+    assert "100.0 %" in told
+    assert "2, to 6..10 x 4..8" in told
+    assert "flakes" not in told
+
+
+def test_broken_tracks_are_refused(run: Run, atlas: Path) -> None:
+    atlas.with_name("fire.flakes.json").write_text('{"columns": []}')
+    result = run("inspect", atlas.name)
+    assert result.returncode == 1
+    assert "fire.flakes.json: are no tracks that fire-atlas wrote" in result.stderr

@@ -1,0 +1,141 @@
+"""Mistakes in recipes and the advice they get."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.recipe.load import load
+
+Write = Callable[..., Path]
+SOURCE = "source: {path: x}\n"
+
+
+def advice(path: Path, *overrides: str) -> list[str]:
+    """Return the lines of advice, without the folder in front."""
+    with pytest.raises(RecipeError) as caught:
+        load(path, overrides)
+    assert caught.value.exit_code == 2
+    lines = str(caught.value).splitlines()
+    assert not any("literal" in line or "pydantic" in line or "<" in line for line in lines)
+    return [line.removeprefix(f"{path.parent}/") for line in lines]
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "told"),
+    [
+        ("flakes:\n  alhpa: 1", "3: flakes.alhpa", "unknown key; did you mean flakes.alpha?"),
+        ("Seed: 1", "2: Seed", "unknown key; did you mean seed?"),
+        ("rate: 3", "2: rate", "unknown key; did you mean flakes.rate?"),
+        ("flakes.rate: 3", "2: flakes.rate", "unknown key; write `rate` inside the block `flakes`"),
+        ("composite: {zzz: 1}", "2: composite.zzz", "unknown key; known are blend, intensity"),
+        ("flakes: {rate: fast}", "2: flakes.rate", 'must be a number; got "fast"'),
+        ("flakes: {rate: '80'}", "2: flakes.rate", 'must be a number; got "80"'),
+        ("flakes: {rate: yes}", "2: flakes.rate", "must be a number; got true"),
+        ("flakes: {bake: 1}", "2: flakes.bake", "must be true or false; got 1"),
+        ("flakes: {life: 1}", "2: flakes.life", "must be a list, like [a, b]; got 1"),
+        ("flakes: {life: [1]}", "2: flakes.life.1", "is missing: the list needs 2 items"),
+        (
+            "flakes: {life: [1, 2, 3]}",
+            "2: flakes.life",
+            "must be a list of at most 2; got [1, 2, 3]",
+        ),
+        (
+            "flakes: {life: [3, 2]}",
+            "2: flakes.life",
+            "the first number must not exceed the second; got [3.0, 2.0]",
+        ),
+        ("flakes: {life: [1, 99]}", "2: flakes.life.1", "must be at most 60; got 99"),
+        ("flakes: {life: [0, 9]}", "2: flakes.life.0", "must be more than 0; got 0"),
+        ("flakes: {rate: .inf}", "2: flakes.rate", "must be a finite number; got inf"),
+        (
+            "flakes: {colors: [red]}",
+            "2: flakes.colors.0",
+            'must be a colour like "#ff7300", with the quotes; got "red"',
+        ),
+        ("flakes: {colors: []}", "2: flakes.colors", "must be a list of at least 1; got []"),
+        ("flakes: nnoe", "2: flakes", 'must be `none` or a block of settings; got "nnoe"'),
+        ("flakes: {alpha: fast}", "2: flakes.alpha", 'must be `auto` or a number; got "fast"'),
+        ("features: {epsilon: -1}", "2: features.epsilon", "must be at least 0; got -1"),
+        ("buoyancy: {lift: up}", "2: buoyancy.lift", 'must be a number, or two: [x, y]; got "up"'),
+        ("buoyancy: {lift: [1, up]}", "2: buoyancy.lift.1", 'must be a number; got "up"'),
+        ("buoyancy: {cell: 2.5}", "2: buoyancy.cell", "must be a whole number; got 2.5"),
+        ("features: ~", "2: features", "must be a block of settings; got null"),
+        (
+            "atlas:\n  layout: gird",
+            "3: atlas.layout",
+            'must be one of packed, grid; got "gird"; did you mean grid?',
+        ),
+        ("tracks: [jsn]", "2: tracks.0", 'must be one of json, csv; got "jsn"; did you mean json?'),
+        ("version: 2", "2: version", "must be 1; got 2"),
+        ("seed: -1", "2: seed", "must be at least 0; got -1"),
+        ("name: 7", "2: name", "must be text (put it in quotes if it is meant to be); got 7"),
+    ],
+)
+def test_each_mistake_gets_its_line_of_advice(
+    write: Write, text: str, place: str, told: str
+) -> None:
+    assert advice(write(SOURCE + text)) == [f"campfire.yaml:{place}: {told}"]
+
+
+@pytest.mark.parametrize("name", ["../x", "a/b", "/etc/x", "..", ".x", "x.", "a b", "a\\\\b"])
+def test_a_name_that_is_no_plain_file_name_is_refused(write: Write, name: str) -> None:
+    [line] = advice(write(f'{SOURCE}name: "{name}"'))
+    assert line.startswith("campfire.yaml:2: name: must be a plain file name, not a path")
+
+
+def test_a_missing_source_is_asked_for(write: Write) -> None:
+    assert advice(write("\nseed: 1")) == [
+        "campfire.yaml:1: source: is missing: where the fire comes from"
+    ]
+
+
+def test_a_missing_key_is_reported_at_its_block(write: Write) -> None:
+    [line] = advice(write("seed: 1\nsource:\n  fps: 3"))
+    assert line.startswith("campfire.yaml:2: source.path: is missing: a folder of images, a glob")
+
+
+def test_text_where_a_block_belongs_is_shown_the_block(write: Write) -> None:
+    assert advice(write("source: fire.gif")) == [
+        'campfire.yaml:1: source: must be a block, like {path: ...}; got "fire.gif"'
+    ]
+
+
+def test_all_mistakes_are_listed_in_the_order_of_their_lines(write: Write) -> None:
+    text = "zzz: 1\natlas: {layuot: grid}\nseed: x\nsource: {path: x, start: -1}"
+    keys = [line.split(":")[2].strip() for line in advice(write(text))]
+    assert keys == ["zzz", "atlas.layuot", "seed", "source.start"]
+
+
+def test_a_mistake_of_set_names_the_option(write: Write) -> None:
+    assert advice(write(SOURCE), "flakes.rate=fast", "flakes.alhpa=3") == [
+        '--set flakes.rate: must be a number; got "fast"',
+        "--set flakes.alhpa: unknown key; did you mean flakes.alpha?",
+    ]
+
+
+def test_a_mistake_in_an_inherited_recipe_names_its_file(write: Write) -> None:
+    write("\n\nflakes: {rate: x}\n" + SOURCE, "base.yaml")
+    [line] = advice(write("extends: base.yaml"))
+    assert line.startswith("base.yaml:3: flakes.rate: ")
+
+
+def test_long_values_are_shortened(write: Write) -> None:
+    [line] = advice(write(f"{SOURCE}seed: {'x' * 500}"))
+    assert len(line) < 130
+    assert line.endswith("...")
+
+
+@pytest.mark.parametrize("off", ["none", "off", "no", "~", "false"])
+def test_effects_can_be_switched_off_in_any_way_yaml_knows(write: Write, off: str) -> None:
+    source = f"source: {{path: x, matte: {off}}}"
+    effects = f"flakes: {off}\nmotion_blur: {off}\natlas: {{trim: {off}}}"
+    recipe = load(write(f"{source}\n{effects}")).recipe
+    assert (recipe.flakes, recipe.motion_blur) == ("none", "none")
+    assert (recipe.atlas.trim, recipe.source.matte) == ("none", "none")
+
+
+def test_whole_numbers_are_good_where_numbers_are_asked_for(write: Write) -> None:
+    recipe = load(write(SOURCE + "buoyancy: {lift: [0, 1]}\nflakes: {alpha: 1}")).recipe
+    assert recipe.buoyancy.lift == (0.0, 1.0)
