@@ -1,0 +1,16 @@
+"""What the parsers of file formats raise; whoever knows the path turns it into a SourceError."""
+
+
+class BrokenFileError(Exception):
+    """The bytes are not a whole file of their format; the message says where it breaks."""
+
+
+class UnexpectedAnimationError(Exception):
+    """The file is whole, but holds many frames where one picture is needed."""
+
+    def __init__(self) -> None:
+        """Say what to do instead."""
+        super().__init__(
+            "is an animation where one still image was expected; an animation is given alone "
+            "as path, without grid"
+        )

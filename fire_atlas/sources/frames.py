@@ -1,0 +1,138 @@
+"""Source ``frames``: images, sheets, animations and videos become a clip."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.errors import SourceError
+from fire_atlas.core.pixels import Pixels
+from fire_atlas.recipe.source import FramesSource
+from fire_atlas.sources import matte
+from fire_atlas.sources.animated import open_animation
+from fire_atlas.sources.images import ANIMATIONS, check_size, decode, read_header, recognise
+from fire_atlas.sources.listing import cut, locate
+from fire_atlas.sources.picture import Picture, to_light
+from fire_atlas.sources.reel import Reel
+from fire_atlas.sources.resize import resize, width_for
+from fire_atlas.sources.sheet import open_sheet
+
+DEFAULT_FPS = 24.0
+_SAMPLES = 5
+
+
+def open_frames(settings: FramesSource, path: Path, blend_space: str) -> Clip:
+    """Open the frames at ``path``: headers and a few sample frames are read, no more.
+
+    Args:
+        settings: The recipe's ``source``.
+        path: Absolute; may be a glob.
+        blend_space: ``srgb`` or ``linear``: where the client blends, for the luminance matte.
+
+    Raises:
+        SourceError: The input is missing, broken, too large or not what the settings say.
+    """
+    reel, chosen = _open_reel(settings, path)
+    inputs = reel.inputs if len(reel.inputs) == 1 else tuple(reel.inputs[i] for i in chosen)
+    told = settings.matte in ("luminance", "none")
+    samples = [] if told else [reel.read(i) for i in _spread(chosen)]
+    choice = matte.choose(settings.matte, samples, str(path))
+    height = settings.height or reel.height
+    width = width_for(height, (reel.width, reel.height))
+    check_size(f"{path} at height {height}", width, height)
+
+    def read(i: int) -> Pixels:
+        picture = _of_size(reel, path, chosen[i])
+        if (width, height) == (reel.width, reel.height):
+            return matte.apply(choice.matte, picture, blend_space)
+        return _resized(choice.matte, picture, (width, height), blend_space)
+
+    return Clip(
+        width=width,
+        height=height,
+        fps=settings.fps or reel.fps or DEFAULT_FPS,
+        count=len(chosen),
+        read=read,
+        inputs=inputs,
+        blend_space=blend_space,
+        matte=choice.matte,
+        matte_reason=choice.reason,
+    )
+
+
+def _of_size(reel: Reel, path: Path, i: int) -> Picture:
+    picture = reel.read(i)
+    if picture.shape[:2] != (reel.height, reel.width):
+        raise SourceError(
+            f"{path}: frame {i} is {picture.shape[1]}x{picture.shape[0]}, but the others are "
+            f"{reel.width}x{reel.height}; all frames must have one size"
+        )
+    return picture
+
+
+def _resized(
+    kind: matte.Matte, picture: Picture, size: tuple[int, int], blend_space: str
+) -> Pixels:
+    """Resize in light first: a luminance matte is then exact for the pixels that result."""
+    pixels = resize(to_light(picture), *size)
+    if kind == "luminance":
+        return matte.luminance_of_light(pixels, blend_space)
+    return matte.over_black(pixels) if kind == "none" else pixels
+
+
+def _spread(chosen: range) -> list[int]:
+    """Return a handful of frame numbers, first and last among them, in ascending order."""
+    places = np.linspace(0, len(chosen) - 1, min(_SAMPLES, len(chosen)))
+    return [chosen[round(float(place))] for place in places]
+
+
+def _open_reel(settings: FramesSource, path: Path) -> tuple[Reel, range]:
+    """Return the decoded frames at ``path`` and the numbers of those to use."""
+    located = locate(path)
+    if not located.single:
+        if settings.grid is not None:
+            raise SourceError(
+                f"{path}: grid cuts one image into cells, but this is {len(located.files)} "
+                "images; leave grid out, or give one sheet as path"
+            )
+        chosen = cut(settings, len(located.files), path)
+        return _open_images(located.files, chosen), chosen
+    reel = _open_file(settings, located.files[0])
+    return reel, cut(settings, reel.count, path)
+
+
+def _open_file(settings: FramesSource, path: Path) -> Reel:
+    kind = recognise(path)
+    if settings.grid is not None:
+        if kind in ("video", "gif"):
+            raise SourceError(f"{path}: grid cuts one still image into cells; leave it out here")
+        return open_sheet(path, settings.grid)
+    if kind == "video":
+        from fire_atlas.sources.video import open_video
+
+        return open_video(path, settings.fps)
+    if kind in ANIMATIONS:
+        read_header(path)
+        return open_animation(path, kind, settings.fps)
+    return _open_images((path,), range(1))
+
+
+def _open_images(files: Sequence[Path], chosen: range) -> Reel:
+    """Return one frame for each file; the headers of the chosen ones are compared."""
+    headers = {i: read_header(files[i]) for i in chosen}
+    first = headers[chosen[0]]
+    for i, header in headers.items():
+        if (header.width, header.height) != (first.width, first.height):
+            raise SourceError(
+                f"{files[i]}: is {header.width}x{header.height}, but {files[chosen[0]].name} is "
+                f"{first.width}x{first.height}; all frames must have one size"
+            )
+    return Reel(
+        width=first.width,
+        height=first.height,
+        fps=None,
+        count=len(files),
+        read=lambda i: decode(files[i], headers[i]),
+        inputs=tuple(files),
+    )

@@ -1,0 +1,78 @@
+"""GIF files as blocks: where each frame lies, how long it is shown and what becomes of it."""
+
+import struct
+from fractions import Fraction
+
+from fire_atlas.sources.animated import Animation, Disposal, Patch
+from fire_atlas.sources.broken import BrokenFileError
+
+_EXTENSION, _IMAGE, _TRAILER, _CONTROL = 0x21, 0x2C, 0x3B, 0xF9
+_NO_CONTROL = bytes(4)
+_DISPOSALS = {2: Disposal.CLEAR, 3: Disposal.RESTORE}
+
+
+def parse(data: bytes) -> Animation:
+    """Find the frames of a GIF without decoding them.
+
+    Raises:
+        BrokenFileError: The file is cut short or something other than a block follows a block.
+    """
+    if len(data) < 13:
+        raise BrokenFileError("the file is truncated: it ends inside its header")
+    width, height, flags = struct.unpack_from("<HHB", data, 6)
+    screen = data[10:13]
+    colours = data[13 : 13 + _table_bytes(flags)]
+    try:
+        patches = _patches(data, 13 + len(colours))
+    except IndexError:
+        raise BrokenFileError(f"the file is truncated: it ends at byte {len(data)}") from None
+
+    def wrap(patch: Patch, raw: bytes) -> bytes:
+        size = struct.pack("<HH", patch.width, patch.height)
+        control = b"\x21\xf9\x04" + patch.extra + b"\0"
+        placed = raw[:1] + bytes(4) + raw[5:]
+        return b"GIF89a" + size + screen + colours + control + placed + b"\x3b"
+
+    return Animation("gif", width, height, patches, wrap)
+
+
+def _table_bytes(flags: int) -> int:
+    return 3 << ((flags & 7) + 1) if flags & 0x80 else 0
+
+
+def _patches(data: bytes, at: int) -> list[Patch]:
+    patches: list[Patch] = []
+    control = _NO_CONTROL
+    while data[at] != _TRAILER:
+        if data[at] == _EXTENSION:
+            if data[at + 1] == _CONTROL and data[at + 2] == 4:
+                control = data[at + 3 : at + 7]
+            at = _after_blocks(data, at + 2)
+        elif data[at] == _IMAGE:
+            stop = _after_blocks(data, at + 11 + _table_bytes(data[at + 9]))
+            patches.append(_patch(data, at, stop, control))
+            control, at = _NO_CONTROL, stop
+        else:
+            raise BrokenFileError(f"byte {at} should begin a block, but is 0x{data[at]:02x}")
+    return patches
+
+
+def _after_blocks(data: bytes, at: int) -> int:
+    """Skip data blocks, each led by its length, to past the empty one that ends them."""
+    while length := data[at]:
+        at += 1 + length
+    return at + 1
+
+
+def _patch(data: bytes, start: int, stop: int, control: bytes) -> Patch:
+    x, y, width, height = struct.unpack_from("<HHHH", data, start + 1)
+    flags, hundredths = struct.unpack_from("<BH", control)
+    return Patch(
+        x, y, width, height,
+        delay=Fraction(hundredths, 100),
+        disposal=_DISPOSALS.get(flags >> 2 & 7, Disposal.KEEP),
+        blend=True,
+        start=start,
+        stop=stop,
+        extra=bytes([flags & 1, 0, 0, control[3]]),
+    )  # fmt: skip

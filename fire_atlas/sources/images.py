@@ -1,0 +1,249 @@
+"""One image file: recognised by its first bytes, measured by its header, decoded whole.
+
+PNG goes through OpenCV, which keeps 16 bits and lets other threads run; 16-bit and float TIFF too.
+EXR goes through FFmpeg (OpenCV's wheels lack it). All else goes through Pillow, which says so
+when a file is cut short, where OpenCV fills in grey or prints.
+"""
+
+import io
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import cv2
+import numpy as np
+from PIL import Image, ImageOps
+
+from fire_atlas.core.errors import SourceError
+from fire_atlas.sources import png
+from fire_atlas.sources.broken import BrokenFileError, UnexpectedAnimationError
+from fire_atlas.sources.picture import Picture, with_alpha
+from fire_atlas.sources.pyav import load_pyav
+
+MAX_SIDE = 16384
+MAX_PIXELS = 100_000_000
+
+# Sizes are checked here, against the limits above, before anything is decoded; Pillow's own
+# limit would warn at a size of its own. OpenCV's log repeats on stderr what errors say already.
+Image.MAX_IMAGE_PIXELS = None
+cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+
+VIDEOS = (".mp4", ".m4v", ".mov", ".webm", ".mkv", ".avi", ".mpg", ".mpeg", ".ogv", ".wmv", ".flv")
+ANIMATIONS = ("gif", "png", "webp")
+"""Formats that can hold many frames beside stills."""
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """What the first bytes of a file say: its format, and its size in pixels."""
+
+    format: str
+    width: int
+    height: int
+
+
+def read_bytes(path: Path, most: int = -1) -> bytes:
+    """Return the file's bytes (the first ``most``), or say why it cannot be read."""
+    if path.is_dir():
+        raise SourceError(f"{path}: is a folder where an image was expected")
+    if path.exists() and not path.is_file():
+        raise SourceError(f"{path}: is not a regular file")
+    try:
+        with path.open("rb") as file:
+            return file.read(most)
+    except OSError as error:
+        raise SourceError(f"{path}: cannot be read ({error.strerror})") from error
+
+
+def recognise(path: Path) -> str:
+    """Return the file's format by its first bytes: ``png``, ``gif``, ..., ``video``.
+
+    Raises:
+        SourceError: The file is empty, or nothing that is known here.
+    """
+    head = read_bytes(path, 32)
+    if not head:
+        raise SourceError(f"{path}: the file is empty (0 bytes)")
+    known = _by_signature(head)
+    if known:
+        return known
+    suffix = path.suffix.lower()
+    if suffix == ".tga":
+        return "tga"
+    if suffix in VIDEOS:
+        return "video"
+    says = f", though its name says {suffix[1:].upper()}" if suffix else ""
+    raise SourceError(
+        f"{path}: is not an image or a video (it begins with {head[:12]!r}){says}; "
+        "give PNG, GIF, WebP, JPEG, TGA, BMP, TIFF, EXR or a video"
+    )
+
+
+def _by_signature(head: bytes) -> str | None:
+    if head[:4] == b"RIFF":
+        return {b"WEBP": "webp", b"AVI ": "video"}.get(head[8:12])
+    if head[4:8] == b"ftyp":
+        return "video"
+    signatures = {
+        png.SIGNATURE: "png", b"GIF87a": "gif", b"GIF89a": "gif", b"\xff\xd8\xff": "jpeg",
+        b"II*\0": "tiff", b"MM\0*": "tiff", b"v/1\x01": "exr", b"\x1aE\xdf\xa3": "video",
+        b"BM": "bmp",
+    }  # fmt: skip
+    return next((name for mark, name in signatures.items() if head.startswith(mark)), None)
+
+
+def read_header(path: Path) -> Header:
+    """Return format and size without decoding a pixel.
+
+    Raises:
+        SourceError: Unreadable, of no known format, or larger than the limits.
+    """
+    kind = recognise(path)
+    if kind == "video":
+        raise SourceError(f"{path}: is a video, not an image; give it as path itself")
+    try:
+        width, height = _size(path, kind)
+    except SourceError:
+        raise
+    except Exception as error:
+        raise SourceError(f"{path}: broken {kind.upper()} file ({error})") from error
+    check_size(path, width, height)
+    return Header(kind, width, height)
+
+
+def check_size(where: Path | str, width: int, height: int) -> None:
+    """Refuse pictures without pixels, or with more than fit the limits."""
+    if width < 1 or height < 1:
+        raise SourceError(f"{where}: the picture has no pixels ({width}x{height})")
+    if max(width, height) > MAX_SIDE or width * height > MAX_PIXELS:
+        raise SourceError(
+            f"{where}: {width}x{height} is too large; the limits are {MAX_SIDE} px a side "
+            f"and {MAX_PIXELS // 1_000_000} megapixels"
+        )
+
+
+def _size(path: Path, kind: str) -> tuple[int, int]:
+    if kind == "png":
+        head = read_bytes(path, 33)
+        if len(head) < 33 or head[12:16] != b"IHDR":
+            raise BrokenFileError("the file is truncated: it ends inside its header")
+        return cast(tuple[int, int], struct.unpack_from(">II", head, 16))
+    if kind == "gif":
+        return cast(tuple[int, int], struct.unpack_from("<HH", read_bytes(path, 10), 6))
+    if kind == "webp":
+        return webp_size(read_bytes(path, 32))
+    if kind == "exr":
+        from fire_atlas.sources.exr import exr_size
+
+        load_pyav("EXR", path)
+        return exr_size(read_bytes(path, 1 << 16))
+    with Image.open(path) as image:
+        turned = kind == "jpeg" and image.getexif().get(0x0112, 1) >= 5
+        width, height = image.size
+        return (height, width) if turned else (width, height)
+
+
+def webp_size(head: bytes) -> tuple[int, int]:
+    """Return the canvas of a WebP from its first 30 bytes; Pillow would allocate it to tell."""
+    name, body = head[12:16], head[20:]
+    if name == b"VP8X":
+        return 1 + int.from_bytes(body[4:7], "little"), 1 + int.from_bytes(body[7:10], "little")
+    if name == b"VP8L":
+        bits = int.from_bytes(body[1:5], "little")
+        return 1 + (bits & 0x3FFF), 1 + (bits >> 14 & 0x3FFF)
+    width, height = struct.unpack_from("<HH", body, 6)
+    return width & 0x3FFF, height & 0x3FFF
+
+
+def decode(path: Path, header: Header) -> Picture:
+    """Return the picture in a still image file.
+
+    Raises:
+        SourceError: The file is cut short, damaged, animated, or no longer of the header's size.
+    """
+    data = read_bytes(path)
+    try:
+        picture = decode_bytes(data, header.format)
+    except (SourceError, MemoryError):
+        raise
+    except UnexpectedAnimationError as error:
+        raise SourceError(f"{path}: {error}") from error
+    except BrokenFileError as error:
+        raise SourceError(f"{path}: {error}; export it again") from error
+    except Exception as error:
+        raise SourceError(f"{path}: broken {header.format.upper()} file ({error})") from error
+    if picture.shape[:2] != (header.height, header.width):
+        raise SourceError(
+            f"{path}: decodes to {picture.shape[1]}x{picture.shape[0]}, but its header says "
+            f"{header.width}x{header.height}"
+        )
+    return picture
+
+
+def decode_bytes(data: bytes, kind: str) -> Picture:
+    """Return the picture that the bytes of one still image of format ``kind`` hold."""
+    if kind == "png":
+        return _decode_png(data)
+    if kind == "exr":
+        from fire_atlas.sources.exr import decode_exr
+
+        return decode_exr(data)
+    image = Image.open(io.BytesIO(data))
+    if kind == "tiff" and max(cast(Any, image).tag_v2.get(258, (1,))) > 8:
+        return _decode_deep_tiff(data, cast(Any, image).tag_v2.get(338))
+    if kind in ANIMATIONS and getattr(image, "n_frames", 1) > 1:
+        raise UnexpectedAnimationError
+    image.load()
+    return of_pillow(ImageOps.exif_transpose(image) if kind == "jpeg" else image)
+
+
+def of_pillow(image: Image.Image) -> Picture:
+    """Return a loaded Pillow image as a picture; a single colour marked transparent stays so."""
+    through = image.has_transparency_data or image.mode in ("La", "RGBa")
+    if image.mode == "La":
+        image = image.convert("LA")
+    return np.asarray(image.convert("RGBA" if through else "RGB"))
+
+
+def _decode_png(data: bytes) -> Picture:
+    found = list(png.chunks(data))
+    if png.frames_promised(data, found) > 1:
+        raise UnexpectedAnimationError
+    plain = png.bare(data, found)
+    raw = cv2.imdecode(np.frombuffer(plain, np.uint8), cv2.IMREAD_UNCHANGED)
+    if raw is None:
+        raise BrokenFileError("the compressed pixels are damaged")
+    key = next((data[c.start : c.stop] for c in found if c.name == b"tRNS"), b"")
+    if raw.ndim == 2 and len(key) == 2:
+        return _with_grey_key(raw, int.from_bytes(key, "big"), depth=data[24])
+    return of_opencv(raw)
+
+
+def _with_grey_key(grey: Picture, key: int, depth: int) -> Picture:
+    """Make one grey transparent, which OpenCV leaves undone."""
+    top = int(np.iinfo(grey.dtype).max)
+    full = with_alpha(np.dstack([grey, grey, grey]))
+    full[..., 3][grey == key * top // ((1 << depth) - 1)] = 0
+    return full
+
+
+def of_opencv(raw: Picture) -> Picture:
+    """Return what OpenCV decoded (grey, BGR or BGRA) in the order R, G, B(, A)."""
+    if raw.ndim == 2:
+        return cast(Picture, cv2.cvtColor(raw, cv2.COLOR_GRAY2RGB))
+    order = cv2.COLOR_BGRA2RGBA if raw.shape[2] == 4 else cv2.COLOR_BGR2RGB
+    return cast(Picture, cv2.cvtColor(raw, order))
+
+
+def _decode_deep_tiff(data: bytes, extra: tuple[int, ...] | None) -> Picture:
+    raw = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    if raw is None or raw.dtype not in (np.uint16, np.float32):
+        raise BrokenFileError("this TIFF is cut short or not 8, 16 or 32 (float) bits a channel")
+    picture = of_opencv(raw)
+    if extra and extra[0] == 1 and picture.dtype == np.uint16 and picture.shape[2] == 4:
+        # Files hold straight colour in this tool; this one says it holds premultiplied colour.
+        alpha = np.maximum(picture[..., 3:].astype(np.float64), 1)
+        straight = picture[..., :3] * 65535.0 / alpha
+        picture[..., :3] = np.rint(np.minimum(straight, 65535)).astype(np.uint16)
+    return picture

@@ -1,0 +1,174 @@
+"""Which files a clip is made of, and in what order; imports nothing heavy.
+
+An up-to-date build asks only this, so neither cv2 nor numpy nor Pillow may be imported here.
+"""
+
+from __future__ import annotations
+
+import glob
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fire_atlas.core.errors import SourceError
+
+if TYPE_CHECKING:
+    from fire_atlas.recipe.source import FramesSource
+
+STILLS = (".png", ".tga", ".bmp", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".gif")
+"""Endings of the files that count as frames of a folder."""
+
+MAX_FRAMES = 100_000
+"""More frames than this are refused: no atlas can hold them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Located:
+    """The files that a recipe's path stands for.
+
+    Attributes:
+        files: In the order of play.
+        single: True if the path is one file, which may hold many frames (sheet, GIF, video).
+    """
+
+    files: tuple[Path, ...]
+    single: bool
+
+
+def list_inputs(settings: FramesSource, path: Path) -> list[Path]:
+    """Return the files the clip of ``settings`` is read from, in order of play.
+
+    Raises:
+        SourceError: Nothing usable lies at ``path``, or ``start``/``count`` run past the end.
+    """
+    located = locate(path)
+    if located.single:
+        return list(located.files)
+    return [located.files[i] for i in cut(settings, len(located.files), path)]
+
+
+def locate(path: Path) -> Located:
+    """Find the file, the images of the folder, or the matches of the glob at ``path``."""
+    try:
+        return _locate(path)
+    except OSError as error:
+        raise SourceError(f"{path}: cannot be read ({error.strerror})") from error
+
+
+def _locate(path: Path) -> Located:
+    if path.is_dir():
+        return Located(_images_of_folder(path), single=False)
+    if path.exists():
+        return Located((path,), single=True)
+    if glob.has_magic(str(path)):
+        files = _matches(path)
+        return Located(files, single=len(files) == 1)
+    raise SourceError(_missing(path))
+
+
+def cut(settings: FramesSource, available: int, path: Path) -> range:
+    """Return the numbers of the frames that ``start`` and ``count`` choose of ``available``."""
+    frames = "1 frame" if available == 1 else f"{available} frames"
+    if settings.start >= available:
+        raise SourceError(
+            f"{path}: start is {settings.start}, but there are only {frames}, "
+            f"counted from 0: the last possible start is {available - 1}"
+        )
+    stop = available if settings.count is None else settings.start + settings.count
+    if stop > available:
+        raise SourceError(
+            f"{path}: start {settings.start} and count {settings.count} run past the end: there "
+            f"are only {frames}; count can be at most {available - settings.start}, or leave it out"
+        )
+    return range(settings.start, stop)
+
+
+def natural_key(path: Path) -> tuple[object, ...]:
+    """Sort key that puts fire2 before fire10, the same on every machine and in every locale."""
+    parts = [re.split(r"([0-9]+)", part.casefold()) for part in path.parts]
+    words = tuple(
+        tuple((int(w), "") if w.isascii() and w.isdigit() else (-1, w) for w in part)
+        for part in parts
+    )
+    return (words, str(path))
+
+
+def _images_of_folder(folder: Path) -> tuple[Path, ...]:
+    names = [entry.name for entry in folder.iterdir()]
+    if not names:
+        raise SourceError(f"{folder}: the folder is empty; put the frames there, one image each")
+    files = _stills(folder / name for name in names if not name.startswith("."))
+    if not files:
+        raise SourceError(
+            f"{folder}: no images in this folder (it holds {_some(names)}); frames end in "
+            f"{', '.join(STILLS)}; a video or an animation is named itself as path"
+        )
+    return files
+
+
+def _matches(pattern: Path) -> tuple[Path, ...]:
+    """Return what ``pattern`` matches; folders that exist as spelt are never patterns."""
+    base = Path(pattern.anchor)
+    rest = list(pattern.parts[1:] if pattern.anchor else pattern.parts)
+    while rest and (base / rest[0]).is_dir():
+        base /= rest.pop(0)
+    # Unlike Path.glob, this leaves hidden files out.
+    names = glob.glob(str(Path(*rest)), root_dir=base, recursive=True)  # noqa: PTH207
+    found = [base / name for name in names]
+    if not found:
+        raise SourceError(f"{pattern}: no file matches; {base} holds {_some(_names(base))}")
+    if len(found) == 1 and found[0].is_file():
+        return (found[0],)
+    files = _stills(found)
+    if not files:
+        raise SourceError(
+            f"{pattern}: matches no images, only {_some([p.name for p in found])}; "
+            f"frames end in {', '.join(STILLS)}"
+        )
+    return files
+
+
+def _stills(paths: Iterable[Path]) -> tuple[Path, ...]:
+    """Return the images among ``paths`` in natural order; sidecars such as .import are left."""
+    files = sorted((p for p in paths if p.suffix.lower() in STILLS), key=natural_key)
+    if len(files) > MAX_FRAMES:
+        raise SourceError(
+            f"{files[0].parent}: {len(files)} images; at most {MAX_FRAMES} frames are taken"
+        )
+    return tuple(files)
+
+
+def _missing(path: Path) -> str:
+    """Say which part of ``path`` is missing and what was probably meant."""
+    import difflib
+
+    parent, name = path.parent, path.name
+    while not parent.exists() and parent != parent.parent:
+        parent, name = parent.parent, parent.name
+    names = _names(parent)
+    close = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
+    meant = " or ".join(f"'{n}'" for n in close)
+    hint = f"did you mean {meant}?" if close else f"{parent} holds {_some(names)}"
+    if not parent.is_dir():
+        hint = f"{parent} is a file, not a folder"
+    what = (
+        f"{path}: does not exist" if name == path.name else f"{path}: there is no folder '{name}'"
+    )
+    return f"{what}; {hint}"
+
+
+def _names(folder: Path) -> list[str]:
+    try:
+        return sorted(p.name for p in folder.iterdir() if not p.name.startswith("."))
+    except OSError:
+        return []
+
+
+def _some(names: list[str]) -> str:
+    names = sorted(names)
+    if not names:
+        return "nothing"
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return ", ".join(f"'{n}'" for n in names[:3]) + more

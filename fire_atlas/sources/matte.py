@@ -1,0 +1,191 @@
+"""Where coverage comes from: decided from a few frames, then applied to each."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, cast
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.errors import SourceError
+from fire_atlas.core.pixels import Pixels, encode_unit
+from fire_atlas.sources.picture import (
+    Picture,
+    brightest,
+    has_transparency,
+    light_of_unit,
+    to_light,
+    white,
+)
+
+Matte = Literal["alpha", "luminance", "none"]
+
+NOISE = 2 / 255 + 1e-6
+"""Encoded values up to this, in every channel, are the black behind the fire."""
+
+_ROUNDING = 1e-4
+"""How far encoding light by a 16-bit table may lift the darkest values."""
+_DARK = 16
+"""A pixel is black to the eye if no channel exceeds this, of 255."""
+_THUMB_HEIGHT = 128
+"""Frames are judged at this height, px: grain and dither are averaged away, bricks are not."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The matte of a clip, and why, as a sentence for people."""
+
+    matte: Matte
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What the edges of an opaque clip look like.
+
+    Attributes:
+        dark: Share of the border that is black, 0..1.
+        darkest_edge: The same of the blackest of the four edges.
+        detail: Mean contrast at the border, of 255, of what is dim and stands still: bricks, not
+            glow.
+        cool: Share of the border that is lit in a colour fire does not have.
+    """
+
+    dark: float
+    darkest_edge: float
+    detail: float
+    cool: float
+
+
+def choose(asked: str, frames: Sequence[Picture], name: str) -> Choice:
+    """Return the matte for a clip of which ``frames`` are samples.
+
+    Raises:
+        SourceError: ``alpha`` is asked for, but nothing is transparent.
+    """
+    transparent = any(has_transparency(frame) for frame in frames)
+    if asked == "alpha" and not transparent:
+        raise SourceError(
+            f"{name}: matte is alpha, but these frames have no transparent pixel; use "
+            "matte: luminance for fire on black, or matte: none for an opaque scene"
+        )
+    if asked != "auto":
+        return Choice(cast(Matte, asked), "the recipe asks for it")
+    if transparent:
+        return Choice("alpha", "the frames have transparent pixels, so their alpha is the coverage")
+    return judge(gather(frames))
+
+
+def judge(seen: Evidence) -> Choice:
+    """Tell fire on black from an opaque scene."""
+    share = f"{100 * seen.dark:.0f} % of the border is darker than {_DARK}/255"
+    if seen.dark >= 0.9:
+        return Choice("luminance", f"{share}: fire on black, so luminance becomes coverage")
+    if seen.darkest_edge < 0.6:
+        return Choice(
+            "none", f"only {share} and no edge is black: an opaque scene, so it stays whole"
+        )
+    if seen.detail >= 0.8 or seen.cool > 0.1:
+        return Choice(
+            "none",
+            f"{share}, but the rest shows things that are not fire: an opaque scene, "
+            "so it stays whole",
+        )
+    return Choice(
+        "luminance",
+        f"{share} and the rest is smooth glow: fire on black, so luminance becomes coverage",
+    )
+
+
+def gather(frames: Sequence[Picture]) -> Evidence:
+    """Look at the border of opaque sample frames."""
+    thumbs = np.stack([_thumb(frame) for frame in frames])
+    peak = thumbs.max(axis=3)
+    height, width = peak.shape[1:]
+    band = max(1, round(0.08 * min(height, width)))
+    border = np.ones((height, width), bool)
+    border[band:-band, band:-band] = False
+    dark = peak < _DARK
+    edges = (dark[:, :band], dark[:, -band:], dark[:, :, :band], dark[:, :, -band:])
+    cool = (thumbs[..., 2] > 0.6 * thumbs[..., 0]) & (peak > 64)
+    return Evidence(
+        dark=float(dark[:, border].mean()),
+        darkest_edge=max(float(edge.mean()) for edge in edges),
+        detail=_standing_detail(peak, border),
+        cool=float(cool[:, border].mean()),
+    )
+
+
+def _thumb(frame: Picture) -> Picture:
+    """Return a small copy (h, w, 3), float32, 0..255 as encoded."""
+    scale = 255 / white(frame.dtype)
+    rgb = frame[..., :3].astype(np.float32) * scale
+    if frame.dtype == np.float32:
+        rgb = encode_unit(np.ascontiguousarray(frame[..., :3])) * 255
+    height = min(_THUMB_HEIGHT, frame.shape[0])
+    width = max(1, round(frame.shape[1] * height / frame.shape[0]))
+    return cast(Picture, cv2.resize(rgb, (min(width, 2048), height), interpolation=cv2.INTER_AREA))
+
+
+def _standing_detail(peak: Picture, border: NDArray[np.bool_]) -> float:
+    """Mean over the border of the local contrast of what is dim and stays as it is.
+
+    Fire moves, its glow is smooth; only a scene has edges that are dim and stand still.
+
+    Args:
+        peak: (n, h, w) float32, 0..255: the brightest channel of each sample.
+        border: (h, w): which pixels to look at.
+    """
+    low, high = peak.min(axis=0), peak.max(axis=0)
+    contrast = np.abs(low - cv2.GaussianBlur(low, (0, 0), 2))
+    standing = (low >= 12) & (high < 128) & (high - low < 32)
+    return float((contrast * standing)[border].mean())
+
+
+def apply(matte: Matte, picture: Picture, blend_space: str) -> Pixels:
+    """Return the pixels of a frame with its coverage from where ``matte`` says."""
+    if matte == "alpha":
+        return to_light(picture)
+    if matte == "none":
+        return over_black(to_light(picture))
+    if picture.dtype.kind == "u" and not has_transparency(picture):
+        # As stored: the way over light would round, and noise is told by the exact value.
+        scale = np.float32(1 / white(picture.dtype))
+        coded = np.multiply(picture[..., :3], scale, dtype=np.float32)
+        return _by_luminance(coded, None, blend_space, NOISE)
+    return luminance_of_light(to_light(picture), blend_space)
+
+
+def over_black(pixels: Pixels) -> Pixels:
+    """Make pixels opaque, in place: what is not covered shows black."""
+    pixels[..., 3] = 1
+    return pixels
+
+
+def luminance_of_light(pixels: Pixels, blend_space: str) -> Pixels:
+    """Return pixels whose coverage is their light, as seen over black."""
+    light = np.ascontiguousarray(pixels[..., :3])
+    return _by_luminance(encode_unit(light), light, blend_space, NOISE + _ROUNDING)
+
+
+def _by_luminance(coded: Pixels, light: Pixels | None, blend_space: str, noise: float) -> Pixels:
+    """Un-multiply ``coded`` (H, W, 3; sRGB 0..1) so that a client gets it back over black.
+
+    A client that blends sRGB values computes coded' * a, so the colour is coded / a with
+    a = max(R, G, B); one that blends light gets the same formula on light.
+    """
+    peak = brightest(coded)
+    fire = peak > noise
+    pixels = np.empty((*peak.shape, 4), np.float32)
+    if blend_space == "linear":
+        light = light_of_unit(coded) if light is None else light
+        np.multiply(light, fire[..., None], out=pixels[..., :3])
+        np.minimum(brightest(pixels), 1, out=pixels[..., 3])
+        return pixels
+    coverage = np.where(fire, peak, np.float32(0))
+    scale = np.divide(1, peak, out=np.zeros_like(peak), where=fire)
+    colour = light_of_unit(coded * scale[..., None])
+    np.multiply(colour, coverage[..., None], out=pixels[..., :3])
+    pixels[..., 3] = coverage
+    return pixels

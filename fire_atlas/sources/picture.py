@@ -1,0 +1,70 @@
+"""A decoded frame as its file holds it, and the step from there to light."""
+
+from functools import cache
+from typing import Any, cast
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.pixels import Pixels, srgb_to_linear
+
+Picture = NDArray[Any]
+"""(H, W, 3) or (H, W, 4), order R, G, B(, A). uint8 and uint16: sRGB and straight alpha over the
+full range. float32: linear light, premultiplied."""
+
+
+@cache
+def _table(steps: int) -> NDArray[np.float32]:
+    """(1, steps, 4) float32: linear light of the sRGB steps; the alpha column is linear itself."""
+    unit = np.arange(steps) / (steps - 1)
+    light = srgb_to_linear(unit)
+    return np.dstack([light, light, light, unit.astype(np.float32)])
+
+
+def white(dtype: np.dtype[Any]) -> int:
+    """Return the value that means 1.0 in a picture of this type."""
+    return int(np.iinfo(dtype).max) if dtype.kind == "u" else 1
+
+
+def with_alpha(picture: Picture) -> Picture:
+    """Return the picture with an alpha channel, opaque if it had none."""
+    if picture.shape[2] == 4:
+        return picture
+    full = np.empty((*picture.shape[:2], 4), picture.dtype)
+    full[..., :3] = picture
+    full[..., 3] = white(picture.dtype)
+    return full
+
+
+def has_transparency(picture: Picture) -> bool:
+    """Whether any pixel lets something through."""
+    return picture.shape[2] == 4 and bool((picture[..., 3] < white(picture.dtype)).any())
+
+
+def to_light(picture: Picture) -> Pixels:
+    """Pixels of a picture: linear light, premultiplied; a fresh array."""
+    full = with_alpha(picture)
+    if full.dtype == np.float32:
+        return full.copy() if full is picture else full
+    steps = white(full.dtype) + 1
+    pixels = cast(Pixels, cv2.LUT(np.ascontiguousarray(full), _table(steps)))
+    if has_transparency(picture):
+        alpha = pixels[..., 3].copy()
+        for channel in range(3):
+            np.multiply(pixels[..., channel], alpha, out=pixels[..., channel])
+    return pixels
+
+
+def brightest(picture: Picture) -> Picture:
+    """Return the largest of R, G, B of each pixel (H, W)."""
+    red, green, blue = (picture[..., channel] for channel in range(3))
+    return np.maximum(np.maximum(red, green), blue)
+
+
+def light_of_unit(value: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Linear light, float32, of sRGB values in 0..1 (H, W, C), by a 16-bit table."""
+    flat = np.ascontiguousarray(value).reshape(value.shape[0], -1)
+    steps = cv2.addWeighted(flat, 65535, flat, 0.0, 0.0, dtype=cv2.CV_16U)
+    table = np.ascontiguousarray(_table(65536)[..., 0])
+    return cast(NDArray[np.float32], cv2.LUT(steps, table).reshape(value.shape))

@@ -1,0 +1,82 @@
+"""A sprite sheet: one image cut into equal cells, whose sizes need not be whole pixels."""
+
+from functools import partial
+from math import ceil, floor
+from pathlib import Path
+from typing import cast
+
+import cv2
+import numpy as np
+
+from fire_atlas.core.errors import SourceError
+from fire_atlas.recipe.source import Grid
+from fire_atlas.sources.images import decode, read_header
+from fire_atlas.sources.picture import Picture, to_light
+from fire_atlas.sources.reel import Reel
+
+
+def open_sheet(path: Path, grid: Grid) -> Reel:
+    """Return the cells of a sheet, left to right, top to bottom.
+
+    Cells of whole pixels are cut out untouched. Others are sampled at their exact places, in
+    premultiplied light, into frames of the nearest whole size.
+
+    Raises:
+        SourceError: The image is broken, or has fewer pixels than cells in a direction.
+    """
+    header = read_header(path)
+    if grid.columns > header.width or grid.rows > header.height:
+        raise SourceError(
+            f"{path}: a grid of {grid.columns} columns x {grid.rows} rows cannot be cut from "
+            f"{header.width}x{header.height} pixels; a cell needs at least one pixel"
+        )
+    sheet = decode(path, header)
+    sheet.flags.writeable = False
+    whole = header.width % grid.columns == 0 and header.height % grid.rows == 0
+    return Reel(
+        width=_nearest(header.width / grid.columns),
+        height=_nearest(header.height / grid.rows),
+        fps=None,
+        count=grid.columns * grid.rows,
+        read=partial(_whole_cell if whole else _fractional_cell, sheet, grid),
+        inputs=(path,),
+    )
+
+
+def _nearest(length: float) -> int:
+    return floor(length + 0.5)
+
+
+def _whole_cell(sheet: Picture, grid: Grid, i: int) -> Picture:
+    row, column = divmod(i, grid.columns)
+    height, width = sheet.shape[0] // grid.rows, sheet.shape[1] // grid.columns
+    top, left = row * height, column * width
+    return sheet[top : top + height, left : left + width]
+
+
+def _fractional_cell(sheet: Picture, grid: Grid, i: int) -> Picture:
+    """Return cell i as light (H, W, 4), read between pixels where its edges fall between them."""
+    row, column = divmod(i, grid.columns)
+    top, bottom, y = _places(row, sheet.shape[0] / grid.rows)
+    left, right, x = _places(column, sheet.shape[1] / grid.columns)
+    light = to_light(sheet[top:bottom, left:right])
+    across, down = np.meshgrid(x, y)
+    cell = cv2.remap(light, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return cast(Picture, cell)
+
+
+def _places(
+    cell: int, length: float
+) -> tuple[int, int, np.ndarray[tuple[int], np.dtype[np.float32]]]:
+    """Return the first and past-the-last pixel a cell touches, and where in them to sample.
+
+    Places are in pixel indices of that stretch: one for each output pixel, at its centre. They
+    stay between the centres of the outermost pixels, so that nothing comes from a neighbour cell
+    but its share of a pixel that the edge runs through.
+    """
+    start, stop = cell * length, (cell + 1) * length
+    # A few ulps of slack: 3 * (512 / 12) is 128 but for rounding.
+    first, last = floor(start + 1e-6), ceil(stop - 1e-6)
+    steps = _nearest(length)
+    centres = start + (np.arange(steps) + 0.5) * (length / steps)
+    return first, last, (centres - 0.5 - first).astype(np.float32)

@@ -1,0 +1,204 @@
+"""Videos, played forwards.
+
+WebM, Matroska and QuickTime may hold alpha, which OpenCV drops: they go through PyAV, an optional
+extra, with libvpx, the only decoder that returns VP8's and VP9's alpha. MP4 and all others hold
+none and go through OpenCV, which is always there.
+"""
+
+import os
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from itertools import pairwise
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from fire_atlas.core.errors import SourceError
+from fire_atlas.sources.containers import check_whole
+from fire_atlas.sources.images import check_size, of_opencv, read_bytes
+from fire_atlas.sources.listing import MAX_FRAMES
+from fire_atlas.sources.picture import Picture
+from fire_atlas.sources.pyav import load_pyav
+from fire_atlas.sources.reel import Reel, SequentialFrames
+from fire_atlas.sources.timing import resample
+
+# Read by OpenCV when it opens its first video: its FFmpeg would print what errors say already.
+os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+
+_ALPHA_DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
+
+
+@dataclass(frozen=True, slots=True)
+class Scan:
+    """What one pass over a video found.
+
+    Attributes:
+        width, height: px.
+        fps: As the file states it; None if it does not.
+        stamps: When each frame is shown, s, as far as the file says.
+    """
+
+    width: int
+    height: int
+    fps: float | None
+    stamps: list[Fraction]
+
+
+def open_video(path: Path, fps: float | None) -> Reel:
+    """Return the frames of a video at a constant rate.
+
+    The video is decoded once to count its frames: what files promise is often wrong.
+
+    Raises:
+        SourceError: The file is cut short, cannot be decoded, is too large, or needs PyAV.
+    """
+    head = read_bytes(path, 16)
+    check_whole(path, head)
+    with_pyav = head[:4] == b"\x1aE\xdf\xa3" or head[4:12] == b"ftypqt  "
+    scan = _scan_pyav(path) if with_pyav else _scan_opencv(path)
+    play = _play_pyav if with_pyav else _play_opencv
+    delays = _delays(scan)
+    stated = scan.fps if scan.fps and abs(sum(delays) * scan.fps - len(delays)) < 0.5 else None
+    rate, shown = resample(delays, fps or stated, path)
+    frames = SequentialFrames(partial(play, path, len(scan.stamps)), scan.width * scan.height * 4)
+    return Reel(
+        width=scan.width,
+        height=scan.height,
+        fps=rate,
+        count=len(shown),
+        read=lambda i: frames.read(shown[i]),
+        inputs=(path,),
+    )
+
+
+def _delays(scan: Scan) -> list[Fraction]:
+    """Return how long each frame is shown, s; the last as long as the middling one."""
+    gaps = [later - earlier for earlier, later in pairwise(scan.stamps)]
+    usual = 1 / Fraction(scan.fps or 24).limit_denominator(1_000_000)
+    if any(gap <= 0 for gap in gaps):
+        return [usual] * len(scan.stamps)
+    return [*gaps, sorted(gaps)[len(gaps) // 2] if gaps else usual]
+
+
+def _checked(path: Path, scan: Scan) -> Scan:
+    if not scan.stamps:
+        raise SourceError(f"{path}: no frame of this video can be decoded; export it again")
+    return scan
+
+
+def _check_count(path: Path, count: int) -> None:
+    if count > MAX_FRAMES:
+        raise SourceError(f"{path}: more than {MAX_FRAMES} frames; cut the video first")
+
+
+def _ended(path: Path, frame: int, count: int) -> SourceError:
+    return SourceError(f"{path}: frame {frame} of {count} cannot be decoded; export it again")
+
+
+def _capture(path: Path) -> cv2.VideoCapture:
+    # The backend is named, as others would take digits in the name for a numbered sequence.
+    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    if not capture.isOpened():
+        raise SourceError(
+            f"{path}: is not a video that can be read, or it is truncated; "
+            "export it again, as H.264 in MP4"
+        )
+    return capture
+
+
+def _scan_opencv(path: Path) -> Scan:
+    capture = _capture(path)
+    try:
+        width = int(capture.get(cv2.CAP_PROP_FRAME_WIDTH))
+        height = int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT))
+        check_size(path, width, height)
+        fps = capture.get(cv2.CAP_PROP_FPS)
+        stamps: list[Fraction] = []
+        while capture.grab():
+            micros = round(capture.get(cv2.CAP_PROP_POS_MSEC) * 1000)
+            stamps.append(Fraction(micros, 1_000_000))
+            _check_count(path, len(stamps))
+        promised = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+    finally:
+        capture.release()
+    # Edit lists hide a frame or two at the ends; more are missing.
+    if len(stamps) + 2 < promised <= MAX_FRAMES:
+        raise _ended(path, len(stamps), promised)
+    return _checked(path, Scan(width, height, fps if isfinite(fps) and fps > 0 else None, stamps))
+
+
+def _play_opencv(path: Path, count: int) -> Generator[Picture]:
+    capture = _capture(path)
+    try:
+        for i in range(count):
+            found, raw = capture.read()
+            if not found:
+                raise _ended(path, i, count)
+            yield of_opencv(raw)
+    finally:
+        capture.release()
+
+
+@contextmanager
+def _film(path: Path) -> Generator[tuple[Any, Any]]:
+    """Open the file with PyAV and give the container and its video stream."""
+    av = load_pyav("WebM, Matroska and QuickTime", path)
+    try:
+        with av.open(str(path), metadata_errors="replace") as container:
+            stream = next(iter(container.streams.video), None)
+            if stream is None:
+                raise SourceError(f"{path}: holds no pictures (no video stream)")
+            if stream.codec_context is None:
+                raise SourceError(f"{path}: its codec is not known; export it as VP9 or H.264")
+            check_size(path, stream.codec_context.width, stream.codec_context.height)
+            yield container, stream
+    except (av.FFmpegError, ValueError, ArithmeticError) as error:
+        raise SourceError(f"{path}: cannot be decoded ({error}); export it again") from error
+
+
+def _decoded(container: Any, stream: Any) -> Generator[Any]:
+    """Yield every frame, with alpha where it has any."""
+    context = stream.codec_context
+    name = _ALPHA_DECODERS.get(context.codec.canonical_name)
+    decoder = type(context).create(name, "r") if name else context
+    for packet in container.demux(stream):
+        if packet.size:
+            yield from decoder.decode(packet)
+    yield from decoder.decode(None)
+
+
+def _scan_pyav(path: Path) -> Scan:
+    stamps: list[Fraction] = []
+    width = height = 0
+    with _film(path) as (container, stream):
+        fps = float(stream.average_rate) if stream.average_rate else None
+        for frame in _decoded(container, stream):
+            width, height = frame.width, frame.height
+            stamps.append((frame.pts or 0) * Fraction(stream.time_base))
+            _check_count(path, len(stamps))
+    return _checked(path, Scan(width, height, fps, stamps))
+
+
+def _play_pyav(path: Path, count: int) -> Generator[Picture]:
+    with _film(path) as (container, stream):
+        frames = _decoded(container, stream)
+        for i in range(count):
+            frame = next(frames, None)
+            if frame is None:
+                raise _ended(path, i, count)
+            yield _picture(frame)
+
+
+def _picture(frame: Any) -> Picture:
+    """Return a decoded frame in R, G, B(, A); 16 bits where it has more than 8."""
+    parts = frame.format.components
+    layout = "rgba" if any(part.is_alpha for part in parts) else "rgb24"
+    if max(part.bits for part in parts) > 8:
+        layout = {"rgba": "rgba64le", "rgb24": "rgb48le"}[layout]
+    return np.ascontiguousarray(frame.to_ndarray(format=layout))

@@ -1,0 +1,77 @@
+"""WebP files as frames: each is wrapped as a still WebP of its own."""
+
+import struct
+from collections.abc import Iterator
+from fractions import Fraction
+
+from fire_atlas.sources.animated import Animation, Disposal, Patch
+from fire_atlas.sources.broken import BrokenFileError
+from fire_atlas.sources.images import webp_size
+
+_ALPHA_FLAG = 0x10
+
+
+def parse(data: bytes) -> Animation:
+    """Find the frames of a WebP without decoding them; a still WebP is one frame.
+
+    Raises:
+        BrokenFileError: The file is cut short.
+    """
+    if len(data) < 30:
+        raise BrokenFileError("the file is truncated: it ends inside its header")
+    promised = 8 + int.from_bytes(data[4:8], "little")
+    if promised > len(data):
+        raise BrokenFileError(
+            f"the file is truncated: it has {len(data)} of the {promised} bytes it promises"
+        )
+    width, height = webp_size(data)
+    found = list(_chunks(data, 12, promised))
+    if not any(name == b"ANMF" for name, _, _ in found):
+        still = Patch(0, 0, width, height, Fraction(), Disposal.KEEP, False, 0, promised)
+        return Animation("webp", width, height, [still], lambda _, raw: raw)
+    patches = [_patch(data, start, stop) for name, start, stop in found if name == b"ANMF"]
+    if any(p.x + p.width > width or p.y + p.height > height for p in patches):
+        raise BrokenFileError("a frame leaves the canvas")
+    return Animation("webp", width, height, patches, _wrap)
+
+
+def _chunks(data: bytes, at: int, end: int) -> Iterator[tuple[bytes, int, int]]:
+    """Yield name, start and stop of the chunks between two places; lengths are padded to even."""
+    while at + 8 <= end:
+        length = int.from_bytes(data[at + 4 : at + 8], "little")
+        start, stop = at + 8, at + 8 + length
+        if stop > end:
+            raise BrokenFileError(f"the file is damaged: the chunk at byte {at} runs past its end")
+        yield data[at : at + 4], start, stop
+        at = stop + (length & 1)
+
+
+def _patch(data: bytes, start: int, stop: int) -> Patch:
+    if stop - start < 24:
+        raise BrokenFileError(f"the file is damaged: the frame at byte {start} is too short")
+    half_x, half_y, less_width, less_height, milliseconds = (
+        int.from_bytes(data[start + 3 * i : start + 3 * i + 3], "little") for i in range(5)
+    )
+    flags = data[start + 15]
+    return Patch(
+        2 * half_x, 2 * half_y, less_width + 1, less_height + 1,
+        delay=Fraction(milliseconds, 1000),
+        disposal=Disposal.CLEAR if flags & 1 else Disposal.KEEP,
+        blend=not flags & 2,
+        start=start + 16,
+        stop=stop,
+    )  # fmt: skip
+
+
+def _wrap(patch: Patch, raw: bytes) -> bytes:
+    """Put a frame's chunks under a header of their own, without the chunks nobody knows."""
+    known = (b"ALPH", b"VP8 ", b"VP8L")
+    kept = [
+        raw[a - 8 : b + (b - a & 1)] for name, a, b in _chunks(raw, 0, len(raw)) if name in known
+    ]
+    alpha = any(chunk[:4] in (b"ALPH", b"VP8L") for chunk in kept)
+    canvas = struct.pack("<II", patch.width - 1, patch.height - 1)
+    size = canvas[0:3] + canvas[4:7]
+    head = b"VP8X" + struct.pack("<II", 10, _ALPHA_FLAG if alpha else 0) + size
+    body = b"WEBP" + head + b"".join(kept)
+    return b"RIFF" + struct.pack("<I", len(body)) + body

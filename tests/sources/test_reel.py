@@ -1,0 +1,65 @@
+"""Formats that only play forwards: each pass decodes once, and little is kept."""
+
+import tracemalloc
+from collections.abc import Generator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import synthetic_fire as fire
+
+from fire_atlas.sources.picture import Picture
+from fire_atlas.sources.reel import SequentialFrames
+
+
+class Counter:
+    """Frames that hold their own number, and how often each was decoded."""
+
+    def __init__(self, count: int) -> None:
+        self.decoded = [0] * count
+
+    def play(self) -> Generator[Picture]:
+        for i in range(len(self.decoded)):
+            self.decoded[i] += 1
+            yield np.full((1, 1, 3), i, np.uint8)
+
+
+def test_samples_and_two_passes_decode_three_times_at_most() -> None:
+    counter = Counter(200)
+    frames = SequentialFrames(counter.play, 3)
+    for i in [0, 50, 100, 199, *range(200), *range(200)]:
+        assert frames.read(i)[0, 0, 0] == i
+    assert max(counter.decoded) == 3
+
+
+def test_a_little_disorder_decodes_nothing_again() -> None:
+    counter = Counter(200)
+    frames = SequentialFrames(counter.play, 3)
+    for i in range(0, 200, 2):
+        assert frames.read(i + 1)[0, 0, 0] == i + 1
+        assert frames.read(i)[0, 0, 0] == i
+    assert max(counter.decoded) == 1
+
+
+def test_a_decoder_that_failed_starts_afresh() -> None:
+    counter = Counter(3)
+    frames = SequentialFrames(counter.play, 3)
+    with pytest.raises(StopIteration):
+        frames.read(3)
+    assert frames.read(2)[0, 0, 0] == 2
+
+
+@pytest.mark.parametrize("ending", ["gif", "webp"])
+def test_memory_does_not_grow_with_the_clip(ending: str, tmp_path: Path) -> None:
+    def peak(count: int) -> int:
+        frames = fire.fires(count, 160, 160, hard=True)
+        path = fire.write_animation(tmp_path / f"{count}.{ending}", frames, duration=40)
+        clip = fire.open_clip(path)
+        tracemalloc.start()
+        for i in range(clip.count):
+            clip.read(i)
+        highest = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return highest
+
+    assert peak(240) < 1.2 * peak(60)

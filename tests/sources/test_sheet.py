@@ -1,0 +1,110 @@
+"""Sprite sheets: whole cells untouched, others sampled where they really lie."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import synthetic_fire as fire
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from fire_atlas.core.errors import SourceError
+from fire_atlas.core.pixels import Pixels
+from fire_atlas.recipe.source import Grid
+from fire_atlas.sources.sheet import open_sheet
+
+
+def test_whole_cells_are_cut_out_bit_for_bit(tmp_path: Path) -> None:
+    frames = fire.fires()
+    path = fire.write_sheet(tmp_path / "s.png", frames, columns=2)
+    reel = open_sheet(path, Grid(columns=2, rows=3))
+    assert (reel.width, reel.height, reel.count) == (48, 40, 6)
+    for i, frame in enumerate(frames):
+        np.testing.assert_array_equal(reel.read(i), frame)
+
+
+def blob(x: np.ndarray, y: np.ndarray, at: tuple[float, float]) -> np.ndarray:
+    return np.exp(-((x - at[0]) ** 2 + (y - at[1]) ** 2) / (2 * 3.0**2))
+
+
+def centre(pixels: Pixels) -> tuple[float, float]:
+    """Centre of the coverage, px, in the outer-corner convention."""
+    alpha = pixels[..., 3].astype(np.float64)
+    y, x = np.mgrid[: alpha.shape[0], : alpha.shape[1]] + 0.5
+    return float((x * alpha).sum() / alpha.sum()), float((y * alpha).sum() / alpha.sum())
+
+
+def uneven_sheet(path: Path, columns: int, rows: int, width: int, height: int) -> Path:
+    """A sheet with the same soft blob at the centre of every cell, wherever that falls."""
+    y, x = np.mgrid[:height, :width] + 0.5
+    alpha = np.zeros((height, width))
+    for row in range(rows):
+        for column in range(columns):
+            at = ((column + 0.5) * width / columns, (row + 0.5) * height / rows)
+            alpha = np.maximum(alpha, blob(x, y, at))
+    frame = np.full((height, width, 4), (255, 120, 0, 0), np.uint8)
+    frame[..., 3] = np.rint(alpha * 255)
+    Image.fromarray(frame).save(path)
+    return path
+
+
+def test_a_blob_in_the_middle_of_every_cell_stays_there(tmp_path: Path) -> None:
+    path = uneven_sheet(tmp_path / "s.png", 12, 6, 512, 256)
+    clip = fire.open_clip(path, grid={"columns": 12, "rows": 6})
+    assert (clip.width, clip.height, clip.count) == (43, 43, 72)
+    for i in range(clip.count):
+        x, y = centre(clip.read(i))
+        assert abs(x - 21.5) < 0.02
+        assert abs(y - 21.5) < 0.02
+
+
+def test_colour_hidden_under_transparency_does_not_bleed(tmp_path: Path) -> None:
+    frame = np.zeros((10, 31, 4), np.uint8)
+    frame[..., 1] = 255
+    frame[:, 5:25] = (255, 0, 0, 255)
+    Image.fromarray(frame).save(tmp_path / "s.png")
+    for i in range(2):
+        cell = fire.open_clip(tmp_path / "s.png", grid={"columns": 2, "rows": 1}).read(i)
+        assert cell[..., 1].max() == 0
+
+
+def test_nothing_but_the_shared_pixel_comes_from_a_neighbour(tmp_path: Path) -> None:
+    frame = np.zeros((9, 31, 4), np.uint8)
+    frame[..., 3] = 255
+    frame[:, 16:] = 255
+    Image.fromarray(frame).save(tmp_path / "s.png")
+    clip = fire.open_clip(tmp_path / "s.png", matte="none", grid={"columns": 2, "rows": 1})
+    assert clip.read(0)[..., :3].max() == 0
+
+
+@given(
+    st.integers(1, 9), st.integers(1, 9), st.integers(0, 40), st.integers(0, 40)
+)  # fmt: skip
+def test_every_grid_gives_equal_frames_of_the_nearest_size(
+    columns: int, rows: int, more_width: int, more_height: int
+) -> None:
+    from fire_atlas.sources import sheet
+
+    width, height = columns + more_width, rows + more_height
+    picture = np.random.default_rng(0).integers(0, 256, (height, width, 4), np.uint8)
+    grid = Grid(columns=columns, rows=rows)
+    for i in range(columns * rows):
+        cell = sheet._fractional_cell(picture, grid, i)
+        assert abs(cell.shape[0] - height / rows) <= 0.5
+        assert abs(cell.shape[1] - width / columns) <= 0.5
+        if width % columns == 0 and height % rows == 0:
+            whole = fire.light(sheet._whole_cell(picture, grid, i))
+            np.testing.assert_allclose(cell, whole, atol=1e-6)
+
+
+def test_a_grid_finer_than_the_pixels_is_refused(tmp_path: Path) -> None:
+    Image.fromarray(fire.fires(1)[0]).save(tmp_path / "s.png")
+    with pytest.raises(SourceError, match=r"49 columns x 2 rows cannot be cut from 48x40 pixels"):
+        fire.open_clip(tmp_path / "s.png", grid={"columns": 49, "rows": 2})
+
+
+def test_a_grid_on_a_folder_is_refused(tmp_path: Path) -> None:
+    folder = fire.write_folder(tmp_path / "f", fire.fires())
+    with pytest.raises(SourceError, match="grid cuts one image into cells, but this is 6 images"):
+        fire.open_clip(folder, grid={"columns": 2, "rows": 2})
