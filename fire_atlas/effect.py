@@ -29,11 +29,11 @@ from fire_atlas.flakes.rows import Appearance, rows_of, spawn_table
 from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.flame.features import feature_vectors, refine
 from fire_atlas.flame.motion import optical_flow, thumbnail
-from fire_atlas.flame.study import FlameStudy, flame_mask, warmth
+from fire_atlas.flame.study import FlameStudy, above, flame_mask, warmth
 from fire_atlas.recipe.effect import Flakes, MotionBlur
 from fire_atlas.recipe.models import Recipe
 
-_SPIN_UP = 1.0
+_SPIN_UP = 2.5
 """Seconds for which the first frame drives the air before the clip begins."""
 
 
@@ -44,12 +44,14 @@ class FrameLook:
     Attributes:
         thumb: (h, w) uint8, for the optical flow.
         mask: (H, W) float32, how surely each pixel is flame.
+        lit: (rows, columns), how bright each cell is, 0..1.
         feature_x, feature_y: (rows, columns), mean Fv* of each cell in typical lengths.
         spawns: Flakes born in this frame.
     """
 
     thumb: Bytes
     mask: Plane
+    lit: Plane
     feature_x: Plane
     feature_y: Plane
     spawns: Spawns | None
@@ -75,17 +77,17 @@ def analyse(
     shape = grid_shape(clip.width, clip.height, physics.cell)
     eddies = Eddies.random(recipe.seed, shape[0], recipe.buoyancy.turbulence * clip.height)
     u = np.empty((clip.count, *shape), np.float32)
-    v = np.empty_like(u)
+    v, lit = np.empty_like(u), np.empty(u.shape, np.uint8)
     births = []
     air, dt = still_air(shape), 1 / clip.fps
     for i, (spawns, drive) in enumerate(_drives(looks, clip, study, physics, workers)):
         for step in range(round(_SPIN_UP * clip.fps) if i == 0 else 0, 0, -1):
             air = advance(air, drive, eddies, physics, -step * dt, dt)
         air = advance(air, drive, eddies, physics, i * dt, dt)
-        u[i], v[i] = air.u, air.v
+        u[i], v[i], lit[i] = air.u, air.v, np.rint(drive.lit * 255)
         births.append(spawns)
         progress.advance()
-    field = FieldRecord(u, v, physics.cell, clip.fps)
+    field = FieldRecord(u, v, lit, physics.cell, clip.fps)
     return Analysis(study, field, Spawns.joined([b for b in births if b is not None]))
 
 
@@ -95,9 +97,15 @@ def fly_flakes(clip: Clip, recipe: Recipe, analysis: Analysis) -> Tracks:
     assert isinstance(flakes, Flakes), "only called for recipes with flakes"
     assert analysis.spawns is not None, "flakes were asked for, so births were recorded"
     flight = Flight(
-        recipe.seed, flakes.scatter, flakes.lag, recipe.buoyancy.gravity * clip.height,
-        flakes.max, clip.width, clip.height,
-    )  # fmt: skip
+        seed=recipe.seed,
+        scatter=flakes.scatter,
+        lag=flakes.lag,
+        gravity=recipe.buoyancy.gravity * clip.height,
+        wander=recipe.buoyancy.turbulence * clip.height,
+        most=flakes.max,
+        width=clip.width,
+        height=clip.height,
+    )
     swarms = list(fly(analysis.spawns, analysis.field, clip.count, flight))
     look = Appearance(
         colours=ramp(flakes.colors),
@@ -158,7 +166,8 @@ def _look(i: int, clip: Clip, recipe: Recipe, study: FlameStudy, brood: Brood | 
     pixels = clip.read(i)
     bright = brightness(pixels, clip.blend_space)
     warm = warmth(pixels) if study.warm_only else None
-    mask = flame_mask(bright, warm, study.dim, study.bright, study.activity)
+    luminous = above(bright, study.dim, study.bright)
+    mask = flame_mask(luminous, warm, study.activity)
     features, cell = recipe.features, recipe.buoyancy.cell
     fx, fy = refine(
         *feature_vectors(bright, features.sigma, study.epsilon, study.kappa),
@@ -170,7 +179,12 @@ def _look(i: int, clip: Clip, recipe: Recipe, study: FlameStudy, brood: Brood | 
         spawns = emit(i, strength * mask if features.preset == "auto" else strength, brood)
     unit = np.float32(1 / study.typical)
     return FrameLook(
-        thumbnail(bright), mask, cell_means(fx * unit, cell), cell_means(fy * unit, cell), spawns
+        thumbnail(bright),
+        mask,
+        cell_means(as_plane(luminous), cell),
+        cell_means(fx * unit, cell),
+        cell_means(fy * unit, cell),
+        spawns,
     )
 
 
@@ -194,7 +208,7 @@ def _drives(
         u, v = flow_on_grid(flow, here.mask, size, physics.cell, clip.fps)
         u, v = rising(u, v, study.buoyancy)
         flame = cell_means(here.mask, physics.cell)
-        return here.spawns, Drive(flame, u, v, here.feature_x, here.feature_y)
+        return here.spawns, Drive(flame, here.lit, u, v, here.feature_x, here.feature_y)
 
     return workers.map(drive, _pairs(looks))
 

@@ -29,11 +29,13 @@ class Drive:
 
     Attributes:
         flame: How much of each cell is flame, 0..1.
+        lit: How bright each cell is, 0..1, flame or not.
         flow_x, flow_y: Optical flow there, px/s.
         feature_x, feature_y: Mean Fv* of each cell, in units of the clip's typical ‖Fv‖.
     """
 
     flame: Plane
+    lit: Plane
     flow_x: Plane
     flow_y: Plane
     feature_x: Plane
@@ -130,17 +132,21 @@ class FieldRecord:
 
     Attributes:
         u, v: (frames, rows, columns) float32, px/s.
+        lit: (frames, rows, columns) uint8, how bright each cell is; 255 is as bright as flame.
         cell: px.
         fps: Frames per second.
     """
 
     u: NDArray[np.float32]
     v: NDArray[np.float32]
+    lit: NDArray[np.uint8]
     cell: int
     fps: float
 
-    def at(self, time: float) -> tuple[Plane, Plane]:
-        """u and v, each (rows, columns), at ``time`` s: linear in between, held at the ends.
+    def at(self, time: float) -> tuple[Plane, Plane, Plane]:
+        """u, v (px/s) and lit (0..1), each (rows, columns), at ``time`` s.
+
+        Linear in between, held at the ends.
 
         Flow leads from a frame to the next, so a frame's field is that of half a frame later.
         """
@@ -148,7 +154,8 @@ class FieldRecord:
         first = int(position)
         second = min(first + 1, len(self.u) - 1)
         part = np.float32(position - first)
-        return (
-            as_plane(self.u[first] * (1 - part) + self.u[second] * part),
-            as_plane(self.v[first] * (1 - part) + self.v[second] * part),
+        u, v, lit = (
+            as_plane(planes[first] * (1 - part) + planes[second] * part)
+            for planes in (self.u, self.v, self.lit)
         )
+        return u, v, lit / np.float32(255)

@@ -22,6 +22,9 @@ _BURST_SPEED = (0.15, 0.55)
 _TWINKLE = (0.5, 6.0)
 """Slowest and fastest twinkle, Hz."""
 
+_WANDER = (0.3, 1.3)
+"""Slowest and fastest meandering, Hz."""
+
 _SIZE_SPREAD = 2.0
 """[min, max] of a recipe's sizes lie this many standard deviations from the middle."""
 
@@ -39,6 +42,8 @@ class Spawns:
         bulk: Size as a standard normal deviate: how much larger than usual.
         twinkle: Rate, Hz.
         phase: Of the twinkle, rad.
+        wander: Rate of the flake's own meandering, Hz.
+        wander_x, wander_y: Its phases, rad.
     """
 
     tick: NDArray[np.int64]
@@ -51,6 +56,9 @@ class Spawns:
     bulk: NDArray[np.float64]
     twinkle: NDArray[np.float64]
     phase: NDArray[np.float64]
+    wander: NDArray[np.float64]
+    wander_x: NDArray[np.float64]
+    wander_y: NDArray[np.float64]
 
     @classmethod
     def joined(cls, parts: list[Self]) -> Self:
@@ -156,5 +164,8 @@ def _born(
         size,
         bulk,
         np.exp(chance.uniform(slow, fast, count)),
+        chance.uniform(0, 2 * math.pi, count),
+        chance.uniform(*_WANDER, count),
+        chance.uniform(0, 2 * math.pi, count),
         chance.uniform(0, 2 * math.pi, count),
     )

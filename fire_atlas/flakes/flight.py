@@ -20,6 +20,10 @@ _LAG_BY_BULK = 0.35
 """A flake one standard deviation larger than usual lags e^0.35 times as long."""
 
 
+_THROW = 0.15
+"""Seconds in which the air stops what a burst has thrown."""
+
+
 @dataclass(frozen=True, slots=True)
 class Flight:
     """How flakes fly.
@@ -29,6 +33,8 @@ class Flight:
         scatter: k of eq. 13.
         lag: Seconds in which a flake of middle size takes on the field's velocity.
         gravity: Downward acceleration, px/s².
+        wander: Speed (rms) at which eddies too small for the grid move a flake outside the flame,
+            px/s: turbulence is strong after combustion (section III-A).
         most: Most flakes alive at once.
         width, height: Frame, px: what has left it is gone.
     """
@@ -37,6 +43,7 @@ class Flight:
     scatter: float
     lag: float
     gravity: float
+    wander: float
     most: int
     width: int
     height: int
@@ -78,9 +85,9 @@ def fly(spawns: Spawns, field: FieldRecord, frames: int, flight: Flight) -> Iter
     born = np.searchsorted(spawns.tick, np.arange(math.ceil(frames / field.fps / TICK) + 2))
     frame = 0
     for tick in range(len(born) - 1):
-        wind = field.at(tick * TICK)
-        swarm = _hatch(swarm, spawns, int(born[tick]), int(born[tick + 1]), field, wind, flight)
-        moved = _step(swarm, spawns, field, wind, tick, flight)
+        air = field.at(tick * TICK)
+        swarm = _hatch(swarm, spawns, int(born[tick]), int(born[tick + 1]), field, air, flight)
+        moved = _step(swarm, spawns, field, air, tick, flight)
         while frame < frames and frame / field.fps / TICK < tick + 1:
             part = frame / field.fps / TICK - tick
             yield _between(swarm, moved, part, spawns)
@@ -88,10 +95,10 @@ def fly(spawns: Spawns, field: FieldRecord, frames: int, flight: Flight) -> Iter
         swarm = moved.where(_stays(moved, spawns, flight))
 
 
-def sample(field: FieldRecord, planes: tuple[Plane, Plane], x: Column, y: Column) -> Column:
-    """Field (2, flakes), px/s, at places in px, bilinear between cell centres."""
+def sample(field: FieldRecord, planes: tuple[Plane, ...], x: Column, y: Column) -> Column:
+    """``planes`` of the field (planes, flakes) at places in px, bilinear between cell centres."""
     if len(x) == 0:
-        return np.empty((2, 0))
+        return np.empty((len(planes), 0))
     at_x = (x / field.cell - 0.5).astype(np.float32)[:, None]
     at_y = (y / field.cell - 0.5).astype(np.float32)[:, None]
     return np.stack([
@@ -106,15 +113,13 @@ def _hatch(
     first: int,
     last: int,
     field: FieldRecord,
-    wind: tuple[Plane, Plane],
+    air: tuple[Plane, ...],
     flight: Flight,
 ) -> Swarm:
     """Add the flakes ``first`` .. ``last`` of ``spawns``, as far as there is room for them."""
     last = min(last, first + max(flight.most - len(swarm.id), 0))
     new = slice(first, last)
-    vx, vy = sample(field, wind, spawns.x[new], spawns.y[new])
-    if flight.lag > 0:
-        vx, vy = vx + spawns.throw_x[new], vy + spawns.throw_y[new]
+    vx, vy = sample(field, air[:2], spawns.x[new], spawns.y[new])
     ids = np.arange(first, last, dtype=np.int64)
     return swarm.joined(Swarm(ids, spawns.x[new], spawns.y[new], vx, vy, np.zeros(len(ids))))
 
@@ -123,29 +128,48 @@ def _step(
     swarm: Swarm,
     spawns: Spawns,
     field: FieldRecord,
-    wind: tuple[Plane, Plane],
+    air: tuple[Plane, ...],
     tick: int,
     flight: Flight,
 ) -> Swarm:
     """One tick: v̇ = (u − v)/lag + g, solved exactly; then the jitter; then the way."""
-    u = sample(field, wind, swarm.x, swarm.y)
+    *u, lit = sample(field, air, swarm.x, swarm.y)
     if flight.lag > 0:
         lag = flight.lag * np.exp(_LAG_BY_BULK * spawns.bulk[swarm.id])
         keeps = np.exp(-TICK / lag)
-        u[1] += flight.gravity * lag
-        vx, vy = u + (np.stack([swarm.vx, swarm.vy]) - u) * keeps
+        vx = u[0] + (swarm.vx - u[0]) * keeps
+        fall = u[1] + flight.gravity * lag
+        vy = fall + (swarm.vy - fall) * keeps
     else:
         vx, vy = u
     angle = scatter_angles(flight.seed, tick, swarm.id, flight.scatter)
     cos, sin = np.cos(angle), np.sin(angle)
     vx, vy = vx * cos - vy * sin, vx * sin + vy * cos
+    own_x, own_y = _own_motion(swarm, spawns, (1 - lit) ** 4, flight)
     return replace(
         swarm,
-        x=swarm.x + vx * TICK,
-        y=swarm.y + vy * TICK,
+        x=swarm.x + (vx + own_x) * TICK,
+        y=swarm.y + (vy + own_y) * TICK,
         vx=vx,
         vy=vy,
         age=_since(spawns.tick[swarm.id], tick + 1),
+    )
+
+
+def _own_motion(
+    swarm: Swarm, spawns: Spawns, outside: Column, flight: Flight
+) -> tuple[Column, Column]:
+    """Velocity of each flake that its neighbours do not share, px/s.
+
+    A burst's throw, which the air stops, and (as far as the flake is ``outside`` the flame, 0..1)
+    the meandering that keeps flakes of one place from flying in a line.
+    """
+    flung = np.exp(-swarm.age / _THROW)
+    speed = math.sqrt(2) * flight.wander * outside
+    turn = 2 * math.pi * spawns.wander[swarm.id] * swarm.age
+    return (
+        spawns.throw_x[swarm.id] * flung + speed * np.sin(turn + spawns.wander_x[swarm.id]),
+        spawns.throw_y[swarm.id] * flung + speed * np.sin(turn + spawns.wander_y[swarm.id]),
     )
 
 
@@ -168,10 +192,11 @@ def _between(before: Swarm, after: Swarm, part: float, spawns: Spawns) -> Swarm:
 
 def _stays(swarm: Swarm, spawns: Spawns, flight: Flight) -> NDArray[np.bool_]:
     margin = spawns.size[swarm.id]
-    return (
+    stays: NDArray[np.bool_] = (
         (swarm.age < spawns.life[swarm.id])
         & (swarm.x > -margin)
         & (swarm.x < flight.width + margin)
         & (swarm.y > -margin)
         & (swarm.y < flight.height + margin)
     )
+    return stays

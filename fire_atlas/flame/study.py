@@ -31,6 +31,9 @@ _FEATURE_SHARE = 0.70
 _CANDIDATE_SHARE = 0.5
 """Automatic α: this share of the flame's feature vectors are shorter."""
 
+_ACTIVITY_SIDE = 320
+"""Longest side, px, of the picture on which neighbourhoods of what moves are drawn."""
+
 _LEAST_EPSILON = 1.0
 """Below this a gradient is the noise of 8-bit quantisation."""
 
@@ -80,7 +83,9 @@ def study_flame(
     dim, bright = _flame_levels(frames, warm_only)
     activity = _activity([look.brightness for look in frames])
     masks = [
-        flame_mask(look.brightness, look.warmth if warm_only else None, dim, bright, activity)
+        flame_mask(
+            above(look.brightness, dim, bright), look.warmth if warm_only else None, activity
+        )
         for look in frames
     ]
     box, base = _flame_box(masks)
@@ -102,19 +107,21 @@ def study_flame(
     )  # fmt: skip
 
 
-def flame_mask(
-    bright_plane: Plane, warmth: Plane | None, dim: float, bright: float, activity: Plane
-) -> Plane:
+def above(bright_plane: Plane, dim: float, bright: float) -> Plane:
+    """How bright each pixel is, (H, W) in 0..1: 0 up to ``dim``, 1 from ``bright`` on."""
+    return as_plane(np.clip((bright_plane - dim) / (bright - dim), 0.0, 1.0))
+
+
+def flame_mask(luminous: Plane, warm: Plane | None, activity: Plane) -> Plane:
     """How surely each pixel is flame, (H, W) in 0..1: luminous, moving and (if asked) warm.
 
     Args:
-        bright_plane: Brightness, 0..255.
-        warmth: ``warmth`` of the frame, or None where colour does not tell.
-        dim, bright: Levels of ``FlameStudy``.
+        luminous: ``above`` of the frame.
+        warm: ``warmth`` of the frame, or None where colour does not tell.
         activity: Plane of ``FlameStudy``.
     """
-    mask = as_plane(np.clip((bright_plane - dim) / (bright - dim), 0.0, 1.0) * activity)
-    return mask if warmth is None else mask * warmth
+    mask = luminous * activity
+    return mask if warm is None else mask * warm
 
 
 def warmth(pixels: Pixels) -> Plane:
@@ -160,10 +167,14 @@ def _activity(planes: list[Plane]) -> Plane:
     brightest = np.clip(peak / max(float(np.quantile(peak, 0.995)), 1.0) * 4.0 - 2.8, 0.0, 1.0)
     changes = np.clip((spread - 8.0) / 24.0, 0.0, 1.0)
     moves = as_plane(changes * np.maximum(comes_and_goes, brightest))
-    height = spread.shape[0]
-    near, core = _disc(height * 0.012), _disc(height * 0.05)
-    filled = cv2.morphologyEx(cv2.dilate(moves, near), cv2.MORPH_CLOSE, core)
-    return as_plane(cv2.blur(filled, near.shape))
+    height, width = spread.shape
+    scale = min(1.0, _ACTIVITY_SIDE / max(height, width))
+    size = max(1, round(width * scale)), max(1, round(height * scale))
+    small = cv2.resize(moves, size, interpolation=cv2.INTER_AREA)
+    near, core = _disc(size[1] * 0.012), _disc(size[1] * 0.05)
+    filled = cv2.morphologyEx(cv2.dilate(small, near), cv2.MORPH_CLOSE, core)
+    soft = cv2.blur(filled, near.shape)
+    return as_plane(cv2.resize(soft, (width, height), interpolation=cv2.INTER_LINEAR))
 
 
 def _disc(radius: float) -> NDArray[np.uint8]:

@@ -1,6 +1,7 @@
 """Flight over fields whose answer is known."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,19 +18,26 @@ def _spawns(count: int, x: float = 100.0, y: float = 200.0, life: float = 10.0) 
     ones = np.ones(count)
     return Spawns(
         np.zeros(count, np.int64), ones * x, ones * y, 0 * ones, 0 * ones, life * ones, 2 * ones,
-        0 * ones, ones, 0 * ones,
+        0 * ones, ones, 0 * ones, ones, 0 * ones, 0 * ones,
     )  # fmt: skip
 
 
 def _uniform(u: float, v: float, fps: float = FPS) -> FieldRecord:
     shape = (FRAMES, 100, 100)
+    lit = np.zeros(shape, np.uint8)
     return FieldRecord(
-        np.full(shape, u, np.float32), np.full(shape, v, np.float32), cell=4, fps=fps
+        np.full(shape, u, np.float32), np.full(shape, v, np.float32), lit, cell=4, fps=fps
     )
 
 
-def _flight(scatter: float = 1.0, lag: float = 0.0, gravity: float = 0.0) -> Flight:
-    return Flight(1, scatter, lag, gravity, most=1000, width=400, height=400)
+def _flight(
+    scatter: float = 1.0,
+    lag: float = 0.0,
+    gravity: float = 0.0,
+    wander: float = 0.0,
+    most: int = 1000,
+) -> Flight:
+    return Flight(1, scatter, lag, gravity, wander, most, 400, 400)
 
 
 def _flown(field: FieldRecord, flight: Flight, spawns: Spawns) -> list[Swarm]:
@@ -69,5 +77,18 @@ def test_a_cold_flake_is_gone_and_a_departed_one_too() -> None:
 
 
 def test_no_more_flakes_than_allowed_are_alive() -> None:
-    flight = Flight(1, 1.0, 0.0, 0.0, most=5, width=400, height=400)
-    assert max(len(s.id) for s in _flown(_uniform(0, 0), flight, _spawns(40))) == 5
+    assert max(len(s.id) for s in _flown(_uniform(0, 0), _flight(most=5), _spawns(40))) == 5
+
+
+def test_flakes_of_one_place_part_by_their_own_meandering() -> None:
+    chance = np.random.default_rng(0)
+    spawns = replace(
+        _spawns(500),
+        wander=chance.uniform(0.3, 1.3, 500),
+        wander_x=chance.uniform(0, 2 * math.pi, 500),
+        wander_y=chance.uniform(0, 2 * math.pi, 500),
+    )
+    end = _flown(_uniform(0, 0), _flight(wander=10.0), spawns)[-1]
+    # ∫√2·10·sin(2π f t + φ) over about a second, averaged over f and φ
+    assert 2.0 < np.std(end.x) < 6.0
+    assert abs(np.mean(end.x) - 100) < 1.0
