@@ -1,10 +1,10 @@
 """Which recipes a command is about."""
 
-import re
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.natural import natural_key
 from fire_atlas.recipe.document import read_document
 from fire_atlas.recipe.inherit import EXTENDS
 from fire_atlas.recipe.tree import RecipeTree
@@ -33,12 +33,6 @@ def refuse_same_outputs(trees: Iterable[RecipeTree], folder_of: Callable[[Path],
                 f"{tree.path}: would write the same files ({folder_of(tree.path) / tree.name}.*) "
                 f"as {other}; give one of them another `name`"
             )
-
-
-def natural_key(path: Path) -> list[tuple[int, str]]:
-    """Return a sort key by which ``fire2`` comes before ``fire10``."""
-    parts = re.split(r"(\d+)", path.name.casefold())
-    return [(int(part), part) if part.isdecimal() else (-1, part) for part in parts]
 
 
 def _recipes_in(folder: Path) -> list[Path]:

@@ -3,25 +3,32 @@
 An up-to-date build asks only this, so neither cv2 nor numpy nor Pillow may be imported here.
 """
 
-from __future__ import annotations
-
 import glob
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from fire_atlas.core.errors import SourceError
-
-if TYPE_CHECKING:
-    from fire_atlas.recipe.source import FramesSource
+from fire_atlas.core.natural import natural_key
 
 STILLS = (".png", ".tga", ".bmp", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".gif")
 """Endings of the files that count as frames of a folder."""
 
 MAX_FRAMES = 100_000
 """More frames than this are refused: no atlas can hold them."""
+
+
+class Cut(Protocol):
+    """Which of the frames that are there a recipe uses: the part of its settings asked for here."""
+
+    @property
+    def start(self) -> int:
+        """First frame, counted from 0."""
+
+    @property
+    def count(self) -> int | None:
+        """How many frames; None is all that follow."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +44,7 @@ class Located:
     single: bool
 
 
-def list_inputs(settings: FramesSource, path: Path) -> list[Path]:
+def list_inputs(settings: Cut, path: Path) -> list[Path]:
     """Return the files the clip of ``settings`` is read from, in order of play.
 
     Raises:
@@ -68,7 +75,7 @@ def _locate(path: Path) -> Located:
     raise SourceError(_missing(path))
 
 
-def cut(settings: FramesSource, available: int, path: Path) -> range:
+def cut(settings: Cut, available: int, path: Path) -> range:
     """Return the numbers of the frames that ``start`` and ``count`` choose of ``available``."""
     frames = "1 frame" if available == 1 else f"{available} frames"
     if settings.start >= available:
@@ -83,16 +90,6 @@ def cut(settings: FramesSource, available: int, path: Path) -> range:
             f"are only {frames}; count can be at most {available - settings.start}, or leave it out"
         )
     return range(settings.start, stop)
-
-
-def natural_key(path: Path) -> tuple[object, ...]:
-    """Sort key that puts fire2 before fire10, the same on every machine and in every locale."""
-    parts = [re.split(r"([0-9]+)", part.casefold()) for part in path.parts]
-    words = tuple(
-        tuple((int(w), "") if w.isascii() and w.isdigit() else (-1, w) for w in part)
-        for part in parts
-    )
-    return (words, str(path))
 
 
 def _images_of_folder(folder: Path) -> tuple[Path, ...]:

@@ -10,6 +10,7 @@ import pytest
 import synthetic_fire as fire
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.natural import natural_key
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import listing
 
@@ -35,7 +36,7 @@ def test_numbers_in_names_count_as_numbers(tmp_path: Path) -> None:
 
 def test_names_without_padding_and_with_mix_in_one_order() -> None:
     paths = [Path(n) for n in ("a10", "a9b", "a9", "a09", "9", "b", "a", "A9")]
-    ordered = sorted(paths, key=listing.natural_key)
+    ordered = sorted(paths, key=natural_key)
     assert [str(p) for p in ordered] == ["9", "a", "A9", "a09", "a9", "a9b", "a10", "b"]
 
 
