@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 from PIL import ImageColor
 
 from fire_atlas.cli.progress import view_for
+from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.preview.atlas_file import read_atlas
 from fire_atlas.preview.pictures import Color, animation, contact_sheet
@@ -22,10 +23,10 @@ _SUFFIX = {"gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"
 def run(args: Namespace) -> int:
     """Make the picture that was asked for, of a recipe or of an atlas that is built already."""
     background = _color(args.background)
-    with _atlas(args) as path:
+    with _atlas(args) as (path, clip):
         atlas = read_atlas(path)
         if args.kind == "sheet":
-            data = contact_sheet(atlas, read_tracks(path), background)
+            data = contact_sheet(atlas, read_tracks(path), clip, background)
         else:
             data = animation(atlas, args.kind, background)
         default = args.subject.with_name(f"{path.stem}.preview{_SUFFIX[args.kind]}")
@@ -46,17 +47,21 @@ def _color(text: str) -> Color:
 
 
 @contextmanager
-def _atlas(args: Namespace) -> Iterator[Path]:
-    """Yield the JSON of the atlas; that of a recipe is built first, and removed at the end."""
+def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
+    """Yield the JSON of the atlas, and the clip it came from where that is known.
+
+    The atlas of a recipe is built first, and removed at the end.
+    """
     if args.subject.suffix not in {".yaml", ".yml"}:
         if args.overrides:
             raise RecipeError("--set changes recipes; an atlas that is built stays as it is")
-        yield args.subject
+        yield args.subject, None
         return
 
     from fire_atlas.build import build
     from fire_atlas.core.workers import default_jobs
     from fire_atlas.recipe.load import load
+    from fire_atlas.sources.registry import open_source
 
     loaded = load(args.subject, [*args.overrides, "exports=[json]", "tracks=[json]"])
     view = view_for(json_lines=False, quiet=args.quiet, verbose=False)
@@ -66,7 +71,9 @@ def _atlas(args: Namespace) -> Iterator[Path]:
             build(loaded, Path(folder), args.jobs or default_jobs(), view)
         finally:
             view.close()
-        yield Path(folder) / f"{loaded.recipe.name}.json"
+        recipe = loaded.recipe
+        clip = open_source(recipe.source, loaded.source_path, recipe.atlas.blend_space)
+        yield Path(folder) / f"{recipe.name}.json", clip
 
 
 def _write(target: Path, data: bytes) -> None:

@@ -8,6 +8,9 @@ import cv2
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from fire_atlas.atlas.encode import encode_frame
+from fire_atlas.composition.composite import expose
+from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Bytes, encode_bytes
 from fire_atlas.flakes.drawing import draw_flakes
 from fire_atlas.flakes.tracks import Tracks
@@ -71,25 +74,38 @@ def schedule(durations: Sequence[float], tick: int, least: int) -> list[tuple[in
     return shown or [(0, least)]
 
 
-def contact_sheet(atlas: AtlasFile, tracks: Tracks | None, background: Color) -> bytes:
-    """Return a PNG of some dozen frames, evenly spread, and below each its flakes alone."""
+def contact_sheet(
+    atlas: AtlasFile, tracks: Tracks | None, clip: Clip | None, background: Color
+) -> bytes:
+    """Return a PNG of some dozen frames, evenly spread: as they came in, their flakes, the result.
+
+    Without ``tracks`` or ``clip`` their rows are left out.
+    """
     count = len(atlas.frames)
     chosen = [i * count // min(count, _COLUMNS) for i in range(min(count, _COLUMNS))]
-    frames = [
+    rows = []
+    if clip is not None and clip.count == count:
+        rows.append([_input(clip, i, background) for i in chosen])
+    if tracks is not None and len(tracks.frames) == count:
+        rows.append([_flakes(tracks, i) for i in chosen])
+    rows.append([
         _fit(blend(frame, background, atlas.alpha, atlas.blend_space))
         for i, frame in enumerate(cut_frames(atlas))
         if i in chosen
-    ]
-    rows = [frames]
-    if tracks is not None and len(tracks.frames) == count:
-        rows.append([_flakes(tracks, i) for i in chosen])
+    ])  # fmt: skip
     file = io.BytesIO()
     _sheet(chosen, rows, background).save(file, "PNG")
     return file.getvalue()
 
 
 def _flakes(tracks: Tracks, i: int) -> Bytes:
-    return _fit(encode_bytes(draw_flakes(tracks.frames[i], tracks.height, tracks.width)))
+    light = draw_flakes(tracks.frames[i], tracks.height, tracks.width)
+    return _fit(encode_bytes(expose(light.reshape(-1, 3)).reshape(light.shape)))
+
+
+def _input(clip: Clip, i: int, background: Color) -> Bytes:
+    image = encode_frame(clip.read(i), "straight", "srgb")
+    return _fit(blend(image, background, "straight", "srgb"))
 
 
 def _fit(picture: Bytes) -> Bytes:

@@ -176,13 +176,26 @@ def test_a_contact_sheet_shows_a_dozen_frames_and_their_flakes(run: Run, campfir
         pixels = np.asarray(sheet.convert("RGB"), np.int64)
     assert pixels.shape == (2 * 36 + 20, 6 * 28 + 4, 3)
     assert tuple(pixels[0, 0]) == (16, 16, 20)
-    flakes_of_last_frame = pixels[-36:-4, -28:-4]
+    flakes_of_last_frame = pixels[20:52, -28:-4]
     assert flakes_of_last_frame.max() > 100
     assert flakes_of_last_frame[0, 0].max() == 0
 
 
+def test_the_sheet_of_a_recipe_begins_with_the_frames_as_they_came_in(
+    run: Run, campfire: Path
+) -> None:
+    run("preview", campfire.name, "--sheet", "-q", "-o", "sheet.png", "--set", "flakes.rate=900")
+    with Image.open(campfire.with_name("sheet.png")) as sheet:
+        pixels = np.asarray(sheet.convert("RGB"), np.int64)
+    assert pixels.shape == (3 * 36 + 20, 6 * 28 + 4, 3)
+    frames, flakes, result = (pixels[20 + 36 * i : 52 + 36 * i] for i in range(3))
+    changed = np.abs(result - frames).max(axis=2) > 8
+    assert changed.any()
+    assert (flakes.max(axis=2) > 0)[changed].all()
+
+
 def test_a_sheet_without_tracks_has_one_row(atlas: Path) -> None:
-    with Image.open(io.BytesIO(contact_sheet(read_atlas(atlas), None, (0, 0, 0)))) as sheet:
+    with Image.open(io.BytesIO(contact_sheet(read_atlas(atlas), None, None, (0, 0, 0)))) as sheet:
         assert sheet.size == (3 * 14 + 4, 12 + 20)
 
 
