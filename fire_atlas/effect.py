@@ -10,6 +10,7 @@ from itertools import chain
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from fire_atlas.composition.blur import blur_along
 from fire_atlas.composition.composite import compose
@@ -18,10 +19,11 @@ from fire_atlas.core.pixels import Bytes, Pixels, Plane, as_plane, brightness
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.field.air import grid_shape, still_air
+from fire_atlas.field.ambient import Ambient
 from fire_atlas.field.buoyancy import Drive, FieldRecord, Physics, advance
 from fire_atlas.field.drive import cell_means, flow_on_grid, rising
 from fire_atlas.field.eddies import Eddies
-from fire_atlas.flakes.drawing import draw_flakes
+from fire_atlas.flakes.drawing import add_halo, draw_flakes, draw_pixels
 from fire_atlas.flakes.embers import ramp
 from fire_atlas.flakes.emission import Brood, Spawns, emit
 from fire_atlas.flakes.flight import Flight, fly
@@ -29,6 +31,7 @@ from fire_atlas.flakes.rows import Appearance, rows_of, spawn_table
 from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.flame.features import feature_vectors, refine
 from fire_atlas.flame.motion import optical_flow, thumbnail
+from fire_atlas.flame.palette import clip_palette
 from fire_atlas.flame.study import FlameStudy, above, flame_mask, warmth
 from fire_atlas.recipe.effect import Flakes, MotionBlur
 from fire_atlas.recipe.models import Recipe
@@ -59,11 +62,18 @@ class FrameLook:
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """What is known of a clip once all its frames were seen."""
+    """What is known of a clip once all its frames were seen.
+
+    Attributes:
+        study, field: What holds for the clip, and the recorded field.
+        spawns: Births of all flakes, if the recipe has any.
+        palette: (colours, 3) sRGB in 0..1 that flakes are limited to, if the recipe says so.
+    """
 
     study: FlameStudy
     field: FieldRecord
     spawns: Spawns | None
+    palette: NDArray[np.float32] | None
 
 
 def analyse(
@@ -76,19 +86,21 @@ def analyse(
     physics = Physics.of(recipe.buoyancy, clip.height)
     shape = grid_shape(clip.width, clip.height, physics.cell)
     eddies = Eddies.random(recipe.seed, shape[0], recipe.buoyancy.turbulence * clip.height)
+    ambient = Ambient(eddies, recipe.wind, clip.height)
     u = np.empty((clip.count, *shape), np.float32)
     v, lit = np.empty_like(u), np.empty(u.shape, np.uint8)
     births = []
     air, dt = still_air(shape), 1 / clip.fps
     for i, (spawns, drive) in enumerate(_drives(looks, clip, study, physics, workers)):
         for step in range(round(_SPIN_UP * clip.fps) if i == 0 else 0, 0, -1):
-            air = advance(air, drive, eddies, physics, -step * dt, dt)
-        air = advance(air, drive, eddies, physics, i * dt, dt)
+            air = advance(air, drive, ambient, physics, -step * dt, dt)
+        air = advance(air, drive, ambient, physics, i * dt, dt)
         u[i], v[i], lit[i] = air.u, air.v, np.rint(drive.lit * 255)
         births.append(spawns)
         progress.advance()
     field = FieldRecord(u, v, lit, physics.cell, clip.fps)
-    return Analysis(study, field, Spawns.joined([b for b in births if b is not None]))
+    palette = clip_palette(clip, workers) if recipe.composite.palette == "clip" else None
+    return Analysis(study, field, Spawns.joined([b for b in births if b is not None]), palette)
 
 
 def fly_flakes(clip: Clip, recipe: Recipe, analysis: Analysis) -> Tracks:
@@ -113,6 +125,8 @@ def fly_flakes(clip: Clip, recipe: Recipe, analysis: Analysis) -> Tracks:
         stretch=flakes.stretch,
         shutter=blur.shutter if isinstance(blur, MotionBlur) else 0.0,
         kappa=analysis.study.kappa,
+        fades=flakes.edge == "fade",
+        pixel=flakes.sprite == "pixel",
         fps=clip.fps,
     )
     return Tracks(
@@ -137,11 +151,21 @@ def render(
             pixels, field.u[i], field.v[i], analysis.study.kappa, blur.shutter / clip.fps,
             blur.samples,
         )  # fmt: skip
-    if tracks is None:
+    flakes = recipe.flakes
+    if tracks is None or flakes == "none" or not flakes.bake:
         return pixels
-    light = draw_flakes(tracks.frames[i], clip.height, clip.width)
+    light = draw(flakes, tracks.frames[i], clip.height, clip.width)
     light *= np.float32(recipe.composite.intensity)
-    return compose(pixels, light, recipe.composite.blend, recipe.atlas.blend_space)
+    palette = analysis.palette if analysis is not None else None
+    return compose(pixels, light, recipe.composite.blend, recipe.atlas.blend_space, palette)
+
+
+def draw(flakes: Flakes, rows: NDArray[np.float64], height: int, width: int) -> NDArray[np.float32]:
+    """Flake layer (height, width, 3) of one frame as the recipe wants it."""
+    if flakes.sprite == "pixel":
+        return draw_pixels(rows, height, width)
+    light = draw_flakes(rows, height, width)
+    return add_halo(light, flakes.glow) if flakes.glow > 0 else light
 
 
 def _brood(clip: Clip, recipe: Recipe, study: FlameStudy) -> Brood | None:

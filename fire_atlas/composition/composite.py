@@ -4,10 +4,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import Pixels, as_plane, encode_unit
+from fire_atlas.core.pixels import Pixels, as_plane, encode_unit, srgb_to_linear
 
 
-def compose(flame: Pixels, flakes: NDArray[np.float32], blend: str, blend_space: str) -> Pixels:
+def compose(
+    flame: Pixels,
+    flakes: NDArray[np.float32],
+    blend: str,
+    blend_space: str,
+    palette: NDArray[np.float32] | None = None,
+) -> Pixels:
     """Flame with flakes.
 
     ``add``: flame + flakes. ``screen``: 1 − (1 − flame)(1 − flakes). ``over``: flakes cover the
@@ -19,6 +25,8 @@ def compose(flame: Pixels, flakes: NDArray[np.float32], blend: str, blend_space:
         flakes: (H, W, 3) light of the flake layer on black.
         blend: ``add``, ``screen`` or ``over``.
         blend_space: Where the client blends, which decides how much coverage light needs.
+        palette: (colours, 3) sRGB in 0..1. If given, pixels with flakes take the nearest of
+            these colours and cover fully.
     """
     result = flame.copy()
     flat = result.reshape(-1, 4)
@@ -37,6 +45,9 @@ def compose(flame: Pixels, flakes: NDArray[np.float32], blend: str, blend_space:
     needed = np.minimum(_brightest(joined)[:, 0], 1.0)
     flat[lit, :3] = joined
     flat[lit, 3] = np.maximum(under[:, 3] + cover[:, 0] * (1 - under[:, 3]), needed)
+    if palette is not None:
+        flat[lit, :3] = _nearest_colours(flat[lit], palette)
+        flat[lit, 3] = 1.0
     return result
 
 
@@ -44,6 +55,15 @@ def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:
     """Bring HDR light (pixels, 3) into 0..1 by its brightest channel, so that embers keep their
     hue instead of turning yellow."""
     return as_plane(light / np.maximum(_brightest(light), 1.0))
+
+
+def _nearest_colours(
+    pixels: NDArray[np.float32], palette: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Linear light (pixels, 3) of the palette's colour nearest to each of (pixels, 4), in sRGB."""
+    shown = encode_unit(pixels[:, :3])
+    square = (palette**2).sum(axis=1) - 2 * shown @ palette.T  # |p − s|² but for |s|²
+    return srgb_to_linear(palette[np.argmin(square, axis=1)])
 
 
 def _coverage(light: NDArray[np.float32], blend_space: str) -> NDArray[np.float32]:

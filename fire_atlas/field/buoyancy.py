@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.field.air import Air, advect, diffuse, relax
-from fire_atlas.field.eddies import Eddies
+from fire_atlas.field.ambient import Ambient
 from fire_atlas.field.projection import project
 from fire_atlas.recipe.effect import Buoyancy
 
@@ -91,35 +91,35 @@ def lift_direction(buoyancy: Buoyancy) -> tuple[float, float]:
 
 
 def advance(
-    air: Air, drive: Drive, eddies: Eddies, physics: Physics, time: float, dt: float
+    air: Air, drive: Drive, ambient: Ambient, physics: Physics, time: float, dt: float
 ) -> Air:
     """Carry the air from ``time`` over one frame of ``dt`` seconds under ``drive``."""
     steps = max(1, math.ceil(dt / _LONGEST_STEP - 1e-6))
     for step in range(steps):
-        ambient = eddies.velocity(time + step * dt / steps, air.u.shape)
-        air = _substep(air, drive, ambient, physics, dt / steps)
+        around = ambient.velocity(time + step * dt / steps, air.u.shape)
+        air = _substep(air, drive, around, physics, dt / steps)
     return air
 
 
 def _substep(
-    air: Air, drive: Drive, ambient: tuple[Plane, Plane], physics: Physics, dt: float
+    air: Air, drive: Drive, around: tuple[Plane, Plane], physics: Physics, dt: float
 ) -> Air:
     """One step of eq. 12: advection, viscosity, body forces and drag, projection.
 
     Inside the flame the air follows the flow at the finite rate ``coupling``; everywhere drag draws
-    it towards the ambient air, whose eddies do not reach into the flame.
+    it towards the air around, whose wind and eddies do not reach into the flame.
     """
     air = diffuse(advect(air, dt, physics.cell), physics.viscosity, dt, physics.cell)
     follow = drive.flame * np.float32(physics.coupling)
     rate = as_plane(follow + np.float32(physics.drag))
     outside = as_plane(np.float32(physics.drag) * (1.0 - drive.flame))
     planes = []
-    for velocity, feature, flow, eddy, lift, weight in (
-        (air.u, drive.feature_x, drive.flow_x, ambient[0], physics.lift[0], 0.0),
-        (air.v, drive.feature_y, drive.flow_y, ambient[1], physics.lift[1], physics.gravity),
+    for velocity, feature, flow, calm, lift, weight in (
+        (air.u, drive.feature_x, drive.flow_x, around[0], physics.lift[0], 0.0),
+        (air.v, drive.feature_y, drive.flow_y, around[1], physics.lift[1], physics.gravity),
     ):
         force = air.heat * np.float32(lift) + feature * np.float32(physics.feature_force) + weight
-        target = (follow * (flow + lift * _UPDRAFT) + outside * eddy) / np.maximum(rate, 1e-6)
+        target = (follow * (flow + lift * _UPDRAFT) + outside * calm) / np.maximum(rate, 1e-6)
         planes.append(relax(velocity, as_plane(force), as_plane(target), rate, dt))
     u, v = project(*planes) if physics.projection else planes
     heat = np.maximum(air.heat * np.float32(math.exp(-_COOLING * dt)), drive.flame)

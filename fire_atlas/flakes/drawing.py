@@ -2,10 +2,15 @@
 
 import math
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.pixels import as_plane
 from fire_atlas.flakes.tracks import COLUMNS
+
+_HALO = 0.018
+"""Width (σ) of a halo, heights."""
 
 SMALLEST = 2.6
 """Width, px, of the smallest sprite that a pixel grid still shows without flicker."""
@@ -39,6 +44,34 @@ def draw_flakes(rows: NDArray[np.float64], height: int, width: int) -> NDArray[n
     for c, name in enumerate("rgb"):
         np.add.at(light[:, c], pixel, shine * column[name].astype(np.float32)[flake])
     return light.reshape(height, width, 3)
+
+
+def draw_pixels(rows: NDArray[np.float64], height: int, width: int) -> NDArray[np.float32]:
+    """Light (height, width, 3) of one frame's flakes as hard squares of ``size`` whole pixels.
+
+    Where squares meet, the brighter channel shows: light does not add up to new colours.
+    """
+    light = np.zeros((height * width, 3), np.float32)
+    column = dict(zip(COLUMNS, rows.T, strict=True))
+    side = column["size"].astype(np.intp)
+    left = np.rint(column["x"] - side / 2)
+    top = np.rint(column["y"] - side / 2)
+    row_flake, row = _ranges(top, top + side - 1)
+    span, x = _ranges(left[row_flake], (left + side - 1)[row_flake])
+    flake, y = row_flake[span], row[span]
+    seen = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+    flake, pixel = flake[seen], (y[seen] * width + x[seen])
+    for c, name in enumerate("rgb"):
+        shine = (column[name] * column["a"]).astype(np.float32)
+        np.maximum.at(light[:, c], pixel, shine[flake])
+    return light.reshape(height, width, 3)
+
+
+def add_halo(light: NDArray[np.float32], share: float) -> NDArray[np.float32]:
+    """Flake layer (H, W, 3) with a soft halo of ``share`` times its light."""
+    sigma = _HALO * light.shape[0]
+    halo = cv2.GaussianBlur(light, (0, 0), sigma, borderType=cv2.BORDER_CONSTANT)
+    return as_plane(cv2.addWeighted(light, 1.0, halo, share, 0.0))
 
 
 def _cover(

@@ -12,6 +12,12 @@ from fire_atlas.flakes.embers import colour_by_speed, glow, twinkle
 from fire_atlas.flakes.emission import TICK, Spawns
 from fire_atlas.flakes.flight import Swarm
 
+_BORDER = 0.05
+"""Width of the strip along the border in which flakes fade, heights."""
+
+_SHADES = 3
+"""Steps in which hard flakes dim."""
+
 
 @dataclass(frozen=True, slots=True)
 class Appearance:
@@ -23,6 +29,8 @@ class Appearance:
         stretch: Length along the velocity, in frames of travel, beside the blur.
         shutter: Part of a frame the shutter is open.
         kappa: (H, W) κ of each pixel: weight of flakes and of their blur.
+        fades: Whether flakes fade towards the frame's border.
+        pixel: Whether flakes are hard squares.
         fps: Frames per second.
     """
 
@@ -31,6 +39,8 @@ class Appearance:
     stretch: float
     shutter: float
     kappa: Plane
+    fades: bool
+    pixel: bool
     fps: float
 
 
@@ -69,7 +79,7 @@ def _table(
     """One frame's rows: a streak is straight along the velocity, x(t) + (δ − t) v κ (eq. 17)."""
     speed = np.hypot(vx, vy)
     life, wide = spawns.life[swarm.id], spawns.size[swarm.id]
-    size = np.maximum(wide, SMALLEST)
+    size = np.clip(np.rint(wide), 1, 2) if look.pixel else np.maximum(wide, SMALLEST)
     height, width = look.kappa.shape
     weight = look.kappa[
         np.clip(swarm.y.astype(np.intp), 0, height - 1),
@@ -81,12 +91,25 @@ def _table(
         swarm.age, spawns.twinkle[swarm.id], spawns.phase[swarm.id]
     )
     colour = colour_by_speed(speed, height, look.colours) * look.intensity
-    # The same light over more pixels: small sprites are widened, fast ones drawn out.
-    opacity = light * weight * (wide / size) ** 2 / stretch
+    if look.pixel:
+        stretch = np.ones_like(size)
+        opacity = np.ceil(light * _SHADES) / _SHADES
+    else:
+        # The same light over more pixels: small sprites are widened, fast ones drawn out.
+        opacity = light * weight * (wide / size) ** 2 / stretch
+    if look.fades:
+        opacity = opacity * _inside(swarm, height, width)
     return np.column_stack([
         swarm.id, swarm.x, swarm.y, vx, vy, size, stretch, np.arctan2(vy, vx), colour, opacity,
         swarm.age, life,
     ])  # fmt: skip
+
+
+def _inside(swarm: Swarm, height: int, width: int) -> NDArray[np.float64]:
+    """How far flakes are from the border of the frame: 0 at it, 1 from ``_BORDER`` on."""
+    gap = np.minimum.reduce([swarm.x, swarm.y, width - swarm.x, height - swarm.y])
+    share = np.clip(gap / (_BORDER * height), 0, 1)
+    return np.asarray(share * share * (3 - 2 * share), np.float64)
 
 
 def spawn_table(swarms: list[Swarm], spawns: Spawns) -> NDArray[np.float64]:

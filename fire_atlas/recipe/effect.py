@@ -141,6 +141,12 @@ class Flakes(Settings):
     """Colours by speed, slow to fast, as sRGB hex (Figure 9)."""
     intensity: float = Field(default=6.0, ge=0, le=1000)
     """Light of a fresh flake; above 1 is HDR."""
+    edge: Literal["fade", "crop"] = "fade"
+    """Flakes that leave the frame ``fade`` towards its border, or are cut (``crop``) by it."""
+    glow: float = Field(default=0.0, ge=0, le=10)
+    """Light of the soft halo around the flakes, against their own. Not part of the tracks."""
+    sprite: Literal["soft", "pixel"] = "soft"
+    """``soft`` round sprites, or hard squares of whole pixels (``pixel``), for pixel art."""
     max: int = Field(default=20000, ge=0, le=60000)
     """Most flakes alive at once."""
 
@@ -163,6 +169,8 @@ class Composite(Settings):
     """``add`` light, ``screen`` (never above 1), or lay flakes ``over`` the flame."""
     intensity: float = Field(default=1.0, ge=0, le=100)
     """Multiplies the flake layer."""
+    palette: Literal["none", "clip"] = "none"
+    """``clip``: flakes take the nearest colour that the clip itself has, and cover fully."""
 
 
 _NONE_OR_BLOCK = either("`none` or a block of settings")

@@ -18,6 +18,7 @@ from fire_atlas.recipe.effect import (
 from fire_atlas.recipe.name import MAX_NAME, NAME_PATTERN
 from fire_atlas.recipe.output import Atlas, ExportName, TrackName
 from fire_atlas.recipe.source import FramesSource
+from fire_atlas.recipe.wind import Wind
 
 
 class Recipe(Settings):
@@ -31,6 +32,8 @@ class Recipe(Settings):
     """Seed of all chance in the build."""
     source: FramesSource
     """Where the fire comes from."""
+    wind: Wind = Wind()
+    """Wind that bends the plume."""
     features: Features = Features()
     """Where the fire tears (eq. 1-3)."""
     buoyancy: Buoyancy = Buoyancy()

@@ -35,6 +35,8 @@ class FramesSource(Settings):
     """How many frames to use. Default: all that follow ``start``."""
     height: int | None = Field(default=None, ge=1, le=16384)
     """Resize frames to this height, px; the width follows. Default: as they are."""
+    sampling: Literal["smooth", "nearest"] = "smooth"
+    """How ``height`` resizes: ``smooth``, or ``nearest`` for pixel art."""
     matte: Annotated[Literal["auto", "alpha", "luminance", "none"], OFF] = "auto"
     """Where coverage comes from: the frames' ``alpha``; ``luminance`` (fire on black: light
     becomes coverage, colour is un-multiplied); ``none`` (an opaque scene). ``auto`` decides and

@@ -15,7 +15,7 @@ from fire_atlas.sources.images import ANIMATIONS, check_size, decode, read_heade
 from fire_atlas.sources.listing import cut, locate
 from fire_atlas.sources.picture import Picture, to_light
 from fire_atlas.sources.reel import Reel
-from fire_atlas.sources.resize import resize, width_for
+from fire_atlas.sources.resize import nearest, resize, width_for
 from fire_atlas.sources.sheet import open_sheet
 
 DEFAULT_FPS = 24.0
@@ -46,6 +46,8 @@ def open_frames(settings: FramesSource, path: Path, blend_space: str) -> Clip:
         picture = _of_size(reel, path, chosen[i])
         if (width, height) == (reel.width, reel.height):
             return matte.apply(choice.matte, picture, blend_space)
+        if settings.sampling == "nearest":
+            return nearest(matte.apply(choice.matte, picture, blend_space), width, height)
         return _resized(choice.matte, picture, (width, height), blend_space)
 
     return Clip(

@@ -14,6 +14,11 @@ def width_for(height: int, size: tuple[int, int]) -> int:
     return max(1, int(size[0] * height / size[1] + 0.5))
 
 
+def nearest(pixels: Pixels, width: int, height: int) -> Pixels:
+    """Return pixels (height, width, 4), each the one nearest to its place: no new colours."""
+    return cast(Pixels, cv2.resize(pixels, (width, height), interpolation=cv2.INTER_NEAREST_EXACT))
+
+
 def resize(pixels: Pixels, width: int, height: int) -> Pixels:
     """Return pixels (height, width, 4): area averages when shrinking, bicubic when growing.
 

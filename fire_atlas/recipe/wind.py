@@ -1,0 +1,73 @@
+"""Recipe block ``wind``: one wind for every source."""
+
+from typing import Annotated, Any, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from fire_atlas.recipe.base import LIST, Settings
+
+Level = Annotated[float, Field(ge=0, le=5)]
+"""Strength; one level is 0.15 frame heights per second."""
+
+
+def _degrees(value: Any) -> Any:
+    """Read ``right`` and ``left`` as degrees."""
+    return {"right": 0.0, "left": 180.0}.get(value, value) if isinstance(value, str) else value
+
+
+Heading = Annotated[float, BeforeValidator(_degrees), Field(ge=-360, le=360)]
+"""Where wind blows to: ``right``, ``left``, or degrees seen from above (0 right, 90 away)."""
+
+
+class WindKeyframe(Settings):
+    """Wind at one moment; between moments it changes evenly."""
+
+    t: float = Field(ge=0, le=3600)
+    """Seconds from the first frame."""
+    level: Level = 0.0
+    """Strength, 0-5."""
+    direction: Heading = 0.0
+    """``right``, ``left`` or degrees."""
+
+
+class Gusts(Settings):
+    """Wind that swells and falls, and begins anew every period."""
+
+    mean: Level = 1.0
+    """Strength around which it swings, 0-5."""
+    strength: Level = 1.0
+    """How far it swings, levels."""
+    period: float = Field(default=2.0, ge=0.1, le=600)
+    """Seconds from gust to gust."""
+
+
+class Wind(Settings):
+    """A steady wind (``level``), one that changes (``keyframes``) or ``gusts``."""
+
+    level: Level = 0.0
+    """Strength of a steady wind, 0-5; one level is 0.15 frame heights per second."""
+    direction: Heading = 0.0
+    """Where a steady wind or gusts blow to: ``right``, ``left``, or degrees seen from above (0
+    right, counter-clockwise)."""
+    keyframes: Annotated[tuple[WindKeyframe, ...], LIST] = ()
+    """Wind that changes over time, in order of ``t``."""
+    gusts: Gusts | None = None
+    """Wind that swells and falls."""
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        given = [
+            name
+            for name, is_given in (
+                ("level", self.level > 0),
+                ("keyframes", bool(self.keyframes)),
+                ("gusts", self.gusts is not None),
+            )
+            if is_given
+        ]
+        if len(given) > 1:
+            raise ValueError(f"has both {given[0]} and {given[1]}; keep one of them")
+        times = [keyframe.t for keyframe in self.keyframes]
+        if times != sorted(times):
+            raise ValueError("keyframes must be in order of t")
+        return self
