@@ -2,11 +2,11 @@
 
 from argparse import Namespace
 
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from fire_atlas.flakes.statistics import Figure, ember_figures
+from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.preview.atlas_file import AtlasFile, read_atlas
 from fire_atlas.preview.tracks_file import read_tracks
 
@@ -59,16 +59,24 @@ def _range(values: list[int]) -> str:
 
 
 def _flakes(tracks: Tracks) -> Table:
-    table = Table("alive", "most alive", "born", "life", "speed", title="flakes")
-    alive = [len(rows) for rows in tracks.frames]
-    rows = np.concatenate([*tracks.frames, np.empty((0, len(COLUMNS)))])
-    speed = np.hypot(rows[:, COLUMNS.index("vx")], rows[:, COLUMNS.index("vy")])
-    life = tracks.spawns[:, SPAWN_COLUMNS.index("life")]
-    table.add_row(
-        f"{np.mean(alive):.1f}" if alive else "0",
-        str(max(alive, default=0)),
-        str(len(tracks.spawns)),
-        f"{np.mean(life):.2f} s" if len(life) else "-",
-        f"{np.median(speed):.0f} px/s" if len(speed) else "-",
-    )
+    table = Table("flakes", "", "should be", "", title="flakes")
+    for figure in ember_figures(tracks):
+        table.add_row(
+            figure.name,
+            f"{figure.value:.3g} {figure.unit}".strip(),
+            _wanted(figure),
+            "" if figure.is_in_range else "out of range",
+        )
     return table
+
+
+def _wanted(figure: Figure) -> str:
+    match figure.low, figure.high:
+        case None, None:
+            return ""
+        case low, None:
+            return f"at least {low:g}"
+        case None, high:
+            return f"at most {high:g}"
+        case low, high:
+            return f"{low:g} to {high:g}"

@@ -19,6 +19,9 @@ _SPLINTERS = (3, 14)
 _BURST_SPEED = (0.15, 0.55)
 """Speed at which a burst throws its sparks, heights/s."""
 
+_SINK = (0.03, 0.3)
+"""Fastest fall through still air of a flake, and of a splinter, heights/s."""
+
 _TWINKLE = (0.5, 6.0)
 """Slowest and fastest twinkle, Hz."""
 
@@ -37,6 +40,7 @@ class Spawns:
         tick: Tick of birth.
         x, y: Place of birth, px.
         throw_x, throw_y: Velocity given on top of the field's, px/s.
+        sink: Speed at which the flake falls through still air, px/s.
         life: Seconds until cooled.
         size: Width, px.
         bulk: Size as a standard normal deviate: how much larger than usual.
@@ -51,6 +55,7 @@ class Spawns:
     y: NDArray[np.float64]
     throw_x: NDArray[np.float64]
     throw_y: NDArray[np.float64]
+    sink: NDArray[np.float64]
     life: NDArray[np.float64]
     size: NDArray[np.float64]
     bulk: NDArray[np.float64]
@@ -160,6 +165,7 @@ def _born(
         row + inside[1],
         speed * np.cos(heading),
         speed * np.sin(heading) - speed * 0.5,  # splinters fly up rather than down
+        chance.uniform(0, _SINK[thrown], count) * brood.height,
         chance.uniform(*brood.life, count),
         size,
         bulk,

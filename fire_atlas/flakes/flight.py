@@ -161,15 +161,16 @@ def _own_motion(
 ) -> tuple[Column, Column]:
     """Velocity of each flake that its neighbours do not share, px/s.
 
-    A burst's throw, which the air stops, and (as far as the flake is ``outside`` the flame, 0..1)
+    A burst's throw, which the air stops; its weight; and (as far as the flake is ``outside`` the flame, 0..1)
     the meandering that keeps flakes of one place from flying in a line.
     """
     flung = np.exp(-swarm.age / _THROW)
     speed = math.sqrt(2) * flight.wander * outside
     turn = 2 * math.pi * spawns.wander[swarm.id] * swarm.age
+    fall = spawns.sink[swarm.id] * (1 - flung)
     return (
         spawns.throw_x[swarm.id] * flung + speed * np.sin(turn + spawns.wander_x[swarm.id]),
-        spawns.throw_y[swarm.id] * flung + speed * np.sin(turn + spawns.wander_y[swarm.id]),
+        spawns.throw_y[swarm.id] * flung + fall + speed * np.sin(turn + spawns.wander_y[swarm.id]),
     )
 
 

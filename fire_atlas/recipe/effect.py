@@ -118,13 +118,13 @@ class Flakes(Settings):
         tuple[Annotated[float, Field(gt=0, le=60)], Annotated[float, Field(gt=0, le=60)]],
         LIST,
         AfterValidator(ordered),
-    ] = (0.7, 2.0)
+    ] = (0.8, 2.6)
     """[min, max] seconds until a flake has cooled."""
     size: Annotated[
         tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
         LIST,
         AfterValidator(ordered),
-    ] = (0.008, 0.026)
+    ] = (0.006, 0.034)
     """[min, max] width of a flake's soft sprite, heights. Log-normal between them."""
     stretch: float = Field(default=0.0, ge=0, le=10)
     """Length added along the velocity, in frames of travel, on top of motion blur."""

@@ -1,0 +1,100 @@
+"""What embers do, in figures, so that nobody has to judge them from a picture alone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.flakes.tracks import COLUMNS, Tracks
+
+_ID, _X, _Y, _VX, _VY, _SIZE, _STRETCH = range(7)
+_AGE, _LIFE = COLUMNS.index("age"), COLUMNS.index("life")
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One figure, and the range in which embers look real.
+
+    Attributes:
+        name: What it is, for people.
+        value: The figure.
+        unit: Its unit; empty for a share or a number.
+        low, high: Where it should lie; None is open.
+    """
+
+    name: str
+    value: float
+    unit: str = ""
+    low: float | None = None
+    high: float | None = None
+
+    @property
+    def is_in_range(self) -> bool:
+        """Whether the figure lies where it should."""
+        return (self.low is None or self.value >= self.low) and (
+            self.high is None or self.value <= self.high
+        )
+
+
+def ember_figures(tracks: Tracks) -> list[Figure]:
+    """Return the figures of all flakes of a build; none where there are no flakes.
+
+    Sizes are those of visible sprites. A flake's fate is read off its last row: beyond the border
+    within one more frame, or else burnt out; flakes alive in the last frame have none yet.
+    """
+    flights = _flights(tracks)
+    if not flights:
+        return []
+    rows = np.concatenate(flights)
+    height = tracks.height
+    moved = [f for f in flights if len(f) > 1]
+    rise = np.mean([f[-1, _Y] < f[0, _Y] for f in moved]) if moved else 1.0
+    speed = np.hypot(rows[:, _VX], rows[:, _VY]) / height
+    sizes = np.array([f[0, _SIZE] for f in flights])
+    alive = np.array([len(frame) for frame in tracks.frames])
+    streak = (rows[:, _STRETCH] - 1) * rows[:, _SIZE]
+    way = np.maximum(np.hypot(rows[:, _VX], rows[:, _VY]) / tracks.fps, 1e-9)
+    return [
+        Figure("born", float(len(flights))),
+        Figure("alive, mean", float(alive.mean())),
+        Figure("end higher than born", float(rise), "", 0.95),
+        Figure("speed, median", float(np.median(speed)), "heights/s", 0.1, 1.5),
+        Figure("size, median", float(np.median(sizes)), "px", 1.0),
+        Figure("size, σ of its logarithm", float(np.std(np.log(sizes))), "", 0.4, 0.7),
+        Figure("life, median", float(np.median([f[0, _LIFE] for f in flights])), "s", 0.3, 4.0),
+        Figure("streak, median", float(np.median(streak)), "px"),
+        Figure("streak, of a frame's way", float(np.median(streak / way)), "", None, 1.0),
+        *_fates(flights, tracks),
+    ]
+
+
+def _flights(tracks: Tracks) -> list[NDArray[np.float64]]:
+    """All rows of each flake, in the order of its life."""
+    tables = [frame for frame in tracks.frames if len(frame)]
+    if not tables:
+        return []
+    rows = np.concatenate(tables)
+    rows = rows[np.lexsort((rows[:, _AGE], rows[:, _ID]))]
+    return np.split(rows, np.flatnonzero(np.diff(rows[:, _ID])) + 1)
+
+
+def _fates(flights: list[NDArray[np.float64]], tracks: Tracks) -> list[Figure]:
+    """Shares of the flakes that left by the top, the sides and the bottom, or burnt out."""
+    alive_last = set() if tracks.loop else set(tracks.frames[-1][:, _ID])
+    last = np.array([f[-1] for f in flights if f[-1, _ID] not in alive_last])
+    if not len(last):
+        return []
+    x = last[:, _X] + last[:, _VX] / tracks.fps
+    y = last[:, _Y] + last[:, _VY] / tracks.fps
+    margin = last[:, _SIZE]
+    cooled = last[:, _AGE] + 1.5 / tracks.fps >= last[:, _LIFE]
+    top = ~cooled & (y < margin)
+    bottom = ~cooled & (y > tracks.height - margin)
+    sides = ~cooled & ~top & ~bottom
+    sides &= (x < margin) | (x > tracks.width - margin)
+    return [
+        Figure("left by the top", float(top.mean())),
+        Figure("left by the sides", float(sides.mean())),
+        Figure("fell out of the bottom", float(bottom.mean())),
+        Figure("burnt out", float(cooled.mean())),
+    ]
