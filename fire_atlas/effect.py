@@ -4,6 +4,7 @@
 ``fly_flakes`` flies the flakes over the recorded field; ``render`` makes each finished frame.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
@@ -20,15 +21,17 @@ from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.field.air import grid_shape, still_air
 from fire_atlas.field.ambient import Ambient
-from fire_atlas.field.buoyancy import Drive, FieldRecord, Physics, advance
+from fire_atlas.field.buoyancy import Drive, Physics, advance
 from fire_atlas.field.drive import cell_means, flow_on_grid, rising
 from fire_atlas.field.eddies import Eddies
+from fire_atlas.field.record import OVERLAP, FieldRecord
 from fire_atlas.flakes.drawing import add_halo, draw_flakes, draw_pixels
 from fire_atlas.flakes.embers import ramp
 from fire_atlas.flakes.emission import Brood, Spawns, emit
 from fire_atlas.flakes.flight import Flight, fly
 from fire_atlas.flakes.rows import Appearance, rows_of, spawn_table
 from fire_atlas.flakes.tracks import Tracks
+from fire_atlas.flakes.wrapping import wrapped
 from fire_atlas.flame.features import feature_vectors, refine
 from fire_atlas.flame.motion import optical_flow, thumbnail
 from fire_atlas.flame.palette import clip_palette
@@ -37,7 +40,7 @@ from fire_atlas.recipe.effect import Flakes, MotionBlur
 from fire_atlas.recipe.models import Recipe
 
 _SPIN_UP = 2.5
-"""Seconds for which the first frame drives the air before the clip begins."""
+"""Seconds of air before the clip begins: a loop's last frames drive it, or the first one does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,25 +85,27 @@ def analyse(
     """Find features, flow and births of every frame and record the buoyancy field."""
     progress.stage("analyse", clip.count)
     brood = _brood(clip, recipe, study)
-    looks = workers.map(lambda i: _look(i, clip, recipe, study, brood), range(clip.count))
     physics = Physics.of(recipe.buoyancy, clip.height)
     shape = grid_shape(clip.width, clip.height, physics.cell)
-    eddies = Eddies.random(recipe.seed, shape[0], recipe.buoyancy.turbulence * clip.height)
-    ambient = Ambient(eddies, recipe.wind, clip.height)
-    u = np.empty((clip.count, *shape), np.float32)
-    v, lit = np.empty_like(u), np.empty(u.shape, np.uint8)
-    births = []
-    air, dt = still_air(shape), 1 / clip.fps
-    for i, (spawns, drive) in enumerate(_drives(looks, clip, study, physics, workers)):
-        for step in range(round(_SPIN_UP * clip.fps) if i == 0 else 0, 0, -1):
-            air = advance(air, drive, ambient, physics, -step * dt, dt)
-        air = advance(air, drive, ambient, physics, i * dt, dt)
-        u[i], v[i], lit[i] = air.u, air.v, np.rint(drive.lit * 255)
-        births.append(spawns)
-        progress.advance()
-    field = FieldRecord(u, v, lit, physics.cell, clip.fps)
+    field = FieldRecord.blank(clip.count, shape, physics.cell, clip.fps, clip.loop)
+    ambient = _ambient(clip, recipe, shape[0])
+    lead = round(_SPIN_UP * clip.fps)
+    order = range(-lead, clip.count + OVERLAP) if clip.loop else range(clip.count)
+    looks = workers.map(lambda n: _look(n % clip.count, clip, recipe, study, brood), order)
+    drives = _drives(looks, clip, study, physics, workers)
+    births, air, dt = [], still_air(shape), 1 / clip.fps
+    for n, (spawns, drive) in zip(order, drives, strict=True):
+        if n == 0 and not clip.loop:
+            for step in range(lead):
+                air = advance(air, drive, ambient, physics, (step - lead) * dt, dt)
+        air = advance(air, drive, ambient, physics, n * dt, dt)
+        if n >= 0:
+            field.write(n, air, drive.lit)
+        if spawns is not None and 0 <= n < clip.count:
+            births.append(spawns)
+            progress.advance()
     palette = clip_palette(clip, workers) if recipe.composite.palette == "clip" else None
-    return Analysis(study, field, Spawns.joined([b for b in births if b is not None]), palette)
+    return Analysis(study, field, Spawns.joined(births) if births else None, palette)
 
 
 def fly_flakes(clip: Clip, recipe: Recipe, analysis: Analysis) -> Tracks:
@@ -118,7 +123,9 @@ def fly_flakes(clip: Clip, recipe: Recipe, analysis: Analysis) -> Tracks:
         width=clip.width,
         height=clip.height,
     )
-    swarms = list(fly(analysis.spawns, analysis.field, clip.count, flight))
+    # A loop's flakes fly on past its end, until the last born has cooled.
+    beyond = math.ceil(flakes.life[1] * clip.fps) + 1 if clip.loop else 0
+    swarms = list(fly(analysis.spawns, analysis.field, clip.count + beyond, flight))
     look = Appearance(
         colours=ramp(flakes.colors),
         intensity=flakes.intensity,
@@ -129,14 +136,18 @@ def fly_flakes(clip: Clip, recipe: Recipe, analysis: Analysis) -> Tracks:
         pixel=flakes.sprite == "pixel",
         fps=clip.fps,
     )
+    frames = rows_of(swarms, analysis.spawns, look)
+    spawns = spawn_table(swarms, analysis.spawns)
+    if clip.loop:
+        spawns, frames = wrapped(spawns, frames, clip.count, clip.fps)
     return Tracks(
         fps=clip.fps,
         width=clip.width,
         height=clip.height,
-        loop=False,
+        loop=clip.loop,
         seed=recipe.seed,
-        spawns=spawn_table(swarms, analysis.spawns),
-        frames=tuple(rows_of(swarms, analysis.spawns, look)),
+        spawns=spawns,
+        frames=tuple(frames),
     )
 
 
@@ -166,6 +177,13 @@ def draw(flakes: Flakes, rows: NDArray[np.float64], height: int, width: int) -> 
         return draw_pixels(rows, height, width)
     light = draw_flakes(rows, height, width)
     return add_halo(light, flakes.glow) if flakes.glow > 0 else light
+
+
+def _ambient(clip: Clip, recipe: Recipe, rows: int) -> Ambient:
+    """Return the air around the fire: a loop's repeats with it."""
+    speed = recipe.buoyancy.turbulence * clip.height
+    period = clip.count / clip.fps if clip.loop else None
+    return Ambient(Eddies.random(recipe.seed, rows, speed, period), recipe.wind, clip.height)
 
 
 def _brood(clip: Clip, recipe: Recipe, study: FlameStudy) -> Brood | None:

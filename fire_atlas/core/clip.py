@@ -17,6 +17,7 @@ class Clip:
         count: Number of frames, at least 1.
         read: ``read(i)`` gives frame i, 0 <= i < count, as a fresh ``Pixels`` (height, width, 4).
             Safe to call from several threads.
+        loop: Whether frame 0 follows the last frame.
         inputs: Every file the frames come from, in order, for the manifest.
         blend_space: ``srgb`` or ``linear``: where the coverage is meant to be blended.
         matte: ``alpha``, ``luminance`` or ``none``: where the coverage comes from.
@@ -32,3 +33,4 @@ class Clip:
     blend_space: str
     matte: str
     matte_reason: str
+    loop: bool = False

@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.field.air import Air, advect, diffuse, relax
@@ -124,38 +123,3 @@ def _substep(
     u, v = project(*planes) if physics.projection else planes
     heat = np.maximum(air.heat * np.float32(math.exp(-_COOLING * dt)), drive.flame)
     return Air(u, v, as_plane(heat))
-
-
-@dataclass(frozen=True, slots=True)
-class FieldRecord:
-    """The buoyancy field of every frame.
-
-    Attributes:
-        u, v: (frames, rows, columns) float32, px/s.
-        lit: (frames, rows, columns) uint8, how bright each cell is; 255 is as bright as flame.
-        cell: px.
-        fps: Frames per second.
-    """
-
-    u: NDArray[np.float32]
-    v: NDArray[np.float32]
-    lit: NDArray[np.uint8]
-    cell: int
-    fps: float
-
-    def at(self, time: float) -> tuple[Plane, Plane, Plane]:
-        """u, v (px/s) and lit (0..1), each (rows, columns), at ``time`` s.
-
-        Linear in between, held at the ends.
-
-        Flow leads from a frame to the next, so a frame's field is that of half a frame later.
-        """
-        position = min(max(time * self.fps - 0.5, 0.0), len(self.u) - 1.0)
-        first = int(position)
-        second = min(first + 1, len(self.u) - 1)
-        part = np.float32(position - first)
-        u, v, lit = (
-            as_plane(planes[first] * (1 - part) + planes[second] * part)
-            for planes in (self.u, self.v, self.lit)
-        )
-        return u, v, lit / np.float32(255)

@@ -34,14 +34,19 @@ class Eddies:
     weight: float
 
     @classmethod
-    def random(cls, seed: int, rows: int, speed: float) -> "Eddies":
-        """Eddies of rms ``speed`` px/s for a grid with ``rows`` cells over the frame's height."""
+    def random(cls, seed: int, rows: int, speed: float, period: float | None = None) -> "Eddies":
+        """Eddies of rms ``speed`` px/s for a grid with ``rows`` cells over the frame's height.
+
+        With a ``period``, s, every wave turns a whole number of times in it, so they repeat.
+        """
         chance = generator(seed, Stage.EDDIES)
         shortest, longest = np.log(_WAVELENGTHS)
         length = np.exp(chance.uniform(shortest, longest, _MODES))
         heading = chance.uniform(0, 2 * np.pi, _MODES)
         number = 2 * np.pi / (length * rows)
         swing = _TURNOVER * (_WAVELENGTHS[1] / length) ** (2 / 3)
+        if period is not None:
+            swing = np.maximum(np.rint(swing * period), 1) / period
         omega = 2 * np.pi * swing * chance.choice([-1.0, 1.0], _MODES)
         phase = chance.uniform(0, 2 * np.pi, _MODES)
         # Every wave's velocity is weight·sin, so the mean square of the sum is modes·weight²/2.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Plane
-from fire_atlas.field.buoyancy import FieldRecord
+from fire_atlas.field.record import FieldRecord
 from fire_atlas.flakes.emission import TICK, Spawns
 from fire_atlas.flakes.scatter import scatter_angles
 
@@ -161,8 +161,8 @@ def _own_motion(
 ) -> tuple[Column, Column]:
     """Velocity of each flake that its neighbours do not share, px/s.
 
-    A burst's throw, which the air stops; its weight; and (as far as the flake is ``outside`` the flame, 0..1)
-    the meandering that keeps flakes of one place from flying in a line.
+    A burst's throw, which the air stops; its weight; and, as far as the flake is ``outside`` the
+    flame (0..1), the meandering that keeps flakes of one place from flying in a line.
     """
     flung = np.exp(-swarm.age / _THROW)
     speed = math.sqrt(2) * flight.wander * outside

@@ -114,14 +114,10 @@ def _inside(swarm: Swarm, height: int, width: int) -> NDArray[np.float64]:
 
 def spawn_table(swarms: list[Swarm], spawns: Spawns) -> NDArray[np.float64]:
     """Return the (flakes, 9) births of all flakes that are ever seen; ``tracks.SPAWN_COLUMNS``."""
-    seen = np.unique(np.concatenate([s.id for s in swarms])) if swarms else np.empty(0, np.int64)
-    first = {int(i): k for k in range(len(swarms) - 1, -1, -1) for i in swarms[k].id}
-    velocity = np.zeros((len(seen), 2))
-    for n, i in enumerate(seen):
-        swarm = swarms[first[int(i)]]
-        at = np.searchsorted(swarm.id, i)
-        velocity[n] = swarm.vx[at], swarm.vy[at]
+    order = np.concatenate([swarm.id for swarm in swarms])
+    seen, first = np.unique(order, return_index=True)
+    vx, vy = (np.concatenate([getattr(s, name) for s in swarms])[first] for name in ("vx", "vy"))
     return np.column_stack([
-        seen, spawns.tick[seen] * TICK, spawns.life[seen], spawns.x[seen], spawns.y[seen], velocity,
+        seen, spawns.tick[seen] * TICK, spawns.life[seen], spawns.x[seen], spawns.y[seen], vx, vy,
         np.maximum(spawns.size[seen], SMALLEST), np.zeros(len(seen)),
     ])  # fmt: skip

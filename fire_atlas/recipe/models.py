@@ -18,6 +18,7 @@ from fire_atlas.recipe.effect import (
 from fire_atlas.recipe.name import MAX_NAME, NAME_PATTERN
 from fire_atlas.recipe.output import Atlas, ExportName, TrackName
 from fire_atlas.recipe.source import FramesSource
+from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.recipe.wind import Wind
 
 
@@ -32,6 +33,8 @@ class Recipe(Settings):
     """Seed of all chance in the build."""
     source: FramesSource
     """Where the fire comes from."""
+    timeline: Timeline = Timeline()
+    """How the clip plays."""
     wind: Wind = Wind()
     """Wind that bends the plume."""
     features: Features = Features()

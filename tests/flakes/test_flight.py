@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fire_atlas.field.buoyancy import FieldRecord
+from fire_atlas.field.record import FieldRecord
 from fire_atlas.flakes.emission import Spawns
 from fire_atlas.flakes.flight import Flight, Swarm, fly
 
@@ -17,8 +17,8 @@ FPS = 24.0
 def _spawns(count: int, x: float = 100.0, y: float = 200.0, life: float = 10.0) -> Spawns:
     ones = np.ones(count)
     return Spawns(
-        np.zeros(count, np.int64), ones * x, ones * y, 0 * ones, 0 * ones, 0 * ones, life * ones, 2 * ones,
-        0 * ones, ones, 0 * ones, ones, 0 * ones, 0 * ones,
+        np.zeros(count, np.int64), ones * x, ones * y, 0 * ones, 0 * ones, 0 * ones, life * ones,
+        2 * ones, 0 * ones, ones, 0 * ones, ones, 0 * ones, 0 * ones,
     )  # fmt: skip
 
 
@@ -26,7 +26,12 @@ def _uniform(u: float, v: float, fps: float = FPS) -> FieldRecord:
     shape = (FRAMES, 100, 100)
     lit = np.zeros(shape, np.uint8)
     return FieldRecord(
-        np.full(shape, u, np.float32), np.full(shape, v, np.float32), lit, cell=4, fps=fps
+        np.full(shape, u, np.float32),
+        np.full(shape, v, np.float32),
+        lit,
+        cell=4,
+        fps=fps,
+        loop=False,
     )
 
 

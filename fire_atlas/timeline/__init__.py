@@ -1,0 +1,1 @@
+"""When: which frames follow each other, before anything is analysed."""

@@ -1,0 +1,92 @@
+"""Loops: what flies past the end is seen at the beginning, once, under one id."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fire_atlas.field.eddies import Eddies
+from fire_atlas.field.record import FieldRecord
+from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS
+from fire_atlas.flakes.wrapping import wrapped
+
+FPS = 10.0
+LOOP = 6
+
+
+def _flight(flake: int, first: int, frames: int) -> dict[int, list[float]]:
+    """Rows of a flake that moves one px a frame, by frame."""
+    rows = {}
+    for n in range(first, first + frames):
+        row = dict.fromkeys(COLUMNS, 0.0) | {"id": flake, "x": float(n), "vx": FPS}
+        rows[n] = [row[name] for name in COLUMNS]
+    return rows
+
+
+def _fold(
+    *flights: tuple[int, int, int],
+) -> tuple[NDArray[np.float64], list[NDArray[np.float64]]]:
+    """Fold flights (id, first frame, frames seen) onto a loop of ``LOOP`` frames."""
+    tables: list[list[list[float]]] = [[] for _ in range(5 * LOOP)]
+    births = []
+    for flake, first, frames in flights:
+        for n, row in _flight(flake, first, frames).items():
+            tables[n].append(row)
+        born = dict.fromkeys(SPAWN_COLUMNS, 0.0) | {
+            "id": flake,
+            "t": first / FPS,
+            "life": frames / FPS,
+        }
+        births.append([born[name] for name in SPAWN_COLUMNS])
+    rows = [np.array(table).reshape(-1, len(COLUMNS)) for table in tables]
+    return wrapped(np.array(births), rows, LOOP, FPS)
+
+
+def test_a_flake_that_outlives_the_end_goes_on_at_the_beginning_under_its_id() -> None:
+    spawns, frames = _fold((3, 4, 4))
+    assert [[row[0] for row in frame] for frame in frames] == [[3], [3], [], [], [3], [3]]
+    assert spawns[0, SPAWN_COLUMNS.index("wraps")] == 1
+
+
+def test_a_flake_that_dies_in_time_does_not_wrap() -> None:
+    spawns, frames = _fold((0, 1, 4))
+    assert [len(frame) for frame in frames] == [0, 1, 1, 1, 1, 0]
+    assert spawns[0, SPAWN_COLUMNS.index("wraps")] == 0
+
+
+@pytest.mark.parametrize("seen", [5, 6, 7, 11, 12, 13, 17])
+def test_no_id_is_in_a_frame_twice_and_every_row_is_kept(seen: int) -> None:
+    _, frames = _fold((0, 0, seen), (1, 3, seen))
+    assert sum(map(len, frames)) == 2 * seen
+    for frame in frames:
+        assert len(set(frame[:, 0])) == len(frame)
+
+
+@pytest.mark.parametrize("seen", [6, 7, 13, 17])
+def test_the_same_id_in_neighbouring_frames_is_the_same_flake(seen: int) -> None:
+    _, frames = _fold((0, 0, seen), (1, 5, seen))
+    for here, there in zip(frames, [*frames[1:], frames[0]], strict=True):
+        for row in here:
+            for following in there[there[:, 0] == row[0]]:
+                assert following[1] == row[1] + 1
+
+
+def test_every_id_has_a_spawn() -> None:
+    spawns, frames = _fold((0, 0, 14), (1, 2, 3))
+    assert set(spawns[:, 0]) == set(np.concatenate(frames)[:, 0])
+
+
+def test_a_looping_field_is_continuous_across_its_end() -> None:
+    field = FieldRecord.blank(4, (2, 2), 4, FPS, loop=True)
+    for i in range(4):
+        field.u[i] = float(i)
+    assert field.at(0.05)[0][0, 0] == 0.0  # half a frame later: flow leads to the next frame
+    assert field.at(0.40)[0][0, 0] == pytest.approx(1.5)  # between 3 and 0
+    assert field.at(0.45)[0][0, 0] == pytest.approx(0.0)
+    for t in (0.0, 0.13, 0.37):
+        assert np.allclose(field.at(t)[0], field.at(t + 0.4)[0], atol=1e-5)
+
+
+def test_eddies_with_a_period_repeat() -> None:
+    eddies = Eddies.random(4, 30, 10.0, period=1.7)
+    for a, b in zip(eddies.velocity(0.4, (9, 9)), eddies.velocity(2.1, (9, 9)), strict=True):
+        assert np.allclose(a, b, atol=1e-3)
