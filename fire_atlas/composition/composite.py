@@ -62,7 +62,8 @@ def _nearest_colours(
 ) -> NDArray[np.float32]:
     """Linear light (pixels, 3) of the palette's colour nearest to each of (pixels, 4), in sRGB."""
     shown = encode_unit(pixels[:, :3])
-    square = (palette**2).sum(axis=1) - 2 * shown @ palette.T  # |p − s|² but for |s|²
+    # |p − s|² but for |s|²; not by numpy's matrix product, whose threads may change last bits.
+    square = (palette**2).sum(axis=1) - 2 * np.einsum("ic,jc->ij", shown, palette)
     return srgb_to_linear(palette[np.argmin(square, axis=1)])
 
 

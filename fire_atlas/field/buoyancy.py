@@ -11,7 +11,7 @@ from fire_atlas.field.ambient import Ambient
 from fire_atlas.field.projection import project
 from fire_atlas.recipe.effect import Buoyancy
 
-_LONGEST_STEP = 1 / 30
+_LONGEST_STEP = 1 / 20
 """Slow clips are sub-stepped, so that air does not jump over eddies. s."""
 
 _UPDRAFT = 0.2
