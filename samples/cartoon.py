@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import numpy.typing as npt
+from painting import straight
 
 Field = npt.NDArray[np.float32]
 Pixels = npt.NDArray[np.uint8]
@@ -122,9 +123,7 @@ def paint(time: float) -> Pixels:
 def resolve(image: Field) -> Pixels:
     """Average supersampled RGBA, its colours multiplied by opacity, down to straight RGBA."""
     small: Field = cv2.resize(image, CELL[::-1], interpolation=cv2.INTER_AREA).astype(np.float32)
-    small[..., :3] /= np.maximum(small[..., 3:] / 255, 1e-6)
-    small[small[..., 3] < 0.5] = 0
-    return np.rint(np.clip(small, 0, 255)).astype(np.uint8)
+    return straight(small)
 
 
 def cartoon_frames(count: int = 24) -> list[Pixels]:

@@ -13,7 +13,9 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from candle import candle_frames
 from cartoon import cartoon_frames
+from explosion import explosion_frames
 from painting import (
     brighter,
     exposure,
@@ -22,9 +24,12 @@ from painting import (
     quantise,
     save_frames,
     save_gif,
+    save_painted,
     save_sheet,
+    soft_step,
     wood_palette,
 )
+from pixel_flame import pixel_frames
 from simulation import Burner, Field, burn_loop, finer
 
 DETAIL = 1.5  #: grid cells per pixel of a frame
@@ -106,12 +111,6 @@ TORCH_SLICES = (Slice(1.0, 1.0, 0.4), Slice(0.8, 0.8, 1.0))
 FIREBALL_SLICES = (Slice(1.0, 1.0, 0.3), Slice(0.8, 0.8, 0.6))
 
 
-def soft_step(low: float, high: float, value: Field) -> Field:
-    """0 below ``low``, 1 above ``high``, smooth in between."""
-    t = np.clip((value - low) / (high - low), 0, 1)
-    return np.asarray(t * t * (3 - 2 * t), dtype=np.float32)
-
-
 def glow(fuel: Field) -> Field:
     """Light from a slice of flame: a sharp-edged sheet of soot, hotter where fuel is plenty."""
     return soft_step(0.05, 0.17, fuel) * (0.34 + 1.6 * fuel**1.8)
@@ -186,6 +185,9 @@ def make_all(out: Path) -> None:
     make_torch(out / "torch.gif")
     save_sheet(out / "cartoon_flame.png", cartoon_frames(), columns=6)
     make_fireball(out / "fireball")
+    save_painted(out / "candle", candle_frames())
+    save_painted(out / "explosion", explosion_frames())
+    save_sheet(out / "pixel_flame.png", pixel_frames(), columns=8)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,179 @@
+"""A one-shot explosion: a flash, a fireball that billows, and smoke that rises and thins out.
+
+Thin sheets of gas, each with a life of its own, lie behind one another; the rules of the flow are
+those of ``simulation``.  Fuel glows until it has burnt, the soot that comes with it stays.
+
+Units: pixels and frames.  Fields are float32 arrays of shape ``(height, width)``, rows downwards.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from painting import Field, Pixels, coarser, fire_colours, layer_over, soft_step, straight
+from simulation import (
+    LoopNoise,
+    advect,
+    burn,
+    confine,
+    margin_window,
+    open_laplacian,
+    project,
+)
+
+SIZE = 192  #: height and width of a frame
+DETAIL = 1.5  #: grid cells per pixel
+FRAMES = 32
+SUBSTEPS = 2
+HEART = (118.0, 96.0)  #: row and column of the charge, pixels
+SHEETS = (31, 32, 33)  #: seed of each sheet of gas, the farthest first
+
+BLAST = 1.0  #: expansion of the gas at the start, 1/frame
+SPENT = 3.6  #: frames in which the blast falls to 1/e
+LIFE = 28.0  #: frames a parcel of fuel burns
+LINGER = 42.0  #: frames its soot stays
+LIFT = 0.65 * DETAIL  #: upward acceleration of burning gas, cells/frame²
+DRAG = 0.08  #: share of the velocity lost per frame
+STIR = 1.5 * DETAIL  #: acceleration of the stirring, cells/frame²
+
+EDDIES = (13 * DETAIL, 46 * DETAIL)  #: wavelengths of the stirring, cells
+LUMPY = 0.85  #: how unevenly the gas expands
+
+SMOKE = np.array([44.0, 39.0, 38.0])
+FIRELIGHT = np.array([190.0, 66.0, 14.0])
+
+
+@dataclass(frozen=True)
+class Gas:
+    """State of a sheet: unburnt fuel and soot in [0, 1], velocity in cells per frame."""
+
+    fuel: Field
+    soot: Field
+    u: Field  #: to the right
+    v: Field  #: downwards
+
+
+@dataclass
+class Sheet:
+    """One sheet of gas with everything precomputed from its seed."""
+
+    seed: int
+    rows: Field = field(init=False)
+    columns: Field = field(init=False)
+    laplacian: Field = field(init=False)
+    calm: Field = field(init=False)
+    charge: Field = field(init=False)
+    stirring: LoopNoise = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Lay out the grid, the lumpy charge and the stirring."""
+        n = round(SIZE * DETAIL)
+        rng = np.random.Generator(np.random.Philox(self.seed))
+        grid = np.mgrid[0:n, 0:n].astype(np.float32)
+        self.rows, self.columns = grid[0], grid[1]
+        self.laplacian = open_laplacian(n, n)
+        self.calm = margin_window(n, n, 18)
+        self.charge = lumps(rng, self.rows / DETAIL, self.columns / DETAIL)
+        self.stirring = LoopNoise.draw(rng, EDDIES, 2 * FRAMES, 0.6, 40)
+
+    def start(self) -> Gas:
+        """The charge, at rest."""
+        still = np.zeros_like(self.charge)
+        return Gas(self.charge, soft_step(0.0, 0.35, self.charge), still, still)
+
+    def advance(self, gas: Gas, time: float, dt: float) -> Gas:
+        """The state ``dt`` frames after ``time``."""
+        fuel, soot, u, v = (
+            advect(q, gas.u, gas.v, self.rows, self.columns, dt)
+            for q in (gas.fuel, gas.soot, gas.u, gas.v)
+        )
+        fuel, soot = burn(fuel, LIFE, dt) * self.calm, burn(soot, LINGER, dt) * self.calm
+        stream = self.stirring.sample(len(fuel), len(fuel), time)
+        push_x, push_y = self.forces(Gas(fuel, soot, u, v), stream)
+        keep = np.float32(1 - DRAG * dt) * self.calm
+        u, v = (u + push_x * np.float32(dt)) * keep, (v + push_y * np.float32(dt)) * keep
+        blast = np.float32(BLAST * np.exp(-time / SPENT))
+        swelling = blast * soot * np.clip(1 + LUMPY * stream, 0, None)
+        u, v = project(u, v, swelling, self.laplacian)
+        return Gas(fuel, soot, u, v)
+
+    def forces(self, gas: Gas, stream: Field) -> list[Field]:
+        """Accelerations to the right and down: lift, confinement, stirring within the gas."""
+        fuel, soot, u, v = gas.fuel, gas.soot, gas.u, gas.v
+        scale = STIR * EDDIES[0] / (2 * np.pi)
+        stir_y, stir_x = np.gradient(stream * np.float32(scale))
+        swirl_x, swirl_y = confine(u, v, 0.12)
+        lift = np.float32(LIFT) * (fuel + 0.4 * soot)
+        return [swirl_x + soot * stir_y, swirl_y - soot * stir_x - lift]
+
+
+def lumps(rng: np.random.Generator, rows: Field, columns: Field) -> Field:
+    """Fuel in [0, 1] of a charge: a handful of balls of unlike size about its heart."""
+    charge = np.zeros_like(rows)
+    for turn in np.arange(8) / 8:
+        angle = 2 * np.pi * (turn + rng.uniform(-0.05, 0.05))
+        reach, radius = rng.uniform(4, 14), rng.uniform(4.5, 9.5)
+        y, x = HEART[0] - reach * np.sin(angle), HEART[1] + reach * np.cos(angle)
+        away = np.clip(1 - np.hypot(columns - x, rows - y) / radius, 0, 1)
+        charge = np.maximum(charge, away * (2 - away) * rng.uniform(0.65, 0.95))
+    heart = np.clip(1.2 - np.hypot(columns - HEART[1], rows - HEART[0]) / 11, 0, 1)
+    return np.asarray(np.maximum(charge, heart), dtype=np.float32)
+
+
+def shrunk(q: Field) -> Field:
+    """A field of the grid at the pixels of a frame."""
+    return np.asarray(cv2.resize(q, (SIZE, SIZE), interpolation=cv2.INTER_AREA), np.float32)
+
+
+def burn_out(sheet: Sheet) -> list[Gas]:
+    """``FRAMES`` states of a sheet, resampled to pixels."""
+    gas, states, dt = sheet.start(), [], 1 / SUBSTEPS
+    for frame in range(FRAMES):
+        for part in range(SUBSTEPS):
+            gas = sheet.advance(gas, frame + part * dt, dt)
+        parts = (gas.fuel, gas.soot, gas.u, gas.v)
+        states.append(Gas(*(shrunk(q) for q in parts)))
+    return states
+
+
+def relief(soot: Field) -> Field:
+    """Brightness of smoke, about 1, lit from above as if it were as deep as it is dense."""
+    smooth = cv2.GaussianBlur(soot, (0, 0), 1.5)
+    return np.asarray(np.clip(1 + 4 * np.gradient(smooth, axis=0), 0.5, 1.7), dtype=np.float32)
+
+
+def add_sheet(image: Field, gas: Gas, glow: Field, flash: Field, thinned: float) -> Field:
+    """``image`` behind a sheet: its smoke, lit by the ``glow`` of all the fire, then its fire."""
+    smoke = np.asarray(0.68 * thinned * soft_step(0.08, 0.9, gas.soot), dtype=np.float32)
+    shade = SMOKE * relief(gas.soot)[..., None] + glow[..., None] * FIRELIGHT
+    image = layer_over(image, shade, smoke)
+    heat = (0.2 + 1.1 * gas.fuel) * (0.58 + 0.95 * glow)
+    level = soft_step(0.02, 0.2, gas.fuel) * heat + flash
+    colours = fire_colours(np.clip(level, 0, 1))
+    return layer_over(image, colours[..., :3], (colours[..., 3] / 255).astype(np.float32))
+
+
+def flash_at(time: float) -> Field:
+    """Fire level of the flash, white-hot at first and gone within a few frames."""
+    rows, columns = np.mgrid[0:SIZE, 0:SIZE].astype(np.float32)
+    away = np.hypot(columns - HEART[1], rows - HEART[0]) / (15 + 5 * time)
+    return np.asarray(1.7 * np.exp(-time / 1.6) * np.exp(-(away**2)), dtype=np.float32)
+
+
+def paint(sheets: list[Gas], frame: int) -> Pixels:
+    """Straight-alpha RGBA of the ``sheets``, the farthest first, at ``frame``."""
+    heat = np.sum([gas.fuel for gas in sheets], axis=0) / len(sheets)
+    glow = cv2.GaussianBlur(heat, (0, 0), 9.0)
+    thinned = float(1 - np.clip((frame - 17) / (FRAMES - 1 - 17), 0, 1) ** 1.8)
+    image = np.zeros((SIZE, SIZE, 4), np.float32)
+    for gas in sheets:
+        image = add_sheet(image, gas, glow, flash_at(frame), thinned)
+    return coarser(straight(image), 52)
+
+
+def explosion_frames() -> list[Pixels]:
+    """The explosion, ``FRAMES`` straight-alpha RGBA frames; the last one is empty."""
+    states = [burn_out(Sheet(seed)) for seed in SHEETS]
+    return [paint(list(now), frame) for frame, now in enumerate(zip(*states, strict=True))]
