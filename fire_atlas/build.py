@@ -21,12 +21,14 @@ from fire_atlas.exporters.registry import exporter, track_writer
 from fire_atlas.field.buoyancy import lift_direction
 from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.flame.study import FlameStudy, study_flame
-from fire_atlas.manifest import Output, describe, manifest_name, stale_outputs
+from fire_atlas.interruption import Interruptible
+from fire_atlas.manifest import Input, Output, describe, manifest_name, stale_outputs
 from fire_atlas.recipe.effect import MotionBlur
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.sources.registry import open_source
 from fire_atlas.staging import Staging
+from fire_atlas.timeline.closing import arrange
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,17 +51,26 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
 
     Raises:
         FireAtlasError: Anything a person can mend; the previous outputs are whole.
+        KeyboardInterrupt: A signal came. The previous outputs are whole, or the new ones are.
     """
     recipe, clock = loaded.recipe, _Clock()
-    with Workers(jobs) as workers, Staging(out) as staging:
+    with (
+        Interruptible(progress) as progress,
+        Workers(jobs) as workers,
+        Staging(out) as staging,
+    ):
         with clock.measure("study"):
             clip = open_source(recipe.source, loaded.source_path, recipe.atlas.blend_space)
             progress.note(f"{clip.matte} matte: {clip.matte_reason}")
+            clip = arrange(clip, recipe.timeline, workers)
+            # Hashed before they are read: what changes meanwhile is not up to date afterwards.
+            inputs = list(workers.map(Input.of, clip.inputs))
+            staging.keep([*clip.inputs, *loaded.tree.files])
             study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
         with clock.measure("analyse"):
             analysis = _analysis(clip, recipe, study, workers, progress)
         with clock.measure("fly"):
-            tracks = fly_flakes(clip, recipe, analysis) if analysis is not None else None
+            tracks = _tracks(clip, recipe, analysis)
         with clock.measure("render"):
             sprites = _sprites(clip, recipe, analysis, tracks, workers, progress)
         with clock.measure("pack"):
@@ -71,9 +82,7 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
             outputs = _write_pages(sheet, sprites, staging, workers, progress)
             outputs += _write_exports(recipe, sheet, tracks, staging)
             statistics = _statistics(clip, sheet, tracks)
-            manifest = describe(
-                loaded.tree, recipe.model_dump_json(), clip.inputs, outputs, statistics
-            )
+            manifest = describe(loaded.tree, recipe.model_dump_json(), inputs, outputs, statistics)
             outputs.append(_write(staging, manifest_name(recipe.name), "manifest", manifest))
             names = [output.name for output in outputs]
             staging.commit(stale_outputs(out, recipe.name, names))
@@ -88,6 +97,13 @@ def _analysis(
     if recipe.flakes == "none" and not blurs_flame:
         return None
     return analyse(clip, recipe, study, workers, progress)
+
+
+def _tracks(clip: Clip, recipe: Recipe, analysis: Analysis | None) -> Tracks | None:
+    """Fly the flakes, where there are any: a blurred flame is analysed without them too."""
+    if analysis is None or recipe.flakes == "none":
+        return None
+    return fly_flakes(clip, recipe, analysis)
 
 
 def _sprites(

@@ -6,19 +6,32 @@ Nothing heavy is imported here: an up-to-date build reads a recipe, this file an
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from importlib import metadata
-from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
+from pathlib import Path, PureWindowsPath
+from typing import Any, Self
 
 from fire_atlas import __version__
+from fire_atlas.core.errors import OutputError
 from fire_atlas.recipe.tree import RecipeTree
 from fire_atlas.sources.listing import list_inputs
 
 FORMAT = "fire-atlas/manifest"
-_LIBRARIES = ("numpy", "opencv-contrib-python-headless", "Pillow", "pydantic")
+_LIBRARIES = ("numpy", "opencv-contrib-python-headless", "Pillow", "pydantic", "av")
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """A file the clip was read from, and its SHA-256 before that."""
+
+    path: Path
+    sha256: str
+
+    @classmethod
+    def of(cls, path: Path) -> Self:
+        """Look at the file as it is now."""
+        return cls(path, _digest(path))
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +43,66 @@ class Output:
     path: Path
 
 
+@dataclass(frozen=True, slots=True)
+class Written:
+    """An output as the manifest remembers it."""
+
+    name: str
+    bytes: int
+    sha256: str
+
+    @classmethod
+    def of(cls, entry: dict[str, Any]) -> Self:
+        """Read an entry of a manifest, which is input like any other.
+
+        Raises:
+            ValueError: It names a file outside the manifest's folder.
+        """
+        name = entry["path"]
+        # By this rule a/b, a\\b, C:b and .. are no file names, whatever system wrote them.
+        if PureWindowsPath(name).name != name or not name.strip("."):
+            raise ValueError(f"{name!r} is not a plain file name")
+        return cls(name, entry["bytes"], entry["sha256"])
+
+    def is_intact(self, out: Path) -> bool:
+        """Whether the file in ``out`` still is what the build wrote."""
+        path = out / self.name
+        return path.is_file() and path.stat().st_size == self.bytes and _digest(path) == self.sha256
+
+
+@dataclass(frozen=True, slots=True)
+class Manifest:
+    """What is read back of a manifest.
+
+    Attributes:
+        asked: Hash of what was asked for.
+        made_by: Hash of the code and the libraries.
+        inputs: (path relative to the recipe's folder, SHA-256), in order of play.
+        outputs: What was written, without the manifest itself.
+    """
+
+    asked: str
+    made_by: str
+    inputs: list[tuple[str, str]]
+    outputs: list[Written]
+
+
+def default_folder(recipe: Path) -> Path:
+    """Return where the outputs of ``recipe`` go when nobody says: ``build`` beside it.
+
+    Raises:
+        OutputError: It is a link that leads elsewhere. A recipe that came from a stranger must not
+            choose which of the user's folders is written to.
+    """
+    folder = recipe.parent / "build"
+    if not folder.resolve().is_relative_to(recipe.parent.resolve()):
+        raise OutputError(
+            f"{folder}: is a link to {folder.resolve()}, outside the recipe's folder; if you want "
+            f"the outputs there, say so with -o"
+        )
+    return folder
+
+
 def manifest_name(name: str) -> str:
     """File name of the manifest of the build ``name``."""
     return f"{name}.manifest.json"
@@ -38,7 +111,7 @@ def manifest_name(name: str) -> str:
 def describe(
     tree: RecipeTree,
     resolved: str,
-    inputs: Iterable[Path],
+    inputs: Iterable[Input],
     outputs: Iterable[Output],
     statistics: dict[str, Any],
 ) -> bytes:
@@ -60,7 +133,7 @@ def describe(
         "made_by": _maker(),
         "asked": _asked(tree),
         "recipe": hashlib.sha256(resolved.encode()).hexdigest(),
-        "inputs": [{"path": _relative(p, folder), "sha256": _digest(p)} for p in inputs],
+        "inputs": [{"path": _relative(i.path, folder), "sha256": i.sha256} for i in inputs],
         "outputs": [
             {
                 "path": output.name,
@@ -78,48 +151,60 @@ def describe(
 def is_fresh(tree: RecipeTree, out: Path) -> bool:
     """Whether the outputs in ``out`` are what building ``tree`` now would write."""
     manifest = read_manifest(out, tree.name)
-    if manifest is None or manifest["asked"] != _asked(tree) or manifest["made_by"] != _maker():
+    if manifest is None or manifest.asked != _asked(tree) or manifest.made_by != _maker():
         return False
     folder = tree.path.parent
     inputs = _inputs_of(tree)
-    known = manifest["inputs"]
     return (
-        [_relative(p, folder) for p in inputs] == [entry["path"] for entry in known]
-        and all(_digest(p) == e["sha256"] for p, e in zip(inputs, known, strict=True))
-        and all(_is_intact(out / entry["path"], entry) for entry in manifest["outputs"])
+        [_relative(path, folder) for path in inputs] == [path for path, _ in manifest.inputs]
+        and all(_holds(p, sha256) for p, (_, sha256) in zip(inputs, manifest.inputs, strict=True))
+        and all(output.is_intact(out) for output in manifest.outputs)
     )
 
 
-def stale_outputs(out: Path, name: str, written: Sequence[str]) -> list[Path]:
+def stale_outputs(out: Path, name: str, written: Collection[str]) -> list[Path]:
     """Files that the previous build ``name`` wrote into ``out``, untouched since, that are not
     among those ``written`` now."""
-    manifest = read_manifest(out, name) or {"outputs": []}
+    manifest = read_manifest(out, name)
+    if manifest is None:
+        return []
     return [
-        out / entry["path"]
-        for entry in manifest["outputs"]
-        if entry["path"] not in written and _is_intact(out / entry["path"], entry)
+        out / output.name
+        for output in manifest.outputs
+        if output.name not in written and output.is_intact(out)
     ]
 
 
-def read_manifest(out: Path, name: str) -> dict[str, Any] | None:
+def read_manifest(out: Path, name: str) -> Manifest | None:
     """Return the manifest of the build ``name`` in ``out``, or None where there is no sound one."""
     try:
-        manifest = json.loads((out / manifest_name(name)).read_bytes())
-        is_ours = manifest["format"] == FORMAT and manifest["version"] == 1
-        names = [entry["path"] for entry in manifest["outputs"]]
-    except (OSError, ValueError, KeyError, TypeError):
+        told = json.loads((out / manifest_name(name)).read_bytes())
+        if told["format"] != FORMAT or told["version"] != 1:
+            return None
+        return Manifest(
+            asked=told["asked"],
+            made_by=told["made_by"],
+            inputs=[(entry["path"], entry["sha256"]) for entry in told["inputs"]],
+            outputs=[Written.of(entry) for entry in told["outputs"]],
+        )
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return None
-    # A manifest is input like any other: it must not name files outside its folder.
-    return manifest if is_ours and all(Path(n).name == n for n in names) else None
+
+
+@dataclass(frozen=True, slots=True)
+class _Cut:
+    """``source.start`` and ``source.count`` of a recipe that was not validated."""
+
+    start: int
+    count: int | None
 
 
 def _inputs_of(tree: RecipeTree) -> list[Path]:
     """Files the recipe's source stands for now. The tree equals one that was built, so it is
     sound."""
-    source: Any = tree.values["source"]
-    path = tree.file_at(("source", "path"), source["path"])
-    choice: Any = SimpleNamespace(start=source.get("start", 0), count=source.get("count"))
-    return list_inputs(choice, path)
+    path, start, count = (tree.value(("source", key)) for key in ("path", "start", "count"))
+    cut = _Cut(start if isinstance(start, int) else 0, count if isinstance(count, int) else None)
+    return list_inputs(cut, tree.file_at(("source", "path"), str(path)))
 
 
 def _asked(tree: RecipeTree) -> str:
@@ -135,8 +220,15 @@ def _maker() -> str:
         digest.update(path.relative_to(package).as_posix().encode())
         digest.update(path.read_bytes())
     for library in _LIBRARIES:
-        digest.update(f"{library} {metadata.version(library)}\n".encode())
+        digest.update(f"{library} {_version(library)}\n".encode())
     return digest.hexdigest()
+
+
+def _version(library: str) -> str:
+    try:
+        return metadata.version(library)
+    except metadata.PackageNotFoundError:
+        return "absent"  # av only comes with the extra for videos
 
 
 def _digest(path: Path) -> str:
@@ -144,12 +236,12 @@ def _digest(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _is_intact(path: Path, entry: dict[str, Any]) -> bool:
-    return (
-        path.is_file()
-        and path.stat().st_size == entry["bytes"]
-        and _digest(path) == entry["sha256"]
-    )
+def _holds(path: Path, sha256: str) -> bool:
+    """Whether ``path`` is as it was; if it cannot be read, the build will say why."""
+    try:
+        return _digest(path) == sha256
+    except OSError:
+        return False
 
 
 def _relative(path: Path, folder: Path) -> str:

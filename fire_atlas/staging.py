@@ -2,10 +2,9 @@
 
 import errno
 import shutil
-import signal
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+import uuid
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self
@@ -16,41 +15,48 @@ _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 
 
 class Staging:
-    """A hidden folder inside the output folder, whose files are renamed into place at the end."""
+    """A hidden folder inside the output folder, whose files are renamed into place at the end.
+
+    Signals must wait meanwhile: see ``Interruptible``.
+    """
 
     def __init__(self, out: Path) -> None:
         """Prepare to write into ``out``, which is made when the context is entered."""
         self.out = out
+        self._folder = out / f".fire-atlas-{uuid.uuid4().hex[:12]}"
+        self._previous = self._folder / ".previous"
+        self._made: list[Path] = []
         self._names: list[str] = []
+        self._kept: set[Path] = set()
 
     def __enter__(self) -> Self:
         """Make the folders."""
-        with explained(self.out):
-            self._made = _missing_folders(self.out)
-            self.out.mkdir(parents=True, exist_ok=True)
-            self._folder = Path(tempfile.mkdtemp(prefix=".fire-atlas-", dir=self.out))
+        try:
+            with explained(self.out):
+                self._made = _missing_folders(self.out)
+                self.out.mkdir(parents=True, exist_ok=True)
+                self._previous.mkdir(parents=True)
+        except BaseException:
+            self._tidy()
+            raise
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
     ) -> None:
         """Leave nothing behind but what was committed."""
-        shutil.rmtree(self._folder, ignore_errors=True)
-        for folder in self._made:
-            if not any(folder.iterdir()):
-                folder.rmdir()
+        self._tidy()
+
+    def keep(self, inputs: Iterable[Path]) -> None:
+        """Refuse to write over any of ``inputs`` from now on."""
+        self._kept.update(path.resolve() for path in inputs)
 
     @contextmanager
     def open(self, name: str) -> Iterator[BinaryIO]:
         """Open the output ``name`` for writing."""
         target = self.out / name
-        if target.is_symlink() or target.is_dir():
-            kind = "a symbolic link" if target.is_symlink() else "a folder"
-            raise OutputError(
-                f"{target}: is {kind}, which a build never writes through; remove it, or choose "
-                f"another `name` or folder (-o)"
-            )
-        with explained(target), (self._folder / name).open("wb") as file:
+        self._refuse(target)
+        with explained(target), self.path(name).open("wb") as file:
             yield file
         self._names.append(name)
 
@@ -58,16 +64,52 @@ class Staging:
         """Where the output ``name`` lies until it is committed."""
         return self._folder / name
 
-    def commit(self, stale: list[Path]) -> None:
-        """Put everything in place, then remove the ``stale`` files of an earlier build.
+    def commit(self, stale: Iterable[Path]) -> None:
+        """Put everything in place and remove the ``stale`` files of an earlier build.
 
-        Signals wait meanwhile, so that outputs never are a mixture.
+        What fails is undone, so that outputs never are a mixture.
         """
-        with explained(self.out), _signals_held():
+        with ExitStack() as undo:
             for name in self._names:
-                self.path(name).replace(self.out / name)
+                self._put(name, undo)
             for path in stale:
-                path.unlink(missing_ok=True)
+                self._take_away(path, undo)
+            undo.pop_all()
+
+    def _refuse(self, target: Path) -> None:
+        """Raise if ``target`` is nothing a build may replace."""
+        advice = "choose another `name` or folder (-o)"
+        if target.is_symlink() or target.is_dir():
+            kind = "a symbolic link" if target.is_symlink() else "a folder"
+            raise OutputError(
+                f"{target}: is {kind}, which a build never replaces; remove it, or {advice}"
+            )
+        if target.resolve() in self._kept:
+            raise OutputError(f"{target}: would be written over, but is read as input; {advice}")
+
+    def _put(self, name: str, undo: ExitStack) -> None:
+        target, previous = self.out / name, self._previous / name
+        with explained(target):
+            is_new = not target.exists()
+            if not is_new:
+                _link_or_copy(target, previous)
+            self.path(name).replace(target)
+        if is_new:
+            undo.callback(target.unlink)
+        else:
+            undo.callback(previous.replace, target)
+
+    def _take_away(self, path: Path, undo: ExitStack) -> None:
+        aside = self._previous / path.name
+        with explained(path):
+            path.replace(aside)
+        undo.callback(aside.replace, path)
+
+    def _tidy(self) -> None:
+        shutil.rmtree(self._folder, ignore_errors=True)
+        for folder in self._made:
+            with suppress(OSError):  # it holds outputs now, or never was made
+                folder.rmdir()
 
 
 @contextmanager
@@ -96,13 +138,9 @@ def _missing_folders(path: Path) -> list[Path]:
     return [folder for folder in (path, *path.parents) if not folder.exists()]
 
 
-@contextmanager
-def _signals_held() -> Iterator[None]:
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+def _link_or_copy(path: Path, to: Path) -> None:
+    """Keep the file ``path`` at ``to`` as well, so that it never is missing in between."""
     try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        to.hardlink_to(path)
+    except OSError:  # not every file system knows hard links
+        shutil.copy2(path, to)
