@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from fire_atlas.analysis import Analysis, analyse
 from fire_atlas.atlas.encode import encode_sprite
 from fire_atlas.atlas.layout import AtlasSheet, Sprite
 from fire_atlas.atlas.pages import draw_page, lay_out
@@ -16,7 +17,7 @@ from fire_atlas.atlas.png import write_png
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
-from fire_atlas.effect import Analysis, analyse, fly_flakes, render
+from fire_atlas.effect import fly_flakes, render
 from fire_atlas.exporters.registry import exporter, track_writer
 from fire_atlas.field.buoyancy import lift_direction
 from fire_atlas.flakes.tracks import Tracks
@@ -62,15 +63,15 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
         with clock.measure("study"):
             clip = open_source(recipe.source, loaded.source_path, recipe.atlas.blend_space)
             progress.note(f"{clip.matte} matte: {clip.matte_reason}")
-            clip = arrange(clip, recipe.timeline, workers)
             # Hashed before they are read: what changes meanwhile is not up to date afterwards.
             inputs = list(workers.map(Input.of, clip.inputs))
             staging.keep([*clip.inputs, *loaded.tree.files])
+            clip = arrange(clip, recipe.timeline, workers)
             study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
         with clock.measure("analyse"):
             analysis = _analysis(clip, recipe, study, workers, progress)
         with clock.measure("fly"):
-            tracks = _tracks(clip, recipe, analysis)
+            tracks = _tracks(clip, recipe, analysis, progress)
         with clock.measure("render"):
             sprites = _sprites(clip, recipe, analysis, tracks, workers, progress)
         with clock.measure("pack"):
@@ -99,11 +100,13 @@ def _analysis(
     return analyse(clip, recipe, study, workers, progress)
 
 
-def _tracks(clip: Clip, recipe: Recipe, analysis: Analysis | None) -> Tracks | None:
+def _tracks(
+    clip: Clip, recipe: Recipe, analysis: Analysis | None, progress: Progress
+) -> Tracks | None:
     """Fly the flakes, where there are any: a blurred flame is analysed without them too."""
     if analysis is None or recipe.flakes == "none":
         return None
-    return fly_flakes(clip, recipe, analysis)
+    return fly_flakes(clip, recipe, analysis, progress)
 
 
 def _sprites(

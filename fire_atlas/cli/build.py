@@ -5,6 +5,7 @@ from pathlib import Path
 
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import Outcome, Quiet, view_for
+from fire_atlas.manifest import default_folder, is_fresh
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
 from fire_atlas.recipe.tree import RecipeTree, read_tree
 
@@ -37,13 +38,11 @@ def _read(args: Namespace, view: Quiet, failures: Failures) -> list[RecipeTree]:
 
 def _folder(recipe: Path, args: Namespace) -> Path:
     """Return where the outputs of ``recipe`` go."""
-    return args.out or recipe.parent / "build"
+    return args.out or default_folder(recipe)
 
 
 def _build(tree: RecipeTree, args: Namespace, view: Quiet) -> Outcome:
     """Build one recipe, or find that there is nothing to do before anything heavy is imported."""
-    from fire_atlas.manifest import is_fresh
-
     out = _folder(tree.path, args)
     if not args.force and is_fresh(tree, out):
         return Outcome(fresh=True)

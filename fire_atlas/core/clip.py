@@ -15,7 +15,7 @@ class Clip:
         width, height: Frame size, px.
         fps: Frames per second of the clip.
         count: Number of frames, at least 1.
-        read: ``read(i)`` gives frame i, 0 <= i < count, as a fresh ``Pixels`` (height, width, 4).
+        read: ``read(i)`` gives frame i, 0 <= i < count, as read-only ``Pixels`` (height, width, 4).
             Safe to call from several threads.
         loop: Whether frame 0 follows the last frame.
         inputs: Every file the frames come from, in order, for the manifest.

@@ -119,6 +119,6 @@ def brightness(pixels: Pixels, blend_space: str) -> Plane:
     light = luminance(pixels)
     if blend_space == "linear":
         return encode_unit(light) * np.float32(255)
-    alpha = pixels[..., 3]
-    straight = np.divide(light, alpha, out=np.zeros_like(light), where=alpha > 0)
-    return encode_unit(straight) * alpha * np.float32(255)
+    alpha = cv2.extractChannel(pixels, 3)
+    straight = as_plane(cv2.divide(light, np.maximum(alpha, np.float32(1e-6))))
+    return as_plane(cv2.multiply(encode_unit(straight), alpha, scale=255.0))

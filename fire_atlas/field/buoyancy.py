@@ -6,13 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from fire_atlas.core.pixels import Plane, as_plane
-from fire_atlas.field.air import Air, advect, diffuse, relax
+from fire_atlas.field.air import Air, advect, diffuse, relax, still_air
 from fire_atlas.field.ambient import Ambient
 from fire_atlas.field.projection import project
 from fire_atlas.recipe.effect import Buoyancy
 
 _LONGEST_STEP = 1 / 20
 """Slow clips are sub-stepped, so that air does not jump over eddies. s."""
+
+_SETTLING, _SETTLING_STEPS = 2.5, 12
+"""Seconds for which the first frame acts on the air before a clip begins, and in how many steps."""
 
 _UPDRAFT = 0.2
 """Air in the flame rises by the lift of this many seconds against what the eye follows: the
@@ -87,6 +90,18 @@ def lift_direction(buoyancy: Buoyancy) -> tuple[float, float]:
     x, y = lift if isinstance(lift, tuple) else (0.0, lift)
     length = math.hypot(x, y)
     return (x / length, -y / length) if length > 0 else (0.0, -1.0)
+
+
+def settle(drive: Drive, ambient: Ambient, physics: Physics, shape: tuple[int, int]) -> Air:
+    """Air as it moves after ``drive`` has acted on it for a while, at time 0.
+
+    In a few long steps: all that matters is where they end.
+    """
+    air, dt = still_air(shape), _SETTLING / _SETTLING_STEPS
+    for step in range(-_SETTLING_STEPS, 0):
+        around = ambient.velocity(step * dt, shape)
+        air = _substep(air, drive, around, physics, dt)
+    return air
 
 
 def advance(

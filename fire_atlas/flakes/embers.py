@@ -19,7 +19,7 @@ _EXPOSURE = 0.32
 _KINDLING = 0.05
 """Seconds in which a new ember comes to light."""
 
-_TWINKLE_DEPTH = 0.22
+_TWINKLE_DEPTH = 0.4
 
 _FULL_SPEED = 0.9
 """Speed, heights/s, that has the last colour of the ramp."""
@@ -45,8 +45,8 @@ def glow(age: NDArray[np.float64], life: NDArray[np.float64]) -> NDArray[np.floa
 def twinkle(
     age: NDArray[np.float64], rate: NDArray[np.float64], phase: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Factor around 1 by which an ember flickers; ``rate`` Hz, ``phase`` rad."""
-    return 1 + _TWINKLE_DEPTH * np.sin(2 * np.pi * rate * age + phase)
+    """Factor up to 1 by which an ember flickers; ``rate`` Hz, ``phase`` rad."""
+    return 1 - _TWINKLE_DEPTH * (0.5 - 0.5 * np.sin(2 * np.pi * rate * age + phase))
 
 
 def ramp(colors: tuple[str, ...]) -> NDArray[np.float64]:

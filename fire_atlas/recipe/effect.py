@@ -168,7 +168,7 @@ class Composite(Settings):
     blend: Literal["add", "screen", "over"] = "add"
     """``add`` light, ``screen`` (never above 1), or lay flakes ``over`` the flame."""
     intensity: float = Field(default=1.0, ge=0, le=100)
-    """Multiplies the flake layer."""
+    """Multiplies the light of the flakes, in the pixels and in the tracks."""
     palette: Literal["none", "clip"] = "none"
     """``clip``: flakes take the nearest colour that the clip itself has, and cover fully."""
 

@@ -25,7 +25,8 @@ def open_source(settings: FramesSource, path: Path, blend_space: str) -> Clip:
     match settings:
         case FramesSource():
             from fire_atlas.sources.frames import open_frames
+            from fire_atlas.sources.memory import remembering
 
-            return open_frames(settings, path, blend_space)
+            return remembering(open_frames(settings, path, blend_space))
         case _:
             assert_never(settings)

@@ -228,7 +228,7 @@ def test_bad_previews_are_explained(
 def test_inspect_prints_pages_frames_and_flakes(run: Run, campfire: Path) -> None:
     run("build", campfire.name, "-q")
     told = run("inspect", "build/campfire.json").stdout
-    for word in ("campfire.png", "occupancy", "24 x 32", "0.50 s", "12", "born", "px/s"):
+    for word in ("campfire.png", "occupancy", "24 x 32", "0.50 s", "12", "born", "heights/s"):
         assert word in told
 
 

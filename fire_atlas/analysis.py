@@ -1,0 +1,207 @@
+"""The first pass over a clip: features, flow and births of every frame, and the recorded field.
+
+Frames are looked at in the pool; the air is carried from one to the next in one thread.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import Bytes, Plane, as_plane, brightness
+from fire_atlas.core.progress import Progress
+from fire_atlas.core.workers import Workers
+from fire_atlas.field.air import grid_shape
+from fire_atlas.field.ambient import Ambient
+from fire_atlas.field.buoyancy import Drive, Physics, advance, settle
+from fire_atlas.field.drive import cell_means, flow_on_grid, rising
+from fire_atlas.field.eddies import Eddies
+from fire_atlas.field.record import OVERLAP, FieldRecord
+from fire_atlas.flakes.emission import Brood, Spawns, emit
+from fire_atlas.flame.features import feature_vectors, refine
+from fire_atlas.flame.motion import optical_flow, thumbnail
+from fire_atlas.flame.palette import clip_palette
+from fire_atlas.flame.study import FlameStudy, above, flame_mask, warmth
+from fire_atlas.recipe.effect import Flakes
+from fire_atlas.recipe.models import Recipe
+
+_LEAD = 12
+"""Last frames of a loop that the air meets before its first one, to begin as it ends."""
+
+
+@dataclass(frozen=True, slots=True)
+class Analysis:
+    """What is known of a clip once all its frames were seen.
+
+    Attributes:
+        study, field: What holds for the clip, and the recorded field.
+        spawns: Births of all flakes.
+        palette: (colours, 3) sRGB in 0..1 that flakes are limited to, if the recipe says so.
+    """
+
+    study: FlameStudy
+    field: FieldRecord
+    spawns: Spawns
+    palette: NDArray[np.float32] | None
+
+
+@dataclass(frozen=True, slots=True)
+class _FrameLook:
+    """What one frame of the clip says, before its neighbours are known.
+
+    Attributes:
+        thumb: (h, w) uint8, for the optical flow.
+        mask: (H, W) float32, how surely each pixel is flame.
+        lit: (rows, columns), how bright each cell is, 0..1.
+        feature_x, feature_y: (rows, columns), mean Fv* of each cell in typical lengths.
+        spawns: Flakes born in this frame.
+    """
+
+    thumb: Bytes
+    mask: Plane
+    lit: Plane
+    feature_x: Plane
+    feature_y: Plane
+    spawns: Spawns
+
+
+def analyse(
+    clip: Clip, recipe: Recipe, study: FlameStudy, workers: Workers, progress: Progress
+) -> Analysis:
+    """Find features, flow and births of every frame and record the buoyancy field."""
+    progress.stage("analyse", clip.count)
+    brood = _brood(clip, recipe, study)
+    physics = Physics.of(recipe.buoyancy, clip.height)
+    lead = min(_LEAD, clip.count) if clip.loop else 0
+    order = [*range(clip.count - lead, clip.count), *range(clip.count - lead)]
+    looks = workers.map(lambda i: _look(i, clip, recipe, study, brood), order)
+    births: dict[int, Spawns] = {}
+
+    def drives() -> Iterator[Drive]:
+        met = workers.map(lambda pair: _drive(pair, clip, study, physics), _pairs(looks, clip.loop))
+        for i, (spawns, drive) in zip(order, met, strict=True):
+            births[i] = spawns
+            progress.advance()
+            yield drive
+
+    field = _record(_met_by_the_air(drives(), clip.count, lead), clip, recipe, physics)
+    palette = clip_palette(clip, workers) if recipe.composite.palette == "clip" else None
+    return Analysis(study, field, Spawns.joined([births[i] for i in sorted(births)]), palette)
+
+
+def _record(
+    drives: Iterator[tuple[int, Drive]], clip: Clip, recipe: Recipe, physics: Physics
+) -> FieldRecord:
+    """Carry the air through all ``drives`` (frame, drive) and record it from frame 0 on."""
+    shape = grid_shape(clip.width, clip.height, physics.cell)
+    field = FieldRecord.blank(clip.count, shape, physics.cell, clip.fps, clip.loop)
+    speed = recipe.buoyancy.turbulence * clip.height
+    period = clip.count / clip.fps if clip.loop else None
+    eddies = Eddies.random(recipe.seed, shape[0], speed, period)
+    ambient = Ambient(eddies, recipe.wind, clip.height)
+    air = None
+    for n, drive in drives:
+        air = air or settle(drive, ambient, physics, shape)
+        air = advance(air, drive, ambient, physics, n / clip.fps, 1 / clip.fps)
+        if n >= 0:
+            field.write(n, air, drive.lit)
+    return field
+
+
+def _met_by_the_air(drives: Iterator[Drive], count: int, lead: int) -> Iterator[tuple[int, Drive]]:
+    """Frames and their drives in the order in which the air meets them.
+
+    ``drives`` are those of the last ``lead`` frames of a loop, then all others; with a lead of 0
+    they are those of a clip that plays once. A loop's last frames come before its first one, again
+    at its end, and then ``OVERLAP`` frames more, for the end to pass into the beginning.
+    """
+    last = list(islice(drives, lead))
+    yield from zip(range(-lead, 0), last, strict=True)
+    first = []
+    for n, drive in enumerate(drives):
+        if lead and n < OVERLAP:
+            first.append(drive)
+        yield n, drive
+    yield from zip(range(count - lead, count), last, strict=True)
+    if lead:
+        # Where the loop is so short that its first frames are among its last, these follow.
+        again = first + last
+        yield from ((count + n, again[n % count]) for n in range(OVERLAP))
+
+
+def _brood(clip: Clip, recipe: Recipe, study: FlameStudy) -> Brood:
+    """What the recipe says of newborn flakes, in px and s."""
+    # Without flakes the flame may still be blurred along the field: nothing is born then.
+    flakes = recipe.flakes if isinstance(recipe.flakes, Flakes) else Flakes(rate=0, bursts=0)
+    return Brood(
+        seed=recipe.seed,
+        rate=flakes.rate,
+        bursts=flakes.bursts,
+        candidates=study.candidates,
+        alpha=study.alpha if flakes.alpha == "auto" else flakes.alpha,
+        life=flakes.life,
+        size=(flakes.size[0] * clip.height, flakes.size[1] * clip.height),
+        height=clip.height,
+        fps=clip.fps,
+    )
+
+
+def _look(i: int, clip: Clip, recipe: Recipe, study: FlameStudy, brood: Brood) -> _FrameLook:
+    """Everything a frame says on its own: runs in the pool."""
+    pixels = clip.read(i)
+    bright = brightness(pixels, clip.blend_space)
+    warm = warmth(pixels) if study.warm_only else None
+    luminous = above(bright, study.dim, study.bright)
+    mask = flame_mask(luminous, warm, study.activity)
+    features, cell = recipe.features, recipe.buoyancy.cell
+    fx, fy = refine(
+        *feature_vectors(bright, features.sigma, study.epsilon, study.kappa),
+        study.buoyancy, features.beta, features.clamp,
+    )  # fmt: skip
+    strength = as_plane(cv2.magnitude(fx, fy))
+    if features.preset == "auto":
+        strength = strength * mask
+    unit = np.float32(1 / study.typical)
+    return _FrameLook(
+        thumbnail(bright),
+        mask,
+        cell_means(as_plane(luminous), cell),
+        cell_means(fx * unit, cell),
+        cell_means(fy * unit, cell),
+        emit(i, strength, brood),
+    )
+
+
+def _drive(
+    pair: "tuple[_FrameLook, _FrameLook, bool]", clip: Clip, study: FlameStudy, physics: Physics
+) -> tuple[Spawns, Drive]:
+    """Births and drive of a frame, now that its neighbour is known: runs in the pool."""
+    here, other, is_last = pair
+    flow = (
+        optical_flow(other.thumb, here.thumb)
+        if is_last  # nothing follows: go on as before
+        else optical_flow(here.thumb, other.thumb)
+    )
+    u, v = flow_on_grid(flow, here.mask, (clip.width, clip.height), physics.cell, clip.fps)
+    u, v = rising(u, v, study.buoyancy)
+    flame = cell_means(here.mask, physics.cell)
+    return here.spawns, Drive(flame, here.lit, u, v, here.feature_x, here.feature_y)
+
+
+def _pairs(
+    looks: Iterator[_FrameLook], closes: bool
+) -> Iterator[tuple[_FrameLook, _FrameLook, bool]]:
+    """Each look with the one that follows it.
+
+    In a circle that ``closes`` the first follows the last. Otherwise nothing does: the last comes
+    with the one before it, and True.
+    """
+    first = previous = here = next(looks)
+    for following in looks:
+        yield here, following, False
+        previous, here = here, following
+    yield (here, first, False) if closes else (here, previous, True)

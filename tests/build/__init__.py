@@ -1,0 +1,1 @@
+"""Whole builds: recipes and clips in, files out."""

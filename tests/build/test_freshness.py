@@ -1,0 +1,225 @@
+"""A build does what has to be done, and nothing else."""
+
+import hashlib
+import json
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from .desk import Desk, contents
+
+
+def stamps(folder: Path) -> dict[str, int]:
+    """Return when each file was last written."""
+    return {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
+
+
+def assert_builds_once(desk: Desk, recipe: Path, *arguments: str) -> None:
+    """Check that the next build does something, and the one after it nothing."""
+    before = stamps(desk.build)
+    first = desk.run("build", recipe, *arguments)
+    assert first.code == 0 and not first.is_up_to_date, first
+    after = stamps(desk.build)
+    assert after != before
+    second = desk.run("build", recipe, *arguments)
+    assert second.is_up_to_date and stamps(desk.build) == after
+
+
+@pytest.fixture
+def recipe(desk: Desk) -> Path:
+    """Return a recipe that has been built."""
+    desk.clip()
+    recipe = desk.recipe()
+    desk.built(recipe)
+    return recipe
+
+
+def test_a_second_build_does_nothing_and_says_so(desk: Desk, recipe: Path) -> None:
+    before = stamps(desk.build)
+    ran = desk.run("build", recipe)
+    assert (ran.code, ran.is_up_to_date) == (0, True)
+    assert stamps(desk.build) == before
+    told = desk.run("build", recipe, "--json").out.splitlines()
+    assert [json.loads(line)["event"] for line in told] == ["done"]
+    assert json.loads(told[0])["fresh"] is True
+
+
+def test_a_changed_value_of_the_recipe_rebuilds(desk: Desk, recipe: Path) -> None:
+    desk.recipe(seed=5)
+    assert_builds_once(desk, recipe)
+
+
+def test_a_value_set_on_the_command_line_rebuilds(desk: Desk, recipe: Path) -> None:
+    assert_builds_once(desk, recipe, "--set", "seed=5")
+    assert_builds_once(desk, recipe)
+
+
+def test_a_changed_base_recipe_rebuilds(desk: Desk, recipe: Path) -> None:
+    base = desk.recipe("base.yaml")
+    (desk.folder / "fire.yaml").write_text("extends: base.yaml\n", encoding="utf-8")
+    desk.run("build", recipe)
+    desk.recipe(base.name, seed=9)
+    assert_builds_once(desk, recipe)
+
+
+def test_changed_bytes_of_an_input_rebuild(desk: Desk, recipe: Path) -> None:
+    shutil.copy(desk.folder / "clip" / "0000.png", desk.folder / "clip" / "0003.png")
+    assert_builds_once(desk, recipe)
+
+
+@pytest.mark.parametrize("name", ["0006.png", "0002b.png"])
+def test_another_input_in_the_folder_rebuilds(desk: Desk, recipe: Path, name: str) -> None:
+    shutil.copy(desk.folder / "clip" / "0000.png", desk.folder / "clip" / name)
+    assert_builds_once(desk, recipe)
+
+
+def test_a_removed_input_rebuilds(desk: Desk, recipe: Path) -> None:
+    (desk.folder / "clip" / "0002.png").unlink()
+    assert_builds_once(desk, recipe)
+
+
+def test_renamed_inputs_in_another_order_rebuild(desk: Desk, recipe: Path) -> None:
+    (desk.folder / "clip" / "0000.png").rename(desk.folder / "clip" / "0009.png")
+    assert_builds_once(desk, recipe)
+
+
+@pytest.mark.parametrize("output", ["fire.png", "fire.json", "fire.flakes.json"])
+def test_a_removed_output_rebuilds(desk: Desk, recipe: Path, output: str) -> None:
+    before = contents(desk.build)
+    (desk.build / output).unlink()
+    assert_builds_once(desk, recipe)
+    assert contents(desk.build) == before
+
+
+def test_an_output_that_somebody_edited_is_built_anew(desk: Desk, recipe: Path) -> None:
+    before = contents(desk.build)
+    page = desk.build / "fire.png"
+    page.write_bytes(before["fire.png"][:-1] + b"!")  # same size
+    assert_builds_once(desk, recipe)
+    assert contents(desk.build) == before
+
+
+def test_force_rebuilds_to_the_same_bytes(desk: Desk, recipe: Path) -> None:
+    before, times = contents(desk.build), stamps(desk.build)
+    ran = desk.run("build", recipe, "--force")
+    assert not ran.is_up_to_date
+    assert contents(desk.build) == before
+    assert all(stamps(desk.build)[name] > times[name] for name in times)
+
+
+def test_comments_touched_files_and_strangers_do_not_rebuild(desk: Desk, recipe: Path) -> None:
+    recipe.write_text("# brighter days\n" + recipe.read_text(encoding="utf-8"), encoding="utf-8")
+    os.utime(desk.folder / "clip" / "0001.png", (1, 1))
+    (desk.folder / "clip" / "notes.txt").write_text("not a frame", encoding="utf-8")
+    (desk.build / "mine.png").write_text("not an output", encoding="utf-8")
+    assert desk.run("build", recipe).is_up_to_date
+
+
+def test_an_input_that_changes_during_the_build_is_noticed_afterwards(
+    desk: Desk, recipe: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An artist saves while a build runs: the pages may show either picture."""
+    frame = desk.folder / "clip" / "0005.png"
+
+    def saved_meanwhile(*arguments: object) -> tuple[float, float]:
+        shutil.copy(desk.folder / "clip" / "0000.png", frame)
+        return 0.5, 1.0
+
+    with monkeypatch.context() as patch:
+        patch.setattr("fire_atlas.build._anchor", saved_meanwhile)
+        assert desk.run("build", recipe, "--force").code == 0
+    assert_builds_once(desk, recipe)
+
+
+def test_files_that_are_no_longer_written_are_removed(desk: Desk) -> None:
+    desk.clip()
+    recipe = desk.recipe()
+    many = desk.built(recipe, "--set", "atlas.max_size=100", "--set", "tracks=[json, csv]")
+    assert {"fire-1.png", "fire-1.json", "fire.flakes.csv"} <= many.keys()
+    assert sorted(desk.built(recipe)) == [
+        "fire.flakes.json", "fire.json", "fire.manifest.json", "fire.png",
+    ]  # fmt: skip
+
+
+def test_what_a_person_edited_or_made_is_never_removed(desk: Desk) -> None:
+    desk.clip()
+    recipe = desk.recipe()
+    desk.built(recipe, "--set", "atlas.max_size=100")
+    (desk.build / "fire-1.png").write_bytes(b"painted over")
+    (desk.build / "fire-7.png").write_bytes(b"painted")
+    (desk.build / "fire.txt").write_bytes(b"notes")
+    after = desk.built(recipe)
+    assert (after["fire-1.png"], after["fire-7.png"]) == (b"painted over", b"painted")
+    assert after["fire.txt"] == b"notes"
+    assert "fire-1.json" not in after
+
+
+def entry(path: str, data: bytes) -> dict[str, object]:
+    return {
+        "path": path,
+        "role": "page",
+        "bytes": len(data),
+        "sha256": hashlib.sha256(data).hexdigest(),
+    }
+
+
+@pytest.mark.parametrize("path", ["../mine.png", "sub/mine.png", "..", "", "C:mine.png", "a\\b"])
+def test_a_manifest_that_climbs_out_of_its_folder_removes_nothing(
+    desk: Desk, recipe: Path, path: str
+) -> None:
+    mine = [desk.folder / "mine.png", desk.build / "sub" / "mine.png"]
+    mine[1].parent.mkdir()
+    for file in mine:
+        file.write_bytes(b"mine")
+    manifest = desk.build / "fire.manifest.json"
+    told = json.loads(manifest.read_text(encoding="utf-8"))
+    told["outputs"].append(entry(path, b"mine"))
+    manifest.write_text(json.dumps(told), encoding="utf-8")
+    ran = desk.run("build", recipe)
+    assert ran.code == 0 and not ran.is_up_to_date
+    assert all(file.read_bytes() == b"mine" for file in mine)
+    assert path not in [out["path"] for out in json.loads(manifest.read_bytes())["outputs"]]
+
+
+def test_a_manifest_that_names_an_absolute_path_removes_nothing(desk: Desk, recipe: Path) -> None:
+    mine = desk.folder / "mine.png"
+    mine.write_bytes(b"mine")
+    manifest = desk.build / "fire.manifest.json"
+    told = json.loads(manifest.read_text(encoding="utf-8"))
+    told["outputs"] = [entry(str(mine), b"mine")]
+    manifest.write_text(json.dumps(told), encoding="utf-8")
+    assert desk.run("build", recipe).code == 0
+    assert mine.exists()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "", "{", "[]", "null", "7", '"text"', "{}", "[" * 100_000, "\ufeff{}", "\x00",
+        '{"format": "fire-atlas/manifest"}',
+        '{"format": "fire-atlas/manifest", "version": 2, "outputs": []}',
+        '{"format": "fire-atlas/manifest", "version": 1, "outputs": 3}',
+        '{"format": "fire-atlas/manifest", "version": 1, "outputs": [7]}',
+        '{"format": "fire-atlas/manifest", "version": 1, "outputs": [{"path": 7}]}',
+        '{"format": "fire-atlas/manifest", "version": 1, "outputs": [{"path": "fire.png"}]}',
+        '{"format": "fire-atlas/manifest", "version": 1, "asked": 1, "made_by": 2, "inputs": [{}]}',
+    ],
+)  # fmt: skip
+def test_a_broken_manifest_is_replaced(desk: Desk, recipe: Path, text: str) -> None:
+    manifest = desk.build / "fire.manifest.json"
+    sound = manifest.read_bytes()
+    manifest.write_bytes(text.encode())
+    ran = desk.run("build", recipe)
+    assert (ran.code, ran.is_up_to_date) == (0, False), ran.err
+    assert manifest.read_bytes() == sound
+
+
+def test_two_recipes_share_a_folder_without_touching_each_other(desk: Desk) -> None:
+    desk.clip()
+    fire = desk.built(desk.recipe("fire.yaml"))
+    both = desk.built(desk.recipe("torch.yaml", seed=2))
+    assert both.keys() - fire.keys() == {name.replace("fire", "torch") for name in fire}
+    assert fire.items() <= both.items()
+    assert desk.run("build", desk.folder).out.count("up to date") == 2

@@ -1,0 +1,59 @@
+"""Clips that others filmed, drew and simulated."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from .desk import Desk, pages, tracks_of
+
+FOLDERS = [
+    "cartoon_fluent_fire", "cartoon_freedoom_fire", "cartoon_tauran_flame_sheet",
+    "cartoon_wesnoth_campfire", "cartoon_wesnoth_fireball_impact", "real_candle_red",
+    "real_fireplace_gif", "real_firewall_stock", "sim_unity_flame02", "sim_unity_flame03",
+]  # fmt: skip
+
+ORIGINALS = {
+    "cartoon_fluent_fire/original/1f525.webp": None,
+    "real_fireplace_gif/original/fireplace.gif": None,
+    "real_candle_red/clip.mp4": None,
+    "real_firewall_stock/original/fire.mp4": None,
+    "cartoon_tauran_flame_sheet/original/flame.png": {"columns": 12, "rows": 6},
+    "sim_unity_flame03/original/Flame03_16x4.png": {"columns": 16, "rows": 4},
+}
+
+
+def assert_sound(desk: Desk, name: str) -> None:
+    """Check what holds for every effect: finite flakes that are seen, and pages with light."""
+    tracks = tracks_of(desk.build, name)
+    rows = np.array([row for frame in tracks["frames"] for row in frame["rows"]])
+    assert len(rows) > 0, "a fire without flakes"
+    assert np.isfinite(rows).all()
+    assert len(tracks["frames"]) == tracks["frame_count"]
+    column = {name: rows[:, i] for i, name in enumerate(tracks["columns"])}
+    assert (column["size"] > 0).all() and (column["stretch"] >= 1).all()
+    assert (column["a"] >= 0).all()
+    found = [picture for _, picture in pages(desk.build, name)]
+    assert found and all(picture.any() for picture in found)
+    assert all(path.stat().st_size for path in desk.build.iterdir())
+
+
+@pytest.mark.parametrize("clip", FOLDERS)
+def test_a_real_clip_becomes_an_effect(clips: Path, desk: Desk, clip: str) -> None:
+    meta = json.loads((clips / clip / "meta.json").read_text(encoding="utf-8"))
+    source = {"path": str(clips / clip / "frames"), "fps": meta["fps"]}
+    desk.built(desk.recipe(source=source))
+    assert tracks_of(desk.build, "fire")["frame_count"] == meta["frames"]
+    assert tracks_of(desk.build, "fire")["size"] == meta["size"]
+    assert_sound(desk, "fire")
+
+
+@pytest.mark.parametrize("original", ORIGINALS)
+def test_a_clip_as_it_was_published_becomes_an_effect(
+    clips: Path, desk: Desk, original: str
+) -> None:
+    source = {"path": str(clips / original), "grid": ORIGINALS[original], "count": 24}
+    given = {key: value for key, value in source.items() if value is not None}
+    desk.built(desk.recipe(source={**given, "height": 120}))
+    assert_sound(desk, "fire")

@@ -1,0 +1,95 @@
+"""Same recipe, same inputs, same versions: same bytes, whatever else is different."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fire_atlas.core.shipped import shipped
+
+from .desk import Desk, command, contents, copy_of, run_alone
+
+KEYS: dict[str, Any] = {"atlas": {"max_size": 100}, "tracks": ["json", "csv"], "seed": 3}
+
+
+def test_the_number_of_workers_changes_nothing(desk: Desk) -> None:
+    desk.clip(count=12)
+    recipe = desk.recipe(**KEYS)
+    one = desk.built(recipe, "--jobs", "1")
+    assert "fire-1.png" in one
+    for jobs in ("2", "7"):
+        assert desk.built(recipe, "--force", "--jobs", jobs) == one
+
+
+def test_the_order_in_which_files_were_made_and_the_folder_change_nothing(tmp_path: Path) -> None:
+    results = []
+    for shuffle, place in enumerate(["here", "elsewhere/with a space", "früh"]):
+        desk = Desk(tmp_path / place / "desk")
+        desk.clip(shuffle=shuffle)
+        results.append(desk.built(desk.recipe(**KEYS)))
+    assert results[0] == results[1] == results[2]
+
+
+def test_the_folder_of_the_outputs_changes_nothing(desk: Desk) -> None:
+    desk.clip()
+    recipe = desk.recipe(**KEYS)
+    here = desk.built(recipe)
+    assert desk.run("build", recipe, "-o", desk.folder / "far" / "away").code == 0
+    assert contents(desk.folder / "far" / "away") == here
+
+
+def test_the_folder_a_build_is_started_in_changes_nothing(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    desk.clip()
+    desk.recipe(**KEYS)
+    away = desk.built(desk.folder / "fire.yaml")
+    monkeypatch.chdir(desk.folder)
+    assert desk.built(Path("fire.yaml"), "--force") == away
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"LC_ALL": "tr_TR.UTF-8", "LANG": "tr_TR.UTF-8", "TZ": "Pacific/Kiritimati"},
+        {"LC_ALL": "C", "PYTHONUTF8": "0", "TZ": "America/St_Johns", "PYTHONHASHSEED": "1"},
+        {"PYTHONHASHSEED": "424242", "PYTHONOPTIMIZE": "1", "OMP_NUM_THREADS": "1"},
+    ],
+    ids=["turkish", "ascii", "hash seed"],
+)
+def test_the_environment_changes_nothing(desk: Desk, changes: dict[str, str]) -> None:
+    desk.clip()
+    recipe = desk.recipe(**KEYS)
+    here = desk.built(recipe)
+    ran = run_alone(command("build", recipe, "--force"), **changes)
+    assert ran.code == 0, ran.err
+    assert contents(desk.build) == here
+
+
+def test_two_fresh_processes_write_the_same_manifest(tmp_path: Path) -> None:
+    manifests = []
+    for place in ("one", "two"):
+        copy_of(shipped("recipes"), tmp_path / place / "recipes")
+        copy_of(shipped("samples"), tmp_path / place / "samples")
+        recipe = tmp_path / place / "recipes" / "campfire.yaml"
+        small = ("--set", "source.count=8", "--set", "source.height=96")
+        ran = run_alone(command("build", recipe, *small))
+        assert ran.code == 0, ran.err
+        manifests.append(contents(recipe.parent / "build")["campfire.manifest.json"])
+    assert manifests[0] == manifests[1]
+    told = json.loads(manifests[0])
+    assert told["inputs"][0]["path"] == "../samples/campfire/0000.png"
+    assert str(tmp_path) not in manifests[0].decode(), "no path of this machine"
+
+
+def test_another_seed_gives_other_flakes_and_the_same_flame(desk: Desk) -> None:
+    desk.clip()
+    first = desk.built(desk.recipe("a.yaml"), "--set", "seed=1")
+    second = desk.built(desk.recipe("b.yaml"), "--set", "seed=2")
+    assert first["a.flakes.json"].replace(b'"a"', b'"b"') != second["b.flakes.json"]
+    bare = [
+        desk.built(desk.recipe(f"{seed}.yaml"), "--set", f"seed={seed}", "--set", "flakes=none")
+        for seed in (1, 2)
+    ]
+    assert bare[0]["1.png"] == bare[1]["2.png"]
