@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip
+from fire_atlas.core.clip import Clip, Window, cropped
 from fire_atlas.core.pixels import Bytes, Plane, as_plane, brightness
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
@@ -78,15 +78,23 @@ def analyse(
     physics = Physics.of(recipe.buoyancy, clip.height)
     lead = min(_LEAD, clip.count) if clip.loop else 0
     order = [*range(clip.count - lead, clip.count), *range(clip.count - lead)]
-    looks = workers.map(lambda i: _look(i, clip, recipe, study, brood), order)
+    # The paper's candidates are anywhere in the image; else only where something moves.
+    everywhere = recipe.features.preset == "paper"
+    window = (
+        Window(0, 0, clip.width, clip.height) if everywhere else study.active_window(physics.cell)
+    )
+    part, known = cropped(clip, window), study.within(window)
+    looks = workers.map(lambda i: _look(i, part, recipe, known, brood), order)
     births: dict[int, Spawns] = {}
 
     def drives() -> Iterator[Drive]:
-        met = workers.map(lambda pair: _drive(pair, clip, study, physics), _pairs(looks, clip.loop))
+        met = workers.map(lambda pair: _drive(pair, part, known, physics), _pairs(looks, clip.loop))
+        row, column = window.top // physics.cell, window.left // physics.cell
+        shape = grid_shape(clip.width, clip.height, physics.cell)
         for i, (spawns, drive) in zip(order, met, strict=True):
-            births[i] = spawns
+            births[i] = spawns.moved(window.left, window.top)
             progress.advance()
-            yield drive
+            yield drive.placed(row, column, shape)
 
     field = _record(_met_by_the_air(drives(), clip.count, lead), clip, recipe, physics)
     palette = clip_palette(clip, workers) if recipe.composite.palette == "clip" else None

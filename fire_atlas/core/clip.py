@@ -1,10 +1,28 @@
 """A clip: the frames every later step looks at."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
 
 from fire_atlas.core.pixels import Pixels
+
+
+class Window(NamedTuple):
+    """A part of the frame, px: columns ``left`` to ``right``, rows ``top`` to ``bottom``, the last
+    ones excluded."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """Rows and columns, to index a picture."""
+        return slice(self.top, self.bottom), slice(self.left, self.right)
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +33,7 @@ class Clip:
         width, height: Frame size, px.
         fps: Frames per second of the clip.
         count: Number of frames, at least 1.
-        read: ``read(i)`` gives frame i, 0 <= i < count, as read-only ``Pixels`` (height, width, 4).
+        read: ``read(i)`` gives frame i, 0 <= i < count, as a fresh ``Pixels`` (height, width, 4).
             Safe to call from several threads.
         loop: Whether frame 0 follows the last frame.
         inputs: Every file the frames come from, in order, for the manifest.
@@ -34,3 +52,13 @@ class Clip:
     matte: str
     matte_reason: str
     loop: bool = False
+
+
+def cropped(clip: Clip, window: Window) -> Clip:
+    """The part of every frame that lies in ``window``."""
+    return replace(
+        clip,
+        width=window.right - window.left,
+        height=window.bottom - window.top,
+        read=lambda i: np.ascontiguousarray(clip.read(i)[window.slices]),
+    )

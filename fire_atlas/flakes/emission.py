@@ -1,7 +1,7 @@
 """Where and when flakes are born (Kim & Lee, section III-B/C, Figure 7b)."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Self
 
 import numpy as np
@@ -64,6 +64,10 @@ class Spawns:
     wander: NDArray[np.float64]
     wander_x: NDArray[np.float64]
     wander_y: NDArray[np.float64]
+
+    def moved(self, x: float, y: float) -> Self:
+        """Return the same births ``x`` px to the right and ``y`` px down."""
+        return replace(self, x=self.x + x, y=self.y + y)
 
     @classmethod
     def joined(cls, parts: list[Self]) -> Self:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Bytes, Plane, as_plane
 
-FLOW_AREA = 320 * 320
+FLOW_AREA = 300 * 300
 """Most px of the pictures that flow is estimated on: the grid needs no more, and it takes time."""
 
 _SMALLEST_SIDE = 64

@@ -4,13 +4,13 @@ Everything decided here holds for every frame, so thresholds never flicker.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip
+from fire_atlas.core.clip import Clip, Window
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
 from fire_atlas.core.workers import Workers
 from fire_atlas.flame.features import (
@@ -68,6 +68,27 @@ class FlameStudy:
     alpha: float
     candidates: float
     typical: float
+
+    def active_window(self, step: int) -> Window:
+        """Return the part of the frame where anything ever moves, on multiples of ``step`` px."""
+        height, width = self.activity.shape
+        moving = self.activity > 0
+        rows, columns = np.flatnonzero(moving.any(axis=1)), np.flatnonzero(moving.any(axis=0))
+        if not rows.size:
+            return Window(0, 0, width, height)
+        margin = max(8, height // 50)
+
+        def bounds(places: NDArray[np.intp], end: int) -> tuple[int, int]:
+            first = max(int(places[0]) - margin, 0) // step * step
+            last = -(-(int(places[-1]) + 1 + margin) // step) * step
+            return first, min(last, end)
+
+        (top, bottom), (left, right) = bounds(rows, height), bounds(columns, width)
+        return Window(left, top, right, bottom)
+
+    def within(self, window: Window) -> "FlameStudy":
+        """Return what holds for the part of the clip in ``window``."""
+        return replace(self, activity=self.activity[window.slices], kappa=self.kappa[window.slices])
 
 
 def study_flame(

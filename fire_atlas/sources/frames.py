@@ -13,6 +13,7 @@ from fire_atlas.sources import matte
 from fire_atlas.sources.animated import open_animation
 from fire_atlas.sources.images import ANIMATIONS, check_size, decode, read_header, recognise
 from fire_atlas.sources.listing import cut, locate
+from fire_atlas.sources.memory import remembering
 from fire_atlas.sources.picture import Picture, to_light
 from fire_atlas.sources.reel import Reel
 from fire_atlas.sources.resize import nearest, resize, width_for
@@ -34,6 +35,7 @@ def open_frames(settings: FramesSource, path: Path, blend_space: str) -> Clip:
         SourceError: The input is missing, broken, too large or not what the settings say.
     """
     reel, chosen = _open_reel(settings, path)
+    reel = remembering(reel)
     inputs = reel.inputs if len(reel.inputs) == 1 else tuple(reel.inputs[i] for i in chosen)
     told = settings.matte in ("luminance", "none")
     samples = [] if told else [reel.read(i) for i in _spread(chosen)]

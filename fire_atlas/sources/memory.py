@@ -2,25 +2,24 @@
 
 from dataclasses import replace
 
-from fire_atlas.core.clip import Clip
-from fire_atlas.core.pixels import Pixels
+from fire_atlas.sources.picture import Picture
+from fire_atlas.sources.reel import Reel
 
-ROOM = 80 * 1024 * 1024
+ROOM = 96 * 1024 * 1024
 """Bytes of decoded frames kept. A constant: memory must not grow with the length of a clip."""
 
 
-def remembering(clip: Clip) -> Clip:
-    """Return ``clip`` with the frames that were read first kept, up to ``ROOM`` bytes."""
-    kept: dict[int, Pixels] = {}
-    most = ROOM // (clip.width * clip.height * 16)
+def remembering(reel: Reel) -> Reel:
+    """Return ``reel`` with the frames that were read first kept, up to ``ROOM`` bytes."""
+    kept: dict[int, Picture] = {}
 
-    def read(i: int) -> Pixels:
-        pixels = kept.get(i)
-        if pixels is None:
-            pixels = clip.read(i)
-            pixels.flags.writeable = False
-            if len(kept) < most:
-                kept[i] = pixels
-        return pixels
+    def read(i: int) -> Picture:
+        picture = kept.get(i)
+        if picture is None:
+            picture = reel.read(i)
+            picture.flags.writeable = False
+            if len(kept) < ROOM // picture.nbytes:
+                kept[i] = picture
+        return picture
 
-    return replace(clip, read=read)
+    return replace(reel, read=read)

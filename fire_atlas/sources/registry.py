@@ -25,8 +25,7 @@ def open_source(settings: FramesSource, path: Path, blend_space: str) -> Clip:
     match settings:
         case FramesSource():
             from fire_atlas.sources.frames import open_frames
-            from fire_atlas.sources.memory import remembering
 
-            return remembering(open_frames(settings, path, blend_space))
+            return open_frames(settings, path, blend_space)
         case _:
             assert_never(settings)
