@@ -189,11 +189,10 @@ def _drive(
 ) -> tuple[Spawns, Drive]:
     """Births and drive of a frame, now that its neighbour is known: runs in the pool."""
     here, other, is_last = pair
-    flow = (
-        optical_flow(other.thumb, here.thumb)
-        if is_last  # nothing follows: go on as before
-        else optical_flow(here.thumb, other.thumb)
-    )
+    # Where nothing follows, motion goes on as before.
+    before, after = (other, here) if is_last else (here, other)
+    is_shrunk = here.thumb.size < clip.width * clip.height
+    flow = optical_flow(before.thumb, after.thumb, is_shrunk)
     u, v = flow_on_grid(flow, here.mask, (clip.width, clip.height), physics.cell, clip.fps)
     u, v = rising(u, v, study.buoyancy)
     flame = cell_means(here.mask, physics.cell)

@@ -17,12 +17,15 @@ _LONGEST_STEP = 1 / 20
 _SETTLING, _SETTLING_STEPS = 2.5, 12
 """Seconds for which the first frame acts on the air before a clip begins, and in how many steps."""
 
-_UPDRAFT = 0.2
+_UPDRAFT = 0.3
 """Air in the flame rises by the lift of this many seconds against what the eye follows: the
 pattern of a steady flame stands still while its gas goes up."""
 
-_COOLING = 0.45
-"""Rate at which hot air loses its lift, 1/s."""
+_COOLING = 0.3
+"""Rate at which hot air cools, 1/s."""
+
+_TEPID = 0.2
+"""Heat at which air has little more than half of its lift: a plume that mixes still carries."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,12 +140,13 @@ def _substep(
     follow = drive.flame * np.float32(physics.coupling)
     rate = as_plane(follow + np.float32(physics.drag))
     outside = as_plane(np.float32(physics.drag) * (1.0 - drive.flame))
+    lifted = air.heat * np.float32(1 + _TEPID) / (air.heat + np.float32(_TEPID))
     planes = []
     for velocity, feature, flow, calm, lift, weight in (
         (air.u, drive.feature_x, drive.flow_x, around[0], physics.lift[0], 0.0),
         (air.v, drive.feature_y, drive.flow_y, around[1], physics.lift[1], physics.gravity),
     ):
-        force = air.heat * np.float32(lift) + feature * np.float32(physics.feature_force) + weight
+        force = lifted * np.float32(lift) + feature * np.float32(physics.feature_force) + weight
         target = (follow * (flow + lift * _UPDRAFT) + outside * calm) / np.maximum(rate, 1e-6)
         planes.append(relax(velocity, as_plane(force), as_plane(target), rate, dt))
     u, v = project(*planes) if physics.projection else planes

@@ -24,6 +24,10 @@ _THROW = 0.15
 """Seconds in which the air stops what a burst has thrown."""
 
 
+_STRAY = 0.4
+"""Seconds in which a flake begins to meander; more to the sides than up and down."""
+
+
 @dataclass(frozen=True, slots=True)
 class Flight:
     """How flakes fly.
@@ -165,12 +169,14 @@ def _own_motion(
     flame (0..1), the meandering that keeps flakes of one place from flying in a line.
     """
     flung = np.exp(-swarm.age / _THROW)
-    speed = math.sqrt(2) * flight.wander * outside
+    speed = math.sqrt(2) * flight.wander * outside * np.minimum(swarm.age / _STRAY, 1.0)
     turn = 2 * math.pi * spawns.wander[swarm.id] * swarm.age
     fall = spawns.sink[swarm.id] * (1 - flung)
     return (
         spawns.throw_x[swarm.id] * flung + speed * np.sin(turn + spawns.wander_x[swarm.id]),
-        spawns.throw_y[swarm.id] * flung + fall + speed * np.sin(turn + spawns.wander_y[swarm.id]),
+        spawns.throw_y[swarm.id] * flung
+        + fall
+        + 0.5 * speed * np.sin(turn + spawns.wander_y[swarm.id]),
     )
 
 

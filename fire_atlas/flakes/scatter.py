@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.chance import Stage, generator
 
-_SLOTS = 1 << 16
-"""Flakes alive at once never share a slot: a recipe allows fewer alive than there are slots."""
+_SLOTS = 1 << 13
+"""Angles drawn for a tick. Flakes whose ids are so far apart share one: nobody can see that."""
 
 
 def scattering_cosine(xi: NDArray[np.float64], k: float) -> NDArray[np.float64]:

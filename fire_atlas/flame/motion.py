@@ -33,13 +33,15 @@ def thumbnail(brightness: Plane) -> Bytes:
     return np.clip(np.rint(small), 0, 255).astype(np.uint8)
 
 
-def optical_flow(before: Bytes, after: Bytes) -> NDArray[np.float32]:
+def optical_flow(before: Bytes, after: Bytes, is_shrunk: bool) -> NDArray[np.float32]:
     """Flow (h, w, 2) in px of the thumbnails from ``before`` to ``after``, both (h, w) uint8.
 
     Where ``before`` has something at p, ``after`` has it at p + flow(p). Dense inverse search
-    (DIS, medium preset: the fast one loses the finest level, and with it half of what turbulent
-    fire does).
+    (DIS), down to its second finest level: without that half of what turbulent fire does is lost.
+    Pictures that were shrunk are smooth, and a coarser search finds as much in them.
     """
-    estimator = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)
+    preset = cv2.DISOPTICAL_FLOW_PRESET_FAST if is_shrunk else cv2.DISOPTICAL_FLOW_PRESET_MEDIUM
+    estimator = cv2.DISOpticalFlow.create(preset)
+    estimator.setFinestScale(1)
     estimator.setVariationalRefinementIterations(3)
     return as_plane(estimator.calc(before, after, np.zeros((*before.shape, 2), np.float32)))

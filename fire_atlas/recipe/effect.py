@@ -82,7 +82,7 @@ class Buoyancy(Settings):
     ``features`` alone (paper)."""
     cell: int = Field(default=4, ge=1, le=64)
     """Side of a grid cell, px."""
-    coupling: float = Field(default=90.0, ge=0, le=1000)
+    coupling: float = Field(default=140.0, ge=0, le=1000)
     """Rate at which the field takes on the flow inside the flame, 1/s."""
     feature_force: float = Field(default=0.1, ge=0, le=100)
     """Acceleration by a typical feature vector [Fv*], heights/s². Typical: the clip's mean
@@ -130,7 +130,7 @@ class Flakes(Settings):
     """Length added along the velocity, in frames of travel, on top of motion blur."""
     scatter: float = Field(default=0.99, ge=-1, le=1)
     """[k] Scattering coefficient (eq. 13): 1 none, towards 0 erratic, negative backward."""
-    lag: float = Field(default=0.012, ge=0, le=10)
+    lag: float = Field(default=0.008, ge=0, le=10)
     """Inertia: seconds a flake of middle size takes to follow the field. Larger flakes lag
     more. 0: none."""
     colors: Annotated[tuple[Color, ...], LIST, Field(min_length=1, max_length=16)] = (
