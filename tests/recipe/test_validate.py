@@ -29,7 +29,11 @@ def advice(path: Path, *overrides: str) -> list[str]:
         ("Seed: 1", "2: Seed", "unknown key; did you mean seed?"),
         ("rate: 3", "2: rate", "unknown key; did you mean flakes.rate?"),
         ("flakes.rate: 3", "2: flakes.rate", "unknown key; write `rate` inside the block `flakes`"),
-        ("composite: {zzz: 1}", "2: composite.zzz", "unknown key; known are blend, intensity, palette"),
+        (
+            "composite: {zzz: 1}",
+            "2: composite.zzz",
+            "unknown key; known are blend, intensity, palette",
+        ),
         ("flakes: {rate: fast}", "2: flakes.rate", 'must be a number; got "fast"'),
         ("flakes: {rate: '80'}", "2: flakes.rate", 'must be a number; got "80"'),
         ("flakes: {rate: yes}", "2: flakes.rate", "must be a number; got true"),
