@@ -25,7 +25,8 @@ from fire_atlas.flakes.emission import Brood, Spawns, emit
 from fire_atlas.flame.features import feature_vectors, refine
 from fire_atlas.flame.motion import optical_flow, thumbnail
 from fire_atlas.flame.palette import clip_palette
-from fire_atlas.flame.study import FlameStudy, above, flame_mask, warmth
+from fire_atlas.flame.scene import above
+from fire_atlas.flame.study import FlameStudy
 from fire_atlas.recipe.effect import Flakes
 from fire_atlas.recipe.models import Recipe
 
@@ -162,9 +163,7 @@ def _look(i: int, clip: Clip, recipe: Recipe, study: FlameStudy, brood: Brood) -
     """Everything a frame says on its own: runs in the pool."""
     pixels = clip.read(i)
     bright = brightness(pixels, clip.blend_space)
-    warm = warmth(pixels) if study.warm_only else None
-    luminous = above(bright, study.dim, study.bright)
-    mask = flame_mask(luminous, warm, study.activity)
+    mask = study.mask.of(bright, pixels)
     features, cell = recipe.features, recipe.buoyancy.cell
     fx, fy = refine(
         *feature_vectors(bright, features.sigma, study.epsilon, study.kappa),
@@ -177,7 +176,7 @@ def _look(i: int, clip: Clip, recipe: Recipe, study: FlameStudy, brood: Brood) -
     return _FrameLook(
         thumbnail(bright),
         mask,
-        cell_means(as_plane(luminous), cell),
+        cell_means(above(bright, study.mask.dim, study.mask.bright), cell),
         cell_means(fx * unit, cell),
         cell_means(fy * unit, cell),
         emit(i, strength, brood),

@@ -91,4 +91,4 @@ def draw(flakes: Flakes, rows: NDArray[np.float64], height: int, width: int) -> 
     if flakes.sprite == "pixel":
         return draw_pixels(rows, height, width)
     light = draw_flakes(rows, height, width)
-    return add_halo(light, flakes.glow) if flakes.glow > 0 else light
+    return add_halo(light, flakes.glow, flakes.edge == "fade") if flakes.glow > 0 else light

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 # Test files are imported one by one (--import-mode=importlib), so helpers need a place on the path.
-sys.path.insert(0, str(Path(__file__).parent / "sources"))
+sys.path += [str(Path(__file__).parent / room) for room in ("sources", "effect")]
 
 
 @pytest.fixture(scope="session")

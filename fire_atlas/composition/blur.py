@@ -43,10 +43,10 @@ def blur_along(
 
 def _with_light_of(original: Pixels, blurred: Pixels) -> Pixels:
     """Scale ``blurred`` to the sums of ``original``: gathering along a diverging field is not
-    exact."""
+    exact. Light that was blurred out of the frame is not put back."""
     before = original.reshape(-1, 4).sum(axis=0, dtype=np.float64)
     after = blurred.reshape(-1, 4).sum(axis=0, dtype=np.float64)
     scale = np.divide(before, after, out=np.ones(4), where=after > 0)
-    result = blurred * scale.astype(np.float32)
+    result = blurred * np.clip(scale, 0.95, 1.05).astype(np.float32)
     np.minimum(result[..., 3], 1.0, out=result[..., 3])
     return as_plane(result)

@@ -45,8 +45,8 @@ def wind_along_image(wind: Wind, time: float) -> float:
         )
     level = wind.level
     if wind.gusts is not None:
-        # Two harmonics: a gust swells faster than it falls.
+        # Two harmonics, whose highest sum is 1.2147: a gust swells faster than it falls.
         turn = 2 * math.pi * time / wind.gusts.period
-        swell = (math.sin(turn) - 0.4 * math.sin(2 * turn)) / 1.12
+        swell = (math.sin(turn) + 0.4 * math.sin(2 * turn)) / 1.2147
         level = max(wind.gusts.mean + wind.gusts.strength * swell, 0.0)
     return level * math.cos(math.radians(wind.direction))

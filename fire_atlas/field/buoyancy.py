@@ -17,7 +17,7 @@ _LONGEST_STEP = 1 / 20
 _SETTLING, _SETTLING_STEPS = 2.5, 12
 """Seconds for which the first frame acts on the air before a clip begins, and in how many steps."""
 
-_UPDRAFT = 0.3
+_UPDRAFT = 0.15
 """Air in the flame rises by the lift of this many seconds against what the eye follows: the
 pattern of a steady flame stands still while its gas goes up."""
 

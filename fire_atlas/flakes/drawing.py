@@ -9,6 +9,12 @@ from numpy.typing import NDArray
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.flakes.tracks import COLUMNS
 
+_LARGE = 8.0
+"""Half width, px, from which pixel centres sample a sprite as well as its integral."""
+
+_BATCH = 4_000_000
+"""Pixels under the flakes that are drawn at a time."""
+
 _HALO = 0.018
 """Width (σ) of a halo, heights."""
 
@@ -33,17 +39,33 @@ def draw_flakes(rows: NDArray[np.float64], height: int, width: int) -> NDArray[n
     column = dict(zip(COLUMNS, rows.T, strict=True))
     across = column["size"] / 2
     along = across * column["stretch"]
-    flake, x, y, weight = _cover(column["x"], column["y"], along, across, column["rotation"])
-    total = np.bincount(flake, weight, minlength=len(rows))
-    wanted = along * across * (math.pi / 3)  # ∫(1 − q²)² over the ellipse
-    peak = column["a"] * wanted / np.maximum(total, 1e-12)
-    seen = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-    flake, weight = flake[seen], weight[seen]
-    pixel = (y[seen] * width + x[seen]).astype(np.intp)
-    shine = (weight * peak[flake]).astype(np.float32)
-    for c, name in enumerate("rgb"):
-        np.add.at(light[:, c], pixel, shine * column[name].astype(np.float32)[flake])
+    rgb = np.stack([column[name] for name in "rgb"]).astype(np.float32)
+    for batch in _batches(np.minimum(4 * along * across, float(height * width))):
+        flake, x, y, weight = _cover(
+            column["x"][batch],
+            column["y"][batch],
+            along[batch],
+            across[batch],
+            column["rotation"][batch],
+            height,
+            width,
+        )
+        total = np.bincount(flake, weight, minlength=len(batch))
+        wanted = along[batch] * across[batch] * (math.pi / 3)  # ∫(1 − q²)² over the ellipse
+        # Pixels stand for large ellipses as they are, and these may reach out of the frame.
+        exact = np.where(across[batch] < _LARGE, wanted / np.maximum(total, 1e-12), 1.0)
+        seen = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+        flake, pixel = flake[seen], (y[seen] * width + x[seen]).astype(np.intp)
+        shine = (weight[seen] * (column["a"][batch] * exact)[flake]).astype(np.float32)
+        for c in range(3):
+            np.add.at(light[:, c], pixel, shine * rgb[c, batch][flake])
     return light.reshape(height, width, 3)
+
+
+def _batches(areas: NDArray[np.float64]) -> list[NDArray[np.intp]]:
+    """Indices of flakes, so many at a time that memory stays bounded."""
+    part = (np.cumsum(areas) // _BATCH).astype(np.intp)
+    return np.split(np.arange(len(areas)), np.flatnonzero(np.diff(part)) + 1)
 
 
 def draw_pixels(rows: NDArray[np.float64], height: int, width: int) -> NDArray[np.float32]:
@@ -67,10 +89,20 @@ def draw_pixels(rows: NDArray[np.float64], height: int, width: int) -> NDArray[n
     return light.reshape(height, width, 3)
 
 
-def add_halo(light: NDArray[np.float32], share: float) -> NDArray[np.float32]:
-    """Flake layer (H, W, 3) with a soft halo of ``share`` times its light."""
-    sigma = _HALO * light.shape[0]
+def add_halo(light: NDArray[np.float32], share: float, fades: bool) -> NDArray[np.float32]:
+    """Flake layer (H, W, 3) with a soft halo of ``share`` times its light.
+
+    One that ``fades`` is dark at the border of the frame.
+    """
+    height, width = light.shape[:2]
+    sigma = _HALO * height
     halo = cv2.GaussianBlur(light, (0, 0), sigma, borderType=cv2.BORDER_CONSTANT)
+    if fades:
+        down, across = (
+            np.clip(np.minimum(np.arange(n), np.arange(n)[::-1]) / (2 * sigma), 0, 1)
+            for n in (height, width)
+        )
+        halo = as_plane(halo * np.minimum.outer(down, across)[..., None])
     return as_plane(cv2.addWeighted(light, 1.0, halo, share, 0.0))
 
 
@@ -80,6 +112,8 @@ def _cover(
     along: NDArray[np.float64],
     across: NDArray[np.float64],
     rotation: NDArray[np.float64],
+    height: int,
+    width: int,
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
     """Pixels under each ellipse: flake index, pixel x, pixel y, weight (1 − q²)².
 
@@ -91,17 +125,32 @@ def _cover(
     s = (sin / along) ** 2 + (cos / across) ** 2
     r = cos * sin * (along**-2 - across**-2)
     reach = np.sqrt(p) * along * across  # p s − r² = 1/(along·across)²
-    row_flake, row = _ranges(np.ceil(y - 0.5 - reach), np.floor(y - 0.5 + reach))
+    large = across >= _LARGE  # these are cut at the frame here, small ones once they are weighed
+    row_flake, row = _ranges(
+        *_held(np.ceil(y - 0.5 - reach), np.floor(y - 0.5 + reach), height, large)
+    )
     dy = row + 0.5 - y[row_flake]
     p_row, r_row = p[row_flake], r[row_flake]
     middle = x[row_flake] - r_row * dy / p_row
     inside = (r_row * dy) ** 2 - p_row * (s[row_flake] * dy**2 - 1)
     half = np.sqrt(np.maximum(inside, 0.0)) / p_row
-    span, column = _ranges(np.ceil(middle - 0.5 - half), np.floor(middle - 0.5 + half))
+    span, column = _ranges(
+        *_held(np.ceil(middle - 0.5 - half), np.floor(middle - 0.5 + half), width, large[row_flake])
+    )
     flake = row_flake[span]
     dx, dy = column + 0.5 - x[flake], dy[span]
     q2 = p[flake] * dx**2 + 2 * r[flake] * dx * dy + s[flake] * dy**2
     return flake, column, row[span], np.maximum(1 - q2, 0.0) ** 2
+
+
+def _held(
+    first: NDArray[np.float64], last: NDArray[np.float64], end: int, large: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Ranges first..last, those of ``large`` flakes held to 0..end − 1."""
+    return (
+        np.where(large, np.maximum(first, 0), first),
+        np.where(large, np.minimum(last, end - 1), last),
+    )
 
 
 def _ranges(

@@ -9,12 +9,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import Plane
+from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.field.record import FieldRecord
 from fire_atlas.flakes.emission import TICK, Spawns
 from fire_atlas.flakes.scatter import scatter_angles
 
 Column = NDArray[np.float64]
+
+_MOST_ROWS = 30000
 
 _LAG_BY_BULK = 0.35
 """A flake one standard deviation larger than usual lags e^0.35 times as long."""
@@ -103,10 +105,12 @@ def sample(field: FieldRecord, planes: tuple[Plane, ...], x: Column, y: Column) 
     """``planes`` of the field (planes, flakes) at places in px, bilinear between cell centres."""
     if len(x) == 0:
         return np.empty((len(planes), 0))
-    at_x = (x / field.cell - 0.5).astype(np.float32)[:, None]
-    at_y = (y / field.cell - 0.5).astype(np.float32)[:, None]
+    # OpenCV's pictures have at most 32,767 rows: more flakes are asked for as several columns.
+    shape = (min(len(x), _MOST_ROWS), -(-len(x) // _MOST_ROWS))
+    at_x, at_y = (np.resize(as_plane(c / field.cell - 0.5), shape) for c in (x, y))
     return np.stack([
-        cv2.remap(plane, at_x, at_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)[:, 0]
+        cv2.remap(plane, at_x, at_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        .ravel()[: len(x)]
         for plane in planes
     ]).astype(np.float64)  # fmt: skip
 
@@ -140,7 +144,7 @@ def _step(
     *u, lit = sample(field, air, swarm.x, swarm.y)
     if flight.lag > 0:
         lag = flight.lag * np.exp(_LAG_BY_BULK * spawns.bulk[swarm.id])
-        keeps = np.exp(-TICK / lag)
+        keeps = np.exp(-TICK / np.maximum(lag, 1e-6))
         vx = u[0] + (swarm.vx - u[0]) * keeps
         fall = u[1] + flight.gravity * lag
         vy = fall + (swarm.vy - fall) * keeps

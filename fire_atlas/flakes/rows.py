@@ -98,16 +98,19 @@ def _table(
         # The same light over more pixels: small sprites are widened, fast ones drawn out.
         opacity = light * weight * (wide / size) ** 2 / stretch
     if look.fades:
-        opacity = opacity * _inside(swarm, height, width)
+        opacity = opacity * _inside(swarm, size * stretch / 2, height, width)
     return np.column_stack([
         swarm.id, swarm.x, swarm.y, vx, vy, size, stretch, np.arctan2(vy, vx), colour, opacity,
         swarm.age, life,
     ])  # fmt: skip
 
 
-def _inside(swarm: Swarm, height: int, width: int) -> NDArray[np.float64]:
-    """How far flakes are from the border of the frame: 0 at it, 1 from ``_BORDER`` on."""
-    gap = np.minimum.reduce([swarm.x, swarm.y, width - swarm.x, height - swarm.y])
+def _inside(
+    swarm: Swarm, reach: NDArray[np.float64], height: int, width: int
+) -> NDArray[np.float64]:
+    """How far sprites that ``reach`` so many px are from the border: 0 at it, 1 from ``_BORDER``
+    on."""
+    gap = np.minimum.reduce([swarm.x, swarm.y, width - swarm.x, height - swarm.y]) - reach
     share = np.clip(gap / (_BORDER * height), 0, 1)
     return np.asarray(share * share * (3 - 2 * share), np.float64)
 

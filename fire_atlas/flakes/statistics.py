@@ -79,22 +79,26 @@ def _flights(tracks: Tracks) -> list[NDArray[np.float64]]:
 
 
 def _fates(flights: list[NDArray[np.float64]], tracks: Tracks) -> list[Figure]:
-    """Shares of the flakes that left by the top, the sides and the bottom, or burnt out."""
-    alive_last = set() if tracks.loop else set(tracks.frames[-1][:, _ID])
-    last = np.array([f[-1] for f in flights if f[-1, _ID] not in alive_last])
-    if not len(last):
-        return []
+    """Shares of the flakes that left by the top, the sides and the bottom, or burnt out.
+
+    Rows that end otherwise are no fate: the clip ended, or a loop gave the flake another id.
+    """
+    last = np.stack([flight[-1] for flight in flights])
     x = last[:, _X] + last[:, _VX] / tracks.fps
     y = last[:, _Y] + last[:, _VY] / tracks.fps
     margin = last[:, _SIZE]
     cooled = last[:, _AGE] + 1.5 / tracks.fps >= last[:, _LIFE]
     top = ~cooled & (y < margin)
     bottom = ~cooled & (y > tracks.height - margin)
-    sides = ~cooled & ~top & ~bottom
-    sides &= (x < margin) | (x > tracks.width - margin)
+    sides = ~cooled & ~top & ~bottom & ((x < margin) | (x > tracks.width - margin))
+    decided = int((cooled | top | bottom | sides).sum())
     return [
-        Figure("left by the top", float(top.mean())),
-        Figure("left by the sides", float(sides.mean())),
-        Figure("fell out of the bottom", float(bottom.mean())),
-        Figure("burnt out", float(cooled.mean())),
+        Figure(name, float(those.sum()) / decided)
+        for name, those in (
+            ("left by the top", top),
+            ("left by the sides", sides),
+            ("fell out of the bottom", bottom),
+            ("burnt out", cooled),
+        )
+        if decided
     ]

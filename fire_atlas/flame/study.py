@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip, Window
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
 from fire_atlas.core.workers import Workers
+from fire_atlas.flame.activity import activity
 from fire_atlas.flame.features import (
     Box,
     difference_of_gaussians,
@@ -20,6 +21,7 @@ from fire_atlas.flame.features import (
     gradient,
     kappa,
 )
+from fire_atlas.flame.scene import Scene, above
 from fire_atlas.recipe.effect import Features
 
 SAMPLES = 12
@@ -31,11 +33,39 @@ _FEATURE_SHARE = 0.70
 _CANDIDATE_SHARE = 0.5
 """Automatic α: this share of the flame's feature vectors are shorter."""
 
-_ACTIVITY_SIDE = 320
-"""Longest side, px, of the picture on which neighbourhoods of what moves are drawn."""
-
 _LEAST_EPSILON = 1.0
 """Below this a gradient is the noise of 8-bit quantisation."""
+
+
+@dataclass(frozen=True, slots=True)
+class FlameMask:
+    """What tells flame from all else, the same in every frame.
+
+    Attributes:
+        dim, bright: Brightness (0..255) that is surely no flame, and surely flame.
+        activity: (H, W) float32, 0 where nothing ever moves to 1 where much does.
+        scene: What stands still behind the flame, where the clip is an opaque scene.
+    """
+
+    dim: float
+    bright: float
+    activity: Plane
+    scene: Scene | None
+
+    def of(self, shown: Plane, pixels: Pixels) -> Plane:
+        """How surely each pixel of a frame is flame, (H, W) in 0..1: luminous and moving.
+
+        Args:
+            shown: Brightness of the frame.
+            pixels: The frame.
+        """
+        mask = above(shown, self.dim, self.bright) * self.activity
+        return mask if self.scene is None else mask * self.scene.flame(shown, pixels)
+
+    def within(self, window: Window) -> "FlameMask":
+        """Return the same for a part of the frame."""
+        scene = self.scene.within(window) if self.scene is not None else None
+        return replace(self, activity=self.activity[window.slices], scene=scene)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +76,7 @@ class FlameStudy:
         buoyancy: F_buoyancy, a unit vector in image axes.
         box: The flame's box over all frames.
         base: (x, y) of the flame's foot, px.
-        dim, bright: Brightness (0..255) that is surely no flame, and surely flame.
-        activity: (H, W) float32, 0 where nothing ever moves to 1 where much does.
-        warm_only: Whether only warm colours can be flame (opaque scenes).
+        mask: What tells flame from all else.
         kappa: (H, W) float32, κ of each pixel.
         epsilon: ε in force.
         alpha: Automatic α.
@@ -59,10 +87,7 @@ class FlameStudy:
     buoyancy: tuple[float, float]
     box: Box
     base: tuple[float, float]
-    dim: float
-    bright: float
-    activity: Plane
-    warm_only: bool
+    mask: FlameMask
     kappa: Plane
     epsilon: float
     alpha: float
@@ -71,8 +96,8 @@ class FlameStudy:
 
     def active_window(self, step: int) -> Window:
         """Return the part of the frame where anything ever moves, on multiples of ``step`` px."""
-        height, width = self.activity.shape
-        moving = self.activity > 0
+        height, width = self.kappa.shape
+        moving = self.mask.activity > 0
         rows, columns = np.flatnonzero(moving.any(axis=1)), np.flatnonzero(moving.any(axis=0))
         if not rows.size:
             return Window(0, 0, width, height)
@@ -88,7 +113,7 @@ class FlameStudy:
 
     def within(self, window: Window) -> "FlameStudy":
         """Return what holds for the part of the clip in ``window``."""
-        return replace(self, activity=self.activity[window.slices], kappa=self.kappa[window.slices])
+        return replace(self, mask=self.mask.within(window), kappa=self.kappa[window.slices])
 
 
 def study_flame(
@@ -99,108 +124,38 @@ def study_flame(
     ``buoyancy`` is F_buoyancy, a unit vector in image axes, along which κ grows.
     """
     picks = sorted({round(i) for i in np.linspace(0, clip.count - 1, SAMPLES)})
-    frames = list(workers.map(lambda i: _Look.at(clip.read(i), clip.blend_space), picks))
-    warm_only = clip.matte == "none"
-    dim, bright = _flame_levels(frames, warm_only)
-    activity = _activity([look.brightness for look in frames])
-    masks = [
-        flame_mask(
-            above(look.brightness, dim, bright), look.warmth if warm_only else None, activity
-        )
-        for look in frames
-    ]
+    shown = list(workers.map(lambda i: brightness(clip.read(i), clip.blend_space), picks))
+    tells = _flame_mask(shown, is_scene=clip.matte == "none")
+    masks = [tells.of(plane, clip.read(i)) for i, plane in zip(picks, shown, strict=True)]
     box, base = _flame_box(masks)
     spanned = box if features.kappa_over == "flame" else Box(0, 0, clip.width - 1, clip.height - 1)
     weight = kappa((clip.height, clip.width), spanned, buoyancy, features.n)
     epsilon = features.epsilon
     if epsilon == "auto":
-        epsilon = _automatic_epsilon(frames, masks, features.sigma)
+        epsilon = _automatic_epsilon(shown, masks, features.sigma)
     lengths = [
-        as_plane(
-            cv2.magnitude(*feature_vectors(look.brightness, features.sigma, epsilon, weight)) * mask
-        )
-        for look, mask in zip(frames, masks, strict=True)
+        as_plane(cv2.magnitude(*feature_vectors(plane, features.sigma, epsilon, weight)) * mask)
+        for plane, mask in zip(shown, masks, strict=True)
     ]
     alpha, candidates, typical = _automatic_alpha(lengths)
-    return FlameStudy(
-        buoyancy, box, base, dim, bright, activity, warm_only, weight, epsilon, alpha, candidates,
-        typical,
-    )  # fmt: skip
+    return FlameStudy(buoyancy, box, base, tells, weight, epsilon, alpha, candidates, typical)
 
 
-def above(bright_plane: Plane, dim: float, bright: float) -> Plane:
-    """How bright each pixel is, (H, W) in 0..1: 0 up to ``dim``, 1 from ``bright`` on."""
-    return as_plane(np.clip((bright_plane - dim) / (bright - dim), 0.0, 1.0))
+def _flame_mask(shown: list[Plane], is_scene: bool) -> FlameMask:
+    dim, bright = _flame_levels(shown, is_scene)
+    scene = Scene.behind(shown) if is_scene and len(shown) > 1 else None
+    return FlameMask(dim, bright, activity(shown), scene)
 
 
-def flame_mask(luminous: Plane, warm: Plane | None, activity: Plane) -> Plane:
-    """How surely each pixel is flame, (H, W) in 0..1: luminous, moving and (if asked) warm.
-
-    Args:
-        luminous: ``above`` of the frame.
-        warm: ``warmth`` of the frame, or None where colour does not tell.
-        activity: Plane of ``FlameStudy``.
-    """
-    mask = luminous * activity
-    return mask if warm is None else mask * warm
-
-
-def warmth(pixels: Pixels) -> Plane:
-    """How fire-like the colour of each pixel is, (H, W) in 0..1: red above blue, or white-hot."""
-    red, blue = pixels[..., 0], pixels[..., 2]
-    fire_like = np.maximum((red - blue) / (red + 1e-4) * 2.0 - 0.3, red - 0.7)
-    return as_plane(np.clip(fire_like, 0.0, 1.0))
-
-
-@dataclass(frozen=True, slots=True)
-class _Look:
-    brightness: Plane
-    warmth: Plane
-
-    @classmethod
-    def at(cls, pixels: Pixels, blend_space: str) -> "_Look":
-        return cls(brightness(pixels, blend_space), warmth(pixels))
-
-
-def _flame_levels(frames: list[_Look], scene: bool) -> tuple[float, float]:
+def _flame_levels(shown: list[Plane], is_scene: bool) -> tuple[float, float]:
     """Levels that part flame from the dark (Otsu over the lit pixels), or from a lit scene."""
-    lit = np.concatenate([look.brightness[look.brightness > 6].ravel()[::7] for look in frames])
+    lit = np.concatenate([plane[plane > 6].ravel()[::7] for plane in shown])
     if lit.size == 0:
         return 20.0, 60.0
     otsu, _ = cv2.threshold(lit.astype(np.uint8), 0, 255, cv2.THRESH_OTSU)
-    if scene:
+    if is_scene:
         return 0.75 * otsu, 1.25 * otsu + 1.0
     return min(0.25 * otsu, 24.0), max(min(0.6 * otsu, 70.0), 2.0)
-
-
-def _activity(planes: list[Plane]) -> Plane:
-    """How much each place changes over the clip, with its neighbourhood; a still moves anywhere.
-
-    A prop lit by the fire flickers by a part of its brightness; where flame comes and goes it
-    changes by most of it, and nothing is brighter. The core of a steady flame does not change at
-    all: it is surrounded.
-    """
-    if len(planes) == 1:
-        return np.ones_like(planes[0])
-    peak = np.maximum.reduce(planes)
-    spread = peak - np.minimum.reduce(planes)
-    comes_and_goes = np.clip((spread / (peak + 10.0) - 0.25) / 0.25, 0.0, 1.0)
-    brightest = np.clip(peak / max(float(np.quantile(peak, 0.995)), 1.0) * 4.0 - 2.8, 0.0, 1.0)
-    changes = np.clip((spread - 8.0) / 24.0, 0.0, 1.0)
-    moves = as_plane(changes * np.maximum(comes_and_goes, brightest))
-    height, width = spread.shape
-    scale = min(1.0, _ACTIVITY_SIDE / max(height, width))
-    size = max(1, round(width * scale)), max(1, round(height * scale))
-    small = cv2.resize(moves, size, interpolation=cv2.INTER_AREA)
-    near, core = _disc(size[1] * 0.012), _disc(size[1] * 0.05)
-    filled = cv2.morphologyEx(cv2.dilate(small, near), cv2.MORPH_CLOSE, core)
-    soft = cv2.blur(filled, near.shape)
-    return as_plane(cv2.resize(soft, (width, height), interpolation=cv2.INTER_LINEAR))
-
-
-def _disc(radius: float) -> NDArray[np.uint8]:
-    side = 2 * max(1, round(radius)) + 1
-    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)).astype(np.uint8)
 
 
 def _flame_box(masks: list[Plane]) -> tuple[Box, tuple[float, float]]:
@@ -222,14 +177,10 @@ def _extent(profile: Plane) -> tuple[float, float]:
     return float(first), float(last)
 
 
-def _automatic_epsilon(
-    frames: list[_Look], masks: list[Plane], sigma: tuple[float, float]
-) -> float:
+def _automatic_epsilon(shown: list[Plane], masks: list[Plane], sigma: tuple[float, float]) -> float:
     slopes = (
-        as_plane(cv2.magnitude(*gradient(difference_of_gaussians(look.brightness, sigma))))[
-            mask > 0.5
-        ]
-        for look, mask in zip(frames, masks, strict=True)
+        as_plane(cv2.magnitude(*gradient(difference_of_gaussians(plane, sigma))))[mask > 0.5]
+        for plane, mask in zip(shown, masks, strict=True)
     )
     return max(_quantile(slopes, _FEATURE_SHARE), _LEAST_EPSILON)
 

@@ -96,7 +96,7 @@ class Buoyancy(Settings):
     """Rate at which motion outside the flame dies, 1/s. Speed of the plume: lift / drag."""
     viscosity: float = Field(default=0.0005, ge=0, le=10)
     """[μ] How fast motion spreads to its surroundings, heights²/s."""
-    turbulence: float = Field(default=0.15, ge=0, le=100)
+    turbulence: float = Field(default=0.2, ge=0, le=100)
     """Speed (rms) of divergence-free eddies above the flame, heights/s."""
     projection: bool = False
     """Make the field divergence-free in every step (the paper does without)."""
@@ -124,11 +124,11 @@ class Flakes(Settings):
         tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
         LIST,
         AfterValidator(ordered),
-    ] = (0.006, 0.034)
+    ] = (0.005, 0.05)
     """[min, max] width of a flake's soft sprite, heights. Log-normal between them."""
     stretch: float = Field(default=0.0, ge=0, le=10)
     """Length added along the velocity, in frames of travel, on top of motion blur."""
-    scatter: float = Field(default=0.99, ge=-1, le=1)
+    scatter: float = Field(default=0.998, ge=-1, le=1)
     """[k] Scattering coefficient (eq. 13): 1 none, towards 0 erratic, negative backward."""
     lag: float = Field(default=0.008, ge=0, le=10)
     """Inertia: seconds a flake of middle size takes to follow the field. Larger flakes lag

@@ -1,0 +1,133 @@
+"""Fires to burn, and the effect run on them without files: what the tests of the effect share."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.analysis import Analysis, analyse
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import Pixels, brightness
+from fire_atlas.core.progress import Silent
+from fire_atlas.core.shipped import shipped
+from fire_atlas.core.workers import Workers
+from fire_atlas.effect import fly_flakes, render
+from fire_atlas.field.buoyancy import lift_direction
+from fire_atlas.flakes.tracks import COLUMNS, Tracks
+from fire_atlas.flame.study import FlameStudy, study_flame
+from fire_atlas.recipe.models import Recipe
+from fire_atlas.recipe.source import FramesSource
+from fire_atlas.sources.registry import open_source
+from fire_atlas.timeline.closing import arrange
+
+Array = NDArray[np.float64]
+Plane = NDArray[np.float32]
+
+RISING = (
+    "cartoon_fluent_fire", "cartoon_freedoom_fire", "cartoon_tauran_flame_sheet",
+    "cartoon_wesnoth_campfire", "real_candle_red", "real_fireplace_gif", "real_firewall_stock",
+    "sim_unity_flame02", "sim_unity_flame03",
+)  # fmt: skip
+"""Real clips of a flame that rises."""
+
+ALL_CLIPS = (*RISING, "cartoon_wesnoth_fireball_impact")
+"""Every real clip: the last is a flash that turns into smoke."""
+
+ID, X, Y, VX, VY, SIZE, STRETCH, ROTATION, R, G, B, A, AGE, LIFE = range(len(COLUMNS))
+
+
+@dataclass(frozen=True, slots=True)
+class Burnt:
+    """The effect, run on a clip."""
+
+    clip: Clip
+    recipe: Recipe
+    study: FlameStudy
+    analysis: Analysis
+    tracks: Tracks
+
+    def finished(self, i: int) -> Pixels:
+        """Return frame ``i`` as it goes into the atlas."""
+        return render(i, self.clip, self.recipe, self.analysis, self.tracks)
+
+    @property
+    def rows(self) -> Array:
+        """All rows of all frames."""
+        return np.concatenate(self.tracks.frames)
+
+    @property
+    def births(self) -> Array:
+        """(flakes, 2): where every flake was born, px, whether it was ever seen or not."""
+        return np.column_stack([self.analysis.spawns.x, self.analysis.spawns.y])
+
+    def flights(self, least: int = 1) -> list[Array]:
+        """Return the rows of each flake that has ``least`` of them, in the order of its life."""
+        rows = self.rows[np.lexsort((self.rows[:, AGE], self.rows[:, ID]))]
+        flights = np.split(rows, np.flatnonzero(np.diff(rows[:, ID])) + 1)
+        return [flight for flight in flights if len(flight) >= least]
+
+
+def recipe_of(keys: Mapping[str, Any]) -> Recipe:
+    """Return a recipe of ``keys``; its source is never opened."""
+    return Recipe.model_validate({"source": {"path": "clip"}, **keys})
+
+
+def burn(clip: Clip, keys: Mapping[str, Any] | None = None, jobs: int = 2) -> Burnt:
+    """Run the effect on ``clip`` with a recipe of ``keys``, up to the tracks."""
+    recipe = recipe_of(keys or {})
+    with Workers(jobs) as workers:
+        clip = arrange(clip, recipe.timeline, workers)
+        study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
+        analysis = analyse(clip, recipe, study, workers, Silent())
+    return Burnt(clip, recipe, study, analysis, fly_flakes(clip, recipe, analysis, Silent()))
+
+
+def clip_of(frames: list[Pixels], fps: float = 24.0, matte: str = "alpha") -> Clip:
+    """Return a clip of frames that are in memory."""
+    height, width = frames[0].shape[:2]
+    return Clip(
+        width, height, fps, len(frames), lambda i: frames[i].copy(), (), "srgb", matte, "made here"
+    )
+
+
+def kept(clip: Clip) -> Clip:
+    """Return ``clip`` with all its frames in memory."""
+    frames = [clip.read(i) for i in range(clip.count)]
+    return replace(clip, read=lambda i: frames[i].copy())
+
+
+def looped(clip: Clip, seconds: float) -> Clip:
+    """Return ``clip`` played again and again for at least ``seconds``."""
+    count = max(clip.count, round(seconds * clip.fps))
+    return replace(clip, count=count, read=lambda i: clip.read(i % clip.count))
+
+
+def real_clip(clips: Path, name: str) -> Clip:
+    """Return a real clip at its own rate, in memory."""
+    meta = json.loads((clips / name / "meta.json").read_text(encoding="utf-8"))
+    folder = clips / name / "frames"
+    source = FramesSource(path=str(folder), fps=float(meta["fps"]))
+    return kept(open_source(source, folder, "srgb"))
+
+
+def campfire(height: int | None = None, count: int | None = None) -> Clip:
+    """Return the sample campfire, in memory."""
+    folder = shipped("samples") / "campfire"
+    source = FramesSource(path=str(folder), fps=24.0, height=height, count=count)
+    return kept(open_source(source, folder, "srgb"))
+
+
+def brightness_of(clip: Clip, i: int) -> Plane:
+    """Brightness (H, W), 0..255, of frame ``i``."""
+    return brightness(clip.read(i), clip.blend_space)
+
+
+def pixel_of(rows: Array, clip: Clip) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Row and column of the pixel each of the track's ``rows`` lies in, the nearest if outside."""
+    row = np.clip(np.floor(rows[:, Y]).astype(np.intp), 0, clip.height - 1)
+    column = np.clip(np.floor(rows[:, X]).astype(np.intp), 0, clip.width - 1)
+    return row, column

@@ -1,0 +1,218 @@
+"""Embers are as embers are: heat, colour, size, streaks, bursts and twinkle, on three clips."""
+
+import math
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fires import (
+    AGE,
+    LIFE,
+    SIZE,
+    STRETCH,
+    VX,
+    VY,
+    A,
+    Array,
+    B,
+    Burnt,
+    G,
+    R,
+    X,
+    Y,
+    burn,
+    campfire,
+    looped,
+    pixel_of,
+    real_clip,
+)
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import srgb_to_linear
+from fire_atlas.core.progress import Silent
+from fire_atlas.effect import draw, fly_flakes
+from fire_atlas.flakes.embers import COOLEST, HOTTEST, glow, temperature, twinkle
+from fire_atlas.flakes.emission import TICK, Brood, emit
+from fire_atlas.flakes.statistics import ember_figures
+from fire_atlas.recipe.effect import Flakes
+
+CLIPS = ("campfire", "real_fireplace_gif", "sim_unity_flame03")
+SECONDS = 12.0
+RATE = 400
+
+
+def _clip(name: str, clips: Path) -> Clip:
+    return looped(campfire() if name == "campfire" else real_clip(clips, name), SECONDS)
+
+
+@cache
+def _long(name: str, clips: Path) -> Burnt:
+    """A long run, so that most of it is steady; without bursts, which are counted apart."""
+    keys = {"flakes": {"rate": RATE, "bursts": 0}, "timeline": {"loop": "none"}}
+    return burn(_clip(name, clips), keys)
+
+
+@cache
+def _sparkling(name: str, clips: Path) -> Burnt:
+    """A long run of the defaults."""
+    return burn(_clip(name, clips), {"timeline": {"loop": "none"}})
+
+
+@pytest.fixture(params=CLIPS)
+def burnt(request: pytest.FixtureRequest, clips: Path) -> Burnt:
+    return _long(request.param, clips)
+
+
+def _flakes(burnt: Burnt) -> Flakes:
+    assert isinstance(burnt.recipe.flakes, Flakes)
+    return burnt.recipe.flakes
+
+
+def test_as_many_are_alive_as_rate_and_time_in_frame_say(burnt: Burnt) -> None:
+    longest = _flakes(burnt).life[1]
+    born = burnt.analysis.spawns.tick * TICK
+    rows = np.zeros(len(born))
+    for table in burnt.tracks.frames:
+        rows[table[:, 0].astype(np.intp)] += 1
+    early = born < SECONDS - longest  # those that had time to live
+    in_frame = rows[early].mean() / burnt.clip.fps
+    alive = np.mean([len(t) for t in burnt.tracks.frames[math.ceil(longest * burnt.clip.fps) :]])
+    assert alive == pytest.approx(RATE * in_frame, rel=0.05)
+
+
+def test_as_many_are_born_as_the_rate_says(burnt: Burnt) -> None:
+    born = len(burnt.analysis.spawns.tick) / (burnt.clip.count / burnt.clip.fps)
+    assert born == pytest.approx(RATE, rel=0.05)
+
+
+def test_embers_glow_between_1100_and_1600_kelvin(burnt: Burnt) -> None:
+    heat = temperature(burnt.rows[:, AGE] / burnt.rows[:, LIFE])
+    assert heat.max() <= HOTTEST <= 1600 and heat.min() >= COOLEST >= 980
+    assert np.median(heat) > 1150
+
+
+def test_an_ember_ends_by_cooling_not_by_popping() -> None:
+    age = np.linspace(0, 1.5, 400)
+    light = glow(age, np.full_like(age, 1.5))
+    assert light[-1] == pytest.approx(0, abs=1e-9)
+    assert np.abs(np.diff(light)).max() < 0.1
+    cooling = light[np.argmax(light) :]
+    assert (np.diff(cooling) <= 0).all()
+
+
+def test_burnt_out_embers_were_already_dim_in_their_last_frame(burnt: Burnt) -> None:
+    flights = [f for f in burnt.flights(4) if f[-1, AGE] + 1.5 / burnt.clip.fps >= f[-1, LIFE]]
+    last = np.array([f[-1, A] / f[:, A].max() for f in flights if f[:, A].max() > 0])
+    assert len(last) > 20 and np.median(last) < 0.1
+
+
+def test_colours_stay_between_orange_red_and_orange(burnt: Burnt) -> None:
+    rows = burnt.rows
+    dull, bright = srgb_to_linear(np.array([48 / 255, 115 / 255]))
+    green = rows[:, G] / rows[:, R]
+    assert green.min() >= dull - 1e-6 and green.max() <= bright + 1e-6
+    assert not rows[:, B].any()
+    speed = np.hypot(rows[:, VX], rows[:, VY])
+    order = np.argsort(speed)
+    assert (np.diff(green[order]) >= -1e-9).all(), "faster ones are more orange"
+
+
+def test_sizes_are_log_normal(burnt: Burnt) -> None:
+    """Within two standard deviations, beyond which they are held at the recipe's bounds."""
+    smallest, largest = (s * burnt.clip.height for s in _flakes(burnt).size)
+    middle, sigma = math.log(smallest * largest) / 2, math.log(largest / smallest) / 4
+    deviates = np.sort((np.log(burnt.analysis.spawns.size) - middle) / sigma)
+    inside = np.abs(deviates) < 1.999
+    wanted = np.array([0.5 * (1 + math.erf(d / math.sqrt(2))) for d in deviates])
+    found = (np.arange(len(deviates)) + 0.5) / len(deviates)
+    assert np.abs(found - wanted)[inside].max() < 1.63 / math.sqrt(len(deviates))
+    assert 0.4 <= sigma <= 0.7
+
+
+def test_sizes_that_are_seen_spread_as_those_of_embers_do(burnt: Burnt) -> None:
+    spread = {f.name: f.value for f in ember_figures(burnt.tracks)}["size, σ of its logarithm"]
+    assert 0.4 <= spread <= 0.7
+
+
+def test_streaks_are_as_long_as_the_way_in_the_open_shutter(burnt: Burnt) -> None:
+    rows = burnt.rows
+    streak = (rows[:, STRETCH] - 1) * rows[:, SIZE]
+    weight = burnt.study.kappa[pixel_of(rows, burnt.clip)]
+    way = np.hypot(rows[:, VX], rows[:, VY]) / burnt.clip.fps * 0.5 * weight
+    moves = way > 0.05
+    assert np.allclose(streak[moves], way[moves], rtol=0.05)
+
+
+def _inner(rows: Array, burnt: Burnt) -> Array:
+    """Rows of flakes that lie wholly in the frame, with and without their streaks."""
+    reach = rows[:, SIZE] * rows[:, STRETCH]
+    room = np.minimum.reduce(
+        [rows[:, X], rows[:, Y], burnt.clip.width - rows[:, X], burnt.clip.height - rows[:, Y]]
+    )
+    return np.asarray(rows[room > reach])
+
+
+def test_blur_keeps_the_light_of_flakes(burnt: Burnt) -> None:
+    clip, flakes = burnt.clip, _flakes(burnt)
+    still = replace(burnt, recipe=burnt.recipe.model_copy(update={"motion_blur": "none"}))
+    sharp = fly_flakes(clip, still.recipe, burnt.analysis, Silent())
+    light, streaks = 0.0, 0.0
+    for i in range(90, 110):
+        blurred = _inner(burnt.tracks.frames[i], burnt)
+        same = np.isin(sharp.frames[i][:, 0], blurred[:, 0])
+        streaks += float(draw(flakes, blurred, clip.height, clip.width).sum())
+        light += float(draw(flakes, sharp.frames[i][same], clip.height, clip.width).sum())
+    assert light > 0
+    assert streaks == pytest.approx(light, rel=0.01)
+
+
+def test_all_four_fates_occur_over_long_runs(clips: Path) -> None:
+    told = dict.fromkeys(("left by the top", "left by the sides", "burnt out", "fell back"), 0.0)
+    for name in CLIPS:
+        burnt = _sparkling(name, clips)
+        for figure in ember_figures(burnt.tracks):
+            if figure.name in told:
+                told[figure.name] += figure.value / len(CLIPS)
+        fallen = [f[-1, Y] > f[:, Y].min() + 0.02 * burnt.clip.height for f in burnt.flights(2)]
+        told["fell back"] += float(np.mean(fallen)) / len(CLIPS)
+    assert all(share > 0.005 for share in told.values()), told
+
+
+def _bursts(rate: float, frames: int) -> list[tuple[float, int]]:
+    """Time and number of sparks of every burst of a steady fire at 24 fps."""
+    plane = np.ones((6, 6), np.float32)
+    brood = Brood(1, 0.0, rate, 36.0, 0.5, (1.0, 2.0), (1.0, 2.0), 100, 24.0)
+    chance = np.random.default_rng(0)
+    bursts: list[tuple[float, int]] = []
+    for frame in range(frames):
+        born = emit(frame, plane, brood)
+        assert (np.hypot(born.throw_x, born.throw_y) > 0).all()
+        places = np.column_stack([born.tick, np.floor(born.x), np.floor(born.y)])
+        for place, sparks in zip(*np.unique(places, axis=0, return_counts=True), strict=True):
+            bursts.append(((place[0] + chance.random()) * TICK, int(sparks)))
+    return sorted(bursts)
+
+
+def test_bursts_of_3_to_14_sparks_come_at_exponential_intervals() -> None:
+    bursts = _bursts(rate=1.0, frames=12000)
+    assert len(bursts) == pytest.approx(500, rel=0.15)
+    sparks = np.array([n for _, n in bursts])
+    assert sparks.min() == 3 and sparks.max() == 14
+    assert sparks.mean() == pytest.approx(8.5, abs=0.5)
+    waits = np.sort(np.diff([time for time, _ in bursts]))
+    found = (np.arange(len(waits)) + 0.5) / len(waits)
+    assert np.abs(found - (1 - np.exp(-waits))).max() < 1.63 / math.sqrt(len(waits))
+
+
+def test_embers_twinkle_visibly_and_slightly(burnt: Burnt) -> None:
+    rate = burnt.analysis.spawns.twinkle
+    assert rate.min() >= 0.5 and rate.max() <= 6.0
+    age = np.linspace(0, 10, 6001)
+    for hertz in (0.5, 2.0, 6.0):
+        light = twinkle(age, np.full_like(age, hertz), np.full_like(age, 0.3))
+        assert light.min() > 0 and light.max() <= 1.25
+        crossings = np.count_nonzero(np.diff(np.sign(light - light.mean())))
+        assert crossings / 2 / 10 == pytest.approx(hertz, rel=0.06)
+        assert 0.05 < np.std(light) / light.mean() < 0.35

@@ -1,0 +1,171 @@
+"""How flakes end up in the frames: edges, halo, pixel art, or not at all."""
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from fires import Array, Burnt, burn, campfire, clip_of, real_clip
+from numpy.typing import NDArray
+
+from fire_atlas.atlas.encode import encode_sprite
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import decode_bytes, encode_bytes, unpremultiply
+from fire_atlas.effect import draw
+from fire_atlas.flakes.drawing import add_halo
+from fire_atlas.recipe.effect import Flakes
+
+
+def _layer(burnt: Burnt, i: int) -> NDArray[np.float32]:
+    assert isinstance(burnt.recipe.flakes, Flakes)
+    return draw(burnt.recipe.flakes, burnt.tracks.frames[i], burnt.clip.height, burnt.clip.width)
+
+
+def _border_light(burnt: Burnt) -> int:
+    """Brightest byte that flakes leave in the outermost pixels of any frame."""
+    most = 0
+    for i in range(burnt.clip.count):
+        shown = encode_bytes(_layer(burnt, i))
+        edges = (shown[0], shown[-1], shown[:, 0], shown[:, -1])
+        most = max(most, *(int(edge.max()) for edge in edges))
+    return most
+
+
+@pytest.mark.parametrize("glow", [0.0, 0.5])
+def test_flakes_that_leave_fade_at_the_border_or_are_cut_by_it(glow: float) -> None:
+    def at_border(edge: str) -> int:
+        return _border_light(
+            burn(campfire(160), {"flakes": {"edge": edge, "rate": 400, "glow": glow}})
+        )
+
+    assert at_border("crop") > 100
+    assert at_border("fade") <= 2
+
+
+def test_a_halo_adds_its_share_of_the_light() -> None:
+    light = np.zeros((200, 200, 3), np.float32)
+    light[95:105, 90:112] = [3.0, 1.0, 0.2]
+    for share in (0.25, 1.0, 3.0):
+        total = add_halo(light, share, fades=False).sum(axis=(0, 1)) / light.sum(axis=(0, 1))
+        assert total == pytest.approx(1 + share, rel=1e-3)
+
+
+def test_a_recipes_halo_adds_its_share_of_the_light() -> None:
+    clip = campfire(160, 12)
+    bare, haloed = (burn(clip, {"flakes": {"glow": glow}}) for glow in (0.0, 0.4))
+    lit = [(_layer(bare, i).sum(), _layer(haloed, i).sum()) for i in range(clip.count)]
+    without, with_halo = np.sum(lit, axis=0)
+    assert with_halo / without == pytest.approx(1.4, rel=0.02)
+
+
+def test_a_halo_is_not_part_of_the_tracks() -> None:
+    clip = campfire(96, 8)
+    bare, haloed = (burn(clip, {"flakes": {"glow": glow}}) for glow in (0.0, 2.0))
+    assert all(map(np.array_equal, bare.tracks.frames, haloed.tracks.frames))
+
+
+def _painted() -> Clip:
+    """Return a small pixel-art fire of five colours, hard-edged, on nothing."""
+    colours = np.array(
+        [
+            [0, 0, 0, 0],
+            [90, 20, 12, 255],
+            [200, 60, 20, 255],
+            [250, 150, 40, 255],
+            [255, 240, 170, 255],
+        ],
+        np.uint8,
+    )
+    frames = []
+    for i in range(10):
+        level = np.zeros((64, 48), np.uint8)
+        for step in range(4):
+            tip = 12 + 9 * step + round(3 * np.sin(i * 0.9 + step))
+            lean = round(4 * np.sin(i * 0.6))
+            shape = np.array([[24 + lean, tip], [12 + 2 * step, 62], [36 - 2 * step, 62]], np.int32)
+            cv2.fillPoly(level, [shape], (step + 1,))
+        shown = colours[level]
+        light = decode_bytes(np.ascontiguousarray(shown[..., :3]))
+        frames.append(np.dstack([light * (shown[..., 3:] > 0), shown[..., 3] / np.float32(255)]))
+    return clip_of([np.asarray(f, np.float32) for f in frames], fps=12)
+
+
+PIXEL_ART: dict[str, Any] = {
+    "flakes": {"sprite": "pixel", "rate": 120},
+    "motion_blur": "none",
+    "composite": {"palette": "clip"},
+}
+
+
+def _colours(shown: NDArray[np.uint8]) -> set[tuple[int, ...]]:
+    return {tuple(int(c) for c in colour) for colour in shown.reshape(-1, 3)}
+
+
+def _check_palette(clip: Clip, edge: str) -> None:
+    keys = {**PIXEL_ART, "flakes": {**PIXEL_ART["flakes"], "edge": edge}}
+    burnt = burn(clip, keys)
+    own: set[tuple[int, ...]] = set()
+    for i in range(clip.count):
+        pixels = clip.read(i)
+        own |= _colours(encode_bytes(unpremultiply(pixels))[pixels[..., 3] > 0.5])
+    seen = 0
+    for i in range(clip.count):
+        flaked = _layer(burnt, i).sum(axis=2) > 0
+        pixels = burnt.finished(i)
+        assert (pixels[flaked][:, 3] == 1.0).all(), "a flake's pixels cover fully"
+        assert _colours(encode_bytes(unpremultiply(pixels))[flaked]) <= own
+        assert np.array_equal(pixels[~flaked], clip.read(i)[~flaked])
+        seen += int(flaked.sum())
+    assert seen > 20
+
+
+@pytest.mark.parametrize("edge", ["fade", "crop"])
+def test_pixel_flakes_of_a_painting_have_only_its_colours(edge: str) -> None:
+    _check_palette(_painted(), edge)
+
+
+def test_pixel_flakes_of_real_pixel_art_have_only_its_colours(clips: Path) -> None:
+    _check_palette(real_clip(clips, "cartoon_freedoom_fire"), "fade")
+
+
+def test_pixel_flakes_on_nothing_are_never_near_black(clips: Path) -> None:
+    """A flake that goes out beside the flame must not end as a dark, opaque dot."""
+    clip = real_clip(clips, "cartoon_freedoom_fire")
+    burnt = burn(clip, PIXEL_ART)
+    dark, seen = 0, 0
+    for i in range(clip.count):
+        alone = (_layer(burnt, i).sum(axis=2) > 0) & (clip.read(i)[..., 3] == 0)
+        shown = encode_bytes(unpremultiply(burnt.finished(i)))[alone]
+        dark += int((shown.max(axis=1) < 40).sum())
+        seen += len(shown)
+    assert seen > 20 and dark == 0, f"{dark} of {seen}"
+
+
+def test_pixel_flakes_are_whole_squares() -> None:
+    burnt = burn(_painted(), PIXEL_ART)
+    sizes: Array = burnt.rows[:, 5]
+    assert np.array_equal(sizes, np.rint(sizes)) and sizes.min() >= 1
+
+
+@pytest.mark.parametrize("blend", ["add", "screen", "over"])
+def test_flakes_that_are_not_baked_leave_the_frames_as_they_came(blend: str) -> None:
+    clip = campfire(96, 6)
+    burnt = burn(clip, {"flakes": {"bake": False, "rate": 500}, "composite": {"blend": blend}})
+    assert len(burnt.rows) > 50
+    for i in range(clip.count):
+        assert np.array_equal(burnt.finished(i), clip.read(i))
+
+
+@pytest.mark.parametrize("blend", ["add", "screen", "over"])
+def test_baked_flakes_reach_the_bytes_of_the_sprites(blend: str) -> None:
+    clip = campfire(96, 6)
+    burnt = burn(clip, {"flakes": {"rate": 500}, "composite": {"blend": blend}})
+    changed = [
+        not np.array_equal(
+            encode_sprite(burnt.finished(i), "straight", "srgb").image,
+            encode_sprite(clip.read(i), "straight", "srgb").image,
+        )
+        for i in range(clip.count)
+    ]
+    assert all(changed[1:]), "only the first frame is before all births"

@@ -1,0 +1,62 @@
+"""Flakes move with the flame of real clips, and leave it as embers do.
+
+``tests/bench/motion.py`` prints the figures behind these bounds.
+"""
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+from clip_motion import correlation, crowding, dis_flow, flows_of, in_the_flame, share_that_rises
+from fires import ALL_CLIPS, RISING, Burnt, burn, looped, real_clip
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.flakes.statistics import ember_figures
+
+MANY = 600
+"""Births a second, for statistics: flakes do not know of each other."""
+
+
+@cache
+def _clip(clips: Path, name: str) -> Clip:
+    return real_clip(clips, name)
+
+
+@cache
+def _long(clips: Path, name: str) -> Burnt:
+    keys = {"flakes": {"rate": 200}, "timeline": {"loop": "none"}}
+    return burn(looped(_clip(clips, name), 5.0), keys)
+
+
+@pytest.mark.parametrize("name", RISING)
+def test_flakes_follow_the_flow_of_the_flame(clips: Path, name: str) -> None:
+    clip = _clip(clips, name)
+    flows = flows_of(clip, dis_flow)
+    burnt = burn(clip, {"flakes": {"scatter": 1, "rate": MANY}})
+    places = in_the_flame(burnt, flows, flows)
+    x, y = correlation(places.flakes, places.flow)
+    assert x >= 0.75 and y >= 0.6, f"{x:.2f} {y:.2f} at {len(places.flow)} places"
+
+
+@pytest.mark.parametrize("name", RISING)
+def test_nearly_all_flakes_end_higher_than_they_began(clips: Path, name: str) -> None:
+    assert share_that_rises(burn(_clip(clips, name), {"flakes": {"rate": MANY}})) >= 0.95
+
+
+@pytest.mark.parametrize("name", ALL_CLIPS)
+def test_no_clip_is_without_flakes(clips: Path, name: str) -> None:
+    assert len(burn(_clip(clips, name)).tracks.spawns) > 0
+
+
+@pytest.mark.parametrize("name", RISING)
+def test_flakes_do_not_pile_up_above_the_flame(clips: Path, name: str) -> None:
+    # The painted campfire fills its frame: the dark above it is a few cells in its corners.
+    bound = 5.0 if name == "cartoon_wesnoth_campfire" else 4.0
+    assert crowding(_long(clips, name)) <= bound
+
+
+@pytest.mark.parametrize("name", RISING)
+def test_most_flakes_leave_by_the_top_or_the_sides_or_burn_out(clips: Path, name: str) -> None:
+    fates = {f.name: f.value for f in ember_figures(_long(clips, name).tracks)}
+    assert fates["left by the top"] + fates["left by the sides"] + fates["burnt out"] > 0.5
+    assert fates["fell out of the bottom"] < 0.5

@@ -1,0 +1,139 @@
+"""Figures about embers, of tracks whose answer is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from fires import AGE, ID, LIFE, SIZE, STRETCH, VX, VY, Array, X, Y
+from numpy.typing import NDArray
+
+from fire_atlas.flakes.statistics import Figure, ember_figures
+from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+
+FPS = 10.0
+FRAMES = 12
+
+
+def _flight(
+    flake: int, start: tuple[float, float], velocity: tuple[float, float], rows: int, life: float,
+    first: int = 0, size: float = 4.0, stretch: float = 1.0,
+) -> list[tuple[int, Array]]:  # fmt: skip
+    """Rows of a flake that flies straight, each with its frame."""
+    told = []
+    for n in range(rows):
+        row = np.zeros(len(COLUMNS))
+        row[[ID, SIZE, STRETCH, LIFE, VX, VY]] = flake, size, stretch, life, *velocity
+        row[[X, Y]] = start[0] + velocity[0] * n / FPS, start[1] + velocity[1] * n / FPS
+        row[AGE] = n / FPS + 0.01
+        told.append((first + n, row))
+    return told
+
+
+def _tracks(*flights: list[tuple[int, Array]]) -> Tracks:
+    frames: list[list[Array]] = [[] for _ in range(FRAMES)]
+    for flight in flights:
+        for frame, row in flight:
+            frames[frame].append(row)
+    tables: tuple[NDArray[np.float64], ...] = tuple(
+        np.array(table).reshape(-1, len(COLUMNS)) for table in frames
+    )
+    spawns = np.zeros((len(flights), len(SPAWN_COLUMNS)))
+    return Tracks(FPS, 100, 200, False, 0, spawns, tables)
+
+
+UP = _flight(0, (50, 30), (0, -100), 3, life=9.0)  # y 30, 20, 10; the next is 0
+RIGHT = _flight(1, (70, 120), (130, -20), 3, life=9.0)  # x 70, 83, 96; the next is 109
+DOWN = _flight(2, (20, 170), (0, 90), 4, life=9.0)  # y 170 .. 197; the next is 206
+COLD = _flight(3, (40, 100), (0, -40), 5, life=0.5)  # the next would be older than its life
+LASTING = _flight(4, (60, 100), (0, -10), 4, life=9.0, first=FRAMES - 4)  # alive in the last frame
+
+
+def _figures(tracks: Tracks) -> dict[str, float]:
+    return {figure.name: figure.value for figure in ember_figures(tracks)}
+
+
+def test_every_fate_is_told_apart() -> None:
+    told = _figures(_tracks(UP, RIGHT, DOWN, COLD))
+    fates = "left by the top", "left by the sides", "fell out of the bottom", "burnt out"
+    assert [told[fate] for fate in fates] == [0.25] * 4
+
+
+@pytest.mark.parametrize(
+    ("flight", "fate"),
+    [
+        (UP, "left by the top"), (RIGHT, "left by the sides"), (DOWN, "fell out of the bottom"),
+        (COLD, "burnt out"),
+    ],
+)  # fmt: skip
+def test_a_single_fate_is_the_right_one(flight: list[tuple[int, Array]], fate: str) -> None:
+    assert _figures(_tracks(flight))[fate] == 1.0
+
+
+def test_flakes_alive_at_the_end_have_no_fate_yet() -> None:
+    assert "burnt out" not in _figures(_tracks(LASTING))
+    assert _figures(_tracks(LASTING, UP))["left by the top"] == 1.0
+
+
+def test_counts_are_those_of_the_rows() -> None:
+    told = _figures(_tracks(UP, RIGHT, DOWN, COLD, LASTING))
+    assert told["born"] == 5
+    assert told["alive, mean"] == pytest.approx((3 + 3 + 4 + 5 + 4) / FRAMES)
+    assert told["end higher than born"] == pytest.approx(4 / 5)
+    assert told["life, median"] == 9.0
+
+
+def test_speed_is_in_heights_a_second() -> None:
+    assert _figures(_tracks(UP))["speed, median"] == pytest.approx(100 / 200)
+
+
+def test_size_spread_is_that_of_its_logarithm() -> None:
+    sizes = (2.0, 4.0, 8.0)
+    told = _figures(
+        _tracks(*(_flight(i, (50, 100), (0, -9), 2, 9.0, size=s) for i, s in enumerate(sizes)))
+    )
+    assert told["size, median"] == 4.0
+    assert told["size, σ of its logarithm"] == pytest.approx(np.std(np.log(sizes)))
+
+
+def test_a_streak_is_measured_against_a_frames_way() -> None:
+    # 100 px/s at 10 fps is 10 px a frame; 4 px stretched by 2.25 is a streak of 5 px
+    told = _figures(_tracks(_flight(0, (50, 150), (0, -100), 3, 9.0, stretch=2.25)))
+    assert told["streak, median"] == pytest.approx(5.0)
+    assert told["streak, of a frame's way"] == pytest.approx(0.5)
+
+
+def test_flakes_seen_once_have_no_direction() -> None:
+    one = _flight(0, (50, 100), (0, 50), 1, 9.0)
+    assert _figures(_tracks(one, UP))["end higher than born"] == 1.0
+
+
+def test_no_flakes_have_no_figures() -> None:
+    assert ember_figures(_tracks()) == []
+
+
+def test_shares_of_the_fates_of_a_loop_add_up_to_one_even_where_ids_are_split() -> None:
+    """A flake seen longer than a short loop lasts changes its id: that is not its end."""
+    long = _flight(0, (50, 190), (0, -60), 18, life=1.81)
+    early = [(frame, row) for frame, row in long if frame < 11]
+    late = [(frame % FRAMES, row.copy()) for frame, row in long if frame >= 11]
+    for _, row in late:
+        row[ID] = 1  # as ``flakes.wrapping`` does
+    tracks = replace(_tracks(early, late), loop=True)
+    told = _figures(tracks)
+    fates = "left by the top", "left by the sides", "fell out of the bottom", "burnt out"
+    assert sum(told[fate] for fate in fates) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "low", "high", "is_in"),
+    [
+        (1.0, None, None, True),
+        (1.0, 1.0, None, True),
+        (0.9, 1.0, None, False),
+        (2.0, 1.0, 1.5, False),
+    ],
+)
+def test_a_figure_knows_its_range(
+    value: float, low: float | None, high: float | None, is_in: bool
+) -> None:
+    assert Figure("any", value, "", low, high).is_in_range == is_in

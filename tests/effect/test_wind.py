@@ -1,0 +1,114 @@
+"""Wind: its level at any moment, and flakes that lean with it."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from fires import Burnt, X, burn, campfire
+
+from fire_atlas.field.ambient import LEVEL, Ambient, wind_along_image
+from fire_atlas.field.eddies import Eddies
+from fire_atlas.recipe.wind import Wind
+
+
+def _wind(**keys: Any) -> Wind:
+    return Wind.model_validate(keys)
+
+
+@pytest.mark.parametrize(
+    ("direction", "share"),
+    [
+        ("right", 1.0),
+        ("left", -1.0),
+        (0.0, 1.0),
+        (60.0, 0.5),
+        (90.0, 0.0),
+        (180.0, -1.0),
+        (-120.0, -0.5),
+    ],
+)
+def test_a_steady_wind_is_what_the_image_shows_of_it(direction: str | float, share: float) -> None:
+    wind = _wind(level=4.0, direction=direction)
+    for time in (-2.0, 0.0, 17.3):
+        assert wind_along_image(wind, time) == pytest.approx(4 * share, abs=1e-9)
+
+
+def test_keyframes_change_evenly_and_hold_before_and_after() -> None:
+    wind = _wind(
+        keyframes=[
+            {"t": 1.0, "level": 1.0},
+            {"t": 3.0, "level": 5.0},
+            {"t": 4.0, "level": 2.0, "direction": "left"},
+        ]
+    )
+    known = {-1.0: 1.0, 1.0: 1.0, 2.0: 3.0, 3.0: 5.0, 3.5: 1.5, 4.0: -2.0, 90.0: -2.0}
+    for time, level in known.items():
+        assert wind_along_image(wind, time) == pytest.approx(level)
+
+
+def test_keyframes_at_one_moment_are_a_jump() -> None:
+    wind = _wind(keyframes=[{"t": 0, "level": 1}, {"t": 1, "level": 1}, {"t": 1, "level": 4}])
+    assert wind_along_image(wind, 0.999) == pytest.approx(1.0, abs=0.01)
+    assert wind_along_image(wind, 1.001) == pytest.approx(4.0, abs=0.01)
+
+
+def _gusts(mean: float, strength: float, period: float = 2.0) -> np.ndarray[Any, Any]:
+    wind = _wind(gusts={"mean": mean, "strength": strength, "period": period})
+    return np.array([wind_along_image(wind, t) for t in np.linspace(0, period, 2001)])
+
+
+def test_gusts_swing_around_their_mean_by_their_strength() -> None:
+    level = _gusts(mean=3.0, strength=1.5)
+    assert level.mean() == pytest.approx(3.0, abs=0.01)
+    assert level.max() == pytest.approx(4.5, abs=0.03)
+    assert level.min() == pytest.approx(1.5, abs=0.03)
+
+
+def test_a_gust_swells_faster_than_it_falls() -> None:
+    level = _gusts(mean=3.0, strength=1.5)
+    steps = np.diff(level)
+    assert steps.max() > -steps.min()
+
+
+def test_gusts_begin_anew_every_period_and_never_blow_back() -> None:
+    wind = _wind(gusts={"mean": 0.5, "strength": 4.0, "period": 1.3})
+    for time in np.linspace(0, 1.3, 40):
+        assert wind_along_image(wind, time + 3 * 1.3) == pytest.approx(wind_along_image(wind, time))
+        assert wind_along_image(wind, time) >= 0
+
+
+def test_calm_air_is_the_default() -> None:
+    assert wind_along_image(Wind(), 1.0) == 0.0
+
+
+def test_a_level_is_a_known_speed_of_the_air_around() -> None:
+    still = Eddies.random(0, 50, 0.0)
+    u, v = Ambient(still, _wind(level=2.0), 200).velocity(0.5, (50, 40))
+    assert np.allclose(u, 2 * LEVEL * 200) and not v.any()
+
+
+@cache
+def _blown(level: float, direction: float) -> Burnt:
+    keys = {
+        "wind": {"level": level, "direction": direction},
+        "flakes": {"rate": 150},
+        "timeline": {"loop": "none"},
+    }
+    return burn(campfire(128), keys)
+
+
+def _drift(burnt: Burnt) -> float:
+    """Mean way to the right of flakes from their first row to their last, heights."""
+    return float(np.mean([f[-1, X] - f[0, X] for f in burnt.flights(4)])) / burnt.clip.height
+
+
+def test_flakes_lean_with_the_wind_and_more_in_a_stronger_one() -> None:
+    drifts = [_drift(_blown(level, 0.0)) for level in (0.0, 1.0, 2.5, 5.0)]
+    assert drifts == sorted(drifts)
+    assert drifts[-1] > drifts[0] + 0.1
+    assert _drift(_blown(5.0, 180.0)) < drifts[0] - 0.1
+
+
+def test_wind_that_blows_away_from_the_eye_does_not_bend_the_plume() -> None:
+    assert _drift(_blown(5.0, 90.0)) == pytest.approx(_drift(_blown(0.0, 0.0)), abs=0.01)
