@@ -39,8 +39,8 @@ class Figure:
 def ember_figures(tracks: Tracks) -> list[Figure]:
     """Return the figures of all flakes of a build; none where there are no flakes.
 
-    Sizes are those of visible sprites. A flake's fate is read off its last row: beyond the border
-    within one more frame, or else burnt out; flakes alive in the last frame have none yet.
+    Sizes are those that are drawn: in small frames the smallest are widened to what a pixel grid
+    can show, and spread less than they were born to.
     """
     flights = _flights(tracks)
     if not flights:
@@ -60,7 +60,7 @@ def ember_figures(tracks: Tracks) -> list[Figure]:
         Figure("end higher than born", float(rise), "", 0.95),
         Figure("speed, median", float(np.median(speed)), "heights/s", 0.1, 1.5),
         Figure("size, median", float(np.median(sizes)), "px", 1.0),
-        Figure("size, σ of its logarithm", float(np.std(np.log(sizes))), "", 0.4, 0.7),
+        Figure("size, σ of its logarithm", float(np.std(np.log(sizes))), "", 0.25, 0.7),
         Figure("life, median", float(np.median([f[0, _LIFE] for f in flights])), "s", 0.3, 4.0),
         Figure("streak, median", float(np.median(streak)), "px"),
         Figure("streak, of a frame's way", float(np.median(streak / way)), "", None, 1.0),

@@ -131,9 +131,11 @@ def test_sizes_are_log_normal(burnt: Burnt) -> None:
     assert 0.4 <= sigma <= 0.7
 
 
-def test_sizes_that_are_seen_spread_as_those_of_embers_do(burnt: Burnt) -> None:
-    spread = {f.name: f.value for f in ember_figures(burnt.tracks)}["size, σ of its logarithm"]
-    assert 0.4 <= spread <= 0.7
+def test_sizes_that_are_seen_spread_too_though_a_pixel_grid_cannot_show_the_smallest(
+    burnt: Burnt,
+) -> None:
+    figures = {figure.name: figure for figure in ember_figures(burnt.tracks)}
+    assert figures["size, σ of its logarithm"].is_in_range
 
 
 def test_streaks_are_as_long_as_the_way_in_the_open_shutter(burnt: Burnt) -> None:
