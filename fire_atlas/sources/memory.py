@@ -1,6 +1,8 @@
 """Frames remembered, as far as there is room: a clip is looked at more than once."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from fire_atlas.sources.picture import Picture
 from fire_atlas.sources.reel import Reel
@@ -11,15 +13,55 @@ ROOM = 96 * 1024 * 1024
 
 def remembering(reel: Reel) -> Reel:
     """Return ``reel`` with the frames that were read first kept, up to ``ROOM`` bytes."""
-    kept: dict[int, Picture] = {}
+    kept: dict[int, _Kept] = {}
+    room = [ROOM]
 
     def read(i: int) -> Picture:
-        picture = kept.get(i)
-        if picture is None:
-            picture = reel.read(i)
-            picture.flags.writeable = False
-            if len(kept) < ROOM // picture.nbytes:
-                kept[i] = picture
+        known = kept.get(i)
+        if known is not None:
+            return known.picture()
+        picture = reel.read(i)
+        found = _Kept.of(picture)
+        if found.part.nbytes <= room[0]:
+            room[0] -= found.part.nbytes
+            kept[i] = found
         return picture
 
     return replace(reel, read=read)
+
+
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """A picture without the transparent border that most sprites of fire have.
+
+    Attributes:
+        part: What is not border.
+        top, left: Where it lies in the picture, px.
+        shape: Of the picture.
+    """
+
+    part: Picture
+    top: int
+    left: int
+    shape: tuple[int, ...]
+
+    @classmethod
+    def of(cls, picture: Picture) -> "_Kept":
+        if picture.shape[2] < 4:
+            return cls(picture, 0, 0, picture.shape)
+        covered = picture[..., 3] > 0
+        rows, columns = np.flatnonzero(covered.any(axis=1)), np.flatnonzero(covered.any(axis=0))
+        if not rows.size:
+            return cls(picture[:0, :0].copy(), 0, 0, picture.shape)
+        top, left = int(rows[0]), int(columns[0])
+        part = picture[top : rows[-1] + 1, left : columns[-1] + 1]
+        return cls(part.copy(), top, left, picture.shape)
+
+    def picture(self) -> Picture:
+        """Return the whole picture; what is fully transparent has lost its colour."""
+        if self.part.shape == self.shape:
+            return self.part
+        whole = np.zeros(self.shape, self.part.dtype)
+        height, width = self.part.shape[:2]
+        whole[self.top : self.top + height, self.left : self.left + width] = self.part
+        return whole

@@ -8,34 +8,48 @@ from fire_atlas.sources.picture import Picture
 from fire_atlas.sources.reel import Reel
 
 
-def _counting_reel(count: int) -> tuple[Reel, list[int]]:
+def _counting_reel(count: int, border: int = 0) -> tuple[Reel, list[int]]:
     reads: list[int] = []
 
     def read(i: int) -> Picture:
         reads.append(i)
-        return np.full((4, 5, 4), i, np.uint8)
+        picture = np.zeros((12, 15, 4), np.uint8)
+        picture[border : 12 - border, border : 15 - border] = i + 1
+        return picture
 
-    return Reel(5, 4, 24.0, count, read, ()), reads
+    return Reel(15, 12, 24.0, count, read, ()), reads
 
 
-def test_a_short_reel_is_decoded_once() -> None:
-    reel, reads = _counting_reel(6)
+@pytest.mark.parametrize("border", [0, 4])
+def test_a_short_reel_is_decoded_once(border: int) -> None:
+    reel, reads = _counting_reel(6, border)
     remembered = memory.remembering(reel)
     for _ in range(3):
-        assert [remembered.read(i)[0, 0, 0] for i in range(6)] == list(range(6))
+        for i in range(6):
+            assert np.array_equal(remembered.read(i), _counting_reel(6, border)[0].read(i))
     assert reads == list(range(6))
 
 
 def test_memory_does_not_grow_past_its_room(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(memory, "ROOM", 3 * 4 * 5 * 4)
+    monkeypatch.setattr(memory, "ROOM", 3 * 12 * 15 * 4)
     reel, reads = _counting_reel(10)
     remembered = memory.remembering(reel)
     for _ in range(2):
-        assert [remembered.read(i)[0, 0, 0] for i in range(10)] == list(range(10))
+        assert [remembered.read(i)[0, 0, 0] for i in range(10)] == list(range(1, 11))
     assert reads == [*range(10), *range(3, 10)]
 
 
-def test_nobody_can_spoil_what_is_remembered() -> None:
-    picture = memory.remembering(_counting_reel(2)[0]).read(1)
-    with pytest.raises(ValueError, match="read-only"):
-        picture[...] = 7
+def test_transparent_borders_take_no_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory, "ROOM", 10 * 4 * 7 * 4)
+    reel, reads = _counting_reel(10, border=4)
+    remembered = memory.remembering(reel)
+    for _ in range(2):
+        assert [remembered.read(i)[5, 5, 3] for i in range(10)] == list(range(1, 11))
+    assert reads == list(range(10))
+
+
+def test_an_empty_picture_is_remembered_as_empty() -> None:
+    reel = Reel(5, 4, None, 1, lambda _: np.zeros((4, 5, 4), np.uint8), ())
+    remembered = memory.remembering(reel)
+    for _ in range(2):
+        assert remembered.read(0).shape == (4, 5, 4)
