@@ -7,7 +7,7 @@ import numpy as np
 from fire_atlas.sources.picture import Picture
 from fire_atlas.sources.reel import Reel
 
-ROOM = 96 * 1024 * 1024
+ROOM = 64 * 1024 * 1024
 """Bytes of decoded frames kept. A constant: memory must not grow with the length of a clip."""
 
 
