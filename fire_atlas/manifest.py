@@ -14,11 +14,20 @@ from typing import Any, Self
 
 from fire_atlas import __version__
 from fire_atlas.core.errors import OutputError
-from fire_atlas.recipe.tree import RecipeTree
+from fire_atlas.core.shipped import shipped
+from fire_atlas.recipe.tree import RecipeTree, member_trees, templates
 from fire_atlas.sources.listing import list_inputs
 
 FORMAT = "fire-atlas/manifest"
-_LIBRARIES = ("numpy", "opencv-contrib-python-headless", "Pillow", "pydantic", "av")
+_LIBRARIES = (
+    "numpy",
+    "opencv-contrib-python-headless",
+    "Pillow",
+    "pydantic",
+    "Jinja2",
+    "av",
+    "pyoxipng",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,16 +209,23 @@ class _Cut:
 
 
 def _inputs_of(tree: RecipeTree) -> list[Path]:
-    """Files the recipe's source stands for now. The tree equals one that was built, so it is
-    sound."""
+    """Files the recipe's source and templates stand for now. The tree equals one that was built,
+    so it is sound."""
+    parts = [tree] if "source" in tree.values else []
+    parts += member_trees(tree)
+    return [*(path for part in parts for path in _clip_of(part)), *templates(tree).values()]
+
+
+def _clip_of(tree: RecipeTree) -> list[Path]:
     path, start, count = (tree.value(("source", key)) for key in ("path", "start", "count"))
     cut = _Cut(start if isinstance(start, int) else 0, count if isinstance(count, int) else None)
     return list_inputs(cut, tree.file_at(("source", "path"), str(path)))
 
 
 def _asked(tree: RecipeTree) -> str:
-    """Hash of all that the recipe, those it extends and ``--set`` say."""
-    return hashlib.sha256(json.dumps([tree.name, tree.values]).encode()).hexdigest()
+    """Hash of all that the recipe, its members, those they extend and ``--set`` say."""
+    asked = [[part.name, part.values] for part in (tree, *member_trees(tree))]
+    return hashlib.sha256(json.dumps(asked).encode()).hexdigest()
 
 
 def _maker() -> str:
@@ -218,6 +234,9 @@ def _maker() -> str:
     package = Path(__file__).parent
     for path in sorted(package.rglob("*.py")):
         digest.update(path.relative_to(package).as_posix().encode())
+        digest.update(path.read_bytes())
+    for path in sorted(shipped("templates").iterdir()):
+        digest.update(path.name.encode())
         digest.update(path.read_bytes())
     for library in _LIBRARIES:
         digest.update(f"{library} {_version(library)}\n".encode())
@@ -228,7 +247,7 @@ def _version(library: str) -> str:
     try:
         return metadata.version(library)
     except metadata.PackageNotFoundError:
-        return "absent"  # av only comes with the extra for videos
+        return "absent"  # some only come with an extra
 
 
 def _digest(path: Path) -> str:

@@ -21,8 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.layout import Sprite
+from fire_atlas.atlas.shrink import shrink
 from fire_atlas.atlas.trim import trimmed
 from fire_atlas.core.pixels import Bytes, Pixels, Plane, encode_bytes, encode_unit
+from fire_atlas.recipe.output import Atlas
 
 Alpha = Literal["straight", "premultiplied", "additive"]
 BlendSpace = Literal["srgb", "linear"]
@@ -50,15 +52,32 @@ def encode_frame(pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> Bytes
     return image
 
 
-def encode_sprite(pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> Sprite:
+def encode_sprites(pixels: Pixels, settings: Atlas) -> tuple[Sprite, ...]:
+    """Return a frame as it goes onto the pages of each scale, the largest first."""
+    return tuple(
+        encode_sprite(
+            pixels if scale == 1 else shrink(pixels, round(1 / scale)),
+            settings.alpha,
+            settings.blend_space,
+            settings.trim_threshold,
+        )
+        for scale in settings.scales
+    )
+
+
+def encode_sprite(
+    pixels: Pixels, alpha: Alpha, blend_space: BlendSpace, threshold: int = 0
+) -> Sprite:
     """Return pixels (H, W, 4) encoded and trimmed; dark borders cost next to nothing."""
+    frame_size = pixels.shape[1], pixels.shape[0]
     visible = pixels[..., 3] > _INVISIBLE
     rows, columns = np.flatnonzero(visible.any(axis=1)), np.flatnonzero(visible.any(axis=0))
     if not rows.size:
-        return trimmed(np.zeros((1, 1, 4), np.uint8))
+        return trimmed(np.zeros((1, 1, 4), np.uint8), frame_size=frame_size)
     top, left = int(rows[0]), int(columns[0])
     lit = pixels[top : rows[-1] + 1, left : columns[-1] + 1]
-    return trimmed(encode_frame(lit, alpha, blend_space), left, top)
+    image = encode_frame(lit, alpha, blend_space)
+    return trimmed(image, left, top, frame_size, threshold)
 
 
 def _encode_strip(pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> Bytes:

@@ -1,42 +1,88 @@
 """What the atlas half decided, in the words exporters read."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
 
 from fire_atlas.core.pixels import Bytes
 
 
-@dataclass(frozen=True, slots=True)
-class Sprite:
-    """A finished frame, trimmed.
+class Box(NamedTuple):
+    """A part of an untrimmed frame, px: top-left corner and size."""
 
-    Attributes:
-        image: (h, w, 4) uint8, encoded as the pages are.
-        x, y: Where its top-left corner lies in the frame, px.
-    """
-
-    image: Bytes
     x: int
     y: int
-
-
-@dataclass(frozen=True, slots=True)
-class Page:
-    """A page: its file name and size in px."""
-
-    file: str
     width: int
     height: int
 
 
 @dataclass(frozen=True, slots=True)
+class Sprite:
+    """A finished frame, without what is empty around it.
+
+    Attributes:
+        image: (h, w, 4) uint8, encoded as the pages are.
+        x, y: Where its top-left corner lies in the frame, px.
+        frame_width, frame_height: The whole frame, px.
+        lit: The part of the frame that counts as visible; None if nothing does.
+    """
+
+    image: Bytes
+    x: int
+    y: int
+    frame_width: int
+    frame_height: int
+    lit: Box | None
+
+
+@dataclass(frozen=True, slots=True)
+class Strip:
+    """An animation that goes onto the pages.
+
+    Attributes:
+        name: Its name; its frames are called ``name/0000`` and so on.
+        sprites: Its frames, in playing order.
+        duration: Of each frame, ms.
+        loop: Whether it plays again and again.
+        foot: (x, y) of the effect's foot in the frame, px, y down; None: the middle of its bottom.
+    """
+
+    name: str
+    sprites: tuple[Sprite, ...]
+    duration: float
+    loop: bool
+    foot: tuple[float, float] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """A page.
+
+    Attributes:
+        file: File name.
+        width, height: Size, px.
+        safe_mip: Deepest mip level at which no frame is mixed with a neighbour; None if even the
+            page itself has to be sampled without filtering.
+    """
+
+    file: str
+    width: int
+    height: int
+    safe_mip: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Region:
-    """A frame of the animation and where its pixels are. All in px, y down.
+    """A frame of an animation and where its pixels are. All in px, y down.
 
     Attributes:
         name: Name in the atlas, e.g. ``campfire/0000``.
         page: Index of the page.
-        x, y, width, height: The trimmed pixels on the page.
-        trim_x, trim_y: Their top-left corner in the untrimmed frame.
+        x, y: Top-left corner on the page. Frames with the same pixels may share it.
+        width, height: The trimmed frame, upright.
+        turned: On the page it lies turned by 90° clockwise: ``height`` wide and ``width`` high.
+        trim_x, trim_y: Where the trimmed frame's top-left corner is in the untrimmed one.
+        frame_width, frame_height: The untrimmed frame.
+        anchor: (x, y) of the pivot in 0..1 of the untrimmed frame, y down.
         duration: Milliseconds.
     """
 
@@ -46,9 +92,47 @@ class Region:
     y: int
     width: int
     height: int
+    turned: bool
     trim_x: int
     trim_y: int
+    frame_width: int
+    frame_height: int
+    anchor: tuple[float, float]
     duration: float
+
+    @property
+    def page_size(self) -> tuple[int, int]:
+        """Width and height as it lies on the page, px."""
+        return (self.height, self.width) if self.turned else (self.width, self.height)
+
+    @property
+    def trimmed(self) -> bool:
+        """Whether borders were cut off."""
+        return (self.width, self.height) != (self.frame_width, self.frame_height)
+
+
+@dataclass(frozen=True, slots=True)
+class Animation:
+    """What plays: its name, those of its frames in order, and whether it starts over."""
+
+    name: str
+    frames: tuple[str, ...]
+    loop: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """How a page of uniform cells divides: the same for all pages of a sheet. px.
+
+    Attributes:
+        columns, rows: Cells of a page.
+        cell_width, cell_height: Distance from cell to cell, gutter included.
+    """
+
+    columns: int
+    rows: int
+    cell_width: int
+    cell_height: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,23 +140,39 @@ class AtlasSheet:
     """A packed atlas as exporters see it.
 
     Attributes:
-        name: File stem of the outputs.
-        frame_width, frame_height: Size of an untrimmed frame, px.
-        anchor: (x, y) of the effect's foot in 0..1 of the untrimmed frame, y down.
-        fps: Frames per second.
+        name: File stem of the outputs; ``campfire@0.5x`` for one of half the size.
+        title: The name without a scale.
+        scale: Size of this variant, 1 or a part of it.
+        fps: Frames per second of the (first) animation.
         alpha: ``straight``, ``premultiplied`` or ``additive``.
         blend_space: ``srgb`` or ``linear``.
+        image_format: Ending of the page files: ``png`` or ``webp``.
         pages, regions: The pages and, in playing order, the frames.
-        animations: Name of each animation and the region names it plays.
+        animations: What plays; each frame belongs to one of them.
+        grid: How pages divide into cells, where they do.
     """
 
     name: str
-    frame_width: int
-    frame_height: int
-    anchor: tuple[float, float]
+    title: str
+    scale: float
     fps: float
     alpha: str
     blend_space: str
+    image_format: str
     pages: tuple[Page, ...]
     regions: tuple[Region, ...]
-    animations: dict[str, tuple[str, ...]]
+    animations: tuple[Animation, ...]
+    grid: Grid | None = None
+
+    def file(self, page: int, ending: str) -> str:
+        """Return the name of what belongs to a page: ``fire.json``, ``fire-1.json``, ..."""
+        return f"{self.name}-{page}{ending}" if page else f"{self.name}{ending}"
+
+    def regions_of(self, page: int) -> list[Region]:
+        """Return the frames on a page, in playing order."""
+        return [region for region in self.regions if region.page == page]
+
+    def with_safe_mips(self, levels: list[int | None]) -> Self:
+        """Return the sheet with the deepest safe mip level of each page filled in."""
+        pages = zip(self.pages, levels, strict=True)
+        return replace(self, pages=tuple(replace(page, safe_mip=level) for page, level in pages))

@@ -1,66 +1,56 @@
-"""From sprites to pages: decide the layout, then draw one page at a time."""
+"""From sprites to a sheet: which part of each frame is kept, and where on which page."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
-import numpy as np
+from fire_atlas.atlas.dedupe import originals
+from fire_atlas.atlas.grid import pack_grid
+from fire_atlas.atlas.layout import Animation, AtlasSheet, Box, Grid, Page, Region, Strip
+from fire_atlas.atlas.mips import safe_mips
+from fire_atlas.atlas.pack import Packing, pack
+from fire_atlas.atlas.page_rules import PageRules
+from fire_atlas.atlas.trim import Trim, boxes, up_to
+from fire_atlas.core.errors import OutputError
+from fire_atlas.recipe.output import Atlas, Pivot
 
-from fire_atlas.atlas.layout import AtlasSheet, Page, Region, Sprite
-from fire_atlas.atlas.pack import Place, pack
-from fire_atlas.atlas.trim import Box, Trim, boxes
-from fire_atlas.core.pixels import Bytes
-from fire_atlas.recipe.output import Atlas
 
-BOTTOM_CENTRE = (0.5, 1.0)
-"""Where fire stands, in 0..1 of the untrimmed frame, y down."""
-
-
-def lay_out(
-    name: str,
-    sprites: Sequence[Sprite],
-    *,
-    frame_size: tuple[int, int],
-    fps: float,
-    settings: Atlas,
-    anchor: tuple[float, float] = BOTTOM_CENTRE,
-) -> AtlasSheet:
-    """Return the sheet of one animation ``name``; ``frame_size`` is (width, height), untrimmed."""
-    parts = boxes(sprites, _trim_of(settings), *frame_size)
-    sizes = [(part.width, part.height) for part in parts]
-    packing = pack(sizes, settings.max_size, settings.padding, settings.layout)
-    names = _frame_names(name, len(sprites))
-    duration = 1000 / fps
-    return AtlasSheet(
+def lay_out(name: str, strips: Sequence[Strip], settings: Atlas) -> tuple[AtlasSheet, ...]:
+    """Return the sheet of all ``strips`` in each scale, the largest first; all have one layout."""
+    grid = round(1 / settings.scales[-1])
+    trim = _trim_of(settings)
+    parts = [part for strip in strips for part in boxes(strip.sprites, trim, grid)]
+    sprites = [sprite for strip in strips for sprite in strip.sprites]
+    keeps_all = settings.layout == "grid" or not settings.dedupe
+    own = list(range(len(parts))) if keeps_all else originals(sprites, parts)
+    packing, cells = _packed(parts, own, settings, grid)
+    whole = AtlasSheet(
         name=name,
-        frame_width=frame_size[0],
-        frame_height=frame_size[1],
-        anchor=anchor,
-        fps=fps,
+        title=name,
+        scale=1.0,
+        fps=1000 / strips[0].duration,
         alpha=settings.alpha,
         blend_space=settings.blend_space,
-        pages=tuple(
-            Page(page_file(name, i), width, height)
-            for i, (width, height) in enumerate(packing.pages)
-        ),
-        regions=tuple(map(_region, names, packing.places, parts, [duration] * len(names))),
-        animations={name: names},
+        image_format=settings.format,
+        pages=tuple(Page("", *size) for size in packing.pages),
+        regions=tuple(_regions(name, strips, parts, packing, settings, grid)),
+        animations=_animations(name, strips),
+        grid=cells,
     )
+    return tuple(_variant(whole, scale, settings) for scale in settings.scales)
 
 
-def page_file(name: str, page: int, suffix: str = ".png") -> str:
-    """Return the file name of a page, or of what describes it: ``fire.png``, ``fire-1.png``, ..."""
-    return f"{name}-{page}{suffix}" if page else f"{name}{suffix}"
+def _animations(name: str, strips: Sequence[Strip]) -> tuple[Animation, ...]:
+    """Name all frames: ``campfire/0000`` where there is one animation, else ``name/walk/0000``."""
+    if [strip.name for strip in strips] == [name]:
+        return (_animation(strips[0], name),)
+    return tuple(_animation(strip, f"{name}/{strip.name}") for strip in strips)
 
 
-def draw_page(sheet: AtlasSheet, page: int, sprites: Sequence[Sprite]) -> Bytes:
-    """Draw one page, (H, W, 4) uint8, with the sprites the sheet was laid out for, in order."""
-    image = np.zeros((sheet.pages[page].height, sheet.pages[page].width, 4), np.uint8)
-    for region, sprite in zip(sheet.regions, sprites, strict=True):
-        if region.page == page and sprite.image.any():
-            height, width = sprite.image.shape[:2]
-            x = region.x + sprite.x - region.trim_x
-            y = region.y + sprite.y - region.trim_y
-            image[y : y + height, x : x + width] = sprite.image
-    return image
+def _animation(strip: Strip, prefix: str) -> Animation:
+    digits = max(4, len(str(len(strip.sprites) - 1)))
+    names = (f"{prefix}/{i:0{digits}}" for i in range(len(strip.sprites)))
+    return Animation(strip.name, tuple(names), strip.loop)
 
 
 def _trim_of(settings: Atlas) -> Trim:
@@ -73,20 +63,144 @@ def _trim_of(settings: Atlas) -> Trim:
     return settings.trim
 
 
-def _frame_names(name: str, count: int) -> tuple[str, ...]:
-    digits = max(4, len(str(count - 1)))
-    return tuple(f"{name}/{i:0{digits}}" for i in range(count))
+def _packed(
+    parts: Sequence[Box], own: Sequence[int], settings: Atlas, grid: int
+) -> tuple[Packing, Grid | None]:
+    """Return where each part goes, px; ``own[i]`` is the part that shows the pixels of part i.
+
+    Packing counts in units of ``grid`` px, so that smaller scales have whole px too.
+    """
+    rules, edge = _rules(settings, grid), up_to(grid, settings.extrude)
+    _refuse_too_large(parts, 2 * edge, rules, grid)
+    kept = sorted(set(own))
+    sizes = [
+        ((parts[i].width + 2 * edge) // grid, (parts[i].height + 2 * edge) // grid) for i in kept
+    ]
+    cells = None
+    if settings.layout == "grid":
+        packing, cells = pack_grid(sizes, rules)
+        cell = cells.cell_width * grid, cells.cell_height * grid
+        cells = Grid(cells.columns, cells.rows, *cell)
+    else:
+        packing = pack(sizes, rules)
+    at = dict(zip(kept, packing.places, strict=True))
+    pages = tuple((width * grid, height * grid) for width, height in packing.pages)
+    places = (at[i]._replace(x=at[i].x * grid + edge, y=at[i].y * grid + edge) for i in own)
+    return Packing(pages, tuple(places)), cells
 
 
-def _region(name: str, place: Place, part: Box, duration: float) -> Region:
-    return Region(
-        name=name,
-        page=place.page,
-        x=place.x,
-        y=place.y,
-        width=part.width,
-        height=part.height,
-        trim_x=part.x,
-        trim_y=part.y,
-        duration=duration,
+def _rules(settings: Atlas, grid: int) -> PageRules:
+    """Return what pages may be like, in units of ``grid`` px."""
+    return PageRules(
+        max_size=settings.max_size // grid,
+        padding=math.ceil(settings.padding / grid),
+        border=math.ceil(settings.border / grid),
+        multiple_of=settings.multiple_of,
+        pot=settings.pot,
+        square=settings.square,
+        rotate=settings.rotate,
+    )
+
+
+def _refuse_too_large(parts: Sequence[Box], edges: int, rules: PageRules, grid: int) -> None:
+    edges += 2 * rules.border * grid
+    for i, part in enumerate(parts):
+        needed = max(part.width, part.height) + edges
+        if needed > rules.largest * grid:
+            around = f" and needs {edges} px around it" if edges else ""
+            raise OutputError(
+                f"frame {i} is {part.width} × {part.height} px{around}, but a page may only be "
+                f"{rules.largest * grid} px wide and high: raise `atlas.max_size` to {needed} or "
+                f"more, or make the frames smaller with `source.height`"
+            )
+
+
+def _regions(
+    title: str,
+    strips: Sequence[Strip],
+    parts: Sequence[Box],
+    packing: Packing,
+    settings: Atlas,
+    grid: int,
+) -> list[Region]:
+    frames = [
+        (strip, sprite, name)
+        for strip, animation in zip(strips, _animations(title, strips), strict=True)
+        for sprite, name in zip(strip.sprites, animation.frames, strict=True)
+    ]
+    regions = []
+    for (strip, sprite, name), part, place in zip(frames, parts, packing.places, strict=True):
+        width, height = up_to(grid, sprite.frame_width), up_to(grid, sprite.frame_height)
+        x, y = _pivot(settings.pivot, sprite.frame_width, sprite.frame_height, strip.foot)
+        regions.append(
+            Region(
+                name=name,
+                page=place.page,
+                x=place.x,
+                y=place.y,
+                width=part.width,
+                height=part.height,
+                turned=place.turned,
+                trim_x=part.x,
+                trim_y=part.y,
+                frame_width=width,
+                frame_height=height,
+                anchor=(x / width, y / height),
+                duration=strip.duration,
+            )
+        )
+    return regions
+
+
+def _pivot(
+    pivot: Pivot, width: int, height: int, foot: tuple[float, float] | None
+) -> tuple[float, float]:
+    """Return the pivot in px of the frame."""
+    match pivot:
+        case "base":
+            return foot or (width / 2, float(height))
+        case "bottom":
+            return width / 2, float(height)
+        case "center":
+            return width / 2, height / 2
+        case "top":
+            return width / 2, 0.0
+    return pivot[0] * width, pivot[1] * height
+
+
+def _variant(whole: AtlasSheet, scale: float, settings: Atlas) -> AtlasSheet:
+    """Return the sheet in another scale. All its px are multiples of what ``scale`` divides by."""
+
+    def part(length: int) -> int:
+        return round(length * scale)
+
+    sheet = replace(
+        whole,
+        name=whole.title if scale == 1 else f"{whole.title}@{scale:g}x",
+        scale=scale,
+        regions=tuple(_scaled_region(region, part) for region in whole.regions),
+        grid=whole.grid and Grid(
+            whole.grid.columns, whole.grid.rows,
+            part(whole.grid.cell_width), part(whole.grid.cell_height),
+        ),
+    )  # fmt: skip
+    pages = [
+        Page(sheet.file(i, f".{settings.format}"), part(page.width), part(page.height))
+        for i, page in enumerate(whole.pages)
+    ]
+    sheet = replace(sheet, pages=tuple(pages))
+    return sheet.with_safe_mips(safe_mips(sheet, math.ceil(settings.extrude * scale)))
+
+
+def _scaled_region(region: Region, part: Callable[[int], int]) -> Region:
+    return replace(
+        region,
+        x=part(region.x),
+        y=part(region.y),
+        width=part(region.width),
+        height=part(region.height),
+        trim_x=part(region.trim_x),
+        trim_y=part(region.trim_y),
+        frame_width=part(region.frame_width),
+        frame_height=part(region.frame_height),
     )

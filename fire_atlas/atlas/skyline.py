@@ -1,102 +1,135 @@
-"""Fill one page from the top, always at the lowest point of its skyline.
+"""The skylines of many pages at once: what of each is taken, seen from below.
 
-Best-fit after Burke, Kendall and Whitwell, "A new placement heuristic for the orthogonal
-stock-cutting problem" (2004): not the next rectangle chooses its place, but the lowest gap
-chooses its rectangle, the widest that fits.
+Pages of a batch take their steps together, so that numpy does the work. The ledges of a page are
+a doubly linked list in arrays, a row a page; a slot is never used again.
 """
 
-from bisect import bisect_left
-from collections.abc import Iterable
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
 
-class Rect(NamedTuple):
-    """Something to place: its number, and its size in px with padding at its right and bottom."""
+Indices = NDArray[np.intp]
+Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
-    number: int
-    width: int
-    height: int
+_LEFT_WALL, _RIGHT_WALL, _FLOOR = 0, 1, 2
+"""Slots of the page's own walls, and of the ledge it starts with."""
 
+_WALL = 1 << 16
+"""How far the page's walls reach down, px: further than any page."""
 
-class _Ledge(NamedTuple):
-    """A level part of the skyline: everything above ``y`` is taken. px, y down."""
-
-    x: int
-    y: int
-    width: int
-
-
-class Placed(NamedTuple):
-    """A rectangle and where its top-left corner went, px."""
-
-    rect: Rect
-    x: int
-    y: int
+_GONE = np.int64(1) << 60
 
 
-def fill(rects: Iterable[Rect], width: int, height: int) -> list[Placed]:
-    """Place as many of ``rects`` as best-fit finds room for on ``width`` × ``height`` px."""
-    left = sorted(rects, key=lambda rect: (rect.width, rect.height, -rect.number))
-    ledges = [_Ledge(0, 0, width)]
-    placed = []
-    while left:
-        at = min(range(len(ledges)), key=lambda i: (ledges[i].y, ledges[i].x))
-        ledge = ledges[at]
-        if ledge.y >= height:
-            break
-        chosen = _widest(left, ledge.width, height - ledge.y)
-        if chosen is None:
-            _raise(ledges, at, height)
-            continue
-        rect = left.pop(chosen)
-        x = _beside_the_higher_wall(ledges, at, rect.width)
-        placed.append(Placed(rect, x, ledge.y))
-        _cover(ledges, at, x, rect)
-    return placed
+class Ledge(NamedTuple):
+    """The lowest ledge of each page, the leftmost of equals. All (B,), px, y down.
 
-
-def _widest(rects: list[Rect], width: int, height: int) -> int | None:
-    """Return which of sorted ``rects`` is the widest that fits, the highest of equals."""
-    fitting = bisect_left(rects, width + 1, key=lambda rect: rect.width)
-    return next((i for i in range(fitting - 1, -1, -1) if rects[i].height <= height), None)
-
-
-def _beside_the_higher_wall(ledges: list[_Ledge], at: int, width: int) -> int:
-    """Return x on the ledge such that the rectangle leans on the side that reaches further down.
-
-    The page's left edge is the highest wall and its right edge none, so that pages end where
-    their last column does.
+    Attributes:
+        slot: Where it is kept.
+        x, y, width: Everything above ``y`` is taken, over the whole width.
+        left, right: How much further down the skyline reaches beside it.
     """
-    ledge = ledges[at]
-    left_wall = ledges[at - 1].y if at else float("inf")
-    right_wall = ledges[at + 1].y if at + 1 < len(ledges) else 0
-    return ledge.x if left_wall >= right_wall else ledge.x + ledge.width - width
+
+    slot: Indices
+    x: Ints
+    y: Ints
+    width: Ints
+    left: Ints
+    right: Ints
+
+    def of(self, rows: Indices) -> "Ledge":
+        """Return the ledges of some of the pages."""
+        return Ledge(*(field[rows] for field in self))
 
 
-def _cover(ledges: list[_Ledge], at: int, x: int, rect: Rect) -> None:
-    """Put the rectangle, which lies at ``x``, into the skyline."""
-    ledge = ledges[at]
-    top = _Ledge(x, ledge.y + rect.height, rect.width)
-    rest = ledge.width - rect.width
-    if not rest:
-        ledges[at] = top
-    elif x == ledge.x:
-        ledges[at : at + 1] = [top, _Ledge(x + rect.width, ledge.y, rest)]
-    else:
-        ledges[at : at + 1] = [_Ledge(ledge.x, ledge.y, rest), top]
-    _merge_around(ledges, at)
+class Skyline:
+    """B skylines, each of at most ``most`` ledges over its life."""
 
+    def __init__(self, widths: Ints, most: int) -> None:
+        """Start with pages of these widths (B,), px, on which nothing is taken."""
+        shape = len(widths), most + 2
+        self._rows = np.arange(len(widths))
+        self._x, self._y, self._width = (np.zeros(shape, np.int64) for _ in range(3))
+        self._before, self._after = np.zeros(shape, np.intp), np.zeros(shape, np.intp)
+        self._order = np.full(shape, _GONE)  # by y, then x
+        self._free = np.full(len(widths), _FLOOR + 1)
+        self._y[:, :_FLOOR] = _WALL
+        self._before[:, _FLOOR], self._after[:, _FLOOR] = _LEFT_WALL, _RIGHT_WALL
+        self._width[:, _FLOOR] = widths
+        self._order[:, _FLOOR] = 0
 
-def _raise(ledges: list[_Ledge], at: int, height: int) -> None:
-    """Give up the room above a ledge: nothing fits, so it rises to its lower neighbour."""
-    beside = [ledges[i].y for i in (at - 1, at + 1) if 0 <= i < len(ledges)]
-    ledges[at] = ledges[at]._replace(y=min(beside, default=height))
-    _merge_around(ledges, at)
+    def lowest(self) -> Ledge:
+        """Return the lowest ledge of each page."""
+        rows, slot = self._rows, self._order.argmin(axis=1)
+        y = self._y[rows, slot]
+        left = self._y[rows, self._before[rows, slot]] - y
+        right = self._y[rows, self._after[rows, slot]] - y
+        return Ledge(slot, self._x[rows, slot], y, self._width[rows, slot], left, right)
 
+    def put(self, rows: Indices, ledge: Ledge, width: Ints, height: Ints) -> Ints:
+        """Put a rectangle on the ledge of each of ``rows`` (R,); return its x, px.
 
-def _merge_around(ledges: list[_Ledge], at: int) -> None:
-    """Join ledges of one level near ``at``."""
-    for i in range(min(at + 2, len(ledges) - 1), max(at - 1, 0), -1):
-        if ledges[i - 1].y == ledges[i].y:
-            joined = ledges[i - 1].width + ledges[i].width
-            ledges[i - 1 : i + 1] = [ledges[i - 1]._replace(width=joined)]
+        It leans on the wall that reaches further down, or on the one it ends level with. The
+        page's left edge counts as the further wall, so that pages end where their last column does.
+        """
+        ledge = ledge.of(rows)
+        leans_left = (ledge.left >= ledge.right) & (height != ledge.right) | (height == ledge.left)
+        rest = ledge.width - width
+        x = np.where(leans_left, ledge.x, ledge.x + rest)
+        split = np.flatnonzero(rest)
+        new = self._split(rows[split], ledge.slot[split], leans_left[split])
+        rest_x = np.where(leans_left, ledge.x + width, ledge.x)
+        self._set(rows[split], new, rest_x[split], ledge.y[split], rest[split])
+        self._set(rows, ledge.slot, x, ledge.y + height, width)
+        self._join(rows, ledge.slot)
+        return x
+
+    def rise(self, rows: Indices, ledge: Ledge, most: Ints) -> None:
+        """Give up the room on the ledges of ``rows`` (R,), because nothing fits there.
+
+        They rise to the lower of their walls, or as far as ``most`` (R,), px.
+        """
+        ledge = ledge.of(rows)
+        y = np.minimum(ledge.y + np.minimum(ledge.left, ledge.right), most)
+        self._set(rows, ledge.slot, ledge.x, y, ledge.width)
+        self._join(rows, ledge.slot)
+
+    def _set(self, rows: Indices, slot: Indices, x: Ints, y: Ints, width: Ints) -> None:
+        self._x[rows, slot], self._y[rows, slot], self._width[rows, slot] = x, y, width
+        self._order[rows, slot] = y << 20 | x
+
+    def _split(self, rows: Indices, slot: Indices, after: Flags) -> Indices:
+        """Link a new ledge in, ``after`` the one at ``slot`` or before it; return its slot."""
+        new = self._free[rows]
+        self._free[rows] += 1
+        left = np.where(after, slot, self._before[rows, slot])
+        right = np.where(after, self._after[rows, slot], slot)
+        self._link(rows, left, new)
+        self._link(rows, new, right)
+        return new
+
+    def _link(self, rows: Indices, left: Indices, right: Indices) -> None:
+        self._after[rows, left], self._before[rows, right] = right, left
+
+    def _join(self, rows: Indices, slot: Indices) -> None:
+        """Join the ledges at ``slot`` with those beside them that are level."""
+        self._swallow(rows, slot, self._before)
+        self._swallow(rows, slot, self._after)
+
+    def _swallow(self, rows: Indices, slot: Indices, beside: Indices) -> None:
+        level = np.flatnonzero(self._y[rows, beside[rows, slot]] == self._y[rows, slot])
+        rows, slot = rows[level], slot[level]
+        other = beside[rows, slot]
+        self._set(
+            rows, slot,
+            np.minimum(self._x[rows, slot], self._x[rows, other]),
+            self._y[rows, slot],
+            self._width[rows, slot] + self._width[rows, other],
+        )  # fmt: skip
+        self._order[rows, other] = _GONE
+        beyond = beside[rows, other]
+        if beside is self._before:
+            self._link(rows, beyond, slot)
+        else:
+            self._link(rows, slot, beyond)

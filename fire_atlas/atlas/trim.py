@@ -1,23 +1,18 @@
 """Cut what is empty. Pixels are cut once, tightly; what a recipe's ``trim`` means is boxes."""
 
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fire_atlas.atlas.layout import Sprite
+from fire_atlas.atlas.layout import Box, Sprite
 from fire_atlas.core.pixels import Bytes
 
 Trim = Literal["frame", "animation", "none"]
 
-
-class Box(NamedTuple):
-    """A part of an untrimmed frame, px: top-left corner and size."""
-
-    x: int
-    y: int
-    width: int
-    height: int
+_CORNER = Box(0, 0, 1, 1)
+"""What is left of a frame that trims to nothing."""
 
 
 def lit_box(image: Bytes) -> Box | None:
@@ -25,37 +20,80 @@ def lit_box(image: Bytes) -> Box | None:
 
     Alpha alone will not do: the pixels of an additive page have none.
     """
-    words = np.ascontiguousarray(image).view(np.uint32)[..., 0]
-    rows = np.flatnonzero(np.bitwise_or.reduce(words, axis=1))
-    if not rows.size:
-        return None
-    columns = np.flatnonzero(np.bitwise_or.reduce(words[rows[0] : rows[-1] + 1], axis=0))
-    x, y = int(columns[0]), int(rows[0])
-    return Box(x, y, int(columns[-1]) + 1 - x, int(rows[-1]) + 1 - y)
+    return _box(np.ascontiguousarray(image).view(np.uint32)[..., 0])
 
 
-def trimmed(image: Bytes, x: int = 0, y: int = 0) -> Sprite:
+def visible_box(image: Bytes, threshold: int) -> Box | None:
+    """Return the smallest box around all pixels of (H, W, 4) that show, if any do.
+
+    A pixel shows by its alpha or, on pages that add light, by its light: more than ``threshold``.
+    """
+    if not threshold:
+        return lit_box(image)
+    straight = image[..., 3].any()
+    seen = image[..., 3] if straight else image.max(axis=2)
+    return _box((seen > threshold).astype(np.uint8))
+
+
+def trimmed(
+    image: Bytes,
+    x: int = 0,
+    y: int = 0,
+    frame_size: tuple[int, int] | None = None,
+    threshold: int = 0,
+) -> Sprite:
     """Return the lit part of ``image`` (H, W, 4), which lies at (x, y) of its frame.
 
-    An empty image becomes one clear pixel at the frame's corner. The sprite owns its pixels, so
-    that the image can go.
+    The sprite owns its pixels, so that the image can go. ``frame_size`` is (width, height), by
+    default that of the image.
     """
+    frame_size = frame_size or (image.shape[1], image.shape[0])
     box = lit_box(image)
     if box is None:
-        return Sprite(np.zeros((1, 1, 4), np.uint8), 0, 0)
+        return Sprite(np.zeros((1, 1, 4), np.uint8), 0, 0, *frame_size, None)
     lit = image[box.y : box.y + box.height, box.x : box.x + box.width]
-    return Sprite(lit.copy() if lit.size < image.size else image, x + box.x, y + box.y)
+    lit = lit.copy() if lit.size < image.size else image
+    x, y = x + box.x, y + box.y
+    visible = visible_box(lit, threshold)
+    if visible is not None:
+        visible = visible._replace(x=x + visible.x, y=y + visible.y)
+    return Sprite(lit, x, y, *frame_size, visible)
 
 
-def boxes(sprites: Sequence[Sprite], trim: Trim, width: int, height: int) -> list[Box]:
-    """Return which part of its ``width`` × ``height`` frame each sprite's region shows."""
+def boxes(sprites: Sequence[Sprite], trim: Trim, grid: int = 1) -> list[Box]:
+    """Return which part of its frame each sprite's region shows; multiples of ``grid`` px."""
     if trim == "none":
-        return [Box(0, 0, width, height)] * len(sprites)
-    own = [Box(s.x, s.y, s.image.shape[1], s.image.shape[0]) for s in sprites]
+        whole = [Box(0, 0, sprite.frame_width, sprite.frame_height) for sprite in sprites]
+        return [_on_grid(box, grid) for box in whole]
     if trim == "frame":
-        return own
-    lit = [box for box, sprite in zip(own, sprites, strict=True) if sprite.image.any()]
-    return [_around(lit or own)] * len(sprites)
+        return [_on_grid(sprite.lit or _CORNER, grid) for sprite in sprites]
+    lit = [sprite.lit for sprite in sprites if sprite.lit]
+    return [_on_grid(_around(lit) if lit else _CORNER, grid)] * len(sprites)
+
+
+def cell(sprite: Sprite, box: Box) -> Bytes:
+    """Return the pixels of a ``box`` of the sprite's frame, (h, w, 4) uint8."""
+    image, x, y = part(sprite, box)
+    whole = np.zeros((box.height, box.width, 4), np.uint8)
+    whole[y : y + image.shape[0], x : x + image.shape[1]] = image
+    return whole
+
+
+def part(sprite: Sprite, box: Box) -> tuple[Bytes, int, int]:
+    """Return what a ``box`` of the frame shows of the sprite, and where in the box that is, px."""
+    left, top = max(box.x - sprite.x, 0), max(box.y - sprite.y, 0)
+    right, bottom = box.x + box.width - sprite.x, box.y + box.height - sprite.y
+    image = sprite.image[top : max(bottom, top), left : max(right, left)]
+    return image, max(sprite.x - box.x, 0), max(sprite.y - box.y, 0)
+
+
+def _box(mask: NDArray[np.unsignedinteger]) -> Box | None:
+    rows = np.flatnonzero(np.bitwise_or.reduce(mask, axis=1))
+    if not rows.size:
+        return None
+    columns = np.flatnonzero(np.bitwise_or.reduce(mask[rows[0] : rows[-1] + 1], axis=0))
+    x, y = int(columns[0]), int(rows[0])
+    return Box(x, y, int(columns[-1]) + 1 - x, int(rows[-1]) + 1 - y)
 
 
 def _around(parts: Sequence[Box]) -> Box:
@@ -63,3 +101,15 @@ def _around(parts: Sequence[Box]) -> Box:
     right = max(box.x + box.width for box in parts)
     bottom = max(box.y + box.height for box in parts)
     return Box(x, y, right - x, bottom - y)
+
+
+def _on_grid(box: Box, grid: int) -> Box:
+    """Return the smallest box around ``box`` whose corners are on multiples of ``grid``."""
+    x, y = box.x // grid * grid, box.y // grid * grid
+    right, bottom = box.x + box.width, box.y + box.height
+    return Box(x, y, up_to(grid, right) - x, up_to(grid, bottom) - y)
+
+
+def up_to(grid: int, length: int) -> int:
+    """Return the smallest multiple of ``grid`` that is at least ``length``."""
+    return -(-length // grid) * grid

@@ -130,6 +130,9 @@ def _add_preview(commands: _Commands) -> _Parser:
 def _add_inspect(commands: _Commands) -> _Parser:
     parser = commands.add_parser("inspect", help="describe a built atlas in tables")
     parser.add_argument("atlas", type=_path, metavar="ATLAS.json")
+    parser.add_argument(
+        "--context", action="store_true", help="print what templates see of it, as JSON"
+    )
     _add_volume(parser)
     return parser
 

@@ -3,9 +3,10 @@
 from argparse import Namespace
 
 from fire_atlas.cli.failure import Failures
-from fire_atlas.core.errors import SourceError
+from fire_atlas.core.errors import OutputError, SourceError
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.load import LoadedRecipe, load
+from fire_atlas.recipe.output import missing_extra
 from fire_atlas.recipe.resolved import resolved_yaml
 from fire_atlas.sources.listing import list_inputs
 
@@ -18,6 +19,8 @@ def run(args: Namespace) -> int:
             with failures.caught():
                 loaded = load(path, args.overrides)
                 _find_inputs(loaded)
+                if missing := missing_extra(loaded.recipe.atlas):
+                    raise OutputError(missing)
                 if args.resolved:
                     print(resolved_yaml(loaded), end="")
                 elif not args.quiet:
@@ -26,8 +29,19 @@ def run(args: Namespace) -> int:
 
 
 def _find_inputs(loaded: LoadedRecipe) -> None:
+    for part in loaded.parts:
+        _find_source(part)
+    for path in loaded.templates.values():
+        if not path.is_file():
+            where = loaded.tree.origin(("exports",)).locate(("exports",))
+            raise SourceError(f"{where}: there is no template {path}")
+
+
+def _find_source(part: LoadedRecipe) -> None:
+    assert part.recipe.source is not None, "a part has a source"
+    assert part.source_path is not None, "and a source has a path"
     try:
-        list_inputs(loaded.recipe.source, loaded.source_path)
+        list_inputs(part.recipe.source, part.source_path)
     except SourceError as error:
         key = ("source", "path")
-        raise SourceError(f"{loaded.tree.origin(key).locate(key)}: {error}") from None
+        raise SourceError(f"{part.tree.origin(key).locate(key)}: {error}") from None

@@ -1,10 +1,13 @@
 """``fire-atlas inspect``."""
 
+import json
 from argparse import Namespace
 
 from rich.console import Console
 from rich.table import Table
 
+from fire_atlas.atlas.layout import Page
+from fire_atlas.exporters.context import context_of
 from fire_atlas.flakes.statistics import Figure, ember_figures
 from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.preview.atlas_file import AtlasFile, read_atlas
@@ -12,8 +15,12 @@ from fire_atlas.preview.tracks_file import read_tracks
 
 
 def run(args: Namespace) -> int:
-    """Print tables about a built atlas."""
-    atlas, tracks = read_atlas(args.atlas), read_tracks(args.atlas)
+    """Print tables about a built atlas, or what templates see of it."""
+    atlas = read_atlas(args.atlas)
+    if args.context:
+        print(json.dumps(context_of(atlas.sheet), indent=2, ensure_ascii=False))
+        return 0
+    tracks = read_tracks(args.atlas)
     console = Console()
     console.print(_pages(atlas))
     console.print(_frames(atlas))
@@ -23,32 +30,52 @@ def run(args: Namespace) -> int:
 
 
 def _pages(atlas: AtlasFile) -> Table:
-    table = Table("page", "size", "frames", "occupancy", title="pages")
-    for i, page in enumerate(atlas.pages):
+    heads = ("page", "size", "frames", "places", "occupancy", "safe mip level")
+    table = Table(*heads, title="pages", caption=_grid(atlas))
+    for i, page in enumerate(atlas.sheet.pages):
         frames = [frame for frame in atlas.frames if frame.page == i]
         # Equal frames may share their pixels.
         places = {(frame.x, frame.y, frame.width, frame.height) for frame in frames}
         covered = sum(width * height for _, _, width, height in places)
         occupancy = f"{100 * covered / (page.width * page.height):.1f} %"
         size = f"{page.width} x {page.height}"
-        table.add_row(page.image.name, size, str(len(frames)), occupancy)
+        table.add_row(page.file, size, str(len(frames)), str(len(places)), occupancy, _mip(page))
     return table
 
 
+def _mip(page: Page) -> str:
+    """Say how deep a client may go before neighbouring frames mix."""
+    return "none, not even filtering" if page.safe_mip is None else str(page.safe_mip)
+
+
+def _grid(atlas: AtlasFile) -> str | None:
+    grid = atlas.sheet.grid
+    if grid is None:
+        return None
+    cell = f"{grid.cell_width} x {grid.cell_height}"
+    return f"{grid.columns} columns x {grid.rows} rows of cells of {cell} px, gutter included"
+
+
 def _frames(atlas: AtlasFile) -> Table:
-    table = Table("animation", "frames", "duration", "fps", "full size", "trimmed", title="frames")
-    for name, frames in atlas.animations.items():
+    heads = ("animation", "frames", "duration", "fps", "plays", "full size", "trimmed", "pivot")
+    table = Table(*heads, title="frames")
+    regions = {region.name: region for region in atlas.frames}
+    for animation in atlas.sheet.animations:
+        frames = [regions[frame] for frame in animation.frames]
         seconds = sum(frame.duration for frame in frames) / 1000
-        sizes = sorted({(frame.full_width, frame.full_height) for frame in frames})
-        trimmed = [frame for frame in frames if frame.is_trimmed]
+        trimmed = [frame for frame in frames if frame.trimmed]
+        x, y = frames[0].anchor
         table.add_row(
-            name,
+            animation.name,
             str(len(frames)),
             f"{seconds:.2f} s",
             f"{len(frames) / seconds:.4g}" if seconds else "-",
-            ", ".join(f"{width} x {height}" for width, height in sizes),
+            "in a loop" if animation.loop else "once",
+            f"{_range([f.frame_width for f in frames])} x "
+            f"{_range([f.frame_height for f in frames])}",
             f"{len(trimmed)}, to {_range([f.width for f in frames])} x "
             f"{_range([f.height for f in frames])}" if trimmed else "none",
+            f"{x:.3g}, {y:.3g}",
         )  # fmt: skip
     return table
 

@@ -60,8 +60,8 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
 
     from fire_atlas.build import build
     from fire_atlas.core.workers import default_jobs
+    from fire_atlas.part import open_input
     from fire_atlas.recipe.load import load
-    from fire_atlas.sources.registry import open_source
 
     loaded = load(args.subject, [*args.overrides, "exports=[json]", "tracks=[json]"])
     view = view_for(json_lines=False, quiet=args.quiet, verbose=False)
@@ -71,9 +71,9 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
             build(loaded, Path(folder), args.jobs or default_jobs(), view)
         finally:
             view.close()
-        recipe = loaded.recipe
-        clip = open_source(recipe.source, loaded.source_path, recipe.atlas.blend_space)
-        yield Path(folder) / f"{recipe.name}.json", clip
+        shown = open_input(loaded) if not loaded.members else None
+        clip = shown if isinstance(shown, Clip) else None
+        yield Path(folder) / f"{loaded.recipe.name}.json", clip
 
 
 def _write(target: Path, data: bytes) -> None:

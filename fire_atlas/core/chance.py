@@ -12,6 +12,7 @@ class Stage(IntEnum):
     SCATTER = 2
     EDDIES = 3
     BURSTS = 4
+    PACKING = 5
 
 
 def generator(seed: int, stage: Stage, index: int = 0) -> np.random.Generator:

@@ -26,6 +26,26 @@ def exporter(name: ExportName) -> Exporter:
             from fire_atlas.exporters.json_hash import export_json_hash
 
             return export_json_hash
+        case "json-array":
+            from fire_atlas.exporters.json_array import export_json_array
+
+            return export_json_array
+        case "phaser":
+            from fire_atlas.exporters.phaser import export_phaser
+
+            return export_phaser
+        case "aseprite":
+            from fire_atlas.exporters.json_array import export_aseprite
+
+            return export_aseprite
+        case "css":
+            from fire_atlas.exporters.shipped_templates import export_css
+
+            return export_css
+        case "tpsheet":
+            from fire_atlas.exporters.shipped_templates import export_tpsheet
+
+            return export_tpsheet
         case _:
             assert_never(name)
 

@@ -1,7 +1,7 @@
 """A written atlas, read back: what every page and frame is, and the frames cut out again."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,72 +9,32 @@ from typing import Any
 import cv2
 import numpy as np
 
+from fire_atlas.atlas.layout import Animation, AtlasSheet, Grid, Page, Region
 from fire_atlas.core.errors import RecipeError, SourceError
 from fire_atlas.core.pixels import Bytes
 
 
 @dataclass(frozen=True, slots=True)
-class PageFile:
-    """A page: its image and its size in px."""
-
-    image: Path
-    width: int
-    height: int
-
-
-@dataclass(frozen=True, slots=True)
-class FrameEntry:
-    """A frame as the atlas describes it; px, y down.
-
-    Attributes:
-        name: Its name in the atlas.
-        page: Index of its page.
-        x, y, width, height: Its trimmed pixels on the page.
-        trim_x, trim_y: Their top-left corner in the untrimmed frame.
-        full_width, full_height: The untrimmed frame.
-        duration: Milliseconds.
-    """
-
-    name: str
-    page: int
-    x: int
-    y: int
-    width: int
-    height: int
-    trim_x: int
-    trim_y: int
-    full_width: int
-    full_height: int
-    duration: float
-
-    @property
-    def is_trimmed(self) -> bool:
-        """Whether borders were cut off."""
-        return (self.width, self.height) != (self.full_width, self.full_height)
-
-
-@dataclass(frozen=True, slots=True)
 class AtlasFile:
-    """A whole atlas.
-
-    Attributes:
-        path: Its (first) JSON file.
-        alpha: ``straight``, ``premultiplied`` or ``additive``.
-        blend_space: ``srgb`` or ``linear``: where its client blends.
-        pages: Its pages.
-        animations: Name of each animation → its frames in playing order.
-    """
+    """A whole atlas, and its (first) JSON file; pages lie beside that."""
 
     path: Path
-    alpha: str
-    blend_space: str
-    pages: tuple[PageFile, ...]
-    animations: dict[str, tuple[FrameEntry, ...]]
+    sheet: AtlasSheet
 
     @property
-    def frames(self) -> tuple[FrameEntry, ...]:
+    def alpha(self) -> str:
+        """``straight``, ``premultiplied`` or ``additive``."""
+        return self.sheet.alpha
+
+    @property
+    def blend_space(self) -> str:
+        """``srgb`` or ``linear``: where its client blends."""
+        return self.sheet.blend_space
+
+    @property
+    def frames(self) -> tuple[Region, ...]:
         """The frames of all animations, one animation after the other."""
-        return tuple(frame for frames in self.animations.values() for frame in frames)
+        return self.sheet.regions
 
 
 def read_atlas(path: Path) -> AtlasFile:
@@ -82,22 +42,50 @@ def read_atlas(path: Path) -> AtlasFile:
     first = _read_json(path)
     try:
         siblings = [_beside(path, name) for name in first["meta"].get("related_multi_packs", [])]
-        documents = [first, *map(_read_json, siblings)]
-        pages = tuple(_page(path, document["meta"]) for document in documents)
-        animations: dict[str, tuple[FrameEntry, ...]] = {}
-        for page, document in enumerate(documents):
-            for name, frames in document["animations"].items():
-                entries = (_entry(frame, page, document["frames"][frame]) for frame in frames)
-                animations[name] = (*animations.get(name, ()), *entries)
-        if not any(animations.values()):
-            raise ValueError("it has no frames")
-        about = first["meta"]["fireAtlas"]
-        return AtlasFile(path, about["alpha"], about["blendSpace"], pages, animations)
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        return AtlasFile(path, _sheet(path, [first, *map(_read_json, siblings)]))
+    except (KeyError, TypeError, AttributeError, ValueError, ArithmeticError) as error:
         raise SourceError(
             f"{path}: is no atlas that fire-atlas wrote ({type(error).__name__}: {error});"
             " name the .json beside the pages"
         ) from error
+
+
+def _sheet(path: Path, documents: Sequence[dict[str, Any]]) -> AtlasSheet:
+    """Return what the JSON of each page says, as it was when they were written."""
+    meta = documents[0]["meta"]
+    about = meta["fireAtlas"]
+    played = _played(documents)
+    regions = tuple(region for frames in played.values() for region in frames)
+    if not regions:
+        raise ValueError("it has no frames")
+    stem = Path(_beside(path, meta["image"]).name).stem
+    loops = about.get("loops", {})
+    return AtlasSheet(
+        name=stem,
+        title=stem.partition("@")[0],
+        scale=float(meta.get("scale", 1)),
+        fps=float(about.get("fps") or 1000 / regions[0].duration),
+        alpha=about["alpha"],
+        blend_space=about["blendSpace"],
+        image_format=Path(meta["image"]).suffix[1:],
+        pages=tuple(_page(path, document["meta"]) for document in documents),
+        regions=regions,
+        animations=tuple(
+            Animation(name, tuple(region.name for region in frames), bool(loops.get(name)))
+            for name, frames in played.items()
+        ),
+        grid=_grid(about.get("grid")),
+    )
+
+
+def _played(documents: Sequence[dict[str, Any]]) -> dict[str, tuple[Region, ...]]:
+    """Return the frames of each animation, joined over the pages, in playing order."""
+    played: dict[str, tuple[Region, ...]] = {}
+    for page, document in enumerate(documents):
+        for name, frames in document["animations"].items():
+            regions = (_region(frame, page, document["frames"][frame]) for frame in frames)
+            played[name] = (*played.get(name, ()), *regions)
+    return {name: tuple(sorted(frames, key=lambda r: r.name)) for name, frames in played.items()}
 
 
 def cut_frames(atlas: AtlasFile) -> Iterator[Bytes]:
@@ -105,8 +93,24 @@ def cut_frames(atlas: AtlasFile) -> Iterator[Bytes]:
     pages: dict[int, Bytes] = {}
     for frame in atlas.frames:
         if frame.page not in pages:
-            pages = {frame.page: _read_page(atlas.pages[frame.page])}
+            pages = {frame.page: _read_page(atlas.path, atlas.sheet.pages[frame.page])}
         yield _cut(pages[frame.page], frame, atlas.path)
+
+
+def staged_frames(atlas: AtlasFile) -> Iterator[Bytes]:
+    """Yield every frame on a canvas that holds all of them, their pivots in one place."""
+    frames = atlas.frames
+    pivots = [
+        (round(f.anchor[0] * f.frame_width), round(f.anchor[1] * f.frame_height)) for f in frames
+    ]
+    left, top = max(x for x, _ in pivots), max(y for _, y in pivots)
+    right = max(f.frame_width - x for f, (x, _) in zip(frames, pivots, strict=True))
+    bottom = max(f.frame_height - y for f, (_, y) in zip(frames, pivots, strict=True))
+    for frame, (x, y) in zip(cut_frames(atlas), pivots, strict=True):
+        canvas = np.zeros((top + bottom, left + right, 4), np.uint8)
+        height, width = frame.shape[:2]
+        canvas[top - y : top - y + height, left - x : left - x + width] = frame
+        yield canvas
 
 
 def _read_json(path: Path) -> dict[str, Any]:
@@ -130,47 +134,77 @@ def _beside(path: Path, name: str) -> Path:
     return path.parent / name
 
 
-def _page(path: Path, meta: dict[str, Any]) -> PageFile:
-    return PageFile(_beside(path, meta["image"]), int(meta["size"]["w"]), int(meta["size"]["h"]))
+def _page(path: Path, meta: dict[str, Any]) -> Page:
+    size = meta["size"]
+    safe_mip = meta["fireAtlas"].get("safeMipLevel") if "fireAtlas" in meta else None
+    file = _beside(path, meta["image"]).name
+    return Page(file, int(size["w"]), int(size["h"]), None if safe_mip is None else int(safe_mip))
 
 
-def _entry(name: str, page: int, frame: dict[str, Any]) -> FrameEntry:
+def _grid(grid: dict[str, Any] | None) -> Grid | None:
+    if grid is None:
+        return None
+    cell = int(grid["cellWidth"]), int(grid["cellHeight"])
+    return Grid(int(grid["columns"]), int(grid["rows"]), *cell)
+
+
+def _region(name: str, page: int, frame: dict[str, Any]) -> Region:
     place, trim, full = frame["frame"], frame["spriteSourceSize"], frame["sourceSize"]
-    return FrameEntry(
-        name, page,
-        int(place["x"]), int(place["y"]), int(place["w"]), int(place["h"]),
-        int(trim["x"]), int(trim["y"]),
-        int(full["w"]), int(full["h"]),
-        float(frame["duration"]),
-    )  # fmt: skip
+    anchor = frame.get("anchor", {"x": 0.5, "y": 0.5})
+    return Region(
+        name=name,
+        page=page,
+        x=int(place["x"]),
+        y=int(place["y"]),
+        width=int(place["w"]),
+        height=int(place["h"]),
+        turned=bool(frame.get("rotated")),
+        trim_x=int(trim["x"]),
+        trim_y=int(trim["y"]),
+        frame_width=int(full["w"]),
+        frame_height=int(full["h"]),
+        anchor=(float(anchor["x"]), float(anchor["y"])),
+        duration=float(frame["duration"]),
+    )
 
 
-def _read_page(page: PageFile) -> Bytes:
+def _read_page(path: Path, page: Page) -> Bytes:
+    file = _beside(path, page.file)
     try:
-        data = np.fromfile(page.image, np.uint8)
+        data = np.fromfile(file, np.uint8)
     except OSError as error:
-        raise SourceError(f"{page.image}: the page cannot be read ({error.strerror})") from None
+        raise SourceError(f"{file}: the page cannot be read ({error.strerror})") from None
     image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None
-    if image is None or image.ndim != 3 or image.shape[2] != 4 or image.dtype != np.uint8:
-        raise SourceError(f"{page.image}: is no 8-bit RGBA image; build the recipe again")
+    if image is None or image.dtype != np.uint8:
+        raise SourceError(f"{file}: is no 8-bit image; build the recipe again")
     if image.shape[:2] != (page.height, page.width):
         raise SourceError(
-            f"{page.image}: is {image.shape[1]}x{image.shape[0]}, but the atlas says "
+            f"{file}: is {image.shape[1]}x{image.shape[0]}, but the atlas says "
             f"{page.width}x{page.height}; build the recipe again"
         )
-    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGRA2RGBA), np.uint8)
+    return _rgba(np.asarray(image, np.uint8))
 
 
-def _cut(page: Bytes, frame: FrameEntry, path: Path) -> Bytes:
-    full = np.zeros((frame.full_height, frame.full_width, 4), np.uint8)
-    cell = _window(page, frame.x, frame.y, frame)
-    target = _window(full, frame.trim_x, frame.trim_y, frame)
+def _rgba(image: Bytes) -> Bytes:
+    """Return what OpenCV decoded as RGBA; a small file has no channels that say nothing."""
+    if image.ndim == 2:
+        return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGBA), np.uint8)
+    order = cv2.COLOR_BGRA2RGBA if image.shape[2] == 4 else cv2.COLOR_BGR2RGBA
+    return np.asarray(cv2.cvtColor(image, order), np.uint8)
+
+
+def _cut(page: Bytes, frame: Region, path: Path) -> Bytes:
+    full = np.zeros((frame.frame_height, frame.frame_width, 4), np.uint8)
+    cell = _window(page, frame.x, frame.y, *frame.page_size)
+    if frame.turned:
+        cell = np.rot90(cell)
+    target = _window(full, frame.trim_x, frame.trim_y, frame.width, frame.height)
     if cell.shape != target.shape or cell.shape[:2] != (frame.height, frame.width):
         raise SourceError(f"{path}: {frame.name} lies outside of its page or of its own frame")
     target[:] = cell
     return full
 
 
-def _window(image: Bytes, x: int, y: int, frame: FrameEntry) -> Bytes:
-    """Return the part of ``image`` at (x, y), of the frame's size; empty for negative places."""
-    return image[y : y + frame.height, x : x + frame.width] if min(x, y) >= 0 else image[:0, :0]
+def _window(image: Bytes, x: int, y: int, width: int, height: int) -> Bytes:
+    """Return the part of ``image`` at (x, y); empty for negative places."""
+    return image[y : y + height, x : x + width] if min(x, y) >= 0 else image[:0, :0]

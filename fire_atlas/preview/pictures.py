@@ -14,7 +14,7 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Bytes, encode_bytes
 from fire_atlas.flakes.drawing import draw_flakes
 from fire_atlas.flakes.tracks import Tracks
-from fire_atlas.preview.atlas_file import AtlasFile, cut_frames
+from fire_atlas.preview.atlas_file import AtlasFile, cut_frames, staged_frames
 from fire_atlas.preview.blend import blend
 
 Color = tuple[int, int, int]
@@ -40,7 +40,7 @@ def animation(atlas: AtlasFile, kind: AnimationKind, background: Color) -> bytes
     shown = dict(schedule([f.duration for f in atlas.frames], _TICK[kind], _LEAST[kind]))
     pictures = [
         Image.fromarray(blend(frame, background, atlas.alpha, atlas.blend_space))
-        for i, frame in enumerate(cut_frames(atlas))
+        for i, frame in enumerate(staged_frames(atlas))
         if i in shown
     ]
     durations = list(shown.values())

@@ -54,7 +54,8 @@ Direction = Annotated[
 
 NONE, BLOCK = Tag("<none>"), Tag("<block>")
 AUTO, NUMBER, PAIR = Tag("<auto>"), Tag("<number>"), Tag("<pair>")
-BRANCHES = frozenset(tag.tag for tag in (NONE, BLOCK, AUTO, NUMBER, PAIR))
+WORD = Tag("<word>")
+BRANCHES = frozenset(tag.tag for tag in (NONE, BLOCK, AUTO, NUMBER, PAIR, WORD))
 """All tags, as they appear in the paths of pydantic's errors."""
 
 UNDECIDED = "undecided"
@@ -73,6 +74,8 @@ def _branch(value: Any) -> str | None:
             return NONE.tag
         case "auto":
             return AUTO.tag
+        case str():
+            return WORD.tag
         case bool():
             return None
         case int() | float():

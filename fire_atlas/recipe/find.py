@@ -49,6 +49,9 @@ def _recipes_in(folder: Path) -> list[Path]:
 def _looks_like_recipe(path: Path) -> bool:
     """Return whether a YAML file is ours. A broken one may be: its own message will follow."""
     try:
-        return not {"source", EXTENDS}.isdisjoint(read_document(path).values)
+        values = read_document(path).values
     except RecipeError:
         return True
+    atlas = values.get("atlas")
+    has_members = isinstance(atlas, dict) and "members" in atlas
+    return has_members or not {"source", EXTENDS}.isdisjoint(values)

@@ -1,11 +1,11 @@
 """A recipe file → everything a build has to know."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.tree import RecipeTree, read_tree
+from fire_atlas.recipe.tree import RecipeTree, member_trees, read_tree, templates
 from fire_atlas.recipe.validate import validate
 
 _SOURCE_PATH = ("source", "path")
@@ -20,14 +20,24 @@ class LoadedRecipe:
         path: The recipe file, as the user named it.
         base: The folder of ``path``.
         tree: What the recipe was made from.
-        source_path: Absolute path (or glob) of the source, relative to the file that states it.
+        source_path: Absolute path (or glob) of the source, relative to the file that states it;
+            None for a recipe that only has members.
+        templates: Absolute path of each template in ``exports``, by what the recipe calls it.
+        members: Recipes whose effects share the pages; they have this recipe's ``atlas``.
     """
 
     recipe: Recipe
     path: Path
     base: Path
     tree: RecipeTree
-    source_path: Path
+    source_path: Path | None
+    templates: dict[str, Path]
+    members: tuple["LoadedRecipe", ...] = ()
+
+    @property
+    def parts(self) -> "tuple[LoadedRecipe, ...]":
+        """The recipes that bring frames: this one, if it has a source, and its members."""
+        return ((self,) if self.source_path else ()) + self.members
 
 
 def load(path: Path, overrides: Sequence[str] = ()) -> LoadedRecipe:
@@ -38,5 +48,14 @@ def load(path: Path, overrides: Sequence[str] = ()) -> LoadedRecipe:
 def load_tree(tree: RecipeTree) -> LoadedRecipe:
     """Validate a recipe that has been read."""
     recipe = validate(tree).model_copy(update={"name": tree.name})
-    source_path = tree.file_at(_SOURCE_PATH, recipe.source.path)
-    return LoadedRecipe(recipe, tree.path, tree.path.parent, tree, source_path)
+    source_path = tree.file_at(_SOURCE_PATH, recipe.source.path) if recipe.source else None
+    members = tuple(_member(each, recipe) for each in member_trees(tree))
+    return LoadedRecipe(
+        recipe, tree.path, tree.path.parent, tree, source_path, templates(tree), members
+    )
+
+
+def _member(tree: RecipeTree, host: Recipe) -> LoadedRecipe:
+    """Return a member as it is built for the pages of ``host``."""
+    loaded = load_tree(tree)
+    return replace(loaded, recipe=loaded.recipe.model_copy(update={"atlas": host.atlas}))

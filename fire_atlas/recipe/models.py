@@ -1,6 +1,6 @@
 """The recipe as a whole."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -16,7 +16,7 @@ from fire_atlas.recipe.effect import (
     MotionBlurOrNone,
 )
 from fire_atlas.recipe.name import MAX_NAME, NAME_PATTERN
-from fire_atlas.recipe.output import Atlas, ExportName, TrackName
+from fire_atlas.recipe.output import Atlas, Export, TrackName, export_problem
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.recipe.wind import Wind
@@ -31,8 +31,8 @@ class Recipe(Settings):
     """File stem of all outputs. Default: the recipe file's own stem."""
     seed: int = Field(default=0, ge=0, le=2**32 - 1)
     """Seed of all chance in the build."""
-    source: FramesSource
-    """Where the fire comes from."""
+    source: FramesSource | None = None
+    """Where the fire comes from. Only recipes with ``atlas.members`` can do without."""
     timeline: Timeline = Timeline()
     """How the clip plays."""
     wind: Wind = Wind()
@@ -49,10 +49,16 @@ class Recipe(Settings):
     """How flakes join the flame."""
     atlas: Atlas = Atlas()
     """The pages."""
-    exports: Annotated[tuple[ExportName, ...], LIST] = ("json",)
+    exports: Annotated[tuple[Export, ...], LIST] = ("json",)
     """Descriptions of the pages to write."""
     tracks: Annotated[tuple[TrackName, ...], LIST] = ("json",)
     """Flake tracks to write."""
+
+    @model_validator(mode="after")
+    def _refuse_contradictions(self) -> Self:
+        if problem := export_problem(self.atlas, self.exports):
+            raise ValueError(problem)
+        return self
 
     @model_validator(mode="before")
     @classmethod

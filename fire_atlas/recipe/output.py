@@ -1,28 +1,179 @@
 """Recipe blocks of the asset half: atlas, exports, tracks."""
 
-from typing import Annotated, Literal
+from importlib.util import find_spec
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import AfterValidator, Field, model_validator
 
-from fire_atlas.recipe.base import OFF, Settings
+from fire_atlas.recipe.base import BLOCK, LIST, OFF, PAIR, WORD, Settings, either
 
-ExportName = Literal["json"]
+ExportName = Literal["json", "json-array", "phaser", "aseprite", "css", "tpsheet"]
 TrackName = Literal["json", "csv"]
+
+PivotName = Literal["base", "bottom", "center", "top"]
+
+Pivot = Annotated[
+    Annotated[PivotName, WORD]
+    | Annotated[
+        tuple[Annotated[float, Field(ge=-10, le=10)], Annotated[float, Field(ge=-10, le=10)]],
+        LIST,
+        PAIR,
+    ],
+    either("`base`, `bottom`, `center`, `top` or two numbers: [x, y]"),
+]
+
+UPRIGHT_ONLY: frozenset[ExportName] = frozenset({"phaser", "aseprite", "css", "tpsheet"})
+"""Exports whose clients cannot show a frame that lies turned on its page."""
+
+_WEBP_SIDE = 16383
+_SMALLER = (0.5, 0.25, 0.125)
+
+
+def _all_sizes(scales: tuple[float, ...]) -> tuple[float, ...]:
+    """Validate ``scales``: 1 and halves of it, each once; largest first."""
+    if 1 not in scales:
+        raise ValueError("must hold 1: the pages at full size are always written")
+    for scale in scales:
+        if scale != 1 and scale not in _SMALLER:
+            raise ValueError(
+                f"must be of 1, 0.5, 0.25, 0.125, so that the same layout fits exactly; got "
+                f"{scale:g}"
+            )
+    if len(set(scales)) < len(scales):
+        raise ValueError("holds a scale twice")
+    return tuple(sorted(scales, reverse=True))
 
 
 class Atlas(Settings):
     """The pages."""
 
     layout: Literal["packed", "grid"] = "packed"
-    """``packed``: tight; ``grid``: uniform cells, row by row."""
+    """``packed``: tight; ``grid``: uniform cells in playing order, row by row, that divide the
+    page evenly, for engines and shaders that count cells."""
     max_size: int = Field(default=4096, ge=16, le=16384)
     """Largest side of a page, px."""
+    pot: bool = False
+    """Sides of pages are powers of two. In a grid, those of cells are too."""
+    square: bool = False
+    """Pages are as wide as high."""
+    multiple_of: Literal[1, 2, 4] = 1
+    """Sides of pages are multiples of this, px: 4 for block-compressed textures."""
     padding: int = Field(default=2, ge=0, le=64)
-    """Empty px between neighbours."""
+    """Empty px between neighbours. In a grid, the gutter: half of it on each side of a cell."""
+    border: int = Field(default=0, ge=0, le=64)
+    """Empty px along the edges of a page. None in a grid, whose cells divide the page evenly."""
+    extrude: int = Field(default=0, ge=0, le=16)
+    """Repeat the outermost px of every frame this often around it, so that a client which filters
+    finds the same colour beyond its edge. For tiles and opaque frames."""
+    bleed: int = Field(default=0, ge=0, le=64)
+    """Give transparent px up to this far from a visible one its colour, so that filters and mips
+    mix no black in. Alpha stays as it is. Only ``alpha: straight`` needs it."""
+    rotate: bool = False
+    """Frames may lie turned by 90° on a page. Not every client can show them."""
     trim: Annotated[Literal["frame", "animation", "none"], OFF] = "frame"
-    """Cut empty borders: of each ``frame``, by one box for the ``animation``, or not at all."""
+    """Cut empty borders: of each ``frame``, by one box for the ``animation``, or not at all.
+    Cells of a grid all show the same part, so that there ``frame`` means ``animation``."""
+    trim_threshold: int = Field(default=0, ge=0, le=254)
+    """Borders where alpha (or light, on pages that add it) is at most this, of 255, count as
+    empty."""
+    dedupe: bool = True
+    """Frames with the same pixels share one place. Not in a grid."""
+    pivot: Pivot = "base"
+    """The point of the frame that a client puts where the effect is: the foot of the flame
+    (``base``), the ``bottom``, ``center`` or ``top`` of the frame, or [x, y] in frame widths and
+    heights from its top-left corner."""
+    scales: Annotated[
+        tuple[Annotated[float, Field(gt=0, le=1)], ...],
+        LIST,
+        Field(min_length=1, max_length=4),
+        AfterValidator(_all_sizes),
+    ] = (1.0,)
+    """Sizes to write everything in: 1 and any of 0.5, 0.25, 0.125. All share one layout; smaller
+    ones are filtered in linear light and called ``name@0.5x``."""
+    members: Annotated[tuple[Annotated[str, Field(min_length=1)], ...], LIST] = ()
+    """Other recipes whose effects go onto these pages too, relative to the recipe file. Of their
+    ``atlas``, ``exports`` and ``tracks``, only this recipe's count."""
+    format: Literal["png", "webp"] = "png"
+    """Files of the pages; ``webp`` is lossless."""
+    compression: Literal["fast", "small"] = "fast"
+    """``fast`` to write, or as ``small`` as can be had (PNG needs the extra ``small``)."""
     alpha: Literal["straight", "premultiplied", "additive"] = "straight"
     """How coverage is stored. ``additive``: light on black with alpha 0."""
     blend_space: Literal["srgb", "linear"] = "srgb"
     """Where the client blends: ``srgb`` (Godot 2D, Pixi, Phaser, canvas, Unity gamma) or
     ``linear`` (Unity linear)."""
+
+    @model_validator(mode="after")
+    def _refuse_contradictions(self) -> Self:
+        if problem := _grid_problem(self) or _pixel_problem(self):
+            raise ValueError(problem)
+        return self
+
+
+class TemplateExport(Settings):
+    """A file of your own form, from a Jinja2 template."""
+
+    template: str = Field(min_length=1, pattern=r"^[^\x00]+$")
+    """The template, relative to the recipe file. ``fire-atlas inspect --context`` shows what it
+    sees."""
+    to: str = Field(min_length=1, max_length=200)
+    """Name of the file it becomes, a template too: ``{{ name }}.ext``."""
+
+
+Export = Annotated[
+    Annotated[ExportName, WORD] | Annotated[TemplateExport, BLOCK],
+    either("the name of a format, or {template: ..., to: ...}"),
+]
+
+
+def export_problem(atlas: Atlas, exports: tuple[str | TemplateExport, ...]) -> str | None:
+    """Say which export cannot describe such pages, and why."""
+    for export in exports:
+        if atlas.rotate and export in UPRIGHT_ONLY:
+            return (
+                f"exports: {export} cannot be had with atlas.rotate: its clients show frames as "
+                f"they lie on the page; set atlas.rotate to false"
+            )
+        if export == "css" and (atlas.alpha, atlas.blend_space) != ("straight", "srgb"):
+            return (
+                f"exports: css cannot be had with atlas.alpha {atlas.alpha} and blend_space "
+                f"{atlas.blend_space}: browsers blend images with straight alpha in sRGB"
+            )
+    return None
+
+
+def missing_extra(atlas: Atlas) -> str | None:
+    """Say what has to be installed before such pages can be written, if anything."""
+    if (atlas.format, atlas.compression) != ("png", "small") or find_spec("oxipng"):
+        return None
+    return (
+        "atlas.compression: small needs oxipng for PNG pages: pip install 'fire-atlas[small]', or "
+        "set atlas.compression to fast, or atlas.format to webp"
+    )
+
+
+def _grid_problem(atlas: Atlas) -> str | None:
+    if atlas.layout != "grid":
+        return None
+    if atlas.rotate:
+        return "rotate: a grid shows every frame upright; use layout packed, or leave rotate out"
+    if atlas.border:
+        return "border: the cells of a grid divide the page evenly; padding is their gutter"
+    if atlas.dedupe and "dedupe" in atlas.model_fields_set:
+        return "dedupe: a grid has one cell for every frame; use layout packed, or leave it out"
+    return None
+
+
+def _pixel_problem(atlas: Atlas) -> str | None:
+    if 2 * atlas.border >= atlas.max_size:
+        return f"border: two of {atlas.border} px leave nothing of max_size {atlas.max_size}"
+    if atlas.bleed and atlas.alpha != "straight":
+        return (
+            f"bleed: alpha {atlas.alpha} needs none; colour under transparent pixels would be "
+            f"added to the picture"
+        )
+    if atlas.trim_threshold and atlas.trim == "none":
+        return "trim_threshold: nothing is cut with trim none; leave one of them out"
+    if atlas.format == "webp" and atlas.max_size > _WEBP_SIDE:
+        return f"max_size: a WebP has at most {_WEBP_SIDE} px a side; got {atlas.max_size}"
+    return None

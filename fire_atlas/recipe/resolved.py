@@ -23,7 +23,17 @@ _Dumper.add_representer(list, _one_line)
 def resolved_yaml(loaded: LoadedRecipe) -> str:
     """Return the whole recipe in model order; saved beside ``loaded.path`` it builds the same."""
     values = loaded.recipe.model_dump(mode="json")
-    values["source"]["path"] = _relative(loaded.source_path, loaded.base.resolve())
+    base = loaded.base.resolve()
+    if loaded.source_path is None:
+        del values["source"]
+    else:
+        values["source"]["path"] = _relative(loaded.source_path, base)
+    values["atlas"]["members"] = [
+        _relative(member.path.resolve(), base) for member in loaded.members
+    ]
+    for export in values["exports"]:
+        if isinstance(export, dict):
+            export["template"] = _relative(loaded.templates[export["template"]], base)
     return yaml.dump(
         values, Dumper=_Dumper, sort_keys=False, default_flow_style=False, allow_unicode=True
     )

@@ -38,5 +38,6 @@ def recipe_schema() -> dict[str, Any]:
         "anyOf": [
             {"required": [EXTENDS]},
             {"required": ["source"], "properties": {"source": path_needed}},
+            {"required": ["atlas"], "properties": {"atlas": {"required": ["members"]}}},
         ],
     }

@@ -71,3 +71,44 @@ def read_tree(path: Path, overrides: Sequence[str] = ()) -> RecipeTree:
         document = merge(document, parse_override(text))
     document, files = inherit(document, path)
     return RecipeTree(path, document.values, document.origins, files)
+
+
+MEMBERS = ("atlas", "members")
+"""The key that names recipes whose effects share the pages of another."""
+
+
+def member_trees(tree: RecipeTree) -> list[RecipeTree]:
+    """Return the recipes that share the pages of ``tree``, as they are written.
+
+    Raises:
+        RecipeError: One cannot be read, has members itself, or the name of another.
+    """
+    members = tree.value(MEMBERS)
+    found: list[RecipeTree] = []
+    taken = {tree.name} if "source" in tree.values else set[str]()
+    for i, name in enumerate(members if isinstance(members, list) else []):
+        where = tree.origin((*MEMBERS, i)).locate((*MEMBERS, i))
+        if not isinstance(name, str) or not name or "\0" in name:
+            raise RecipeError(f"{where}: must be the path of a recipe")
+        member = read_tree(tree.file_at((*MEMBERS, i), name))
+        if member.value(MEMBERS):
+            raise RecipeError(f"{where}: has members itself; name those here instead")
+        if member.name in taken:
+            raise RecipeError(
+                f"{where}: another effect on these pages is called {member.name} too; give one of "
+                f"them another `name`"
+            )
+        taken.add(member.name)
+        found.append(member)
+    return found
+
+
+def templates(tree: RecipeTree) -> dict[str, Path]:
+    """Return the absolute path of each template in ``exports``, by what the recipe calls it."""
+    exports = tree.values.get("exports")
+    found = {}
+    for i, export in enumerate(exports if isinstance(exports, list) else []):
+        name = export.get("template") if isinstance(export, dict) else None
+        if isinstance(name, str):
+            found[name] = tree.file_at(("exports", i, "template"), name)
+    return found

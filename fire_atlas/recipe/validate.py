@@ -15,7 +15,7 @@ from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.name import NAME_ADVICE, NAME_PATTERN
 from fire_atlas.recipe.origin import KeyPath, dotted
 from fire_atlas.recipe.suggest import did_you_mean
-from fire_atlas.recipe.tree import RecipeTree
+from fire_atlas.recipe.tree import MEMBERS, RecipeTree
 
 _PATTERNS = {
     NAME_PATTERN: NAME_ADVICE,
@@ -26,7 +26,7 @@ _PATTERNS = {
 def validate(tree: RecipeTree) -> Recipe:
     """Return the recipe ``tree`` describes; raise ``RecipeError`` with a line for each mistake."""
     try:
-        return Recipe.model_validate(tree.values)
+        return Recipe.model_validate(_with_source(tree))
     except ValidationError as error:
         found = [(_key_path(details), details) for details in error.errors(include_url=False)]
     lines = [
@@ -35,6 +35,13 @@ def validate(tree: RecipeTree) -> Recipe:
         if not any(_inside(other, path) for other, _ in found)
     ]
     raise RecipeError("\n".join(text for _, text in sorted(lines, key=lambda line: line[0])))
+
+
+def _with_source(tree: RecipeTree) -> dict[str, Any]:
+    """Return what to validate: without members, a recipe needs a source, if only a missing one."""
+    if "source" in tree.values or tree.value(MEMBERS):
+        return tree.values
+    raise RecipeError(f"{tree.origin(('source',)).locate(('source',))}: {_missing(('source',))}")
 
 
 def _key_path(details: ErrorDetails) -> KeyPath:

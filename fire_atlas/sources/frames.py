@@ -38,7 +38,7 @@ def open_frames(settings: FramesSource, path: Path, blend_space: str) -> Clip:
     reel = remembering(reel)
     inputs = reel.inputs if len(reel.inputs) == 1 else tuple(reel.inputs[i] for i in chosen)
     told = settings.matte in ("luminance", "none")
-    samples = [] if told else [reel.read(i) for i in _spread(chosen)]
+    samples = [] if told else [reel.read(i) for i in spread(chosen)]
     choice = matte.choose(settings.matte, samples, str(path))
     height = settings.height or reel.height
     width = width_for(height, (reel.width, reel.height))
@@ -85,7 +85,7 @@ def _resized(
     return matte.over_black(pixels) if kind == "none" else pixels
 
 
-def _spread(chosen: range) -> list[int]:
+def spread(chosen: range) -> list[int]:
     """Return a handful of frame numbers, first and last among them, in ascending order."""
     places = np.linspace(0, len(chosen) - 1, min(_SAMPLES, len(chosen)))
     return [chosen[round(float(place))] for place in places]
@@ -130,7 +130,8 @@ def _open_images(files: Sequence[Path], chosen: range) -> Reel:
         if (header.width, header.height) != (first.width, first.height):
             raise SourceError(
                 f"{files[i]}: is {header.width}x{header.height}, but {files[chosen[0]].name} is "
-                f"{first.width}x{first.height}; all frames must have one size"
+                f"{first.width}x{first.height}; all frames must have one size "
+                "(a recipe that only packs, with flakes: none and no blur, takes any sizes)"
             )
     return Reel(
         width=first.width,

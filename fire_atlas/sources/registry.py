@@ -9,6 +9,7 @@ from fire_atlas.recipe.source import FramesSource
 
 if TYPE_CHECKING:
     from fire_atlas.core.clip import Clip
+    from fire_atlas.sources.sprites import Sprites
 
 
 def open_source(settings: FramesSource, path: Path, blend_space: str) -> Clip:
@@ -27,5 +28,19 @@ def open_source(settings: FramesSource, path: Path, blend_space: str) -> Clip:
             from fire_atlas.sources.frames import open_frames
 
             return open_frames(settings, path, blend_space)
+        case _:
+            assert_never(settings)
+
+
+def open_sprites(settings: FramesSource, path: Path, blend_space: str, name: str) -> Sprites | None:
+    """Open what a recipe that only packs names, if that is more than the frames of one clip.
+
+    Args as of ``open_source``; ``name`` is what sprites are called whose files have none.
+    """
+    match settings:
+        case FramesSource():
+            from fire_atlas.sources.sprites import open_sprites as open_images
+
+            return open_images(settings, path, blend_space, name)
         case _:
             assert_never(settings)

@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fire_atlas.atlas.trim import Box, boxes, lit_box, trimmed
+from fire_atlas.atlas.layout import Box
+from fire_atlas.atlas.trim import boxes, lit_box, trimmed
 from fire_atlas.core.pixels import Bytes
 
 sparse_images = arrays(
@@ -41,11 +42,11 @@ def test_an_animation_shares_one_box_that_empty_frames_do_not_widen() -> None:
     frames[0, 5:10, 8:12] = 9
     frames[1, 7:15, 10:20] = 9
     sprites = [trimmed(frame) for frame in frames]
-    assert boxes(sprites, "animation", 30, 20) == [Box(8, 5, 12, 10)] * 3
-    assert boxes(sprites, "frame", 30, 20) == [Box(8, 5, 4, 5), Box(10, 7, 10, 8), Box(0, 0, 1, 1)]
-    assert boxes(sprites, "none", 30, 20) == [Box(0, 0, 30, 20)] * 3
+    assert boxes(sprites, "animation") == [Box(8, 5, 12, 10)] * 3
+    assert boxes(sprites, "frame") == [Box(8, 5, 4, 5), Box(10, 7, 10, 8), Box(0, 0, 1, 1)]
+    assert boxes(sprites, "none") == [Box(0, 0, 30, 20)] * 3
 
 
 def test_an_animation_without_any_light_is_one_pixel() -> None:
     sprites = [trimmed(np.zeros((20, 30, 4), np.uint8))] * 2
-    assert boxes(sprites, "animation", 30, 20) == [Box(0, 0, 1, 1)] * 2
+    assert boxes(sprites, "animation") == [Box(0, 0, 1, 1)] * 2

@@ -24,6 +24,7 @@ import numpy as np
 
 from fire_atlas.atlas.layout import Sprite
 from fire_atlas.atlas.pack import pack
+from fire_atlas.atlas.page_rules import PageRules
 from fire_atlas.atlas.png import write_png
 from fire_atlas.atlas.trim import trimmed
 from fire_atlas.build import BuildReport
@@ -45,7 +46,7 @@ def floor(clip: Path, jobs: int) -> float:
     with Workers(jobs) as workers:
         sprites = list(workers.map(sprite, sorted(clip.glob("*.png"))))
         sizes = [(s.image.shape[1], s.image.shape[0]) for s in sprites]
-        packing = pack(sizes, 4096, 2, "packed")
+        packing = pack(sizes, PageRules(4096, padding=2))
         for number, (width, height) in enumerate(packing.pages):
             page: Bytes = np.zeros((height, width, 4), np.uint8)
             for place, s in zip(packing.places, sprites, strict=True):

@@ -25,7 +25,7 @@ def rendered(monkeypatch: pytest.MonkeyPatch) -> dict[int, Pixels]:
         frames[i] = render(i, *arguments)
         return frames[i].copy()
 
-    monkeypatch.setattr("fire_atlas.build.render", watched)
+    monkeypatch.setattr("fire_atlas.part.render", watched)
     return frames
 
 

@@ -5,8 +5,11 @@ import json
 import os
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
+
+from fire_atlas.flame.study import FlameStudy, study_flame
 
 from .desk import Desk, contents
 
@@ -123,12 +126,12 @@ def test_an_input_that_changes_during_the_build_is_noticed_afterwards(
     """An artist saves while a build runs: the pages may show either picture."""
     frame = desk.folder / "clip" / "0005.png"
 
-    def saved_meanwhile(*arguments: object) -> tuple[float, float]:
+    def saved_meanwhile(*arguments: Any) -> FlameStudy:
         shutil.copy(desk.folder / "clip" / "0000.png", frame)
-        return 0.5, 1.0
+        return study_flame(*arguments)
 
     with monkeypatch.context() as patch:
-        patch.setattr("fire_atlas.build._anchor", saved_meanwhile)
+        patch.setattr("fire_atlas.part.study_flame", saved_meanwhile)
         assert desk.run("build", recipe, "--force").code == 0
     assert_builds_once(desk, recipe)
 

@@ -50,7 +50,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Tracks]:
         seed=7,
     )
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fire_atlas.build.fly_flakes", watched)
+        patch.setattr("fire_atlas.part.fly_flakes", watched)
         desk.built(recipe, "--set", "source.fps=24")
     return desk.build, kept[0]
 

@@ -137,6 +137,7 @@ def test_effects_can_be_switched_off_in_any_way_yaml_knows(write: Write, off: st
     effects = f"flakes: {off}\nmotion_blur: {off}\natlas: {{trim: {off}}}"
     recipe = load(write(f"{source}\n{effects}")).recipe
     assert (recipe.flakes, recipe.motion_blur) == ("none", "none")
+    assert recipe.source is not None
     assert (recipe.atlas.trim, recipe.source.matte) == ("none", "none")
 
 

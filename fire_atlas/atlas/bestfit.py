@@ -1,0 +1,166 @@
+"""Fill pages by best-fit: the lowest ledge chooses the rectangle that suits it best.
+
+After Burke, Kendall and Whitwell, "A new placement heuristic for the orthogonal stock-cutting
+problem" (2004). How well a rectangle suits a ledge is a sum of points, an idea of Leung, Zhang
+and Sim, "A two-stage intelligent search algorithm for the two-dimensional strip packing problem"
+(2011).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.atlas.skyline import Flags, Indices, Ints, Ledge, Skyline
+
+Floats = NDArray[np.float32]
+
+_TIDY = 16
+"""Steps after which rectangles that are taken are left out of the arithmetic."""
+
+# Points, found by trying thousands of others on sets of 300 rectangles that no test uses. Besides
+# them, a rectangle has its wish: large ones first, and tall ones before wide ones.
+_FILLS = 2.3  # takes the ledge's whole width
+_LEVEL_WITH_FAR = 4.0  # ends level with the wall that reaches further down
+_LEVEL_WITH_NEAR = 1.1  # ends level with the other wall
+_FILLS_TO_FAR = 2.0  # besides, if both
+_FILLS_TO_NEAR = 1.5
+_FILLS_BEYOND = 1.4  # takes the whole width and reaches beyond both walls
+_SLIVER = 0.3  # leaves a rest too narrow for anything, so nearly takes the width
+_WASTE = 6.5  # taken off for each typical area that is lost below such a rest
+_STEP = 0.57  # taken off for each typical side between its end and the further wall's
+_LONGEST_STEP = 2.6  # typical sides; beyond, all steps are alike
+_TALL_FIRST = 0.66  # a wish is ln(height) + this · ln(width)
+
+
+class Batch(NamedTuple):
+    """What to place on each of B pages, in px.
+
+    Attributes:
+        widths, heights: (B, n), the rectangles as each page takes them.
+        owners: (n,): columns of one owner are one rectangle, upright and turned.
+        page_widths, page_heights: (B,), room on each page.
+        wishes: (B, n), points every rectangle has of its own; -inf leaves it out.
+    """
+
+    widths: Ints
+    heights: Ints
+    owners: Ints
+    page_widths: Ints
+    page_heights: Ints
+    wishes: Floats
+
+
+class Filled(NamedTuple):
+    """Top-left corner of each rectangle: (B, n), px; -1 if it was not placed."""
+
+    x: Ints
+    y: Ints
+
+
+def wishes_of(sizes: Ints) -> Floats:
+    """Return the points (n,) of their own that rectangles of these sizes (n, 2), px, have."""
+    # Not numpy's logarithm, whose last bits depend on the processor.
+    wishes = [math.log(high) + _TALL_FIRST * math.log(wide) for wide, high in sizes.tolist()]
+    return np.array(wishes, np.float32)
+
+
+def fill(batch: Batch) -> Filled:
+    """Place as many rectangles on each page as best-fit finds room for."""
+    stock = _Stock(batch)
+    skyline = Skyline(batch.page_widths, batch.widths.shape[1] + 1)
+    while True:
+        ledge = skyline.lowest()
+        room = batch.page_heights - ledge.y
+        going = (room > 0) & (stock.count > 0)
+        if not going.any():
+            return Filled(stock.x, stock.y)
+        chosen, fits = stock.choose(ledge, room)
+        rows = np.flatnonzero(fits & going)
+        width, height = stock.size(rows, chosen[rows])
+        stock.take(rows, chosen[rows], skyline.put(rows, ledge, width, height), ledge.y[rows])
+        stuck = np.flatnonzero(~fits & going)
+        skyline.rise(stuck, ledge, batch.page_heights[stuck])
+
+
+class _Stock:
+    """The rectangles that are left for each page, and where the others went."""
+
+    def __init__(self, batch: Batch) -> None:
+        pages, columns = batch.widths.shape
+        kinds = len(np.unique(batch.owners))
+        self._rows = np.arange(pages)
+        self._ids = np.tile(np.arange(columns), (pages, 1))
+        self._owners = np.tile(batch.owners, (pages, 1))
+        self._widths = batch.widths.astype(np.float32)  # whole numbers, but faster
+        self._heights = batch.heights.astype(np.float32)
+        self._wishes = batch.wishes.copy()  # -inf: taken
+        self._side = math.sqrt(float(np.mean(batch.widths[0] * batch.heights[0])))
+        self._turnable = kinds < columns
+        self._narrowest, self._age = np.zeros(pages, np.float32), 0
+        self.count = np.isfinite(batch.wishes).sum(axis=1) // (columns // kinds)
+        self.x, self.y = (np.full((pages, columns), -1, np.int64) for _ in range(2))
+
+    def size(self, rows: Indices, columns: Indices) -> tuple[Ints, Ints]:
+        """Return widths and heights of one rectangle a row, px."""
+        widths, heights = self._widths[rows, columns], self._heights[rows, columns]
+        return widths.astype(np.int64), heights.astype(np.int64)
+
+    def choose(self, ledge: Ledge, room: Ints) -> tuple[Indices, Flags]:
+        """Return the column that suits each page's ledge best, and whether it fits at all."""
+        if self._age % _TIDY == 0:
+            self._forget_taken()
+        self._age += 1
+        points = self._points(ledge, room)
+        best = points.argmax(axis=1)
+        return best, points[self._rows, best] > -np.inf
+
+    def take(self, rows: Indices, columns: Indices, x: Ints, y: Ints) -> None:
+        """Note where one rectangle of each row went."""
+        ids = self._ids[rows, columns]
+        self.x[rows, ids], self.y[rows, ids] = x, y
+        self.count[rows] -= 1
+        self._wishes[rows, columns] = -np.inf
+        if self._turnable:
+            twins = self._owners[rows] == self._owners[rows, columns][:, None]
+            self._wishes[rows] = np.where(twins, np.float32(-np.inf), self._wishes[rows])
+
+    def _points(self, ledge: Ledge, room: Ints) -> Floats:
+        """Return the points (B, columns) of every rectangle; -inf where it does not fit."""
+        near = np.minimum(ledge.left, ledge.right).astype(np.float32)[:, None]
+        far = np.maximum(ledge.left, ledge.right).astype(np.float32)[:, None]
+        rest = ledge.width.astype(np.float32)[:, None] - self._widths
+        step = np.abs(self._heights - far)
+        points: Floats = np.minimum(step, np.float32(_LONGEST_STEP * self._side))
+        points *= np.float32(-_STEP / self._side)
+        points += self._wishes
+        fills, level_near, level_far = rest == 0, self._heights == near, step == 0
+        points[level_far] += np.float32(_LEVEL_WITH_FAR)
+        points[level_near] += np.float32(_LEVEL_WITH_NEAR)
+        points[fills] += np.float32(_FILLS)
+        points[fills & level_near] += np.float32(_FILLS_TO_NEAR)
+        points[fills & level_far] += np.float32(_FILLS_TO_FAR)
+        points[fills & (self._heights > far)] += np.float32(_FILLS_BEYOND)
+        self._mind_slivers(points, rest, near)
+        points[(rest < 0) | (self._heights > room.astype(np.float32)[:, None])] = -np.inf
+        return points
+
+    def _mind_slivers(self, points: Floats, rest: Floats, near: Floats) -> None:
+        at = np.nonzero((rest > 0) & (rest < self._narrowest[:, None]))
+        lost = rest[at] * np.minimum(self._heights[at], near[at[0], 0])
+        points[at] += np.float32(_SLIVER) - lost * np.float32(_WASTE / self._side**2)
+
+    def _forget_taken(self) -> None:
+        """Drop columns that are taken, and see how narrow the narrowest of the others is."""
+        taken = np.isneginf(self._wishes)
+        most = max(int((~taken).sum(axis=1).max()), 1)
+        if most < 0.8 * taken.shape[1]:
+            keep = np.argsort(taken, axis=1, kind="stable")[:, :most]
+            self._ids = np.take_along_axis(self._ids, keep, axis=1)
+            self._owners = np.take_along_axis(self._owners, keep, axis=1)
+            self._widths = np.take_along_axis(self._widths, keep, axis=1)
+            self._heights = np.take_along_axis(self._heights, keep, axis=1)
+            self._wishes = np.take_along_axis(self._wishes, keep, axis=1)
+            taken = np.isneginf(self._wishes)
+        self._narrowest = np.where(taken, np.float32(np.inf), self._widths).min(axis=1)

@@ -1,0 +1,90 @@
+"""Draw pages: each frame in its place, and what goes around it."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import cv2
+import numpy as np
+
+from fire_atlas.atlas.layout import AtlasSheet, Box, Region, Sprite
+from fire_atlas.atlas.trim import cell
+from fire_atlas.core.pixels import Bytes
+from fire_atlas.recipe.output import Atlas
+
+
+@dataclass(frozen=True, slots=True)
+class Edges:
+    """What goes around a frame on its page.
+
+    Attributes:
+        extrude: So many px repeat the frame's outermost ones.
+        bleed: Transparent px up to so far from a visible one get its colour.
+        margin: How far beyond the extruded frame the page is its own, px.
+    """
+
+    extrude: int
+    bleed: int
+    margin: int
+
+    @classmethod
+    def of(cls, settings: Atlas, scale: float) -> Self:
+        """Return the edges of frames of that scale."""
+        return cls(
+            extrude=math.ceil(settings.extrude * scale),
+            bleed=math.ceil(settings.bleed * scale),
+            margin=int(settings.padding * scale) // 2,
+        )
+
+
+def draw_page(sheet: AtlasSheet, page: int, sprites: Sequence[Sprite], edges: Edges) -> Bytes:
+    """Draw one page, (H, W, 4) uint8, with the sprites of the sheet's regions, in order."""
+    image = np.zeros((sheet.pages[page].height, sheet.pages[page].width, 4), np.uint8)
+    drawn = set()
+    for region, sprite in zip(sheet.regions, sprites, strict=True):
+        if region.page == page and (region.x, region.y) not in drawn:
+            drawn.add((region.x, region.y))
+            _draw(image, region, sprite, edges)
+    return image
+
+
+def _draw(page: Bytes, region: Region, sprite: Sprite, edges: Edges) -> None:
+    frame = cell(sprite, Box(region.trim_x, region.trim_y, region.width, region.height))
+    if region.turned:
+        frame = np.rot90(frame, -1)
+    if edges.extrude:
+        frame = np.pad(frame, ((edges.extrude,) * 2, (edges.extrude,) * 2, (0, 0)), mode="edge")
+    x, y = region.x - edges.extrude, region.y - edges.extrude
+    if edges.bleed:
+        reach = min(edges.bleed, edges.margin)
+        frame = bled(np.pad(frame, ((reach, reach), (reach, reach), (0, 0))), edges.bleed)
+        x, y = x - reach, y - reach
+    _paste(page, frame, x, y)
+
+
+def _paste(page: Bytes, image: Bytes, x: int, y: int) -> None:
+    """Put ``image`` onto ``page`` at (x, y), without what lies beyond the page."""
+    left, top = max(-x, 0), max(-y, 0)
+    right, bottom = page.shape[1] - x, page.shape[0] - y
+    seen = image[top:bottom, left:right]
+    page[y + top : y + top + seen.shape[0], x + left : x + left + seen.shape[1]] = seen
+
+
+def bled(image: Bytes, reach: int) -> Bytes:
+    """Return ``image`` (H, W, 4) with colour under its transparent pixels; alpha is untouched.
+
+    Each within ``reach`` px of a visible one has the colour of the nearest.
+    """
+    hidden = image[..., 3] == 0
+    if hidden.all() or not hidden.any():
+        return image
+    distance, labels = cv2.distanceTransformWithLabels(
+        hidden.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    colours = np.zeros((int(labels.max()) + 1, 3), np.uint8)
+    colours[labels[~hidden]] = image[..., :3][~hidden]
+    near = hidden & (distance <= reach)
+    image = image.copy()
+    image[..., :3][near] = colours[labels[near]]
+    return image

@@ -1,0 +1,208 @@
+"""Look for the smallest page: best-fit over page shapes, then variations of what did well.
+
+The amount of search is fixed by the number of rectangles, never by a clock, and its chance does
+not depend on the recipe: the same sizes are packed the same everywhere.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.atlas.bestfit import Batch, Floats, fill, wishes_of
+from fire_atlas.atlas.page_rules import PageRules, Size, effective_area
+from fire_atlas.core.chance import Stage, generator
+
+_TOGETHER = 96
+"""Most pages filled at the same time."""
+
+_EFFORT, _EFFORT_OF_MANY = 300_000, 72_000
+"""Rectangles looked at in a search, over all the pages it tries: for one page, or the first of
+several."""
+
+_GENERATIONS = 9
+"""Most rounds of a search: the first over page shapes, the others near what did well."""
+
+_NARROWEST, _WIDEST = 0.6, 1.7
+"""Page widths that are tried, in sides of a square that holds all rectangles."""
+
+_KEPT, _PARENTS = 16, 8
+_NOISE = 0.02
+"""How far the wishes of a variation are from those of its parent, in points."""
+
+_NEAR = 1.0005
+"""A page this much larger than the smallest is as good, if it is squarer."""
+
+_PROBES = 16
+
+
+class Put(NamedTuple):
+    """A rectangle, by its number, and where its top-left corner went on its page, px.
+
+    A ``turned`` one takes its height across and its width down.
+    """
+
+    number: int
+    x: int
+    y: int
+    turned: bool
+
+
+class Guess(NamedTuple):
+    """How to fill a page.
+
+    Attributes:
+        width: Room across.
+        upended: Whether x and y are exchanged, so that the page is filled from the left.
+        wishes: (n,), points that each rectangle has of its own; -inf leaves it out.
+    """
+
+    width: int
+    upended: bool
+    wishes: Floats
+
+
+class Trial(NamedTuple):
+    """A page that was filled.
+
+    Attributes:
+        missing: Area of what was not placed.
+        area: Area of the page, where a very long one counts as larger.
+        used: Area of the part of it that is taken.
+        size: Width and height of the page.
+        guess: What it came from.
+        puts: What lies where.
+    """
+
+    missing: int
+    area: float
+    used: int
+    size: Size
+    guess: Guess
+    puts: tuple[Put, ...]
+
+
+class Search:
+    """A search for good pages for some rectangles."""
+
+    def __init__(self, sizes: Sequence[Size], rules: PageRules) -> None:
+        """``sizes`` are (width, height) with padding at the right and the bottom."""
+        self._rules = rules
+        self._limit = rules.room(rules.largest)
+        # Sorted, so that the order in which they are given does not matter.
+        self._numbers = sorted(range(len(sizes)), key=lambda i: (-sizes[i][1], -sizes[i][0], i))
+        upright = np.array([sizes[i] for i in self._numbers], np.int64)
+        self._sizes = np.concatenate([upright, upright[:, ::-1]]) if rules.rotate else upright
+        self._area = int(upright.prod(axis=1).sum())
+        self._wishes = wishes_of(self._sizes), wishes_of(self._sizes[:, ::-1])
+
+    def best(self, rounds: int = _GENERATIONS) -> Trial:
+        """Return the smallest page for all rectangles or, if none was found, the fullest.
+
+        Fewer ``rounds`` will do for a page that is known to be nearly full.
+        """
+        effort = _EFFORT if self._area <= self._limit**2 else _EFFORT_OF_MANY
+        tries = max(effort // len(self._sizes), 16)
+        together = min(tries, _TOGETHER)
+        trials = self._sorted(self._try(self._shapes(together)))
+        for generation in range(1, min(tries // together, rounds)):
+            if trials[0].used == self._area:
+                break  # nothing is empty
+            varied = self._variations(trials[:_PARENTS], together, generation)
+            trials = self._sorted(trials + self._try(varied))
+        return self._squarest(trials)
+
+    def leading(self) -> int:
+        """Return how many rectangles, from the first on, surely fit on one page together."""
+        fits, most = 1, len(self._numbers)
+        while fits < most:
+            counts = np.unique(np.linspace(fits + 1, most, _PROBES, dtype=int)).tolist()
+            trials = self._try([self._guess_of_first(count) for count in counts])
+            fitted = [len(trial.puts) == n for trial, n in zip(trials, counts, strict=True)]
+            first_failure = fitted.index(False) if False in fitted else len(counts)
+            most = counts[first_failure] - 1 if first_failure < len(counts) else most
+            fits = counts[first_failure - 1] if first_failure else fits
+        return fits
+
+    def _guess_of_first(self, count: int) -> Guess:
+        later = np.tile(np.array(self._numbers) >= count, len(self._sizes) // len(self._numbers))
+        wishes = np.where(later, np.float32(-np.inf), self._wishes[False])
+        return Guess(self._limit, False, wishes)
+
+    def _shapes(self, count: int) -> list[Guess]:
+        """Return ``count`` guesses over many page shapes; noise tells alike ones apart."""
+        low, high = (0.99, 1.2) if self._rules.square else (_NARROWEST, _WIDEST)
+        noise = _noise((count, len(self._sizes)), 0)
+        guesses: dict[tuple[int, bool], Guess] = {}
+        repeated = []
+        for i, shape in enumerate(np.repeat(np.linspace(low, high, -(-count // 2)), 2)[:count]):
+            upended = bool(i % 2)
+            width = self._width(round(shape * math.sqrt(self._area)), upended)
+            guess = Guess(width, upended, self._wishes[upended])
+            if guesses.setdefault((width, upended), guess) is not guess:
+                repeated.append(guess._replace(wishes=guess.wishes + noise[i]))
+        return [*guesses.values(), *repeated]
+
+    def _variations(self, parents: list[Trial], count: int, generation: int) -> list[Guess]:
+        """Return guesses near those of ``parents``: other wishes, and some other widths."""
+        noise = _noise((count, len(self._sizes)), generation)
+        return [
+            Guess(
+                self._width(parent.width + (i // _PARENTS) % 9 - 4, parent.upended),
+                parent.upended,
+                parent.wishes + noise[i],
+            )
+            for i in range(count)
+            for parent in [parents[i % len(parents)].guess]
+        ]
+
+    def _width(self, room: int, upended: bool) -> int:
+        """Return the room of the page that is nearest to ``room`` and wide enough for anything."""
+        widest = int(self._sizes[:, int(upended)].max())
+        side = self._rules.page(max(room, widest), 1)[0]
+        return self._rules.room(min(side, self._rules.largest))
+
+    def _try(self, guesses: list[Guess]) -> list[Trial]:
+        upended = np.array([guess.upended for guess in guesses])[:, None]
+        width, height = self._sizes.T
+        filled = fill(
+            Batch(
+                widths=np.where(upended, height, width),
+                heights=np.where(upended, width, height),
+                owners=np.arange(len(self._sizes)) % len(self._numbers),
+                page_widths=np.array([guess.width for guess in guesses]),
+                page_heights=np.full(len(guesses), self._limit),
+                wishes=np.stack([guess.wishes for guess in guesses]),
+            )
+        )
+        x, y = np.where(upended, filled.y, filled.x), np.where(upended, filled.x, filled.y)
+        return [self._trial(*args) for args in zip(guesses, x, y, strict=True)]
+
+    def _trial(self, guess: Guess, x: NDArray[np.int64], y: NDArray[np.int64]) -> Trial:
+        placed = np.flatnonzero(x >= 0)
+        used_width = int((x + self._sizes[:, 0])[placed].max(initial=1))
+        used_height = int((y + self._sizes[:, 1])[placed].max(initial=1))
+        size = self._rules.page(used_width, used_height)
+        count, border = len(self._numbers), self._rules.border
+        puts = tuple(
+            Put(self._numbers[i % count], int(x[i]) + border, int(y[i]) + border, i >= count)
+            for i in placed.tolist()
+        )
+        missing = self._area - int(self._sizes[placed].prod(axis=1).sum())
+        return Trial(missing, effective_area(size), used_width * used_height, size, guess, puts)
+
+    def _sorted(self, trials: list[Trial]) -> list[Trial]:
+        """Return the best trials: all placed, or the most; then small; then leaving much unused."""
+        return sorted(trials, key=lambda t: (t.missing, t.area, t.used, max(t.size)))[:_KEPT]
+
+    def _squarest(self, trials: list[Trial]) -> Trial:
+        best = trials[0]
+        near = [t for t in trials if t.missing == best.missing and t.area <= _NEAR * best.area]
+        return min(near, key=lambda trial: max(trial.size))
+
+
+def _noise(shape: tuple[int, int], generation: int) -> Floats:
+    chance = generator(0, Stage.PACKING, generation)
+    return chance.standard_normal(shape, np.float32) * np.float32(_NOISE)

@@ -1,0 +1,108 @@
+"""Source ``frames`` for recipes that only pack: images of any sizes, in named animations."""
+
+import re
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from fire_atlas.core.errors import SourceError
+from fire_atlas.core.pixels import Pixels
+from fire_atlas.recipe.source import FramesSource
+from fire_atlas.sources import matte
+from fire_atlas.sources.frames import DEFAULT_FPS, spread
+from fire_atlas.sources.images import Header, decode, read_header
+from fire_atlas.sources.listing import cut, locate
+
+_NUMBER = re.compile(r"[ _.\-(]*[0-9]+\)?$")
+_UNFIT = re.compile(r"[\x00-\x1f\x7f\"'\\;:/]+")
+"""What no name in an engine's file may hold."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sprites:
+    """Images that need have nothing in common, read on demand.
+
+    Attributes:
+        animations: Name of each animation, and the numbers of its images in playing order.
+        fps: Frames per second of all of them.
+        read: ``read(i)`` gives image i as fresh ``Pixels``; safe to call from several threads.
+        inputs: The files, in order.
+        matte, matte_reason: Where the coverage comes from, and why, as a sentence for people.
+    """
+
+    animations: dict[str, tuple[int, ...]]
+    fps: float
+    read: Callable[[int], Pixels]
+    inputs: tuple[Path, ...]
+    matte: str
+    matte_reason: str
+
+
+def open_sprites(settings: FramesSource, path: Path, blend_space: str, name: str) -> Sprites | None:
+    """Open the images at ``path`` as sprites; None if they are one clip, or no images at all.
+
+    Args:
+        settings: The recipe's ``source``.
+        path: Absolute; may be a glob.
+        blend_space: ``srgb`` or ``linear``: where the client blends, for the luminance matte.
+        name: What an animation is called whose files have numbers for names.
+
+    Raises:
+        SourceError: An image is broken or too large, or the settings ask for what sprites cannot.
+    """
+    located = locate(path)
+    if located.single or settings.grid is not None:
+        return None
+    files = [located.files[i] for i in cut(settings, len(located.files), path)]
+    animations = named(files, name)
+    headers = [read_header(file) for file in files]
+    if len(animations) == 1 and len({(h.width, h.height) for h in headers}) == 1:
+        return None
+    if settings.height is not None:
+        raise SourceError(
+            f"{path}: source.height is for the frames of one clip, but these are several "
+            f"animations or sizes; leave it out, or use atlas.scales"
+        )
+    choice = _matte(settings, files, headers, path)
+    return Sprites(
+        animations=animations,
+        fps=settings.fps or DEFAULT_FPS,
+        read=lambda i: matte.apply(choice.matte, decode(files[i], headers[i]), blend_space),
+        inputs=tuple(files),
+        matte=choice.matte,
+        matte_reason=choice.reason,
+    )
+
+
+def _matte(
+    settings: FramesSource, files: Sequence[Path], headers: Sequence[Header], path: Path
+) -> matte.Choice:
+    told = settings.matte in ("luminance", "none")
+    samples = [] if told else [decode(files[i], headers[i]) for i in spread(range(len(files)))]
+    return matte.choose(settings.matte, samples, str(path))
+
+
+def named(files: Sequence[Path], default: str) -> dict[str, tuple[int, ...]]:
+    """Share files out to animations by their names: ``walk_0001.png`` belongs to ``walk``.
+
+    ``walk/0001.png`` does too where there are several folders. Names that differ in numbers alone,
+    wherever in them, are one animation as well.
+    """
+    stems = [_NUMBER.sub("", file.stem) for file in files]
+    alone = {stem for stem, count in Counter(stems).items() if count == 1}
+    shapes = Counter(_shape(stem) for stem in alone)
+    folders = len({file.parent for file in files}) > 1
+    animations: dict[str, tuple[int, ...]] = {}
+    for i, (file, stem) in enumerate(zip(files, stems, strict=True)):
+        if stem in alone and shapes[_shape(stem)] > 1:
+            stem = _NUMBER.sub("", re.split(r"[0-9]", stem)[0]).rstrip(" _.-(")
+        word = stem or (file.parent.name if folders else default)
+        animation = _UNFIT.sub("_", word)
+        animations[animation] = (*animations.get(animation, ()), i)
+    return animations
+
+
+def _shape(stem: str) -> str:
+    """Return a name without its numbers."""
+    return re.sub(r"[0-9]+", "#", stem)

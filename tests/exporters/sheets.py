@@ -1,0 +1,47 @@
+"""Sheets for exporters to describe, made as a build makes them."""
+
+from typing import Any
+
+import numpy as np
+
+from fire_atlas.atlas.layout import AtlasSheet, Sprite, Strip
+from fire_atlas.atlas.pages import lay_out
+from fire_atlas.atlas.trim import trimmed
+from fire_atlas.recipe.output import Atlas
+
+FRAME = 60
+"""Side of an untrimmed frame, px."""
+
+
+def sprite_of(width: int, height: int, x: int = 5, y: int = 3, value: int = 1) -> Sprite:
+    return trimmed(np.full((height, width, 4), value, np.uint8), x, y, (FRAME, FRAME))
+
+
+def strip_of(
+    sizes: list[tuple[int, int]], name: str = "campfire", *, loop: bool = True, seed: int = 0
+) -> Strip:
+    """A strip of full sprites of these (width, height), at (5, 3) of a 60 × 60 frame."""
+    sprites = tuple(
+        sprite_of(w, h, value=(20 * seed + i) % 250 + 1) for i, (w, h) in enumerate(sizes)
+    )
+    return Strip(name, sprites, 1000 / 24, loop, (30, 54))
+
+
+def sheet_of(sizes: list[tuple[int, int]], **settings: Any) -> AtlasSheet:
+    return sheets_of(sizes, **settings)[0]
+
+
+def sheets_of(sizes: list[tuple[int, int]], **settings: Any) -> tuple[AtlasSheet, ...]:
+    return lay_out("campfire", [strip_of(sizes)], Atlas.model_validate(settings))
+
+
+def sheet_of_fire(**settings: Any) -> AtlasSheet:
+    """Nine frames of differing sizes; the fifth is empty, the last is the first again."""
+    rng = np.random.default_rng(2)
+    sprites = [
+        trimmed(np.full((int(h), int(w), 4), 90 + i, np.uint8), int(x), int(y), (FRAME, FRAME))
+        for i, (w, h, x, y) in enumerate(rng.integers(8, 30, (8, 4)))
+    ]
+    sprites[4] = trimmed(np.zeros((1, 1, 4), np.uint8), 0, 0, (FRAME, FRAME))
+    strip = Strip("campfire", (*sprites, sprites[0]), 1000 / 24, True, (30, 54))
+    return lay_out("campfire", [strip], Atlas.model_validate(settings))[0]

@@ -1,0 +1,87 @@
+// Runs in the browser: draws the frames of an atlas with Phaser 3 or 4, as a game would.
+
+/** The drawing buffer as premultiplied RGBA, top row first, in base64. */
+function readBack(gl, width, height) {
+  const bottomUp = new Uint8Array(width * height * 4);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, bottomUp);
+  let text = "";
+  for (let y = height - 1; y >= 0; y--) {
+    text += String.fromCharCode(...bottomUp.subarray(y * width * 4, (y + 1) * width * 4));
+  }
+  return btoa(text);
+}
+
+/** Load by the loader that the file's name asks for. */
+function load(scene, { id, json, title }) {
+  scene.load.setBaseURL(`/${id}/`);
+  if (json.endsWith(".phaser.json")) {
+    scene.load.multiatlas(title, json);
+    scene.load.animation(`${title}-animations`, json);
+  } else if (json.endsWith(".aseprite.json")) {
+    scene.load.aseprite(title, json.replace(".aseprite.json", ".png"), json);
+  } else {
+    scene.load.atlas(title, json.replace(/(\.array)?\.json$/, ".png"), json);
+    scene.load.json("names", json);
+  }
+}
+
+/** The animation, as the game's code would get it from what was loaded. */
+function animation(scene, { json, title }) {
+  if (json.endsWith(".aseprite.json")) {
+    for (const made of scene.anims.createFromAseprite(title)) made.repeat = -1;
+  }
+  const { animations, frames } = scene.cache.json.get("names") ?? {};
+  if (animations) {
+    const of = (name) => frames[name] ?? frames.find((frame) => frame.filename === name);
+    scene.anims.create({
+      key: title,
+      frames: animations[title].map((name) => ({ key: title, frame: name, duration: of(name).duration })),
+      repeat: -1,
+    });
+  }
+  return scene.anims.get(title);
+}
+
+window.draw = (job) =>
+  new Promise((done, failed) => {
+    const [width, height] = job.size;
+    const scene = {
+      preload() {
+        this.load.on("loaderror", (file) => failed(new Error(`cannot load ${file.key}`)));
+        load(this, job);
+      },
+      create() {
+        setTimeout(() => done(record(this, job)), 0);
+      },
+    };
+    const game = new Phaser.Game({
+      type: Phaser.WEBGL, width, height, transparent: true, banner: false, pixelArt: true, scene,
+      audio: { noAudio: true }, render: { preserveDrawingBuffer: true, antialias: false },
+    });
+
+    function record(running, { at }) {
+      const burn = animation(running, job);
+      const sprite = running.add.sprite(at[0], at[1], job.title);
+      game.loop.stop();
+      let now = performance.now();
+      const frames = burn.frames.map(({ frame }) => {
+        sprite.setTexture(job.title, frame.name);
+        game.step((now += 16), 16);
+        return readBack(game.renderer.gl, width, height);
+      });
+      const played = [];
+      sprite.on("animationupdate", (_, { frame }) => played.push(frame.name));
+      sprite.play(job.title);
+      const tick = 1000 / 240;
+      for (let t = 0; t < (1050 / 24) * (burn.frames.length + 1); t += tick) sprite.anims.update(t, tick);
+      return {
+        version: Phaser.VERSION,
+        frames,
+        names: burn.frames.map(({ frame }) => frame.name),
+        durations: burn.frames.map(({ duration }) => duration),
+        repeat: burn.repeat,
+        played,
+      };
+    }
+  });

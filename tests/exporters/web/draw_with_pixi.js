@@ -1,0 +1,51 @@
+// Runs in the browser: draws the frames of an atlas with PixiJS 8, as a game would.
+
+/** The drawing buffer as premultiplied RGBA, top row first, in base64. */
+function readBack(gl, width, height) {
+  const bottomUp = new Uint8Array(width * height * 4);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, bottomUp);
+  let text = "";
+  for (let y = height - 1; y >= 0; y--) {
+    text += String.fromCharCode(...bottomUp.subarray(y * width * 4, (y + 1) * width * 4));
+  }
+  return btoa(text);
+}
+
+window.draw = async ({ id, json, title, premultiplied, size, at, zoom }) => {
+  const [width, height] = size;
+  const app = new PIXI.Application();
+  PIXI.TextureSource.defaultOptions.scaleMode = "nearest";
+  await app.init({
+    width, height, backgroundAlpha: 0, preference: "webgl", antialias: false, autoStart: false,
+    preserveDrawingBuffer: true,
+  });
+  const textureOptions = premultiplied ? { alphaMode: "premultiplied-alpha" } : {};
+  const sheet = await PIXI.Assets.load({ src: `/${id}/${json}`, data: { textureOptions } });
+  const sheets = [sheet, ...sheet.linkedSheets];
+
+  const textures = sheets
+    .flatMap((page) => page.animations[title] ?? [])
+    .sort((a, b) => (a.label < b.label ? -1 : 1));
+  const durations = Object.assign({}, ...sheets.map((page) => page.data.frames));
+  const sprite = new PIXI.AnimatedSprite(
+    textures.map((texture) => ({ texture, time: durations[texture.label].duration })),
+  );
+  sprite.position.set(...at);
+  sprite.scale.set(zoom);
+  app.stage.addChild(sprite);
+
+  const frames = textures.map((_, i) => {
+    sprite.gotoAndStop(i);
+    sprite.anchor.copyFrom(sprite.texture.defaultAnchor);
+    app.render();
+    return readBack(app.renderer.gl, width, height);
+  });
+
+  const played = [];
+  sprite.gotoAndPlay(0);
+  sprite.onFrameChange = (i) => played.push(textures[i].label);
+  const tick = 1000 / 240;
+  for (let t = 0; t < 1050 / 24 * (textures.length + 1); t += tick) sprite.update({ deltaTime: tick * 0.06 });
+  return { version: PIXI.VERSION, frames, names: textures.map((t) => t.label), played };
+};
