@@ -126,7 +126,8 @@ def study_flame(
     picks = sorted({round(i) for i in np.linspace(0, clip.count - 1, SAMPLES)})
     shown = list(workers.map(lambda i: brightness(clip.read(i), clip.blend_space), picks))
     tells = _flame_mask(shown, is_scene=clip.matte == "none")
-    masks = [tells.of(plane, clip.read(i)) for i, plane in zip(picks, shown, strict=True)]
+    looks = zip(picks, shown, strict=True)
+    masks = list(workers.map(lambda look: tells.of(look[1], clip.read(look[0])), looks))
     box, base = _flame_box(masks)
     spanned = box if features.kappa_over == "flame" else Box(0, 0, clip.width - 1, clip.height - 1)
     weight = kappa((clip.height, clip.width), spanned, buoyancy, features.n)

@@ -18,7 +18,7 @@ from fire_atlas.sources.broken import BrokenFileError
 from fire_atlas.sources.images import check_size, decode_bytes, read_bytes
 from fire_atlas.sources.listing import MAX_FRAMES
 from fire_atlas.sources.picture import Picture, white, with_alpha
-from fire_atlas.sources.reel import Reel, SequentialFrames
+from fire_atlas.sources.reel import Reel, played
 from fire_atlas.sources.timing import resample
 
 _UNSAID_DELAY = Fraction(1, 10)
@@ -90,17 +90,8 @@ def open_animation(path: Path, kind: str, fps: float | None) -> Reel:
         rate, shown = fps, [0]
     else:
         rate, shown = resample([p.delay or _UNSAID_DELAY for p in patches], fps, path)
-    frames = SequentialFrames(
-        partial(_play, path, animation), animation.width * animation.height * 4
-    )
-    return Reel(
-        width=animation.width,
-        height=animation.height,
-        fps=rate,
-        count=len(shown),
-        read=lambda i: frames.read(shown[i]),
-        inputs=(path,),
-    )
+    size = animation.width, animation.height
+    return played(path, size, partial(_play, path, animation), rate, shown)
 
 
 def _parse(path: Path, kind: str) -> Animation:

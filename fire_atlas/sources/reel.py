@@ -3,7 +3,7 @@
 import os
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -74,3 +74,27 @@ class SequentialFrames:
             self._next += 1
             if len(self._ring) > self._kept:
                 self._ring.popitem(last=False)
+
+
+def played(
+    path: Path, size: tuple[int, int], play: Player, fps: float | None, shown: Sequence[int]
+) -> Reel:
+    """Return the reel of a file that is played forwards, one frame after the other.
+
+    Args:
+        path: The file.
+        size: (width, height) of its frames, px.
+        play: Starts from its first frame.
+        fps: Frames per second of the reel.
+        shown: For each frame of the reel, the number of the file's frame that it shows.
+    """
+    width, height = size
+    frames = SequentialFrames(play, width * height * 4)
+    return Reel(
+        width=width,
+        height=height,
+        fps=fps,
+        count=len(shown),
+        read=lambda i: frames.read(shown[i]),
+        inputs=(path,),
+    )

@@ -25,7 +25,7 @@ from fire_atlas.sources.images import check_size, of_opencv, read_bytes
 from fire_atlas.sources.listing import MAX_FRAMES
 from fire_atlas.sources.picture import Picture
 from fire_atlas.sources.pyav import load_pyav
-from fire_atlas.sources.reel import Reel, SequentialFrames
+from fire_atlas.sources.reel import Reel, played
 from fire_atlas.sources.timing import resample
 
 # Read by OpenCV when it opens its first video: its FFmpeg would print what errors say already.
@@ -66,15 +66,8 @@ def open_video(path: Path, fps: float | None) -> Reel:
     delays = _delays(scan)
     stated = scan.fps if scan.fps and abs(sum(delays) * scan.fps - len(delays)) < 0.5 else None
     rate, shown = resample(delays, fps or stated, path)
-    frames = SequentialFrames(partial(play, path, len(scan.stamps)), scan.width * scan.height * 4)
-    return Reel(
-        width=scan.width,
-        height=scan.height,
-        fps=rate,
-        count=len(shown),
-        read=lambda i: frames.read(shown[i]),
-        inputs=(path,),
-    )
+    size = scan.width, scan.height
+    return played(path, size, partial(play, path, len(scan.stamps)), rate, shown)
 
 
 def _delays(scan: Scan) -> list[Fraction]:

@@ -30,15 +30,6 @@ def assert_builds_once(desk: Desk, recipe: Path, *arguments: str) -> None:
     assert second.is_up_to_date and stamps(desk.build) == after
 
 
-@pytest.fixture
-def recipe(desk: Desk) -> Path:
-    """Return a recipe that has been built."""
-    desk.clip()
-    recipe = desk.recipe()
-    desk.built(recipe)
-    return recipe
-
-
 def test_a_second_build_does_nothing_and_says_so(desk: Desk, recipe: Path) -> None:
     before = stamps(desk.build)
     ran = desk.run("build", recipe)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from .desk import Desk, environment, script
+from .desk import environment, script
 
 HEAVY = {"numpy", "cv2", "scipy", "PIL", "pydantic", "av", "rich", "jinja2"}
 
@@ -22,15 +22,6 @@ def imported_by(*arguments: str | Path) -> set[str]:
         check=True,
     )  # fmt: skip
     return set(done.stderr.split())
-
-
-@pytest.fixture
-def recipe(desk: Desk) -> Path:
-    """Return a recipe that is up to date."""
-    desk.clip()
-    recipe = desk.recipe()
-    desk.built(recipe)
-    return recipe
 
 
 def test_an_up_to_date_build_imports_nothing_heavy(recipe: Path) -> None:

@@ -25,15 +25,6 @@ def assert_whole(ran: Ran, before: dict[str, bytes], build: Path, *words: str) -
     assert contents(build) == before
 
 
-@pytest.fixture
-def recipe(desk: Desk) -> Path:
-    """Return a recipe that was built once; with another seed it gives other files."""
-    desk.clip()
-    recipe = desk.recipe()
-    desk.built(recipe)
-    return recipe
-
-
 def test_a_file_where_the_folder_should_be_is_told(desk: Desk) -> None:
     desk.clip()
     desk.build.write_text("mine", encoding="utf-8")
