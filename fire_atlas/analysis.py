@@ -23,7 +23,7 @@ from fire_atlas.field.eddies import Eddies
 from fire_atlas.field.record import OVERLAP, FieldRecord
 from fire_atlas.flakes.emission import Brood, Spawns, emit
 from fire_atlas.flame.features import feature_vectors, refine
-from fire_atlas.flame.motion import optical_flow, thumbnail
+from fire_atlas.flame.motion import optical_flow, shrunk_flow, thumbnail
 from fire_atlas.flame.palette import clip_palette
 from fire_atlas.flame.scene import above
 from fire_atlas.flame.study import FlameStudy
@@ -56,6 +56,7 @@ class _FrameLook:
 
     Attributes:
         thumb: (h, w) uint8, for the optical flow.
+        flow: (h, w, 2), px of the thumbnail a frame, where the clip knows its own motion.
         mask: (H, W) float32, how surely each pixel is flame.
         lit: (rows, columns), how bright each cell is, 0..1.
         feature_x, feature_y: (rows, columns), mean Fv* of each cell in typical lengths.
@@ -63,6 +64,7 @@ class _FrameLook:
     """
 
     thumb: Bytes
+    flow: NDArray[np.float32] | None
     mask: Plane
     lit: Plane
     feature_x: Plane
@@ -173,8 +175,11 @@ def _look(i: int, clip: Clip, recipe: Recipe, study: FlameStudy, brood: Brood) -
     if features.preset == "auto":
         strength = strength * mask
     unit = np.float32(1 / study.typical)
+    thumb = thumbnail(bright)
+    height, width = thumb.shape
     return _FrameLook(
-        thumbnail(bright),
+        thumb,
+        None if clip.flow is None else shrunk_flow(clip.flow(i), (height, width), clip.fps),
         mask,
         cell_means(above(bright, study.mask.dim, study.mask.bright), cell),
         cell_means(fx * unit, cell),
@@ -190,8 +195,10 @@ def _drive(
     here, other, is_last = pair
     # Where nothing follows, motion goes on as before.
     before, after = (other, here) if is_last else (here, other)
-    is_shrunk = here.thumb.size < clip.width * clip.height
-    flow = optical_flow(before.thumb, after.thumb, is_shrunk)
+    flow = here.flow
+    if flow is None:
+        is_shrunk = here.thumb.size < clip.width * clip.height
+        flow = optical_flow(before.thumb, after.thumb, is_shrunk)
     u, v = flow_on_grid(flow, here.mask, (clip.width, clip.height), physics.cell, clip.fps)
     u, v = rising(u, v, study.buoyancy)
     flame = cell_means(here.mask, physics.cell)

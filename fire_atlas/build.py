@@ -6,15 +6,17 @@ from pathlib import Path
 from typing import Any
 
 from fire_atlas.atlas.drawing import Edges, draw_page
-from fire_atlas.atlas.layout import AtlasSheet, Sprite, Strip
+from fire_atlas.atlas.layout import AtlasSheet, Sprite
 from fire_atlas.atlas.page_file import write_page
 from fire_atlas.atlas.pages import lay_out
 from fire_atlas.clock import Clock
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
-from fire_atlas.exporters.describe import describe_pages
+from fire_atlas.exporters.describe import describe_product
+from fire_atlas.exporters.product import Product
 from fire_atlas.exporters.registry import track_writer
+from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.interruption import Interruptible
 from fire_atlas.manifest import Input, Output, describe, manifest_name, stale_outputs
 from fire_atlas.part import Part, Stage, make_part
@@ -59,14 +61,19 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
         staging.keep([*loaded.templates.values(), *loaded.tree.files])
         parts = [make_part(each, stage) for each in loaded.parts]
         with clock.measure("pack"):
-            strips = [strip for part in parts for strip in _named_strips(part, parts)]
+            strips = [
+                replace(strip, name=_title(strip.name, part, parts))
+                for part in parts
+                for strip in part.strips
+            ]
             sheets = lay_out(recipe.name, strips, recipe.atlas)
             _tell_of_pages(sheets[0], progress)
         with clock.measure("write"):
             sprites = [frame for part in parts for frame in part.sprites]
             outputs = _write_pages(sheets, sprites, recipe, stage)
-            outputs += _write_exports(loaded, sheets, staging)
-            outputs += _write_tracks(recipe, parts, staging)
+            product = Product(sheets, _tracks(parts), staging.existing)
+            outputs += _write_exports(loaded, product, staging)
+            outputs += _write_tracks(recipe, product, staging)
             inputs = [each for part in parts for each in part.inputs] + templates
             statistics = _statistics(parts, sheets[0])
             manifest = describe(loaded.tree, _resolved(loaded), inputs, outputs, statistics)
@@ -82,11 +89,19 @@ def _resolved(loaded: LoadedRecipe) -> str:
     return "\n".join(recipe.model_dump_json() for recipe in recipes)
 
 
-def _named_strips(part: Part, parts: Sequence[Part]) -> Sequence[Strip]:
-    """Return a part's animations; where parts share the pages, those of its own have its name."""
-    if len(parts) == 1 or [strip.name for strip in part.strips] == [part.name]:
-        return part.strips
-    return [replace(strip, name=f"{part.name}/{strip.name}") for strip in part.strips]
+def _title(animation: str, part: Part, parts: Sequence[Part]) -> str:
+    """Name an animation of a part: where parts share the pages, the part's name goes before it."""
+    is_only = len(parts) == 1 or [strip.name for strip in part.strips] == [part.name]
+    return animation if is_only else f"{part.name}/{animation}"
+
+
+def _tracks(parts: Sequence[Part]) -> dict[str, Tracks]:
+    """Return the flakes of every animation that has any, by its name in the atlas."""
+    return {
+        _title(animation, part, parts): tracks
+        for part in parts
+        for animation, tracks in part.tracks.items()
+    }
 
 
 def _tell_of_pages(sheet: AtlasSheet, progress: Progress) -> None:
@@ -117,24 +132,19 @@ def _write_pages(
     return outputs
 
 
-def _write_exports(
-    loaded: LoadedRecipe, sheets: Sequence[AtlasSheet], staging: Staging
-) -> list[Output]:
-    files = describe_pages(loaded.recipe.exports, sheets, loaded.templates)
+def _write_exports(loaded: LoadedRecipe, product: Product, staging: Staging) -> list[Output]:
+    files = describe_product(loaded.recipe.exports, product, loaded.templates)
     return [_write(staging, file.name, file.role, file.data) for file in files]
 
 
-def _write_tracks(recipe: Recipe, parts: Sequence[Part], staging: Staging) -> list[Output]:
-    """Write the flakes of each part; where there are several, under the names of both."""
-    outputs = []
-    for part in parts:
-        if part.tracks is None:
-            continue
-        name = recipe.name if len(parts) == 1 else f"{recipe.name}.{part.name}"
-        for kind in recipe.tracks:
-            file = track_writer(kind)(name, part.tracks)
-            outputs.append(_write(staging, file.name, file.role, file.data))
-    return outputs
+def _write_tracks(recipe: Recipe, product: Product, staging: Staging) -> list[Output]:
+    """Write the flakes of each animation."""
+    files = (
+        track_writer(kind)(product.stem(animation), tracks)
+        for animation, tracks in product.tracks.items()
+        for kind in recipe.tracks
+    )
+    return [_write(staging, file.name, file.role, file.data) for file in files]
 
 
 def _write(staging: Staging, name: str, role: str, data: bytes) -> Output:

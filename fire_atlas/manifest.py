@@ -19,6 +19,10 @@ from fire_atlas.recipe.tree import RecipeTree, member_trees, templates
 from fire_atlas.sources.listing import list_inputs
 
 FORMAT = "fire-atlas/manifest"
+
+IMPORT = "import"
+"""Role of files that say how an engine imports others: engines and people write on in them."""
+
 _LIBRARIES = (
     "numpy",
     "opencv-contrib-python-headless",
@@ -57,6 +61,7 @@ class Written:
     """An output as the manifest remembers it."""
 
     name: str
+    role: str
     bytes: int
     sha256: str
 
@@ -71,7 +76,11 @@ class Written:
         # By this rule a/b, a\\b, C:b and .. are no file names, whatever system wrote them.
         if PureWindowsPath(name).name != name or not name.strip("."):
             raise ValueError(f"{name!r} is not a plain file name")
-        return cls(name, entry["bytes"], entry["sha256"])
+        return cls(name, entry["role"], entry["bytes"], entry["sha256"])
+
+    def is_fresh(self, out: Path) -> bool:
+        """Whether the file in ``out`` need not be written again: engines may write on in theirs."""
+        return (out / self.name).is_file() if self.role == IMPORT else self.is_intact(out)
 
     def is_intact(self, out: Path) -> bool:
         """Whether the file in ``out`` still is what the build wrote."""
@@ -167,7 +176,7 @@ def is_fresh(tree: RecipeTree, out: Path) -> bool:
     return (
         [_relative(path, folder) for path in inputs] == [path for path, _ in manifest.inputs]
         and all(_holds(p, sha256) for p, (_, sha256) in zip(inputs, manifest.inputs, strict=True))
-        and all(output.is_intact(out) for output in manifest.outputs)
+        and all(output.is_fresh(out) for output in manifest.outputs)
     )
 
 
@@ -235,8 +244,9 @@ def _maker() -> str:
     for path in sorted(package.rglob("*.py")):
         digest.update(path.relative_to(package).as_posix().encode())
         digest.update(path.read_bytes())
-    for path in sorted(shipped("templates").iterdir()):
-        digest.update(path.name.encode())
+    templates = shipped("templates")
+    for path in sorted(path for path in templates.rglob("*") if path.is_file()):
+        digest.update(path.relative_to(templates).as_posix().encode())
         digest.update(path.read_bytes())
     for library in _LIBRARIES:
         digest.update(f"{library} {_version(library)}\n".encode())

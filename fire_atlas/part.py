@@ -3,7 +3,7 @@
 Usually a build has one part. Recipes that share their pages (``atlas.members``) are a part each.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,7 +39,7 @@ class Part:
         name: Of the recipe.
         strips: Its animations; their sprites are those of the largest scale.
         sprites: Every frame of the strips, in order, in all scales.
-        tracks: Its flakes, if it has any.
+        tracks: The flakes of each animation that has any, by its name.
         inputs: The files it was made from.
         statistics: Figures about it.
     """
@@ -47,7 +47,7 @@ class Part:
     name: str
     strips: tuple[Strip, ...]
     sprites: list[tuple[Sprite, ...]]
-    tracks: Tracks | None
+    tracks: Mapping[str, Tracks]
     inputs: list[Input]
     statistics: dict[str, Any]
 
@@ -72,7 +72,7 @@ def make_part(loaded: LoadedRecipe, stage: Stage) -> Part:
         stage.staging.keep([*opened.inputs, *loaded.tree.files])
     if isinstance(opened, Sprites):
         return _plain_part(loaded.recipe, opened, inputs, stage)
-    return _effect_part(loaded.recipe, opened, inputs, stage)
+    return _effect_part(loaded.recipe, {loaded.recipe.name: opened}, inputs, stage)
 
 
 def open_input(loaded: LoadedRecipe) -> Clip | Sprites:
@@ -88,7 +88,33 @@ def open_input(loaded: LoadedRecipe) -> Clip | Sprites:
     return open_source(recipe.source, loaded.source_path, space)
 
 
-def _effect_part(recipe: Recipe, clip: Clip, inputs: list[Input], stage: Stage) -> Part:
+def _effect_part(
+    recipe: Recipe, clips: Mapping[str, Clip], inputs: list[Input], stage: Stage
+) -> Part:
+    """Make the effect of each clip: an animation of its name."""
+    made = {name: _animation(name, recipe, clip, stage) for name, clip in clips.items()}
+    statistics = {name: each.statistics for name, each in made.items()}
+    return Part(
+        recipe.name,
+        tuple(each.strip for each in made.values()),
+        [frame for each in made.values() for frame in each.sprites],
+        {name: each.tracks for name, each in made.items() if each.tracks is not None},
+        inputs,
+        statistics.popitem()[1] if len(made) == 1 else {"animations": statistics},
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Animation:
+    """A finished clip: as a strip of its largest sprites, its sprites in all scales, its flakes."""
+
+    strip: Strip
+    sprites: list[tuple[Sprite, ...]]
+    tracks: Tracks | None
+    statistics: dict[str, Any]
+
+
+def _animation(name: str, recipe: Recipe, clip: Clip, stage: Stage) -> _Animation:
     workers, progress, clock = stage.workers, stage.progress, stage.clock
     with clock.measure("study"):
         clip = arrange(clip, recipe.timeline, workers)
@@ -102,9 +128,8 @@ def _effect_part(recipe: Recipe, clip: Clip, inputs: list[Input], stage: Stage) 
             lambda i: render(i, clip, recipe, analysis, tracks), range(clip.count), recipe, stage
         )
     whole = tuple(each[0] for each in sprites)
-    strip = Strip(recipe.name, whole, 1000 / clip.fps, clip.loop, study.base)
-    statistics = _statistics(clip, tracks)
-    return Part(recipe.name, (strip,), sprites, tracks, inputs, statistics)
+    strip = Strip(name, whole, 1000 / clip.fps, clip.loop, study.base)
+    return _Animation(strip, sprites, tracks, _statistics(clip, tracks))
 
 
 def _plain_part(recipe: Recipe, opened: Sprites, inputs: list[Input], stage: Stage) -> Part:
@@ -124,7 +149,7 @@ def _plain_part(recipe: Recipe, opened: Sprites, inputs: list[Input], stage: Sta
         "fps": round(opened.fps, 4),
         "matte": opened.matte,
     }
-    return Part(recipe.name, strips, sprites, None, inputs, statistics)
+    return Part(recipe.name, strips, sprites, {}, inputs, statistics)
 
 
 def _needs_analysis(recipe: Recipe) -> bool:

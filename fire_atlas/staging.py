@@ -60,6 +60,13 @@ class Staging:
             yield file
         self._names.append(name)
 
+    def existing(self, name: str) -> bytes | None:
+        """Return what lies now where the output ``name`` will go, if anything does."""
+        target = self.out / name
+        self._refuse(target)
+        with explained(target):
+            return target.read_bytes() if target.is_file() else None
+
     def path(self, name: str) -> Path:
         """Where the output ``name`` lies until it is committed."""
         return self._folder / name

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Pixels
 
@@ -40,6 +41,8 @@ class Clip:
         blend_space: ``srgb`` or ``linear``: where the coverage is meant to be blended.
         matte: ``alpha``, ``luminance`` or ``none``: where the coverage comes from.
         matte_reason: Why that matte was chosen, as a sentence for people.
+        flow: ``flow(i)`` gives the velocity of what frame i shows, (height, width, 2) float32, x
+            and y in px/s, for fire whose maker knows it. None: it has to be seen in the frames.
     """
 
     width: int
@@ -52,13 +55,16 @@ class Clip:
     matte: str
     matte_reason: str
     loop: bool = False
+    flow: Callable[[int], NDArray[np.float32]] | None = None
 
 
 def cropped(clip: Clip, window: Window) -> Clip:
     """The part of every frame that lies in ``window``."""
+    flow = clip.flow
     return replace(
         clip,
         width=window.right - window.left,
         height=window.bottom - window.top,
         read=lambda i: np.ascontiguousarray(clip.read(i)[window.slices]),
+        flow=None if flow is None else lambda i: np.ascontiguousarray(flow(i)[window.slices]),
     )

@@ -1,40 +1,40 @@
-"""All files that describe the pages of a build."""
+"""All files that describe what a build made."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from fire_atlas.atlas.layout import AtlasSheet
 from fire_atlas.core.errors import OutputError
 from fire_atlas.exporters.output_file import OutputFile
+from fire_atlas.exporters.product import Product
 from fire_atlas.exporters.registry import exporter
 from fire_atlas.recipe.output import ExportName, TemplateExport
 
 
-def describe_pages(
+def describe_product(
     exports: Sequence[ExportName | TemplateExport],
-    sheets: Sequence[AtlasSheet],
+    product: Product,
     templates: Mapping[str, Path],
 ) -> Iterator[OutputFile]:
-    """Yield every export of every sheet; ``templates`` says where each template lies."""
-    taken = {page.file for sheet in sheets for page in sheet.pages}
+    """Yield every export of what was built; ``templates`` says where each template lies."""
+    taken = {page.file for sheet in product.sheets for page in sheet.pages}
     for export in exports:
-        for sheet in sheets:
-            for file in _files(export, sheet, templates):
-                if file.name in taken:
-                    raise OutputError(_twice(file.name, export))
-                taken.add(file.name)
-                yield file
+        for file in _files(export, product, templates):
+            if file.name in taken:
+                raise OutputError(_twice(file.name, export))
+            taken.add(file.name)
+            yield file
 
 
 def _files(
-    export: ExportName | TemplateExport, sheet: AtlasSheet, templates: Mapping[str, Path]
+    export: ExportName | TemplateExport, product: Product, templates: Mapping[str, Path]
 ) -> Iterator[OutputFile]:
     if not isinstance(export, TemplateExport):
-        yield from exporter(export)(sheet)
+        yield from exporter(export)(product)
         return
     from fire_atlas.exporters.user_template import export_template
 
-    yield export_template(sheet, export, templates[export.template])
+    for sheet in product.sheets:
+        yield export_template(sheet, export, templates[export.template])
 
 
 def _twice(name: str, export: ExportName | TemplateExport) -> str:

@@ -9,7 +9,8 @@ class OutputFile:
 
     Attributes:
         name: File name, without a folder.
-        role: What it is to the manifest, e.g. ``atlas`` or ``tracks``.
+        role: What it is to the manifest, e.g. ``atlas`` or ``tracks``; ``import`` for files
+            that their engine and people go on writing in.
         data: Its content.
     """
 

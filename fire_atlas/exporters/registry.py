@@ -9,11 +9,15 @@ from typing import TypeAlias, assert_never
 
 from fire_atlas.atlas.layout import AtlasSheet
 from fire_atlas.exporters.output_file import OutputFile
+from fire_atlas.exporters.product import Product
 from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.recipe.output import ExportName, TrackName
 
-Exporter: TypeAlias = Callable[[AtlasSheet], Iterator[OutputFile]]
-"""Describes the pages of an atlas to a client."""
+Exporter: TypeAlias = Callable[[Product], Iterator[OutputFile]]
+"""Describes what a build made to a client."""
+
+SheetExporter: TypeAlias = Callable[[AtlasSheet], Iterator[OutputFile]]
+"""Describes the pages of one scale, all that its client needs to know."""
 
 TrackWriter: TypeAlias = Callable[[str, Tracks], OutputFile]
 """Writes the flakes of the build of that name."""
@@ -25,29 +29,34 @@ def exporter(name: ExportName) -> Exporter:
         case "json":
             from fire_atlas.exporters.json_hash import export_json_hash
 
-            return export_json_hash
+            return _of_each_sheet(export_json_hash)
         case "json-array":
             from fire_atlas.exporters.json_array import export_json_array
 
-            return export_json_array
+            return _of_each_sheet(export_json_array)
         case "phaser":
             from fire_atlas.exporters.phaser import export_phaser
 
-            return export_phaser
+            return _of_each_sheet(export_phaser)
         case "aseprite":
             from fire_atlas.exporters.json_array import export_aseprite
 
-            return export_aseprite
+            return _of_each_sheet(export_aseprite)
         case "css":
             from fire_atlas.exporters.shipped_templates import export_css
 
-            return export_css
+            return _of_each_sheet(export_css)
         case "tpsheet":
             from fire_atlas.exporters.shipped_templates import export_tpsheet
 
-            return export_tpsheet
+            return _of_each_sheet(export_tpsheet)
         case _:
             assert_never(name)
+
+
+def _of_each_sheet(export: SheetExporter) -> Exporter:
+    """Return the exporter that describes every scale on its own."""
+    return lambda product: (file for sheet in product.sheets for file in export(sheet))
 
 
 def track_writer(name: TrackName) -> TrackWriter:

@@ -33,6 +33,15 @@ def thumbnail(brightness: Plane) -> Bytes:
     return np.clip(np.rint(small), 0, 255).astype(np.uint8)
 
 
+def shrunk_flow(
+    velocity: NDArray[np.float32], shape: tuple[int, int], fps: float
+) -> NDArray[np.float32]:
+    """Known ``velocity`` (H, W, 2) of a frame, px/s, as flow (h, w, 2) in px of its thumbnail."""
+    (height, width), (h, w) = velocity.shape[:2], shape
+    small = cv2.resize(velocity, (w, h), interpolation=cv2.INTER_AREA)
+    return as_plane(small * np.array([w / (width * fps), h / (height * fps)], np.float32))
+
+
 def optical_flow(before: Bytes, after: Bytes, is_shrunk: bool) -> NDArray[np.float32]:
     """Flow (h, w, 2) in px of the thumbnails from ``before`` to ``after``, both (h, w) uint8.
 

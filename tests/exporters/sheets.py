@@ -7,6 +7,7 @@ import numpy as np
 from fire_atlas.atlas.layout import AtlasSheet, Sprite, Strip
 from fire_atlas.atlas.pages import lay_out
 from fire_atlas.atlas.trim import trimmed
+from fire_atlas.exporters.product import Product
 from fire_atlas.recipe.output import Atlas
 
 FRAME = 60
@@ -15,6 +16,11 @@ FRAME = 60
 
 def sprite_of(width: int, height: int, x: int = 5, y: int = 3, value: int = 1) -> Sprite:
     return trimmed(np.full((height, width, 4), value, np.uint8), x, y, (FRAME, FRAME))
+
+
+def product_of(*sheets: AtlasSheet) -> Product:
+    """What a build made that has no flakes, in an empty folder."""
+    return Product(sheets, {}, lambda name: None)
 
 
 def strip_of(

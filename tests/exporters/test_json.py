@@ -11,14 +11,14 @@ from fire_atlas.core.errors import OutputError
 from fire_atlas.exporters.registry import exporter
 from fire_atlas.recipe.output import Atlas, ExportName
 
-from .sheets import sheet_of, sheet_of_fire, sheets_of, strip_of
+from .sheets import product_of, sheet_of, sheet_of_fire, sheets_of, strip_of
 
 JSON: tuple[ExportName, ...] = ("json", "json-array", "phaser", "aseprite")
 
 
 def exported(sheet: AtlasSheet, name: ExportName = "json") -> dict[str, Any]:
     """What each file holds, by its name."""
-    return {file.name: json.loads(file.data) for file in exporter(name)(sheet)}
+    return {file.name: json.loads(file.data) for file in exporter(name)(product_of(sheet))}
 
 
 def test_a_trimmed_frame_tells_where_it_was() -> None:
@@ -146,7 +146,7 @@ def test_aseprite_on_several_pages_is_refused_with_advice() -> None:
 
 
 def test_the_file_has_a_frame_a_line_and_ends_with_a_newline() -> None:
-    (file,) = exporter("json")(sheet_of([(20, 30)] * 3))
+    (file,) = exporter("json")(product_of(sheet_of([(20, 30)] * 3)))
     lines = file.data.decode().split("\n")
     assert [line[:15] for line in lines[1:4]] == [f'"campfire/000{i}"' for i in range(3)]
     assert lines[-1] == ""

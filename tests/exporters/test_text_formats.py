@@ -9,12 +9,12 @@ import pytest
 from fire_atlas.atlas.pages import lay_out
 from fire_atlas.core.errors import OutputError, RecipeError
 from fire_atlas.exporters import user_template
-from fire_atlas.exporters.describe import describe_pages
+from fire_atlas.exporters.describe import describe_product
 from fire_atlas.exporters.registry import exporter
 from fire_atlas.exporters.user_template import export_template
 from fire_atlas.recipe.output import Atlas, TemplateExport
 
-from .sheets import sheet_of, sheet_of_fire, sheets_of, strip_of
+from .sheets import product_of, sheet_of, sheet_of_fire, sheets_of, strip_of
 
 
 def rendered(text: str, folder: Path, to: str = "{{ name }}.txt") -> str:
@@ -25,7 +25,7 @@ def rendered(text: str, folder: Path, to: str = "{{ name }}.txt") -> str:
 
 
 def test_css_shows_every_frame_for_its_time() -> None:
-    (file,) = exporter("css")(sheet_of([(20, 30), (10, 12)]))
+    (file,) = exporter("css")(product_of(sheet_of([(20, 30), (10, 12)])))
     css = file.data.decode()
     assert file.name == "campfire.css"
     assert css.count("{") == css.count("}")
@@ -38,14 +38,14 @@ def test_css_shows_every_frame_for_its_time() -> None:
 
 def test_a_fire_that_goes_out_plays_once_and_stays() -> None:
     sheet = lay_out("puff", [strip_of([(9, 9), (8, 8)], "puff", loop=False)], Atlas())[0]
-    (file,) = exporter("css")(sheet)
+    (file,) = exporter("css")(product_of(sheet))
     assert "step-end 1 forwards" in file.data.decode()
     assert "50.0%, to {" in file.data.decode()
 
 
 def test_tpsheet_counts_from_the_bottom_and_pivots_in_the_trimmed_frame() -> None:
     sheet = sheet_of([(20, 30)] * 2, pivot=[0.5, 1.0], dedupe=False)
-    (file,) = exporter("tpsheet")(sheet)
+    (file,) = exporter("tpsheet")(product_of(sheet))
     lines = file.data.decode().splitlines()
     assert ":texture=campfire.png" in lines
     page, region = sheet.pages[0], sheet.regions[1]
@@ -56,7 +56,9 @@ def test_tpsheet_counts_from_the_bottom_and_pivots_in_the_trimmed_frame() -> Non
 
 
 def test_tpsheet_has_a_file_for_every_page() -> None:
-    files = list(exporter("tpsheet")(sheet_of([(20, 30)] * 9, max_size=64, dedupe=False)))
+    files = list(
+        exporter("tpsheet")(product_of(sheet_of([(20, 30)] * 9, max_size=64, dedupe=False)))
+    )
     assert [file.name for file in files] == ["campfire.tpsheet", "campfire-1.tpsheet"]
     frames = "".join(file.data.decode() for file in files)
     assert frames.count("campfire/000") == 9
@@ -74,7 +76,7 @@ def test_a_templates_file_name_is_a_template_too(tmp_path: Path) -> None:
     template.write_text("{{ scale }}", encoding="utf-8")
     export = TemplateExport(template="mine.j2", to="{{ name | upper }}.ext")
     sheets = sheets_of([(20, 30)], scales=[1, 0.5])
-    files = list(describe_pages([export], sheets, {"mine.j2": template}))
+    files = list(describe_product([export], product_of(*sheets), {"mine.j2": template}))
     assert [(file.name, file.data) for file in files] == [
         ("CAMPFIRE.ext", b"1"),
         ("CAMPFIRE@0.5X.ext", b"0.5"),
@@ -140,12 +142,12 @@ def test_a_template_does_not_write_over_another_output(tmp_path: Path) -> None:
     for taken in ("campfire.json", "campfire.png"):
         exports = ["json", TemplateExport(template="mine.j2", to=taken)]
         with pytest.raises(OutputError, match=f"would write {taken}, which is another output"):
-            list(describe_pages(exports, [sheet_of_fire()], {"mine.j2": template}))  # type: ignore[arg-type]
+            list(describe_product(exports, product_of(sheet_of_fire()), {"mine.j2": template}))  # type: ignore[arg-type]
 
 
 def test_an_export_listed_twice_is_told() -> None:
     with pytest.raises(OutputError, match="list it once"):
-        list(describe_pages(["json", "json"], [sheet_of_fire()], {}))
+        list(describe_product(["json", "json"], product_of(sheet_of_fire()), {}))
 
 
 @pytest.mark.parametrize("content", [None, b"\xff\xfe\x00", b"a" * (1 << 21)])

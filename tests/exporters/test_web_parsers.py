@@ -11,11 +11,11 @@ from fire_atlas.atlas.layout import AtlasSheet, Region
 from fire_atlas.exporters.registry import exporter
 
 from .conftest import WEB
-from .sheets import sheet_of_fire
+from .sheets import product_of, sheet_of_fire
 
 
 def understood(node: str, sheet: AtlasSheet, folder: Path) -> Any:
-    for file in exporter("json")(sheet):
+    for file in exporter("json")(product_of(sheet)):
         (folder / file.name).write_bytes(file.data)
     ran = subprocess.run(
         [node, WEB / "parse.mjs", folder / "campfire.json"],

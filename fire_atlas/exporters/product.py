@@ -1,0 +1,35 @@
+"""What a build made, as the exporters of engines see it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.flakes.tracks import Tracks
+
+
+@dataclass(frozen=True, slots=True)
+class Product:
+    """Pages in all scales, flakes, and what lies where the files will go.
+
+    Attributes:
+        sheets: The atlas in each scale, full size first.
+        tracks: The flakes of each animation that has any, by its name.
+        existing: ``existing(name)`` gives the file of that name in the output folder, as the last
+            build, its engine or a person left it; None where there is none. For files that engines
+            write into as well: what is theirs has to survive.
+    """
+
+    sheets: tuple[AtlasSheet, ...]
+    tracks: Mapping[str, Tracks]
+    existing: Callable[[str], bytes | None]
+
+    @property
+    def name(self) -> str:
+        """File stem of the outputs."""
+        return self.sheets[0].title
+
+    def stem(self, animation: str) -> str:
+        """File stem of what belongs to one animation: the outputs' own where it is the only one."""
+        if animation == self.name:
+            return self.name
+        return f"{self.name}.{animation.removeprefix(f'{self.name}/').replace('/', '.')}"
