@@ -23,7 +23,7 @@ from fire_atlas.field.eddies import Eddies
 from fire_atlas.field.record import OVERLAP, FieldRecord
 from fire_atlas.flakes.emission import Brood, Spawns, emit
 from fire_atlas.flame.features import feature_vectors, refine
-from fire_atlas.flame.motion import optical_flow, shrunk_flow, thumbnail
+from fire_atlas.flame.motion import SMALL, optical_flow, shrunk_flow, thumbnail
 from fire_atlas.flame.palette import clip_palette
 from fire_atlas.flame.scene import above
 from fire_atlas.flame.study import FlameStudy
@@ -87,11 +87,13 @@ def analyse(
         Window(0, 0, clip.width, clip.height) if everywhere else study.active_window(physics.cell)
     )
     part, known = cropped(clip, window), study.within(window)
-    looks = workers.map(lambda i: _look(i, part, recipe, known, brood), order)
+    is_small = clip.width * clip.height <= SMALL
+    looks = workers.map(lambda i: _look(i, part, recipe, known, brood, is_small), order)
     births: dict[int, Spawns] = {}
 
     def drives() -> Iterator[Drive]:
-        met = workers.map(lambda pair: _drive(pair, part, known, physics), _pairs(looks, clip.loop))
+        pairs = _pairs(looks, clip.loop)
+        met = workers.map(lambda pair: _drive(pair, part, known, physics, is_small), pairs)
         row, column = window.top // physics.cell, window.left // physics.cell
         shape = grid_shape(clip.width, clip.height, physics.cell)
         for i, (spawns, drive) in zip(order, met, strict=True):
@@ -161,11 +163,13 @@ def _brood(clip: Clip, recipe: Recipe, study: FlameStudy) -> Brood:
     )
 
 
-def _look(i: int, clip: Clip, recipe: Recipe, study: FlameStudy, brood: Brood) -> _FrameLook:
+def _look(
+    i: int, clip: Clip, recipe: Recipe, study: FlameStudy, brood: Brood, is_small: bool
+) -> _FrameLook:
     """Everything a frame says on its own: runs in the pool."""
     pixels = clip.read(i)
     bright = brightness(pixels, clip.blend_space)
-    mask = study.mask.of(bright, pixels)
+    mask = study.mask.of(bright, lambda: pixels)
     features, cell = recipe.features, recipe.buoyancy.cell
     fx, fy = refine(
         *feature_vectors(bright, features.sigma, study.epsilon, study.kappa),
@@ -175,7 +179,7 @@ def _look(i: int, clip: Clip, recipe: Recipe, study: FlameStudy, brood: Brood) -
     if features.preset == "auto":
         strength = strength * mask
     unit = np.float32(1 / study.typical)
-    thumb = thumbnail(bright)
+    thumb = thumbnail(bright, is_small)
     height, width = thumb.shape
     return _FrameLook(
         thumb,
@@ -189,7 +193,11 @@ def _look(i: int, clip: Clip, recipe: Recipe, study: FlameStudy, brood: Brood) -
 
 
 def _drive(
-    pair: "tuple[_FrameLook, _FrameLook, bool]", clip: Clip, study: FlameStudy, physics: Physics
+    pair: "tuple[_FrameLook, _FrameLook, bool]",
+    clip: Clip,
+    study: FlameStudy,
+    physics: Physics,
+    is_small: bool,
 ) -> tuple[Spawns, Drive]:
     """Births and drive of a frame, now that its neighbour is known: runs in the pool."""
     here, other, is_last = pair
@@ -197,8 +205,7 @@ def _drive(
     before, after = (other, here) if is_last else (here, other)
     flow = here.flow
     if flow is None:
-        is_shrunk = here.thumb.size < clip.width * clip.height
-        flow = optical_flow(before.thumb, after.thumb, is_shrunk)
+        flow = optical_flow(before.thumb, after.thumb, is_small)
     u, v = flow_on_grid(flow, here.mask, (clip.width, clip.height), physics.cell, clip.fps)
     u, v = rising(u, v, study.buoyancy)
     flame = cell_means(here.mask, physics.cell)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from fire_atlas.atlas.page_rules import PageRules, Size
-from fire_atlas.atlas.search import Search, Trial
+from fire_atlas.atlas.search import FilledPage, Search
 
 
 class Place(NamedTuple):
@@ -32,7 +32,14 @@ class Packing:
     places: tuple[Place, ...]
 
 
-def pack(sizes: Sequence[Size], rules: PageRules) -> Packing:
+QUICK, THOROUGH = 288, 1152
+"""Pages to try: a quarter of the time, or about 1 % less to store."""
+
+_FEW = 96
+"""Pages to try where it is known that little room will be left."""
+
+
+def pack(sizes: Sequence[Size], rules: PageRules, tries: int = QUICK) -> Packing:
     """Place all ``sizes``, none too large for a page: fewest pages first, then the smallest.
 
     Where it costs no further page, a page holds rectangles that follow one another: a client that
@@ -42,54 +49,56 @@ def pack(sizes: Sequence[Size], rules: PageRules) -> Packing:
     area, room = sum(w * h for w, h in padded), rules.room(rules.largest) ** 2
     fewest = -(-area // room)
     if fewest == 1:
-        whole = Search(padded, rules).best()
+        whole = Search(padded, rules).best(tries)
         if not whole.missing:
             return _packing([(list(range(len(sizes))), whole)])
     runs = _runs(padded, rules)
     if len(runs) > max(fewest, 2):
-        by_size = _by_size(padded, rules)
+        by_size = _by_size(padded, rules, tries)
         if len(by_size) < len(runs):
             return _packing(by_size)
-    return _packing(_in_order(padded, runs, rules))
+    return _packing(_in_order(padded, runs, rules, tries))
 
 
-_Page = tuple[list[int], Trial]
+_Page = tuple[list[int], FilledPage]
 """Which rectangles were to be placed, and where those went that were."""
 
 
 def _packing(pages: list[_Page]) -> Packing:
     places = {
         numbers[put.number]: Place(page, put.x, put.y, put.turned)
-        for page, (numbers, trial) in enumerate(pages)
-        for put in trial.puts
+        for page, (numbers, filled) in enumerate(pages)
+        for put in filled.puts
     }
     return Packing(
-        tuple(trial.size for _, trial in pages), tuple(places[i] for i in range(len(places)))
+        tuple(filled.size for _, filled in pages), tuple(places[i] for i in range(len(places)))
     )
 
 
-def _by_size(padded: list[Size], rules: PageRules) -> list[_Page]:
+def _by_size(padded: list[Size], rules: PageRules, tries: int) -> list[_Page]:
     """Fill each page with whatever fits best."""
     numbers, pages = list(range(len(padded))), list[_Page]()
     while numbers:
-        trial = Search([padded[i] for i in numbers], rules).best()
-        pages.append((numbers, trial))
-        placed = {numbers[put.number] for put in trial.puts}
+        page = Search([padded[i] for i in numbers], rules).best(tries)
+        pages.append((numbers, page))
+        placed = {numbers[put.number] for put in page.puts}
         numbers = [i for i in numbers if i not in placed]
     return pages
 
 
-def _in_order(padded: list[Size], runs: list[list[int]], rules: PageRules) -> list[_Page]:
+def _in_order(
+    padded: list[Size], runs: list[list[int]], rules: PageRules, tries: int
+) -> list[_Page]:
     """Fill a page with each run; what after all does not fit goes to a page of its own."""
     pages, left = list[_Page](), list(runs)
     while left:
         run = left.pop(0)
         search = Search([padded[i] for i in run], rules)
-        trial = search.best(rounds=1) if left else search.best()
-        if trial.missing:
+        page = search.best(_FEW if left else tries)
+        if page.missing:
             left = [run[:-1], [run[-1], *(left.pop(0) if left else [])], *left]
         else:
-            pages.append((run, trial))
+            pages.append((run, page))
     return pages
 
 

@@ -8,7 +8,7 @@ from fire_atlas.atlas.dedupe import originals
 from fire_atlas.atlas.grid import pack_grid
 from fire_atlas.atlas.layout import Animation, AtlasSheet, Box, Grid, Page, Region, Strip
 from fire_atlas.atlas.mips import safe_mips
-from fire_atlas.atlas.pack import Packing, pack
+from fire_atlas.atlas.pack import QUICK, THOROUGH, Packing, pack
 from fire_atlas.atlas.page_rules import PageRules
 from fire_atlas.atlas.trim import Trim, boxes, up_to
 from fire_atlas.core.errors import OutputError
@@ -82,7 +82,7 @@ def _packed(
         cell = cells.cell_width * grid, cells.cell_height * grid
         cells = Grid(cells.columns, cells.rows, *cell)
     else:
-        packing = pack(sizes, rules)
+        packing = pack(sizes, rules, THOROUGH if settings.compression == "small" else QUICK)
     at = dict(zip(kept, packing.places, strict=True))
     pages = tuple((width * grid, height * grid) for width, height in packing.pages)
     places = (at[i]._replace(x=at[i].x * grid + edge, y=at[i].y * grid + edge) for i in own)

@@ -5,25 +5,23 @@ not depend on the recipe: the same sizes are packed the same everywhere.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fire_atlas.atlas.bestfit import Batch, Floats, fill, wishes_of
 from fire_atlas.atlas.page_rules import PageRules, Size, effective_area
+from fire_atlas.atlas.skyline import Ints
 from fire_atlas.core.chance import Stage, generator
 
-_TOGETHER = 96
-"""Most pages filled at the same time."""
+_TOGETHER, _FEWEST_TOGETHER, _MOST_TOGETHER = 30_000, 96, 288
+"""Rectangles, and pages at least and most, that are looked at together: of few rectangles, one round over
+page shapes tells all; where they are many, further rounds vary what did well."""
 
 _EFFORT, _EFFORT_OF_MANY = 300_000, 72_000
-"""Rectangles looked at in a search, over all the pages it tries: for one page, or the first of
-several."""
-
-_GENERATIONS = 9
-"""Most rounds of a search: the first over page shapes, the others near what did well."""
+"""Most rectangles looked at in a search, over all the pages it tries: for one page, or the first
+of several."""
 
 _NARROWEST, _WIDEST = 0.6, 1.7
 """Page widths that are tried, in sides of a square that holds all rectangles."""
@@ -64,8 +62,22 @@ class Guess(NamedTuple):
     wishes: Floats
 
 
+class FilledPage(NamedTuple):
+    """What a search found.
+
+    Attributes:
+        missing: Area of what was not placed.
+        size: Width and height of the page.
+        puts: What lies where.
+    """
+
+    missing: int
+    size: Size
+    puts: tuple[Put, ...]
+
+
 class Trial(NamedTuple):
-    """A page that was filled.
+    """A page that was tried.
 
     Attributes:
         missing: Area of what was not placed.
@@ -73,7 +85,7 @@ class Trial(NamedTuple):
         used: Area of the part of it that is taken.
         size: Width and height of the page.
         guess: What it came from.
-        puts: What lies where.
+        x, y: Where each rectangle went, upright ones before turned ones, px; x is -1 if it did not.
     """
 
     missing: int
@@ -81,7 +93,8 @@ class Trial(NamedTuple):
     used: int
     size: Size
     guess: Guess
-    puts: tuple[Put, ...]
+    x: Ints
+    y: Ints
 
 
 class Search:
@@ -95,24 +108,25 @@ class Search:
         self._numbers = sorted(range(len(sizes)), key=lambda i: (-sizes[i][1], -sizes[i][0], i))
         upright = np.array([sizes[i] for i in self._numbers], np.int64)
         self._sizes = np.concatenate([upright, upright[:, ::-1]]) if rules.rotate else upright
-        self._area = int(upright.prod(axis=1).sum())
+        self._areas = self._sizes.prod(axis=1)
+        self._area = int(self._areas[: len(upright)].sum())
         self._wishes = wishes_of(self._sizes), wishes_of(self._sizes[:, ::-1])
 
-    def best(self, rounds: int = _GENERATIONS) -> Trial:
-        """Return the smallest page for all rectangles or, if none was found, the fullest.
-
-        Fewer ``rounds`` will do for a page that is known to be nearly full.
-        """
+    def best(self, tries: int) -> FilledPage:
+        """Return the smallest of ``tries`` pages for all rectangles or, if none holds all, the
+        fullest. Fewer are tried where rectangles are very many."""
         effort = _EFFORT if self._area <= self._limit**2 else _EFFORT_OF_MANY
-        tries = max(effort // len(self._sizes), 16)
-        together = min(tries, _TOGETHER)
+        count = len(self._sizes)
+        tries = min(tries, max(effort // count, 16))
+        together = min(tries, max(_FEWEST_TOGETHER, min(_TOGETHER // count, _MOST_TOGETHER)))
         trials = self._sorted(self._try(self._shapes(together)))
-        for generation in range(1, min(tries // together, rounds)):
+        for generation in range(1, tries // together):
             if trials[0].used == self._area:
                 break  # nothing is empty
             varied = self._variations(trials[:_PARENTS], together, generation)
             trials = self._sorted(trials + self._try(varied))
-        return self._squarest(trials)
+        chosen = self._squarest(trials)
+        return FilledPage(chosen.missing, chosen.size, tuple(self._puts(chosen)))
 
     def leading(self) -> int:
         """Return how many rectangles, from the first on, surely fit on one page together."""
@@ -120,7 +134,9 @@ class Search:
         while fits < most:
             counts = np.unique(np.linspace(fits + 1, most, _PROBES, dtype=int)).tolist()
             trials = self._try([self._guess_of_first(count) for count in counts])
-            fitted = [len(trial.puts) == n for trial, n in zip(trials, counts, strict=True)]
+            fitted = [
+                np.count_nonzero(trial.x >= 0) == n for trial, n in zip(trials, counts, strict=True)
+            ]
             first_failure = fitted.index(False) if False in fitted else len(counts)
             most = counts[first_failure] - 1 if first_failure < len(counts) else most
             fits = counts[first_failure - 1] if first_failure else fits
@@ -180,22 +196,23 @@ class Search:
         x, y = np.where(upended, filled.y, filled.x), np.where(upended, filled.x, filled.y)
         return [self._trial(*args) for args in zip(guesses, x, y, strict=True)]
 
-    def _trial(self, guess: Guess, x: NDArray[np.int64], y: NDArray[np.int64]) -> Trial:
+    def _trial(self, guess: Guess, x: Ints, y: Ints) -> Trial:
         placed = np.flatnonzero(x >= 0)
         used_width = int((x + self._sizes[:, 0])[placed].max(initial=1))
         used_height = int((y + self._sizes[:, 1])[placed].max(initial=1))
         size = self._rules.page(used_width, used_height)
-        count, border = len(self._numbers), self._rules.border
-        puts = tuple(
-            Put(self._numbers[i % count], int(x[i]) + border, int(y[i]) + border, i >= count)
-            for i in placed.tolist()
-        )
-        missing = self._area - int(self._sizes[placed].prod(axis=1).sum())
-        return Trial(missing, effective_area(size), used_width * used_height, size, guess, puts)
+        missing = self._area - int(self._areas[placed].sum())
+        return Trial(missing, effective_area(size), used_width * used_height, size, guess, x, y)
 
     def _sorted(self, trials: list[Trial]) -> list[Trial]:
         """Return the best trials: all placed, or the most; then small; then leaving much unused."""
         return sorted(trials, key=lambda t: (t.missing, t.area, t.used, max(t.size)))[:_KEPT]
+
+    def _puts(self, trial: Trial) -> Iterator[Put]:
+        count, border = len(self._numbers), self._rules.border
+        for i in np.flatnonzero(trial.x >= 0).tolist():
+            x, y = int(trial.x[i]) + border, int(trial.y[i]) + border
+            yield Put(self._numbers[i % count], x, y, i >= count)
 
     def _squarest(self, trials: list[Trial]) -> Trial:
         best = trials[0]

@@ -14,25 +14,24 @@ def compose(
     blend_space: str,
     palette: NDArray[np.float32] | None = None,
 ) -> Pixels:
-    """Flame with flakes.
+    """Flame with flakes; the flame's own array, changed where flakes are.
 
     ``add``: flame + flakes. ``screen``: 1 − (1 − flame)(1 − flakes). ``over``: flakes cover the
     flame as far as they shine. The result's coverage is raised to carry the flakes' light over
     empty background.
 
     Args:
-        flame: (H, W, 4) pixels; the arrays passed in stay as they are.
+        flame: (H, W, 4) pixels.
         flakes: (H, W, 3) light of the flake layer on black.
         blend: ``add``, ``screen`` or ``over``.
         blend_space: Where the client blends, which decides how much coverage light needs.
         palette: (colours, 3) sRGB in 0..1. If given, pixels with flakes take the nearest of
             these colours and cover fully.
     """
-    result = flame.copy()
-    flat = result.reshape(-1, 4)
+    flat = flame.reshape(-1, 4)
     lit = np.flatnonzero(cv2.transform(flakes, np.ones((1, 3), np.float32)))
     if lit.size == 0:
-        return result
+        return flame
     light = expose(flakes.reshape(-1, 3)[lit])
     under = flat[lit]
     cover = _coverage(light, blend_space)
@@ -48,7 +47,7 @@ def compose(
     if palette is not None:
         flat[lit, :3] = _nearest_colours(flat[lit], palette)
         flat[lit, 3] = 1.0
-    return result
+    return flame
 
 
 def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -13,6 +13,12 @@ _MODES = 28
 _WAVELENGTHS = (0.10, 0.45)
 """Shortest and longest eddy, heights."""
 
+_SAMPLES = 8
+"""Samples of the shortest eddy; what lies between them is interpolated, which costs less."""
+
+_BEYOND = 4
+"""Samples beyond the grid, so that interpolation never meets a border."""
+
 _TURNOVER = 1.1
 """Angular frequency of the longest eddy, rad/s per rad; shorter ones turn faster."""
 
@@ -58,22 +64,37 @@ class Eddies:
         """u and v, each (rows, columns), px/s, at ``time`` s.
 
         sin(kx x + ky y + p) is split into products of row and column vectors, so that the sum over
-        all waves is one matrix product.
+        all waves is one matrix product. By OpenCV: numpy's own may use threads, and then neither
+        its time nor its last bits can be relied upon.
         """
-        rows, columns = (np.arange(n) for n in shape)
-        across = np.outer(self.kx, columns)
-        down = np.outer(self.ky, rows) + (self.phase + self.omega * time)[:, None]
-        number = np.hypot(self.kx, self.ky)[:, None]
+        step = max(1, int(_WAVELENGTHS[0] * shape[0] / _SAMPLES))
+        rows, columns = (_samples(n, step) for n in shape)
+        across = as_plane(np.outer(self.kx, columns))
+        # A wave is as it was a turn ago: float32 then is exact enough, however late it is.
+        start = np.mod(self.phase + self.omega * time, 2 * np.pi)
+        down = as_plane(np.outer(self.ky, rows) + start[:, None])
+        waves = np.concatenate([np.cos(across), np.sin(across)])
         sines = np.concatenate([np.sin(down), np.cos(down)])
-        waves = np.concatenate([np.cos(across), np.sin(across)]) * self.weight
-        u = _product(sines * np.tile(self.ky[:, None] / number, (2, 1)), waves)
-        v = _product(sines * np.tile(-self.kx[:, None] / number, (2, 1)), waves)
-        return u, v
+        number = np.hypot(self.kx, self.ky) / self.weight
+        u_and_v = np.concatenate([
+            sines * as_plane(np.tile(along / number, 2))[:, None] for along in (self.ky, -self.kx)
+        ], axis=1)  # fmt: skip
+        both = as_plane(cv2.gemm(u_and_v, waves, 1.0, np.empty(0), 0.0, flags=cv2.GEMM_1_T))
+        return _finer(both[: len(rows)], step, shape), _finer(both[len(rows) :], step, shape)
 
 
-def _product(rows: NDArray[np.float64], columns: NDArray[np.float64]) -> Plane:
-    """Matrix product rowsᵀ columns by OpenCV: numpy's own may use threads, and then neither its
-    time nor its last bits can be relied upon."""
-    return as_plane(
-        cv2.gemm(as_plane(rows), as_plane(columns), 1.0, np.empty(0), 0.0, flags=cv2.GEMM_1_T)
-    )
+def _samples(cells: int, step: int) -> NDArray[np.float64]:
+    """Places, in cells, of one sample for every ``step`` of them, and some beyond both ends."""
+    if step == 1:
+        return np.arange(float(cells))
+    return np.arange(-_BEYOND, -(-cells // step) + _BEYOND) * step + (step - 1) / 2
+
+
+def _finer(plane: Plane, step: int, shape: tuple[int, int]) -> Plane:
+    """Plane of ``shape`` from its ``_samples`` down and across."""
+    if step == 1:
+        return plane
+    size = plane.shape[1] * step, plane.shape[0] * step
+    fine = as_plane(cv2.resize(plane, size, interpolation=cv2.INTER_LANCZOS4))
+    start = _BEYOND * step
+    return fine[start : start + shape[0], start : start + shape[1]]

@@ -54,11 +54,13 @@ def draw_flakes(rows: NDArray[np.float64], height: int, width: int) -> NDArray[n
         wanted = along[batch] * across[batch] * (math.pi / 3)  # ∫(1 − q²)² over the ellipse
         # Pixels stand for large ellipses as they are, and these may reach out of the frame.
         exact = np.where(across[batch] < _LARGE, wanted / np.maximum(total, 1e-12), 1.0)
+        weight *= (column["a"][batch] * exact).astype(np.float32)[flake]
+        pixel = y * width + x
         seen = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-        flake, pixel = flake[seen], (y[seen] * width + x[seen]).astype(np.intp)
-        shine = (weight[seen] * (column["a"][batch] * exact)[flake]).astype(np.float32)
+        if not seen.all():
+            flake, pixel, weight = flake[seen], pixel[seen], weight[seen]
         for c in range(3):
-            np.add.at(light[:, c], pixel, shine * rgb[c, batch][flake])
+            np.add.at(light[:, c], pixel, weight * rgb[c, batch][flake])
     return light.reshape(height, width, 3)
 
 
@@ -114,11 +116,11 @@ def _cover(
     rotation: NDArray[np.float64],
     height: int,
     width: int,
-) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp], NDArray[np.float32]]:
     """Pixels under each ellipse: flake index, pixel x, pixel y, weight (1 − q²)².
 
     q² = p dx² + 2 r dx dy + s dy². Each row of an ellipse is a span found in closed form, so that
-    only pixels under it are touched.
+    only pixels under it are touched, and along it 1 − q² = depth − p (x − middle)².
     """
     cos, sin = np.cos(rotation), np.sin(rotation)
     p = (cos / along) ** 2 + (sin / across) ** 2
@@ -132,15 +134,21 @@ def _cover(
     dy = row + 0.5 - y[row_flake]
     p_row, r_row = p[row_flake], r[row_flake]
     middle = x[row_flake] - r_row * dy / p_row
-    inside = (r_row * dy) ** 2 - p_row * (s[row_flake] * dy**2 - 1)
-    half = np.sqrt(np.maximum(inside, 0.0)) / p_row
+    depth = np.maximum(1 - (s[row_flake] - r_row**2 / p_row) * dy**2, 0.0)
+    half = np.sqrt(depth / p_row)
     span, column = _ranges(
         *_held(np.ceil(middle - 0.5 - half), np.floor(middle - 0.5 + half), width, large[row_flake])
     )
-    flake = row_flake[span]
-    dx, dy = column + 0.5 - x[flake], dy[span]
-    q2 = p[flake] * dx**2 + 2 * r[flake] * dx * dy + s[flake] * dy**2
-    return flake, column, row[span], np.maximum(1 - q2, 0.0) ** 2
+    # From the middle in whole pixels and a rest, so that single precision is exact enough.
+    start = np.floor(middle)
+    d = (column - start.astype(np.intp)[span]).astype(np.float32)
+    d += (0.5 - (middle - start)).astype(np.float32)[span]
+    d *= d
+    d *= -p_row.astype(np.float32)[span]
+    d += depth.astype(np.float32)[span]
+    np.maximum(d, 0, out=d)
+    d *= d
+    return row_flake[span], column, row[span], d
 
 
 def _held(
@@ -159,6 +167,5 @@ def _ranges(
     """Every integer of the ranges first..last, and the index of the range each comes from."""
     count = np.maximum(last - first + 1, 0).astype(np.intp)
     owner = np.repeat(np.arange(len(count)), count)
-    start = np.cumsum(count) - count
-    offset = np.arange(len(owner)) - start[owner]
-    return owner, first.astype(np.intp)[owner] + offset
+    before = first.astype(np.intp) - (np.cumsum(count) - count)
+    return owner, before[owner] + np.arange(len(owner))

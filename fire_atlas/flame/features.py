@@ -47,6 +47,11 @@ def gradient(plane: Plane) -> tuple[Plane, Plane]:
     return as_plane(gx), as_plane(gy)
 
 
+def slope_of(brightness: Plane, sigma: tuple[float, float]) -> Plane:
+    """‖∇f‖ of a picture's edges (H, W), which eq. 2 compares with ε."""
+    return as_plane(cv2.magnitude(*gradient(difference_of_gaussians(brightness, sigma))))
+
+
 def kappa(shape: tuple[int, int], box: Box, buoyancy: tuple[float, float], n: float) -> Plane:
     """κ of each pixel (eq. 2): how far along the buoyancy it lies, 0..1, to the power n.
 

@@ -8,24 +8,31 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Bytes, Plane, as_plane
 
-FLOW_AREA = 300 * 300
-"""Most px of the pictures that flow is estimated on: the grid needs no more, and it takes time."""
+SMALL = 300 * 300
+"""Frames of at most so many px are looked at as they are, and closely."""
+
+_FLOW_AREA = 230 * 230
+"""Most px of the pictures on which the flow of larger frames is estimated: shrunk, these are
+smooth; the grid needs no more, and it takes time."""
 
 _SMALLEST_SIDE = 64
 """Smaller pictures are enlarged: the estimator's patches need room."""
 
 
-def flow_size(width: int, height: int) -> tuple[int, int]:
-    """Size (width, height) at which the flow of a ``width`` by ``height`` clip is estimated."""
-    scale = min(1.0, math.sqrt(FLOW_AREA / (width * height)))
+def _flow_size(width: int, height: int, is_small: bool) -> tuple[int, int]:
+    """Size (width, height) at which the flow of a ``width`` by ``height`` picture is estimated."""
+    scale = 1.0 if is_small else min(1.0, math.sqrt(_FLOW_AREA / (width * height)))
     scale = max(scale, _SMALLEST_SIDE / min(width, height))
     return max(round(width * scale), _SMALLEST_SIDE), max(round(height * scale), _SMALLEST_SIDE)
 
 
-def thumbnail(brightness: Plane) -> Bytes:
-    """Return the (h, w) uint8 copy of a brightness plane, 0..255, that flow is estimated on."""
+def thumbnail(brightness: Plane, is_small: bool) -> Bytes:
+    """Return the (h, w) uint8 copy of a brightness plane, 0..255, that flow is estimated on.
+
+    ``is_small`` tells whether the frame that the plane is a part of is.
+    """
     height, width = brightness.shape
-    size = flow_size(width, height)
+    size = _flow_size(width, height, is_small)
     shrinks = size[0] <= width
     small = cv2.resize(
         brightness, size, interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
@@ -42,14 +49,14 @@ def shrunk_flow(
     return as_plane(small * np.array([w / (width * fps), h / (height * fps)], np.float32))
 
 
-def optical_flow(before: Bytes, after: Bytes, is_shrunk: bool) -> NDArray[np.float32]:
+def optical_flow(before: Bytes, after: Bytes, is_small: bool) -> NDArray[np.float32]:
     """Flow (h, w, 2) in px of the thumbnails from ``before`` to ``after``, both (h, w) uint8.
 
     Where ``before`` has something at p, ``after`` has it at p + flow(p). Dense inverse search
     (DIS), down to its second finest level: without that half of what turbulent fire does is lost.
-    Pictures that were shrunk are smooth, and a coarser search finds as much in them.
+    In pictures of larger frames a coarser search finds as much as in small ones a fine one.
     """
-    preset = cv2.DISOPTICAL_FLOW_PRESET_FAST if is_shrunk else cv2.DISOPTICAL_FLOW_PRESET_MEDIUM
+    preset = cv2.DISOPTICAL_FLOW_PRESET_MEDIUM if is_small else cv2.DISOPTICAL_FLOW_PRESET_FAST
     estimator = cv2.DISOpticalFlow.create(preset)
     estimator.setFinestScale(1)
     estimator.setVariationalRefinementIterations(3)

@@ -3,8 +3,9 @@
 Everything decided here holds for every frame, so thresholds never flicker.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import cv2
 import numpy as np
@@ -16,10 +17,8 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.flame.activity import activity
 from fire_atlas.flame.features import (
     Box,
-    difference_of_gaussians,
-    feature_vectors,
-    gradient,
     kappa,
+    slope_of,
 )
 from fire_atlas.flame.scene import Scene, above
 from fire_atlas.recipe.effect import Features
@@ -52,15 +51,15 @@ class FlameMask:
     activity: Plane
     scene: Scene | None
 
-    def of(self, shown: Plane, pixels: Pixels) -> Plane:
+    def of(self, shown: Plane, pixels: Callable[[], Pixels]) -> Plane:
         """How surely each pixel of a frame is flame, (H, W) in 0..1: luminous and moving.
 
         Args:
             shown: Brightness of the frame.
-            pixels: The frame.
+            pixels: Gives the frame; asked only where colours tell flame from what it lights.
         """
         mask = above(shown, self.dim, self.bright) * self.activity
-        return mask if self.scene is None else mask * self.scene.flame(shown, pixels)
+        return mask if self.scene is None else mask * self.scene.flame(shown, pixels())
 
     def within(self, window: Window) -> "FlameMask":
         """Return the same for a part of the frame."""
@@ -127,16 +126,16 @@ def study_flame(
     shown = list(workers.map(lambda i: brightness(clip.read(i), clip.blend_space), picks))
     tells = _flame_mask(shown, is_scene=clip.matte == "none")
     looks = zip(picks, shown, strict=True)
-    masks = list(workers.map(lambda look: tells.of(look[1], clip.read(look[0])), looks))
+    masks = list(workers.map(lambda look: tells.of(look[1], partial(clip.read, look[0])), looks))
     box, base = _flame_box(masks)
     spanned = box if features.kappa_over == "flame" else Box(0, 0, clip.width - 1, clip.height - 1)
     weight = kappa((clip.height, clip.width), spanned, buoyancy, features.n)
+    slopes = list(workers.map(lambda plane: slope_of(plane, features.sigma), shown))
     epsilon = features.epsilon
     if epsilon == "auto":
-        epsilon = _automatic_epsilon(shown, masks, features.sigma)
+        epsilon = _automatic_epsilon(slopes, masks)
     lengths = [
-        as_plane(cv2.magnitude(*feature_vectors(plane, features.sigma, epsilon, weight)) * mask)
-        for plane, mask in zip(shown, masks, strict=True)
+        slope * weight * mask * (slope > epsilon) for slope, mask in zip(slopes, masks, strict=True)
     ]
     alpha, candidates, typical = _automatic_alpha(lengths)
     return FlameStudy(buoyancy, box, base, tells, weight, epsilon, alpha, candidates, typical)
@@ -178,12 +177,9 @@ def _extent(profile: Plane) -> tuple[float, float]:
     return float(first), float(last)
 
 
-def _automatic_epsilon(shown: list[Plane], masks: list[Plane], sigma: tuple[float, float]) -> float:
-    slopes = (
-        as_plane(cv2.magnitude(*gradient(difference_of_gaussians(plane, sigma))))[mask > 0.5]
-        for plane, mask in zip(shown, masks, strict=True)
-    )
-    return max(_quantile(slopes, _FEATURE_SHARE), _LEAST_EPSILON)
+def _automatic_epsilon(slopes: list[Plane], masks: list[Plane]) -> float:
+    inside = [slope[mask > 0.5] for slope, mask in zip(slopes, masks, strict=True)]
+    return max(_quantile(inside, _FEATURE_SHARE), _LEAST_EPSILON)
 
 
 def _automatic_alpha(lengths: list[Plane]) -> tuple[float, float, float]:

@@ -96,7 +96,8 @@ class Atlas(Settings):
     format: Literal["png", "webp"] = "png"
     """Files of the pages; ``webp`` is lossless."""
     compression: Literal["fast", "small"] = "fast"
-    """``fast`` to write, or as ``small`` as can be had (PNG needs the extra ``small``)."""
+    """Pages and their files: ``fast`` to make, or as ``small`` as can be had (PNG needs the extra
+    ``small``)."""
     alpha: Literal["straight", "premultiplied", "additive"] = "straight"
     """How coverage is stored. ``additive``: light on black with alpha 0."""
     blend_space: Literal["srgb", "linear"] = "srgb"

@@ -37,9 +37,7 @@ def open_frames(settings: FramesSource, path: Path, blend_space: str) -> Clip:
     reel, chosen = _open_reel(settings, path)
     reel = remembering(reel)
     inputs = reel.inputs if len(reel.inputs) == 1 else tuple(reel.inputs[i] for i in chosen)
-    told = settings.matte in ("luminance", "none")
-    samples = [] if told else [reel.read(i) for i in spread(chosen)]
-    choice = matte.choose(settings.matte, samples, str(path))
+    choice = matte.choose(settings.matte, map(reel.read, spread(chosen)), str(path))
     height = settings.height or reel.height
     width = width_for(height, (reel.width, reel.height))
     check_size(f"{path} at height {height}", width, height)

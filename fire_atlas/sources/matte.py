@@ -1,6 +1,6 @@
 """Where coverage comes from: decided from a few frames, then applied to each."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal, cast
 
@@ -58,23 +58,26 @@ class Evidence:
     cool: float
 
 
-def choose(asked: str, frames: Sequence[Picture], name: str) -> Choice:
-    """Return the matte for a clip of which ``frames`` are samples.
+def choose(asked: str, frames: Iterable[Picture], name: str) -> Choice:
+    """Return the matte for a clip of which ``frames`` are samples; no more are read than needed.
 
     Raises:
         SourceError: ``alpha`` is asked for, but nothing is transparent.
     """
-    transparent = any(has_transparency(frame) for frame in frames)
-    if asked == "alpha" and not transparent:
+    if asked in ("luminance", "none"):
+        return Choice(cast(Matte, asked), "the recipe asks for it")
+    opaque = []
+    for frame in frames:
+        if has_transparency(frame):
+            why = "the frames have transparent pixels, so their alpha is the coverage"
+            return Choice("alpha", why if asked == "auto" else "the recipe asks for it")
+        opaque.append(frame)
+    if asked == "alpha":
         raise SourceError(
             f"{name}: matte is alpha, but these frames have no transparent pixel; use "
             "matte: luminance for fire on black, or matte: none for an opaque scene"
         )
-    if asked != "auto":
-        return Choice(cast(Matte, asked), "the recipe asks for it")
-    if transparent:
-        return Choice("alpha", "the frames have transparent pixels, so their alpha is the coverage")
-    return judge(gather(frames))
+    return judge(gather(opaque))
 
 
 def judge(seen: Evidence) -> Choice:

@@ -39,7 +39,9 @@ def with_alpha(picture: Picture) -> Picture:
 
 def has_transparency(picture: Picture) -> bool:
     """Whether any pixel lets something through."""
-    return picture.shape[2] == 4 and bool((picture[..., 3] < white(picture.dtype)).any())
+    if picture.shape[2] < 4:
+        return False
+    return cv2.minMaxLoc(cv2.extractChannel(picture, 3))[0] < white(picture.dtype)
 
 
 def to_light(picture: Picture) -> Pixels:
@@ -47,12 +49,18 @@ def to_light(picture: Picture) -> Pixels:
     full = with_alpha(picture)
     if full.dtype == np.float32:
         return full.copy() if full is picture else full
-    steps = white(full.dtype) + 1
-    pixels = cast(Pixels, cv2.LUT(np.ascontiguousarray(full), _table(steps)))
-    if has_transparency(picture):
-        alpha = pixels[..., 3].copy()
-        for channel in range(3):
-            np.multiply(pixels[..., channel], alpha, out=pixels[..., channel])
+    table = _table(white(full.dtype) + 1)
+    if not has_transparency(picture):
+        return cast(Pixels, cv2.LUT(np.ascontiguousarray(full), table))
+    # Most sprites of fire have a wide empty border: there is nothing to convert.
+    left, top, width, height = cv2.boundingRect((full[..., 3] > 0).view(np.uint8))
+    pixels = np.zeros(full.shape, np.float32)
+    covered = slice(top, top + height), slice(left, left + width)
+    if width:
+        light = cv2.LUT(np.ascontiguousarray(full[covered]), table)
+        alpha = cv2.extractChannel(light, 3)
+        weights = cv2.merge((alpha, alpha, alpha, np.ones_like(alpha)))
+        cv2.multiply(light, weights, dst=pixels[covered])
     return pixels
 
 
