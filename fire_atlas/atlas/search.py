@@ -16,8 +16,8 @@ from fire_atlas.atlas.skyline import Ints
 from fire_atlas.core.chance import Stage, generator
 
 _TOGETHER, _FEWEST_TOGETHER, _MOST_TOGETHER = 30_000, 96, 288
-"""Rectangles, and pages at least and most, that are looked at together: of few rectangles, one round over
-page shapes tells all; where they are many, further rounds vary what did well."""
+"""Rectangles, and pages at least and most, that are looked at together: of few rectangles, one
+round over page shapes tells most; where they are many, further rounds vary what did well."""
 
 _EFFORT, _EFFORT_OF_MANY = 300_000, 72_000
 """Most rectangles looked at in a search, over all the pages it tries: for one page, or the first

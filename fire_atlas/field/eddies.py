@@ -75,9 +75,9 @@ class Eddies:
         down = as_plane(np.outer(self.ky, rows) + start[:, None])
         waves = np.concatenate([np.cos(across), np.sin(across)])
         sines = np.concatenate([np.sin(down), np.cos(down)])
-        number = np.hypot(self.kx, self.ky) / self.weight
+        share = self.weight / np.hypot(self.kx, self.ky)
         u_and_v = np.concatenate([
-            sines * as_plane(np.tile(along / number, 2))[:, None] for along in (self.ky, -self.kx)
+            sines * as_plane(np.tile(along * share, 2))[:, None] for along in (self.ky, -self.kx)
         ], axis=1)  # fmt: skip
         both = as_plane(cv2.gemm(u_and_v, waves, 1.0, np.empty(0), 0.0, flags=cv2.GEMM_1_T))
         return _finer(both[: len(rows)], step, shape), _finer(both[len(rows) :], step, shape)
@@ -86,8 +86,9 @@ class Eddies:
 def _samples(cells: int, step: int) -> NDArray[np.float64]:
     """Places, in cells, of one sample for every ``step`` of them, and some beyond both ends."""
     if step == 1:
-        return np.arange(float(cells))
-    return np.arange(-_BEYOND, -(-cells // step) + _BEYOND) * step + (step - 1) / 2
+        return np.arange(cells, dtype=np.float64)
+    numbers = np.arange(-_BEYOND, -(-cells // step) + _BEYOND, dtype=np.float64)
+    return numbers * step + (step - 1) / 2
 
 
 def _finer(plane: Plane, step: int, shape: tuple[int, int]) -> Plane:

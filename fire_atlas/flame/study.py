@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip, Window
-from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
+from fire_atlas.core.pixels import Pixels, Plane, brightness
 from fire_atlas.core.workers import Workers
 from fire_atlas.flame.activity import activity
 from fire_atlas.flame.features import (
@@ -23,8 +23,9 @@ from fire_atlas.flame.features import (
 from fire_atlas.flame.scene import Scene, above
 from fire_atlas.recipe.effect import Features
 
-SAMPLES = 12
-"""Frames looked at, evenly spread over the clip."""
+_FEWEST, _MOST = 6, 12
+"""Frames looked at, evenly spread over the clip: every other one of a short clip, for neighbours
+tell much the same."""
 
 _FEATURE_SHARE = 0.70
 """Automatic ε: this share of the flame's pixels have weaker gradients."""
@@ -122,7 +123,8 @@ def study_flame(
 
     ``buoyancy`` is F_buoyancy, a unit vector in image axes, along which κ grows.
     """
-    picks = sorted({round(i) for i in np.linspace(0, clip.count - 1, SAMPLES)})
+    samples = min(max(clip.count // 2, _FEWEST), _MOST)
+    picks = sorted({round(i) for i in np.linspace(0, clip.count - 1, samples)})
     shown = list(workers.map(lambda i: brightness(clip.read(i), clip.blend_space), picks))
     tells = _flame_mask(shown, is_scene=clip.matte == "none")
     looks = zip(picks, shown, strict=True)
