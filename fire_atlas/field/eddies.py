@@ -13,7 +13,7 @@ _MODES = 28
 _WAVELENGTHS = (0.10, 0.45)
 """Shortest and longest eddy, heights."""
 
-_SAMPLES = 8
+_SAMPLES = 5
 """Samples of the shortest eddy; what lies between them is interpolated, which costs less."""
 
 _BEYOND = 4
