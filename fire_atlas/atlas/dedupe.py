@@ -1,6 +1,7 @@
 """Frames with the same pixels need one place only."""
 
 import hashlib
+from collections import Counter
 from collections.abc import Sequence
 from typing import TypeAlias
 
@@ -13,9 +14,13 @@ _Look: TypeAlias = tuple[int, int, int, int, int, int, bytes]
 
 def originals(sprites: Sequence[Sprite], parts: Sequence[Box]) -> list[int]:
     """Return for each sprite the first one whose part of its frame shows the same pixels."""
+    sizes = Counter((box.width, box.height) for box in parts)
     first: dict[_Look, int] = {}
-    looks = (_look(*pair) for pair in zip(sprites, parts, strict=True))
-    return [first.setdefault(look, i) for i, look in enumerate(looks)]
+    return [
+        # Most frames of a fire are of a size of their own: these need no closer look.
+        first.setdefault(_look(sprite, box), i) if sizes[box.width, box.height] > 1 else i
+        for i, (sprite, box) in enumerate(zip(sprites, parts, strict=True))
+    ]
 
 
 def _look(sprite: Sprite, box: Box) -> _Look:

@@ -29,7 +29,7 @@ def compose(
             these colours and cover fully.
     """
     flat = flame.reshape(-1, 4)
-    lit = np.flatnonzero(cv2.transform(flakes, np.ones((1, 3), np.float32)))
+    lit = np.flatnonzero(cv2.transform(flakes, np.ones((1, 3), np.float32)) > 0)
     if lit.size == 0:
         return flame
     light = expose(flakes.reshape(-1, 3)[lit])
