@@ -71,7 +71,7 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
         with clock.measure("write"):
             sprites = [frame for part in parts for frame in part.sprites]
             outputs = _write_pages(sheets, sprites, recipe, stage)
-            product = Product(sheets, _tracks(parts), staging.existing)
+            product = Product(sheets, _tracks(parts), _bakes_flakes(loaded), staging.existing)
             outputs += _write_exports(loaded, product, staging)
             outputs += _write_tracks(recipe, product, staging)
             inputs = [each for part in parts for each in part.inputs] + templates
@@ -102,6 +102,13 @@ def _tracks(parts: Sequence[Part]) -> dict[str, Tracks]:
         for part in parts
         for animation, tracks in part.tracks.items()
     }
+
+
+def _bakes_flakes(loaded: LoadedRecipe) -> bool:
+    """Whether any part has its flakes in its pixels."""
+    return any(
+        part.recipe.flakes != "none" and part.recipe.flakes.bake for part in loaded.parts
+    )
 
 
 def _tell_of_pages(sheet: AtlasSheet, progress: Progress) -> None:

@@ -181,16 +181,20 @@ def is_fresh(tree: RecipeTree, out: Path) -> bool:
 
 
 def stale_outputs(out: Path, name: str, written: Collection[str]) -> list[Path]:
-    """Files that the previous build ``name`` wrote into ``out``, untouched since, that are not
-    among those ``written`` now."""
+    """Files that the previous build ``name`` wrote into ``out`` that are not among those
+    ``written`` now, and untouched since. Where one goes, what says how to import it goes too,
+    whoever wrote on in it."""
     manifest = read_manifest(out, name)
     if manifest is None:
         return []
-    return [
-        out / output.name
-        for output in manifest.outputs
-        if output.name not in written and output.is_intact(out)
-    ]
+    old = [output for output in manifest.outputs if output.name not in written]
+    going = {output.name for output in old if output.is_intact(out)}
+    going |= {
+        output.name
+        for output in old
+        if output.role == IMPORT and Path(output.name).stem in going and (out / output.name).is_file()
+    }
+    return [out / output.name for output in old if output.name in going]
 
 
 def read_manifest(out: Path, name: str) -> Manifest | None:

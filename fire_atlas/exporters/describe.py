@@ -7,11 +7,11 @@ from fire_atlas.core.errors import OutputError
 from fire_atlas.exporters.output_file import OutputFile
 from fire_atlas.exporters.product import Product
 from fire_atlas.exporters.registry import exporter
-from fire_atlas.recipe.output import ExportName, TemplateExport
+from fire_atlas.recipe.output import Export, TemplateExport, UnityExport
 
 
 def describe_product(
-    exports: Sequence[ExportName | TemplateExport],
+    exports: Sequence[Export],
     product: Product,
     templates: Mapping[str, Path],
 ) -> Iterator[OutputFile]:
@@ -26,7 +26,7 @@ def describe_product(
 
 
 def _files(
-    export: ExportName | TemplateExport, product: Product, templates: Mapping[str, Path]
+    export: Export, product: Product, templates: Mapping[str, Path]
 ) -> Iterator[OutputFile]:
     if not isinstance(export, TemplateExport):
         yield from exporter(export)(product)
@@ -37,10 +37,11 @@ def _files(
         yield export_template(sheet, export, templates[export.template])
 
 
-def _twice(name: str, export: ExportName | TemplateExport) -> str:
+def _twice(name: str, export: Export) -> str:
     if isinstance(export, TemplateExport):
         return (
             f"exports: {export.template} would write {name}, which is another output already; "
             f"choose another `to`, with {{{{ name }}}} in it"
         )
+    export = "unity" if isinstance(export, UnityExport) else export
     return f"exports: {export} would write {name} a second time; list it once"

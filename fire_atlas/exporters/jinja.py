@@ -1,10 +1,17 @@
 """Jinja as all templates of this tool know it: sandboxed, strict, without other files."""
 
 import re
-from typing import Any
+from collections.abc import Callable
+from functools import cache
+from typing import Any, TypeAlias
 
-from jinja2 import StrictUndefined
+from jinja2 import StrictUndefined, Template
 from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+from fire_atlas.core.shipped import shipped
+
+Filter: TypeAlias = Callable[[Any], str]
+"""What turns a value into text inside a template; called there by its own name."""
 
 
 def environment() -> ImmutableSandboxedEnvironment:
@@ -17,6 +24,18 @@ def environment() -> ImmutableSandboxedEnvironment:
     )
     made.filters["identifier"] = identifier
     return made
+
+
+def rendered(template: str, filters: tuple[Filter, ...] = (), **context: object) -> str:
+    """Return what one of our own templates makes of the context, with these filters as well."""
+    return _shipped_template(template, filters).render(context)
+
+
+@cache
+def _shipped_template(name: str, filters: tuple[Filter, ...]) -> Template:
+    made = environment()
+    made.filters.update({each.__name__: each for each in filters})
+    return made.from_string((shipped("templates") / name).read_text(encoding="utf-8"))
 
 
 def identifier(text: Any) -> str:

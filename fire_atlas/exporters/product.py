@@ -14,6 +14,8 @@ class Product:
     Attributes:
         sheets: The atlas in each scale, full size first.
         tracks: The flakes of each animation that has any, by its name.
+        flakes_baked: Whether flakes are in the pixels too: a client that plays the tracks as well
+            would show them twice.
         existing: ``existing(name)`` gives the file of that name in the output folder, as the last
             build, its engine or a person left it; None where there is none. For files that engines
             write into as well: what is theirs has to survive.
@@ -21,6 +23,7 @@ class Product:
 
     sheets: tuple[AtlasSheet, ...]
     tracks: Mapping[str, Tracks]
+    flakes_baked: bool
     existing: Callable[[str], bytes | None]
 
     @property

@@ -5,13 +5,15 @@ name stands in ``fire_atlas.recipe.output``. Exporters are imported only when th
 """
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import TypeAlias, assert_never
 
 from fire_atlas.atlas.layout import AtlasSheet
 from fire_atlas.exporters.output_file import OutputFile
 from fire_atlas.exporters.product import Product
 from fire_atlas.flakes.tracks import Tracks
-from fire_atlas.recipe.output import ExportName, TrackName
+from fire_atlas.recipe.output import ExportName, TrackName, UnityExport
+from fire_atlas.recipe.unity import UnityOptions
 
 Exporter: TypeAlias = Callable[[Product], Iterator[OutputFile]]
 """Describes what a build made to a client."""
@@ -23,9 +25,9 @@ TrackWriter: TypeAlias = Callable[[str, Tracks], OutputFile]
 """Writes the flakes of the build of that name."""
 
 
-def exporter(name: ExportName) -> Exporter:
-    """Return the exporter that a recipe calls ``name``."""
-    match name:
+def exporter(export: ExportName | UnityExport) -> Exporter:
+    """Return the exporter that a recipe names, with its options where it has any."""
+    match export:
         case "json":
             from fire_atlas.exporters.json_hash import export_json_hash
 
@@ -50,8 +52,14 @@ def exporter(name: ExportName) -> Exporter:
             from fire_atlas.exporters.shipped_templates import export_tpsheet
 
             return _of_each_sheet(export_tpsheet)
+        case "unity":
+            return exporter(UnityExport(unity=UnityOptions()))
+        case UnityExport():
+            from fire_atlas.exporters.unity.export import export_unity
+
+            return partial(export_unity, options=export.unity)
         case _:
-            assert_never(name)
+            assert_never(export)
 
 
 def _of_each_sheet(export: SheetExporter) -> Exporter:

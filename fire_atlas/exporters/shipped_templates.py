@@ -3,15 +3,14 @@
 from collections.abc import Iterator
 
 from fire_atlas.atlas.layout import AtlasSheet
-from fire_atlas.core.shipped import shipped
 from fire_atlas.exporters.context import context_of
-from fire_atlas.exporters.jinja import environment
+from fire_atlas.exporters.jinja import rendered
 from fire_atlas.exporters.output_file import OutputFile
 
 
 def export_css(sheet: AtlasSheet) -> Iterator[OutputFile]:
     """Yield ``name.css``: a class that plays each animation, and one for each frame."""
-    text = _rendered("sprites.css.j2", **context_of(sheet))
+    text = rendered("sprites.css.j2", **context_of(sheet))
     yield OutputFile(sheet.file(0, ".css"), "atlas", text.encode())
 
 
@@ -19,10 +18,5 @@ def export_tpsheet(sheet: AtlasSheet) -> Iterator[OutputFile]:
     """Yield ``name.tpsheet``, ``name-1.tpsheet``, ...: each describes one page."""
     context = context_of(sheet)
     for i, page in enumerate(context["pages"]):
-        text = _rendered("sprites.tpsheet.j2", **context, page=page)
+        text = rendered("sprites.tpsheet.j2", **context, page=page)
         yield OutputFile(sheet.file(i, ".tpsheet"), "atlas", text.encode())
-
-
-def _rendered(template: str, **context: object) -> str:
-    text = (shipped("templates") / template).read_text(encoding="utf-8")
-    return environment().from_string(text).render(context)

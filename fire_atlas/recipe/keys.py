@@ -13,6 +13,8 @@ def blocks_at(path: KeyPath) -> list[type[Settings]]:
     """Return the models the key ``path`` may hold; none where it holds plain values."""
     blocks: list[type[Settings]] = [Recipe]
     for key in path:
+        if isinstance(key, int):  # an item of a list: the list told already what it holds
+            continue
         fields = [block.model_fields.get(str(key)) for block in blocks]
         blocks = [inner for field in fields if field for inner in _blocks_in(field.annotation)]
     return blocks

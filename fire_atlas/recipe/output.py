@@ -1,13 +1,26 @@
 """Recipe blocks of the asset half: atlas, exports, tracks."""
 
+from collections.abc import Sequence
 from importlib.util import find_spec
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Discriminator, Field, model_validator
 
-from fire_atlas.recipe.base import BLOCK, LIST, OFF, PAIR, WORD, Settings, either
+from fire_atlas.recipe.base import (
+    BLOCK,
+    LIST,
+    OFF,
+    PAIR,
+    TEMPLATE,
+    UNDECIDED,
+    UNITY,
+    WORD,
+    Settings,
+    either,
+)
+from fire_atlas.recipe.unity import UnityOptions
 
-ExportName = Literal["json", "json-array", "phaser", "aseprite", "css", "tpsheet"]
+ExportName = Literal["json", "json-array", "phaser", "aseprite", "css", "tpsheet", "unity"]
 TrackName = Literal["json", "csv"]
 
 PivotName = Literal["base", "bottom", "center", "top"]
@@ -22,7 +35,9 @@ Pivot = Annotated[
     either("`base`, `bottom`, `center`, `top` or two numbers: [x, y]"),
 ]
 
-UPRIGHT_ONLY: frozenset[ExportName] = frozenset({"phaser", "aseprite", "css", "tpsheet"})
+UPRIGHT_ONLY: frozenset[ExportName] = frozenset(
+    {"phaser", "aseprite", "css", "tpsheet", "unity"}
+)
 """Exports whose clients cannot show a frame that lies turned on its page."""
 
 _WEBP_SIDE = 16383
@@ -121,15 +136,41 @@ class TemplateExport(Settings):
     """Name of the file it becomes, a template too: ``{{ name }}.ext``."""
 
 
+class UnityExport(Settings):
+    """The export ``unity`` with options."""
+
+    unity: UnityOptions
+    """What Unity is to be given."""
+
+
+def _mapping(export: Any) -> str | None:
+    """Return the branch of an export that is a mapping, by the key that tells it."""
+    keys = export if isinstance(export, dict) else type(export).model_fields
+    if "unity" in keys:
+        return UNITY.tag
+    return TEMPLATE.tag if "template" in keys or "to" in keys else None
+
+
+_EXPORTS = "the name of a format, {unity: ...}, or {template: ..., to: ...}"
+
 Export = Annotated[
-    Annotated[ExportName, WORD] | Annotated[TemplateExport, BLOCK],
-    either("the name of a format, or {template: ..., to: ...}"),
+    Annotated[ExportName, WORD]
+    | Annotated[
+        Annotated[
+            Annotated[TemplateExport, TEMPLATE] | Annotated[UnityExport, UNITY],
+            Discriminator(
+                _mapping, custom_error_type=UNDECIDED, custom_error_message=f"must be {_EXPORTS}"
+            ),
+        ],
+        BLOCK,
+    ],
+    either(_EXPORTS),
 ]
 
 
-def export_problem(atlas: Atlas, exports: tuple[str | TemplateExport, ...]) -> str | None:
+def export_problem(atlas: Atlas, exports: Sequence[Export]) -> str | None:
     """Say which export cannot describe such pages, and why."""
-    for export in exports:
+    for export in map(_name_of, exports):
         if atlas.rotate and export in UPRIGHT_ONLY:
             return (
                 f"exports: {export} cannot be had with atlas.rotate: its clients show frames as "
@@ -140,7 +181,18 @@ def export_problem(atlas: Atlas, exports: tuple[str | TemplateExport, ...]) -> s
                 f"exports: css cannot be had with atlas.alpha {atlas.alpha} and blend_space "
                 f"{atlas.blend_space}: browsers blend images with straight alpha in sRGB"
             )
+        if export == "unity" and atlas.format == "webp":
+            return "exports: unity cannot be had with atlas.format webp: Unity imports PNG"
     return None
+
+
+def _name_of(export: Export) -> str:
+    match export:
+        case TemplateExport():
+            return "a template"
+        case UnityExport():
+            return "unity"
+    return export
 
 
 def missing_extra(atlas: Atlas) -> str | None:

@@ -32,7 +32,7 @@ def resolved_yaml(loaded: LoadedRecipe) -> str:
         _relative(member.path.resolve(), base) for member in loaded.members
     ]
     for export in values["exports"]:
-        if isinstance(export, dict):
+        if isinstance(export, dict) and "template" in export:
             export["template"] = _relative(loaded.templates[export["template"]], base)
     return yaml.dump(
         values, Dumper=_Dumper, sort_keys=False, default_flow_style=False, allow_unicode=True

@@ -16,9 +16,11 @@ from fire_atlas.recipe.name import NAME_ADVICE, NAME_PATTERN
 from fire_atlas.recipe.origin import KeyPath, dotted
 from fire_atlas.recipe.suggest import did_you_mean
 from fire_atlas.recipe.tree import MEMBERS, RecipeTree
+from fire_atlas.recipe.unity import NAMESPACE_PATTERN
 
 _PATTERNS = {
     NAME_PATTERN: NAME_ADVICE,
+    NAMESPACE_PATTERN: "must be a namespace of C#, like Game.Fire",
     COLOR_PATTERN: 'must be a colour like "#ff7300", with the quotes',
 }
 
@@ -105,6 +107,8 @@ def _known_instead(path: KeyPath) -> str:
     for known in all_keys():
         if "." in key and dotted(known) == key:
             return f"; write `{known[-1]}` inside the block `{dotted(known[:-1])}`"
+    if key in keys_at(parent):
+        return "; it does not go with the other keys of its block"
     if near := did_you_mean(key, keys_at(parent), prefix):
         return near
     for known in all_keys():

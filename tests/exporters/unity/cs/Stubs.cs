@@ -1,0 +1,203 @@
+// What the player touches of Unity's scripting API, with the signatures of 2021.3. The little that
+// its results depend on works; all else is there to compile against.
+
+using System;
+
+namespace UnityEngine
+{
+    public class Object
+    {
+        public string name { get; set; }
+        public HideFlags hideFlags { get; set; }
+        public static void Destroy(Object target) { }
+    }
+
+    public enum HideFlags { None = 0, DontSave = 52 }
+
+    public class Component : Object
+    {
+        public static Func<Type, object> Siblings = type => null;
+        public T GetComponent<T>() { return (T)Siblings(typeof(T)); }
+    }
+
+    public class Behaviour : Component
+    {
+        public bool enabled { get; set; }
+        public bool isActiveAndEnabled { get { return enabled; } }
+    }
+
+    public class MonoBehaviour : Behaviour { }
+
+    public class Renderer : Component
+    {
+        public bool enabled { get; set; }
+        public int sortingLayerID { get; set; }
+        public int sortingOrder { get; set; }
+    }
+
+    public sealed class MeshRenderer : Renderer { }
+
+    public sealed class MeshFilter : Component
+    {
+        public Mesh sharedMesh { get; set; }
+    }
+
+    public sealed class SpriteRenderer : Renderer
+    {
+        public bool flipX { get; set; }
+        public bool flipY { get; set; }
+        public Color color { get; set; }
+    }
+
+    public class RuntimeAnimatorController : Object { }
+
+    public struct AnimatorStateInfo
+    {
+        public int shortNameHash { get; set; }
+        public float normalizedTime { get; set; }
+    }
+
+    public sealed class Animator : Behaviour
+    {
+        public AnimatorStateInfo Current;
+        public RuntimeAnimatorController runtimeAnimatorController { get; set; }
+        public AnimatorStateInfo GetCurrentAnimatorStateInfo(int layer) { return Current; }
+
+        public static int StringToHash(string name)
+        {
+            int hash = 17;
+            foreach (char letter in name) hash = unchecked(hash * 31 + letter);
+            return hash;
+        }
+    }
+
+    public class TextAsset : Object
+    {
+        public byte[] Content;
+        public byte[] bytes { get { return (byte[])Content.Clone(); } }
+    }
+
+    public struct Vector2
+    {
+        public float x, y;
+        public Vector2(float x, float y) { this.x = x; this.y = y; }
+    }
+
+    public struct Vector3
+    {
+        public float x, y, z;
+        public Vector3(float x, float y, float z) { this.x = x; this.y = y; this.z = z; }
+        public static Vector3 zero { get { return new Vector3(0, 0, 0); } }
+        public static Vector3 one { get { return new Vector3(1, 1, 1); } }
+        public static Vector3 operator *(Vector3 a, float b) { return new Vector3(a.x * b, a.y * b, a.z * b); }
+        public static Vector3 operator /(Vector3 a, float b) { return new Vector3(a.x / b, a.y / b, a.z / b); }
+    }
+
+    public struct Color
+    {
+        public float r, g, b, a;
+        public Color(float r, float g, float b, float a) { this.r = r; this.g = g; this.b = b; this.a = a; }
+        public Color linear { get { return this; } }
+    }
+
+    public struct Bounds
+    {
+        public Vector3 center, size;
+        public Bounds(Vector3 center, Vector3 size) { this.center = center; this.size = size; }
+    }
+
+    public sealed class Mesh : Object
+    {
+        public Array Vertices;
+        public int Indices;
+        public Bounds bounds { get; set; }
+        public void MarkDynamic() { }
+        public void SetVertexBufferParams(int vertexCount, params Rendering.VertexAttributeDescriptor[] attributes) { }
+        public void SetIndexBufferParams(int indexCount, Rendering.IndexFormat format) { }
+        public void SetVertexBufferData<T>(T[] data, int dataStart, int meshBufferStart, int count, int stream = 0, Rendering.MeshUpdateFlags flags = 0) where T : struct { Vertices = data; }
+        public void SetIndexBufferData<T>(T[] data, int dataStart, int meshBufferStart, int count, Rendering.MeshUpdateFlags flags = 0) where T : struct { }
+        public void SetSubMesh(int index, Rendering.SubMeshDescriptor desc, Rendering.MeshUpdateFlags flags = 0) { Indices = desc.indexCount; }
+    }
+
+    public static class Mathf
+    {
+        public static float Floor(float f) { return (float)Math.Floor(f); }
+        public static float Cos(float f) { return (float)Math.Cos(f); }
+        public static float Sin(float f) { return (float)Math.Sin(f); }
+        public static float Clamp(float value, float min, float max) { return value < min ? min : value > max ? max : value; }
+
+        public static float HalfToFloat(ushort half)
+        {
+            int exponent = half >> 10 & 31, fraction = half & 1023;
+            double value = exponent == 0 ? fraction * Math.Pow(2, -24) : (1 + fraction / 1024.0) * Math.Pow(2, exponent - 15);
+            return (float)((half & 0x8000) != 0 ? -value : value);
+        }
+    }
+
+    public static class Time
+    {
+        public static float deltaTime { get; set; }
+    }
+
+    public static class Debug
+    {
+        public static void LogError(object message, Object context) { Console.WriteLine("error: " + message); }
+    }
+
+    public enum RuntimeInitializeLoadType { SubsystemRegistration = 4 }
+
+    [AttributeUsage(AttributeTargets.Method)]
+    public class RuntimeInitializeOnLoadMethodAttribute : Attribute
+    {
+        public RuntimeInitializeOnLoadMethodAttribute(RuntimeInitializeLoadType loadType) { }
+    }
+
+    [AttributeUsage(AttributeTargets.Class)]
+    public sealed class AddComponentMenu : Attribute
+    {
+        public AddComponentMenu(string menuName) { }
+    }
+
+    [AttributeUsage(AttributeTargets.Class)]
+    public sealed class DisallowMultipleComponent : Attribute { }
+
+    [AttributeUsage(AttributeTargets.Class)]
+    public sealed class RequireComponent : Attribute
+    {
+        public RequireComponent(Type requiredComponent, Type requiredComponent2) { }
+    }
+
+    [AttributeUsage(AttributeTargets.Field)]
+    public sealed class SerializeField : Attribute { }
+
+    [AttributeUsage(AttributeTargets.Field)]
+    public sealed class TooltipAttribute : Attribute
+    {
+        public TooltipAttribute(string tooltip) { }
+    }
+}
+
+namespace UnityEngine.Rendering
+{
+    public enum VertexAttribute { Position = 0, TexCoord0 = 4, TexCoord1 = 5 }
+    public enum VertexAttributeFormat { Float32 = 0 }
+    public enum IndexFormat { UInt16, UInt32 }
+
+    [Flags]
+    public enum MeshUpdateFlags { Default = 0, DontValidateIndices = 1, DontResetBoneBounds = 2, DontNotifyMeshUsers = 4, DontRecalculateBounds = 8 }
+
+    public struct VertexAttributeDescriptor
+    {
+        public VertexAttributeDescriptor(VertexAttribute attribute, VertexAttributeFormat format, int dimension, int stream = 0) { }
+    }
+
+    public enum MeshTopology { Triangles }
+
+    public struct SubMeshDescriptor
+    {
+        public SubMeshDescriptor(int indexStart, int indexCount, MeshTopology topology = MeshTopology.Triangles) : this() { this.indexCount = indexCount; }
+        public Bounds bounds { get; set; }
+        public int indexCount { get; set; }
+        public int vertexCount { get; set; }
+    }
+}
