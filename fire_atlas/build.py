@@ -106,9 +106,7 @@ def _tracks(parts: Sequence[Part]) -> dict[str, Tracks]:
 
 def _bakes_flakes(loaded: LoadedRecipe) -> bool:
     """Whether any part has its flakes in its pixels."""
-    return any(
-        part.recipe.flakes != "none" and part.recipe.flakes.bake for part in loaded.parts
-    )
+    return any(part.recipe.flakes != "none" and part.recipe.flakes.bake for part in loaded.parts)
 
 
 def _tell_of_pages(sheet: AtlasSheet, progress: Progress) -> None:

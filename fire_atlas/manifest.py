@@ -192,7 +192,9 @@ def stale_outputs(out: Path, name: str, written: Collection[str]) -> list[Path]:
     going |= {
         output.name
         for output in old
-        if output.role == IMPORT and Path(output.name).stem in going and (out / output.name).is_file()
+        if output.role == IMPORT
+        and Path(output.name).stem in going
+        and (out / output.name).is_file()
     }
     return [out / output.name for output in old if output.name in going]
 

@@ -25,9 +25,7 @@ def describe_product(
             yield file
 
 
-def _files(
-    export: Export, product: Product, templates: Mapping[str, Path]
-) -> Iterator[OutputFile]:
+def _files(export: Export, product: Product, templates: Mapping[str, Path]) -> Iterator[OutputFile]:
     if not isinstance(export, TemplateExport):
         yield from exporter(export)(product)
         return

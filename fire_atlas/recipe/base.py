@@ -56,9 +56,7 @@ NONE, BLOCK = Tag("<none>"), Tag("<block>")
 AUTO, NUMBER, PAIR = Tag("<auto>"), Tag("<number>"), Tag("<pair>")
 WORD = Tag("<word>")
 TEMPLATE, UNITY = Tag("<template>"), Tag("<unity>")
-BRANCHES = frozenset(
-    tag.tag for tag in (NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, TEMPLATE, UNITY)
-)
+BRANCHES = frozenset(tag.tag for tag in (NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, TEMPLATE, UNITY))
 """All tags, as they appear in the paths of pydantic's errors."""
 
 UNDECIDED = "undecided"

@@ -35,9 +35,7 @@ Pivot = Annotated[
     either("`base`, `bottom`, `center`, `top` or two numbers: [x, y]"),
 ]
 
-UPRIGHT_ONLY: frozenset[ExportName] = frozenset(
-    {"phaser", "aseprite", "css", "tpsheet", "unity"}
-)
+UPRIGHT_ONLY: frozenset[ExportName] = frozenset({"phaser", "aseprite", "css", "tpsheet", "unity"})
 """Exports whose clients cannot show a frame that lies turned on its page."""
 
 _WEBP_SIDE = 16383

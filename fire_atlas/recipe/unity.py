@@ -8,28 +8,27 @@ from fire_atlas.recipe.base import Settings
 
 DEFAULT_NAMESPACE = "FireAtlas"
 
-_KEYWORDS = frozenset(
-    "abstract as base bool break byte case catch char checked class const continue decimal default "
-    "delegate do double else enum event explicit extern false finally fixed float for foreach goto "
-    "if implicit in int interface internal is lock long namespace new null object operator out "
-    "override params private protected public readonly ref return sbyte sealed short sizeof "
-    "stackalloc static string struct switch this throw true try typeof uint ulong unchecked unsafe "
-    "ushort using virtual void volatile while".split()
-)
+_KEYWORDS = """
+abstract as base bool break byte case catch char checked class const continue decimal default
+delegate do double else enum event explicit extern false finally fixed float for foreach goto if
+implicit in int interface internal is lock long namespace new null object operator out override
+params private protected public readonly ref return sbyte sealed short sizeof stackalloc static
+string struct switch this throw true try typeof uint ulong unchecked unsafe ushort using virtual
+void volatile while
+"""
 """Words that are no names in C#."""
 
 _FOREIGN = ("System", "UnityEngine", "UnityEditor")
-"""Namespaces whose own names the player needs."""
+"""Namespaces of others: one of that name would hide them from scripts inside it."""
 
 
 def _free(namespace: str) -> str:
     """Validate a namespace, whose form is sound."""
-    parts = namespace.split(".")
-    for word in parts:
-        if word in _KEYWORDS:
+    for word in namespace.split("."):
+        if word in _KEYWORDS.split():
             raise ValueError(f"{word} is a word of C#; choose another name")
-    if parts[0] in _FOREIGN:
-        raise ValueError(f"{parts[0]} belongs to others; choose a name of your own")
+        if word in _FOREIGN:
+            raise ValueError(f"{word} belongs to others; choose a name of your own")
     return namespace
 
 

@@ -34,6 +34,32 @@ def advice(path: Path, *overrides: str) -> list[str]:
             "2: composite.zzz",
             "unknown key; known are blend, intensity, palette",
         ),
+        (
+            "exports: [{unity: {ppu: 3}}]",
+            "2: exports.0.unity.ppu",
+            "unknown key; known are pixels_per_unit, flakes, namespace, assembly",
+        ),
+        (
+            "exports: [{unity: {}, to: x}]",
+            "2: exports.0.to",
+            "unknown key; it does not go with the other keys of its block",
+        ),
+        (
+            "exports: [{unity: {namespace: Game.class}}]",
+            "2: exports.0.unity.namespace",
+            "class is a word of C#; choose another name",
+        ),
+        (
+            "exports: [{unity: {namespace: 3d}}]",
+            "2: exports.0.unity.namespace",
+            'must be a namespace of C#, like Game.Fire; got "3d"',
+        ),
+        (
+            "exports: [{phaser: {}}]",
+            "2: exports.0",
+            "must be the name of a format, {unity: ...}, or {template: ..., to: ...}; got "
+            '{"phaser": {}}',
+        ),
         ("flakes: {rate: fast}", "2: flakes.rate", 'must be a number; got "fast"'),
         ("flakes: {rate: '80'}", "2: flakes.rate", 'must be a number; got "80"'),
         ("flakes: {rate: yes}", "2: flakes.rate", "must be a number; got true"),

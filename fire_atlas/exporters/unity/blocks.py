@@ -48,11 +48,6 @@ def replaced(old: Sequence[str], new: Sequence[str], path: Path) -> list[str]:
     return [*old[: target.start], *new[source.start : source.stop], *old[target.stop :]]
 
 
-def value(line: str) -> str:
-    """Return what stands behind a line's key."""
-    return line.partition(":")[2].strip()
-
-
 def _keys(lines: Sequence[str], inside: Span) -> Iterator[tuple[str, Span]]:
     """Yield the keys directly inside some lines, and the lines of each."""
     if inside.start >= inside.stop:

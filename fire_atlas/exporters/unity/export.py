@@ -101,23 +101,33 @@ class _Export:
         context = {"name": stem, "namespace": self.options.namespace, **context}
         yield from self.asset(file, rendered(f"unity/{template}", _FILTERS, **context).encode())
 
-    def shader(self, stem: str, template: str) -> Iterator[OutputFile]:
-        """Yield a shader and a material of it, which a person may have made their own since."""
+    def shader(
+        self, stem: str, template: str, floats: tuple[str, ...] = ()
+    ) -> Iterator[OutputFile]:
+        """Yield a shader and a material of it, ``floats`` of which are 0.
+
+        The material is its owner's once it is there.
+        """
         yield from self.text(f"{stem}.shader", template, name=self.name)
-        material = self.product.existing(f"{stem}.mat") or rendered(
-            "unity/material.mat.j2", _FILTERS, name=stem, shader=self.guid(f"{stem}.shader")
-        ).encode()
+        material = (
+            self.product.existing(f"{stem}.mat")
+            or rendered(
+                "unity/material.mat.j2",
+                _FILTERS,
+                name=stem,
+                shader=self.guid(f"{stem}.shader"),
+                floats=floats,
+            ).encode()
+        )
         yield from self.asset(f"{stem}.mat", material, IMPORT)
 
     def flakes(self) -> Iterator[OutputFile]:
         """Yield the flakes' tracks and what plays them."""
         class_name = self.player.removesuffix(".cs")
-        yield from self.text(
-            self.player, "player.cs.j2", name=self.name, **{"class": class_name}
-        )
+        yield from self.text(self.player, "player.cs.j2", name=self.name, **{"class": class_name})
         if self.options.assembly:
             yield from self.text(f"{self.options.namespace}.asmdef", "assembly.asmdef.j2")
-        yield from self.shader(f"{self.name}.flakes", "flakes.shader.j2")
+        yield from self.shader(f"{self.name}.flakes", "flakes.shader.j2", ("_Hdr",))
         yield from self.asset(f"{self.name}.flakes.bytes", flake_bytes(self.flights()))
 
     def flights(self) -> Iterator[Flight]:

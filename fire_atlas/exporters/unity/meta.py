@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 
 from fire_atlas.core.errors import OutputError
-from fire_atlas.exporters.unity.blocks import Path, Span, find, replaced, value
+from fire_atlas.exporters.unity.blocks import Path, Span, find, replaced
 from fire_atlas.exporters.unity.identity import guids_in
 
 _TEXTURE = "TextureImporter"

@@ -15,7 +15,12 @@ from fire_atlas.exporters.unity.identity import guids_in
 
 from .type_trees import importer
 
-PLAIN: dict[str, Any] = {"flakes": "none", "motion_blur": "none", "tracks": [], "exports": ["unity"]}
+PLAIN: dict[str, Any] = {
+    "flakes": "none",
+    "motion_blur": "none",
+    "tracks": [],
+    "exports": ["unity"],
+}
 SIZE = (70, 90)
 MARK = (255, 0, 255, 255)
 
@@ -216,7 +221,8 @@ def test_pages_that_unity_cannot_show_are_refused(
     atlas: dict[str, Any], advice: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     draw_marked(tmp_path / "clip", 2)
-    for exports in (["unity"], [{"unity": {}}]):
+    both: list[list[Any]] = [["unity"], [{"unity": {}}]]
+    for exports in both:
         build(tmp_path, atlas=atlas, exports=exports, code=2)
         assert advice in capsys.readouterr().err
     assert not (tmp_path / "build").exists()
@@ -225,7 +231,9 @@ def test_pages_that_unity_cannot_show_are_refused(
 def test_members_share_pages_and_a_prefab(tmp_path: Path) -> None:
     draw_marked(tmp_path / "clip", 3)
     for name in ("fire", "torch"):
-        (tmp_path / f"{name}.yaml").write_text(json.dumps({"source": {"path": "clip"}, **PLAIN, "flakes": {}}))
+        (tmp_path / f"{name}.yaml").write_text(
+            json.dumps({"source": {"path": "clip"}, **PLAIN, "flakes": {}})
+        )
     (tmp_path / "level.yaml").write_text(
         json.dumps({"atlas": {"members": ["fire.yaml", "torch.yaml"]}, "exports": ["unity"]})
     )

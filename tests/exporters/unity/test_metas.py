@@ -13,7 +13,7 @@ from fire_atlas.exporters.unity.identity import guids_in
 from fire_atlas.exporters.unity.meta import TEXTURE_KEYS, merged
 
 from .products import ALONE, SEVERAL, Fire, exported
-from .type_trees import Loader, importer
+from .type_trees import Loader, faults, importer
 
 GUID = "0123456789abcdef0123456789abcdef"
 
@@ -102,12 +102,13 @@ def test_pages_never_shrink_on_import_but_where_a_person_wants_it() -> None:
 @pytest.mark.parametrize("change", ["frames", "pages", "alpha", "order"])
 def test_ids_and_guids_outlive_every_change(change: str) -> None:
     before = exported(SEVERAL.product(alpha="premultiplied"))
-    animations, atlas = dict(SEVERAL.animations), {"alpha": "premultiplied"}
+    animations = dict(SEVERAL.animations)
+    atlas: dict[str, Any] = {"alpha": "premultiplied"}
     match change:
         case "frames":
             animations |= {"walk": 6, "run": 2, "jump": 3}
         case "pages":
-            atlas["max_size"] = 32  # type: ignore[assignment]
+            atlas["max_size"] = 32
         case "alpha":
             atlas["alpha"] = "straight"
         case "order":
@@ -144,7 +145,9 @@ def test_a_stub_with_a_guid_is_filled(stub: str) -> None:
 
 def test_a_stub_that_only_names_the_importer_gets_what_is_ours() -> None:
     stub = f"fileFormatVersion: 2\nguid: {GUID}\nTextureImporter:\n  spriteSheet: {{}}\n"
-    _, meta = importer(exported(ALONE.product({"fire.png.meta": stub.encode()}))["fire.png.meta"].decode())
+    _, meta = importer(
+        exported(ALONE.product({"fire.png.meta": stub.encode()}))["fire.png.meta"].decode()
+    )
     assert len(meta["spriteSheet"]["sprites"]) == 7
     assert meta["spriteMode"] == 2 and meta["mipmaps"]["sRGBTexture"] == 1
 
@@ -179,9 +182,7 @@ def test_whatever_a_meta_holds_its_guid_is_kept(noise: str, at: int) -> None:
 
 
 def test_faults_are_found() -> None:
-    from .type_trees import faults
-
-    files: dict[str, Any] = {n: d.decode() for n, d in exported(ALONE.product()).items() if n.endswith(("anim", "meta"))}
+    files = {name: data.decode("latin") for name, data in exported(ALONE.product()).items()}
     for name, old, new in [
         ("fire.anim", "  m_Legacy: 0\n", ""),
         ("fire.anim", "serializedVersion: 6", "serializedVersion: 7"),

@@ -39,7 +39,8 @@ def test_an_odd_animation_becomes_sound_files(odd: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "pair", [("Walk", "walk"), ("a.b", "a_b"), ("\u00e9", "e\u0301"), ("a?", "a*"), ("Straße", "STRASSE")]
+    "pair",
+    [("Walk", "walk"), ("a.b", "a_b"), ("\u00e9", "e\u0301"), ("a?", "a*"), ("Straße", "STRASSE")],
 )
 def test_names_that_a_system_cannot_tell_apart_are_refused(pair: tuple[str, str]) -> None:
     with pytest.raises(OutputError, match=r"unity cannot tell the (animations|frames) .* apart"):

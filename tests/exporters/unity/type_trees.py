@@ -27,7 +27,17 @@ _ABSENT = {
     "addedObjectFileIDs", "isPrefabVariant", "preprocessorOverride",
 }  # fmt: skip
 
-_INTEGERS = {"int", "unsigned int", "SInt64", "UInt64", "UInt8", "SInt16", "UInt16", "bool", "Type*"}
+_INTEGERS = {
+    "int",
+    "unsigned int",
+    "SInt64",
+    "UInt64",
+    "UInt8",
+    "SInt16",
+    "UInt16",
+    "bool",
+    "Type*",
+}
 
 
 class Node(NamedTuple):

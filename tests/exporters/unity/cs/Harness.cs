@@ -32,7 +32,7 @@ static class Harness
         int animation = tracks.Find(Animator.StringToHash(state));
         Console.WriteLine("{0} {1} {2}", tracks.Frames(animation), tracks.Most, tracks.Reach.ToString("R", Plain));
         var vertices = new Player.Vertex[4 * tracks.Most];
-        var view = new Player.View { scale = new Vector2(1, 1), tint = Vector3.one, hdr = true };
+        var view = new Player.View { scale = new Vector2(1, 1), tint = Vector3.one };
         foreach (float frame in frames) Print(vertices, tracks.Show(animation, frame, view, vertices));
     }
 

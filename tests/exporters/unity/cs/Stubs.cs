@@ -90,7 +90,6 @@ namespace UnityEngine
         public static Vector3 zero { get { return new Vector3(0, 0, 0); } }
         public static Vector3 one { get { return new Vector3(1, 1, 1); } }
         public static Vector3 operator *(Vector3 a, float b) { return new Vector3(a.x * b, a.y * b, a.z * b); }
-        public static Vector3 operator /(Vector3 a, float b) { return new Vector3(a.x / b, a.y / b, a.z / b); }
     }
 
     public struct Color
@@ -179,7 +178,7 @@ namespace UnityEngine
 
 namespace UnityEngine.Rendering
 {
-    public enum VertexAttribute { Position = 0, TexCoord0 = 4, TexCoord1 = 5 }
+    public enum VertexAttribute { Position = 0, TexCoord0 = 4, TexCoord1 = 5, TexCoord2 = 6 }
     public enum VertexAttributeFormat { Float32 = 0 }
     public enum IndexFormat { UInt16, UInt32 }
 
