@@ -182,20 +182,20 @@ def is_fresh(tree: RecipeTree, out: Path) -> bool:
 
 def stale_outputs(out: Path, name: str, written: Collection[str]) -> list[Path]:
     """Files that the previous build ``name`` wrote into ``out`` that are not among those
-    ``written`` now, and untouched since. Where one goes, what says how to import it goes too,
+    ``written`` now, and untouched since. What says how to import a file goes and stays with it,
     whoever wrote on in it."""
     manifest = read_manifest(out, name)
     if manifest is None:
         return []
+    files = {output.name for output in manifest.outputs}
     old = [output for output in manifest.outputs if output.name not in written]
-    going = {output.name for output in old if output.is_intact(out)}
-    going |= {
-        output.name
-        for output in old
-        if output.role == IMPORT
-        and Path(output.name).stem in going
-        and (out / output.name).is_file()
-    }
+    imports = [o for o in old if o.role == IMPORT and Path(o.name).stem in files]
+    going = {o.name for o in old if o not in imports and o.is_intact(out)}
+    for output in imports:
+        subject = Path(output.name).stem
+        is_alone = subject in going or not (out / subject).exists()
+        if is_alone and (out / output.name).is_file():
+            going.add(output.name)
     return [out / output.name for output in old if output.name in going]
 
 

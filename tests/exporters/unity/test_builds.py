@@ -188,6 +188,25 @@ def test_a_page_that_a_person_changed_keeps_its_meta(tmp_path: Path) -> None:
     assert (made / "fire-1.png").exists() and (made / "fire-1.png.meta").exists()
 
 
+def test_a_material_that_a_person_changed_stays_with_its_meta(tmp_path: Path) -> None:
+    draw_marked(tmp_path / "clip", 2)
+    made = build(tmp_path, atlas={"alpha": "premultiplied"})
+    kept, gone = made / "fire.mat", made / "fire.shader"
+    kept.write_text(kept.read_text().replace("r: 1", "r: 0.5"))
+    build(tmp_path)
+    assert kept.exists() and Path(f"{kept}.meta").exists()
+    assert not gone.exists() and not Path(f"{gone}.meta").exists()
+
+
+def test_a_page_keeps_its_identity_without_the_export(tmp_path: Path) -> None:
+    draw_marked(tmp_path / "clip", 2)
+    made = build(tmp_path)
+    build(tmp_path, exports=["json"])
+    assert sorted(p.name for p in made.iterdir()) == [
+        "fire.json", "fire.manifest.json", "fire.png", "fire.png.meta",
+    ]  # fmt: skip
+
+
 def test_two_recipes_in_one_folder_live_together(tmp_path: Path) -> None:
     draw_marked(tmp_path / "clip", 3)
     keys: dict[str, Any] = {

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fire_atlas.core.errors import OutputError
@@ -176,6 +176,7 @@ SOUND = exported(ALONE.product())["fire.png.meta"].decode()
 
 
 @given(st.text("ab: -\n#'\"{}[]&\r\t", max_size=200), st.integers(60, len(SOUND)))
+@settings(deadline=None)
 def test_whatever_a_meta_holds_its_guid_is_kept(noise: str, at: int) -> None:
     old = SOUND[:at] + noise + SOUND[at:]
     assert guids_in(merged(old, SOUND, TEXTURE_KEYS)) == guids_in(SOUND)
