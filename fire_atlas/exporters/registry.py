@@ -78,5 +78,13 @@ def track_writer(name: TrackName) -> TrackWriter:
             from fire_atlas.exporters.tracks_csv import write_tracks_csv
 
             return write_tracks_csv
+        case "pcache":
+            from fire_atlas.exporters.tracks_pcache import write_tracks_pcache
+
+            return write_tracks_pcache
+        case "hjson":
+            from fire_atlas.exporters.tracks_hjson import write_tracks_hjson
+
+            return write_tracks_hjson
         case _:
             assert_never(name)

@@ -21,7 +21,7 @@ from fire_atlas.recipe.base import (
 from fire_atlas.recipe.unity import UnityOptions
 
 ExportName = Literal["json", "json-array", "phaser", "aseprite", "css", "tpsheet", "unity"]
-TrackName = Literal["json", "csv"]
+TrackName = Literal["json", "csv", "pcache", "hjson"]
 
 PivotName = Literal["base", "bottom", "center", "top"]
 

@@ -97,7 +97,11 @@ def advice(path: Path, *overrides: str) -> list[str]:
             "3: atlas.layout",
             'must be one of packed, grid; got "gird"; did you mean grid?',
         ),
-        ("tracks: [jsn]", "2: tracks.0", 'must be one of json, csv; got "jsn"; did you mean json?'),
+        (
+            "tracks: [pcahe]",
+            "2: tracks.0",
+            'must be one of json, csv, pcache, hjson; got "pcahe"; did you mean pcache?',
+        ),
         ("version: 2", "2: version", "must be 1; got 2"),
         ("seed: -1", "2: seed", "must be at least 0; got -1"),
         ("name: 7", "2: name", "must be text (put it in quotes if it is meant to be); got 7"),
