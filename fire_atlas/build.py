@@ -16,6 +16,7 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.exporters.describe import describe_product
 from fire_atlas.exporters.product import Product
 from fire_atlas.exporters.registry import track_writer
+from fire_atlas.exporters.tracks_light import write_light
 from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.interruption import Interruptible
 from fire_atlas.manifest import Input, Output, describe, manifest_name, stale_outputs
@@ -74,6 +75,7 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
             product = Product(sheets, _tracks(parts), _bakes_flakes(loaded), staging.existing)
             outputs += _write_exports(loaded, product, staging)
             outputs += _write_tracks(recipe, product, staging)
+            outputs += _write_lights(parts, product, staging)
             inputs = [each for part in parts for each in part.inputs] + templates
             statistics = _statistics(parts, sheets[0])
             manifest = describe(loaded.tree, _resolved(loaded), inputs, outputs, statistics)
@@ -148,6 +150,17 @@ def _write_tracks(recipe: Recipe, product: Product, staging: Staging) -> list[Ou
         track_writer(kind)(product.stem(animation), tracks)
         for animation, tracks in product.tracks.items()
         for kind in recipe.tracks
+        if kind != "light"
+    )
+    return [_write(staging, file.name, file.role, file.data) for file in files]
+
+
+def _write_lights(parts: Sequence[Part], product: Product, staging: Staging) -> list[Output]:
+    """Write the light of each animation, where it is asked for."""
+    files = (
+        write_light(product.stem(_title(animation, part, parts)), light)
+        for part in parts
+        for animation, light in part.lights.items()
     )
     return [_write(staging, file.name, file.role, file.data) for file in files]
 

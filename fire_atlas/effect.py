@@ -1,6 +1,7 @@
 """The second half of the effect: flakes fly over the recorded field and join the flame."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,10 +68,30 @@ def fly_flakes(clip: Clip, recipe: Recipe, analysis: Analysis, progress: Progres
     )
 
 
+@dataclass(frozen=True, slots=True)
+class Layers:
+    """A frame that is not joined yet.
+
+    Attributes:
+        flame: (H, W, 4) pixels, blurred if asked.
+        flakes: (H, W, 3) their light on black, may exceed 1; None where they are not baked.
+    """
+
+    flame: Pixels
+    flakes: NDArray[np.float32] | None
+
+
 def render(
     i: int, clip: Clip, recipe: Recipe, analysis: Analysis | None, tracks: Tracks | None
 ) -> Pixels:
     """Frame ``i`` as it goes into the atlas: flame, blurred if asked, with its flakes."""
+    return join(layers(i, clip, recipe, analysis, tracks), recipe, analysis)
+
+
+def layers(
+    i: int, clip: Clip, recipe: Recipe, analysis: Analysis | None, tracks: Tracks | None
+) -> Layers:
+    """Frame ``i`` as flame and flakes."""
     pixels, blur = clip.read(i), recipe.motion_blur
     if analysis is not None and isinstance(blur, MotionBlur) and blur.flame:
         field = analysis.field
@@ -80,10 +101,17 @@ def render(
         )  # fmt: skip
     flakes = recipe.flakes
     if tracks is None or flakes == "none" or not flakes.bake:
-        return pixels
-    light = draw(flakes, tracks.frames[i], clip.height, clip.width)
+        return Layers(pixels, None)
+    return Layers(pixels, draw(flakes, tracks.frames[i], clip.height, clip.width))
+
+
+def join(parts: Layers, recipe: Recipe, analysis: Analysis | None) -> Pixels:
+    """Compose a frame's layers as the recipe wants it."""
+    if parts.flakes is None:
+        return parts.flame
     palette = analysis.palette if analysis is not None else None
-    return compose(pixels, light, recipe.composite.blend, recipe.atlas.blend_space, palette)
+    blend, space = recipe.composite.blend, recipe.atlas.blend_space
+    return compose(parts.flame, parts.flakes, blend, space, palette)
 
 
 def draw(flakes: Flakes, rows: NDArray[np.float64], height: int, width: int) -> NDArray[np.float32]:

@@ -13,11 +13,12 @@ from fire_atlas.analysis import Analysis, analyse
 from fire_atlas.atlas.encode import encode_sprites
 from fire_atlas.atlas.layout import Sprite, Strip
 from fire_atlas.clock import Clock
+from fire_atlas.composition.light import ClipLight, FrameLight
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.pixels import Pixels
+from fire_atlas.core.pixels import brightness
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
-from fire_atlas.effect import fly_flakes, render
+from fire_atlas.effect import Layers, fly_flakes, join, layers
 from fire_atlas.field.buoyancy import lift_direction
 from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.flame.study import FlameStudy, study_flame
@@ -40,6 +41,7 @@ class Part:
         strips: Its animations; their sprites are those of the largest scale.
         sprites: Every frame of the strips, in order, in all scales.
         tracks: The flakes of each animation that has any, by its name.
+        lights: The light of each animation, by its name, where it is asked for.
         inputs: The files it was made from.
         statistics: Figures about it.
     """
@@ -48,6 +50,7 @@ class Part:
     strips: tuple[Strip, ...]
     sprites: list[tuple[Sprite, ...]]
     tracks: Mapping[str, Tracks]
+    lights: Mapping[str, ClipLight]
     inputs: list[Input]
     statistics: dict[str, Any]
 
@@ -99,6 +102,7 @@ def _effect_part(
         tuple(each.strip for each in made.values()),
         [frame for each in made.values() for frame in each.sprites],
         {name: each.tracks for name, each in made.items() if each.tracks is not None},
+        {name: each.light for name, each in made.items() if each.light is not None},
         inputs,
         statistics.popitem()[1] if len(made) == 1 else {"animations": statistics},
     )
@@ -106,11 +110,13 @@ def _effect_part(
 
 @dataclass(frozen=True, slots=True)
 class _Animation:
-    """A finished clip: as a strip of its largest sprites, its sprites in all scales, its flakes."""
+    """A finished clip: as a strip of its largest sprites, its sprites in all scales, its flakes
+    and its light."""
 
     strip: Strip
     sprites: list[tuple[Sprite, ...]]
     tracks: Tracks | None
+    light: ClipLight | None
     statistics: dict[str, Any]
 
 
@@ -124,32 +130,44 @@ def _animation(name: str, recipe: Recipe, clip: Clip, stage: Stage) -> _Animatio
     with clock.measure("fly"):
         tracks = _tracks(clip, recipe, analysis, progress)
     with clock.measure("render"):
-        sprites = _encoded(
-            lambda i: render(i, clip, recipe, analysis, tracks), range(clip.count), recipe, stage
+        frames = _finished(
+            lambda i: _frame(layers(i, clip, recipe, analysis, tracks), recipe, analysis, study),
+            range(clip.count),
+            stage,
         )
+    sprites = [frame.sprites for frame in frames]
     whole = tuple(each[0] for each in sprites)
     strip = Strip(name, whole, 1000 / clip.fps, clip.loop, study.base)
-    return _Animation(strip, sprites, tracks, _statistics(clip, tracks))
+    light = _light(frames, clip.fps, clip.loop)
+    return _Animation(strip, sprites, tracks, light, _statistics(clip, tracks))
 
 
 def _plain_part(recipe: Recipe, opened: Sprites, inputs: list[Input], stage: Stage) -> Part:
     """Make the part of a recipe that only packs images, of any sizes, in named animations."""
     numbers = [i for frames in opened.animations.values() for i in frames]
     with stage.clock.measure("render"):
-        sprites = _encoded(opened.read, numbers, recipe, stage)
-    made = dict(zip(numbers, sprites, strict=True))
+        finished = _finished(
+            lambda i: _frame(Layers(opened.read(i), None), recipe, None, None), numbers, stage
+        )
+    made = dict(zip(numbers, finished, strict=True))
     loop = recipe.timeline.loop != "none"
     strips = tuple(
-        Strip(name, tuple(made[i][0] for i in frames), 1000 / opened.fps, loop, None)
+        Strip(name, tuple(made[i].sprites[0] for i in frames), 1000 / opened.fps, loop, None)
         for name, frames in opened.animations.items()
     )
+    lights = {
+        name: _light([made[i] for i in frames], opened.fps, loop)
+        for name, frames in opened.animations.items()
+    }
     statistics = {
         "frames": len(numbers),
         "animations": len(strips),
         "fps": round(opened.fps, 4),
         "matte": opened.matte,
     }
-    return Part(recipe.name, strips, sprites, {}, inputs, statistics)
+    sprites = [frame.sprites for frame in finished]
+    known = {name: light for name, light in lights.items() if light is not None}
+    return Part(recipe.name, strips, sprites, {}, known, inputs, statistics)
 
 
 def _needs_analysis(recipe: Recipe) -> bool:
@@ -174,19 +192,49 @@ def _tracks(
     return fly_flakes(clip, recipe, analysis, progress)
 
 
-def _encoded(
-    frame: Callable[[int], Pixels], numbers: Sequence[int], recipe: Recipe, stage: Stage
-) -> list[tuple[Sprite, ...]]:
-    """Render and encode every frame, in all scales, in the pool; only trimmed bytes are kept."""
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """What is kept of a frame: its trimmed bytes in all scales, and sums of its light."""
+
+    sprites: tuple[Sprite, ...]
+    light: FrameLight | None
+
+
+def _frame(
+    parts: Layers, recipe: Recipe, analysis: Analysis | None, study: FlameStudy | None
+) -> _Frame:
+    """Finish a frame, and measure its light before anything of it is clipped."""
+    light = _measured(parts, recipe, study) if "light" in recipe.tracks else None
+    return _Frame(encode_sprites(join(parts, recipe, analysis), recipe.atlas), light)
+
+
+def _measured(parts: Layers, recipe: Recipe, study: FlameStudy | None) -> FrameLight:
+    """Measure the light of a frame: of an opaque scene, only what in it is flame."""
+    flame = parts.flame
+    if study is not None and study.mask.scene is not None:
+        shown = brightness(flame, recipe.atlas.blend_space)
+        flame = flame * study.mask.scene.flame(shown, flame)[..., None]
+    light = FrameLight.of(flame)
+    return light if parts.flakes is None else light + FrameLight.of(parts.flakes)
+
+
+def _finished(frame: Callable[[int], _Frame], numbers: Sequence[int], stage: Stage) -> list[_Frame]:
+    """Finish every frame in the pool."""
     stage.progress.stage("render", len(numbers))
-    sprites = []
-    work: Iterable[tuple[Sprite, ...]] = stage.workers.map(
-        lambda i: encode_sprites(frame(i), recipe.atlas), numbers
-    )
+    frames = []
+    work: Iterable[_Frame] = stage.workers.map(frame, numbers)
     for finished in work:
-        sprites.append(finished)
+        frames.append(finished)
         stage.progress.advance()
-    return sprites
+    return frames
+
+
+def _light(frames: Sequence[_Frame], fps: float, loop: bool) -> ClipLight | None:
+    """Return the light of an animation, where it was measured."""
+    lights = tuple(frame.light for frame in frames if frame.light is not None)
+    sprites = [frame.sprites[0] for frame in frames]
+    width, height = (max(s.frame_width for s in sprites), max(s.frame_height for s in sprites))
+    return ClipLight(fps, width, height, loop, lights) if lights else None
 
 
 def _statistics(clip: Clip, tracks: Tracks | None) -> dict[str, Any]:

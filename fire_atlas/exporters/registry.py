@@ -12,7 +12,7 @@ from fire_atlas.atlas.layout import AtlasSheet
 from fire_atlas.exporters.output_file import OutputFile
 from fire_atlas.exporters.product import Product
 from fire_atlas.flakes.tracks import Tracks
-from fire_atlas.recipe.output import ExportName, TrackName, UnityExport
+from fire_atlas.recipe.output import ExportName, FlakeTrackName, UnityExport
 from fire_atlas.recipe.unity import UnityOptions
 
 Exporter: TypeAlias = Callable[[Product], Iterator[OutputFile]]
@@ -67,8 +67,8 @@ def _of_each_sheet(export: SheetExporter) -> Exporter:
     return lambda product: (file for sheet in product.sheets for file in export(sheet))
 
 
-def track_writer(name: TrackName) -> TrackWriter:
-    """Return the writer of tracks that a recipe calls ``name``."""
+def track_writer(name: FlakeTrackName) -> TrackWriter:
+    """Return the writer of flake tracks that a recipe calls ``name``."""
     match name:
         case "json":
             from fire_atlas.exporters.tracks_json import write_tracks_json

@@ -23,7 +23,8 @@ class LoadedRecipe:
         source_path: Absolute path (or glob) of the source, relative to the file that states it;
             None for a recipe that only has members.
         templates: Absolute path of each template in ``exports``, by what the recipe calls it.
-        members: Recipes whose effects share the pages; they have this recipe's ``atlas``.
+        members: Recipes whose effects share the pages; they have this recipe's ``atlas``
+            and ``tracks``.
     """
 
     recipe: Recipe
@@ -58,4 +59,5 @@ def load_tree(tree: RecipeTree) -> LoadedRecipe:
 def _member(tree: RecipeTree, host: Recipe) -> LoadedRecipe:
     """Return a member as it is built for the pages of ``host``."""
     loaded = load_tree(tree)
-    return replace(loaded, recipe=loaded.recipe.model_copy(update={"atlas": host.atlas}))
+    shared = {"atlas": host.atlas, "tracks": host.tracks}
+    return replace(loaded, recipe=loaded.recipe.model_copy(update=shared))

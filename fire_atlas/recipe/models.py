@@ -52,7 +52,9 @@ class Recipe(Settings):
     exports: Annotated[tuple[Export, ...], LIST] = ("json",)
     """Descriptions of the pages to write."""
     tracks: Annotated[tuple[TrackName, ...], LIST] = ("json",)
-    """Flake tracks to write."""
+    """What to write for engines to play beside the pages: where every flake is (``json``, ``csv``),
+    the same as a cache for Niagara (``hjson``), all births for Unity's VFX Graph (``pcache``), and
+    the light the fire gives, for a lamp (``light``)."""
 
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> Self:

@@ -21,7 +21,8 @@ from fire_atlas.recipe.base import (
 from fire_atlas.recipe.unity import UnityOptions
 
 ExportName = Literal["json", "json-array", "phaser", "aseprite", "css", "tpsheet", "unity"]
-TrackName = Literal["json", "csv", "pcache", "hjson"]
+FlakeTrackName = Literal["json", "csv", "pcache", "hjson"]
+TrackName = Literal[FlakeTrackName, "light"]
 
 PivotName = Literal["base", "bottom", "center", "top"]
 

@@ -16,7 +16,7 @@ from fire_atlas.exporters.decimals import plain, table_text
 from fire_atlas.exporters.registry import track_writer
 from fire_atlas.exporters.tracks_text import DECIMALS
 from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
-from fire_atlas.recipe.output import TrackName
+from fire_atlas.recipe.output import FlakeTrackName
 
 
 def some_tracks(flakes: int = 5, frames: int = 3) -> Tracks:
@@ -105,14 +105,14 @@ def test_frames_without_flakes_are_empty(flakes: int) -> None:
 
 
 @pytest.mark.parametrize("name", ["json", "csv"])
-def test_files_are_named_after_the_build(name: TrackName) -> None:
+def test_files_are_named_after_the_build(name: FlakeTrackName) -> None:
     file = track_writer(name)("campfire", some_tracks())
     assert (file.name, file.role) == (f"campfire.flakes.{name}", "tracks")
 
 
 @pytest.mark.parametrize("name", ["json", "csv"])
 @pytest.mark.parametrize("broken", [np.nan, np.inf])
-def test_what_is_no_number_is_a_fault_of_ours(name: TrackName, broken: float) -> None:
+def test_what_is_no_number_is_a_fault_of_ours(name: FlakeTrackName, broken: float) -> None:
     tracks = some_tracks()
     tracks.frames[1][2, 4] = broken
     with pytest.raises(AssertionError, match="frame 1, row 2: vy"):

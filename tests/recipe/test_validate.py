@@ -100,7 +100,7 @@ def advice(path: Path, *overrides: str) -> list[str]:
         (
             "tracks: [pcahe]",
             "2: tracks.0",
-            'must be one of json, csv, pcache, hjson; got "pcahe"; did you mean pcache?',
+            'must be one of json, csv, pcache, hjson, light; got "pcahe"; did you mean pcache?',
         ),
         ("version: 2", "2: version", "must be 1; got 2"),
         ("seed: -1", "2: seed", "must be at least 0; got -1"),
