@@ -107,9 +107,9 @@ def _add_init(commands: _Commands) -> _Parser:
 
 
 def _add_preview(commands: _Commands) -> _Parser:
-    parser = commands.add_parser("preview", help="make a picture or animation of a result")
+    parser = commands.add_parser("preview", help="make a page that plays a result, or a picture")
     parser.add_argument("subject", type=_path, metavar="RECIPE|ATLAS.json")
-    kinds = parser.add_mutually_exclusive_group(required=True)
+    kinds = parser.add_mutually_exclusive_group()
     for kind, about in (
         ("gif", "an animated GIF"),
         ("webp", "an animated WebP, lossless"),
@@ -117,6 +117,7 @@ def _add_preview(commands: _Commands) -> _Parser:
         ("sheet", "a contact sheet"),
     ):
         kinds.add_argument(f"--{kind}", dest="kind", action="store_const", const=kind, help=about)
+    parser.set_defaults(kind="page")
     parser.add_argument("-o", "--out", type=_path, metavar="FILE", help="what to write")
     parser.add_argument(
         "--background", default="#101014", metavar="COLOR", help="behind it (default: %(default)s)"

@@ -6,11 +6,11 @@ from argparse import Namespace
 from rich.console import Console
 from rich.table import Table
 
-from fire_atlas.atlas.layout import Page
 from fire_atlas.exporters.context import context_of
-from fire_atlas.flakes.statistics import Figure, ember_figures
+from fire_atlas.flakes.statistics import ember_figures
 from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.preview.atlas_file import AtlasFile, read_atlas
+from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted
 from fire_atlas.preview.tracks_file import read_tracks
 
 
@@ -33,19 +33,16 @@ def _pages(atlas: AtlasFile) -> Table:
     heads = ("page", "size", "frames", "places", "occupancy", "safe mip level")
     table = Table(*heads, title="pages", caption=_grid(atlas))
     for i, page in enumerate(atlas.sheet.pages):
-        frames = [frame for frame in atlas.frames if frame.page == i]
-        # Equal frames may share their pixels.
-        places = {(frame.x, frame.y, frame.width, frame.height) for frame in frames}
-        covered = sum(width * height for _, _, width, height in places)
-        occupancy = f"{100 * covered / (page.width * page.height):.1f} %"
-        size = f"{page.width} x {page.height}"
-        table.add_row(page.file, size, str(len(frames)), str(len(places)), occupancy, _mip(page))
+        use = page_use(atlas, i)
+        table.add_row(
+            page.file,
+            f"{page.width} x {page.height}",
+            str(use.frames),
+            str(use.places),
+            f"{100 * use.occupancy:.1f} %",
+            safe_mip(page),
+        )
     return table
-
-
-def _mip(page: Page) -> str:
-    """Say how deep a client may go before neighbouring frames mix."""
-    return "none, not even filtering" if page.safe_mip is None else str(page.safe_mip)
 
 
 def _grid(atlas: AtlasFile) -> str | None:
@@ -71,18 +68,13 @@ def _frames(atlas: AtlasFile) -> Table:
             f"{seconds:.2f} s",
             f"{len(frames) / seconds:.4g}" if seconds else "-",
             "in a loop" if animation.loop else "once",
-            f"{_range([f.frame_width for f in frames])} x "
-            f"{_range([f.frame_height for f in frames])}",
-            f"{len(trimmed)}, to {_range([f.width for f in frames])} x "
-            f"{_range([f.height for f in frames])}" if trimmed else "none",
+            f"{span([f.frame_width for f in frames])} x "
+            f"{span([f.frame_height for f in frames])}",
+            f"{len(trimmed)}, to {span([f.width for f in frames])} x "
+            f"{span([f.height for f in frames])}" if trimmed else "none",
             f"{x:.3g}, {y:.3g}",
         )  # fmt: skip
     return table
-
-
-def _range(values: list[int]) -> str:
-    low, high = min(values), max(values)
-    return str(low) if low == high else f"{low}..{high}"
 
 
 def _flakes(tracks: Tracks) -> Table:
@@ -90,20 +82,8 @@ def _flakes(tracks: Tracks) -> Table:
     for figure in ember_figures(tracks):
         table.add_row(
             figure.name,
-            f"{figure.value:.3g} {figure.unit}".strip(),
-            _wanted(figure),
+            told(figure),
+            wanted(figure),
             "" if figure.is_in_range else "out of range",
         )
     return table
-
-
-def _wanted(figure: Figure) -> str:
-    match figure.low, figure.high:
-        case None, None:
-            return ""
-        case low, None:
-            return f"at least {low:g}"
-        case None, high:
-            return f"at most {high:g}"
-        case low, high:
-            return f"{low:g} to {high:g}"

@@ -12,29 +12,45 @@ from PIL import ImageColor
 from fire_atlas.cli.progress import view_for
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
+from fire_atlas.manifest import default_folder
 from fire_atlas.preview.atlas_file import read_atlas
+from fire_atlas.preview.page import preview_page
 from fire_atlas.preview.pictures import Color, animation, contact_sheet
-from fire_atlas.preview.tracks_file import read_tracks
+from fire_atlas.preview.tracks_file import read_all_tracks, read_tracks
 from fire_atlas.staging import explained
 
 _SUFFIX = {"gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"}
 
 
 def run(args: Namespace) -> int:
-    """Make the picture that was asked for, of a recipe or of an atlas that is built already."""
+    """Make what was asked for, of a recipe or of an atlas that is built already."""
     background = _color(args.background)
     with _atlas(args) as (path, clip):
         atlas = read_atlas(path)
-        if args.kind == "sheet":
-            data = contact_sheet(atlas, read_tracks(path), clip, background)
-        else:
-            data = animation(atlas, args.kind, background)
-        default = args.subject.with_name(f"{path.stem}.preview{_SUFFIX[args.kind]}")
-    target = args.out or default
+        match args.kind:
+            case "page":
+                data = preview_page(atlas, read_all_tracks(atlas), background)
+            case "sheet":
+                data = contact_sheet(atlas, read_tracks(path), clip, background)
+            case _:
+                data = animation(atlas, args.kind, background)
+        target = args.out or _default_target(args, path.stem)
     _write(target, data)
     if not args.quiet:
         print(f"{target}: {len(atlas.frames)} frames")
     return 0
+
+
+def _default_target(args: Namespace, name: str) -> Path:
+    """Return where the result goes: pictures beside what they are of, a page beside the atlas."""
+    if args.kind != "page":
+        return Path(args.subject.with_name(f"{name}.preview{_SUFFIX[args.kind]}"))
+    if not _is_recipe(args.subject):
+        return Path(args.subject.with_name(f"{name}.preview.html"))
+    folder = default_folder(args.subject)
+    with explained(folder):
+        folder.mkdir(exist_ok=True)
+    return folder / f"{name}.preview.html"
 
 
 def _color(text: str) -> Color:
@@ -46,13 +62,17 @@ def _color(text: str) -> Color:
         ) from None
 
 
+def _is_recipe(path: Path) -> bool:
+    return path.suffix in {".yaml", ".yml"}
+
+
 @contextmanager
 def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
     """Yield the JSON of the atlas, and the clip it came from where that is known.
 
     The atlas of a recipe is built first, and removed at the end.
     """
-    if args.subject.suffix not in {".yaml", ".yml"}:
+    if not _is_recipe(args.subject):
         if args.overrides:
             raise RecipeError("--set changes recipes; an atlas that is built stays as it is")
         yield args.subject, None

@@ -33,6 +33,11 @@ class Product:
 
     def stem(self, animation: str) -> str:
         """File stem of what belongs to one animation: the outputs' own where it is the only one."""
-        if animation == self.name:
-            return self.name
-        return f"{self.name}.{animation.removeprefix(f'{self.name}/').replace('/', '.')}"
+        return stem_of(self.name, animation)
+
+
+def stem_of(name: str, animation: str) -> str:
+    """File stem of what belongs to one animation of the build ``name``."""
+    if animation == name:
+        return name
+    return f"{name}.{animation.removeprefix(f'{name}/').replace('/', '.')}"

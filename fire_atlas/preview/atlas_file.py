@@ -1,5 +1,6 @@
 """A written atlas, read back: what every page and frame is, and the frames cut out again."""
 
+import io
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,6 +9,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+from PIL import Image
 
 from fire_atlas.atlas.layout import Animation, AtlasSheet, Grid, Page, Region
 from fire_atlas.core.errors import RecipeError, SourceError
@@ -99,18 +101,23 @@ def cut_frames(atlas: AtlasFile) -> Iterator[Bytes]:
 
 def staged_frames(atlas: AtlasFile) -> Iterator[Bytes]:
     """Yield every frame on a canvas that holds all of them, their pivots in one place."""
-    frames = atlas.frames
+    (width, height), places = stage(atlas.frames)
+    for frame, (x, y) in zip(cut_frames(atlas), places, strict=True):
+        canvas = np.zeros((height, width, 4), np.uint8)
+        canvas[y : y + frame.shape[0], x : x + frame.shape[1]] = frame
+        yield canvas
+
+
+def stage(frames: Sequence[Region]) -> tuple[tuple[int, int], list[tuple[int, int]]]:
+    """Return the size of a canvas that holds all ``frames`` with their pivots in one place, and
+    where on it the top-left corner of each whole frame is, px."""
     pivots = [
         (round(f.anchor[0] * f.frame_width), round(f.anchor[1] * f.frame_height)) for f in frames
     ]
     left, top = max(x for x, _ in pivots), max(y for _, y in pivots)
     right = max(f.frame_width - x for f, (x, _) in zip(frames, pivots, strict=True))
     bottom = max(f.frame_height - y for f, (_, y) in zip(frames, pivots, strict=True))
-    for frame, (x, y) in zip(cut_frames(atlas), pivots, strict=True):
-        canvas = np.zeros((top + bottom, left + right, 4), np.uint8)
-        height, width = frame.shape[:2]
-        canvas[top - y : top - y + height, left - x : left - x + width] = frame
-        yield canvas
+    return (left + right, top + bottom), [(left - x, top - y) for x, y in pivots]
 
 
 def _read_json(path: Path) -> dict[str, Any]:
@@ -168,20 +175,36 @@ def _region(name: str, page: int, frame: dict[str, Any]) -> Region:
     )
 
 
-def _read_page(path: Path, page: Page) -> Bytes:
+def read_page_file(path: Path, page: Page) -> bytes:
+    """Return the file of a page of the atlas ``path``, which is an image of the size it should be.
+
+    Raises:
+        SourceError: It is missing, or something else.
+    """
     file = _beside(path, page.file)
     try:
-        data = np.fromfile(file, np.uint8)
+        data = file.read_bytes()
     except OSError as error:
         raise SourceError(f"{file}: the page cannot be read ({error.strerror})") from None
-    image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None
+    try:
+        with Image.open(io.BytesIO(data), formats=["PNG", "WEBP"]) as image:
+            size = image.size
+    except (OSError, Image.DecompressionBombError) as error:
+        raise SourceError(f"{file}: is no PNG or WebP; build the recipe again") from error
+    if size != (page.width, page.height):
+        raise SourceError(
+            f"{file}: is {size[0]}x{size[1]}, but the atlas says {page.width}x{page.height}; "
+            f"build the recipe again"
+        )
+    return data
+
+
+def _read_page(path: Path, page: Page) -> Bytes:
+    file = _beside(path, page.file)
+    data = np.frombuffer(read_page_file(path, page), np.uint8)
+    image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
     if image is None or image.dtype != np.uint8:
         raise SourceError(f"{file}: is no 8-bit image; build the recipe again")
-    if image.shape[:2] != (page.height, page.width):
-        raise SourceError(
-            f"{file}: is {image.shape[1]}x{image.shape[0]}, but the atlas says "
-            f"{page.width}x{page.height}; build the recipe again"
-        )
     return _rgba(np.asarray(image, np.uint8))
 
 

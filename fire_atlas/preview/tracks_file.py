@@ -7,12 +7,31 @@ from typing import Any
 import numpy as np
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.exporters.product import stem_of
 from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from fire_atlas.preview.atlas_file import AtlasFile
+
+
+def read_all_tracks(atlas: AtlasFile) -> dict[str, Tracks]:
+    """Return the flakes of each animation of an atlas that lie beside it, by its name."""
+    sheet = atlas.sheet
+    found = {
+        animation.name: _read(atlas.path.with_name(_file(stem_of(sheet.title, animation.name))))
+        for animation in sheet.animations
+    }
+    return {name: tracks for name, tracks in found.items() if tracks is not None}
 
 
 def read_tracks(atlas: Path) -> Tracks | None:
     """Return the tracks that lie beside the atlas ``NAME.json``; None if there are none."""
-    path = atlas.with_name(f"{atlas.stem}.flakes.json")
+    return _read(atlas.with_name(_file(atlas.stem)))
+
+
+def _file(stem: str) -> str:
+    return f"{stem}.flakes.json"
+
+
+def _read(path: Path) -> Tracks | None:
     if not path.is_file():
         return None
     try:

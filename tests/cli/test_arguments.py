@@ -42,7 +42,6 @@ def test_recipes_and_options_may_stand_in_any_order() -> None:
         (["build", "a.yaml", "-q", "-v"], "not allowed with argument -q"),
         (["build", "a.yaml", "--forc"], "there is no option --forc; did you mean --force?"),
         (["inspect", "a.json", "b.json"], "one argument too many: b.json"),
-        (["preview", "a.json"], "one of the arguments --gif --webp --apng --sheet is required"),
         (["preview", "a.json", "--gif", "--apng"], "not allowed with argument --gif"),
     ],
 )

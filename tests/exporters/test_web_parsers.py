@@ -10,8 +10,9 @@ import pytest
 from fire_atlas.atlas.layout import AtlasSheet, Region
 from fire_atlas.exporters.registry import exporter
 
-from .conftest import WEB
 from .sheets import product_of, sheet_of_fire
+
+WEB = Path(__file__).parent / "web"
 
 
 def understood(node: str, sheet: AtlasSheet, folder: Path) -> Any:

@@ -21,8 +21,9 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.exporters.describe import describe_product
 from fire_atlas.recipe.output import Atlas
 
-from .conftest import WEB
 from .sheets import product_of
+
+WEB = Path(__file__).parent / "web"
 
 WIDTH, HEIGHT, FOOT = 44, 56, (20, 48)
 CANVAS, AT = 160, (80, 120)

@@ -1,0 +1,198 @@
+"""A page that plays an atlas in a browser: one HTML file that needs no other, nor a network.
+
+Its parts lie in ``templates/preview``. Page files travel in it as they are, so that the browser
+blends the very bytes that a client loads.
+"""
+
+import base64
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from fire_atlas import __version__
+from fire_atlas.atlas.layout import Animation, Region
+from fire_atlas.core.shipped import shipped
+from fire_atlas.exporters.jinja import environment
+from fire_atlas.flakes.statistics import Figure, ember_figures
+from fire_atlas.flakes.tracks import COLUMNS, Tracks
+from fire_atlas.preview.atlas_file import AtlasFile, read_page_file, stage
+from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted
+from fire_atlas.preview.pictures import Color
+
+_SCRIPTS = ("film.js", "painter.js", "marks.js", "page.js")
+
+_DRAWN = COLUMNS[: COLUMNS.index("a") + 1]
+"""Columns of the tracks that the page draws; ``painter.js`` counts on their order."""
+
+_FORMULAS = {
+    "straight": "rgb · a + background · (1 − a)",
+    "premultiplied": "rgb + background · (1 − a)",
+    "additive": "rgb + background",
+}
+
+_SPACES = {"srgb": "sRGB values", "linear": "linear light"}
+
+_SHADES = {"Black": "#000000", "Grey": "#5b5b5b", "White": "#ffffff", "Sky": "#8fb8de"}
+"""Backgrounds to choose from, besides the one that was asked for."""
+
+_KEYBOARD = {
+    "play or pause": ("space",),
+    "step back, step on": ("←", "→"),
+    "first, last frame": ("Home", "End"),
+    "play, seam, page": ("1", "2", "3"),
+    "zoom in, out, fit": ("+", "−", "0"),
+    "slower, faster": ("[", "]"),
+    "next background": ("b",),
+    "flakes: off, marks, light": ("f",),
+    "seam: overlaid, difference": ("d",),
+    "outline, trim and pivot": ("o",),
+    "square pixels": ("p",),
+    "repeat": ("r",),
+}
+
+
+def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Color) -> bytes:
+    """Return the page as HTML.
+
+    Args:
+        atlas: What it plays.
+        tracks: Flakes of each animation that has any, by its name.
+        background: First of those to choose from.
+
+    Raises:
+        SourceError: A page file is missing, or is not what the atlas says.
+    """
+    folder = shipped("templates") / "preview"
+    parts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
+    first = "#{:02x}{:02x}{:02x}".format(*background)
+    html = environment().from_string(parts["page.html.j2"]).render(
+        version=__version__,
+        title=atlas.sheet.name,
+        style=parts["page.css"],
+        script="\n".join(parts[name] for name in _SCRIPTS),
+        animations=[
+            _words(animation, _frames(atlas, animation), tracks.get(animation.name))
+            for animation in atlas.sheet.animations
+        ],
+        pages=[_page(atlas, i) for i in range(len(atlas.sheet.pages))],
+        alpha=atlas.alpha,
+        space=_SPACES[atlas.blend_space],
+        formula=_FORMULAS[atlas.alpha],
+        shades={"As asked": first, **{k: v for k, v in _SHADES.items() if v != first}},
+        keyboard=_KEYBOARD,
+        data=_json_in_html(_data(atlas, tracks)),
+    )  # fmt: skip
+    return html.encode()
+
+
+def _json_in_html(value: Any) -> str:
+    """Return JSON that no name in it can end the element it stands in."""
+    text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c")
+
+
+def _frames(atlas: AtlasFile, animation: Animation) -> list[Region]:
+    regions = {region.name: region for region in atlas.frames}
+    return [regions[name] for name in animation.frames]
+
+
+def _data(atlas: AtlasFile, tracks: Mapping[str, Tracks]) -> dict[str, Any]:
+    """Return what the script plays."""
+    return {
+        "alpha": atlas.alpha,
+        "blendSpace": atlas.blend_space,
+        "scale": atlas.sheet.scale,
+        "pages": [
+            {
+                "file": page.file,
+                "type": f"image/{atlas.sheet.image_format}",
+                "width": page.width,
+                "height": page.height,
+            }
+            for page in atlas.sheet.pages
+        ],
+        "animations": [
+            _film(animation, _frames(atlas, animation), tracks.get(animation.name))
+            for animation in atlas.sheet.animations
+        ],
+    }
+
+
+def _film(animation: Animation, frames: list[Region], tracks: Tracks | None) -> dict[str, Any]:
+    """Return where the frames of an animation lie, and where on its stage they are shown."""
+    size, places = stage(frames)
+    return {
+        "name": animation.name,
+        "loop": animation.loop,
+        "size": size,
+        "frames": [
+            {
+                "name": frame.name,
+                "page": frame.page,
+                "x": frame.x,
+                "y": frame.y,
+                "width": frame.width,
+                "height": frame.height,
+                "turned": frame.turned,
+                "trim": (frame.trim_x, frame.trim_y),
+                "source": (frame.frame_width, frame.frame_height),
+                "stage": place,
+                "pivot": (
+                    frame.anchor[0] * frame.frame_width,
+                    frame.anchor[1] * frame.frame_height,
+                ),
+                "duration": frame.duration,
+            }
+            for frame, place in zip(frames, places, strict=True)
+        ],
+        "flakes": tracks and {"counts": [len(rows) for rows in tracks.frames]},
+    }
+
+
+def _words(animation: Animation, frames: list[Region], tracks: Tracks | None) -> dict[str, Any]:
+    """Return what the page says about an animation, and the rows of its flakes as base64."""
+    seconds = sum(frame.duration for frame in frames) / 1000
+    plays = "in a loop" if animation.loop else "once"
+    sizes = f"{span(f.frame_width for f in frames)} × {span(f.frame_height for f in frames)} px"
+    rate = f"{len(frames) / seconds:.4g} fps" if seconds else "no time"
+    return {
+        "name": animation.name,
+        "told": f"{len(frames)} frames · {rate} · {seconds:.2f} s {plays} · {sizes}",
+        "figures": {"Embers": _figures(ember_figures(tracks))} if tracks else {},
+        "rows": _rows(tracks) if tracks else "",
+    }
+
+
+def _figures(figures: list[Figure]) -> list[dict[str, Any]]:
+    return [
+        {"name": f.name, "told": told(f), "wanted": wanted(f), "good": f.is_in_range}
+        for f in figures
+    ]
+
+
+def _rows(tracks: Tracks) -> str:
+    """Return the drawn columns of all rows, frame after frame, as base64 of float32."""
+    rows = np.concatenate([table[:, : len(_DRAWN)] for table in tracks.frames])
+    return base64.b64encode(rows.astype("<f4").tobytes()).decode()
+
+
+def _page(atlas: AtlasFile, index: int) -> dict[str, Any]:
+    """Return what the page says about a page of the atlas, and its file as base64."""
+    page, use = atlas.sheet.pages[index], page_use(atlas, index)
+    data = read_page_file(atlas.path, page)
+    places = f" in {use.places} places" if use.places < use.frames else ""
+    facts = (
+        f"{use.frames} frames{places}",
+        f"{100 * use.occupancy:.1f} % covered",
+        f"{len(data) / 1e6:.2f} MB",
+        f"safe mip level: {safe_mip(page)}",
+    )
+    return {
+        "file": page.file,
+        "width": page.width,
+        "height": page.height,
+        "told": " · ".join(facts),
+        "base64": base64.b64encode(data).decode(),
+    }

@@ -1,0 +1,60 @@
+"""Preview pages, opened in a real browser."""
+
+import base64
+import json
+import os
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fire_atlas.core.pixels import Bytes
+
+_HERE = Path(__file__).parent
+_MODULES = _HERE.parent / "exporters" / "web" / "node_modules"
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a visit to a page gave: results of its steps, errors, and addresses asked for."""
+
+    results: list[Any]
+    errors: list[str]
+    requests: list[str]
+
+
+class Browser:
+    def __init__(self, node: str, folder: Path) -> None:
+        self._node = node
+        self._folder = folder
+
+    def visit(
+        self,
+        page: Path,
+        *steps: tuple[Any, ...],
+        moves: bool = False,
+        size: tuple[int, int] = (1200, 800),
+    ) -> Seen:
+        """Open ``page``, take ``steps`` (see ``drive.mjs``) and return what was seen."""
+        job = {
+            "id": "visit", "file": str(page), "width": size[0], "height": size[1],
+            "moves": moves, "steps": steps,
+        }  # fmt: skip
+        visits = self._folder / "visits.json"
+        visits.write_text(json.dumps([job]))
+        modules = os.environ.get("FIRE_ATLAS_NODE_MODULES") or str(_MODULES)
+        ran = subprocess.run(
+            [self._node, _HERE / "drive.mjs", visits],
+            env={**os.environ, "FIRE_ATLAS_NODE_MODULES": modules},
+            capture_output=True, text=True, encoding="utf-8", timeout=120, check=False,
+        )  # fmt: skip
+        assert ran.returncode == 0, ran.stderr
+        return Seen(**json.loads(ran.stdout)["visit"])
+
+
+def picture(result: dict[str, Any]) -> Bytes:
+    """Return the pixels of a canvas (H, W, 4) uint8."""
+    width, height = result["size"]
+    return np.frombuffer(base64.b64decode(result["rgba"]), np.uint8).reshape(height, width, 4)
