@@ -166,18 +166,66 @@ def describe(
     return (json.dumps(manifest, indent=1) + "\n").encode()
 
 
-def is_fresh(tree: RecipeTree, out: Path) -> bool:
-    """Whether the outputs in ``out`` are what building ``tree`` now would write."""
+def why_stale(tree: RecipeTree, out: Path) -> str | None:
+    """Say why building ``tree`` now would write other outputs than those in ``out``; None if it
+    would not."""
     manifest = read_manifest(out, tree.name)
-    if manifest is None or manifest.asked != _asked(tree) or manifest.made_by != _maker():
-        return False
+    if manifest is None:
+        return f"{out} holds no sound {manifest_name(tree.name)}"
+    if manifest.asked != _asked(tree):
+        return "the recipe says something else now"
+    if manifest.made_by != _maker():
+        return "fire-atlas or one of its libraries is another version"
     folder = tree.path.parent
-    inputs = _inputs_of(tree)
-    return (
-        [_relative(path, folder) for path in inputs] == [path for path, _ in manifest.inputs]
-        and all(_holds(p, sha256) for p, (_, sha256) in zip(inputs, manifest.inputs, strict=True))
-        and all(output.is_fresh(out) for output in manifest.outputs)
-    )
+    inputs = inputs_of(tree)
+    names = [_relative(path, folder) for path in inputs]
+    if names != [path for path, _ in manifest.inputs]:
+        return f"there are other inputs: {_first_difference(manifest.inputs, names)}"
+    for path, (name, sha256) in zip(inputs, manifest.inputs, strict=True):
+        if not _holds(path, sha256):
+            return f"{name} has changed"
+    for output in manifest.outputs:
+        if not output.is_fresh(out):
+            return f"{out / output.name} is missing, or not as it was written"
+    return None
+
+
+def _first_difference(before: list[tuple[str, str]], names: list[str]) -> str:
+    """Name an input that is new or gone, and say which; or that their order is another."""
+    known = {name for name, _ in before}
+    for name in names:
+        if name not in known:
+            return f"{name} is new"
+    for name, _ in before:
+        if name not in names:
+            return f"{name} is gone"
+    return "in another order"
+
+
+@dataclass(frozen=True, slots=True)
+class _Cut:
+    """``source.start`` and ``source.count`` of a recipe that was not validated."""
+
+    start: int
+    count: int | None
+
+
+def inputs_of(tree: RecipeTree) -> list[Path]:
+    """Return the files that the source and the templates of a sound recipe stand for now, in the
+    order of the manifest.
+
+    Raises:
+        SourceError: The source is missing, or has not the frames that the recipe asks for.
+    """
+    parts = [tree] if "source" in tree.values else []
+    parts += member_trees(tree)
+    return [*(path for part in parts for path in _clip_of(part)), *templates(tree).values()]
+
+
+def _clip_of(tree: RecipeTree) -> list[Path]:
+    path, start, count = (tree.value(("source", key)) for key in ("path", "start", "count"))
+    cut = _Cut(start if isinstance(start, int) else 0, count if isinstance(count, int) else None)
+    return list_inputs(cut, tree.file_at(("source", "path"), str(path)))
 
 
 def stale_outputs(out: Path, name: str, written: Collection[str]) -> list[Path]:
@@ -213,28 +261,6 @@ def read_manifest(out: Path, name: str) -> Manifest | None:
         )
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return None
-
-
-@dataclass(frozen=True, slots=True)
-class _Cut:
-    """``source.start`` and ``source.count`` of a recipe that was not validated."""
-
-    start: int
-    count: int | None
-
-
-def _inputs_of(tree: RecipeTree) -> list[Path]:
-    """Files the recipe's source and templates stand for now. The tree equals one that was built,
-    so it is sound."""
-    parts = [tree] if "source" in tree.values else []
-    parts += member_trees(tree)
-    return [*(path for part in parts for path in _clip_of(part)), *templates(tree).values()]
-
-
-def _clip_of(tree: RecipeTree) -> list[Path]:
-    path, start, count = (tree.value(("source", key)) for key in ("path", "start", "count"))
-    cut = _Cut(start if isinstance(start, int) else 0, count if isinstance(count, int) else None)
-    return list_inputs(cut, tree.file_at(("source", "path"), str(path)))
 
 
 def _asked(tree: RecipeTree) -> str:

@@ -119,6 +119,17 @@ class Staging:
                 folder.rmdir()
 
 
+def write_whole(target: Path, data: bytes) -> None:
+    """Write a file that is no output of a build: whole, or not at all."""
+    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex[:12]}")
+    with explained(target):
+        try:
+            temporary.write_bytes(data)
+            temporary.replace(target)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
 @contextmanager
 def explained(path: Path) -> Iterator[None]:
     """Turn the operating system's errors about ``path`` into advice."""

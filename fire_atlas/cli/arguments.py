@@ -55,6 +55,8 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         "build": _add_build(commands),
         "check": _add_check(commands),
         "init": _add_init(commands),
+        "watch": _add_watch(commands),
+        "clean": _add_clean(commands),
         "preview": _add_preview(commands),
         "inspect": _add_inspect(commands),
         "schema": _add_schema(commands),
@@ -78,12 +80,19 @@ _Commands: TypeAlias = "argparse._SubParsersAction[_Parser]"
 def _add_build(commands: _Commands) -> _Parser:
     parser = commands.add_parser("build", help="build effects from recipes")
     _add_recipes(parser)
-    parser.add_argument(
-        "-o", "--out", type=_path, metavar="DIR", help="where to write (default: build/ beside)"
-    )
+    _add_out(parser)
     _add_set(parser)
-    parser.add_argument("--jobs", type=_positive, metavar="N", help="workers (default: all cores)")
+    _add_jobs(parser)
     parser.add_argument("--force", action="store_true", help="build even what is up to date")
+    parser.add_argument(
+        "--dry-run", action="store_true", help="say what would be built, and why; write nothing"
+    )
+    parser.add_argument(
+        "--depfile",
+        type=_path,
+        metavar="FILE",
+        help="write what outputs depend on, for make, ninja",
+    )
     parser.add_argument("--json", action="store_true", help="report as JSON lines on stdout")
     _add_volume(parser)
     return parser
@@ -106,6 +115,26 @@ def _add_init(commands: _Commands) -> _Parser:
     return parser
 
 
+def _add_watch(commands: _Commands) -> _Parser:
+    parser = commands.add_parser("watch", help="build recipes, and again whenever they change")
+    _add_recipes(parser)
+    _add_out(parser)
+    _add_set(parser)
+    _add_jobs(parser)
+    parser.set_defaults(force=False)
+    _add_volume(parser)
+    return parser
+
+
+def _add_clean(commands: _Commands) -> _Parser:
+    parser = commands.add_parser("clean", help="remove what builds of recipes wrote")
+    _add_recipes(parser)
+    _add_out(parser)
+    _add_set(parser)
+    _add_volume(parser)
+    return parser
+
+
 def _add_preview(commands: _Commands) -> _Parser:
     parser = commands.add_parser("preview", help="make a page that plays a result, or a picture")
     parser.add_argument("subject", type=_path, metavar="RECIPE|ATLAS.json")
@@ -123,7 +152,7 @@ def _add_preview(commands: _Commands) -> _Parser:
         "--background", default="#101014", metavar="COLOR", help="behind it (default: %(default)s)"
     )
     _add_set(parser)
-    parser.add_argument("--jobs", type=_positive, metavar="N", help="workers (default: all cores)")
+    _add_jobs(parser)
     _add_volume(parser)
     return parser
 
@@ -148,6 +177,16 @@ def _add_recipes(parser: _Parser) -> None:
     parser.add_argument(
         "recipes", nargs="+", type=_path, metavar="RECIPE", help="a recipe, or a folder of them"
     )
+
+
+def _add_out(parser: _Parser) -> None:
+    parser.add_argument(
+        "-o", "--out", type=_path, metavar="DIR", help="where outputs lie (default: build/ beside)"
+    )
+
+
+def _add_jobs(parser: _Parser) -> None:
+    parser.add_argument("--jobs", type=_positive, metavar="N", help="workers (default: all cores)")
 
 
 def _add_set(parser: _Parser) -> None:

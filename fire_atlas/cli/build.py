@@ -5,7 +5,7 @@ from pathlib import Path
 
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import Outcome, Quiet, view_for
-from fire_atlas.manifest import default_folder, is_fresh
+from fire_atlas.manifest import default_folder, why_stale
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
 from fire_atlas.recipe.tree import RecipeTree, read_tree
 
@@ -15,17 +15,22 @@ def run(args: Namespace) -> int:
     view = view_for(args.json, args.quiet, args.verbose > 0)
     failures = Failures(args.verbose > 1, view.failed)
     with failures.caught():
-        trees = _read(args, view, failures)
-        refuse_same_outputs(trees, lambda recipe: _folder(recipe, args))
-        for tree in trees:
-            view.begin(tree.path)
-            with failures.caught():
-                view.done(_build(tree, args, view))
+        trees = read_recipes(args, view, failures)
+        built = [tree for tree in trees if _build(tree, args, view, failures)]
+        if args.depfile and not args.dry_run:
+            from fire_atlas.cli.depfile import depfile
+            from fire_atlas.staging import write_whole
+
+            write_whole(args.depfile, depfile([(tree, folder_of(tree, args)) for tree in built]))
     return failures.worst_code
 
 
-def _read(args: Namespace, view: Quiet, failures: Failures) -> list[RecipeTree]:
-    """Return the recipes that can be read and whose outputs have a good name."""
+def read_recipes(args: Namespace, view: Quiet, failures: Failures) -> list[RecipeTree]:
+    """Return the recipes that can be read and whose outputs have a good name.
+
+    Raises:
+        RecipeError: Two of them would write the same files.
+    """
     trees = []
     for path in find_recipes(args.recipes):
         view.begin(path)
@@ -33,18 +38,41 @@ def _read(args: Namespace, view: Quiet, failures: Failures) -> list[RecipeTree]:
             tree = read_tree(path, args.overrides)
             _ = tree.name
             trees.append(tree)
+    refuse_same_outputs(trees, lambda recipe: args.out or default_folder(recipe))
     return trees
 
 
-def _folder(recipe: Path, args: Namespace) -> Path:
-    """Return where the outputs of ``recipe`` go."""
-    return args.out or default_folder(recipe)
+def folder_of(tree: RecipeTree, args: Namespace) -> Path:
+    """Return where the outputs of a recipe go."""
+    return args.out or default_folder(tree.path)
 
 
-def _build(tree: RecipeTree, args: Namespace, view: Quiet) -> Outcome:
+def _build(tree: RecipeTree, args: Namespace, view: Quiet, failures: Failures) -> bool:
+    """Build one recipe, or say what would be done; return whether that went well."""
+    view.begin(tree.path)
+    with failures.caught():
+        if args.dry_run:
+            view.planned(_plan(tree, args))
+        else:
+            view.done(build_recipe(tree, args, view))
+        return True
+    return False
+
+
+def _plan(tree: RecipeTree, args: Namespace) -> str | None:
+    """Say why a recipe would be built; None if it would not."""
+    reason = why_stale(tree, folder_of(tree, args))
+    if reason is not None or args.force:
+        from fire_atlas.recipe.load import load_tree
+
+        load_tree(tree)  # what is wrong in it would be told as well
+    return reason or ("--force" if args.force else None)
+
+
+def build_recipe(tree: RecipeTree, args: Namespace, view: Quiet) -> Outcome:
     """Build one recipe, or find that there is nothing to do before anything heavy is imported."""
-    out = _folder(tree.path, args)
-    if not args.force and is_fresh(tree, out):
+    out = folder_of(tree, args)
+    if not args.force and why_stale(tree, out) is None:
         return Outcome(fresh=True)
 
     from fire_atlas.build import build

@@ -1,6 +1,5 @@
 """``fire-atlas preview``."""
 
-import os
 from argparse import Namespace
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,7 +16,7 @@ from fire_atlas.preview.atlas_file import read_atlas
 from fire_atlas.preview.page import preview_page
 from fire_atlas.preview.pictures import Color, animation, contact_sheet
 from fire_atlas.preview.tracks_file import read_all_tracks, read_tracks
-from fire_atlas.staging import explained
+from fire_atlas.staging import explained, write_whole
 
 _SUFFIX = {"gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"}
 
@@ -35,7 +34,7 @@ def run(args: Namespace) -> int:
             case _:
                 data = animation(atlas, args.kind, background)
         target = args.out or _default_target(args, path.stem)
-    _write(target, data)
+    write_whole(target, data)
     if not args.quiet:
         print(f"{target}: {len(atlas.frames)} frames")
     return 0
@@ -94,14 +93,3 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
         shown = open_input(loaded) if not loaded.members else None
         clip = shown if isinstance(shown, Clip) else None
         yield Path(folder) / f"{loaded.recipe.name}.json", clip
-
-
-def _write(target: Path, data: bytes) -> None:
-    """Write a file whole or not at all."""
-    temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
-    with explained(target):
-        try:
-            temporary.write_bytes(data)
-            temporary.replace(target)
-        finally:
-            temporary.unlink(missing_ok=True)

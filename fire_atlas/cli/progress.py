@@ -46,6 +46,9 @@ class Quiet:
     def note(self, message: str) -> None:
         """Something worth knowing, as a sentence."""
 
+    def planned(self, why: str | None) -> None:
+        """The recipe would be built for this reason, or not at all."""
+
     def done(self, outcome: Outcome) -> None:
         """The build succeeded."""
 
@@ -75,6 +78,10 @@ class Lines(Quiet):
     def note(self, message: str) -> None:
         """Print it."""
         print(f"{self._recipe}: {message}", file=sys.stderr)
+
+    def planned(self, why: str | None) -> None:
+        """Print it."""
+        print(f"{self._recipe}: {f'would be built: {why}' if why else 'up to date'}")
 
     def done(self, outcome: Outcome) -> None:
         """Say what was written."""
@@ -155,6 +162,10 @@ class JsonLines(Quiet):
     def note(self, message: str) -> None:
         """Print it."""
         self._print("note", message=message)
+
+    def planned(self, why: str | None) -> None:
+        """Print it."""
+        self._print("plan", fresh=why is None, why=why)
 
     def done(self, outcome: Outcome) -> None:
         """Print all there is to know."""

@@ -38,6 +38,7 @@ def imported(arguments: list[str], cwd: Path, environment: dict[str, str]) -> se
         (["check", "campfire.yaml"], HEAVY),
         (["check", "campfire.yaml", "--resolved"], HEAVY),
         (["schema"], HEAVY),
+        (["clean", "campfire.yaml"], (*HEAVY, "pydantic")),
         (["init"], (*HEAVY, "pydantic")),
     ],
     ids=" ".join,
@@ -54,5 +55,6 @@ def test_a_build_with_nothing_to_do_imports_nothing_heavy(
     campfire: Path, environment: dict[str, str]
 ) -> None:
     assert "cv2" in imported(["build", campfire.name, "-q"], campfire.parent, environment)
-    modules = imported(["build", campfire.name, "-q"], campfire.parent, environment)
-    assert modules.isdisjoint((*HEAVY, "pydantic"))
+    for options in ([], ["--dry-run"], ["--depfile", "fire.d"]):
+        modules = imported(["build", campfire.name, "-q", *options], campfire.parent, environment)
+        assert modules.isdisjoint((*HEAVY, "pydantic"))

@@ -1,0 +1,56 @@
+"""``fire-atlas clean``."""
+
+from argparse import Namespace
+from collections.abc import Iterator
+from pathlib import Path
+
+from fire_atlas.cli.build import folder_of
+from fire_atlas.cli.failure import Failures
+from fire_atlas.core.errors import OutputError
+from fire_atlas.manifest import Written, manifest_name, read_manifest
+from fire_atlas.recipe.find import find_recipes
+from fire_atlas.recipe.tree import RecipeTree, read_tree
+from fire_atlas.staging import explained
+
+
+def run(args: Namespace) -> int:
+    """Remove what builds of the recipes wrote, as far as it still is what they wrote."""
+    failures = Failures(args.verbose > 1)
+    with failures.caught():
+        for path in find_recipes(args.recipes):
+            with failures.caught():
+                tree = read_tree(path, args.overrides)
+                for line in _cleaned(tree, folder_of(tree, args)):
+                    if not args.quiet:
+                        print(f"{path}: {line}")
+    return failures.worst_code
+
+
+def _cleaned(tree: RecipeTree, out: Path) -> Iterator[str]:
+    """Remove the outputs of a recipe in ``out``, its manifest last; yield what was done."""
+    listed = out / manifest_name(tree.name)
+    if not listed.is_file():
+        yield f"nothing to remove: there is no {listed}"
+        return
+    manifest = read_manifest(out, tree.name)
+    if manifest is None:
+        raise OutputError(
+            f"{listed}: does not say soundly what was written here, so nothing was removed; build "
+            f"the recipe again, or remove its files by hand"
+        )
+    for output in manifest.outputs:
+        yield from _removed(output, out)
+    with explained(listed):
+        listed.unlink()
+    yield f"removed {listed}"
+
+
+def _removed(output: Written, out: Path) -> Iterator[str]:
+    path = out / output.name
+    if path.is_symlink() or not output.is_intact(out):
+        if path.is_symlink() or path.exists():
+            yield f"kept {path}: it is not as the build wrote it"
+        return
+    with explained(path):
+        path.unlink()
+    yield f"removed {path}"

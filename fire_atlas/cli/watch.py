@@ -1,0 +1,123 @@
+"""``fire-atlas watch``."""
+
+import sys
+from argparse import Namespace
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from fire_atlas.cli.build import build_recipe, folder_of, read_recipes
+from fire_atlas.cli.failure import Failures
+from fire_atlas.cli.progress import Quiet, view_for
+from fire_atlas.core.errors import SourceError
+from fire_atlas.dependencies import files_of, folders_of, recipe_files
+from fire_atlas.manifest import why_stale
+from fire_atlas.recipe.find import find_recipes
+from fire_atlas.recipe.tree import RecipeTree, read_tree
+from fire_atlas.sources.listing import STILLS
+
+_PATIENCE = 500
+"""Milliseconds between two looks whether anyone interrupts."""
+
+_ENDINGS = {*STILLS, ".yaml", ".yml"}
+"""Of files that are a frame or a recipe as soon as they lie in the right folder."""
+
+
+@dataclass(slots=True)
+class _Watched:
+    """What to look at.
+
+    Attributes:
+        files: Those whose change matters. Absolute, as are all.
+        folders: Those in which a new frame, recipe or folder matters.
+        outs: Those that builds write into.
+    """
+
+    files: set[Path] = field(default_factory=set)
+    folders: set[Path] = field(default_factory=set)
+    outs: set[Path] = field(default_factory=set)
+
+    def concerns(self, path: Path) -> bool:
+        """Whether a change of ``path`` matters. Hidden files are someone's temporary ones."""
+        if path in self.files:
+            return True
+        if path.name.startswith(".") or path.parent not in self.folders:
+            return False
+        own = path in self.outs or path.parent in self.outs
+        return not own and (path.suffix.lower() in _ENDINGS or path.is_dir())
+
+    @property
+    def roots(self) -> list[Path]:
+        """The folders to look at: editors replace files, so it is their folders that change."""
+        folders = {*self.folders, *(path.parent for path in self.files)}
+        return sorted(folder for folder in folders if folder.is_dir())
+
+
+def run(args: Namespace) -> int:
+    """Build the recipes, then again whatever changes, until someone interrupts.
+
+    What fails is told, and tried again as soon as something changes.
+    """
+    for path in find_recipes(args.recipes):
+        if not path.exists():
+            read_tree(path)  # says so
+    view = view_for(False, args.quiet, args.verbose > 0)
+    watched = _pass(args, view, _Watched())
+    while True:
+        if not args.quiet:
+            print(f"watching {len(watched.files)} files; Ctrl-C ends", file=sys.stderr, flush=True)
+        for _ in _changes(watched):
+            now = _pass(args, view, watched)
+            if now != watched:
+                watched = now
+                break
+
+
+def _changes(watched: _Watched) -> Iterator[None]:
+    """Yield when the watch has begun, for what changed before, and then whenever it matters."""
+    from watchfiles import watch
+
+    looks = watch(
+        *watched.roots,
+        watch_filter=lambda _, path: watched.concerns(Path(path)),
+        rust_timeout=_PATIENCE,
+        yield_on_timeout=True,
+        recursive=False,
+    )
+    next(looks)
+    yield
+    for changes in looks:
+        if changes:
+            yield
+
+
+def _pass(args: Namespace, view: Quiet, before: _Watched) -> _Watched:
+    """Build what is not up to date, and return what to look at from now on."""
+    failures = Failures(args.verbose > 1, view.failed)
+    named = [path.resolve() for path in args.recipes]
+    watched = _Watched(
+        {path for path in named if not path.is_dir()}, {path for path in named if path.is_dir()}
+    )
+    with failures.caught():
+        for tree in read_recipes(args, view, failures):
+            view.begin(tree.path)
+            with failures.caught():
+                _look_at(tree, watched)
+                watched.outs.add(folder_of(tree, args).resolve())
+                if why_stale(tree, folder_of(tree, args)) is not None:
+                    view.done(build_recipe(tree, args, view))
+    if failures.worst_code:  # what was read before may be what has to be mended
+        watched.files |= before.files
+        watched.folders |= {*before.folders, *(path.parent for path in watched.files)}
+    sys.stdout.flush()
+    return watched
+
+
+def _look_at(tree: RecipeTree, watched: _Watched) -> None:
+    """Add what a build of ``tree`` reads, as far as it is there."""
+    watched.files |= {path.resolve() for path in recipe_files(tree)}
+    watched.folders |= {folder.resolve() for folder in folders_of(tree)}
+    try:
+        watched.files |= {path.resolve() for path in files_of(tree)}
+    except SourceError:
+        return  # the build says it better

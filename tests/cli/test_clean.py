@@ -1,0 +1,90 @@
+"""``clean`` removes what builds wrote, and nothing else."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import pytest
+
+Run = Callable[..., CompletedProcess[str]]
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def test_what_a_build_wrote_is_removed_and_named(run: Run, campfire: Path) -> None:
+    run("build", campfire.name, "-q")
+    build = campfire.parent / "build"
+    written = names(build)
+    (build / "mine.txt").write_text("mine")
+    result = run("clean", campfire.name)
+    assert (result.returncode, result.stderr) == (0, "")
+    assert names(build) == {"mine.txt"}
+    told = {line.split("removed ")[1] for line in result.stdout.splitlines()}
+    assert told == {str(Path("build") / name) for name in written}
+    assert campfire.is_file() and len(list((campfire.parent / "clip").iterdir())) == 6
+
+
+def test_outputs_of_other_recipes_stay(run: Run, campfire: Path) -> None:
+    campfire.with_name("torch.yaml").write_text(campfire.read_text())
+    run("build", ".", "-q")
+    build = campfire.parent / "build"
+    torch = {name for name in names(build) if name.startswith("torch")}
+    run("clean", campfire.name, "-q")
+    assert names(build) == torch != set()
+
+
+def test_a_file_that_someone_changed_is_kept(run: Run, campfire: Path) -> None:
+    run("build", campfire.name, "-q")
+    page = campfire.parent / "build" / "campfire.png"
+    page.write_bytes(b"painted over")
+    result = run("clean", campfire.name)
+    assert names(page.parent) == {"campfire.png"}
+    assert (
+        f"kept {Path('build') / 'campfire.png'}: it is not as the build wrote it" in result.stdout
+    )
+
+
+def test_a_link_is_not_followed(run: Run, campfire: Path) -> None:
+    run("build", campfire.name, "-q")
+    page = campfire.parent / "build" / "campfire.png"
+    elsewhere = page.replace(campfire.parent / "precious.png")
+    page.symlink_to(elsewhere)
+    run("clean", campfire.name)
+    assert elsewhere.is_file() and page.is_symlink()
+
+
+@pytest.mark.parametrize("name", ["../precious.txt", "/etc/precious.txt", "a/b", "..", "C:x"])
+def test_a_manifest_that_climbs_out_of_its_folder_removes_nothing(
+    run: Run, campfire: Path, name: str
+) -> None:
+    run("build", campfire.name, "-q")
+    build = campfire.parent / "build"
+    (campfire.parent / "precious.txt").write_text("precious")
+    manifest = build / "campfire.manifest.json"
+    document = json.loads(manifest.read_text())
+    document["outputs"].append({**document["outputs"][0], "path": name})
+    manifest.write_text(json.dumps(document))
+    before = names(build)
+    result = run("clean", campfire.name)
+    assert result.returncode == 1
+    assert "campfire.manifest.json: does not say soundly what was written here" in result.stderr
+    assert names(build) == before
+    assert (campfire.parent / "precious.txt").is_file()
+
+
+def test_what_was_never_built_has_nothing_to_remove(run: Run, campfire: Path) -> None:
+    result = run("clean", campfire.name)
+    assert result.returncode == 0
+    assert "nothing to remove: there is no build" in result.stdout
+    assert not (campfire.parent / "build").exists()
+
+
+def test_o_and_set_name_the_build(run: Run, campfire: Path) -> None:
+    options = (campfire.name, "-o", "out", "--set", "name=blaze", "-q")
+    run("build", *options)
+    assert (campfire.parent / "out" / "blaze.png").is_file()
+    result = run("clean", *options)
+    assert (result.stdout, names(campfire.parent / "out")) == ("", set())

@@ -1,0 +1,123 @@
+"""``watch`` builds, and builds again when something changes, until it is interrupted."""
+
+import queue
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+
+
+class Watch:
+    """``fire-atlas watch`` as it runs, and what it says."""
+
+    def __init__(self, process: "subprocess.Popen[str]") -> None:
+        self.process = process
+        self._lines: queue.Queue[str] = queue.Queue()
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self._lines.put(line)
+
+    def hears(self, text: str, seconds: float = 30) -> list[str]:
+        """Wait for a line with ``text``; return the lines until then."""
+        heard, end = [], time.monotonic() + seconds
+        while time.monotonic() < end:
+            try:
+                heard.append(self._lines.get(timeout=0.1))
+            except queue.Empty:
+                assert self.process.poll() is None, heard
+                continue
+            if text in heard[-1]:
+                return heard
+        raise AssertionError(f"never heard {text!r}, but {heard}")
+
+    def is_silent(self, seconds: float) -> bool:
+        time.sleep(seconds)
+        return self._lines.empty()
+
+    def ends(self, number: signal.Signals = signal.SIGINT) -> int:
+        self.process.send_signal(number)
+        return self.process.wait(timeout=20)
+
+
+Start = Callable[..., Watch]
+
+
+@pytest.fixture
+def watch(tmp_path: Path, environment: dict[str, str]) -> Iterator[Start]:
+    started: list[subprocess.Popen[str]] = []
+
+    def start(*arguments: str) -> Watch:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "fire_atlas", "watch", *arguments],
+            cwd=tmp_path, env=environment, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        started.append(process)
+        return Watch(process)
+
+    yield start
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+def test_what_changes_is_built_again(watch: Start, campfire: Path) -> None:
+    campfire.with_name("base.yaml").write_text(campfire.read_text())
+    campfire.write_text("extends: base.yaml\n")
+    (campfire.parent / "clip" / "0005.png").rename(campfire.parent / "late.png")
+    watched = watch(campfire.name)
+    watched.hears("campfire.yaml: 4 files in build")
+    watched.hears("watching 7 files")
+    assert watched.is_silent(1.5), "its own outputs are no changes"
+    campfire.with_name("base.yaml").write_text(
+        campfire.with_name("base.yaml").read_text() + "seed: 4\n"
+    )
+    watched.hears("campfire.yaml: 4 files in build")
+    (campfire.parent / "late.png").rename(campfire.parent / "clip" / "0005.png")
+    watched.hears("campfire.yaml: 4 files in build")
+    watched.hears("watching 8 files")
+    shutil.copy(campfire.parent / "clip" / "0001.png", campfire.parent / "clip" / "0003.png")
+    watched.hears("campfire.yaml: 4 files in build")
+    assert watched.ends() == 130
+
+
+def test_a_mistake_is_told_and_waited_out(watch: Start, campfire: Path) -> None:
+    good = campfire.read_text()
+    campfire.write_text(good + "zzz: 1\n")
+    watched = watch(campfire.name)
+    watched.hears("error: campfire.yaml:3: zzz: unknown key")
+    watched.hears("watching")
+    campfire.write_text(good.replace("path: clip", "path: later"))
+    watched.hears("later: does not exist")
+    (campfire.parent / "clip").rename(campfire.parent / "later")
+    watched.hears("campfire.yaml: 4 files in build")
+    campfire.write_text("{")
+    watched.hears("error: campfire.yaml")
+    campfire.write_text(good.replace("path: clip", "path: later") + "seed: 2\n")
+    watched.hears("campfire.yaml: 4 files in build")
+    assert watched.ends(signal.SIGTERM) == 130
+
+
+def test_a_recipe_new_in_a_watched_folder_is_built(watch: Start, campfire: Path) -> None:
+    watched = watch(".", "-v")
+    watched.hears("campfire.yaml: 4 files in build")
+    watched.hears("watching")
+    campfire.with_name("torch.yaml").write_text(campfire.read_text())
+    heard = watched.hears("torch.yaml: 4 files in build")
+    assert not any(line.startswith("campfire.yaml") for line in heard)
+    assert watched.ends() == 130
+
+
+def test_what_is_named_wrong_is_not_waited_for(watch: Start, tmp_path: Path) -> None:
+    assert watch("nowhere.yaml").process.wait(timeout=20) == 2
