@@ -21,10 +21,13 @@ from fire_atlas.preview.atlas_file import AtlasFile, read_page_file, stage
 from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted
 from fire_atlas.preview.pictures import Color
 
-_SCRIPTS = ("film.js", "painter.js", "marks.js", "page.js")
+_SCRIPTS = (
+    "film.js", "program.js", "flake_painter.js", "painter.js", "marks.js",
+    "state.js", "stage.js", "words.js", "controls.js", "page.js",
+)  # fmt: skip
 
 _DRAWN = COLUMNS[: COLUMNS.index("a") + 1]
-"""Columns of the tracks that the page draws; ``painter.js`` counts on their order."""
+"""Columns of the tracks that the page draws; ``flake_painter.js`` counts on their order."""
 
 _FORMULAS = {
     "straight": "rgb · a + background · (1 − a)",

@@ -1,0 +1,153 @@
+/** What the controls and keys do. */
+function playOrPause() {
+  if (film.playing) film.pause();
+  else film.play();
+  before = null;
+  say(film.playing ? "playing" : `paused at frame ${film.index + 1}`);
+  refresh();
+}
+
+function seek(index) {
+  film.pause();
+  film.seek(index);
+  say(`frame ${film.index + 1} of ${film.count}`);
+  refresh();
+}
+
+function select(index) {
+  const { playing, speed } = film;
+  film.pause();
+  film = films[index];
+  film.speed = speed;
+  film.seek(0);
+  if (playing) film.play();
+  before = null;
+  const { animation } = film;
+  $("scrub").max = film.count - 1;
+  $("repeat").checked = film.repeat;
+  $("flake-controls").hidden = !animation.flakes;
+  for (const each of document.querySelectorAll("[data-animation]")) {
+    each.hidden = each.dataset.animation !== String(index);
+  }
+  refresh();
+}
+
+/** The frame under the pointer on the page, with the number of its animation and its own. */
+function frameAt(event) {
+  if (view() !== "page") return null;
+  const area = $("marks").getBoundingClientRect();
+  const [width, height] = size();
+  const x = ((event.clientX - area.left) / area.width) * width;
+  const y = ((event.clientY - area.top) / area.height) * height;
+  for (const [number, animation] of data.animations.entries()) {
+    for (const [index, frame] of animation.frames.entries()) {
+      const [w, h] = frame.turned ? [frame.height, frame.width] : [frame.width, frame.height];
+      const inside = x >= frame.x && x < frame.x + w && y >= frame.y && y < frame.y + h;
+      if (inside && frame.page === sheetPage) return { number, index, frame };
+    }
+  }
+  return null;
+}
+
+$("play").addEventListener("click", playOrPause);
+$("back").addEventListener("click", () => seek(film.index - 1));
+$("on").addEventListener("click", () => seek(film.index + 1));
+$("scrub").addEventListener("input", () => seek(Number($("scrub").value)));
+$("speed").addEventListener("change", () => {
+  film.speed = Number($("speed").value);
+});
+$("repeat").addEventListener("change", () => {
+  film.repeat = $("repeat").checked;
+});
+$("animation").addEventListener("change", () => select(Number($("animation").value)));
+$("sheet").addEventListener("change", () => {
+  sheetPage = Number($("sheet").value);
+  hovered = null;
+  refresh();
+});
+$("larger").addEventListener("click", () => zoomBy(1));
+$("smaller").addEventListener("click", () => zoomBy(-1));
+$("fit").addEventListener("click", () => {
+  zoom = "fit";
+  refresh();
+});
+$("own").addEventListener("input", () => choose("backdrop", "own"));
+for (const input of document.querySelectorAll("input[type=radio], #outline, #pixels")) {
+  input.addEventListener("change", () => {
+    if (input.name === "view") zoom = "fit";
+    refresh();
+  });
+}
+$("marks").addEventListener("pointermove", (event) => {
+  const found = frameAt(event);
+  if (found?.frame === hovered?.frame) return;
+  hovered = found;
+  refresh();
+});
+$("marks").addEventListener("pointerleave", () => {
+  if (hovered) hovered = null;
+  refresh();
+});
+$("marks").addEventListener("click", (event) => {
+  const found = frameAt(event);
+  if (!found) return;
+  if (films[found.number] !== film) {
+    $("animation").value = found.number;
+    select(found.number);
+  }
+  seek(found.index);
+});
+$("stage").addEventListener("wheel", (event) => {
+  if (!event.ctrlKey && !event.metaKey) return;
+  event.preventDefault();
+  zoomBy(-Math.sign(event.deltaY));
+}, { passive: false });
+new ResizeObserver(refresh).observe($("stage"));
+
+const KEYS = {
+  " ": playOrPause,
+  ArrowLeft: () => seek(film.index - 1),
+  ArrowRight: () => seek(film.index + 1),
+  Home: () => seek(0),
+  End: () => seek(film.count - 1),
+  "+": () => zoomBy(1),
+  "=": () => zoomBy(1),
+  "-": () => zoomBy(-1),
+  0: () => $("fit").click(),
+  1: () => choose("view", "play"),
+  2: () => choose("view", "seam"),
+  3: () => choose("view", "page"),
+  b: () => next("backdrop"),
+  d: () => next("seam"),
+  f: () => next("flakes"),
+  o: () => $("outline").click(),
+  p: () => $("pixels").click(),
+  r: () => $("repeat").click(),
+  "[": () => changeSpeed(-1),
+  "]": () => changeSpeed(1),
+};
+
+function changeSpeed(steps) {
+  const list = $("speed");
+  const wanted = list.selectedIndex + steps;
+  if (wanted < 0 || wanted >= list.options.length) return;
+  list.selectedIndex = wanted;
+  list.dispatchEvent(new Event("change"));
+  say(`speed ${list.options[wanted].text}`);
+}
+
+/** Whether a control uses a key itself: space presses buttons, arrows move sliders and choices. */
+function isOwnKey(target, key) {
+  if (target.matches("select, input[type=color]")) return true;
+  const moves = ["ArrowLeft", "ArrowRight", "Home", "End"].includes(key);
+  if (target.matches("input[type=radio], input[type=range]")) return moves;
+  return key === " " && target.matches("button, summary, input[type=checkbox]");
+}
+
+document.addEventListener("keydown", (event) => {
+  const act = KEYS[event.key] ?? KEYS[event.key.toLowerCase()];
+  if (!act || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (isOwnKey(event.target, event.key)) return;
+  event.preventDefault();
+  act();
+});
