@@ -83,7 +83,7 @@ def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Col
         alpha=atlas.alpha,
         space=_SPACES[atlas.blend_space],
         formula=_FORMULAS[atlas.alpha],
-        shades={"As asked": first, **{k: v for k, v in _SHADES.items() if v != first}},
+        shades={first: first, **{k: v for k, v in _SHADES.items() if v != first}},
         keyboard=_KEYBOARD,
         data=_json_in_html(_data(atlas, tracks)),
     )  # fmt: skip

@@ -8,8 +8,9 @@ function scaleNow() {
   if (zoom !== "fit") return zoom;
   const [width, height] = size();
   const room = Math.min(($("stage").clientWidth - 48) / width, ($("stage").clientHeight - 48) / height);
-  // Whole numbers keep px square; what does not fit is made smaller as it must.
-  return room >= 1 ? Math.min(Math.floor(room), 8) : Math.max(room, 0.02);
+  // Square pixels stay square at whole numbers; what does not fit is made smaller as it must.
+  if (room >= 1 && $("pixels").checked) return Math.min(Math.floor(room), 8);
+  return Math.min(Math.max(room, 0.02), 4);
 }
 
 function zoomBy(steps) {

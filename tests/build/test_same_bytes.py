@@ -10,7 +10,11 @@ from fire_atlas.core.shipped import shipped
 
 from .desk import Desk, command, contents, copy_of, run_alone
 
-KEYS: dict[str, Any] = {"atlas": {"max_size": 100}, "tracks": ["json", "csv"], "seed": 3}
+KEYS: dict[str, Any] = {
+    "atlas": {"max_size": 100},
+    "tracks": ["json", "csv", "pcache", "hjson", "light"],
+    "seed": 3,
+}
 
 
 def test_the_number_of_workers_changes_nothing(desk: Desk) -> None:
