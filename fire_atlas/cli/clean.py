@@ -7,7 +7,7 @@ from pathlib import Path
 from fire_atlas.cli.build import folder_of
 from fire_atlas.cli.failure import Failures
 from fire_atlas.core.errors import OutputError
-from fire_atlas.manifest import Written, manifest_name, read_manifest
+from fire_atlas.manifest import manifest_name, read_manifest, stale_outputs
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.tree import RecipeTree, read_tree
 from fire_atlas.staging import explained
@@ -38,19 +38,11 @@ def _cleaned(tree: RecipeTree, out: Path) -> Iterator[str]:
             f"{listed}: does not say soundly what was written here, so nothing was removed; build "
             f"the recipe again, or remove its files by hand"
         )
-    for output in manifest.outputs:
-        yield from _removed(output, out)
-    with explained(listed):
-        listed.unlink()
-    yield f"removed {listed}"
-
-
-def _removed(output: Written, out: Path) -> Iterator[str]:
-    path = out / output.name
-    if path.is_symlink() or not output.is_intact(out):
-        if path.is_symlink() or path.exists():
+    going = [path for path in stale_outputs(out, tree.name, ()) if not path.is_symlink()]
+    for path in (*going, listed):
+        with explained(path):
+            path.unlink()
+        yield f"removed {path}"
+    for path in (out / output.name for output in manifest.outputs):
+        if path.exists() or path.is_symlink():
             yield f"kept {path}: it is not as the build wrote it"
-        return
-    with explained(path):
-        path.unlink()
-    yield f"removed {path}"

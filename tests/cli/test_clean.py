@@ -88,3 +88,12 @@ def test_o_and_set_name_the_build(run: Run, campfire: Path) -> None:
     assert (campfire.parent / "out" / "blaze.png").is_file()
     result = run("clean", *options)
     assert (result.stdout, names(campfire.parent / "out")) == ("", set())
+
+
+def test_what_an_engine_wrote_on_in_goes_with_its_file(run: Run, campfire: Path) -> None:
+    campfire.write_text(campfire.read_text() + "exports: [json, unity]\n")
+    run("build", campfire.name, "-q")
+    meta = campfire.parent / "build" / "campfire.png.meta"
+    meta.write_text(meta.read_text() + "# the engine's own\n")
+    assert "kept" not in run("clean", campfire.name).stdout
+    assert names(meta.parent) == set()
