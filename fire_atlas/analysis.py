@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip, Window, cropped
+from fire_atlas.core.motion import SMALL, optical_flow, shrunk_flow, thumbnail
 from fire_atlas.core.pixels import Bytes, Plane, as_plane, brightness
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
@@ -20,18 +21,17 @@ from fire_atlas.field.ambient import Ambient
 from fire_atlas.field.buoyancy import Drive, Physics, advance, settle
 from fire_atlas.field.drive import cell_means, flow_on_grid, rising
 from fire_atlas.field.eddies import Eddies
-from fire_atlas.field.record import OVERLAP, FieldRecord
+from fire_atlas.field.record import FieldRecord, overlap_frames
 from fire_atlas.flakes.emission import Brood, Spawns, emit
 from fire_atlas.flame.features import feature_vectors, refine
-from fire_atlas.flame.motion import SMALL, optical_flow, shrunk_flow, thumbnail
 from fire_atlas.flame.palette import clip_palette
 from fire_atlas.flame.scene import above
 from fire_atlas.flame.study import FlameStudy
 from fire_atlas.recipe.effect import Flakes
 from fire_atlas.recipe.models import Recipe
 
-_LEAD = 12
-"""Last frames of a loop that the air meets before its first one, to begin as it ends."""
+_LEAD = 0.5
+"""Last seconds of a loop that the air meets before its first frame, to begin as it ends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +61,7 @@ class _FrameLook:
         lit: (rows, columns), how bright each cell is, 0..1.
         feature_x, feature_y: (rows, columns), mean Fv* of each cell in typical lengths.
         spawns: Flakes born in this frame.
+        is_reversed: Whether the clip goes backwards from this frame to the next.
     """
 
     thumb: Bytes
@@ -70,6 +71,7 @@ class _FrameLook:
     feature_x: Plane
     feature_y: Plane
     spawns: Spawns
+    is_reversed: bool
 
 
 def analyse(
@@ -79,7 +81,7 @@ def analyse(
     progress.stage("analyse", clip.count)
     brood = _brood(clip, recipe, study)
     physics = Physics.of(recipe.buoyancy, clip.height)
-    lead = min(_LEAD, clip.count) if clip.loop else 0
+    lead = min(max(1, round(_LEAD * clip.fps)), clip.count) if clip.loop else 0
     order = [*range(clip.count - lead, clip.count), *range(clip.count - lead)]
     # The paper's candidates are anywhere in the image; else only where something moves.
     everywhere = recipe.features.preset == "paper"
@@ -101,7 +103,7 @@ def analyse(
             progress.advance()
             yield drive.placed(row, column, shape)
 
-    field = _record(_met_by_the_air(drives(), clip.count, lead), clip, recipe, physics)
+    field = _record(_met_by_the_air(drives(), clip, lead), clip, recipe, physics)
     palette = clip_palette(clip, workers) if recipe.composite.palette == "clip" else None
     return Analysis(study, field, Spawns.joined([births[i] for i in sorted(births)]), palette)
 
@@ -125,25 +127,26 @@ def _record(
     return field
 
 
-def _met_by_the_air(drives: Iterator[Drive], count: int, lead: int) -> Iterator[tuple[int, Drive]]:
+def _met_by_the_air(drives: Iterator[Drive], clip: Clip, lead: int) -> Iterator[tuple[int, Drive]]:
     """Frames and their drives in the order in which the air meets them.
 
     ``drives`` are those of the last ``lead`` frames of a loop, then all others; with a lead of 0
     they are those of a clip that plays once. A loop's last frames come before its first one, again
-    at its end, and then ``OVERLAP`` frames more, for the end to pass into the beginning.
+    at its end, and then some frames more, for the end to pass into the beginning.
     """
+    count, overlap = clip.count, overlap_frames(clip.fps) if lead else 0
     last = list(islice(drives, lead))
     yield from zip(range(-lead, 0), last, strict=True)
     first = []
     for n, drive in enumerate(drives):
-        if lead and n < OVERLAP:
+        if n < overlap:
             first.append(drive)
         yield n, drive
     yield from zip(range(count - lead, count), last, strict=True)
     if lead:
         # Where the loop is so short that its first frames are among its last, these follow.
         again = first + last
-        yield from ((count + n, again[n % count]) for n in range(OVERLAP))
+        yield from ((count + n, again[n % count]) for n in range(overlap))
 
 
 def _brood(clip: Clip, recipe: Recipe, study: FlameStudy) -> Brood:
@@ -188,7 +191,8 @@ def _look(
         cell_means(above(bright, study.mask.dim, study.mask.bright), cell),
         cell_means(fx * unit, cell),
         cell_means(fy * unit, cell),
-        emit(i, strength, brood),
+        emit(i, strength, brood) if i < clip.count - clip.tail else Spawns.none(),
+        i in clip.backwards,
     )
 
 
@@ -201,8 +205,9 @@ def _drive(
 ) -> tuple[Spawns, Drive]:
     """Births and drive of a frame, now that its neighbour is known: runs in the pool."""
     here, other, is_last = pair
-    # Where nothing follows, motion goes on as before.
-    before, after = (other, here) if is_last else (here, other)
+    # Where nothing follows, motion goes on as before; where the clip runs backwards, the gas of the
+    # flame does not.
+    before, after = (other, here) if is_last or here.is_reversed else (here, other)
     flow = here.flow
     if flow is None:
         flow = optical_flow(before.thumb, after.thumb, is_small)

@@ -4,7 +4,7 @@ Usually a build has one part. Recipes that share their pages (``atlas.members``)
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,13 +23,14 @@ from fire_atlas.field.buoyancy import lift_direction
 from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.flame.study import FlameStudy, study_flame
 from fire_atlas.manifest import Input
-from fire_atlas.recipe.effect import MotionBlur
+from fire_atlas.recipe.effect import Flakes, MotionBlur
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.sources.registry import open_source, open_sprites
 from fire_atlas.sources.sprites import Sprites
 from fire_atlas.staging import Staging
-from fire_atlas.timeline.closing import arrange
+from fire_atlas.timeline.arrange import arrange
+from fire_atlas.timeline.tail import shortened
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,12 +124,15 @@ class _Animation:
 def _animation(name: str, recipe: Recipe, clip: Clip, stage: Stage) -> _Animation:
     workers, progress, clock = stage.workers, stage.progress, stage.clock
     with clock.measure("study"):
-        clip = arrange(clip, recipe.timeline, workers)
+        life = recipe.flakes.life[1] if isinstance(recipe.flakes, Flakes) else 0.0
+        clip = arrange(clip, recipe.timeline, life, workers, progress)
         study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
     with clock.measure("analyse"):
         analysis = _analysis(clip, recipe, study, workers, progress)
     with clock.measure("fly"):
         tracks = _tracks(clip, recipe, analysis, progress)
+        if tracks is not None and clip.tail:
+            clip, tracks = _burnt_out(clip, tracks)
     with clock.measure("render"):
         frames = _finished(
             lambda i: _frame(layers(i, clip, recipe, analysis, tracks), recipe, analysis, study),
@@ -190,6 +194,14 @@ def _tracks(
     if analysis is None or recipe.flakes == "none":
         return None
     return fly_flakes(clip, recipe, analysis, progress)
+
+
+def _burnt_out(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:
+    """Drop the frames of the tail in which no flake lives any more."""
+    body = clip.count - clip.tail
+    seen = [n for n, rows in enumerate(tracks.frames) if len(rows) and n >= body]
+    clip = shortened(clip, seen[-1] + 1 - body if seen else 0)
+    return clip, replace(tracks, frames=tracks.frames[: clip.count])
 
 
 @dataclass(frozen=True, slots=True)

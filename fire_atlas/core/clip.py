@@ -37,6 +37,8 @@ class Clip:
         read: ``read(i)`` gives frame i, 0 <= i < count, as a fresh ``Pixels`` (height, width, 4).
             Safe to call from several threads.
         loop: Whether frame 0 follows the last frame.
+        backwards: Frames after which the clip runs against the time it was made in.
+        tail: How many of the last frames are there for flakes to burn out in: none is born there.
         inputs: Every file the frames come from, in order, for the manifest.
         blend_space: ``srgb`` or ``linear``: where the coverage is meant to be blended.
         matte: ``alpha``, ``luminance`` or ``none``: where the coverage comes from.
@@ -55,6 +57,8 @@ class Clip:
     matte: str
     matte_reason: str
     loop: bool = False
+    backwards: frozenset[int] = frozenset()
+    tail: int = 0
     flow: Callable[[int], NDArray[np.float32]] | None = None
 
 

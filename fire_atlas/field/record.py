@@ -9,8 +9,13 @@ from numpy.typing import NDArray
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.field.air import Air
 
-OVERLAP = 6
-"""Frames over which the end of a loop's field passes into its beginning."""
+_OVERLAP = 0.25
+"""Seconds over which the end of a loop's field passes into its beginning."""
+
+
+def overlap_frames(fps: float) -> int:
+    """Frames over which the end of a loop's field passes into its beginning."""
+    return max(1, round(_OVERLAP * fps))
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +46,7 @@ class FieldRecord:
     def write(self, frame: int, air: Air, lit: Plane) -> None:
         """Record one frame; what goes on past the end of a loop passes into its beginning.
 
-        A simulation does not come back bit for bit by waiting: in the first ``OVERLAP`` frames the
+        A simulation does not come back bit for bit by waiting: in its first frames the
         air that was there when the loop began gives way to the air that its end leads to.
         """
         past_end = frame - len(self.u)
@@ -49,7 +54,7 @@ class FieldRecord:
             self.u[frame], self.v[frame] = air.u, air.v
             self.lit[frame] = np.rint(lit * 255)
             return
-        went_on = np.float32(1 - past_end / OVERLAP)
+        went_on = np.float32(1 - past_end / overlap_frames(self.fps))
         for plane, now in ((self.u, air.u), (self.v, air.v)):
             began = plane[past_end % len(plane)]
             began += (now - began) * went_on

@@ -70,6 +70,11 @@ class Spawns:
         return replace(self, x=self.x + x, y=self.y + y)
 
     @classmethod
+    def none(cls) -> Self:
+        """No births."""
+        return cls(np.empty(0, np.int64), *(np.empty(0) for _ in fields(cls)[1:]))
+
+    @classmethod
     def joined(cls, parts: list[Self]) -> Self:
         """All of ``parts``, in the order of their birth."""
         together = [np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)]

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import Bytes, decode_bytes, encode_bytes
+from fire_atlas.core.pixels import Bytes, Pixels, decode_bytes, encode_bytes
 
 
 def blend(frame: Bytes, background: tuple[int, int, int], alpha: str, blend_space: str) -> Bytes:
@@ -34,3 +34,9 @@ def _over(
         return rgb + behind
     cover = frame[..., 3:] * np.float32(1 / 255)
     return (rgb * cover if alpha == "straight" else rgb) + behind * (1 - cover)
+
+
+def as_seen(frame: Bytes, alpha: str, blend_space: str) -> Pixels:
+    """Return a stored frame as pixels whose light is what a client shows over black."""
+    light = decode_bytes(blend(frame, (0, 0, 0), alpha, blend_space))
+    return np.dstack([light, frame[..., 3] * np.float32(1 / 255)])

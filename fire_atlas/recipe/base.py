@@ -54,9 +54,11 @@ Direction = Annotated[
 
 NONE, BLOCK = Tag("<none>"), Tag("<block>")
 AUTO, NUMBER, PAIR = Tag("<auto>"), Tag("<number>"), Tag("<pair>")
-WORD = Tag("<word>")
+WORD, SWITCH = Tag("<word>"), Tag("<switch>")
 TEMPLATE, UNITY = Tag("<template>"), Tag("<unity>")
-BRANCHES = frozenset(tag.tag for tag in (NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, TEMPLATE, UNITY))
+BRANCHES = frozenset(
+    tag.tag for tag in (NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, SWITCH, TEMPLATE, UNITY)
+)
 """All tags, as they appear in the paths of pydantic's errors."""
 
 UNDECIDED = "undecided"
@@ -78,7 +80,7 @@ def _branch(value: Any) -> str | None:
         case str():
             return WORD.tag
         case bool():
-            return None
+            return SWITCH.tag
         case int() | float():
             return NUMBER.tag
         case list() | tuple():

@@ -60,6 +60,10 @@ class Recipe(Settings):
     def _refuse_contradictions(self) -> Self:
         if problem := export_problem(self.atlas, self.exports):
             raise ValueError(problem)
+        if self.timeline.tail and self.flakes == "none":
+            raise ValueError(
+                "timeline.tail waits for flakes to burn out, but flakes is none; drop one of them"
+            )
         return self
 
     @model_validator(mode="before")

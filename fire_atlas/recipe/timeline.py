@@ -1,13 +1,60 @@
 """Recipe block ``timeline``: how the clip plays."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from fire_atlas.recipe.base import OFF, Settings
+from pydantic import Field, model_validator
+
+from fire_atlas.recipe.base import NUMBER, OFF, SWITCH, Auto, Settings, either
+
+Overlap = Annotated[
+    Auto | Annotated[int, Field(ge=1, le=240), NUMBER], either("`auto` or a whole number")
+]
+Tail = Annotated[
+    Annotated[bool, SWITCH] | Annotated[float, Field(ge=0, le=60), NUMBER],
+    either("true, false or a number of seconds"),
+]
 
 
 class Timeline(Settings):
     """How the clip plays."""
 
-    loop: Annotated[Literal["auto", "none"], OFF] = "auto"
-    """``auto``: a clip whose end meets its beginning plays round and round, and flakes fly on from
-    its last frame into its first. ``none``: it plays once."""
+    loop: Annotated[Literal["auto", "none", "crossfade", "pingpong"], OFF] = "auto"
+    """``auto``: a clip whose end meets its beginning plays round and round as it is; another is cut
+    where its end meets its beginning best, and cross-faded there; one that flares up from nothing,
+    or fades to nothing, plays once. ``crossfade``: the whole clip, its end faded into its
+    beginning. ``pingpong``: forwards, then backwards. ``none``: once."""
+    frames: int | None = Field(default=None, ge=1, le=100_000)
+    """How many frames result. More than the clip has: fire goes on by passing between moments of
+    the clip that look alike. Default: as many as suit the cut."""
+    fps: float | None = Field(default=None, gt=0, le=240)
+    """Frames per second of the result; fire keeps its speed. Default: those of the clip."""
+    overlap: Overlap = "auto"
+    """Frames of the clip over which its end passes into its beginning. ``auto``: a third of a
+    second, less where the clip is short."""
+    tail: Tail = False
+    """Goes on after a clip that plays once until its flakes have burnt out, while its last frame
+    fades; a number is the most seconds to add."""
+
+    @model_validator(mode="after")
+    def _refuse_contradictions(self) -> Self:
+        if self.tail and self.loop in ("crossfade", "pingpong"):
+            raise ValueError(
+                f"tail lets flakes burn out after a clip that plays once, and loop: {self.loop} "
+                "never ends; leave tail out, or use loop: none"
+            )
+        if self.overlap != "auto" and self.loop in ("none", "pingpong") and not self._goes_on:
+            raise ValueError(
+                f"overlap is for an end that is faded into a beginning, which loop: {self.loop} "
+                "does not do; leave overlap out, or use loop: crossfade"
+            )
+        if self.loop == "pingpong" and self.fps is None and self.frames and self.frames % 2:
+            raise ValueError(
+                f"a pingpong has an even number of frames; frames: {self.frames + 1} or "
+                f"{max(self.frames - 1, 2)} would be one"
+            )
+        return self
+
+    @property
+    def _goes_on(self) -> bool:
+        """Whether a clip that plays once may be longer than it is."""
+        return self.loop == "none" and self.frames is not None

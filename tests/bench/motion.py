@@ -113,9 +113,12 @@ class Plume:
 
 def agreement(clip: Clip, flows: list[Flow], others: list[Flow]) -> Agreement:
     """Compare flakes without jitter with the flow of ``clip``."""
-    ours = in_the_flame(burn(clip, {"flakes": {"scatter": 1, "rate": MANY}}), flows, others)
-    default = in_the_flame(burn(clip, {"flakes": {"rate": MANY}}), flows, flows)
-    papers = in_the_flame(burn(clip, PAPER), flows, others)
+    # What is cut or loops otherwise than the clip has no flow to compare with.
+    once = {"timeline": {"loop": "none"}}
+    still = {"flakes": {"scatter": 1, "rate": MANY}, **once}
+    ours = in_the_flame(burn(clip, still), flows, others)
+    default = in_the_flame(burn(clip, {"flakes": {"rate": MANY}, **once}), flows, flows)
+    papers = in_the_flame(burn(clip, {**PAPER, **once}), flows, others)
     return Agreement(
         len(ours.flow),
         correlation(ours.flakes, ours.flow),

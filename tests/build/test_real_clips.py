@@ -44,7 +44,10 @@ def test_a_real_clip_becomes_an_effect(clips: Path, desk: Desk, clip: str) -> No
     meta = json.loads((clips / clip / "meta.json").read_text(encoding="utf-8"))
     source = {"path": str(clips / clip / "frames"), "fps": meta["fps"]}
     desk.built(desk.recipe(source=source))
-    assert tracks_of(desk.build, "fire")["frame_count"] == meta["frames"]
+    count = tracks_of(desk.build, "fire")["frame_count"]
+    # These two end elsewhere than they begin, and are cut and cross-faded.
+    is_cut = clip in {"real_candle_red", "real_firewall_stock"}
+    assert 20 <= count < meta["frames"] if is_cut else count == meta["frames"]
     assert tracks_of(desk.build, "fire")["size"] == meta["size"]
     assert_sound(desk, "fire")
 

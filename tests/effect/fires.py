@@ -22,7 +22,7 @@ from fire_atlas.flame.study import FlameStudy, study_flame
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources.registry import open_source
-from fire_atlas.timeline.closing import arrange
+from fire_atlas.timeline.arrange import arrange
 
 Array = NDArray[np.float64]
 Plane = NDArray[np.float32]
@@ -36,6 +36,9 @@ RISING = (
 
 ALL_CLIPS = (*RISING, "cartoon_wesnoth_fireball_impact")
 """Every real clip: the last is a flash that turns into smoke."""
+
+_LIFE = 2.6
+"""Seconds a flake lives at most, by default."""
 
 ID, X, Y, VX, VY, SIZE, STRETCH, ROTATION, R, G, B, A, AGE, LIFE = range(len(COLUMNS))
 
@@ -80,7 +83,7 @@ def burn(clip: Clip, keys: Mapping[str, Any] | None = None, jobs: int = 2) -> Bu
     """Run the effect on ``clip`` with a recipe of ``keys``, up to the tracks."""
     recipe = recipe_of(keys or {})
     with Workers(jobs) as workers:
-        clip = arrange(clip, recipe.timeline, workers)
+        clip = arrange(clip, recipe.timeline, _LIFE, workers, Silent())
         study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
         analysis = analyse(clip, recipe, study, workers, Silent())
     return Burnt(clip, recipe, study, analysis, fly_flakes(clip, recipe, analysis, Silent()))

@@ -53,7 +53,8 @@ def test_a_halo_adds_its_share_of_the_light() -> None:
 
 def test_a_recipes_halo_adds_its_share_of_the_light() -> None:
     clip = campfire(160, 12)
-    bare, haloed = (burn(clip, {"flakes": {"glow": glow}}) for glow in (0.0, 0.4))
+    once = {"timeline": {"loop": "none"}}
+    bare, haloed = (burn(clip, {"flakes": {"glow": glow}, **once}) for glow in (0.0, 0.4))
     lit = [(_layer(bare, i).sum(), _layer(haloed, i).sum()) for i in range(clip.count)]
     without, with_halo = np.sum(lit, axis=0)
     assert with_halo / without == pytest.approx(1.4, rel=0.02)
@@ -95,6 +96,7 @@ PIXEL_ART: dict[str, Any] = {
     "flakes": {"sprite": "pixel", "rate": 120},
     "motion_blur": "none",
     "composite": {"palette": "clip"},
+    "timeline": {"loop": "none"},
 }
 
 

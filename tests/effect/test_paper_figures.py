@@ -64,7 +64,7 @@ def test_figure_23_the_clamp_empties_weak_regions() -> None:
     flakes = {"alpha": 0.01, "rate": 300}
     free = burn(clip, {"features": features, "flakes": flakes})
     assert _share_on_the_drum(free) > 0.02, "the drum should be a nuisance before the clamp"
-    strongest = max(_strength(free, i)[:, clip.width // 2 :].max() for i in range(clip.count))
+    strongest = max(_strength(free, i)[:, clip.width // 2 :].max() for i in range(free.clip.count))
     clamp = float(strongest) * 1.01
     clamped = burn(clip, {"features": {**features, "clamp": clamp}, "flakes": flakes})
     assert len(clamped.births) > 50

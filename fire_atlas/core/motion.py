@@ -11,7 +11,7 @@ from fire_atlas.core.pixels import Bytes, Plane, as_plane
 SMALL = 300 * 300
 """Frames of at most so many px are looked at as they are, and closely."""
 
-_FLOW_AREA = 210 * 210
+FLOW_AREA = 210 * 210
 """Most px of the pictures on which the flow of larger frames is estimated: shrunk, these are
 smooth; the grid needs no more, and it takes time."""
 
@@ -19,9 +19,9 @@ _SMALLEST_SIDE = 64
 """Smaller pictures are enlarged: the estimator's patches need room."""
 
 
-def _flow_size(width: int, height: int, is_small: bool) -> tuple[int, int]:
-    """Size (width, height) at which the flow of a ``width`` by ``height`` picture is estimated."""
-    scale = 1.0 if is_small else min(1.0, math.sqrt(_FLOW_AREA / (width * height)))
+def flow_size(width: int, height: int, area: int) -> tuple[int, int]:
+    """Size (width, height), of about ``area`` px at most, at which flow is estimated."""
+    scale = min(1.0, math.sqrt(area / (width * height)))
     scale = max(scale, _SMALLEST_SIDE / min(width, height))
     return max(round(width * scale), _SMALLEST_SIDE), max(round(height * scale), _SMALLEST_SIDE)
 
@@ -32,8 +32,13 @@ def thumbnail(brightness: Plane, is_small: bool) -> Bytes:
     ``is_small`` tells whether the frame that the plane is a part of is.
     """
     height, width = brightness.shape
-    size = _flow_size(width, height, is_small)
-    shrinks = size[0] <= width
+    area = width * height if is_small else FLOW_AREA
+    return picture_of(brightness, flow_size(width, height, area))
+
+
+def picture_of(brightness: Plane, size: tuple[int, int]) -> Bytes:
+    """Return the (h, w) uint8 copy of a brightness plane, 0..255, at another (width, height)."""
+    shrinks = size[0] <= brightness.shape[1]
     small = cv2.resize(
         brightness, size, interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
     )

@@ -1,0 +1,77 @@
+"""The clip as it is played: cut, joined, closed and timed, before anything is analysed."""
+
+from dataclasses import replace
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.progress import Progress
+from fire_atlas.core.workers import Workers
+from fire_atlas.recipe.timeline import Timeline
+from fire_atlas.timeline.looping import crossfaded, looped
+from fire_atlas.timeline.once import once
+from fire_atlas.timeline.pingpong import pingpong
+from fire_atlas.timeline.pixel_art import is_pixel_art
+from fire_atlas.timeline.retiming import flow_helps, retimed
+from fire_atlas.timeline.tail import with_tail
+
+
+def arrange(
+    clip: Clip, timeline: Timeline, longest_life: float, workers: Workers, progress: Progress
+) -> Clip:
+    """Return ``clip`` as the recipe's ``timeline`` plays it.
+
+    Args:
+        clip: As its source gives it.
+        timeline: Of the recipe.
+        longest_life: Of a flake, s: how long a tail may be needed.
+        workers: To look at the frames.
+        progress: Told what was decided, and why.
+
+    Raises:
+        RecipeError: The clip cannot be played so.
+    """
+    rate = timeline.fps or clip.fps
+    wanted = timeline.frames and max(1, round(timeline.frames * clip.fps / rate))
+    played = _played(clip, timeline, wanted, workers, progress)
+    timed = _timed(played, timeline, workers, progress)
+    if not timeline.tail:
+        return timed
+    if timed.loop:
+        raise RecipeError(
+            "timeline.tail lets flakes burn out after a clip that plays once, but this one goes "
+            "round and round; leave tail out, or use timeline.loop: none"
+        )
+    longest = longest_life + 1 / timed.fps
+    return with_tail(timed, longest if timeline.tail is True else min(timeline.tail, longest))
+
+
+def _played(
+    clip: Clip, timeline: Timeline, wanted: int | None, workers: Workers, progress: Progress
+) -> Clip:
+    """Return the clip at its own rate, in ``wanted`` frames if the recipe says how many."""
+    match timeline.loop:
+        case "none":
+            return once(clip, timeline, wanted, workers)
+        case "pingpong":
+            return pingpong(clip, wanted + wanted % 2 if wanted else None)
+        case "crossfade":
+            return crossfaded(clip, timeline, wanted, workers)
+        case "auto":
+            return looped(clip, timeline, wanted, workers, progress)
+
+
+def _timed(played: Clip, timeline: Timeline, workers: Workers, progress: Progress) -> Clip:
+    """Return the clip at the rate, and with as many frames, as the recipe asks for."""
+    fps = timeline.fps or played.fps
+    pace = played.fps / fps
+    lasts = max(1, round(played.count / pace))
+    if played.loop:
+        count = timeline.frames or lasts
+    else:
+        count = min(timeline.frames or int((played.count - 1) / pace) + 1, lasts)
+    if pace == 1 or (played.loop and count == played.count):
+        return replace(played, fps=fps, count=count)
+    smooth = not is_pixel_art(played) and flow_helps(played, workers)
+    if not smooth:
+        progress.note("frames in between cannot be made from these: the nearest ones are shown")
+    return retimed(played, fps, count, smooth)

@@ -1,0 +1,162 @@
+"""Another frame rate for the same fire: what lies between two frames is made from both."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.motion import SMALL, flow_size, optical_flow, thumbnail
+from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
+from fire_atlas.core.workers import Workers
+from fire_atlas.timeline.memory import remembering
+from fire_atlas.timeline.thumbnails import distance
+from fire_atlas.timeline.warping import (
+    Motion,
+    blurred,
+    met,
+    motion_between,
+    over_channels,
+    resized,
+    shapes,
+    warped,
+)
+
+_SOFTNESS = 0.008
+"""Neighbouring places move alike over this part of the height."""
+
+_WHOLE = 1e-3
+"""Nearer to a frame than this, it is shown as it is."""
+
+_TRIALS = 6
+"""Frames that are made from their neighbours, to see whether that works."""
+
+_HELPS = 0.95
+"""It does if they are nearer to the truth than a neighbour is, by this factor."""
+
+_PAIRS = 8
+"""Pairs of frames whose motion is remembered: a pair has several frames between."""
+
+_ALIKE = 0.25
+"""Places whose two sides differ by this share of their light have nothing in common."""
+
+
+def retimed(clip: Clip, fps: float, count: int, is_smooth: bool) -> Clip:
+    """Return ``clip`` with ``count`` frames at ``fps``; the fire keeps its speed.
+
+    A loop is spread evenly over its frames; else frames are ``clip.fps / fps`` apart, or as much
+    less as they must be for the last one not to lie beyond the clip.
+
+    Args:
+        clip: At its own rate.
+        fps: Frames per second of the result.
+        count: Frames of the result.
+        is_smooth: Whether frames in between are made by optical flow; else the nearest is shown.
+    """
+    if clip.loop:
+        pace = clip.count / count
+    else:
+        pace = min(clip.fps / fps, (clip.count - 1) / max(count - 1, 1))
+
+    def neighbours(i: int) -> tuple[int, int, float]:
+        """The frames around frame ``i`` of the result, and how far it is from the first."""
+        place = i * pace
+        before = int(place + _WHOLE)
+        part = place - before
+        after = (before + 1) % clip.count if clip.loop else min(before + 1, clip.count - 1)
+        return before % clip.count, after, part
+
+    @lru_cache(_PAIRS)
+    def motion(before: int, after: int) -> Motion:
+        return _motion(clip.read(before), clip.read(after), clip.blend_space)
+
+    def read(i: int) -> Pixels:
+        before, after, part = neighbours(i)
+        if part <= _WHOLE:
+            return clip.read(before)
+        if not is_smooth:
+            return clip.read(before if part <= 0.5 else after)
+        return _between(clip.read(before), clip.read(after), motion(before, after), part)
+
+    @lru_cache(_PAIRS)
+    def velocity(before: int, after: int) -> NDArray[np.float32]:
+        return _velocity(clip, before, after)
+
+    def flow(i: int) -> NDArray[np.float32]:
+        before, after, _ = neighbours(i)
+        if clip.flow is not None:
+            return clip.flow(before)
+        if before == after:
+            before -= 1
+        small = velocity(before, after)
+        return np.dstack([resized(small[..., n], (clip.width, clip.height)) for n in (0, 1)])
+
+    made = {i for i in range(count) if is_smooth and neighbours(i)[2] > _WHOLE}
+    backwards = frozenset(i for i in range(count) if neighbours(i)[0] in clip.backwards)
+    return replace(
+        clip,
+        count=count,
+        fps=fps,
+        read=remembering(read, made),
+        flow=flow if clip.count > 1 else clip.flow,
+        backwards=backwards,
+    )
+
+
+def flow_helps(clip: Clip, workers: Workers) -> bool:
+    """Whether frames made from both neighbours are nearer to the truth than a neighbour is."""
+    if clip.count < 3:
+        return True
+    middles = sorted({round(i) for i in np.linspace(1, clip.count - 2, _TRIALS)})
+    missed = list(workers.map(lambda i: _trial(clip, i), middles))
+    made, nearest = (float(np.mean([trial[side] for trial in missed])) for side in (0, 1))
+    return made <= _HELPS * nearest
+
+
+def _trial(clip: Clip, i: int) -> tuple[float, float]:
+    """How far frame ``i`` made from its neighbours is from the truth, and how far these are."""
+    size = flow_size(clip.width, clip.height, SMALL)
+    before, truth, after = (resized(clip.read(n), size) for n in (i - 1, i, i + 1))
+    made = _between(before, after, _motion(before, after, clip.blend_space), 0.5)
+    return distance(made, truth), (distance(before, truth) + distance(after, truth)) / 2
+
+
+def _velocity(clip: Clip, before: int, after: int) -> NDArray[np.float32]:
+    """Velocity of what frame ``before`` shows, (h, w, 2), px/s of the whole frame."""
+    is_small = clip.width * clip.height <= SMALL
+    shown = (brightness(clip.read(i), clip.blend_space) for i in (before, after))
+    one, other = (thumbnail(plane, is_small) for plane in shown)
+    if before in clip.backwards:
+        one, other = other, one
+    scale = clip.width / one.shape[1], clip.height / one.shape[0]
+    return optical_flow(one, other, is_small) * np.array(scale, np.float32) * np.float32(clip.fps)
+
+
+def _motion(before: Pixels, after: Pixels, blend_space: str) -> Motion:
+    size = flow_size(before.shape[1], before.shape[0], SMALL)
+    one, other = (shapes(resized(frame, size), blend_space) for frame in (before, after))
+    return motion_between(one, other, _SOFTNESS)
+
+
+def _between(before: Pixels, after: Pixels, motion: Motion, part: float) -> Pixels:
+    """Return the frame ``part`` of the way from ``before`` to ``after``.
+
+    Where both, warped to it, agree, they are mixed; where they do not, a mix would show both, and
+    the nearer one counts more.
+    """
+    to_before, to_after = met(motion, part)
+    one, other = warped(before, to_before), warped(after, to_after)
+    share = _share(one, other, part)[..., None]
+    return as_plane(one + (other - one) * share)
+
+
+def _share(one: Pixels, other: Pixels, part: float) -> Plane:
+    """How much of ``other`` each place takes, (H, W) in 0..1."""
+    reach = max(0.004 * one.shape[0], 0.8)
+    apart = blurred(over_channels(cv2.absdiff(one, other)), reach)
+    light = blurred(over_channels(cv2.add(one, other)), reach)
+    unlike = np.clip(apart / (_ALIKE * light + np.float32(0.02)), 0, 1)
+    steepness = 1 + 2 * unlike
+    return as_plane(np.clip((part - 0.5) * steepness + 0.5, 0, 1))

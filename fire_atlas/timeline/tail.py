@@ -1,0 +1,56 @@
+"""Room after a clip that plays once, for its flakes to burn out in."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import Pixels
+
+_FADE = 1 / 3
+"""Seconds in which the last frame fades."""
+
+
+def with_tail(clip: Clip, seconds: float) -> Clip:
+    """Return ``clip`` with ``seconds`` more, in which its last frame fades until nothing is left.
+
+    An explosion ends almost empty: what is left of it must neither stand still for seconds nor
+    vanish at once. An opaque scene has nothing to fade to and stays.
+    """
+    last, frames, flow = clip.count - 1, math.ceil(seconds * clip.fps), clip.flow
+    if frames == 0:
+        return clip
+    fade = min(fade_frames(clip.fps), frames)
+
+    def read(i: int) -> Pixels:
+        if i <= last:
+            return clip.read(i)
+        if clip.matte == "none":
+            return clip.read(last)
+        gone = (i - last) / fade
+        if gone >= 1:
+            return np.zeros((clip.height, clip.width, 4), np.float32)
+        # Evenly to the eye, which sees about the square root of light.
+        return clip.read(last) * np.float32((1 - gone) ** 2)
+
+    return replace(
+        clip,
+        count=clip.count + frames,
+        read=read,
+        tail=frames,
+        flow=None if flow is None else lambda i: flow(min(i, last)),
+    )
+
+
+def shortened(clip: Clip, needed: int) -> Clip:
+    """Return ``clip`` with ``needed`` frames of its tail, but with all in which its flame fades."""
+    if needed == 0:
+        return replace(clip, count=clip.count - clip.tail, tail=0)
+    kept = min(max(needed, fade_frames(clip.fps)), clip.tail)
+    return replace(clip, count=clip.count - clip.tail + kept, tail=kept)
+
+
+def fade_frames(fps: float) -> int:
+    """Return how many frames it takes until nothing is left."""
+    return math.ceil(_FADE * fps)

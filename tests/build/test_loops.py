@@ -1,0 +1,122 @@
+"""Built loops, and clips that play once, as an engine plays them from the written tracks."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fire_atlas.flakes.tracks import COLUMNS
+
+from .desk import Desk, tracks_of
+
+FLAKES = {"rate": 150, "life": [0.3, 2.6]}
+
+
+class Player:
+    """An engine that plays the tracks: it moves every flake by its velocity, and knows its id."""
+
+    def __init__(self, tracks: Mapping[str, Any]) -> None:
+        self.tracks = tracks
+        self.column = {name: i for i, name in enumerate(tracks["columns"])}
+        self.seen: dict[int, tuple[float, float, float, float]] = {}
+        self.worst = 0.0
+
+    def show(self, frame: int) -> int:
+        """Show a frame; return how many flakes are alive."""
+        rows = self.tracks["frames"][frame % self.tracks["frame_count"]]["rows"]
+        now = {row[0]: tuple(row[self.column[c]] for c in ("x", "y", "vx", "vy")) for row in rows}
+        assert len(now) == len(rows), "an id is in a frame twice"
+        for flake in now.keys() & self.seen.keys():
+            x, y, vx, vy = self.seen[flake]
+            moved = np.hypot(now[flake][0] - x, now[flake][1] - y)
+            speed = np.hypot(vx, vy) / self.tracks["fps"]
+            self.worst = max(self.worst, float(moved / max(speed, 0.02)))
+        self.seen = now
+        return len(now)
+
+
+@pytest.mark.parametrize("name", ["campfire", "real_firewall_stock"])
+def test_a_hundred_loops_in_a_small_player(clips: Path, desk: Desk, name: str) -> None:
+    if name == "campfire":
+        desk.clip(count=48)
+        recipe = desk.recipe(flakes=FLAKES)
+    else:
+        folder = str(clips / name / "frames")
+        recipe = desk.recipe(source={"path": folder, "fps": 25, "height": 135}, flakes=FLAKES)
+    desk.built(recipe)
+    tracks = tracks_of(desk.build, "fire")
+    assert tracks["loop"] and tracks["columns"] == list(COLUMNS)
+    assert any(spawn["wraps"] for spawn in tracks["spawns"])
+    player, count = Player(tracks), tracks["frame_count"]
+    alive = [player.show(frame) for frame in range(100 * count)]
+    assert all(a == b for a, b in zip(alive, alive[count:], strict=False)), "alive is periodic"
+    assert player.worst <= 1.5, "a flake jumps"
+
+
+def test_no_spark_is_born_in_the_tail_and_it_ends_when_the_last_has_burnt_out(
+    desk: Desk,
+) -> None:
+    desk.clip(count=8)
+    keys: dict[str, Any] = {"flakes": {"life": [0.3, 0.7], "rate": 300}}
+    desk.built(desk.recipe(timeline={"loop": "none", "tail": True}, **keys))
+    tracks = tracks_of(desk.build, "fire")
+    age = tracks["columns"].index("age")
+    counts = [len(frame["rows"]) for frame in tracks["frames"]]
+    assert 8 + 8 <= len(counts) <= 8 + 18
+    assert counts[-1] > 0 or len(counts) == 16
+    assert max(spawn["t"] for spawn in tracks["spawns"]) < 8 / 24
+    for n, frame in enumerate(tracks["frames"][9:], 9):
+        assert all(row[age] >= (n - 8) / 24 - 1e-3 for row in frame["rows"])
+
+
+def test_inspect_tells_how_well_a_loop_goes_round(desk: Desk) -> None:
+    desk.clip(count=48)
+    desk.built(desk.recipe(flakes="none", motion_blur="none"))
+    told = desk.run("inspect", desk.build / "fire.json").out
+    assert "seam step" in told and "percentile" in told
+
+
+def test_inspect_has_no_loop_figures_for_what_plays_once(desk: Desk) -> None:
+    desk.clip(count=8)
+    desk.built(desk.recipe(timeline={"loop": "none"}))
+    assert "seam step" not in desk.run("inspect", desk.build / "fire.json").out
+
+
+def test_the_number_of_workers_changes_nothing_about_a_cut_and_retimed_loop(desk: Desk) -> None:
+    desk.clip(count=20)
+    recipe = desk.recipe(timeline={"loop": "crossfade", "fps": 40, "frames": 24})
+    one = desk.built(recipe, "--jobs", "1")
+    assert tracks_of(desk.build, "fire")["frame_count"] == 24
+    assert desk.built(recipe, "--force", "--jobs", "2") == one
+
+
+@pytest.mark.parametrize(
+    ("timeline", "advice"),
+    [
+        ({"loop": "pingpong", "tail": True}, "use loop: none"),
+        ({"loop": "crossfade", "tail": 1.5}, "leave tail out"),
+        ({"loop": "none", "overlap": 4}, "use loop: crossfade"),
+        ({"loop": "pingpong", "frames": 9}, "frames: 10 or 8"),
+        ({"tail": "yes"}, "true, false or a number of seconds"),
+        ({"overlap": True}, "`auto` or a whole number"),
+        ({"overlap": 0}, "at least 1"),
+        ({"frames": 0}, "at least 1"),
+        ({"fps": 0}, "more than 0"),
+        ({"loop": "round"}, "must be one of 'auto', 'none', 'crossfade', 'pingpong'"),
+    ],
+)
+def test_contradictions_are_refused_with_advice(
+    desk: Desk, timeline: dict[str, Any], advice: str
+) -> None:
+    desk.clip(count=4)
+    ran = desk.run("check", desk.recipe(timeline=timeline))
+    assert ran.code == 2
+    assert advice.replace("'", "") in ran.err.replace("'", "")
+
+
+def test_a_tail_without_flakes_is_refused(desk: Desk) -> None:
+    desk.clip(count=4)
+    ran = desk.run("check", desk.recipe(timeline={"tail": True}, flakes="none"))
+    assert ran.code == 2 and "flakes is none" in ran.err

@@ -1,0 +1,129 @@
+"""Where clips are cut, and which are not."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fires import campfire, clip_of, real_clip
+from moving import Told, arranged, blob, circling, moving, steps, turbulent
+
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.pixels import Pixels
+
+ONE_SHOTS = ("cartoon_freedoom_fire", "cartoon_wesnoth_fireball_impact")
+CLOSED = (
+    "sim_unity_flame02", "sim_unity_flame03", "cartoon_fluent_fire", "cartoon_tauran_flame_sheet",
+    "cartoon_wesnoth_campfire", "real_fireplace_gif",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("period", [17, 24])
+def test_a_periodic_clip_is_cut_at_its_period_or_twice_that(period: int) -> None:
+    clip = circling(period, 2 * period + 11)
+    loop = arranged(clip)
+    assert loop.loop and loop.count % period == 0
+    assert steps(loop).max() < 1.05 * np.median(steps(loop))
+
+
+def test_a_length_near_the_period_is_exactly_as_long_as_was_asked() -> None:
+    for frames in (20, 24, 30):
+        assert arranged(circling(24, 60), frames=frames).count == frames
+
+
+def test_a_clip_that_closes_is_left_as_it_is() -> None:
+    clip, told = circling(24, 24), Told()
+    loop = arranged(clip, told)
+    assert loop.loop and loop.count == 24 and loop.read is clip.read
+    assert told.notes == []
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_real_clips_that_close_come_through_untouched(clips: Path, name: str) -> None:
+    clip = real_clip(clips, name)
+    loop = arranged(clip)
+    assert loop.loop and loop.count == clip.count
+    assert all(np.array_equal(loop.read(i), clip.read(i)) for i in range(clip.count))
+
+
+def test_a_flash_plays_once_and_the_build_says_why() -> None:
+    light = [0.05, 0.6, 1.0, 0.8, 0.5, 0.3, 0.15, 0.08, 0.03, 0.0]
+    told = Told()
+    clip = arranged(clip_of([blob(48, 48, light=v) for v in light]), told)
+    assert not clip.loop and clip.count == 10
+    (note,) = told.notes
+    assert "flares up from nothing and fades to nothing" in note and "plays once" in note
+
+
+def test_a_fire_that_flickers_to_darkness_and_back_is_no_one_shot() -> None:
+    light = [1.0 - 0.95 * (i % 8 == 7) for i in range(40)]
+    assert arranged(clip_of([blob(48, 48, light=v) for v in light])).loop
+
+
+def test_a_lit_room_whose_light_drifts_is_no_one_shot() -> None:
+    chance = np.random.default_rng(3)
+    room = chance.uniform(0.1, 0.3, (64, 64, 3))
+    frames: list[Pixels] = []
+    for i in range(30):
+        light = room * (1 - 0.006 * i)
+        light[20:40, 20:40] += 0.3 + 0.1 * np.sin(i * 1.7)
+        frames.append(np.dstack([light, np.ones((64, 64))]).astype(np.float32))
+    assert arranged(clip_of(frames, matte="none")).loop
+
+
+@pytest.mark.parametrize("name", ONE_SHOTS)
+def test_real_one_shots_play_once(clips: Path, name: str) -> None:
+    clip = real_clip(clips, name)
+    assert not arranged(clip).loop
+
+
+def test_a_one_shot_cannot_go_on(clips: Path) -> None:
+    with pytest.raises(RecipeError, match="16 frames of this clip, but the fire fades to nothing"):
+        arranged(real_clip(clips, ONE_SHOTS[1]), frames=40)
+
+
+def test_pixel_art_gets_no_new_colours() -> None:
+    frames = []
+    for i in range(24):
+        frame = np.zeros((32, 32, 4), np.float32)
+        frame[8 + i % 9 : 28, 10 : 20 + i % 5] = [1.0, 0.2, 0.0, 1.0]
+        frame[12 + i % 9 : 28, 12 : 18 + i % 5] = [1.0, 0.7, 0.1, 1.0]
+        frames.append(frame)
+    clip = clip_of(frames)
+    own = {tuple(c) for f in frames for c in f.reshape(-1, 4).tolist()}
+    for keys in ({}, {"frames": 40}, {"fps": 60.0}, {"fps": 10.0}):
+        made = arranged(clip, **keys)
+        shown = {tuple(c) for i in range(made.count) for c in made.read(i).reshape(-1, 4).tolist()}
+        assert shown <= own
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+@pytest.mark.parametrize("loop", ["auto", "none", "crossfade", "pingpong"])
+def test_clips_of_a_few_frames_are_played_or_refused_with_advice(count: int, loop: str) -> None:
+    clip = moving(lambda i: (30 + 6.0 * i, 48), count)
+    if (count, loop) in {(1, "crossfade"), (2, "crossfade"), (1, "pingpong")}:
+        with pytest.raises(RecipeError, match=r"timeline\."):
+            arranged(clip, loop=loop)
+    else:
+        assert 1 <= arranged(clip, loop=loop).count <= max(count, 2 * count - 2)
+
+
+def test_the_worker_count_changes_nothing() -> None:
+    clip = turbulent(40)
+    for keys in ({}, {"frames": 90}, {"fps": 60.0}):
+        one, two = (arranged(clip, jobs=jobs, **keys) for jobs in (1, 2))
+        assert one.count == two.count
+        assert all(np.array_equal(one.read(i), two.read(i)) for i in range(one.count))
+
+
+def test_an_overlap_longer_than_half_the_clip_is_refused_with_the_most_there_can_be() -> None:
+    with pytest.raises(RecipeError, match="at most 20 can overlap"):
+        arranged(turbulent(40), overlap=30)
+
+
+def test_a_crossfade_of_more_frames_than_there_are_is_refused_with_advice() -> None:
+    with pytest.raises(RecipeError, match="loop: auto to go on longer"):
+        arranged(turbulent(40), loop="crossfade", frames=40)
+
+
+def test_campfire_still_closes() -> None:
+    assert arranged(campfire(120)).count == 48

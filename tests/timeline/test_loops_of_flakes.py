@@ -1,0 +1,71 @@
+"""Flakes of a loop: as if the clip had always been playing, and would for ever."""
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from fires import burn, campfire, real_clip
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.effect import draw
+from fire_atlas.flakes import rows as rows_of_flakes
+from fire_atlas.flakes.tracks import Tracks
+from fire_atlas.recipe.effect import Flakes
+
+KEYS: dict[str, Any] = {"flakes": {"rate": 150, "life": [0.3, 2.6]}}
+
+
+def _unfolded(clip: Clip, monkeypatch: pytest.MonkeyPatch) -> tuple[Tracks, list[Any]]:
+    """Return the tracks of a loop, and the rows of every frame of one long flight."""
+    flown: list[Any] = []
+    fold = rows_of_flakes.rows_of
+
+    def remembering(*args: Any) -> Any:
+        flown.extend(fold(*args))
+        return list(flown)
+
+    monkeypatch.setattr("fire_atlas.effect.rows_of", remembering)
+    burnt = burn(clip, KEYS)
+    return burnt.tracks, flown
+
+
+def _playing_for_ever(flown: list[Any], count: int, n: int) -> Any:
+    """Rows of frame ``n`` where births have been repeated every ``count`` frames for ever.
+
+    A flake born k periods ago is where one flight, begun at 0, has it k periods later.
+    """
+    parts = [flown[later] for later in range(n % count, len(flown), count)]
+    return np.concatenate(parts)
+
+
+def _sorted(rows: Any) -> Any:
+    body = rows[:, 1:]
+    return body[np.lexsort(body.T)]
+
+
+@pytest.mark.parametrize("count", [48, 13])
+def test_frame_0_is_frame_n_of_a_fire_that_has_burnt_for_ever(
+    monkeypatch: pytest.MonkeyPatch, count: int
+) -> None:
+    clip = replace(campfire(120), count=count, loop=True)
+    tracks, flown = _unfolded(clip, monkeypatch)
+    for n in (0, 1, count // 2, count - 1):
+        steady = _playing_for_ever(flown, count, n + count)
+        assert _sorted(steady).tobytes() == _sorted(tracks.frames[n]).tobytes()
+    flakes = Flakes(**KEYS["flakes"])
+    again = _playing_for_ever(flown, count, count)
+    order = np.lexsort(again[:, 1:].T)
+    mine = tracks.frames[0][np.lexsort(tracks.frames[0][:, 1:].T)]
+    one, other = (draw(flakes, rows, clip.height, clip.width) for rows in (again[order], mine))
+    assert one.tobytes() == other.tobytes()
+
+
+def test_the_air_at_the_seam_changes_as_it_does_elsewhere(clips: Path) -> None:
+    field = burn(real_clip(clips, "real_candle_red"), {}).analysis.field
+    planes = np.stack([field.u, field.v])
+    changes = [np.sqrt(np.mean((a - b) ** 2)) for a, b in pairwise(planes.swapaxes(0, 1))]
+    seam = np.sqrt(np.mean((planes[:, -1] - planes[:, 0]) ** 2))
+    assert seam <= 1.5 * np.percentile(changes, 95)

@@ -1,0 +1,113 @@
+"""Other frame rates: the fire keeps its speed."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from fires import VX, VY, burn, campfire, clip_of, real_clip
+from moving import Told, arranged, blob, centre, circling, moving, steps, turbulent
+
+from fire_atlas.core.clip import Clip
+
+
+def _path(t: float) -> tuple[float, float]:
+    """Place at ``t`` s: across the frame, on a wave."""
+    return 20 + 50 * t, 48 - 18 * math.sin(2.2 * t)
+
+
+@pytest.mark.parametrize("fps", [60.0, 48.0, 30.0, 15.0])
+def test_a_blob_is_where_it_is_at_that_time(fps: float) -> None:
+    clip = moving(lambda i: _path(i / 24), 25)
+    made = arranged(clip, loop="none", fps=fps)
+    assert made.fps == fps and made.count == math.floor(fps + 1e-6) + 1
+    for i in range(made.count):
+        x, y = centre(made.read(i))
+        wanted = _path(i / fps)
+        assert math.hypot(x - wanted[0], y - wanted[1]) < 0.5, f"frame {i}"
+
+
+def test_frames_that_are_there_already_are_shown_as_they_are() -> None:
+    clip = moving(lambda i: _path(i / 24), 25)
+    made = arranged(clip, loop="none", fps=48)
+    assert all(np.array_equal(made.read(2 * i), clip.read(i)) for i in range(25))
+
+
+def test_a_loop_lasts_as_long_as_before_and_has_no_seam() -> None:
+    made = arranged(circling(32, 32), fps=60)
+    assert made.loop and made.count == 80
+    places = [centre(made.read(i)) for i in range(made.count)]
+    for i, (x, y) in enumerate(places):
+        turn = 2 * math.pi * i / made.count
+        assert math.hypot(x - 48 - 24 * math.cos(turn), y - 48 - 24 * math.sin(turn)) < 0.5
+    assert steps(made)[-1] < 1.3 * np.median(steps(made))
+
+
+def test_two_flames_that_have_nothing_in_common_are_not_shown_at_once() -> None:
+    """A blob that jumps is here or there, and never at both places by half."""
+    clip = clip_of([blob(24 if i % 2 else 72, 48) for i in range(12)])
+    told = Told()
+    made = arranged(clip, told, loop="none", fps=60)
+    for i in range(made.count):
+        frame = made.read(i)
+        here, there = frame[48, 24, 3], frame[48, 72, 3]
+        assert max(here, there) > 0.8 and min(here, there) < 0.25
+    assert any("nearest" in note for note in told.notes)
+
+
+def test_a_clip_whose_rate_is_not_asked_for_keeps_it() -> None:
+    clip = circling(24, 24)
+    assert arranged(clip).fps == clip.fps
+    assert arranged(clip, fps=24.0).read is clip.read
+
+
+def _clips(clips: Path, name: str) -> Clip:
+    return campfire(160) if name == "campfire" else real_clip(clips, name)
+
+
+LIVELY = ("campfire", "cartoon_tauran_flame_sheet", "sim_unity_flame03")
+
+
+@pytest.mark.parametrize("name", LIVELY)
+def test_no_frame_is_shown_twice_at_60_fps(clips: Path, name: str) -> None:
+    made = steps(arranged(_clips(clips, name), fps=60.0))
+    assert made.min() >= 0.3 * np.median(made)
+
+
+@pytest.mark.parametrize("name", ["campfire", "real_fireplace_gif", "real_firewall_stock"])
+def test_no_frame_is_shown_twice_where_32_go_on_for_96(clips: Path, name: str) -> None:
+    clip = _clips(clips, name)
+    frames = [clip.read(i) for i in range(32)]
+    made = arranged(clip_of(frames, clip.fps, clip.matte), frames=96)
+    assert made.loop and made.count == 96
+    assert steps(made).min() >= 0.3 * np.median(steps(made))
+
+
+@pytest.mark.parametrize("name", LIVELY)
+def test_sparks_are_as_fast_at_60_fps(clips: Path, name: str) -> None:
+    clip = _clips(clips, name)
+
+    def speed(**timeline: Any) -> float:
+        keys = {"flakes": {"rate": 1200, "bursts": 0}, "timeline": timeline}
+        rows = burn(clip, keys).rows
+        return float(np.median(np.hypot(rows[:, VX], rows[:, VY])))
+
+    assert speed(fps=60.0) == pytest.approx(speed(fps=24.0), rel=0.03)
+
+
+def test_fire_that_goes_on_does_not_repeat_itself() -> None:
+    clip = turbulent(36)
+    made = arranged(clip, frames=108)
+    frames = np.stack([made.read(i)[::4, ::4, 3] for i in range(108)])
+    for shift in range(12, 96):
+        apart = np.sqrt(np.mean((frames - np.roll(frames, shift, axis=0)) ** 2))
+        assert apart > 2 * np.median(steps(made)), f"it repeats after {shift} frames"
+
+
+def test_fire_that_goes_on_once_begins_as_the_clip_does() -> None:
+    clip = turbulent(36)
+    made = arranged(clip, loop="none", frames=90)
+    assert made.count == 90 and not made.loop
+    assert np.array_equal(made.read(0), clip.read(0))
+    assert steps(made).max() < 1.5 * np.median(steps(made))
