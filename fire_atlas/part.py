@@ -15,6 +15,7 @@ from fire_atlas.atlas.layout import Sprite, Strip
 from fire_atlas.clock import Clock
 from fire_atlas.composition.light import ClipLight, FrameLight
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.pixels import brightness
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
@@ -125,7 +126,8 @@ def _animation(name: str, recipe: Recipe, clip: Clip, stage: Stage) -> _Animatio
     workers, progress, clock = stage.workers, stage.progress, stage.clock
     with clock.measure("study"):
         life = recipe.flakes.life[1] if isinstance(recipe.flakes, Flakes) else 0.0
-        clip = arrange(clip, recipe.timeline, life, workers, progress)
+        plain = recipe.flakes == "none" and recipe.motion_blur == "none"
+        clip = arrange(clip, recipe.timeline, life, workers, progress, only_packs=plain)
         study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
     with clock.measure("analyse"):
         analysis = _analysis(clip, recipe, study, workers, progress)
@@ -147,7 +149,16 @@ def _animation(name: str, recipe: Recipe, clip: Clip, stage: Stage) -> _Animatio
 
 
 def _plain_part(recipe: Recipe, opened: Sprites, inputs: list[Input], stage: Stage) -> Part:
-    """Make the part of a recipe that only packs images, of any sizes, in named animations."""
+    """Make the part of a recipe that only packs images, of any sizes, in named animations.
+
+    Raises:
+        RecipeError: The timeline asks for what only one clip can be.
+    """
+    if not recipe.timeline.keeps_frames:
+        raise RecipeError(
+            "timeline cuts and joins the frames of one clip, but these are several animations or "
+            "sizes; leave out all of it but loop: auto or none"
+        )
     numbers = [i for frames in opened.animations.values() for i in frames]
     with stage.clock.measure("render"):
         finished = _finished(

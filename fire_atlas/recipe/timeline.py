@@ -55,6 +55,11 @@ class Timeline(Settings):
         return self
 
     @property
+    def keeps_frames(self) -> bool:
+        """Whether it says nothing but whether to loop."""
+        return self in (Timeline(), Timeline(loop="none"))
+
+    @property
     def _goes_on(self) -> bool:
         """Whether a clip that plays once may be longer than it is."""
         return self.loop == "none" and self.frames is not None

@@ -7,7 +7,7 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.timeline import Timeline
-from fire_atlas.timeline.looping import crossfaded, looped
+from fire_atlas.timeline.looping import crossfaded, looped, recognised
 from fire_atlas.timeline.once import once
 from fire_atlas.timeline.pingpong import pingpong
 from fire_atlas.timeline.pixel_art import is_pixel_art
@@ -16,7 +16,12 @@ from fire_atlas.timeline.tail import with_tail
 
 
 def arrange(
-    clip: Clip, timeline: Timeline, longest_life: float, workers: Workers, progress: Progress
+    clip: Clip,
+    timeline: Timeline,
+    longest_life: float,
+    workers: Workers,
+    progress: Progress,
+    only_packs: bool = False,
 ) -> Clip:
     """Return ``clip`` as the recipe's ``timeline`` plays it.
 
@@ -26,12 +31,15 @@ def arrange(
         longest_life: Of a flake, s: how long a tail may be needed.
         workers: To look at the frames.
         progress: Told what was decided, and why.
+        only_packs: Frames are to stay as they are, unless the recipe says how to change them.
 
     Raises:
         RecipeError: The clip cannot be played so.
     """
     rate = timeline.fps or clip.fps
     wanted = timeline.frames and max(1, round(timeline.frames * clip.fps / rate))
+    if only_packs and timeline in (Timeline(), Timeline(fps=clip.fps)):
+        return recognised(clip, workers)
     played = _played(clip, timeline, wanted, workers, progress)
     timed = _timed(played, timeline, workers, progress)
     if not timeline.tail:

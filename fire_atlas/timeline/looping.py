@@ -20,6 +20,14 @@ from fire_atlas.timeline.takes import Join, edit_of_loop, started_at
 from fire_atlas.timeline.thumbnails import Thumbnails
 
 
+def recognised(clip: Clip, workers: Workers) -> Clip:
+    """Return the frames as they are; they loop if their end meets their beginning."""
+    if clip.loop or clip.count < 3:
+        return clip
+    samples = Samples.of(clip, workers)
+    return replace(clip, loop=is_closed(samples) and why_once(samples) is None)
+
+
 def looped(
     clip: Clip, timeline: Timeline, wanted: int | None, workers: Workers, progress: Progress
 ) -> Clip:

@@ -1,5 +1,6 @@
 """Built loops, and clips that play once, as an engine plays them from the written tracks."""
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -120,3 +121,34 @@ def test_a_tail_without_flakes_is_refused(desk: Desk) -> None:
     desk.clip(count=4)
     ran = desk.run("check", desk.recipe(timeline={"tail": True}, flakes="none"))
     assert ran.code == 2 and "flakes is none" in ran.err
+
+
+def _sliding(desk: Desk) -> None:
+    """Put frames on the desk that end elsewhere than they begin."""
+    frames = []
+    for i in range(16):
+        frame = np.zeros((48, 96, 4), np.uint8)
+        shade = np.clip(255 - 6 * np.abs(np.arange(96) - 12 - 4 * i), 0, 255)
+        frame[8:40] = np.stack([shade, shade // 2, shade // 9, shade], axis=1)
+        frames.append(frame)
+    desk.frames(frames)
+
+
+def test_a_recipe_that_only_packs_keeps_its_frames(desk: Desk) -> None:
+    _sliding(desk)
+    desk.built(desk.recipe(flakes="none", motion_blur="none"))
+    kept = json.loads((desk.build / "fire.json").read_text(encoding="utf-8"))
+    assert len(kept["frames"]) == 16 and not kept["meta"]["fireAtlas"]["loops"]["fire"]
+    desk.built(desk.recipe(flakes="none", motion_blur="none", timeline={"loop": "crossfade"}))
+    cut = json.loads((desk.build / "fire.json").read_text(encoding="utf-8"))
+    assert len(cut["frames"]) == 13 and cut["meta"]["fireAtlas"]["loops"]["fire"]
+
+
+def test_several_animations_cannot_be_cut_or_retimed(desk: Desk) -> None:
+    folder = desk.folder / "clip"
+    _sliding(desk)
+    (folder / "0000.png").rename(folder / "walk_1.png")
+    (folder / "0001.png").rename(folder / "run_1.png")
+    recipe = desk.recipe(flakes="none", motion_blur="none", timeline={"fps": 60})
+    ran = desk.run("build", recipe)
+    assert ran.code == 2 and "loop: auto or none" in ran.err
