@@ -21,7 +21,7 @@ _JOINS = 60
 _APART = 3
 """Frames by which joins differ that are not the same to the eye."""
 
-_STARTS = 10
+_STARTS = 4
 """Places tried for a loop to begin at."""
 
 _WIDTH = 8
