@@ -2,25 +2,17 @@
 
 import json
 from argparse import Namespace
-from collections import deque
-from collections.abc import Iterator
-from itertools import islice
 
 from rich.console import Console
 from rich.table import Table
 
-from fire_atlas.core.pixels import Pixels
 from fire_atlas.exporters.context import context_of
 from fire_atlas.flakes.statistics import ember_figures
 from fire_atlas.flakes.tracks import Tracks
-from fire_atlas.preview.atlas_file import AtlasFile, cut_frames, read_atlas
-from fire_atlas.preview.blend import as_seen
+from fire_atlas.preview.atlas_file import AtlasFile, read_atlas
 from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted
-from fire_atlas.preview.loop_figures import loop_figures
+from fire_atlas.preview.loops import loops_of
 from fire_atlas.preview.tracks_file import read_tracks
-
-_MEASURED = 512
-"""Longer loops are not measured: it takes some ms a frame."""
 
 
 def run(args: Namespace) -> int:
@@ -90,31 +82,18 @@ def _frames(atlas: AtlasFile) -> Table:
 
 def _loops(atlas: AtlasFile) -> Table | None:
     """Return how well the looping animations go round; None if there are none to measure."""
-    heads = ("loop", "seam step", "largest", "smallest", "flow", "light", "detail")
+    loops = loops_of(atlas)
+    if not loops:
+        return None
+    heads = [figure.name for figure in next(iter(loops.values()))]
     caption = (
         "steps against the median step (at the seam, 0.8 to 1.25 is not seen); flow and change of "
         "light at the seam against the 95th percentile; least detail against the median"
     )
-    table = Table(*heads, title="loops", caption=caption)
-    frames = cut_frames(atlas)
-    regions = {region.name: region for region in atlas.frames}
-    for animation in atlas.sheet.animations:
-        sizes = {
-            (regions[name].frame_width, regions[name].frame_height) for name in animation.frames
-        }
-        shown = islice(frames, len(animation.frames))
-        if animation.loop and len(sizes) == 1 and 2 <= len(animation.frames) <= _MEASURED:
-            seen = (as_seen(frame, atlas.alpha, atlas.blend_space) for frame in shown)
-            table.add_row(animation.name, *(f"{value:.2f}" for value in _measured(seen)))
-        else:
-            deque(shown, maxlen=0)
-    return table if table.row_count else None
-
-
-def _measured(frames: Iterator[Pixels]) -> tuple[float, ...]:
-    f = loop_figures(frames)
-    steps = f.seam_ratio, f.largest_step, f.smallest_step
-    return (*steps, f.seam_flow, f.seam_light, f.least_detail)
+    table = Table("loop", *heads, title="loops", caption=caption)
+    for name, figures in loops.items():
+        table.add_row(name, *(f"{figure.value:.2f}" for figure in figures))
+    return table
 
 
 def _flakes(tracks: Tracks) -> Table:

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.flakes.tracks import COLUMNS, Tracks
+from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 
 _ID, _X, _Y, _VX, _VY, _SIZE, _STRETCH = range(7)
 _AGE, _LIFE = COLUMNS.index("age"), COLUMNS.index("life")
+_BIRTH = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,19 +70,26 @@ def ember_figures(tracks: Tracks) -> list[Figure]:
 
 
 def _flights(tracks: Tracks) -> list[NDArray[np.float64]]:
-    """All rows of each flake, in the order of its life."""
+    """All rows of each flake, in the order of its life.
+
+    In a short loop a flake changes its id; that it is the same is told by its birth.
+    """
     tables = [frame for frame in tracks.frames if len(frame)]
     if not tables:
         return []
     rows = np.concatenate(tables)
-    rows = rows[np.lexsort((rows[:, _AGE], rows[:, _ID]))]
-    return np.split(rows, np.flatnonzero(np.diff(rows[:, _ID])) + 1)
+    ids, births = tracks.spawns[:, 0], tracks.spawns[:, _BIRTH]
+    _, flake = np.unique(births, axis=0, return_inverse=True)
+    order = np.argsort(ids)
+    owner = flake.ravel()[order][np.searchsorted(ids[order], rows[:, _ID])]
+    sequence = np.lexsort((rows[:, _AGE], owner))
+    return np.split(rows[sequence], np.flatnonzero(np.diff(owner[sequence])) + 1)
 
 
 def _fates(flights: list[NDArray[np.float64]], tracks: Tracks) -> list[Figure]:
     """Shares of the flakes that left by the top, the sides and the bottom, or burnt out.
 
-    Rows that end otherwise are no fate: the clip ended, or a loop gave the flake another id.
+    Rows that end otherwise are no fate: the clip ended.
     """
     last = np.stack([flight[-1] for flight in flights])
     x = last[:, _X] + last[:, _VX] / tracks.fps

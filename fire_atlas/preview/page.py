@@ -19,6 +19,7 @@ from fire_atlas.flakes.statistics import Figure, ember_figures
 from fire_atlas.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.preview.atlas_file import AtlasFile, read_page_file, stage
 from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted
+from fire_atlas.preview.loops import loops_of
 from fire_atlas.preview.pictures import Color
 
 _SCRIPTS = (
@@ -70,13 +71,19 @@ def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Col
     folder = shipped("templates") / "preview"
     parts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
     first = "#{:02x}{:02x}{:02x}".format(*background)
+    loops = loops_of(atlas)
     html = environment().from_string(parts["page.html.j2"]).render(
         version=__version__,
         title=atlas.sheet.name,
         style=parts["page.css"],
         script="\n".join(parts[name] for name in _SCRIPTS),
         animations=[
-            _words(animation, _frames(atlas, animation), tracks.get(animation.name))
+            _words(
+                animation,
+                _frames(atlas, animation),
+                loops.get(animation.name, []),
+                tracks.get(animation.name),
+            )
             for animation in atlas.sheet.animations
         ],
         pages=[_page(atlas, i) for i in range(len(atlas.sheet.pages))],
@@ -154,8 +161,14 @@ def _film(animation: Animation, frames: list[Region], tracks: Tracks | None) -> 
     }
 
 
-def _words(animation: Animation, frames: list[Region], tracks: Tracks | None) -> dict[str, Any]:
+def _words(
+    animation: Animation,
+    frames: list[Region],
+    loop: list[Figure],
+    tracks: Tracks | None,
+) -> dict[str, Any]:
     """Return what the page says about an animation, and the rows of its flakes as base64."""
+    figures = {"Loop": loop, "Embers": ember_figures(tracks) if tracks else []}
     seconds = sum(frame.duration for frame in frames) / 1000
     plays = "in a loop" if animation.loop else "once"
     sizes = f"{span(f.frame_width for f in frames)} × {span(f.frame_height for f in frames)} px"
@@ -163,7 +176,7 @@ def _words(animation: Animation, frames: list[Region], tracks: Tracks | None) ->
     return {
         "name": animation.name,
         "told": f"{len(frames)} frames · {rate} · {seconds:.2f} s {plays} · {sizes}",
-        "figures": {"Embers": _figures(ember_figures(tracks))} if tracks else {},
+        "figures": {title: _figures(known) for title, known in figures.items() if known},
         "rows": _rows(tracks) if tracks else "",
     }
 

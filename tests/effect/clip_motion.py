@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from fires import AGE, VX, VY, Array, Burnt, Plane, X, Y, brightness_of, pixel_of
+from fires import VX, VY, Array, Burnt, Plane, X, Y, brightness_of, pixel_of
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.field.air import grid_shape
 from fire_atlas.field.drive import cell_means
-from fire_atlas.flakes.emission import TICK
+from fire_atlas.flakes.statistics import ember_figures
 
 Flow = NDArray[np.float32]
 """(H, W, 2), px a frame."""
@@ -90,12 +90,8 @@ def correlation(one: Array, other: Array) -> tuple[float, float]:
 
 
 def share_that_rises(burnt: Burnt) -> float:
-    """Share of the flakes seen at least twice that end higher than they began.
-
-    What a flake does after it has changed its id, in a short loop, is no flight of its own.
-    """
-    flights = [f for f in burnt.flights(least=2) if f[0, AGE] <= 1 / burnt.clip.fps + TICK]
-    return float(np.mean([flight[-1, Y] < flight[0, Y] for flight in flights]))
+    """Share of the flakes seen at least twice that end higher than they began."""
+    return {f.name: f.value for f in ember_figures(burnt.tracks)}["end higher than born"]
 
 
 def plume_speed(burnt: Burnt) -> float:
