@@ -19,7 +19,7 @@ from fire_atlas.exporters.registry import track_writer
 from fire_atlas.exporters.tracks_light import write_light
 from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.interruption import Interruptible
-from fire_atlas.manifest import Input, Output, describe, manifest_name, stale_outputs
+from fire_atlas.manifest import Input, Output, describe, manifest_name, refuse_others, stale_outputs
 from fire_atlas.part import Part, Stage, make_part
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.models import Recipe
@@ -81,6 +81,7 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
             manifest = describe(loaded.tree, _resolved(loaded), inputs, outputs, statistics)
             outputs.append(_write(staging, manifest_name(recipe.name), "manifest", manifest))
             names = [output.name for output in outputs]
+            refuse_others(out, recipe.name, names)
             staging.commit(stale_outputs(out, recipe.name, names))
     return BuildReport(tuple(out / name for name in names), clock.seconds, statistics)
 

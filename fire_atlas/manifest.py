@@ -247,6 +247,30 @@ def stale_outputs(out: Path, name: str, written: Collection[str]) -> list[Path]:
     return [out / output.name for output in old if output.name in going]
 
 
+def refuse_others(out: Path, name: str, names: Collection[str]) -> None:
+    """Refuse to write over what another build than ``name`` wrote into ``out``.
+
+    Raises:
+        OutputError: One of ``names`` is an output of another build: pages of ``fire`` may be called
+            as those of a recipe ``fire-1``.
+    """
+    own = read_manifest(out, name)
+    known = {output.name for output in own.outputs} if own else set()
+    there = {each for each in names if each not in known and (out / each).exists()}
+    if not there:
+        return
+    suffix = manifest_name("")
+    for path in sorted(out.glob(f"*{suffix}")):
+        other = path.name.removesuffix(suffix)
+        found = read_manifest(out, other) if other != name else None
+        taken = sorted(there & {output.name for output in found.outputs}) if found else []
+        if taken:
+            raise OutputError(
+                f"{out / taken[0]}: belongs to the build of {other}; choose another `name` or "
+                f"folder (-o), or clean that build first"
+            )
+
+
 def read_manifest(out: Path, name: str) -> Manifest | None:
     """Return the manifest of the build ``name`` in ``out``, or None where there is no sound one."""
     try:

@@ -217,3 +217,17 @@ def test_two_recipes_share_a_folder_without_touching_each_other(desk: Desk) -> N
     assert both.keys() - fire.keys() == {name.replace("fire", "torch") for name in fire}
     assert fire.items() <= both.items()
     assert desk.run("build", desk.folder).out.count("up to date") == 2
+
+
+def test_what_another_build_wrote_is_never_written_over(desk: Desk) -> None:
+    """Pages of ``fire`` may be called as those of ``fire-1``."""
+    desk.clip()
+    many = ("--set", "atlas.max_size=100")
+    taken = desk.built(desk.recipe("fire-1.yaml"))
+    ran = desk.run("build", desk.recipe(), *many)
+    assert ran.code == 1
+    assert "fire-1.json: belongs to the build of fire-1; choose another `name`" in ran.err
+    assert {name: (desk.build / name).read_bytes() for name in taken} == taken
+    assert not (desk.build / "fire.png").exists()
+    desk.run("clean", desk.folder / "fire-1.yaml")
+    assert desk.run("build", desk.recipe(), *many).code == 0
