@@ -131,7 +131,8 @@ def _regions(
     regions = []
     for (strip, sprite, name), part, place in zip(frames, parts, packing.places, strict=True):
         width, height = up_to(grid, sprite.frame_width), up_to(grid, sprite.frame_height)
-        x, y = _pivot(settings.pivot, sprite.frame_width, sprite.frame_height, strip.foot)
+        foot = strip.foot and (_snapped(strip.foot[0], grid), _snapped(strip.foot[1], grid))
+        x, y = _pivot(settings.pivot, sprite.frame_width, sprite.frame_height, foot)
         regions.append(
             Region(
                 name=name,
@@ -166,6 +167,12 @@ def _pivot(
         case "top":
             return width / 2, 0.0
     return pivot[0] * width, pivot[1] * height
+
+
+def _snapped(length: float, grid: int) -> int:
+    """Return the nearest multiple of ``grid`` px: a foot between pixels would blur every frame of
+    a sprite that stands on whole ones."""
+    return math.floor(length / grid + 0.5) * grid
 
 
 def _variant(whole: AtlasSheet, scale: float, settings: Atlas) -> AtlasSheet:
