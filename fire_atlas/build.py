@@ -72,7 +72,7 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
         with clock.measure("write"):
             sprites = [frame for part in parts for frame in part.sprites]
             outputs = _write_pages(sheets, sprites, recipe, stage)
-            product = Product(sheets, _tracks(parts), _bakes_flakes(loaded), staging.existing)
+            product = _product(sheets, loaded, parts, staging)
             outputs += _write_exports(loaded, product, staging)
             outputs += _write_tracks(recipe, product, staging)
             outputs += _write_lights(parts, product, staging)
@@ -98,18 +98,20 @@ def _title(animation: str, part: Part, parts: Sequence[Part]) -> str:
     return animation if is_only else f"{part.name}/{animation}"
 
 
-def _tracks(parts: Sequence[Part]) -> dict[str, Tracks]:
-    """Return the flakes of every animation that has any, by its name in the atlas."""
-    return {
-        _title(animation, part, parts): tracks
-        for part in parts
-        for animation, tracks in part.tracks.items()
-    }
-
-
-def _bakes_flakes(loaded: LoadedRecipe) -> bool:
-    """Whether any part has its flakes in its pixels."""
-    return any(part.recipe.flakes != "none" and part.recipe.flakes.bake for part in loaded.parts)
+def _product(
+    sheets: tuple[AtlasSheet, ...],
+    loaded: LoadedRecipe,
+    parts: Sequence[Part],
+    staging: Staging,
+) -> Product:
+    """Return what was made; flakes go by the name of their animation in the atlas."""
+    tracks, baked = dict[str, Tracks](), set[str]()
+    for each, part in zip(loaded.parts, parts, strict=True):
+        titles = [_title(animation, part, parts) for animation in part.tracks]
+        tracks |= zip(titles, part.tracks.values(), strict=True)
+        if each.recipe.flakes != "none" and each.recipe.flakes.bake:
+            baked.update(titles)
+    return Product(sheets, tracks, frozenset(baked), staging.existing, loaded.recipe.tracks)
 
 
 def _tell_of_pages(sheet: AtlasSheet, progress: Progress) -> None:

@@ -65,6 +65,7 @@ def fly_flakes(clip: Clip, recipe: Recipe, analysis: Analysis, progress: Progres
         seed=recipe.seed,
         spawns=spawns,
         frames=tuple(frames),
+        hard=look.pixel,
     )
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from fire_atlas.atlas.layout import AtlasSheet
 from fire_atlas.flakes.tracks import Tracks
+from fire_atlas.recipe.output import TrackName
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,17 +15,19 @@ class Product:
     Attributes:
         sheets: The atlas in each scale, full size first.
         tracks: The flakes of each animation that has any, by its name.
-        flakes_baked: Whether flakes are in the pixels too: a client that plays the tracks as well
-            would show them twice.
+        baked: Names of the animations whose flakes are in the pixels too: a client that plays
+            their tracks as well would show them twice.
         existing: ``existing(name)`` gives the file of that name in the output folder, as the last
             build, its engine or a person left it; None where there is none. For files that engines
             write into as well: what is theirs has to survive.
+        track_formats: The forms in which flakes are written beside.
     """
 
     sheets: tuple[AtlasSheet, ...]
     tracks: Mapping[str, Tracks]
-    flakes_baked: bool
+    baked: frozenset[str]
     existing: Callable[[str], bytes | None]
+    track_formats: tuple[TrackName, ...] = ()
 
     @property
     def name(self) -> str:

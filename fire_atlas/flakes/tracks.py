@@ -20,7 +20,8 @@ class Tracks:
 
     A flake is drawn as the additive soft sprite (1 - q²)², q² = (2a/(size·stretch))² + (2b/size)²,
     with a along ``rotation`` (clockwise from +x on screen) and b across it, in px from (x, y);
-    its light at the centre is rgb·a, linear.
+    its light at the centre is rgb·a, linear. Or as a hard square of ``size`` whole px, all of it
+    that bright, at the px nearest to its place.
 
     Attributes:
         fps: Frames per second of the animation.
@@ -29,6 +30,7 @@ class Tracks:
         seed: The recipe's seed.
         spawns: (flakes, 9) float64, columns ``SPAWN_COLUMNS``, by id.
         frames: One (rows, 14) float64 table a frame, columns ``COLUMNS``, by id.
+        hard: Whether flakes are squares.
     """
 
     fps: float
@@ -38,3 +40,4 @@ class Tracks:
     seed: int
     spawns: NDArray[np.float64]
     frames: tuple[NDArray[np.float64], ...]
+    hard: bool = False

@@ -20,7 +20,7 @@ def sprite_of(width: int, height: int, x: int = 5, y: int = 3, value: int = 1) -
 
 def product_of(*sheets: AtlasSheet) -> Product:
     """What a build made that has no flakes, in an empty folder."""
-    return Product(sheets, {}, False, lambda name: None)
+    return Product(sheets, {}, frozenset(), lambda name: None)
 
 
 def strip_of(

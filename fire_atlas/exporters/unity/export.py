@@ -193,7 +193,7 @@ class _Export:
             "material": self.guid(f"{self.name}.flakes.mat"),
             "tracks": self.guid(f"{self.name}.flakes.bytes"),
             "pixels_per_unit": self.options.pixels_per_unit,
-            "baked": self.product.flakes_baked,
+            "baked": bool(self.product.baked),
         }
         yield from self.text(
             f"{sheet.name}.prefab",

@@ -56,8 +56,9 @@ class Fire:
 
     def product(self, existing: Mapping[str, bytes] | None = None, **atlas: Any) -> Product:
         tracks = {name: some_tracks(n) for name, n in self.animations.items() if self.tracks}
+        baked = frozenset(tracks) if self.baked else frozenset[str]()
         lying = existing or {}
-        return Product(self.sheets(**atlas), tracks, self.baked, lying.get)
+        return Product(self.sheets(**atlas), tracks, baked, lying.get)
 
 
 def exported(product: Product, **options: Any) -> dict[str, bytes]:
