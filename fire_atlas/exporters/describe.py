@@ -7,7 +7,7 @@ from fire_atlas.core.errors import OutputError
 from fire_atlas.exporters.output_file import OutputFile
 from fire_atlas.exporters.product import Product
 from fire_atlas.exporters.registry import exporter
-from fire_atlas.recipe.output import Export, TemplateExport, UnityExport
+from fire_atlas.recipe.output import Export, TemplateExport, export_name
 
 
 def describe_product(
@@ -41,5 +41,4 @@ def _twice(name: str, export: Export) -> str:
             f"exports: {export.template} would write {name}, which is another output already; "
             f"choose another `to`, with {{{{ name }}}} in it"
         )
-    export = "unity" if isinstance(export, UnityExport) else export
-    return f"exports: {export} would write {name} a second time; list it once"
+    return f"exports: {export_name(export)} would write {name} a second time; list it once"

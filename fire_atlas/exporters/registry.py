@@ -12,7 +12,14 @@ from fire_atlas.atlas.layout import AtlasSheet
 from fire_atlas.exporters.output_file import OutputFile
 from fire_atlas.exporters.product import Product
 from fire_atlas.flakes.tracks import Tracks
-from fire_atlas.recipe.output import ExportName, FlakeTrackName, UnityExport
+from fire_atlas.recipe.godot import GodotOptions
+from fire_atlas.recipe.output import (
+    EngineExport,
+    ExportName,
+    FlakeTrackName,
+    GodotExport,
+    UnityExport,
+)
 from fire_atlas.recipe.unity import UnityOptions
 
 Exporter: TypeAlias = Callable[[Product], Iterator[OutputFile]]
@@ -25,7 +32,7 @@ TrackWriter: TypeAlias = Callable[[str, Tracks], OutputFile]
 """Writes the flakes of the build of that name."""
 
 
-def exporter(export: ExportName | UnityExport) -> Exporter:
+def exporter(export: ExportName | EngineExport) -> Exporter:
     """Return the exporter that a recipe names, with its options where it has any."""
     match export:
         case "json":
@@ -52,6 +59,12 @@ def exporter(export: ExportName | UnityExport) -> Exporter:
             from fire_atlas.exporters.shipped_templates import export_tpsheet
 
             return _of_each_sheet(export_tpsheet)
+        case "godot":
+            return exporter(GodotExport(godot=GodotOptions()))
+        case GodotExport():
+            from fire_atlas.exporters.godot.export import export_godot
+
+            return partial(export_godot, options=export.godot)
         case "unity":
             return exporter(UnityExport(unity=UnityOptions()))
         case UnityExport():

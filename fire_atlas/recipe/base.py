@@ -55,9 +55,9 @@ Direction = Annotated[
 NONE, BLOCK = Tag("<none>"), Tag("<block>")
 AUTO, NUMBER, PAIR = Tag("<auto>"), Tag("<number>"), Tag("<pair>")
 WORD, SWITCH = Tag("<word>"), Tag("<switch>")
-TEMPLATE, UNITY = Tag("<template>"), Tag("<unity>")
+TEMPLATE, GODOT, UNITY = Tag("<template>"), Tag("<godot>"), Tag("<unity>")
 BRANCHES = frozenset(
-    tag.tag for tag in (NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, SWITCH, TEMPLATE, UNITY)
+    tag.tag for tag in (NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, SWITCH, TEMPLATE, GODOT, UNITY)
 )
 """All tags, as they appear in the paths of pydantic's errors."""
 

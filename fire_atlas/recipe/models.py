@@ -58,7 +58,7 @@ class Recipe(Settings):
 
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> Self:
-        if problem := export_problem(self.atlas, self.exports):
+        if problem := export_problem(self.atlas, self.exports, self.tracks):
             raise ValueError(problem)
         if self.timeline.tail and self.flakes == "none":
             raise ValueError(

@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from importlib.util import find_spec
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeAlias
 
 from pydantic import AfterValidator, Discriminator, Field, model_validator
 
 from fire_atlas.recipe.base import (
     BLOCK,
+    GODOT,
     LIST,
     OFF,
     PAIR,
@@ -18,9 +19,12 @@ from fire_atlas.recipe.base import (
     Settings,
     either,
 )
+from fire_atlas.recipe.godot import GodotOptions
 from fire_atlas.recipe.unity import UnityOptions
 
-ExportName = Literal["json", "json-array", "phaser", "aseprite", "css", "tpsheet", "unity"]
+ExportName = Literal[
+    "json", "json-array", "phaser", "aseprite", "css", "tpsheet", "godot", "unity"
+]  # fmt: skip
 FlakeTrackName = Literal["json", "csv", "pcache", "hjson"]
 TrackName = Literal[FlakeTrackName, "light"]
 
@@ -36,7 +40,9 @@ Pivot = Annotated[
     either("`base`, `bottom`, `center`, `top` or two numbers: [x, y]"),
 ]
 
-UPRIGHT_ONLY: frozenset[ExportName] = frozenset({"phaser", "aseprite", "css", "tpsheet", "unity"})
+UPRIGHT_ONLY: frozenset[ExportName] = frozenset(
+    {"phaser", "aseprite", "css", "tpsheet", "godot", "unity"}
+)
 """Exports whose clients cannot show a frame that lies turned on its page."""
 
 _WEBP_SIDE = 16383
@@ -135,6 +141,13 @@ class TemplateExport(Settings):
     """Name of the file it becomes, a template too: ``{{ name }}.ext``."""
 
 
+class GodotExport(Settings):
+    """The export ``godot`` with options."""
+
+    godot: GodotOptions
+    """What Godot is to be given."""
+
+
 class UnityExport(Settings):
     """The export ``unity`` with options."""
 
@@ -142,21 +155,32 @@ class UnityExport(Settings):
     """What Unity is to be given."""
 
 
+EngineExport: TypeAlias = GodotExport | UnityExport
+"""An engine's files, with options: a mapping whose only key names the engine."""
+
+_TELLING = {
+    "godot": GODOT.tag,
+    "unity": UNITY.tag,
+    "template": TEMPLATE.tag,
+    "to": TEMPLATE.tag,
+}
+"""Branch of an export that is a mapping, by the key that tells it."""
+
+
 def _mapping(export: Any) -> str | None:
-    """Return the branch of an export that is a mapping, by the key that tells it."""
     keys = export if isinstance(export, dict) else type(export).model_fields
-    if "unity" in keys:
-        return UNITY.tag
-    return TEMPLATE.tag if "template" in keys or "to" in keys else None
+    return next((branch for key, branch in _TELLING.items() if key in keys), None)
 
 
-_EXPORTS = "the name of a format, {unity: ...}, or {template: ..., to: ...}"
+_EXPORTS = "the name of a format, {godot: ...}, {unity: ...}, or {template: ..., to: ...}"
 
 Export = Annotated[
     Annotated[ExportName, WORD]
     | Annotated[
         Annotated[
-            Annotated[TemplateExport, TEMPLATE] | Annotated[UnityExport, UNITY],
+            Annotated[TemplateExport, TEMPLATE]
+            | Annotated[GodotExport, GODOT]
+            | Annotated[UnityExport, UNITY],
             Discriminator(
                 _mapping, custom_error_type=UNDECIDED, custom_error_message=f"must be {_EXPORTS}"
             ),
@@ -167,31 +191,47 @@ Export = Annotated[
 ]
 
 
-def export_problem(atlas: Atlas, exports: Sequence[Export]) -> str | None:
-    """Say which export cannot describe such pages, and why."""
-    for export in map(_name_of, exports):
-        if atlas.rotate and export in UPRIGHT_ONLY:
+def export_name(export: Export) -> str:
+    """Return what a recipe calls an export: a word, or the first key of a mapping."""
+    return export if isinstance(export, str) else next(iter(type(export).model_fields))
+
+
+def export_problem(
+    atlas: Atlas, exports: Sequence[Export], tracks: Sequence[TrackName]
+) -> str | None:
+    """Say which export cannot describe such pages or live beside such files, and why."""
+    for export in exports:
+        name = export_name(export)
+        if atlas.rotate and name in UPRIGHT_ONLY:
             return (
-                f"exports: {export} cannot be had with atlas.rotate: its clients show frames as "
+                f"exports: {name} cannot be had with atlas.rotate: its clients show frames as "
                 f"they lie on the page; set atlas.rotate to false"
             )
-        if export == "css" and (atlas.alpha, atlas.blend_space) != ("straight", "srgb"):
+        if name == "css" and (atlas.alpha, atlas.blend_space) != ("straight", "srgb"):
             return (
                 f"exports: css cannot be had with atlas.alpha {atlas.alpha} and blend_space "
                 f"{atlas.blend_space}: browsers blend images with straight alpha in sRGB"
             )
-        if export == "unity" and atlas.format == "webp":
+        if name == "unity" and atlas.format == "webp":
             return "exports: unity cannot be had with atlas.format webp: Unity imports PNG"
+        is_godot_3 = isinstance(export, GodotExport) and export.godot.version == 3
+        if is_godot_3 and (problem := _godot_3_problem(atlas, tracks)):
+            return problem
     return None
 
 
-def _name_of(export: Export) -> str:
-    match export:
-        case TemplateExport():
-            return "a template"
-        case UnityExport():
-            return "unity"
-    return export
+def _godot_3_problem(atlas: Atlas, tracks: Sequence[TrackName]) -> str | None:
+    if atlas.blend_space == "linear":
+        return (
+            "exports: Godot 3 draws its 2D in sRGB, so that pages cannot have atlas.blend_space "
+            "linear; use srgb, or version 4 in a project with HDR 2D"
+        )
+    if "csv" in tracks:
+        return (
+            "exports: Godot 3 takes every CSV file for translations and fails to import it; leave "
+            "csv out of tracks, which the scene does not need"
+        )
+    return None
 
 
 def missing_extra(atlas: Atlas) -> str | None:

@@ -57,8 +57,8 @@ def advice(path: Path, *overrides: str) -> list[str]:
         (
             "exports: [{phaser: {}}]",
             "2: exports.0",
-            "must be the name of a format, {unity: ...}, or {template: ..., to: ...}; got "
-            '{"phaser": {}}',
+            "must be the name of a format, {godot: ...}, {unity: ...}, or "
+            '{template: ..., to: ...}; got {"phaser": {}}',
         ),
         ("flakes: {rate: fast}", "2: flakes.rate", 'must be a number; got "fast"'),
         ("flakes: {rate: '80'}", "2: flakes.rate", 'must be a number; got "80"'),

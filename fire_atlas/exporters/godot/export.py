@@ -1,0 +1,133 @@
+"""Everything that a Godot project needs of a build."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from fire_atlas.atlas.layout import AtlasSheet, Page
+from fire_atlas.exporters.godot.describe import animations_of, textures_of
+from fire_atlas.exporters.godot.flakes import flake_arrays
+from fire_atlas.exporters.godot.settings_file import KEEP, import_settings
+from fire_atlas.exporters.godot.stage import Stage, pivot
+from fire_atlas.exporters.godot.text import node_name, number, quoted, real, titles
+from fire_atlas.exporters.godot.uids import uid_of
+from fire_atlas.exporters.jinja import rendered
+from fire_atlas.exporters.output_file import OutputFile
+from fire_atlas.exporters.product import Product
+from fire_atlas.flakes.tracks import Tracks
+from fire_atlas.recipe.godot import GodotOptions
+
+_PLAYER, _TRACKS, _TABLES = "_flakes.gd", "_flake_tracks.gd", "_flakes.tres"
+
+
+def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
+    """Yield the sprite and the scene of each scale, the flakes that all share, and how Godot
+    imports them."""
+    flakes = _played(product)
+    for sheet in product.sheets:
+        yield from _page_settings(product, sheet, options)
+        yield _frames(product, sheet, options)
+        yield _scene(product, sheet, flakes, options)
+    if flakes:
+        yield _flake_tables(product, flakes, options)
+        for ending in (_TRACKS, _PLAYER):
+            yield from _script(product, ending, options)
+    if "csv" in product.track_formats and options.version == 4:
+        for animation in product.tracks:
+            # The engine takes every table for translations.
+            yield OutputFile(f"{product.stem(animation)}.flakes.csv.import", "import", KEEP)
+
+
+def _played(product: Product) -> dict[str, Tracks]:
+    """Return the flakes that the scene plays: those that pixels do not show, if there are any."""
+    unseen = {name: each for name, each in product.tracks.items() if name not in product.baked}
+    return unseen or dict(product.tracks)
+
+
+def _page_settings(
+    product: Product, sheet: AtlasSheet, options: GodotOptions
+) -> Iterator[OutputFile]:
+    for page in sheet.pages:
+        name = f"{page.file}.import"
+        uid = _page_uid(product, page)
+        data = import_settings(product.existing(name), sheet.alpha, uid, options)
+        yield OutputFile(name, "import", data)
+
+
+def _page_uid(product: Product, page: Page) -> str:
+    return uid_of(product, page.file, told_in=f"{page.file}.import")
+
+
+def _frames(product: Product, sheet: AtlasSheet, options: GodotOptions) -> OutputFile:
+    name = f"{sheet.name}.tres"
+    pages = [(page.file, _page_uid(product, page)) for page in sheet.pages]
+    textures, shown = textures_of(sheet)
+    animations = animations_of(sheet, shown, options)
+    return _resource(
+        "frames.tres", name, product, options, pages=pages, textures=textures, animations=animations
+    )
+
+
+def _scene(
+    product: Product, sheet: AtlasSheet, flakes: dict[str, Tracks], options: GodotOptions
+) -> OutputFile:
+    frames = f"{sheet.name}.tres"
+    tables = f"{product.name}{_TABLES}"
+    return _resource(
+        "scene.tscn",
+        f"{sheet.name}.tscn",
+        product,
+        options,
+        node=node_name(product.name),
+        sheet=sheet,
+        frames=(frames, uid_of(product, frames)),
+        first=next(iter(titles(animation.name for animation in sheet.animations).values())),
+        stage=Stage.of(sheet.regions),
+        player=f"{product.name}{_PLAYER}",
+        tables=(tables, uid_of(product, tables)) if flakes else None,
+        hidden=product.baked.issuperset(flakes),
+        shader=_text("flakes.gdshader", alpha=sheet.alpha, blend_space=sheet.blend_space),
+    )
+
+
+def _flake_tables(product: Product, flakes: dict[str, Tracks], options: GodotOptions) -> OutputFile:
+    sheet = product.sheets[0]
+    regions = {region.name: region for region in sheet.regions}
+    pivots = {each.name: pivot(regions[each.frames[0]]) for each in sheet.animations}
+    named = titles(animation.name for animation in sheet.animations)
+    return _resource(
+        "flakes.tres",
+        f"{product.name}{_TABLES}",
+        product,
+        options,
+        script=f"{product.name}{_TRACKS}",
+        animations=[named[animation] for animation in flakes],
+        flakes=flake_arrays(flakes, pivots),
+    )
+
+
+def _script(product: Product, ending: str, options: GodotOptions) -> Iterator[OutputFile]:
+    """Yield a script and, for Godot 4.4 and later, its uid."""
+    name = f"{product.name}{ending}"
+    text = _text(ending.removeprefix("_"), version=options.version)
+    yield OutputFile(name, "script", text.encode())
+    if options.version == 4:
+        uid = uid_of(product, name, told_in=f"{name}.uid")
+        yield OutputFile(f"{name}.uid", "import", f"{uid}\n".encode())
+
+
+def _resource(
+    template: str, name: str, product: Product, options: GodotOptions, **context: Any
+) -> OutputFile:
+    """Return a text file of the engine; Godot 4 marks resources with text, Godot 3 with numbers."""
+    text = _text(
+        template,
+        version=options.version,
+        uid=uid_of(product, name),
+        mark=lambda i: f'"{i}"' if options.version == 4 else i,
+        **context,
+    )
+    return OutputFile(name, "scene", text.encode())
+
+
+def _text(template: str, **context: Any) -> str:
+    return rendered(f"godot/{template}.j2", (number, real, quoted), **context)

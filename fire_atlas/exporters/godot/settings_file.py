@@ -1,0 +1,83 @@
+"""``.import`` files: how Godot imports a page. The engine writes on in them, and people do.
+
+What is asked of a new file is what finished pixels need: no compression, no mipmaps, and no
+"fixing" of colours under low alpha. Of a file that exists only keys are changed without which the
+page would be shown wrongly; the rest is the engine's and the user's.
+"""
+
+import re
+from collections.abc import Mapping
+
+from fire_atlas.recipe.godot import GodotOptions
+
+_BORDER, _PREMULTIPLY = "process/fix_alpha_border", "process/premult_alpha"
+_LIMIT = {4: "process/size_limit", 3: "size_limit"}
+_TYPE = {4: "CompressedTexture2D", 3: "StreamTexture"}
+_FIRST: dict[int, dict[str, str]] = {
+    4: {"compress/mode": "0", "mipmaps/generate": "false", "detect_3d/compress_to": "0"},
+    3: {"compress/mode": "0", "flags/mipmaps": "false", "detect_3d": "false"},
+}
+
+KEEP = b'[remap]\n\nimporter="keep"\n'
+"""Settings of a file that the engine shall not import."""
+
+
+def import_settings(existing: bytes | None, alpha: str, uid: str, options: GodotOptions) -> bytes:
+    """Return the ``.import`` file of a page.
+
+    Args:
+        existing: The file as it lies there, if it does.
+        alpha: How the page stores coverage, as in the recipe.
+        uid: Of the page; Godot 3 knows none.
+        options: The export's.
+    """
+    text = _decoded(existing)
+    importer = re.search(r'^importer\s*=\s*"(.*)"', text, re.MULTILINE)
+    if importer and importer[1] not in ("", "texture"):
+        return existing or b""  # somebody wants the page imported as something else
+    if not importer or f'type="{_TYPE[options.version]}"' not in text:
+        return _new(uid, options).encode()
+    if options.version == 4:
+        text = _with(text, "remap", {"uid": f'"{uid}"'})
+    return _with(text, "params", _needed(alpha, options)).encode()
+
+
+def _new(uid: str, options: GodotOptions) -> str:
+    version = options.version
+    params = _FIRST[version] | {_BORDER: "false", _PREMULTIPLY: "false", _LIMIT[version]: "0"}
+    told = [f'uid="{uid}"'] if version == 4 else []
+    head = ["[remap]", "", 'importer="texture"', f'type="{_TYPE[version]}"', *told]
+    return "\n".join([*head, "", "[params]", "", *(f"{k}={v}" for k, v in params.items()), ""])
+
+
+def _needed(alpha: str, options: GodotOptions) -> dict[str, str]:
+    """Return what has to hold: a smaller page has no such regions, and light that was multiplied
+    with coverage is neither multiplied again nor replaced where coverage is low."""
+    limit = {_LIMIT[options.version]: "0"}
+    return limit if alpha == "straight" else {_BORDER: "false", _PREMULTIPLY: "false", **limit}
+
+
+def _decoded(existing: bytes | None) -> str:
+    try:
+        return (existing or b"").decode()
+    except UnicodeDecodeError:
+        return ""
+
+
+def _with(text: str, section: str, values: Mapping[str, str]) -> str:
+    """Return ``text`` with ``values`` in ``[section]``; every other character stays."""
+    newline = "\r\n" if "\r\n" in text else "\n"
+    head = re.search(rf"^\[{section}\][^\S\n]*\n?", text, re.MULTILINE)
+    if head is None:
+        text = f"{text.rstrip()}{newline}{newline}[{section}]{newline}{newline}"
+        return _with(text, section, values)
+    following = re.compile(r"^\[\w+\]", re.MULTILINE).search(text, head.end())
+    end = following.start() if following else len(text)
+    body = text[head.end() : end]
+    for key, value in values.items():
+        line = re.compile(rf"^{re.escape(key)}[^\S\n]*=[^\r\n]*", re.MULTILINE)
+        body, found = line.subn(f"{key}={value}", body)
+        if not found:
+            kept = body.rstrip()
+            body = f"{kept}{newline}{key}={value}{body[len(kept) :] or newline}"
+    return text[: head.end()] + body + text[end:]
