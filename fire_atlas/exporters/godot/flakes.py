@@ -8,7 +8,11 @@ from numpy.typing import NDArray
 
 from fire_atlas.exporters.decimals import table_text
 from fire_atlas.exporters.tracks_text import DECIMALS, assert_finite
-from fire_atlas.flakes.tracks import COLUMNS, Tracks
+from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+
+_ID, _AGE = COLUMNS.index("id"), COLUMNS.index("age")
+_SPAWN_ID = SPAWN_COLUMNS.index("id")
+_BIRTH = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
 
 _DECIMALS = [
     DECIMALS["x"], DECIMALS["y"], 4, 4, DECIMALS["size"], DECIMALS["size"], DECIMALS["rotation"],
@@ -93,14 +97,33 @@ def _following(tracks: Tracks, first: int) -> Iterator[int]:
     ``first`` is the index of the first row.
     """
     begins = first + np.cumsum([0, *(len(frame) for frame in tracks.frames)])
+    moments = _moments(tracks)
     for i, frame in enumerate(tracks.frames):
         after = (i + 1) % len(tracks.frames)
         row = np.full(len(frame), -1)
         if after > 0 or tracks.loop:
-            ids, ids_after = frame[:, 0], tracks.frames[after][:, 0]
-            _, here, there = np.intersect1d(ids, ids_after, assume_unique=True, return_indices=True)
+            _, here, there = np.intersect1d(
+                moments[i] + 1, moments[after], assume_unique=True, return_indices=True
+            )
             row[here] = begins[after] + there
         yield from row.tolist()
+
+
+def _moments(tracks: Tracks) -> list[NDArray[np.int64]]:
+    """Return a number for each row of each frame; its flake's row a frame later has the next one.
+
+    In a loop shorter than its life a flake changes its id, and is in a frame more than once; its
+    birth and its age tell which row is which.
+    """
+    ids, births = tracks.spawns[:, _SPAWN_ID], tracks.spawns[:, _BIRTH]
+    _, flight = np.unique(births, axis=0, return_inverse=True)
+    order = np.argsort(ids)
+    made = []
+    for frame in tracks.frames:
+        born = flight.ravel()[order][np.searchsorted(ids[order], frame[:, _ID])]
+        frames_old = np.floor(frame[:, _AGE] * tracks.fps + 1e-6).astype(np.int64)
+        made.append((born.astype(np.int64) << 32) + frames_old)
+    return made
 
 
 def _bounds(rows: NDArray[np.float64]) -> tuple[int, int, int, int]:

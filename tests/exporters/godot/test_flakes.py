@@ -17,7 +17,8 @@ from fire_atlas.exporters.describe import describe_product
 from fire_atlas.exporters.godot.flakes import flake_arrays
 from fire_atlas.exporters.product import Product
 from fire_atlas.flakes.drawing import draw_flakes, draw_pixels
-from fire_atlas.flakes.tracks import COLUMNS, Tracks
+from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from fire_atlas.flakes.wrapping import wrapped
 from fire_atlas.recipe.output import GodotExport
 
 from ..marked import marked
@@ -66,7 +67,7 @@ def test_every_flake_of_every_frame_is_where_the_tracks_have_it(
     folder.mkdir()
     (folder / "fire.yaml").write_text(json.dumps({
         "source": {"path": str(shipped("samples") / "campfire"), "height": 120, "fps": 24},
-        "flakes": {"bake": False}, "timeline": {"loop": loop},
+        "flakes": {"bake": False, "life": [0.3, 1.2]}, "timeline": {"loop": loop},
         "exports": ["json", {"godot": {"version": version}}],
     }))  # fmt: skip
     assert main(["build", "-q", str(folder / "fire.yaml"), "-o", str(folder)]) == 0
@@ -101,7 +102,10 @@ def test_every_flake_of_every_frame_is_where_the_tracks_have_it(
 def assert_between(
     seen: Table, frames: list[Table], i: int, tracks: Any, pivot: tuple[float, float]
 ) -> None:
-    """Half way to the next frame a flake is between its two places; one that ends there dims."""
+    """Half way to the next frame a flake is between its two places; one that ends there dims.
+
+    The loop is longer than any life, so that flakes keep their ids.
+    """
     here = wanted(frames[i], pivot)
     is_last = i == len(frames) - 1
     following = {} if is_last and not tracks["loop"] else {
@@ -131,7 +135,14 @@ def some_tracks(*, hard: bool = False) -> Tracks:
     if hard:
         column |= {"size": np.array([1.0, 2.0, 2.0]), "stretch": np.ones(3)}
     frame = np.column_stack([column[name] for name in COLUMNS])
-    return Tracks(24, 60, 60, True, 0, np.zeros((0, 9)), (frame,) * 9, hard)
+    return Tracks(24, 60, 60, True, 0, spawns_of(3), (frame,) * 9, hard)
+
+
+def spawns_of(count: int) -> Table:
+    """Births of so many flakes, each at a place of its own."""
+    spawns = np.ones((count, len(SPAWN_COLUMNS)))
+    spawns[:, 0] = spawns[:, SPAWN_COLUMNS.index("x")] = np.arange(count)
+    return spawns
 
 
 def seen_alone(folder: Path, tracks: Tracks, version: int, **atlas: Any) -> NDArray[np.int64]:
@@ -183,14 +194,16 @@ def test_where_light_is_blended_a_flake_is_light(tmp_path: Path) -> None:
 
 
 def test_rows_are_joined_where_the_same_flake_goes_on() -> None:
-    def table(*ids: int) -> Table:
-        frame = np.ones((len(ids), len(COLUMNS)))
-        frame[:, 0] = ids
+    def table(**age: int) -> Table:
+        """Rows of flakes, by their names and ages in frames."""
+        frame = np.ones((len(age), len(COLUMNS)))
+        frame[:, 0] = [int(name[1:]) for name in age]
+        frame[:, COLUMNS.index("age")] = np.array(list(age.values())) / 24
         return frame
 
     def tracks(*, loop: bool) -> Tracks:
-        frames = (table(1, 2), table(), table(2, 3), table(3, 1))
-        return Tracks(24, 60, 60, loop, 0, np.zeros((0, 9)), frames)
+        frames = (table(f1=1, f2=3), table(), table(f2=5, f3=0), table(f3=1, f1=0))
+        return Tracks(24, 60, 60, loop, 0, spawns_of(4), frames)
 
     both = {"a": tracks(loop=True), "b": tracks(loop=False)}
     made = flake_arrays(both, {"a": (0, 0), "b": (10, 0)})
@@ -201,6 +214,27 @@ def test_rows_are_joined_where_the_same_flake_goes_on() -> None:
     assert made.most == 2
     assert made.rows[0, :2].tolist() == [1, 1]
     assert made.rows[6, :2].tolist() == [-9, 1]
+
+
+def test_a_flake_that_outlives_its_loop_goes_on_whatever_its_id() -> None:
+    """Eleven frames of one flake, and three of another, folded onto a loop of four."""
+    rows = []
+    for age in range(11):
+        frame = np.ones((2 if age in (1, 2, 3) else 1, len(COLUMNS)))
+        frame[:, 0] = [0, 1][: len(frame)]
+        frame[:, COLUMNS.index("x")] = [age, 100 + age][: len(frame)]
+        frame[:, COLUMNS.index("age")] = np.array([age + 0.4, age - 0.7][: len(frame)]) / 24
+        rows.append(frame)
+    spawns, frames = wrapped(spawns_of(2), rows, 4, 24)
+    tracks = Tracks(24, 60, 60, True, 0, spawns, tuple(frames))
+    made = flake_arrays({"a": tracks}, {"a": (0, 0)})
+    (start,) = (i for i, x in enumerate(made.rows[:, 0]) if x == 0)
+    seen = []
+    while start >= 0:
+        seen.append(int(made.rows[start, 0]))
+        start = made.next[start]
+    assert seen == list(range(11))
+    assert sorted(made.next).count(-1) == 2
 
 
 def test_flakes_that_the_pixels_show_are_not_played_as_well() -> None:
