@@ -81,7 +81,7 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
             manifest = describe(loaded.tree, _resolved(loaded), inputs, outputs, statistics)
             outputs.append(_write(staging, manifest_name(recipe.name), "manifest", manifest))
             names = [output.name for output in outputs]
-            refuse_others(out, recipe.name, names)
+            refuse_others(out, recipe.name, outputs)
             staging.commit(stale_outputs(out, recipe.name, names))
     return BuildReport(tuple(out / name for name in names), clock.seconds, statistics)
 

@@ -3,6 +3,7 @@
 Nothing heavy is imported here: an up-to-date build reads a recipe, this file and some hashes.
 """
 
+import filecmp
 import hashlib
 import json
 import os
@@ -247,16 +248,22 @@ def stale_outputs(out: Path, name: str, written: Collection[str]) -> list[Path]:
     return [out / output.name for output in old if output.name in going]
 
 
-def refuse_others(out: Path, name: str, names: Collection[str]) -> None:
-    """Refuse to write over what another build than ``name`` wrote into ``out``.
+def refuse_others(out: Path, name: str, outputs: Iterable[Output]) -> None:
+    """Refuse to change what another build than ``name`` wrote into ``out``.
+
+    Builds may share a file that is the same for all.
 
     Raises:
-        OutputError: One of ``names`` is an output of another build: pages of ``fire`` may be called
-            as those of a recipe ``fire-1``.
+        OutputError: One of ``outputs`` is another one of another build: pages of ``fire`` may be
+            called as those of a recipe ``fire-1``.
     """
     own = read_manifest(out, name)
     known = {output.name for output in own.outputs} if own else set()
-    there = {each for each in names if each not in known and (out / each).exists()}
+    there = {
+        output.name
+        for output in outputs
+        if output.name not in known and _differs(out / output.name, output.path)
+    }
     if not there:
         return
     suffix = manifest_name("")
@@ -269,6 +276,10 @@ def refuse_others(out: Path, name: str, names: Collection[str]) -> None:
                 f"{out / taken[0]}: belongs to the build of {other}; choose another `name` or "
                 f"folder (-o), or clean that build first"
             )
+
+
+def _differs(old: Path, new: Path) -> bool:
+    return old.is_file() and not filecmp.cmp(old, new, shallow=False)
 
 
 def read_manifest(out: Path, name: str) -> Manifest | None:
