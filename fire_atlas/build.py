@@ -75,7 +75,7 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
             product = _product(sheets, loaded, parts, staging)
             outputs += _write_exports(loaded, product, staging)
             outputs += _write_tracks(recipe, product, staging)
-            outputs += _write_lights(parts, product, staging)
+            outputs += _write_lights(product, staging)
             inputs = [each for part in parts for each in part.inputs] + templates
             statistics = _statistics(parts, sheets[0])
             manifest = describe(loaded.tree, _resolved(loaded), inputs, outputs, statistics)
@@ -104,14 +104,20 @@ def _product(
     parts: Sequence[Part],
     staging: Staging,
 ) -> Product:
-    """Return what was made; flakes go by the name of their animation in the atlas."""
+    """Return what was made; flakes and light go by the name of their animation in the atlas."""
     tracks, baked = dict[str, Tracks](), set[str]()
     for each, part in zip(loaded.parts, parts, strict=True):
         titles = [_title(animation, part, parts) for animation in part.tracks]
         tracks |= zip(titles, part.tracks.values(), strict=True)
         if each.recipe.flakes != "none" and each.recipe.flakes.bake:
             baked.update(titles)
-    return Product(sheets, tracks, frozenset(baked), staging.existing, loaded.recipe.tracks)
+    lights = {
+        _title(animation, part, parts): light
+        for part in parts
+        for animation, light in part.lights.items()
+    }
+    formats = loaded.recipe.tracks
+    return Product(sheets, tracks, frozenset(baked), staging.existing, formats, lights)
 
 
 def _tell_of_pages(sheet: AtlasSheet, progress: Progress) -> None:
@@ -158,12 +164,10 @@ def _write_tracks(recipe: Recipe, product: Product, staging: Staging) -> list[Ou
     return [_write(staging, file.name, file.role, file.data) for file in files]
 
 
-def _write_lights(parts: Sequence[Part], product: Product, staging: Staging) -> list[Output]:
+def _write_lights(product: Product, staging: Staging) -> list[Output]:
     """Write the light of each animation, where it is asked for."""
     files = (
-        write_light(product.stem(_title(animation, part, parts)), light)
-        for part in parts
-        for animation, light in part.lights.items()
+        write_light(product.stem(animation), light) for animation, light in product.lights.items()
     )
     return [_write(staging, file.name, file.role, file.data) for file in files]
 

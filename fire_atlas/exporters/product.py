@@ -1,9 +1,10 @@
 """What a build made, as the exporters of engines see it."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.composition.light import ClipLight
 from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.recipe.output import TrackName
 
@@ -21,6 +22,7 @@ class Product:
             build, its engine or a person left it; None where there is none. For files that engines
             write into as well: what is theirs has to survive.
         track_formats: The forms in which flakes are written beside.
+        lights: The light of each animation where it was measured, by its name.
     """
 
     sheets: tuple[AtlasSheet, ...]
@@ -28,6 +30,7 @@ class Product:
     baked: frozenset[str]
     existing: Callable[[str], bytes | None]
     track_formats: tuple[TrackName, ...] = ()
+    lights: Mapping[str, ClipLight] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

@@ -1,7 +1,6 @@
 """The light of a fire as JSON, for the lamp that an engine puts where the fire is."""
 
 import json
-from typing import Any
 
 import numpy as np
 
@@ -33,9 +32,10 @@ def write_light(name: str, light: ClipLight) -> OutputFile:
     A frame without light has intensity 0 and is else like the mean, so that nothing jumps.
     """
     mean = _mean(light)
-    shape = _shape(mean, light)
-    brightest = float(mean.rgb.max())
-    rows = [_row(frame, i, light, shape, brightest) for i, frame in enumerate(light.frames)]
+    rows = [
+        {"i": i, **_rounded({"t": i / light.fps, **frame})}
+        for i, frame in enumerate(shining(light))
+    ]
     head = {
         "format": "fire-atlas/light",
         "version": 1,
@@ -46,7 +46,12 @@ def write_light(name: str, light: ClipLight) -> OutputFile:
         "size": [light.width, light.height],
         "space": "source pixels, x right, y down, (0,0) top-left corner",
         "units": "px, s; linear rgb, brightest channel 1; intensity 1 is the mean",
-        "mean": _rounded({"light": brightest / (light.width * light.height), **shape}),
+        "mean": _rounded(
+            {
+                "light": float(mean.rgb.max()) / (light.width * light.height),
+                **_shape(mean, light),
+            }
+        ),
     }
     text = json.dumps(head, ensure_ascii=False)[:-1]
     frames = ",\n".join(json.dumps(row) for row in rows)
@@ -55,14 +60,16 @@ def write_light(name: str, light: ClipLight) -> OutputFile:
     )
 
 
-def _row(
-    frame: FrameLight, i: int, light: ClipLight, mean: dict[str, float], brightest: float
-) -> dict[str, Any]:
-    if not frame.rgb.max() > 0:
-        row = {"intensity": 0.0, **mean}
-    else:
-        row = {"intensity": float(frame.rgb.max()) / brightest, **_shape(frame, light)}
-    return {"i": i, **_rounded({"t": i / light.fps, **row})}
+def shining(light: ClipLight) -> list[dict[str, float]]:
+    """Return intensity, r, g, b, x, y and radius of each frame, as ``write_light`` tells them."""
+    mean = _mean(light)
+    usual, brightest = _shape(mean, light), float(mean.rgb.max())
+    return [
+        {"intensity": float(frame.rgb.max()) / brightest, **_shape(frame, light)}
+        if frame.rgb.max() > 0
+        else {"intensity": 0.0, **usual}
+        for frame in light.frames
+    ]
 
 
 def _mean(light: ClipLight) -> FrameLight:

@@ -6,6 +6,7 @@ from typing import Any
 from fire_atlas.atlas.layout import AtlasSheet, Page
 from fire_atlas.exporters.godot.describe import animations_of, textures_of
 from fire_atlas.exporters.godot.flakes import flake_arrays
+from fire_atlas.exporters.godot.lamp import TEXTURE, lamp_of
 from fire_atlas.exporters.godot.settings_file import KEEP, import_settings
 from fire_atlas.exporters.godot.stage import Stage, pivot
 from fire_atlas.exporters.godot.text import node_name, number, quoted, real, titles
@@ -17,6 +18,7 @@ from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.recipe.godot import GodotOptions
 
 _PLAYER, _TRACKS, _TABLES = "_flakes.gd", "_flake_tracks.gd", "_flakes.tres"
+_LAMP = "_light.gd"
 
 
 def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
@@ -31,6 +33,8 @@ def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile
         yield _flake_tables(product, flakes, options)
         for ending in (_TRACKS, _PLAYER):
             yield from _script(product, ending, options)
+    if _is_lit(product, options):
+        yield from _script(product, _LAMP, options)
     if "csv" in product.track_formats and options.version == 4:
         for animation in product.tracks:
             # The engine takes every table for translations.
@@ -41,6 +45,11 @@ def _played(product: Product) -> dict[str, Tracks]:
     """Return the flakes that the scene plays: those that pixels do not show, if there are any."""
     unseen = {name: each for name, each in product.tracks.items() if name not in product.baked}
     return unseen or dict(product.tracks)
+
+
+def _is_lit(product: Product, options: GodotOptions) -> bool:
+    """Whether the scene has a lamp. Godot 3 has no texture for one that a scene could hold."""
+    return bool(product.lights) and options.version == 4
 
 
 def _page_settings(
@@ -85,14 +94,15 @@ def _scene(
         player=f"{product.name}{_PLAYER}",
         tables=(tables, uid_of(product, tables)) if flakes else None,
         hidden=product.baked.issuperset(flakes),
+        lamp=_lamp(product, sheet) if _is_lit(product, options) else None,
+        lamp_script=f"{product.name}{_LAMP}",
+        texture=TEXTURE,
         shader=_text("flakes.gdshader", alpha=sheet.alpha, blend_space=sheet.blend_space),
     )
 
 
 def _flake_tables(product: Product, flakes: dict[str, Tracks], options: GodotOptions) -> OutputFile:
     sheet = product.sheets[0]
-    regions = {region.name: region for region in sheet.regions}
-    pivots = {each.name: pivot(regions[each.frames[0]]) for each in sheet.animations}
     named = titles(animation.name for animation in sheet.animations)
     return _resource(
         "flakes.tres",
@@ -101,8 +111,28 @@ def _flake_tables(product: Product, flakes: dict[str, Tracks], options: GodotOpt
         options,
         script=f"{product.name}{_TRACKS}",
         animations=[named[animation] for animation in flakes],
-        flakes=flake_arrays(flakes, pivots),
+        flakes=flake_arrays(flakes, _pivots(sheet)),
     )
+
+
+def _pivots(sheet: AtlasSheet) -> dict[str, tuple[float, float]]:
+    regions = {region.name: region for region in sheet.regions}
+    return {each.name: pivot(regions[each.frames[0]]) for each in sheet.animations}
+
+
+def _lamp(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
+    """Return the lamp of a scene, whose place and size are those of its scale."""
+    named = titles(animation.name for animation in sheet.animations)
+    lamp = lamp_of(product.lights, _pivots(product.sheets[0]), sheet.blend_space)
+    return {
+        "animations": [named[animation] for animation in product.lights],
+        "begins": lamp.begins,
+        "loops": lamp.loops,
+        "energies": [row[0] for row in lamp.rows],
+        "colours": [row[1:4] for row in lamp.rows],
+        "places": [(row[4] * sheet.scale, row[5] * sheet.scale) for row in lamp.rows],
+        "spread": lamp.spread * sheet.scale,
+    }
 
 
 def _script(product: Product, ending: str, options: GodotOptions) -> Iterator[OutputFile]:

@@ -9,14 +9,15 @@ from pathlib import Path
 _WORDS = {
     "Texture2D": "Texture", "AnimatedSprite2D": "AnimatedSprite", "sprite_frames": "frames",
     "PackedStringArray": "PoolStringArray", "PackedInt32Array": "PoolIntArray",
-    "PackedFloat32Array": "PoolRealArray",
+    "PackedFloat32Array": "PoolRealArray", "PackedColorArray": "PoolColorArray",
+    "PackedVector2Array": "PoolVector2Array", "PointLight2D": "Light2D",
 }  # fmt: skip
 
 _SCRIPT = {
     "@export": "export", "@onready": "onready", "RenderingServer": "VisualServer",
     "multimesh.use_custom_data = true":
         "multimesh.custom_data_format = MultiMesh.CUSTOM_DATA_FLOAT",
-    "_sprite.frame + _sprite.frame_progress": "_sprite.frame",
+    "_sprite.frame + _sprite.frame_progress": "_sprite.frame", ".lerp(": ".linear_interpolate(",
 }  # fmt: skip
 
 
@@ -38,6 +39,9 @@ def as_godot_3(folder: Path) -> None:
 
 
 def _resource(text: str) -> str:
+    # A texture that Godot 3 does not have; a lamp without one shines on nothing.
+    text = re.sub(r'\[sub_resource type="GradientTexture2D"[^\[]*', "", text)
+    text = re.sub(r"^texture = SubResource\(.*\n(?=texture_scale)", "", text, flags=re.M)
     text = re.sub(r' uid="uid://[a-y0-8]+"', "", text).replace("format=3", "format=2")
     text = re.sub(r'^(\[(?:ext|sub)_resource .*)id="(\d+)"\]', r"\1id=\2]", text, flags=re.M)
     text = re.sub(r'(ExtResource|SubResource)\("(\d+)"\)', r"\1( \2 )", text)

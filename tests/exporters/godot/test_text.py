@@ -4,11 +4,13 @@ import subprocess
 import sysconfig
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fire_atlas.atlas.layout import Region
+from fire_atlas.composition.light import ClipLight, FrameLight
 from fire_atlas.exporters.describe import describe_product
 from fire_atlas.exporters.godot.stage import Stage, pivot
 from fire_atlas.exporters.godot.tempo import tempo, whole_tempo
@@ -21,11 +23,12 @@ from .test_flakes import some_tracks
 @pytest.mark.parametrize("program", ["gdparse", "gdlint"])
 def test_the_scripts_are_sound(program: str, tmp_path: Path) -> None:
     tracks = {"campfire": some_tracks()}
-    product = Product((sheet_of_fire(),), tracks, frozenset(), lambda name: None)
+    light = {"campfire": ClipLight(24, 60, 60, True, (FrameLight(np.ones(3), 30, 30, 1800),))}
+    product = Product((sheet_of_fire(),), tracks, frozenset(), lambda name: None, lights=light)
     scripts = [
         file for file in describe_product(["godot"], product, {}) if file.name.endswith(".gd")
     ]
-    assert len(scripts) == 2
+    assert len(scripts) == 3
     for file in scripts:
         (tmp_path / file.name).write_bytes(file.data)
     tool = Path(sysconfig.get_path("scripts")) / program
