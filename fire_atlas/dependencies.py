@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from fire_atlas.manifest import inputs_of
-from fire_atlas.recipe.tree import RecipeTree, member_trees
+from fire_atlas.recipe.tree import RecipeTree, member_trees, source_files
 
 
 def files_of(tree: RecipeTree) -> list[Path]:
@@ -24,12 +24,9 @@ def folders_of(tree: RecipeTree) -> list[Path]:
     """Return the folders whose images are frames, of sources that are not a single file."""
     folders: dict[Path, None] = {}
     for part in (tree, *member_trees(tree)):
-        path = part.value(("source", "path"))
-        if not isinstance(path, str):
-            continue
-        source = part.file_at(("source", "path"), path)
-        if not source.is_file():
-            folders |= dict.fromkeys([_existing(source)])
+        for source in source_files(part).values():
+            if not source.is_file():
+                folders |= dict.fromkeys([_existing(source)])
     return list(folders)
 
 

@@ -16,8 +16,8 @@ from typing import Any, Self
 from fire_atlas import __version__
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.shipped import shipped
-from fire_atlas.recipe.tree import RecipeTree, member_trees, templates
-from fire_atlas.sources.listing import list_inputs
+from fire_atlas.recipe.tree import RecipeTree, member_trees, source_files, templates
+from fire_atlas.sources.listing import Chosen, list_inputs
 
 FORMAT = "fire-atlas/manifest"
 
@@ -203,14 +203,6 @@ def _first_difference(before: list[tuple[str, str]], names: list[str]) -> str:
     return "in another order"
 
 
-@dataclass(frozen=True, slots=True)
-class _Cut:
-    """``source.start`` and ``source.count`` of a recipe that was not validated."""
-
-    start: int
-    count: int | None
-
-
 def inputs_of(tree: RecipeTree) -> list[Path]:
     """Return the files that the source and the templates of a sound recipe stand for now, in the
     order of the manifest.
@@ -224,9 +216,9 @@ def inputs_of(tree: RecipeTree) -> list[Path]:
 
 
 def _clip_of(tree: RecipeTree) -> list[Path]:
-    path, start, count = (tree.value(("source", key)) for key in ("path", "start", "count"))
-    cut = _Cut(start if isinstance(start, int) else 0, count if isinstance(count, int) else None)
-    return list_inputs(cut, tree.file_at(("source", "path"), str(path)))
+    start, count = (tree.value(("source", key)) for key in ("start", "count"))
+    cut = Chosen(start if isinstance(start, int) else 0, count if isinstance(count, int) else None)
+    return [path for files in source_files(tree).values() for path in list_inputs(cut, files)]
 
 
 def stale_outputs(out: Path, name: str, written: Collection[str]) -> list[Path]:

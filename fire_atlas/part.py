@@ -27,6 +27,7 @@ from fire_atlas.manifest import Input
 from fire_atlas.recipe.effect import Flakes, MotionBlur
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.models import Recipe
+from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources.registry import open_source, open_sprites
 from fire_atlas.sources.sprites import Sprites
 from fire_atlas.staging import Staging
@@ -71,33 +72,32 @@ def make_part(loaded: LoadedRecipe, stage: Stage) -> Part:
     """Make the frames of a recipe: those of an effect, or plain sprites where it only packs."""
     with stage.clock.measure("study"):
         opened = open_input(loaded)
-        stage.progress.note(f"{opened.matte} matte: {opened.matte_reason}")
+        first = opened if isinstance(opened, Sprites) else next(iter(opened.values()))
+        stage.progress.note(f"{first.matte} matte: {first.matte_reason}")
         # Hashed before they are read: what changes meanwhile is not up to date afterwards.
-        inputs = list(stage.workers.map(Input.of, opened.inputs))
-        stage.staging.keep([*opened.inputs, *loaded.tree.files])
+        inputs = list(stage.workers.map(Input.of, first.inputs))
+        stage.staging.keep([*first.inputs, *loaded.tree.files])
     if isinstance(opened, Sprites):
         return _plain_part(loaded.recipe, opened, inputs, stage)
-    return _effect_part(loaded.recipe, {loaded.recipe.name: opened}, inputs, stage)
+    return _effect_part(loaded.recipe, opened, inputs, stage)
 
 
-def open_input(loaded: LoadedRecipe) -> Clip | Sprites:
-    """Open what a recipe names; sprites of several animations or sizes if it only packs."""
-    recipe = loaded.recipe
-    assert recipe.source is not None, "a part has a source"
-    assert loaded.source_path is not None, "and a source has a path"
-    space = recipe.atlas.blend_space
-    if not _needs_analysis(recipe):
-        sprites = open_sprites(recipe.source, loaded.source_path, space, recipe.name)
-        if sprites is not None:
-            return sprites
-    return open_source(recipe.source, loaded.source_path, space)
+def open_input(loaded: LoadedRecipe) -> Mapping[str, Clip] | Sprites:
+    """Open what a recipe names: a clip by name for each side it is seen from, or sprites of
+    several animations or sizes if it only packs."""
+    sprites = None if _needs_analysis(loaded.recipe) else open_sprites(loaded)
+    return open_source(loaded) if sprites is None else sprites
 
 
 def _effect_part(
     recipe: Recipe, clips: Mapping[str, Clip], inputs: list[Input], stage: Stage
 ) -> Part:
-    """Make the effect of each clip: an animation of its name."""
-    made = {name: _animation(name, recipe, clip, stage) for name, clip in clips.items()}
+    """Make the effect of each clip, a side of the same fire: an animation of its name."""
+    made = {}
+    for k, (name, clip) in enumerate(clips.items()):
+        wind = recipe.wind.seen_from(360 * k / len(clips))
+        seen = recipe.model_copy(update={"wind": wind})
+        made[name] = _animation(name, seen, clip, stage)
     statistics = {name: each.statistics for name, each in made.items()}
     return Part(
         recipe.name,
@@ -125,9 +125,10 @@ class _Animation:
 def _animation(name: str, recipe: Recipe, clip: Clip, stage: Stage) -> _Animation:
     workers, progress, clock = stage.workers, stage.progress, stage.clock
     with clock.measure("study"):
-        life = recipe.flakes.life[1] if isinstance(recipe.flakes, Flakes) else 0.0
-        plain = recipe.flakes == "none" and recipe.motion_blur == "none"
-        clip = arrange(clip, recipe.timeline, life, workers, progress, only_packs=plain)
+        if isinstance(recipe.source, FramesSource):
+            life = recipe.flakes.life[1] if isinstance(recipe.flakes, Flakes) else 0.0
+            plain = recipe.flakes == "none" and recipe.motion_blur == "none"
+            clip = arrange(clip, recipe.timeline, life, workers, progress, only_packs=plain)
         study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
     with clock.measure("analyse"):
         analysis = _analysis(clip, recipe, study, workers, progress)

@@ -8,7 +8,8 @@ from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.load import LoadedRecipe, load
 from fire_atlas.recipe.output import missing_extra
 from fire_atlas.recipe.resolved import resolved_yaml
-from fire_atlas.sources.listing import list_inputs
+from fire_atlas.recipe.source import FramesSource
+from fire_atlas.sources.listing import WHOLE, list_inputs
 
 
 def run(args: Namespace) -> int:
@@ -38,10 +39,9 @@ def _find_inputs(loaded: LoadedRecipe) -> None:
 
 
 def _find_source(part: LoadedRecipe) -> None:
-    assert part.recipe.source is not None, "a part has a source"
-    assert part.source_path is not None, "and a source has a path"
-    try:
-        list_inputs(part.recipe.source, part.source_path)
-    except SourceError as error:
-        key = ("source", "path")
-        raise SourceError(f"{part.tree.origin(key).locate(key)}: {error}") from None
+    source = part.recipe.source
+    for key, path in part.source_files.items():
+        try:
+            list_inputs(source if isinstance(source, FramesSource) else WHOLE, path)
+        except SourceError as error:
+            raise SourceError(f"{part.tree.origin(key).locate(key)}: {error}") from None

@@ -7,9 +7,7 @@ from pathlib import Path
 from fire_atlas.core.errors import OutputError, RecipeError
 from fire_atlas.recipe.inherit import presets
 from fire_atlas.recipe.suggest import did_you_mean
-from fire_atlas.recipe.tree import RecipeTree, read_tree
-
-_SOURCE_PATH = ("source", "path")
+from fire_atlas.recipe.tree import RecipeTree, read_tree, source_files
 
 
 def run(args: Namespace) -> int:
@@ -56,17 +54,19 @@ def _preset(name: str) -> Path:
 def _relocated(tree: RecipeTree) -> tuple[str, dict[str, Path]]:
     """Return a preset's text with its input beside it, and each file of that input by new name.
 
-    The text is changed in one place only, so that its comments stay.
+    The text is changed only where it names files, so that its comments stay.
     """
     text = tree.path.read_text(encoding="utf-8")
-    origin = tree.origin(_SOURCE_PATH)
-    if origin.file != tree.path:  # inherited: found where the preset is that states it
-        return text, {}
-    stated = str(tree.value(_SOURCE_PATH))
-    source = tree.file_at(_SOURCE_PATH, stated)
     lines = text.splitlines(keepends=True)
-    lines[origin.line - 1] = _restated(lines[origin.line - 1], stated, f"samples/{source.name}")
-    return "".join(lines), {f"samples/{name}": path for name, path in _files_of(source).items()}
+    samples: dict[str, Path] = {}
+    for key, source in source_files(tree).items():
+        origin = tree.origin(key)
+        if origin.file != tree.path:  # inherited: found where the preset is that states it
+            continue
+        stated = str(tree.value(key))
+        lines[origin.line - 1] = _restated(lines[origin.line - 1], stated, f"samples/{source.name}")
+        samples |= {f"samples/{name}": path for name, path in _files_of(source).items()}
+    return "".join(lines), samples
 
 
 def _restated(line: str, old: str, new: str) -> str:

@@ -1,7 +1,7 @@
 """``fire-atlas preview``."""
 
 from argparse import Namespace
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -91,5 +91,6 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
         finally:
             view.close()
         shown = open_input(loaded) if not loaded.members else None
-        clip = shown if isinstance(shown, Clip) else None
+        clips = list(shown.values()) if isinstance(shown, Mapping) else []
+        clip = clips[0] if len(clips) == 1 else None
         yield Path(folder) / f"{loaded.recipe.name}.json", clip

@@ -13,6 +13,10 @@ class Stage(IntEnum):
     EDDIES = 3
     BURSTS = 4
     PACKING = 5
+    PLUME = 10
+    SHEETS = 11
+    TURBULENCE = 12
+    EXCITEMENT = 13
 
 
 def generator(seed: int, stage: Stage, index: int = 0) -> np.random.Generator:

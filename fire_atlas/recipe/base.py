@@ -56,13 +56,19 @@ NONE, BLOCK = Tag("<none>"), Tag("<block>")
 AUTO, NUMBER, PAIR = Tag("<auto>"), Tag("<number>"), Tag("<pair>")
 WORD, SWITCH = Tag("<word>"), Tag("<switch>")
 TEMPLATE, GODOT, UNITY = Tag("<template>"), Tag("<godot>"), Tag("<unity>")
-BRANCHES = frozenset(
+FRAMES, SILK = Tag("<frames>"), Tag("<silk>")
+KINDS = frozenset(tag.tag for tag in (FRAMES, SILK))
+"""Tags of a source's kind."""
+BRANCHES = KINDS | {
     tag.tag for tag in (NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, SWITCH, TEMPLATE, GODOT, UNITY)
-)
+}
 """All tags, as they appear in the paths of pydantic's errors."""
 
 UNDECIDED = "undecided"
 """Type of the error about a value that fits no branch."""
+
+UNKNOWN_KIND = "unknown_kind"
+"""Type of the error about a block whose ``kind`` there is not; its message lists what there is."""
 
 Auto = Annotated[Literal["auto"], AUTO]
 """The word ``auto``, in a choice with a number."""
@@ -95,3 +101,18 @@ def either(kinds: str) -> Discriminator:
     return Discriminator(
         _branch, custom_error_type=UNDECIDED, custom_error_message=f"must be {kinds}"
     )
+
+
+def _kind(value: Any) -> str:
+    """Return the tag of a block's ``kind``; a block that does not say is of frames."""
+    if isinstance(value, dict):
+        return f"<{value.get('kind', 'frames')}>"
+    return f"<{getattr(value, 'kind', 'frames')}>"
+
+
+BY_KIND = Discriminator(
+    _kind,
+    custom_error_type=UNKNOWN_KIND,
+    custom_error_message=", ".join(f"'{tag.strip('<>')}'" for tag in sorted(KINDS)),
+)
+"""What picks the branch of a union of blocks by their ``kind``."""

@@ -5,10 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.tree import RecipeTree, member_trees, read_tree, templates
+from fire_atlas.recipe.tree import RecipeTree, member_trees, read_tree, source_files, templates
 from fire_atlas.recipe.validate import validate
-
-_SOURCE_PATH = ("source", "path")
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,8 +18,8 @@ class LoadedRecipe:
         path: The recipe file, as the user named it.
         base: The folder of ``path``.
         tree: What the recipe was made from.
-        source_path: Absolute path (or glob) of the source, relative to the file that states it;
-            None for a recipe that only has members.
+        source_files: Absolute path (or glob) of each file the source names, by its key; each is
+            relative to the recipe file that states it.
         templates: Absolute path of each template in ``exports``, by what the recipe calls it.
         members: Recipes whose effects share the pages; they have this recipe's ``atlas``
             and ``tracks``.
@@ -31,14 +29,14 @@ class LoadedRecipe:
     path: Path
     base: Path
     tree: RecipeTree
-    source_path: Path | None
+    source_files: dict[tuple[str, ...], Path]
     templates: dict[str, Path]
     members: tuple["LoadedRecipe", ...] = ()
 
     @property
     def parts(self) -> "tuple[LoadedRecipe, ...]":
         """The recipes that bring frames: this one, if it has a source, and its members."""
-        return ((self,) if self.source_path else ()) + self.members
+        return ((self,) if self.recipe.source else ()) + self.members
 
 
 def load(path: Path, overrides: Sequence[str] = ()) -> LoadedRecipe:
@@ -49,10 +47,9 @@ def load(path: Path, overrides: Sequence[str] = ()) -> LoadedRecipe:
 def load_tree(tree: RecipeTree) -> LoadedRecipe:
     """Validate a recipe that has been read."""
     recipe = validate(tree).model_copy(update={"name": tree.name})
-    source_path = tree.file_at(_SOURCE_PATH, recipe.source.path) if recipe.source else None
     members = tuple(_member(each, recipe) for each in member_trees(tree))
     return LoadedRecipe(
-        recipe, tree.path, tree.path.parent, tree, source_path, templates(tree), members
+        recipe, tree.path, tree.path.parent, tree, source_files(tree), templates(tree), members
     )
 
 

@@ -17,8 +17,10 @@ from fire_atlas.recipe.effect import (
 )
 from fire_atlas.recipe.name import MAX_NAME, NAME_PATTERN
 from fire_atlas.recipe.output import Atlas, Export, TrackName, export_problem
-from fire_atlas.recipe.source import FramesSource
+from fire_atlas.recipe.silk import SilkSource
+from fire_atlas.recipe.source import FramesSource, Source
 from fire_atlas.recipe.timeline import Timeline
+from fire_atlas.recipe.views import Views
 from fire_atlas.recipe.wind import Wind
 
 
@@ -31,8 +33,10 @@ class Recipe(Settings):
     """File stem of all outputs. Default: the recipe file's own stem."""
     seed: int = Field(default=0, ge=0, le=2**32 - 1)
     """Seed of all chance in the build."""
-    source: FramesSource | None = None
+    source: Source | None = None
     """Where the fire comes from. Only recipes with ``atlas.members`` can do without."""
+    views: Views = Views()
+    """The sides a 3D fire is seen from."""
     timeline: Timeline = Timeline()
     """How the clip plays."""
     wind: Wind = Wind()
@@ -64,6 +68,13 @@ class Recipe(Settings):
             raise ValueError(
                 "timeline.tail waits for flakes to burn out, but flakes is none; drop one of them"
             )
+        if isinstance(self.source, FramesSource) and self.views != Views():
+            raise ValueError(
+                "views: frames have one side only; take it out, or make the fire in 3D with "
+                "source.kind: silk"
+            )
+        if isinstance(self.source, SilkSource) and (problem := self.timeline.problem_if_made):
+            raise ValueError(problem)
         return self
 
     @model_validator(mode="before")

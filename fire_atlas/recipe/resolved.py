@@ -24,10 +24,13 @@ def resolved_yaml(loaded: LoadedRecipe) -> str:
     """Return the whole recipe in model order; saved beside ``loaded.path`` it builds the same."""
     values = loaded.recipe.model_dump(mode="json")
     base = loaded.base.resolve()
-    if loaded.source_path is None:
+    if values["source"] is None:
         del values["source"]
-    else:
-        values["source"]["path"] = _relative(loaded.source_path, base)
+    for (*blocks, key), path in loaded.source_files.items():
+        block = values
+        for name in blocks:
+            block = block[name]
+        block[key] = _relative(path, base)
     values["atlas"]["members"] = [
         _relative(member.path.resolve(), base) for member in loaded.members
     ]

@@ -26,7 +26,10 @@ class _RecipeSchema(GenerateJsonSchema):
 def recipe_schema() -> dict[str, Any]:
     """Return the schema (draft 2020-12) of a recipe file."""
     schema = Recipe.model_json_schema(schema_generator=_RecipeSchema)
-    path_needed = {"required": schema["$defs"]["FramesSource"].pop("required")}
+    path_needed = {
+        "if": {"properties": {"kind": {"const": "frames"}}},
+        "then": {"required": schema["$defs"]["FramesSource"].pop("required")},
+    }
     properties = {"version": schema["properties"].pop("version"), EXTENDS: _EXTENDS_SCHEMA}
     return {
         "$schema": GenerateJsonSchema.schema_dialect,

@@ -4,7 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fire_atlas.recipe.base import OFF, Settings
+from fire_atlas.recipe.base import BY_KIND, FRAMES, OFF, SILK, Settings
+from fire_atlas.recipe.silk import SilkSource
 
 
 class Grid(Settings):
@@ -41,3 +42,10 @@ class FramesSource(Settings):
     """Where coverage comes from: the frames' ``alpha``; ``luminance`` (fire on black: light
     becomes coverage, colour is un-multiplied); ``none`` (an opaque scene). ``auto`` decides and
     says why."""
+
+
+Source = Annotated[
+    Annotated[FramesSource, FRAMES] | Annotated[SilkSource, SILK],
+    BY_KIND,
+]
+"""Where the fire comes from, by ``kind``."""

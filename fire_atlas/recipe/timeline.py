@@ -22,12 +22,14 @@ class Timeline(Settings):
     """``auto``: a clip whose end meets its beginning plays round and round as it is; another is cut
     where its end meets its beginning best, and cross-faded there; one that flares up from nothing,
     or fades to nothing, plays once. ``crossfade``: the whole clip, its end faded into its
-    beginning. ``pingpong``: forwards, then backwards. ``none``: once."""
+    beginning. ``pingpong``: forwards, then backwards. ``none``: once. Fire that is made (source
+    ``silk``) closes by itself: ``auto`` or ``none``."""
     frames: int | None = Field(default=None, ge=1, le=10_000)
     """How many frames result. More than the clip has: fire goes on by passing between moments of
-    the clip that look alike. Default: as many as suit the cut."""
+    the clip that look alike. Default: as many as suit the cut; 48 of fire that is made."""
     fps: float | None = Field(default=None, gt=0, le=240)
-    """Frames per second of the result; fire keeps its speed. Default: those of the clip."""
+    """Frames per second of the result; fire keeps its speed. Default: those of the clip; 24 of
+    fire that is made."""
     overlap: Overlap = "auto"
     """Frames of the clip over which its end passes into its beginning. ``auto``: a third of a
     second, less where the clip is short."""
@@ -53,6 +55,19 @@ class Timeline(Settings):
                 f"{max(self.frames - 1, 2)} would be one"
             )
         return self
+
+    @property
+    def problem_if_made(self) -> str | None:
+        """What of this fire that is made cannot do: it is no clip that is cut and joined."""
+        if self.loop in ("crossfade", "pingpong"):
+            return (
+                f"timeline.loop: {self.loop} joins the ends of a clip, but this fire is made and "
+                "closes by itself; use auto, or none to play once"
+            )
+        for key, given in (("overlap", self.overlap != "auto"), ("tail", bool(self.tail))):
+            if given:
+                return f"timeline.{key} is for clips, but this fire is made; leave it out"
+        return None
 
     @property
     def keeps_frames(self) -> bool:

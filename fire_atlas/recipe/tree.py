@@ -73,6 +73,16 @@ def read_tree(path: Path, overrides: Sequence[str] = ()) -> RecipeTree:
     return RecipeTree(path, document.values, document.origins, files)
 
 
+SOURCE_PATHS = (("source", "path"), ("source", "texture", "path"))
+"""The keys of a source, of any kind, that name files."""
+
+
+def source_files(tree: RecipeTree) -> dict[tuple[str, ...], Path]:
+    """Return the absolute path (or glob) of each file that the source names, by its key."""
+    stated = {key: tree.value(key) for key in SOURCE_PATHS}
+    return {key: tree.file_at(key, text) for key, text in stated.items() if isinstance(text, str)}
+
+
 MEMBERS = ("atlas", "members")
 """The key that names recipes whose effects share the pages of another."""
 

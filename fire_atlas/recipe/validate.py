@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.recipe.base import BRANCHES, COLOR_PATTERN, UNDECIDED
+from fire_atlas.recipe.base import BRANCHES, COLOR_PATTERN, KINDS, UNDECIDED, UNKNOWN_KIND
 from fire_atlas.recipe.keys import all_keys, blocks_at, keys_at
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.name import NAME_ADVICE, NAME_PATTERN
@@ -32,7 +32,7 @@ def validate(tree: RecipeTree) -> Recipe:
     except ValidationError as error:
         found = [(_key_path(details), details) for details in error.errors(include_url=False)]
     lines = [
-        (tree.origin(path).line, f"{tree.origin(path).locate(path)}: {_advice(path, details)}")
+        (tree.origin(path).line, f"{tree.origin(path).locate(path)}: {_advice(details)}")
         for path, details in found
         if not any(_inside(other, path) for other, _ in found)
     ]
@@ -47,7 +47,13 @@ def _with_source(tree: RecipeTree) -> dict[str, Any]:
 
 
 def _key_path(details: ErrorDetails) -> KeyPath:
-    return tuple(part for part in details["loc"] if part not in BRANCHES)
+    kind = ("kind",) if details["type"] == UNKNOWN_KIND else ()
+    return (*_plain(details["loc"]), *kind)
+
+
+def _plain(path: KeyPath) -> KeyPath:
+    """Return a path of pydantic's as it stands in a recipe, without the tags of branches."""
+    return tuple(part for part in path if part not in BRANCHES)
 
 
 def _inside(inner: KeyPath, outer: KeyPath) -> bool:
@@ -55,14 +61,16 @@ def _inside(inner: KeyPath, outer: KeyPath) -> bool:
     return len(inner) > len(outer) and inner[: len(outer)] == outer
 
 
-def _advice(path: KeyPath, details: ErrorDetails) -> str:
-    """Say what would be right at ``path``."""
-    kind, context = details["type"], details.get("ctx", {})
+def _advice(details: ErrorDetails) -> str:
+    """Say what would be right."""
+    path, kind, context = details["loc"], details["type"], details.get("ctx", {})
     match kind:
         case "extra_forbidden":
             return f"unknown key{_known_instead(path)}"
         case "missing":
             return _missing(path)
+        case known if known == UNKNOWN_KIND:
+            return _choice(details["msg"], details["input"]["kind"])
         case "literal_error":
             return _choice(context["expected"], details["input"])
         case "string_pattern_mismatch" if context["pattern"] in _PATTERNS:
@@ -103,18 +111,27 @@ _WANTED: dict[str, Callable[[dict[str, Any]], str]] = {
 def _known_instead(path: KeyPath) -> str:
     """Guess the key that was meant: one of the same block, else one of another."""
     parent, key = path[:-1], str(path[-1])
-    prefix = f"{dotted(parent)}." if parent else ""
+    prefix = f"{dotted(_plain(parent))}." if parent else ""
     for known in all_keys():
         if "." in key and dotted(known) == key:
             return f"; write `{known[-1]}` inside the block `{dotted(known[:-1])}`"
     if key in keys_at(parent):
         return "; it does not go with the other keys of its block"
+    if kind := _kind_with(path):
+        return f" here; it is one of `kind: {kind}`"
     if near := did_you_mean(key, keys_at(parent), prefix):
         return near
     for known in all_keys():
         if known[-1] == key:
             return f"; did you mean {dotted(known)}?"
     return f"; known are {', '.join(keys_at(parent))}"
+
+
+def _kind_with(path: KeyPath) -> str | None:
+    """Name another kind of the block that has the key of this path."""
+    kinds = KINDS - {path[-2]} if len(path) > 1 and path[-2] in KINDS else ()
+    having = [kind for kind in sorted(kinds) if path[-1] in keys_at((*path[:-2], kind))]
+    return str(having[0]).strip("<>") if having else None
 
 
 def _missing(path: KeyPath) -> str:

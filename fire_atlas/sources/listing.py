@@ -32,6 +32,23 @@ class Cut(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
+class Chosen:
+    """A cut by numbers.
+
+    Attributes:
+        start: First frame, counted from 0.
+        count: How many frames; None is all that follow.
+    """
+
+    start: int = 0
+    count: int | None = None
+
+
+WHOLE = Chosen()
+"""All frames."""
+
+
+@dataclass(frozen=True, slots=True)
 class Located:
     """The files that a recipe's path stands for.
 

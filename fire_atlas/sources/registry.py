@@ -1,46 +1,52 @@
-"""Kind of source → clip. A new source is one new module and one case here."""
+"""Kind of source → clips. A new source is one new module and one case here."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, assert_never
 
+from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource
 
 if TYPE_CHECKING:
     from fire_atlas.core.clip import Clip
+    from fire_atlas.recipe.load import LoadedRecipe
     from fire_atlas.sources.sprites import Sprites
 
 
-def open_source(settings: FramesSource, path: Path, blend_space: str) -> Clip:
-    """Open the fire that a recipe names.
+def open_source(loaded: LoadedRecipe) -> dict[str, Clip]:
+    """Open the fire that a recipe names, or make it.
 
-    Args:
-        settings: The recipe's ``source``; its type decides how the fire is made.
-        path: What the source reads, absolute; may be a glob.
-        blend_space: ``srgb`` or ``linear``: how the client of the atlas blends.
+    Returns:
+        Clips by the name of their animation: the recipe's own, or one for each of its ``views``.
 
     Raises:
         SourceError: The input is missing, broken, too large or not what the settings say.
+        RecipeError: A fire to be made asks for more than can be done.
     """
-    match settings:
-        case FramesSource():
+    recipe = loaded.recipe
+    match recipe.source:
+        case FramesSource() as settings:
             from fire_atlas.sources.frames import open_frames
 
-            return open_frames(settings, path, blend_space)
+            path = loaded.source_files[("source", "path")]
+            return {recipe.name: open_frames(settings, path, recipe.atlas.blend_space)}
+        case SilkSource() as settings:
+            from fire_atlas.sources.silk import open_silk
+
+            texture = loaded.source_files.get(("source", "texture", "path"))
+            return open_silk(settings, recipe, texture)
+        case None:
+            raise ValueError("only a recipe with a source brings clips")
         case _:
-            assert_never(settings)
+            assert_never(recipe.source)
 
 
-def open_sprites(settings: FramesSource, path: Path, blend_space: str, name: str) -> Sprites | None:
-    """Open what a recipe that only packs names, if that is more than the frames of one clip.
+def open_sprites(loaded: LoadedRecipe) -> Sprites | None:
+    """Open what a recipe that only packs names, if that is more than the frames of one clip."""
+    recipe = loaded.recipe
+    if not isinstance(recipe.source, FramesSource):
+        return None
+    from fire_atlas.sources.sprites import open_sprites as open_images
 
-    Args as of ``open_source``; ``name`` is what sprites are called whose files have none.
-    """
-    match settings:
-        case FramesSource():
-            from fire_atlas.sources.sprites import open_sprites as open_images
-
-            return open_images(settings, path, blend_space, name)
-        case _:
-            assert_never(settings)
+    path = loaded.source_files[("source", "path")]
+    return open_images(recipe.source, path, recipe.atlas.blend_space, recipe.name)

@@ -62,15 +62,17 @@ def test_a_recipe_is_copied_with_its_folder_of_frames(
 def test_a_recipe_is_copied_with_its_file_into_a_new_folder(presets: Path, elsewhere: Path) -> None:
     assert main(["init", "torch", "game/fx"]) == 0
     loaded = load(elsewhere / "game" / "fx" / "torch.yaml")
-    assert loaded.source_path == elsewhere / "game" / "fx" / "samples" / "torch.gif"
-    assert loaded.source_path.read_bytes() == b"torch.gif"
+    (sample,) = loaded.source_files.values()
+    assert sample == elsewhere / "game" / "fx" / "samples" / "torch.gif"
+    assert sample.read_bytes() == b"torch.gif"
 
 
 def test_a_recipe_that_inherits_its_source_goes_on_inheriting_it(
     presets: Path, elsewhere: Path
 ) -> None:
     assert main(["init", "child"]) == 0
-    assert load(elsewhere / "child.yaml").source_path == presets.parent / "samples" / "torch.gif"
+    (sample,) = load(elsewhere / "child.yaml").source_files.values()
+    assert sample == presets.parent / "samples" / "torch.gif"
 
 
 def test_what_is_there_already_is_never_overwritten(

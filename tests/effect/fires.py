@@ -21,7 +21,7 @@ from fire_atlas.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.flame.study import FlameStudy, study_flame
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import FramesSource
-from fire_atlas.sources.registry import open_source
+from fire_atlas.sources.frames import open_frames
 from fire_atlas.timeline.arrange import arrange
 
 Array = NDArray[np.float64]
@@ -114,14 +114,14 @@ def real_clip(clips: Path, name: str) -> Clip:
     meta = json.loads((clips / name / "meta.json").read_text(encoding="utf-8"))
     folder = clips / name / "frames"
     source = FramesSource(path=str(folder), fps=float(meta["fps"]))
-    return kept(open_source(source, folder, "srgb"))
+    return kept(open_frames(source, folder, "srgb"))
 
 
 def campfire(height: int | None = None, count: int | None = None) -> Clip:
     """Return the sample campfire, in memory."""
     folder = shipped("samples") / "campfire"
     source = FramesSource(path=str(folder), fps=24.0, height=height, count=count)
-    return kept(open_source(source, folder, "srgb"))
+    return kept(open_frames(source, folder, "srgb"))
 
 
 def brightness_of(clip: Clip, i: int) -> Plane:

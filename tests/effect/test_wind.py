@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from fires import Burnt, X, burn, campfire
 
-from fire_atlas.field.ambient import LEVEL, Ambient, wind_along_image
+from fire_atlas.field.ambient import Ambient
 from fire_atlas.field.eddies import Eddies
-from fire_atlas.recipe.wind import Wind
+from fire_atlas.recipe.wind import LEVEL, Wind
 
 
 def _wind(**keys: Any) -> Wind:
@@ -31,7 +31,7 @@ def _wind(**keys: Any) -> Wind:
 def test_a_steady_wind_is_what_the_image_shows_of_it(direction: str | float, share: float) -> None:
     wind = _wind(level=4.0, direction=direction)
     for time in (-2.0, 0.0, 17.3):
-        assert wind_along_image(wind, time) == pytest.approx(4 * share, abs=1e-9)
+        assert wind.at(time)[0] == pytest.approx(4 * share, abs=1e-9)
 
 
 def test_keyframes_change_evenly_and_hold_before_and_after() -> None:
@@ -44,18 +44,18 @@ def test_keyframes_change_evenly_and_hold_before_and_after() -> None:
     )
     known = {-1.0: 1.0, 1.0: 1.0, 2.0: 3.0, 3.0: 5.0, 3.5: 1.5, 4.0: -2.0, 90.0: -2.0}
     for time, level in known.items():
-        assert wind_along_image(wind, time) == pytest.approx(level)
+        assert wind.at(time)[0] == pytest.approx(level)
 
 
 def test_keyframes_at_one_moment_are_a_jump() -> None:
     wind = _wind(keyframes=[{"t": 0, "level": 1}, {"t": 1, "level": 1}, {"t": 1, "level": 4}])
-    assert wind_along_image(wind, 0.999) == pytest.approx(1.0, abs=0.01)
-    assert wind_along_image(wind, 1.001) == pytest.approx(4.0, abs=0.01)
+    assert wind.at(0.999)[0] == pytest.approx(1.0, abs=0.01)
+    assert wind.at(1.001)[0] == pytest.approx(4.0, abs=0.01)
 
 
 def _gusts(mean: float, strength: float, period: float = 2.0) -> np.ndarray[Any, Any]:
     wind = _wind(gusts={"mean": mean, "strength": strength, "period": period})
-    return np.array([wind_along_image(wind, t) for t in np.linspace(0, period, 2001)])
+    return np.array([wind.at(t)[0] for t in np.linspace(0, period, 2001)])
 
 
 def test_gusts_swing_around_their_mean_by_their_strength() -> None:
@@ -74,12 +74,12 @@ def test_a_gust_swells_faster_than_it_falls() -> None:
 def test_gusts_begin_anew_every_period_and_never_blow_back() -> None:
     wind = _wind(gusts={"mean": 0.5, "strength": 4.0, "period": 1.3})
     for time in np.linspace(0, 1.3, 40):
-        assert wind_along_image(wind, time + 3 * 1.3) == pytest.approx(wind_along_image(wind, time))
-        assert wind_along_image(wind, time) >= 0
+        assert wind.at(time + 3 * 1.3)[0] == pytest.approx(wind.at(time)[0])
+        assert wind.at(time)[0] >= 0
 
 
 def test_calm_air_is_the_default() -> None:
-    assert wind_along_image(Wind(), 1.0) == 0.0
+    assert Wind().at(1.0) == (0.0, 0.0)
 
 
 def test_a_level_is_a_known_speed_of_the_air_around() -> None:

@@ -29,7 +29,7 @@ def test_a_stem_that_is_no_good_name_is_refused_with_a_better_one(write: Write) 
 
 def test_the_source_is_found_beside_the_recipe(write: Write, tmp_path: Path) -> None:
     loaded = load(write(SOURCE, "game/campfire.yaml"))
-    assert loaded.source_path == (tmp_path / "game/clips/fire.gif").resolve()
+    assert loaded.source_files[("source", "path")] == (tmp_path / "game/clips/fire.gif").resolve()
     assert loaded.base == tmp_path / "game"
 
 
@@ -41,7 +41,7 @@ def test_the_resolved_recipe_builds_the_same(write: Write) -> None:
     assert again.recipe.model_dump(exclude={"source"}) == loaded.recipe.model_dump(
         exclude={"source"}
     )
-    assert again.source_path == loaded.source_path
+    assert again.source_files[("source", "path")] == loaded.source_files[("source", "path")]
 
 
 def test_the_resolved_recipe_has_every_key_in_model_order(write: Write) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.recipe.load import load
+from fire_atlas.recipe.source import FramesSource
 
 Write = Callable[..., Path]
 SOURCE = "source: {path: x}\n"
@@ -167,7 +168,7 @@ def test_effects_can_be_switched_off_in_any_way_yaml_knows(write: Write, off: st
     effects = f"flakes: {off}\nmotion_blur: {off}\natlas: {{trim: {off}}}"
     recipe = load(write(f"{source}\n{effects}")).recipe
     assert (recipe.flakes, recipe.motion_blur) == ("none", "none")
-    assert recipe.source is not None
+    assert isinstance(recipe.source, FramesSource)
     assert (recipe.atlas.trim, recipe.source.matte) == ("none", "none")
 
 

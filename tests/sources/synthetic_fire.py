@@ -15,7 +15,7 @@ from PIL import Image
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels, premultiply, srgb_to_linear
 from fire_atlas.recipe.source import FramesSource
-from fire_atlas.sources.registry import open_source
+from fire_atlas.sources.frames import open_frames
 
 Rgba = NDArray[np.uint8]
 
@@ -44,7 +44,7 @@ def light(frame: NDArray[Any]) -> Pixels:
 
 def open_clip(path: Path, blend_space: str = "srgb", **settings: Any) -> Clip:
     """Open ``path`` as a recipe with these settings would."""
-    return open_source(FramesSource(path=str(path), **settings), path, blend_space)
+    return open_frames(FramesSource(path=str(path), **settings), path, blend_space)
 
 
 def all_frames(clip: Clip) -> list[Pixels]:

@@ -1,0 +1,1 @@
+"""Source ``silk``: sheets of flame moved by springs (Balci & Foroosh)."""

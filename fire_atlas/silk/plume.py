@@ -1,0 +1,210 @@
+"""A fire texture of our own: burning gas carried up by a flow that repeats.
+
+The flow is made, not solved: gas that speeds up as it rises, air drawn in towards the middle, and
+eddies that drift up more slowly than the gas. All of it repeats after N images, and gas burns out
+before it can remember the last round, so the images close into a circle by themselves. What is
+carried is fuel that burns down at a steady rate: where it ends, tongues end, sharp at their tips.
+
+Units: sheet heights and images; u to the right, 0 in the middle of the sheet; v up from its base.
+"""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.pixels import Plane, as_plane
+from fire_atlas.silk.texture import Sequence
+
+_EDDIES = 48
+_WAVELENGTHS = (0.07, 0.5)
+"""Shortest and longest eddy, sheet heights."""
+
+_DRIFT = 0.62
+"""Speed at which eddies rise, against that of the gas."""
+
+_STEPS = 3
+"""Steps from image to image."""
+
+_FINGERS = 12
+_MOTION_CELL = 4
+"""Texture px to a cell of the recorded motion, which is smooth."""
+
+
+@dataclass(frozen=True, slots=True)
+class Burner:
+    """What burns at the foot of a sheet and how.
+
+    Attributes:
+        gas: Speed of the gas half way up, sheet heights an image.
+        eddies: Speed (rms) of the eddies, against the gas.
+        life: How far up a parcel of the strongest fuel comes, sheet heights.
+        width: Of the burner, against the width of the sheet.
+        flicker: How much the fuel differs along the burner and with time, 0..1.
+        tongue: Typical width of a tongue at the foot, sheet heights.
+        draught: How fast air is drawn towards the middle, against the gas.
+    """
+
+    gas: float
+    eddies: float
+    life: float
+    width: float
+    flicker: float
+    tongue: float
+    draught: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Waves:
+    """A sum of plane waves that repeats every ``period`` images.
+
+    Attributes:
+        ku, kv: (n,) wave numbers, rad per sheet height.
+        omega: (n,) rad an image.
+        phase: (n,) rad.
+        amplitude: (n,).
+    """
+
+    ku: NDArray[np.float64]
+    kv: NDArray[np.float64]
+    omega: NDArray[np.float64]
+    phase: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+
+    def at(self, time: float, u: NDArray[np.float64], v: NDArray[np.float64]) -> Plane:
+        """Values (len(v), len(u)); sin(kv v + ku u + p) as one product of two matrices."""
+        down = np.outer(self.kv, v) + (self.phase + self.omega * time)[:, None]
+        across = np.outer(self.ku, u)
+        rows = np.concatenate([np.sin(down), np.cos(down)])
+        columns = np.concatenate([np.cos(across), np.sin(across)])
+        columns *= np.tile(self.amplitude, 2)[:, None]
+        # By OpenCV: numpy's own product may use threads, and then its last bits vary.
+        product = cv2.gemm(
+            as_plane(rows), as_plane(columns), 1.0, np.empty(0), 0.0, flags=cv2.GEMM_1_T
+        )
+        return as_plane(product)
+
+
+def burn(
+    burner: Burner, images: int, shape: tuple[int, int], aspect: float, seed: int, index: int
+) -> Sequence:
+    """Paint a circle of images of fire.
+
+    Args:
+        burner: What burns.
+        images: N, how many images until they begin anew.
+        shape: (height, width) of an image, px.
+        aspect: Width of the sheet against its height.
+        seed: Of the build.
+        index: Which of several sequences; each is another fire.
+
+    Returns:
+        One channel: heat, 0..1, 0 on every edge.
+    """
+    height, width = shape
+    v = 1 - (np.arange(height) + 0.5) / height
+    u = ((np.arange(width) + 0.5) / width - 0.5) * aspect
+    chance = generator(seed, Stage.PLUME, index)
+    eddies, fingers = _eddies(chance, burner, images), _fingers(chance, burner, images)
+    flow = _Flow(burner, eddies, u, v)
+    columns, rows = (as_plane(m) for m in np.meshgrid(np.arange(width), np.arange(height)))
+    to_px = np.float32(height / _STEPS)
+    mouth = as_plane(np.exp(-((np.maximum(v - 0.05, 0.0) / 0.03) ** 2))[:, None])
+    mouth = mouth * np.float32(1 - np.exp(-3.0 * 3 / _STEPS))
+    lip = np.clip(1 - (np.abs(u) / (aspect * burner.width / 2)) ** 2.0, 0, None) ** 0.75
+    burnt = np.float32(burner.gas / burner.life / _STEPS)
+    fuel = np.zeros(shape, np.float32)
+    heat = np.empty((images, height, width), np.float32)
+    motion = np.empty(
+        (images, -(-height // _MOTION_CELL), -(-width // _MOTION_CELL), 2), np.float32
+    )
+    warm_up = int(2.2 * burner.life / burner.gas) + 1
+    for step in range(-warm_up * _STEPS, images * _STEPS):
+        time = step / _STEPS
+        right, up = flow.at(time)
+        if step >= 0 and step % _STEPS == 0:
+            n = step // _STEPS
+            heat[n] = fuel
+            size = motion.shape[2], motion.shape[1]
+            motion[n, ..., 0] = cv2.resize(right, size, interpolation=cv2.INTER_AREA) * height
+            motion[n, ..., 1] = cv2.resize(up, size, interpolation=cv2.INTER_AREA) * -height
+        carried = cv2.remap(
+            fuel, columns - right * to_px, rows + up * to_px, cv2.INTER_CUBIC,
+            borderMode=cv2.BORDER_CONSTANT,
+        )  # fmt: skip
+        fuel = as_plane(np.maximum(carried - burnt, 0.0))
+        supply = as_plane(
+            lip * np.clip(1 + burner.flicker * fingers.at(time, u, np.zeros(1)), 0, 1.3)
+        )
+        fuel = fuel + np.maximum(supply - fuel, 0.0) * mouth
+    return Sequence(_framed(np.clip(heat, 0.0, 1.25))[..., None], motion)
+
+
+def _eddies(chance: np.random.Generator, burner: Burner, images: int) -> _Waves:
+    """Stream function of the eddies, whose velocity has an rms of 1."""
+    length = np.exp(chance.uniform(math.log(_WAVELENGTHS[0]), math.log(_WAVELENGTHS[1]), _EDDIES))
+    heading = chance.uniform(0, 2 * np.pi, _EDDIES)
+    number = 2 * np.pi / length
+    ku, kv = number * np.cos(heading), number * np.sin(heading)
+    own = chance.normal(0, 0.8, _EDDIES) * burner.gas / length
+    amplitude = length**1.25
+    amplitude /= np.sqrt(((amplitude * number) ** 2).sum() / 2)
+    omega = _whole_turns(own - kv * _DRIFT * burner.gas, images)
+    return _Waves(ku, kv, omega, chance.uniform(0, 2 * np.pi, _EDDIES), amplitude)
+
+
+def _fingers(chance: np.random.Generator, burner: Burner, images: int) -> _Waves:
+    """How the fuel varies along the burner: rms 1, slow against the gas."""
+    length = burner.tongue * np.exp(chance.uniform(np.log(0.7), np.log(4.0), _FINGERS))
+    omega = chance.normal(0, 1.0, _FINGERS) * burner.gas / burner.life * 2 * np.pi * 0.8
+    return _Waves(
+        2 * np.pi / length * chance.choice([-1.0, 1.0], _FINGERS),
+        np.zeros(_FINGERS),
+        _whole_turns(omega, images),
+        chance.uniform(0, 2 * np.pi, _FINGERS),
+        np.full(_FINGERS, np.sqrt(2 / _FINGERS)),
+    )
+
+
+def _whole_turns(omega: NDArray[np.float64], images: int) -> NDArray[np.float64]:
+    """The nearest angular frequencies that come round in ``images``."""
+    turn = 2 * np.pi / images
+    return np.rint(omega / turn) * turn
+
+
+class _Flow:
+    """Velocity of the gas, sheet heights an image."""
+
+    def __init__(
+        self, burner: Burner, eddies: _Waves, u: NDArray[np.float64], v: NDArray[np.float64]
+    ) -> None:
+        self._eddies, self._u, self._v = eddies, u, v
+        gas, spacing = burner.gas, v[0] - v[1]
+        # Eddies grow with height: a flame is smooth at its foot.
+        self._growth = as_plane(np.clip(1.7 * v + 0.08, 0.0, 1.0)[:, None])
+        self._gain = np.float32(burner.eddies * gas / (2 * spacing))
+        speed = gas * (0.4 + 0.85 * np.sqrt(v))
+        self._up = as_plane(np.repeat(speed[:, None], len(u), axis=1))
+        pull = burner.draught * gas * np.clip(1.2 - np.abs(v - 0.25), 0.3, 1.0)
+        self._in = as_plane(-u[None] * pull[:, None])
+
+    def at(self, time: float) -> tuple[Plane, Plane]:
+        """(right, up), each (height, width), at ``time``: the eddies' curl and what is steady."""
+        stream = self._eddies.at(time, self._u, self._v) * self._growth
+        padded = cv2.copyMakeBorder(stream, 1, 1, 1, 1, cv2.BORDER_REPLICATE)
+        right = (padded[:-2, 1:-1] - padded[2:, 1:-1]) * self._gain + self._in
+        up = (padded[1:-1, :-2] - padded[1:-1, 2:]) * self._gain + self._up
+        return as_plane(right), as_plane(up)
+
+
+def _framed(heat: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Heat (N, H, W) that fades to nothing towards every edge of the sheet."""
+    height, width = heat.shape[1:]
+    across = np.clip((0.5 - np.abs((np.arange(width) + 0.5) / width - 0.5)) / 0.12, 0, 1)
+    v = 1 - (np.arange(height) + 0.5) / height
+    along = np.clip(v / 0.05, 0, 1) * np.clip((1 - v) / 0.25, 0, 1)
+    smooth = [s * s * (3 - 2 * s) for s in (across, along)]
+    return as_plane(heat * as_plane(smooth[1])[:, None] * as_plane(smooth[0]))

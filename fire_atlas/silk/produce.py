@@ -1,0 +1,79 @@
+"""From a recipe's silk to a film that can be looked at."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.recipe.silk import SilkSource
+from fire_atlas.recipe.wind import Wind
+from fire_atlas.silk.dress import dress, images_of_a_loop
+from fire_atlas.silk.plume import burn
+from fire_atlas.silk.render import Film
+from fire_atlas.silk.scene import Scene, build_scene
+from fire_atlas.silk.simulation import Recording, simulate
+from fire_atlas.silk.texture import Sequence
+from fire_atlas.silk.tint import Tint
+
+_PAINTED = 6
+"""Most sequences painted; more sheets share them, each from another image on."""
+
+_IMAGES = 8, 96
+"""Fewest and most images of a painted sequence."""
+
+_TEXTURE_SIDES = 48, 320
+"""Least and greatest height of an image, px."""
+
+
+def produce(
+    source: SilkSource, wind: Wind, seed: int, frames: int, fps: float, loops: bool
+) -> Film:
+    """Simulate and dress the fire that a recipe describes.
+
+    Raises:
+        RecipeError: It asks for more than can be done.
+    """
+    scene = build_scene(source, wind, seed, fps)
+    told = simulate(scene, frames, loops)
+    sequences = _painted(source, scene, told, seed, loops)
+    gain = source.intensity / _overlap(scene)
+    tint = Tint.of(scene.fuel, source.grading, gain)
+    return Film(scene, told, dress(sequences, told, tint, seed, fps, loops), frames, loops)
+
+
+def texture_shape(source: SilkSource, scene: Scene) -> tuple[tuple[int, int], float]:
+    """((height, width), aspect) of images as fine as the frame shows them."""
+    high, wide = _sizes(scene)
+    least, most = _TEXTURE_SIDES
+    height = int(np.clip(round(0.8 * float(high.max()) * source.height), least, most))
+    aspect = float((wide / high).mean())
+    return (height, int(np.clip(round(height * aspect), least // 2, 2 * most))), aspect
+
+
+def _painted(
+    source: SilkSource, scene: Scene, told: Recording, seed: int, loops: bool
+) -> list[Sequence]:
+    shape, aspect = texture_shape(source, scene)
+    images = int(np.clip(round(images_of_a_loop(told, scene.fps, loops)), *_IMAGES))
+    burner = replace(scene.fuel.burner, gas=scene.fuel.gas / scene.fuel.rate)
+    count = min(scene.model.sheets, _PAINTED)
+    return [burn(burner, images, shape, aspect, seed, n) for n in range(count)]
+
+
+def _sizes(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Heights and widths (sheets,) of all sheets at rest, heights."""
+    rest = scene.model.rest
+    up, across = rest[:, -1, 0] - rest[:, 0, 0], rest[:, 0, -1] - rest[:, 0, 0]
+    return np.sqrt((up * up).sum(axis=-1)), np.sqrt((across * across).sum(axis=-1))
+
+
+def _overlap(scene: Scene) -> float:
+    """How many sheets lie behind each other, as an eye sees it on average, or less: light that
+    adds up is shared out between them."""
+    still = [sheet for sheet, body in enumerate(scene.rider) if body < 0]
+    rest = scene.model.rest[still or slice(None)]
+    _, wide = _sizes(scene)
+    ground = rest[:, 0, :, :2].reshape(-1, 2)
+    extent = float(np.ptp(ground, axis=0).max())
+    behind = 0.64 * float(wide[still or slice(None)].sum()) / max(extent, 1e-6)
+    return float(max(1.0, behind) ** 0.75)

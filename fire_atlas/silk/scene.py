@@ -1,0 +1,173 @@
+"""A recipe's silk → sheets, air and intruders in heights and seconds."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.recipe.silk import Arrangement, Intruder, Sheet, SilkSource
+from fire_atlas.recipe.wind import Wind
+from fire_atlas.silk.air import Air
+from fire_atlas.silk.fuel import Fuel, fuel_of
+from fire_atlas.silk.intruders import Body, stretched
+from fire_atlas.silk.mechanics import longest_step
+from fire_atlas.silk.mesh import Elastic, Model, Placement, build_model
+
+MOST_STEPS = 240
+"""Most steps a frame: more would take minutes."""
+
+MOST_NODES = 200_000
+"""Most nodes in all: forces and frames of more would not fit into memory."""
+
+_MATCH_FLAME = (7.0, 11.0)
+"""Width and height of the sheets of a burning match, in its radius."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Everything that moves the sheets.
+
+    Attributes:
+        fuel: What burns.
+        model: The sheets.
+        air: The air around them.
+        bodies: The intruders.
+        rider: (sheets,) which body a sheet rides on, −1 for none.
+        dt: Length of a step, s.
+        steps: Steps a frame.
+        fps: Frames per second.
+    """
+
+    fuel: Fuel
+    model: Model
+    air: Air
+    bodies: tuple[Body, ...]
+    rider: tuple[int, ...]
+    dt: float
+    steps: int
+    fps: float
+
+
+def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> Scene:
+    """Set up what a recipe describes.
+
+    Raises:
+        RecipeError: It needs more nodes or more steps than can be done.
+    """
+    fuel = fuel_of(source.fuel, source.pressure, source.oxygen)
+    bodies = tuple(_body(intruder) for intruder in source.intruders)
+    placements = placed(source.sheets, seed)
+    rider = [-1] * len(placements)
+    for i, body in enumerate(bodies):
+        if body.is_match:
+            flames = _match_flames(body)
+            placements += flames
+            rider += [i] * len(flames)
+    nodes = len(placements) * source.rows * source.columns
+    if nodes > MOST_NODES:
+        raise RecipeError(
+            f"source.sheets: {len(placements)} sheets of {source.rows} x {source.columns} are "
+            f"{nodes} nodes; at most {MOST_NODES} can be moved, so "
+            f"{MOST_NODES // (source.rows * source.columns)} sheets of this mesh"
+        )
+    model = build_model(
+        placements, source.rows, source.columns, elastic(source, fuel, placements), pinned_rows=2
+    )
+    dt, steps = time_step(source, model, fuel, fps)
+    factors = source.lift, source.gravity, source.turbulence
+    air = Air.around(model.rest, fuel, wind, seed, factors)
+    return Scene(fuel, model, air, bodies, tuple(rider), dt, steps, fps)
+
+
+def elastic(source: SilkSource, fuel: Fuel, placements: Sequence[Placement]) -> Elastic:
+    """Springs and masses of the mesh. All sheets are of one silk, as heavy as the mean of them."""
+    area = sum(p.width * p.height for p in placements) / len(placements)
+    mass = fuel.mass * source.mass * area / (source.rows * source.columns)
+    stiff = source.stiffness
+    return Elastic(
+        mass,
+        fuel.structural * stiff * area,
+        fuel.shear * stiff * area,
+        fuel.bending * stiff * area,
+        fuel.damping * source.damping * mass,
+    )
+
+
+def time_step(source: SilkSource, model: Model, fuel: Fuel, fps: float) -> tuple[float, int]:
+    """Return δt, s, and how many make a frame.
+
+    Raises:
+        RecipeError: Springs this stiff, on nodes this light, would need too many.
+    """
+    longest = longest_step(model, fuel.drag)
+    steps = math.ceil(1 / fps / longest)
+    if steps > MOST_STEPS:
+        # Frequencies go with the root of stiffness over mass.
+        limit = source.stiffness * (MOST_STEPS / steps) ** 2
+        raise RecipeError(
+            f"source.stiffness: {source.stiffness:g} at mass {source.mass:g} and a mesh of "
+            f"{source.rows} x {source.columns} would swing so fast that a frame takes {steps} "
+            f"steps; at most {MOST_STEPS} are done, so stiffness can be at most about {limit:.3g} "
+            f"here; heavier or coarser sheets may be stiffer"
+        )
+    return 1 / fps / steps, steps
+
+
+def placed(sheets: tuple[Sheet, ...] | Arrangement, seed: int) -> list[Placement]:
+    """Where the sheets hang."""
+    if not isinstance(sheets, Arrangement):
+        return [Placement(s.at, s.width, s.height, s.angle) for s in sheets]
+    count, (x, y, z) = sheets.count, sheets.at
+    chance = generator(seed, Stage.SHEETS)
+    # No two of a kind: sizes differ a little, as the tongues of a fire do.
+    heights = sheets.height * chance.uniform(0.88, 1.0, count)
+    widths = sheets.width * chance.uniform(0.9, 1.08, count)
+    jitter = chance.uniform(-0.5, 0.5, (3, count))
+    found = []
+    for i in range(count):
+        share = (i + 0.5) / count
+        turn = 2 * math.pi * (share + 0.3 * jitter[0, i] / count)
+        if sheets.arrangement == "crossed":
+            angle = 180 * share + 60 * jitter[2, i] / count
+            # The golden angle spreads any number of bases evenly over the disc.
+            around, far = i * 2.399963, sheets.spread * math.sqrt(share)
+            place = far * math.cos(around), far * math.sin(around)
+        elif sheets.arrangement == "ring":
+            angle = math.degrees(turn) + 90
+            place = sheets.spread * math.cos(turn), sheets.spread * math.sin(turn)
+        else:
+            angle = 40 * jitter[2, i] + (25 if i % 2 else -25)
+            along = (share - 0.5) * sheets.spread + jitter[1, i] * sheets.spread / (2 * count)
+            place = along, 0.3 * sheets.width * jitter[0, i]
+        at = (x + place[0], y + place[1], z)
+        found.append(Placement(at, float(widths[i]), float(heights[i]), angle))
+    return found
+
+
+def _match_flames(body: Body) -> list[Placement]:
+    """Two crossed sheets at the head of a match."""
+    width, height = (body.radius * k for k in _MATCH_FLAME)
+    x, y, z = (float(c) for c in body.places[0])
+    base = (x, y, z - 0.06 * height)
+    return [Placement(base, width, height, angle) for angle in (25.0, 115.0)]
+
+
+def _body(intruder: Intruder) -> Body:
+    moments = [(moment.t, moment.at) for moment in intruder.keyframes]
+    if intruder.at is not None:
+        moments = [(0.0, intruder.at)]
+    is_match = intruder.shape == "match"
+    reach = {"sphere": 0.0, "log": intruder.length / 2, "match": intruder.length}[intruder.shape]
+    return Body(
+        times=np.array([t for t, _ in moments]),
+        places=np.array([place for _, place in moments]),
+        axis=stretched(reach, intruder.angle, intruder.tilt),
+        centred=intruder.shape == "log",
+        radius=intruder.radius,
+        strength=intruder.strength,
+        shown=intruder.draw,
+        is_match=is_match,
+    )
