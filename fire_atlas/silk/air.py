@@ -18,6 +18,9 @@ _WAVES = 7
 _GUSTINESS = 0.5
 """Growth of flutter and sway with each level of wind, against their own: wind is never even."""
 
+_SLOWEST = 0.6
+"""Slowest flutter, Hz."""
+
 _GROUND = 0.12
 """Height, heights, under which the ground slows the wind down."""
 
@@ -64,7 +67,9 @@ class Air:
         up = chance.uniform(0.4, 1.6, size)
         across = chance.uniform(-0.7, 0.7, size)
         phase = chance.uniform(0, 2 * np.pi, size)
-        swing = 2 * np.pi * (up[:, 0] * fuel.gas * 0.7 + chance.normal(0, 0.4, size)[:, 0])
+        hertz = up[:, 0] * fuel.gas * 0.7 + chance.normal(0, 0.2, size)[:, 0]
+        # A wave that stood still would bend its sheet aside for good.
+        swing = 2 * np.pi * np.maximum(hertz, _SLOWEST)
         share = np.linspace(0, 1, rows)[None, :, None]
         along = np.linspace(-0.5, 0.5, columns)[None, :, None]
         sway = np.stack([

@@ -12,11 +12,14 @@ from fire_atlas.silk.intruders import Body
 
 _WOOD = np.array([0.16, 0.085, 0.04], np.float32)
 _STICK = np.array([0.55, 0.36, 0.18], np.float32)
-_HEAD = np.array([0.10, 0.02, 0.015], np.float32)
+_HEAD = np.array([0.16, 0.02, 0.012], np.float32)
 _STONE = np.array([0.14, 0.13, 0.125], np.float32)
 """Linear colours of what logs, matches, their heads and spheres are made of."""
 
-_AMBIENT = 0.02
+_GLOW, _NEAR = 90.0, 0.03
+"""How brightly a fire lights what is near, and the square of how near that is, heights²."""
+
+_AMBIENT = 0.01
 """Light of the night, so that things are not holes."""
 
 
@@ -65,9 +68,9 @@ class Stage:
         normal = self.normal[rows, columns]
         facing = np.einsum("nd,nd->n", normal, towards) / np.maximum(far, 1e-6)
         # Flames are large: they shine round corners a little.
-        shine = np.maximum(facing + 0.35, 0) / 1.35 * 0.03 / (far * far + 0.03)
+        shine = np.maximum(facing + 0.35, 0) / 1.35 * _NEAR / (far * far + _NEAR)
         total = flame.sum(axis=(0, 1)) / self.scale**2
-        glow = total[None] * np.float32(6.0) * shine[:, None] + np.float32(_AMBIENT)
+        glow = total[None] * np.float32(_GLOW) * shine[:, None] + np.float32(_AMBIENT)
         lit[rows, columns] = self.colour[rows, columns] * glow
         return lit
 

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from fire_atlas.silk.mesh import Vectors, length
 
-_REACH = 1.1
-"""How far beyond its surface an intruder is felt (to 1/e), in its own radius."""
+_REACH = 0.03
+"""How much further than its own radius beyond its surface an intruder is felt (to 1/e), heights."""
 
-PUSH = 9.0
+PUSH = 12.0
 """Acceleration at the surface of an intruder of strength 1, heights/s²."""
 
 
@@ -60,7 +60,7 @@ class Body:
         one, other = self.ends(time)
         away = x - nearest_on_piece(one, other, x)
         distance = np.maximum(length(away), 1e-6)
-        outside = (distance - self.radius) / (self.radius * _REACH)
+        outside = (distance - self.radius) / (self.radius + _REACH)
         strength = self.strength * PUSH * np.exp(-np.maximum(outside, -1.0))
         return np.asarray(away * (strength / distance)[..., None])
 

@@ -30,6 +30,10 @@ _STEPS = 3
 """Steps from image to image."""
 
 _FINGERS = 12
+_FOOT, _ROUND, _MOUTH = 0.07, 0.07, 0.035
+"""Height of the burner in its middle, how much higher its sides are, and its depth: sheet
+heights."""
+
 _MOTION_CELL = 4
 """Texture px to a cell of the recorded motion, which is smooth."""
 
@@ -46,6 +50,7 @@ class Burner:
         flicker: How much the fuel differs along the burner and with time, 0..1.
         tongue: Typical width of a tongue at the foot, sheet heights.
         draught: How fast air is drawn towards the middle, against the gas.
+        swell: Height up to which the flame widens instead, sheet heights.
     """
 
     gas: float
@@ -55,6 +60,7 @@ class Burner:
     flicker: float
     tongue: float
     draught: float
+    swell: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,9 +118,9 @@ def burn(
     flow = _Flow(burner, eddies, u, v)
     columns, rows = (as_plane(m) for m in np.meshgrid(np.arange(width), np.arange(height)))
     to_px = np.float32(height / _STEPS)
-    mouth = as_plane(np.exp(-((np.maximum(v - 0.05, 0.0) / 0.03) ** 2))[:, None])
-    mouth = mouth * np.float32(1 - np.exp(-3.0 * 3 / _STEPS))
-    lip = np.clip(1 - (np.abs(u) / (aspect * burner.width / 2)) ** 2.0, 0, None) ** 0.75
+    across = np.abs(u) / (aspect * burner.width / 2)
+    mouth = _mouth(across, v)
+    lip = np.clip(1 - across**2, 0, None) ** 0.75
     burnt = np.float32(burner.gas / burner.life / _STEPS)
     fuel = np.zeros(shape, np.float32)
     heat = np.empty((images, height, width), np.float32)
@@ -143,6 +149,16 @@ def burn(
     return Sequence(_framed(np.clip(heat, 0.0, 1.25))[..., None], motion)
 
 
+def _mouth(across: NDArray[np.float64], v: NDArray[np.float64]) -> Plane:
+    """How much of the fuel at each place is fresh after a step, (height, width) in 0..1.
+
+    The foot of a flame is round: at the sides of the burner, ``across`` 1, it burns higher up.
+    """
+    above = v[:, None] - (_FOOT + _ROUND * np.minimum(across, 1.2)[None] ** 2)
+    depth = np.where(above > 0, _MOUTH, 0.6 * _MOUTH)
+    return as_plane(0.95 * np.exp(-((above / depth) ** 2)))
+
+
 def _eddies(chance: np.random.Generator, burner: Burner, images: int) -> _Waves:
     """Stream function of the eddies, whose velocity has an rms of 1."""
     length = np.exp(chance.uniform(math.log(_WAVELENGTHS[0]), math.log(_WAVELENGTHS[1]), _EDDIES))
@@ -150,7 +166,7 @@ def _eddies(chance: np.random.Generator, burner: Burner, images: int) -> _Waves:
     number = 2 * np.pi / length
     ku, kv = number * np.cos(heading), number * np.sin(heading)
     own = chance.normal(0, 0.8, _EDDIES) * burner.gas / length
-    amplitude = length**1.25
+    amplitude = length**1.45
     amplitude /= np.sqrt(((amplitude * number) ** 2).sum() / 2)
     omega = _whole_turns(own - kv * _DRIFT * burner.gas, images)
     return _Waves(ku, kv, omega, chance.uniform(0, 2 * np.pi, _EDDIES), amplitude)
@@ -189,6 +205,8 @@ class _Flow:
         speed = gas * (0.4 + 0.85 * np.sqrt(v))
         self._up = as_plane(np.repeat(speed[:, None], len(u), axis=1))
         pull = burner.draught * gas * np.clip(1.2 - np.abs(v - 0.25), 0.3, 1.0)
+        if burner.swell > 0:
+            pull *= np.clip((v - burner.swell) / (0.5 * burner.swell), -1.4, 1.0)
         self._in = as_plane(-u[None] * pull[:, None])
 
     def at(self, time: float) -> tuple[Plane, Plane]:

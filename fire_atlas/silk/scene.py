@@ -22,7 +22,7 @@ MOST_STEPS = 240
 MOST_NODES = 200_000
 """Most nodes in all: forces and frames of more would not fit into memory."""
 
-_MATCH_FLAME = (7.0, 11.0)
+_MATCH_FLAME = (13.0, 20.0)
 """Width and height of the sheets of a burning match, in its radius."""
 
 

@@ -21,6 +21,9 @@ _LONGEST = 1.0
 _KINDLING = 0.25, 0.3
 """Seconds a match must be in a flame until it catches fire, and in which it then comes alight."""
 
+_HEAT = 0.05
+"""How far from a flame a match still catches fire, heights."""
+
 _BRISK = 3.0
 """How many times as fast as in calm air a texture plays at most: frames cannot show more."""
 
@@ -127,6 +130,9 @@ class _Kindling:
     def __init__(self, scene: Scene) -> None:
         self.lit = np.array([float(body < 0) for body in scene.rider])
         self._heated = [0.0] * len(scene.bodies)
+        # The flame is narrower than its sheet.
+        across = np.abs(np.linspace(-1, 1, scene.model.rest.shape[2]))
+        self._burning = across <= max(scene.fuel.burner.width, float(across.min()))
 
     def look(self, scene: Scene, state: State, time: float) -> None:
         """See who is in whose flame at ``time``, one frame after the last look."""
@@ -134,7 +140,8 @@ class _Kindling:
         for i, body in enumerate(scene.bodies):
             if not body.is_match:
                 continue
-            near = length(state.x - body.at(time)).min(axis=(1, 2)) < 2.5 * body.radius
+            flame = state.x[:, :, self._burning]
+            near = length(flame - body.at(time)).min(axis=(1, 2)) < body.radius + _HEAT
             others = np.array([rider != i for rider in scene.rider])
             if self._heated[i] >= delay or (near & others & (self.lit > 0.5)).any():
                 self._heated[i] += 1 / scene.fps

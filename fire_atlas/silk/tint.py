@@ -10,8 +10,11 @@ from fire_atlas.silk.fuel import Fuel
 from fire_atlas.silk.grading import body_colours, graded, light_table, ramp_colours
 
 _BLUE = "#3050ff"
-_FOOT = 0.11
+_FOOT = 0.1
 """Height of the blue foot, sheet heights."""
+
+_DARK_FOOT = 0.26
+"""Height up to which such a flame is darker, sheet heights: soot has yet to form."""
 
 _HOTTER = 0.15
 """How much hotter than at its own speed, and no more, a fast black body is."""
@@ -58,9 +61,9 @@ class Tint:
         if not self.blue.any():
             return lit
         height = len(heat)
-        up = (height - np.arange(height, dtype=np.float32)) / (height * _FOOT)
-        foot = np.exp(-up * up)[:, None, None]
-        return np.asarray(lit * (1 - foot) + heat[..., None] * foot * self.blue, np.float32)
+        up = ((height - np.arange(height, dtype=np.float32)) / height)[:, None, None]
+        foot, sooty = np.exp(-((up / _FOOT) ** 2)), 1 - np.exp(-((up / _DARK_FOOT) ** 2))
+        return np.asarray(lit * sooty + heat[..., None] * foot * self.blue, np.float32)
 
     def _shade(self, v_rms: float) -> int:
         """The table for a sheet: temperature goes with v_rms² (eq. 20), up to a limit."""
