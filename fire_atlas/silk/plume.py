@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.chance import Stage, generator
 from fire_atlas.core.pixels import Plane, as_plane
-from fire_atlas.silk.texture import Sequence
+from fire_atlas.silk.texture import Sequence, framed
 
 _EDDIES = 48
 _WAVELENGTHS = (0.07, 0.5)
@@ -146,7 +146,8 @@ def burn(
             lip * np.clip(1 + burner.flicker * fingers.at(time, u, np.zeros(1)), 0, 1.3)
         )
         fuel = fuel + np.maximum(supply - fuel, 0.0) * mouth
-    return Sequence(_framed(np.clip(heat, 0.0, 1.25))[..., None], motion)
+    heat = np.clip(heat, 0.0, 1.25) * framed(shape)
+    return Sequence(heat[..., None], motion)
 
 
 def _mouth(across: NDArray[np.float64], v: NDArray[np.float64]) -> Plane:
@@ -216,13 +217,3 @@ class _Flow:
         right = (padded[:-2, 1:-1] - padded[2:, 1:-1]) * self._gain + self._in
         up = (padded[1:-1, :-2] - padded[1:-1, 2:]) * self._gain + self._up
         return as_plane(right), as_plane(up)
-
-
-def _framed(heat: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Heat (N, H, W) that fades to nothing towards every edge of the sheet."""
-    height, width = heat.shape[1:]
-    across = np.clip((0.5 - np.abs((np.arange(width) + 0.5) / width - 0.5)) / 0.12, 0, 1)
-    v = 1 - (np.arange(height) + 0.5) / height
-    along = np.clip(v / 0.05, 0, 1) * np.clip((1 - v) / 0.25, 0, 1)
-    smooth = [s * s * (3 - 2 * s) for s in (across, along)]
-    return as_plane(heat * as_plane(smooth[1])[:, None] * as_plane(smooth[0]))

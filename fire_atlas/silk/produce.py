@@ -1,13 +1,15 @@
 """From a recipe's silk to a film that can be looked at."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.recipe.silk import SilkSource
+from fire_atlas.core.clip import Clip
+from fire_atlas.recipe.silk import SilkSource, Texture
 from fire_atlas.recipe.wind import Wind
 from fire_atlas.silk.dress import dress, images_of_a_loop
+from fire_atlas.silk.footage import images_from_seeds, images_of
 from fire_atlas.silk.plume import burn
 from fire_atlas.silk.render import Film
 from fire_atlas.silk.scene import Scene, build_scene
@@ -25,20 +27,61 @@ _TEXTURE_SIDES = 48, 320
 """Least and greatest height of an image, px."""
 
 
-def produce(
-    source: SilkSource, wind: Wind, seed: int, frames: int, fps: float, loops: bool
-) -> Film:
+@dataclass(frozen=True, slots=True)
+class Take:
+    """What is to be made of a recipe's silk.
+
+    Attributes:
+        source: The recipe's.
+        wind: The recipe's.
+        seed: Of the build.
+        frames: How many.
+        fps: Frames per second.
+        loops: Whether the first follows the last.
+        footage: The clip that is on the sheets, if they are not painted.
+    """
+
+    source: SilkSource
+    wind: Wind
+    seed: int
+    frames: int
+    fps: float
+    loops: bool
+    footage: Clip | None = None
+
+
+def produce(take: Take) -> Film:
     """Simulate and dress the fire that a recipe describes.
 
     Raises:
         RecipeError: It asks for more than can be done.
+        SourceError: The clip for the sheets holds no fire, or not enough.
     """
-    scene = build_scene(source, wind, seed, fps)
-    told = simulate(scene, frames, loops)
-    sequences = _painted(source, scene, told, seed, loops)
-    gain = source.intensity / _overlap(scene)
-    tint = Tint.of(scene.fuel, source.grading, gain)
-    return Film(scene, told, dress(sequences, told, tint, seed, fps, loops), frames, loops)
+    source = take.source
+    scene = build_scene(source, take.wind, take.seed, take.fps)
+    told = simulate(scene, take.frames, take.loops)
+    texture = source.texture
+    if isinstance(texture, Texture) and take.footage is not None:
+        sequences = [_from_footage(take, texture, take.footage, scene, told)]
+    else:
+        sequences = _painted(take, scene, told)
+    tint = Tint.of(scene.fuel, source.grading, source.intensity / _overlap(scene))
+    worn = dress(sequences, told, tint, take.seed, take.fps, take.loops)
+    return Film(scene, told, worn, take.frames, take.loops)
+
+
+def _from_footage(
+    take: Take, texture: Texture, clip: Clip, scene: Scene, told: Recording
+) -> Sequence:
+    shape, _ = texture_shape(take.source, scene)
+    if texture.synthesis == "none":
+        return images_of(clip, texture.images, shape, texture.path)
+    middle = max(clip.count // 2 - 1, 0)
+    seeds = texture.seeds or (middle, min(middle + 1, clip.count - 1))
+    energy = float((told.v_rms**2).mean()) / scene.fuel.speed**2
+    return images_from_seeds(
+        clip, seeds, texture.images, shape, texture.path, take.seed, float(np.clip(energy, 0.25, 4))
+    )
 
 
 def texture_shape(source: SilkSource, scene: Scene) -> tuple[tuple[int, int], float]:
@@ -50,14 +93,12 @@ def texture_shape(source: SilkSource, scene: Scene) -> tuple[tuple[int, int], fl
     return (height, int(np.clip(round(height * aspect), least // 2, 2 * most))), aspect
 
 
-def _painted(
-    source: SilkSource, scene: Scene, told: Recording, seed: int, loops: bool
-) -> list[Sequence]:
-    shape, aspect = texture_shape(source, scene)
-    images = int(np.clip(round(images_of_a_loop(told, scene.fps, loops)), *_IMAGES))
+def _painted(take: Take, scene: Scene, told: Recording) -> list[Sequence]:
+    shape, aspect = texture_shape(take.source, scene)
+    images = int(np.clip(round(images_of_a_loop(told, scene.fps, take.loops)), *_IMAGES))
     burner = replace(scene.fuel.burner, gas=scene.fuel.gas / scene.fuel.rate)
     count = min(scene.model.sheets, _PAINTED)
-    return [burn(burner, images, shape, aspect, seed, n) for n in range(count)]
+    return [burn(burner, images, shape, aspect, take.seed, n) for n in range(count)]
 
 
 def _sizes(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

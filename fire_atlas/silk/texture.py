@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import as_plane
+from fire_atlas.core.pixels import Plane, as_plane
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,3 +61,16 @@ def _moved(
     return as_plane(
         cv2.remap(image, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
     )
+
+
+def framed(shape: tuple[int, int]) -> Plane:
+    """Weights (height, width) that fade to nothing towards every edge of a sheet."""
+    height, width = shape
+    u, v = (np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height
+    across = np.clip((0.5 - np.abs(u - 0.5)) / 0.12, 0, 1)
+    along = np.clip((1 - v) / 0.05, 0, 1) * np.clip(v / 0.25, 0, 1)
+    return as_plane(np.outer(_eased(along), _eased(across)))
+
+
+def _eased(share: NDArray[np.float64]) -> NDArray[np.float64]:
+    return share * share * (3 - 2 * share)

@@ -8,10 +8,12 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.silk import SilkSource
+from fire_atlas.recipe.source import FramesSource
 from fire_atlas.silk.camera import Camera
-from fire_atlas.silk.produce import produce
+from fire_atlas.silk.produce import Take, produce
 from fire_atlas.silk.render import Film
 from fire_atlas.sources import matte
+from fire_atlas.sources.frames import open_frames
 
 
 def open_silk(settings: SilkSource, recipe: Recipe, texture: Path | None) -> dict[str, Clip]:
@@ -27,8 +29,14 @@ def open_silk(settings: SilkSource, recipe: Recipe, texture: Path | None) -> dic
         RecipeError: More is asked for than can be done.
     """
     timeline, count = recipe.timeline, recipe.views.count
-    loops = timeline.loop == "auto"
-    film = produce(settings, recipe.wind, recipe.seed, timeline.frames, timeline.fps, loops)
+    footage = None
+    if texture is not None:
+        footage = open_frames(FramesSource(path=str(texture)), texture, "linear")
+    take = Take(
+        settings, recipe.wind, recipe.seed, timeline.frames, timeline.fps,
+        timeline.loop == "auto", footage,
+    )  # fmt: skip
+    film = produce(take)
     clips = {}
     for k in range(count):
         azimuth = 360 * k / count
@@ -36,11 +44,11 @@ def open_silk(settings: SilkSource, recipe: Recipe, texture: Path | None) -> dic
             azimuth, recipe.views.elevation, settings.width, settings.height, settings.foot
         )
         name = recipe.name if count == 1 else f"view_{k}"
-        clips[name] = _clip(film, camera, recipe)
+        clips[name] = _clip(film, camera, recipe, footage.inputs if footage else ())
     return clips
 
 
-def _clip(film: Film, camera: Camera, recipe: Recipe) -> Clip:
+def _clip(film: Film, camera: Camera, recipe: Recipe, inputs: tuple[Path, ...]) -> Clip:
     space = recipe.atlas.blend_space
 
     def read(i: int) -> Pixels:
@@ -59,7 +67,7 @@ def _clip(film: Film, camera: Camera, recipe: Recipe) -> Clip:
         fps=film.scene.fps,
         count=film.frames,
         read=read,
-        inputs=(),
+        inputs=inputs,
         blend_space=space,
         matte="luminance",
         matte_reason="flames cover as far as they shine",
