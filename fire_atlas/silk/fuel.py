@@ -64,8 +64,8 @@ FUELS: dict[FuelName, Fuel] = {
         lift=9.0, lift_height=0.9, gravity=1.5, drag=6.0, flutter=5.0, sway=0.10,
         rate=24.0, speed=0.25, gas=1.8,
         burner=Burner(0.0, eddies=0.5, life=0.8, width=0.75, flicker=0.5, tongue=0.14, draught=0.6),
-        ramp=("#a80c00", "#ff3e05", "#ff7612", "#ffac3c"), blue=0.0,
-        light=3.6, contrast=1.9, temperature=1750.0,
+        ramp=("#a80c00", "#ff3e05", "#ff7814", "#ffb24c"), blue=0.0,
+        light=5.6, contrast=2.5, temperature=1750.0,
     ),
     "candle": Fuel(
         mass=1.0, structural=20.0, shear=7.0, bending=3.0, damping=8.0,

@@ -30,7 +30,7 @@ _STEPS = 3
 """Steps from image to image."""
 
 _FINGERS = 12
-_FOOT, _ROUND, _MOUTH = 0.07, 0.07, 0.035
+_FOOT, _ROUND, _MOUTH = 0.07, 0.10, 0.035
 """Height of the burner in its middle, how much higher its sides are, and its depth: sheet
 heights."""
 

@@ -22,6 +22,10 @@ _FINER = 2
 _BATCH = 16
 """Sheets drawn at once: memory does not grow with their number."""
 
+_EDGE_ON, _FACE_ON = 0.3, 0.55
+"""Cosine between a sheet's normal and the line of sight at which it vanishes, and how much more
+it takes until it shows wholly."""
+
 _DARK = 1e-4
 """Light under this is not drawn."""
 
@@ -119,15 +123,15 @@ class Film:
         dressed = self.dress.light(i, sheets)
         place, fade = self._seen(i, sheets, camera)
         grid = self.dress.grid(sheets, *place.shape[1:3])
-        told = np.concatenate([grid, fade[..., None]], axis=-1)
+        told = np.concatenate([grid, fade[..., None] ** self.dress.tint.thin], axis=-1)
         if not stage.is_empty:
             away = camera.project(self.told.x[i, sheets])[..., 2:]
             told = np.concatenate([told, away], axis=-1)
         triangles = raster.mesh_triangles(place * _FINER, told)
         samples = raster.cover(self.dress.lit(dressed, triangles, sheets), width, height)
-        found = raster.look_up(dressed, samples.texel) * samples.texel[:, 2:3]
+        found = raster.look_up(dressed, samples.texel) * samples.texel[:, 2:5]
         if not stage.is_empty:
-            found *= stage.is_before(samples.pixel, samples.texel[:, 3])[:, None]
+            found *= stage.is_before(samples.pixel, samples.texel[:, 5])[:, None]
         light += raster.add_up(samples.pixel, found, width, height)
 
     def _seen(
@@ -141,7 +145,7 @@ class Film:
         """
         x = np.asarray(self.told.x[i, sheets], np.float64)
         facing = np.abs(np.einsum("srcd,d->src", normals(x), camera.axes()[2]))
-        share = np.clip((facing - 0.08) / 0.5, 0.0, 1.0)
+        share = np.clip((facing - _EDGE_ON) / _FACE_ON, 0.0, 1.0)
         v = self._velocity(i)[sheets]
         speed = np.sqrt((v * v).sum(axis=-1)) / (self.scene.fuel.speed * 4)
         up = np.linspace(0.0, 1.0, x.shape[1])[None, :, None]

@@ -19,6 +19,8 @@ _DARK_FOOT = 0.26
 _HOTTER = 0.15
 """How much hotter than at its own speed, and no more, a fast black body is."""
 
+_THIN = np.array([1.0, 1.4, 2.0])
+
 _SHADES = 24
 """Tables of black bodies, from the coolest sheet to the hottest."""
 
@@ -31,12 +33,15 @@ class Tint:
         tables: (shades, 512, 3) light by heat; one shade, or several from slow to fast sheets.
         speed: v_rms at the middle of the shades, heights/s.
         gain: What images that are light already are multiplied with.
+        thin: (3,) powers of how much of a sheet shows, for red, green and blue: thin fire is not
+            only dimmer but nearer to the cool end of its colours.
         blue: (3,) light of the blue foot.
     """
 
     tables: NDArray[np.float32]
     speed: float
     gain: float
+    thin: NDArray[np.float64] = field(default_factory=lambda: _THIN)
     blue: NDArray[np.float32] = field(default_factory=lambda: np.zeros(3, np.float32))
 
     @classmethod
@@ -50,7 +55,10 @@ class Tint:
             colours = [ramp_colours(fuel.ramp)]
         tables = np.stack([light_table(each, light, fuel.contrast) for each in colours])
         blue = srgb_to_linear(np.array([int(_BLUE[k : k + 2], 16) / 255 for k in (1, 3, 5)]))
-        return cls(tables, fuel.speed, gain, blue * np.float32(fuel.blue * gain))
+        # Red fire thins to red, blue fire to blue.
+        cool = srgb_to_linear(np.array([int(fuel.ramp[0][k : k + 2], 16) / 255 for k in (1, 3, 5)]))
+        thin = _THIN if grading == "blackbody" or cool[0] > cool[2] else _THIN[::-1]
+        return cls(tables, fuel.speed, gain, thin, blue * np.float32(fuel.blue * gain))
 
     def light(self, image: NDArray[np.float32], v_rms: float) -> NDArray[np.float32]:
         """Light (height, width, 3) of an image of heat (..., 1) or light (..., 3)."""
