@@ -91,12 +91,12 @@ class _Cutter:
         lights = [_luminance(self._fire(look)) for look in looks]
         peak = np.maximum.reduce(lights)
         self._level = 0.12 * float(np.quantile(peak, 0.998))
-        lit = peak > self._level
+        lit = peak - np.minimum.reduce(lights) > self._level
         warm = np.mean([_is_warm(look[lit]) for look in looks])
         if self._level < 2e-3 or lit.mean() < _LEAST_AREA or warm < 0.3:
             raise SourceError(
-                f"{name}: shows no fire: nothing in it is bright, warm and, where the clip is an "
-                f"opaque scene, moves; source.texture.path needs a clip of fire"
+                f"{name}: shows no fire: nothing in it is bright, warm and moves; "
+                f"source.texture.path needs a clip of fire"
             )
         self._box = _box(np.add.reduce([np.maximum(light - self._level, 0) for light in lights]))
 

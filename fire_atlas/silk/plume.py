@@ -34,7 +34,7 @@ _FOOT, _ROUND, _MOUTH = 0.07, 0.10, 0.035
 """Height of the burner in its middle, how much higher its sides are, and its depth: sheet
 heights."""
 
-_MOTION_CELL = 4
+_MOTION_CELL = 2
 """Texture px to a cell of the recorded motion, which is smooth."""
 
 
@@ -114,50 +114,97 @@ def burn(
     v = 1 - (np.arange(height) + 0.5) / height
     u = ((np.arange(width) + 0.5) / width - 0.5) * aspect
     chance = generator(seed, Stage.PLUME, index)
-    eddies, fingers = _eddies(chance, burner, images), _fingers(chance, burner, images)
-    flow = _Flow(burner, eddies, u, v)
-    columns, rows = (as_plane(m) for m in np.meshgrid(np.arange(width), np.arange(height)))
-    to_px = np.float32(height / _STEPS)
-    across = np.abs(u) / (aspect * burner.width / 2)
-    mouth = _mouth(across, v)
-    lip = np.clip(1 - across**2, 0, None) ** 0.75
+    flow = _Flow(burner, _eddies(chance, burner, images), u, v)
+    grate = _Grate(burner, _fingers(chance, burner, images), u, v, aspect)
+    path = _Path(shape, grate.risen(), height / _STEPS)
     burnt = np.float32(burner.gas / burner.life / _STEPS)
     fuel = np.zeros(shape, np.float32)
     heat = np.empty((images, height, width), np.float32)
-    motion = np.empty(
-        (images, -(-height // _MOTION_CELL), -(-width // _MOTION_CELL), 2), np.float32
-    )
+    motion = np.empty((images, *path.shape, 2), np.float32)
     warm_up = int(2.2 * burner.life / burner.gas) + 1
     for step in range(-warm_up * _STEPS, images * _STEPS):
-        time = step / _STEPS
-        right, up = flow.at(time)
-        if step >= 0 and step % _STEPS == 0:
-            n = step // _STEPS
-            heat[n] = fuel
-            size = motion.shape[2], motion.shape[1]
-            motion[n, ..., 0] = cv2.resize(right, size, interpolation=cv2.INTER_AREA) * height
-            motion[n, ..., 1] = cv2.resize(up, size, interpolation=cv2.INTER_AREA) * -height
-        carried = cv2.remap(
-            fuel, columns - right * to_px, rows + up * to_px, cv2.INTER_CUBIC,
-            borderMode=cv2.BORDER_CONSTANT,
-        )  # fmt: skip
-        fuel = as_plane(np.maximum(carried - burnt, 0.0))
-        supply = as_plane(
-            lip * np.clip(1 + burner.flicker * fingers.at(time, u, np.zeros(1)), 0, 1.3)
-        )
-        fuel = fuel + np.maximum(supply - fuel, 0.0) * mouth
+        n, part = divmod(step, _STEPS)
+        right, up = flow.at(step / _STEPS)
+        if n >= 0:
+            if part == 0:
+                heat[n] = fuel
+                path.begin()
+            path.follow(right, up)
+            if part == _STEPS - 1:
+                motion[n] = path.gone()
+        fuel = as_plane(np.maximum(path.carried(fuel, right, up) - burnt, 0.0))
+        fuel = grate.fed(fuel, step / _STEPS)
     heat = np.clip(heat, 0.0, 1.25) * framed(shape)
     return Sequence(heat[..., None], motion)
 
 
-def _mouth(across: NDArray[np.float64], v: NDArray[np.float64]) -> Plane:
-    """How much of the fuel at each place is fresh after a step, (height, width) in 0..1.
+class _Grate:
+    """Where fuel comes from: a round foot, fed unevenly along its width."""
 
-    The foot of a flame is round: at the sides of the burner, ``across`` 1, it burns higher up.
-    """
-    above = v[:, None] - (_FOOT + _ROUND * np.minimum(across, 1.2)[None] ** 2)
-    depth = np.where(above > 0, _MOUTH, 0.6 * _MOUTH)
-    return as_plane(0.95 * np.exp(-((above / depth) ** 2)))
+    def __init__(
+        self,
+        burner: Burner,
+        fingers: _Waves,
+        u: NDArray[np.float64],
+        v: NDArray[np.float64],
+        aspect: float,
+    ) -> None:
+        across = np.abs(u) / (aspect * burner.width / 2)
+        # At the sides of the burner, where this is 1, it burns higher up.
+        self._above = v[:, None] - (_FOOT + _ROUND * np.minimum(across, 1.2)[None] ** 2)
+        depth = np.where(self._above > 0, _MOUTH, 0.6 * _MOUTH)
+        self._mouth = as_plane(0.95 * np.exp(-((self._above / depth) ** 2)))
+        self._lip = np.clip(1 - across**2, 0, None) ** 0.75
+        self._fingers, self._flicker, self._u = fingers, burner.flicker, u
+
+    def fed(self, fuel: Plane, time: float) -> Plane:
+        """Fuel after fresh one has come up."""
+        uneven = self._fingers.at(time, self._u, np.zeros(1))
+        supply = as_plane(self._lip * np.clip(1 + self._flicker * uneven, 0, 1.3))
+        return as_plane(fuel + np.maximum(supply - fuel, 0.0) * self._mouth)
+
+    def risen(self) -> Plane:
+        """How far each place is out of the foot, which stays where it is, 0..1."""
+        return as_plane(np.clip(self._above / (3 * _MOUTH), 0.0, 1.0))
+
+
+class _Path:
+    """Moves what is on an image, and remembers where it goes until the next one."""
+
+    def __init__(self, shape: tuple[int, int], risen: Plane, px: float) -> None:
+        height, width = shape
+        columns, rows = np.meshgrid(np.arange(width), np.arange(height))
+        self._columns, self._rows = as_plane(columns), as_plane(rows)
+        self._risen, self._px = risen, np.float32(px)
+        self._x, self._y = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+        self.shape = -(-height // _MOTION_CELL), -(-width // _MOTION_CELL)
+
+    def begin(self) -> None:
+        """Start from where everything is."""
+        self._x[:], self._y[:] = 0, 0
+
+    def follow(self, right: Plane, up: Plane) -> None:
+        """Go on with the flow, where each place has come to, for a step."""
+        at = self._columns + self._x, self._rows + self._y
+        edge = cv2.BORDER_REPLICATE
+        self._x += cv2.remap(right, *at, cv2.INTER_LINEAR, borderMode=edge) * self._px
+        self._y -= cv2.remap(up, *at, cv2.INTER_LINEAR, borderMode=edge) * self._px
+
+    def gone(self) -> NDArray[np.float32]:
+        """How far each place has gone, px, on a coarser grid (h, w, 2)."""
+        size = self.shape[1], self.shape[0]
+        small = [
+            cv2.resize(gone * self._risen, size, interpolation=cv2.INTER_AREA)
+            for gone in (self._x, self._y)
+        ]
+        return as_plane(np.dstack(small))
+
+    def carried(self, fuel: Plane, right: Plane, up: Plane) -> Plane:
+        """``fuel`` after a step of the flow."""
+        columns, rows = self._columns - right * self._px, self._rows + up * self._px
+        return as_plane(
+            cv2.remap(fuel, columns, rows, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT)
+        )
 
 
 def _eddies(chance: np.random.Generator, burner: Burner, images: int) -> _Waves:

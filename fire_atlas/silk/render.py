@@ -88,7 +88,7 @@ class Film:
         shape = camera.height, camera.width
         total = np.zeros((*shape, 3), np.float32)
         for sheets in self._batches():
-            place, fade = self._seen(i, sheets, camera)
+            place, fade = self.nodes(i, sheets, camera)
             velocity = camera.turned(self._velocity(i)[sheets])[..., :2]
             dressed = self.dress.flowing(i, sheets)
             grid = self.dress.grid(sheets, *place.shape[1:3])
@@ -111,30 +111,7 @@ class Film:
             )
         )
 
-    def _batches(self) -> list[slice]:
-        sheets = self.scene.model.sheets
-        return [slice(n, min(n + _BATCH, sheets)) for n in range(0, sheets, _BATCH)]
-
-    def _add(
-        self, light: NDArray[np.float32], i: int, sheets: slice, camera: Camera, stage: Stage
-    ) -> None:
-        """Add the light of some sheets to a picture with ``_FINER`` samples a px."""
-        height, width = light.shape[:2]
-        dressed = self.dress.light(i, sheets)
-        place, fade = self._seen(i, sheets, camera)
-        grid = self.dress.grid(sheets, *place.shape[1:3])
-        told = np.concatenate([grid, fade[..., None] ** self.dress.tint.thin], axis=-1)
-        if not stage.is_empty:
-            away = camera.project(self.told.x[i, sheets])[..., 2:]
-            told = np.concatenate([told, away], axis=-1)
-        triangles = raster.mesh_triangles(place * _FINER, told)
-        samples = raster.cover(self.dress.lit(dressed, triangles, sheets), width, height)
-        found = raster.look_up(dressed, samples.texel) * samples.texel[:, 2:5]
-        if not stage.is_empty:
-            found *= stage.is_before(samples.pixel, samples.texel[:, 5])[:, None]
-        light += raster.add_up(samples.pixel, found, width, height)
-
-    def _seen(
+    def nodes(
         self, i: int, sheets: slice, camera: Camera
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Where nodes are in the frame (sheets, rows, columns, 2), px, and how much of their light
@@ -152,6 +129,29 @@ class Film:
         thin = (1 - 0.35 * up) / (1 + 0.25 * speed * speed)
         lit = self.told.lit[i, sheets, None, None]
         return camera.project(x)[..., :2], share * share * (3 - 2 * share) * thin * lit
+
+    def _batches(self) -> list[slice]:
+        sheets = self.scene.model.sheets
+        return [slice(n, min(n + _BATCH, sheets)) for n in range(0, sheets, _BATCH)]
+
+    def _add(
+        self, light: NDArray[np.float32], i: int, sheets: slice, camera: Camera, stage: Stage
+    ) -> None:
+        """Add the light of some sheets to a picture with ``_FINER`` samples a px."""
+        height, width = light.shape[:2]
+        dressed = self.dress.light(i, sheets)
+        place, fade = self.nodes(i, sheets, camera)
+        grid = self.dress.grid(sheets, *place.shape[1:3])
+        told = np.concatenate([grid, fade[..., None] ** self.dress.tint.thin], axis=-1)
+        if not stage.is_empty:
+            away = camera.project(self.told.x[i, sheets])[..., 2:]
+            told = np.concatenate([told, away], axis=-1)
+        triangles = raster.mesh_triangles(place * _FINER, told)
+        samples = raster.cover(self.dress.lit(dressed, triangles, sheets), width, height)
+        found = raster.look_up(dressed, samples.texel) * samples.texel[:, 2:5]
+        if not stage.is_empty:
+            found *= stage.is_before(samples.pixel, samples.texel[:, 5])[:, None]
+        light += raster.add_up(samples.pixel, found, width, height)
 
     def _velocity(self, i: int) -> NDArray[np.float64]:
         """Velocity (sheets, rows, columns, 3) of the nodes in frame ``i``, heights/s."""

@@ -82,6 +82,21 @@ def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> Scene:
     return Scene(fuel, model, air, bodies, tuple(rider), dt, steps, fps)
 
 
+def refuse_jumps(scene: Scene, duration: float) -> None:
+    """Refuse a loop of ``duration`` s in which an intruder does not come back.
+
+    Raises:
+        RecipeError: One ends elsewhere than it begins.
+    """
+    for i, body in enumerate(scene.bodies):
+        if not np.allclose(body.at(0.0), body.at(duration), rtol=0, atol=1e-6):
+            raise RecipeError(
+                f"source.intruders.{i}: is elsewhere after {duration:g} s, when the loop begins "
+                f"anew, than at its start, so it would jump; let its keyframes lead it back by "
+                f"then, or play once with timeline.loop: none"
+            )
+
+
 def elastic(source: SilkSource, fuel: Fuel, placements: Sequence[Placement]) -> Elastic:
     """Springs and masses of the mesh. All sheets are of one silk, as heavy as the mean of them."""
     area = sum(p.width * p.height for p in placements) / len(placements)

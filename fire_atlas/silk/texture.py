@@ -43,7 +43,11 @@ class Sequence:
         before = _moved(here, motion, share)
         after = _moved(there, motion, share - 1)
         blended = cv2.addWeighted(before, float(1 - share), after, float(share), 0.0)
-        return as_plane(blended).reshape(here.shape)
+        image = as_plane(blended).reshape(here.shape)
+        # What moved may have come to the edges, which must stay dark.
+        image[[0, -1]] = 0
+        image[:, [0, -1]] = 0
+        return image
 
     def motion_at(self, n: int) -> NDArray[np.float32]:
         """Motion (height, width, 2) from image ``n`` to the next, px."""
@@ -66,7 +70,7 @@ def _moved(
 def framed(shape: tuple[int, int]) -> Plane:
     """Weights (height, width) that fade to nothing towards every edge of a sheet."""
     height, width = shape
-    u, v = (np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height
+    u, v = np.linspace(0, 1, width), np.linspace(0, 1, height)
     across = np.clip((0.5 - np.abs(u - 0.5)) / 0.12, 0, 1)
     along = np.clip((1 - v) / 0.05, 0, 1) * np.clip(v / 0.25, 0, 1)
     return as_plane(np.outer(_eased(along), _eased(across)))
