@@ -180,7 +180,7 @@ def _middle_line(light: Plane, usual: float) -> NDArray[np.float64]:
 def _best_start(clip: Clip, count: int) -> int:
     """First of ``count`` frames whose successor looks most like it."""
     last = clip.count - count - min(_BLEND, count // 3)
-    starts = sorted({round(i) for i in np.linspace(0, last, 12)})
+    starts = sorted({round(float(i)) for i in np.linspace(0, last, 12)})
 
     def seam(i: int) -> float:
         small = [

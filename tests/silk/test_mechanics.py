@@ -136,9 +136,8 @@ def highest_frequency(model: Model) -> float:
     matrix, nudge = np.empty((size, size)), 1e-6
     still = np.zeros_like(model.rest)
     for i in range(size):
-        moved = np.zeros(size)
-        moved[i] = nudge
-        moved = moved.reshape(model.rest.shape)
+        moved = np.zeros_like(model.rest)
+        moved.flat[i] = nudge
         ahead = spring_force(model, model.rest + moved, still)
         behind = spring_force(model, model.rest - moved, still)
         matrix[:, i] = (behind - ahead).ravel() / (2 * nudge)

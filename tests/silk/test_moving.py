@@ -1,19 +1,21 @@
 """What wind, objects and time do to the sheets, and how loops close."""
 
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
-from takes import camera, film, lean, torch
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.pixels import encode_bytes
-from fire_atlas.recipe.load import load
 from fire_atlas.core.shipped import shipped
+from fire_atlas.recipe.load import load
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.silk.produce import Take, produce
 from fire_atlas.silk.render import Film
+
+from .takes import camera, film, lean, torch
 
 
 def ranks(values: list[float]) -> list[int]:
@@ -37,7 +39,7 @@ def test_the_faster_the_sheets_the_faster_the_rendered_texture_changes() -> None
         told = type(made.told)(still, made.told.v_rms, made.told.rate, made.told.lit)
         fire = Film(made.scene, told, made.dress, made.frames, loops=False)
         seen = [fire.look(i, camera()).light for i in range(made.frames)]
-        steps = [np.abs(b - a).mean() / a.mean() for a, b in zip(seen, seen[1:], strict=False)]
+        steps = [np.abs(b - a).mean() / a.mean() for a, b in pairwise(seen)]
         energy.append(float((made.told.v_rms**2).mean()))
         change.append(float(np.mean(steps)))
     assert ranks(energy) == sorted(ranks(energy)), "wind stirs the sheets"
@@ -57,10 +59,8 @@ def test_a_stronger_wind_leans_the_flame_further_where_it_blows() -> None:
 
 @pytest.mark.parametrize(("key", "less", "more"), [("lift", 0.5, 2.0), ("pressure", 0.5, 2.0)])
 def test_what_rises_harder_bends_less(key: str, less: float, more: float) -> None:
-    angles = [
-        float(lean(film(6, wind={"level": 3.0}, **{key: value}).told.x).mean())
-        for value in (less, more)
-    ]
+    keys: list[dict[str, Any]] = [{key: less}, {key: more}]
+    angles = [float(lean(film(6, wind={"level": 3.0}, **keys[i]).told.x).mean()) for i in (0, 1)]
     assert angles[0] > angles[1] + 4
 
 
@@ -86,7 +86,7 @@ def test_every_side_of_a_loop_closes_to_the_byte(fuel: str) -> None:
 def test_a_loop_has_no_seam() -> None:
     made = film(36, sheets={"count": 3})
     seen = [made.look(i, camera(30.0)).light for i in range(made.frames + 1)]
-    steps = np.array([np.sqrt(np.mean((b - a) ** 2)) for a, b in zip(seen, seen[1:], strict=False)])
+    steps = np.array([np.sqrt(np.mean((b - a) ** 2)) for a, b in pairwise(seen)])
     assert 0.7 < steps[-1] / np.median(steps) < 1.3
     assert steps.max() < 1.6 * np.median(steps)
     detail = [float((np.diff(light, axis=0) ** 2).mean()) for light in seen[:-1]]

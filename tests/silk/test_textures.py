@@ -1,6 +1,6 @@
 """The images on the sheets: painted, cut from clips, and synthesised without end."""
 
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 
 import cv2
@@ -115,7 +115,7 @@ def test_two_hundred_synthesised_images_neither_freeze_nor_blur_away() -> None:
     usual = step(seeds.one, seeds.other)
     sharp = (detail(seeds.one) + detail(seeds.other)) / 2
     made = [seeds.other, *islice(synthesise(seeds, seed=1), 200)]
-    steps = np.array([step(a, b) for a, b in zip(made, made[1:], strict=False)]) / usual
+    steps = np.array([step(a, b) for a, b in pairwise(made)]) / usual
     assert steps.min() >= 0.5
     assert min(detail(image) for image in made) >= 0.7 * sharp
     assert max(float(image.max()) for image in made) <= float(images[7:9].max())
@@ -127,7 +127,7 @@ def test_more_energy_moves_synthesised_fire_further() -> None:
 
     def pace(energy: float) -> float:
         made = list(islice(synthesise(seeds, 1, energy), 16))
-        return float(np.mean([step(a, b) for a, b in zip(made, made[1:], strict=False)]))
+        return float(np.mean([step(a, b) for a, b in pairwise(made)]))
 
     assert pace(0.25) < pace(1.0) < pace(4.0)
 
