@@ -67,7 +67,8 @@ class Dress:
         low = np.floor(place.min(axis=1)).astype(np.intp)
         high = np.ceil(place.max(axis=1)).astype(np.intp) + 1
         # Of a table of sums over all texels above and to the left, four tell the sum of any box.
-        bright = (light.max(axis=-1) > _DARK).astype(np.int32)
+        red, green, blue = (light[..., c] for c in range(3))  # numpy is slow along a short axis
+        bright = (np.maximum(np.maximum(red, green), blue) > _DARK).astype(np.int32)
         table = np.zeros((bright.shape[0] + 1, bright.shape[1] + 1), np.int32)
         np.cumsum(np.cumsum(bright, axis=0), axis=1, out=table[1:, 1:])
         x0, y0 = low[:, 0], low[:, 1]

@@ -13,6 +13,7 @@ from fire_atlas.silk.drawing import Stage, set_stage
 from fire_atlas.silk.dress import Dress
 from fire_atlas.silk.grading import exposed
 from fire_atlas.silk.mechanics import normals
+from fire_atlas.silk.mesh import length
 from fire_atlas.silk.scene import Scene
 from fire_atlas.silk.simulation import Recording
 
@@ -69,15 +70,14 @@ class Film:
         light = np.zeros((height, width, 3), np.float32)
         for sheets in self._batches():
             self._add(light, i, sheets, camera, stage)
+        size = camera.width, camera.height
         if stage.is_empty:
-            light = light.reshape(camera.height, _FINER, camera.width, _FINER, 3).mean(axis=(1, 3))
-            return Frame(exposed(light), np.zeros(light.shape[:2], np.float32))
-        light += stage.lit_by(light, self._heart(i, camera))
-        seen = [
-            as_plane(cv2.resize(plane, (camera.width, camera.height), interpolation=cv2.INTER_AREA))
-            for plane in (light, stage.cover)
-        ]
-        return Frame(exposed(seen[0]), seen[1])
+            cover = np.zeros(size[::-1], np.float32)
+        else:
+            light += stage.lit_by(light, self._heart(i, camera))
+            cover = as_plane(cv2.resize(stage.cover, size, interpolation=cv2.INTER_AREA))
+        light = as_plane(cv2.resize(light, size, interpolation=cv2.INTER_AREA))
+        return Frame(exposed(light), cover)
 
     def flow(self, i: int, camera: Camera) -> NDArray[np.float32]:
         """Velocity (height, width, 2) of what frame ``i`` shows, px/s.
@@ -124,7 +124,7 @@ class Film:
         facing = np.abs(np.einsum("srcd,d->src", normals(x), camera.axes()[2]))
         share = np.clip((facing - _EDGE_ON) / _FACE_ON, 0.0, 1.0)
         v = self._velocity(i)[sheets]
-        speed = np.sqrt((v * v).sum(axis=-1)) / (self.scene.fuel.speed * 4)
+        speed = length(v) / (self.scene.fuel.speed * 4)
         up = np.linspace(0.0, 1.0, x.shape[1])[None, :, None]
         thin = (1 - 0.35 * up) / (1 + 0.25 * speed * speed)
         lit = self.told.lit[i, sheets, None, None]
