@@ -79,20 +79,23 @@ def contact_sheet(
 ) -> bytes:
     """Return a PNG of some dozen frames, evenly spread: as they came in, their flakes, the result.
 
-    Without ``tracks`` or ``clip`` their rows are left out.
+    Without ``tracks`` or ``clip`` their rows are left out. Several animations of one length, like
+    the sides of a fire, have a row each.
     """
-    count = len(atlas.frames)
+    lengths = [len(animation.frames) for animation in atlas.sheet.animations]
+    count = lengths[0] if len(set(lengths)) == 1 else len(atlas.frames)
     chosen = [i * count // min(count, _COLUMNS) for i in range(min(count, _COLUMNS))]
     rows = []
     if clip is not None and clip.count == count:
         rows.append([_input(clip, i, background) for i in chosen])
     if tracks is not None and len(tracks.frames) == count:
         rows.append([_flakes(tracks, i) for i in chosen])
-    rows.append([
+    pictures = [
         _fit(blend(frame, background, atlas.alpha, atlas.blend_space))
         for i, frame in enumerate(cut_frames(atlas))
-        if i in chosen
-    ])  # fmt: skip
+        if i % count in chosen
+    ]
+    rows += [pictures[i : i + len(chosen)] for i in range(0, len(pictures), len(chosen))]
     file = io.BytesIO()
     _sheet(chosen, rows, background).save(file, "PNG")
     return file.getvalue()

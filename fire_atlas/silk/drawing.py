@@ -1,5 +1,6 @@
 """Opaque intruders, drawn in front of and behind the flames, lit by them."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -126,13 +127,21 @@ def _draw(stage: Stage, body: Body, time: float, camera: Camera, finer: int) -> 
     stage.cover[box][inside] = 1
     stage.away[box][inside] = away[inside]
     stage.normal[box][inside] = np.stack([dx, dy, -bulge], axis=-1)[inside]
-    stage.colour[box][inside] = _colours(body, share, np.sqrt(square) / radius)[inside]
+    side = (dx * along[1] - dy * along[0]) / math.sqrt(square)
+    stage.colour[box][inside] = _colours(body, share, side, math.sqrt(square) / radius)[inside]
 
 
-def _colours(body: Body, share: NDArray[np.float64], long: float) -> NDArray[np.float32]:
-    """Colour (..., 3) along a body, ``share`` of the way from its first end."""
+def _colours(
+    body: Body, share: NDArray[np.float64], side: NDArray[np.float64], long: float
+) -> NDArray[np.float32]:
+    """Colour (..., 3) of a body ``long`` radii long, ``share`` of the way from its first end and
+    ``side``, -1..1, beside its middle line."""
     if body.is_match:
         head = np.clip((3.0 - share * long) / 0.7, 0.0, 1.0)[..., None]
         return np.asarray(_STICK + (_HEAD - _STICK) * head, np.float32)
-    plain = _WOOD if body.axis.any() else _STONE
-    return np.broadcast_to(plain, (*share.shape, 3))
+    if not body.axis.any():
+        return np.broadcast_to(_STONE, (*share.shape, 3))
+    # Bark runs along a log in ridges, and where it lies in the fire it is charred.
+    ridges = np.sin(13 * side + 1.3 * np.sin(1.2 * share * long + 4 * side)) ** 2
+    charred = 0.25 + 0.75 * np.clip(np.abs(2 * share - 1) * 1.3 - 0.2, 0, 1)
+    return np.asarray(_WOOD * ((0.45 + 0.55 * ridges) * charred)[..., None], np.float32)

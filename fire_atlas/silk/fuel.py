@@ -62,7 +62,7 @@ FUELS: dict[FuelName, Fuel] = {
     "wood": Fuel(
         mass=1.0, structural=26.0, shear=9.0, bending=3.0, damping=6.0,
         lift=9.0, lift_height=0.9, gravity=1.5, drag=6.0, flutter=5.0, sway=0.10,
-        rate=24.0, speed=0.25, gas=1.8,
+        rate=24.0, speed=0.28, gas=1.5,
         burner=Burner(0.0, eddies=0.5, life=0.8, width=0.75, flicker=0.5, tongue=0.14, draught=0.6),
         ramp=("#a80c00", "#ff3e05", "#ff7814", "#ffb24c"), blue=0.0,
         light=5.6, contrast=2.5, temperature=1750.0,
@@ -70,7 +70,7 @@ FUELS: dict[FuelName, Fuel] = {
     "candle": Fuel(
         mass=1.0, structural=20.0, shear=7.0, bending=3.0, damping=8.0,
         lift=6.0, lift_height=1.2, gravity=1.0, drag=6.0, flutter=0.9, sway=0.03,
-        rate=24.0, speed=0.06, gas=1.5,
+        rate=24.0, speed=0.06, gas=1.3,
         burner=Burner(0.0, eddies=0.035, life=0.72, width=0.22, flicker=0.03, tongue=0.5,
                       draught=1.7, swell=0.26),
         ramp=("#c84006", "#ff8a20", "#ffb848", "#ffe09a"), blue=0.22,
