@@ -12,7 +12,7 @@ from fire_atlas.silk.dress import dress, images_of_a_loop
 from fire_atlas.silk.footage import images_from_seeds, images_of
 from fire_atlas.silk.plume import burn
 from fire_atlas.silk.render import Film
-from fire_atlas.silk.scene import Scene, build_scene, refuse_jumps
+from fire_atlas.silk.scene import Scene, build_scene, refuse_jumps, refuse_length
 from fire_atlas.silk.simulation import Recording, simulate
 from fire_atlas.silk.texture import Sequence
 from fire_atlas.silk.tint import Tint
@@ -59,6 +59,7 @@ def produce(take: Take) -> Film:
     """
     source = take.source
     scene = build_scene(source, take.wind, take.seed, take.fps)
+    refuse_length(scene, take.frames)
     if take.loops:
         refuse_jumps(scene, take.frames / take.fps)
     told = simulate(scene, take.frames, take.loops)

@@ -16,11 +16,14 @@ from fire_atlas.silk.intruders import Body, stretched
 from fire_atlas.silk.mechanics import longest_step
 from fire_atlas.silk.mesh import Elastic, Model, Placement, build_model
 
-MOST_STEPS = 240
-"""Most steps a frame: more would take minutes."""
+MOST_STEPS = 6000
+"""Most steps a second: more would take minutes."""
 
 MOST_NODES = 200_000
-"""Most nodes in all: forces and frames of more would not fit into memory."""
+"""Most nodes in all: forces on more would take too much memory."""
+
+MOST_PLACES = 20_000_000
+"""Most places of nodes that are recorded: 240 MB."""
 
 _MATCH_FLAME = (13.0, 20.0)
 """Width and height of the sheets of a burning match, in its radius."""
@@ -82,6 +85,20 @@ def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> Scene:
     return Scene(fuel, model, air, bodies, tuple(rider), dt, steps, fps)
 
 
+def refuse_length(scene: Scene, frames: int) -> None:
+    """Refuse more ``frames`` than can be recorded.
+
+    Raises:
+        RecipeError: The sheets have too many nodes for so many.
+    """
+    nodes = scene.model.rest[..., 0].size
+    if nodes * frames > MOST_PLACES:
+        raise RecipeError(
+            f"timeline.frames: {frames} frames of {nodes} nodes are more than can be kept in "
+            f"memory; at most {MOST_PLACES // nodes}, or fewer or coarser sheets"
+        )
+
+
 def refuse_jumps(scene: Scene, duration: float) -> None:
     """Refuse a loop of ``duration`` s in which an intruder does not come back.
 
@@ -119,14 +136,14 @@ def time_step(source: SilkSource, model: Model, fuel: Fuel, fps: float) -> tuple
     """
     longest = longest_step(model, fuel.drag)
     steps = math.ceil(1 / fps / longest)
-    if steps > MOST_STEPS:
+    if 1 / longest > MOST_STEPS:
         # Frequencies go with the root of stiffness over mass.
-        limit = source.stiffness * (MOST_STEPS / steps) ** 2
+        limit = source.stiffness * (MOST_STEPS * longest) ** 2
         raise RecipeError(
             f"source.stiffness: {source.stiffness:g} at mass {source.mass:g} and a mesh of "
-            f"{source.rows} x {source.columns} would swing so fast that a frame takes {steps} "
-            f"steps; at most {MOST_STEPS} are done, so stiffness can be at most about {limit:.3g} "
-            f"here; heavier or coarser sheets may be stiffer"
+            f"{source.rows} x {source.columns} would swing so fast that a second takes "
+            f"{1 / longest:.0f} steps; at most {MOST_STEPS} are done, so stiffness can be at most "
+            f"about {limit:.3g} here; heavier or coarser sheets may be stiffer"
         )
     return 1 / fps / steps, steps
 
@@ -146,7 +163,7 @@ def placed(sheets: tuple[Sheet, ...] | Arrangement, seed: int) -> list[Placement
         share = (i + 0.5) / count
         turn = 2 * math.pi * (share + 0.3 * jitter[0, i] / count)
         if sheets.arrangement == "crossed":
-            angle = 180 * share + 60 * jitter[2, i] / count
+            angle = 180 * i / count + 60 * jitter[2, i] / count  # the first faces the front
             # The golden angle spreads any number of bases evenly over the disc.
             around, far = i * 2.399963, sheets.spread * math.sqrt(share)
             place = far * math.cos(around), far * math.sin(around)

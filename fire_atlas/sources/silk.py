@@ -13,7 +13,10 @@ from fire_atlas.silk.camera import Camera
 from fire_atlas.silk.produce import Take, produce
 from fire_atlas.silk.render import Film
 from fire_atlas.sources import matte
-from fire_atlas.sources.frames import open_frames
+from fire_atlas.sources.frames import DEFAULT_FPS, open_frames
+
+FRAMES = 48
+"""Frames of a fire whose recipe does not say how many: two seconds."""
 
 
 def open_silk(settings: SilkSource, recipe: Recipe, texture: Path | None) -> dict[str, Clip]:
@@ -33,7 +36,7 @@ def open_silk(settings: SilkSource, recipe: Recipe, texture: Path | None) -> dic
     if texture is not None:
         footage = open_frames(FramesSource(path=str(texture)), texture, "linear")
     take = Take(
-        settings, recipe.wind, recipe.seed, timeline.frames, timeline.fps,
+        settings, recipe.wind, recipe.seed, timeline.frames or FRAMES, timeline.fps or DEFAULT_FPS,
         timeline.loop == "auto", footage,
     )  # fmt: skip
     film = produce(take)

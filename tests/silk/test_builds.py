@@ -125,11 +125,17 @@ def test_what_cannot_be_is_refused_with_advice(
     assert advice in refused(recipe(tmp_path, {**SILK, **keys}), capsys)
 
 
-def test_footage_has_one_side_and_no_unknown_kind(
+def test_each_kind_of_source_is_refused_the_keys_of_the_other(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     told = refused(recipe(tmp_path, {"path": "x"}, views={"count": 4}), capsys)
     assert "views: frames have one side only" in told
+    for keys, advice in (
+        ({"loop": "pingpong"}, "timeline.loop: pingpong joins the ends of a clip"),
+        ({"overlap": 4}, "timeline.overlap is for clips"),
+        ({"tail": True, "loop": "none"}, "timeline.tail is for clips"),
+    ):
+        assert advice in refused(recipe(tmp_path, SILK, timeline=keys), capsys)
     told = refused(recipe(tmp_path, {"kind": "slik"}), capsys)
     assert 'source.kind: must be one of frames, silk; got "slik"; did you mean silk?' in told
     told = refused(recipe(tmp_path, {"path": "x", "fuel": "wood"}), capsys)

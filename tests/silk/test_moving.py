@@ -49,7 +49,7 @@ def test_the_faster_the_sheets_the_faster_the_rendered_texture_changes() -> None
 def test_a_stronger_wind_leans_the_flame_further_where_it_blows() -> None:
     angles = [float(lean(blown(level).told.x).mean()) for level in LEVELS]
     assert np.diff(angles).min() > 0
-    assert 15 < angles[-1] < 60
+    assert 10 < angles[-1] < 60
     left = film(8, loops=False, wind={"level": 3.0, "direction": "left"})
     away = film(8, loops=False, wind={"level": 3.0, "direction": 90.0})
     assert lean(left.told.x).mean() < -8
@@ -161,8 +161,9 @@ def match() -> Film:
     recipe = load(shipped("recipes") / "match.yaml").recipe
     assert isinstance(recipe.source, SilkSource)
     small = recipe.source.model_copy(update={"width": 96, "height": 96})
-    timeline = recipe.timeline
-    return produce(Take(small, recipe.wind, 0, timeline.frames, timeline.fps, loops=False))
+    frames, fps = recipe.timeline.frames, recipe.timeline.fps
+    assert frames is not None and fps is not None
+    return produce(Take(small, recipe.wind, 0, frames, fps, loops=False))
 
 
 def test_a_match_bends_the_flame_by_five_degrees_catches_fire_and_the_flame_recovers() -> None:
@@ -223,3 +224,16 @@ def test_springs_too_stiff_are_refused_with_the_limit_and_stable_below_it() -> N
 def test_ten_thousand_sheets_are_refused_before_they_take_memory() -> None:
     with pytest.raises(RecipeError, match=r"10000 sheets .* at most 200000"):
         film(2, sheets={"count": 10_000}, rows=24, columns=16)
+
+
+def test_more_frames_than_memory_holds_are_refused() -> None:
+    with pytest.raises(RecipeError, match=r"timeline\.frames: 10000 frames .* at most \d+"):
+        film(10_000, sheets={"count": 24}, rows=24, columns=16)
+
+
+@pytest.mark.parametrize("frames", [1, 2, 3])
+@pytest.mark.parametrize("loops", [True, False])
+def test_the_shortest_clips_are_made(frames: int, loops: bool) -> None:
+    made = film(frames, loops, sheets={"count": 1})
+    assert made.look(frames - 1, camera()).light.max() > 0.3
+    assert np.isfinite(made.flow(0, camera())).all()
