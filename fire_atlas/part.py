@@ -32,6 +32,7 @@ from fire_atlas.sources.registry import open_source, open_sprites
 from fire_atlas.sources.sprites import Sprites
 from fire_atlas.staging import Staging
 from fire_atlas.timeline.arrange import arrange
+from fire_atlas.timeline.memory import remembering
 from fire_atlas.timeline.tail import shortened
 
 
@@ -129,6 +130,8 @@ def _animation(name: str, recipe: Recipe, clip: Clip, stage: Stage) -> _Animatio
             life = recipe.flakes.life[1] if isinstance(recipe.flakes, Flakes) else 0.0
             plain = recipe.flakes == "none" and recipe.motion_blur == "none"
             clip = arrange(clip, recipe.timeline, life, workers, progress, only_packs=plain)
+        else:
+            clip = replace(clip, read=remembering(clip.read, range(clip.count)))
         study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
     with clock.measure("analyse"):
         analysis = _analysis(clip, recipe, study, workers, progress)

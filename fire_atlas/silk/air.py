@@ -33,7 +33,7 @@ class Air:
         fuel: What burns.
         wind: The recipe's wind.
         gravity: heights/s².
-        lift: (sheets, 1, 1) acceleration by heat at the base, heights/s².
+        lift: Acceleration by heat at the base, heights/s².
         decay: (sheets, 1, 1) height above its base in which a sheet's lift falls to 1/e, heights.
         base: (sheets, 1, 1) height of the base of each sheet, heights.
         rows, columns: Waves of flutter: phases (sheets, rows, waves), (sheets, columns, waves).
@@ -45,7 +45,7 @@ class Air:
     fuel: Fuel
     wind: Wind
     gravity: float
-    lift: NDArray[np.float64]
+    lift: float
     decay: NDArray[np.float64]
     base: NDArray[np.float64]
     rows: NDArray[np.float64]
@@ -83,7 +83,7 @@ class Air:
             fuel=fuel,
             wind=wind,
             gravity=fuel.gravity * gravity,
-            lift=np.full((sheets, 1, 1), fuel.lift * lift),
+            lift=fuel.lift * lift,
             decay=(fuel.lift_height * height)[column],
             base=rest[:, 0, 0, 2][column],
             rows=2 * np.pi * up * share + phase,

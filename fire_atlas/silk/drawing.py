@@ -53,16 +53,14 @@ class Stage:
 
     def lit_by(self, flame: NDArray[np.float32], heart: NDArray[np.float64]) -> NDArray[np.float32]:
         """Light (height, width, 3) of what is drawn, shone upon by the ``flame`` from its heart
-        (px, px, heights away)."""
+        (samples right, samples down, heights away)."""
         rows, columns = np.nonzero(self.cover)
         lit = np.zeros((*self.cover.shape, 3), np.float32)
         if not rows.size:
             return lit
-        samples = self.scale
-        middle = heart[:2] * samples / self.scale
         towards = np.stack([
-            (middle[0] - columns) / self.scale,
-            (middle[1] - rows) / self.scale,
+            (heart[0] - columns) / self.scale,
+            (heart[1] - rows) / self.scale,
             heart[2] - self.away[rows, columns],
         ], axis=1)  # fmt: skip
         far = np.sqrt((towards * towards).sum(axis=1))

@@ -30,6 +30,7 @@ class Fuel:
         gas: Speed of the gas in the texture, sheet heights/s at ``rate``.
         burner: The texture's fire; its ``gas`` is set from the one above.
         ramp: sRGB colours from the coolest visible flame to the hottest.
+        reach: How far along the ramp the hottest flame comes, 0..1.
         blue: Light of the blue foot of the flame, 0 for none.
         light: Of the hottest flame, before exposure.
         contrast: Exponent from heat to light.
@@ -52,6 +53,7 @@ class Fuel:
     gas: float
     burner: Burner
     ramp: tuple[str, ...]
+    reach: float
     blue: float
     light: float
     contrast: float
@@ -64,7 +66,7 @@ FUELS: dict[FuelName, Fuel] = {
         lift=9.0, lift_height=0.9, gravity=1.5, drag=6.0, flutter=5.0, sway=0.10,
         rate=24.0, speed=0.28, gas=1.5,
         burner=Burner(0.0, eddies=0.5, life=0.8, width=0.75, flicker=0.5, tongue=0.14, draught=0.6),
-        ramp=("#a80c00", "#ff3e05", "#ff7814", "#ffb24c"), blue=0.0,
+        ramp=("#a80c00", "#ff3e05", "#ff7814", "#ffb24c"), reach=1.0, blue=0.0,
         light=5.6, contrast=2.5, temperature=1750.0,
     ),
     "candle": Fuel(
@@ -73,7 +75,7 @@ FUELS: dict[FuelName, Fuel] = {
         rate=24.0, speed=0.06, gas=1.3,
         burner=Burner(0.0, eddies=0.035, life=0.72, width=0.22, flicker=0.03, tongue=0.5,
                       draught=1.7, swell=0.26),
-        ramp=("#c84006", "#ff8a20", "#ffb848", "#ffe09a"), blue=0.22,
+        ramp=("#c84006", "#ff8a20", "#ffb848", "#ffe09a"), reach=1.0, blue=0.22,
         light=4.6, contrast=1.0, temperature=1900.0,
     ),
     "gas": Fuel(
@@ -81,7 +83,7 @@ FUELS: dict[FuelName, Fuel] = {
         lift=13.0, lift_height=1.2, gravity=1.0, drag=6.0, flutter=3.0, sway=0.05,
         rate=30.0, speed=0.15, gas=2.6,
         burner=Burner(0.0, eddies=0.4, life=0.8, width=0.6, flicker=0.3, tongue=0.1, draught=0.7),
-        ramp=("#1430d0", "#2a6cff", "#64b0ff", "#d8f0ff"), blue=0.6,
+        ramp=("#1430d0", "#2a6cff", "#64b0ff", "#d8f0ff"), reach=1.0, blue=0.6,
         light=2.4, contrast=1.5, temperature=2600.0,
     ),
 }  # fmt: skip
@@ -104,6 +106,7 @@ def fuel_of(name: FuelName, pressure: float, oxygen: float) -> Fuel:
         rate=fuel.rate * oxygen**0.5,
         flutter=fuel.flutter * oxygen**0.5,
         light=fuel.light * oxygen,
+        reach=min(fuel.reach * oxygen**0.6, 1.0),
         temperature=fuel.temperature * oxygen**0.2,
         burner=replace(fuel.burner, life=fuel.burner.life * min(pressure**0.3, 1.15)),
     )

@@ -1,5 +1,6 @@
 """Frames of the recorded sheets as an eye sees them: light that adds up, and its motion."""
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -26,6 +27,9 @@ _BATCH = 16
 _EDGE_ON, _FACE_ON = 0.3, 0.55
 """Cosine between a sheet's normal and the line of sight at which it vanishes, and how much more
 it takes until it shows wholly."""
+
+_STEEPEST = 0.25
+"""Cosine of the elevation from which on upright sheets fade all the same."""
 
 _DARK = 1e-4
 """Light under this is not drawn."""
@@ -74,7 +78,8 @@ class Film:
         if stage.is_empty:
             cover = np.zeros(size[::-1], np.float32)
         else:
-            light += stage.lit_by(light, self._heart(i, camera))
+            heart = self._heart(i, camera) * (_FINER, _FINER, 1)
+            light += stage.lit_by(light, heart)
             cover = as_plane(cv2.resize(stage.cover, size, interpolation=cv2.INTER_AREA))
         light = as_plane(cv2.resize(light, size, interpolation=cv2.INTER_AREA))
         return Frame(exposed(light), cover)
@@ -122,6 +127,8 @@ class Film:
         """
         x = np.asarray(self.told.x[i, sheets], np.float64)
         facing = np.abs(np.einsum("srcd,d->src", normals(x), camera.axes()[2]))
+        # From above no upright sheet faces the eye; the one that does best shows wholly.
+        facing /= max(math.cos(math.radians(camera.elevation)), _STEEPEST)
         share = np.clip((facing - _EDGE_ON) / _FACE_ON, 0.0, 1.0)
         v = self._velocity(i)[sheets]
         speed = length(v) / (self.scene.fuel.speed * 4)

@@ -168,7 +168,8 @@ def placed(sheets: tuple[Sheet, ...] | Arrangement, seed: int) -> list[Placement
             around, far = i * 2.399963, sheets.spread * math.sqrt(share)
             place = far * math.cos(around), far * math.sin(around)
         elif sheets.arrangement == "ring":
-            angle = math.degrees(turn) + 90
+            # Along the ring, but turned out of it: from no side are all seen from their edges.
+            angle = math.degrees(turn) + (125 if i % 2 else 55)
             place = sheets.spread * math.cos(turn), sheets.spread * math.sin(turn)
         else:
             angle = 40 * jitter[2, i] + (25 if i % 2 else -25)

@@ -52,7 +52,7 @@ class Tint:
             hottest = fuel.temperature * (1 + _HOTTER * np.linspace(-1, 1, _SHADES))
             colours = [body_colours(kelvin) for kelvin in hottest]
         else:
-            colours = [ramp_colours(fuel.ramp)]
+            colours = [ramp_colours(fuel.ramp, fuel.reach)]
         tables = np.stack([light_table(each, light, fuel.contrast) for each in colours])
         blue = srgb_to_linear(np.array([int(_BLUE[k : k + 2], 16) / 255 for k in (1, 3, 5)]))
         # Red fire thins to red, blue fire to blue.
