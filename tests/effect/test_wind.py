@@ -112,3 +112,15 @@ def test_flakes_lean_with_the_wind_and_more_in_a_stronger_one() -> None:
 
 def test_wind_that_blows_away_from_the_eye_does_not_bend_the_plume() -> None:
     assert _drift(_blown(5.0, 90.0)) == pytest.approx(_drift(_blown(0.0, 0.0)), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "right", "away"), [(0, 3, 0), (90, 0, -3), (180, -3, 0), (270, 0, 3)]
+)
+def test_an_eye_that_walks_round_the_fire_sees_the_wind_turn(
+    azimuth: float, right: float, away: float
+) -> None:
+    """At 90° it stands to the right, where a wind from the left blows into its face."""
+    keyframes = [{"t": 0, "level": 3.0}, {"t": 1, "level": 3.0}]
+    for wind in (_wind(level=3.0), _wind(keyframes=keyframes)):
+        assert wind.seen_from(azimuth).at(0.5) == pytest.approx((right, away), abs=1e-9)
