@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fire_atlas.core.chance import Stage, generator
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.recipe.silk import Arrangement, Intruder, Sheet, SilkSource
+from fire_atlas.recipe.silk import Intruder, SilkSource
 from fire_atlas.recipe.wind import Wind
 from fire_atlas.silk.air import Air
 from fire_atlas.silk.fuel import Fuel, fuel_of
 from fire_atlas.silk.intruders import Body, stretched
 from fire_atlas.silk.mechanics import longest_step
 from fire_atlas.silk.mesh import Elastic, Model, Placement, build_model
+from fire_atlas.silk.placement import match_flames, placed
 
 MOST_STEPS = 6000
 """Most steps a second: more would take minutes."""
@@ -24,9 +24,6 @@ MOST_NODES = 200_000
 
 MOST_PLACES = 20_000_000
 """Most places of nodes that are recorded: 240 MB."""
-
-_MATCH_FLAME = (13.0, 20.0)
-"""Width and height of the sheets of a burning match, in its radius."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +63,7 @@ def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> Scene:
     rider = [-1] * len(placements)
     for i, body in enumerate(bodies):
         if body.is_match:
-            flames = _match_flames(body)
+            flames = match_flames(body)
             placements += flames
             rider += [i] * len(flames)
     nodes = len(placements) * source.rows * source.columns
@@ -146,46 +143,6 @@ def time_step(source: SilkSource, model: Model, fuel: Fuel, fps: float) -> tuple
             f"about {limit:.3g} here; heavier or coarser sheets may be stiffer"
         )
     return 1 / fps / steps, steps
-
-
-def placed(sheets: tuple[Sheet, ...] | Arrangement, seed: int) -> list[Placement]:
-    """Where the sheets hang."""
-    if not isinstance(sheets, Arrangement):
-        return [Placement(s.at, s.width, s.height, s.angle) for s in sheets]
-    count, (x, y, z) = sheets.count, sheets.at
-    chance = generator(seed, Stage.SHEETS)
-    # No two of a kind: sizes differ a little, as the tongues of a fire do.
-    heights = sheets.height * chance.uniform(0.88, 1.0, count)
-    widths = sheets.width * chance.uniform(0.9, 1.08, count)
-    jitter = chance.uniform(-0.5, 0.5, (3, count))
-    found = []
-    for i in range(count):
-        share = (i + 0.5) / count
-        turn = 2 * math.pi * (share + 0.3 * jitter[0, i] / count)
-        if sheets.arrangement == "crossed":
-            angle = 180 * i / count + 60 * jitter[2, i] / count  # the first faces the front
-            # The golden angle spreads any number of bases evenly over the disc.
-            around, far = i * 2.399963, sheets.spread * math.sqrt(share)
-            place = far * math.cos(around), far * math.sin(around)
-        elif sheets.arrangement == "ring":
-            # Along the ring, but turned out of it: from no side are all seen from their edges.
-            angle = math.degrees(turn) + (125 if i % 2 else 55)
-            place = sheets.spread * math.cos(turn), sheets.spread * math.sin(turn)
-        else:
-            angle = 40 * jitter[2, i] + (25 if i % 2 else -25)
-            along = (share - 0.5) * sheets.spread + jitter[1, i] * sheets.spread / (2 * count)
-            place = along, 0.3 * sheets.width * jitter[0, i]
-        at = (x + place[0], y + place[1], z)
-        found.append(Placement(at, float(widths[i]), float(heights[i]), angle))
-    return found
-
-
-def _match_flames(body: Body) -> list[Placement]:
-    """Two crossed sheets at the head of a match."""
-    width, height = (body.radius * k for k in _MATCH_FLAME)
-    x, y, z = (float(c) for c in body.places[0])
-    base = (x, y, z - 0.06 * height)
-    return [Placement(base, width, height, angle) for angle in (25.0, 115.0)]
 
 
 def _body(intruder: Intruder) -> Body:

@@ -2,13 +2,16 @@
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.silk.mechanics import State, step
+from fire_atlas.silk.mechanics import External, State, step
 from fire_atlas.silk.mesh import Vectors, length
 from fire_atlas.silk.scene import Scene
+
+Real = TypeVar("Real", np.float32, np.float64)
 
 _SETTLING = 1.5
 """Seconds the sheets move before the first frame."""
@@ -90,22 +93,26 @@ def _overlap(frames: int, fps: float) -> int:
 
 def _frame(scene: Scene, state: State, time: float) -> State:
     """Carry the sheets on by one frame."""
-    dt = scene.dt
     for n in range(scene.steps):
-        now = time + n * dt
+        now = time + n * scene.dt
         state = _ridden(scene, state, now)
-
-        def external(x: Vectors, v: Vectors, now: float = now) -> Vectors:
-            a = scene.air.acceleration(now, x, v)
-            for i, body in enumerate(scene.bodies):
-                push = body.push(now, x)
-                if body.is_match:
-                    push[[sheet == i for sheet in scene.rider]] = 0.0
-                a += push
-            return a
-
-        state = step(scene.model, state, external, dt)
+        state = step(scene.model, state, _forces(scene, now), scene.dt)
     return state
+
+
+def _forces(scene: Scene, now: float) -> External:
+    """What moves the nodes at one moment besides their springs."""
+
+    def external(x: Vectors, v: Vectors) -> Vectors:
+        a = scene.air.acceleration(now, x, v)
+        for i, body in enumerate(scene.bodies):
+            push = body.push(now, x)
+            # A match does not push the flame away that it carries.
+            push[[rider == i for rider in scene.rider]] = 0.0
+            a += push
+        return a
+
+    return external
 
 
 def _ridden(scene: Scene, state: State, now: float) -> State:
@@ -161,7 +168,7 @@ def _closed(told: Recording, frames: int, overlap: int) -> Recording:
     weight = np.linspace(0.0, 1.0, overlap + 1)
     weight = weight * weight * (3 - 2 * weight)
 
-    def closed(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def closed(values: NDArray[Real]) -> NDArray[Real]:
         w = weight.reshape(-1, *[1] * (values.ndim - 1)).astype(values.dtype)
         kept = values[: frames + 1].copy()
         blend = (1 - w) * values[frames : frames + overlap + 1] + w * values[: overlap + 1]
@@ -170,5 +177,4 @@ def _closed(told: Recording, frames: int, overlap: int) -> Recording:
         kept[frames] = kept[0]
         return kept
 
-    x: NDArray[np.float32] = closed(told.x)  # type: ignore[arg-type, assignment]
-    return Recording(x, closed(told.v_rms), closed(told.rate), closed(told.lit))
+    return Recording(closed(told.x), closed(told.v_rms), closed(told.rate), closed(told.lit))
