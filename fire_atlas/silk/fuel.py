@@ -66,8 +66,8 @@ FUELS: dict[FuelName, Fuel] = {
         lift=9.0, lift_height=0.9, gravity=1.5, drag=6.0, flutter=5.0, sway=0.10,
         rate=24.0, speed=0.28, gas=1.5,
         burner=Burner(0.0, eddies=0.5, life=0.8, width=0.75, flicker=0.5, tongue=0.14, draught=0.6),
-        ramp=("#a80c00", "#ff3e05", "#ff7814", "#ffb24c"), reach=1.0, blue=0.0,
-        light=5.6, contrast=2.5, temperature=1750.0,
+        ramp=("#a80c00", "#ff3404", "#ff660a", "#ff8c1a", "#ffb044"), reach=1.0, blue=0.0,
+        light=6.5, contrast=2.7, temperature=1750.0,
     ),
     "candle": Fuel(
         mass=1.0, structural=20.0, shear=7.0, bending=3.0, damping=8.0,

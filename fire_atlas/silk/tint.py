@@ -19,7 +19,7 @@ _DARK_FOOT = 0.26
 _HOTTER = 0.15
 """How much hotter than at its own speed, and no more, a fast black body is."""
 
-_THIN = np.array([1.0, 1.4, 2.0])
+_THIN = np.array([1.0, 1.7, 3.0])
 
 _SHADES = 24
 """Tables of black bodies, from the coolest sheet to the hottest."""
