@@ -1,25 +1,18 @@
 # Answers what the engine understood of each resource and scene of the job, by their paths.
-extends SceneTree
+extends "res://job.gd"
 
 
-func _init():
-	var file = File.new()
-	file.open("res://job.json", File.READ)
-	var job = parse_json(file.get_as_text())
-	file.close()
-	var answer = {}
+func run(job):
+	var told = {}
 	for path in job:
 		var loaded = ResourceLoader.load(path, "", true)
 		if loaded is SpriteFrames:
-			answer[path] = _frames(loaded)
+			told[path] = _frames(loaded)
 		elif loaded is PackedScene:
-			answer[path] = _scene(loaded.instance())
+			told[path] = _scene(loaded.instance())
 		else:
-			answer[path] = null
-	file.open("res://answer.json", File.WRITE)
-	file.store_string(to_json(answer))
-	file.close()
-	quit()
+			told[path] = null
+	answer(told)
 
 
 func _frames(frames):

@@ -1,24 +1,14 @@
 # Draws scenes, each at a frame of an animation, and writes what the screen then shows.
 # Job: {"at": [x, y], "background": "rrggbb", "shots": [{"scene", "animation", "frame", "to",
 #       and perhaps "flakes": a time in frames at which they are shown}]}
-extends SceneTree
-
-var _job
+extends "res://job.gd"
 
 
-func _init():
-	var file = File.new()
-	file.open("res://job.json", File.READ)
-	_job = parse_json(file.get_as_text())
-	file.close()
-	call_deferred("_draw")
-
-
-func _draw():
-	VisualServer.set_default_clear_color(Color(_job["background"]))
-	for shot in _job["shots"]:
+func run(job):
+	VisualServer.set_default_clear_color(Color(job["background"]))
+	for shot in job["shots"]:
 		var node = load(shot["scene"]).instance()
-		node.position = Vector2(_job["at"][0], _job["at"][1])
+		node.position = Vector2(job["at"][0], job["at"][1])
 		get_root().add_child(node)
 		node.play(shot["animation"])
 		node.stop()
@@ -36,8 +26,4 @@ func _draw():
 		image.flip_y()
 		image.save_png("res://" + shot["to"])
 		node.free()
-	var file = File.new()
-	file.open("res://answer.json", File.WRITE)
-	file.store_string(to_json(_job["shots"].size()))
-	file.close()
-	quit()
+	answer(job["shots"].size())

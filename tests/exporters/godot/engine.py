@@ -63,7 +63,8 @@ class Game:
 
         With a ``size``, it runs in a window of so many px, on a screen that nobody sees.
         """
-        shutil.copy(SCRIPTS / script, self.folder / script)
+        for name in (script, "job.gd"):
+            shutil.copy(SCRIPTS / name, self.folder / name)
         (self.folder / "job.json").write_text(json.dumps(job))
         (self.folder / "answer.json").unlink(missing_ok=True)
         line = ["godot3-server"]
