@@ -72,7 +72,7 @@ class Stage:
 def make_part(loaded: LoadedRecipe, stage: Stage) -> Part:
     """Make the frames of a recipe: those of an effect, or plain sprites where it only packs."""
     with stage.clock.measure("study"):
-        opened = open_input(loaded)
+        opened = open_input(loaded, stage.workers)
         first = opened if isinstance(opened, Sprites) else next(iter(opened.values()))
         stage.progress.note(f"{first.matte} matte: {first.matte_reason}")
         # Hashed before they are read: what changes meanwhile is not up to date afterwards.
@@ -83,11 +83,11 @@ def make_part(loaded: LoadedRecipe, stage: Stage) -> Part:
     return _effect_part(loaded.recipe, opened, inputs, stage)
 
 
-def open_input(loaded: LoadedRecipe) -> Mapping[str, Clip] | Sprites:
+def open_input(loaded: LoadedRecipe, workers: Workers) -> Mapping[str, Clip] | Sprites:
     """Open what a recipe names: a clip by name for each side it is seen from, or sprites of
     several animations or sizes if it only packs."""
     sprites = None if _needs_analysis(loaded.recipe) else open_sprites(loaded)
-    return open_source(loaded) if sprites is None else sprites
+    return open_source(loaded, workers) if sprites is None else sprites
 
 
 def _effect_part(

@@ -9,7 +9,9 @@ from typing import NoReturn
 import pytest
 
 # Test files are imported one by one (--import-mode=importlib), so helpers need a place on the path.
-sys.path += [str(Path(__file__).parent / room) for room in ("sources", "effect", "timeline")]
+sys.path += [
+    str(Path(__file__).parent / room) for room in ("sources", "effect", "timeline", "profile")
+]
 
 
 WEB = Path(__file__).parent / "exporters" / "web"

@@ -55,6 +55,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         "build": _add_build(commands),
         "check": _add_check(commands),
         "init": _add_init(commands),
+        "learn": _add_learn(commands),
         "watch": _add_watch(commands),
         "clean": _add_clean(commands),
         "preview": _add_preview(commands),
@@ -111,6 +112,26 @@ def _add_init(commands: _Commands) -> _Parser:
     parser = commands.add_parser("init", help="copy a ready recipe with its sample input")
     parser.add_argument("preset", nargs="?", metavar="PRESET", help="without one: list them")
     parser.add_argument("folder", nargs="?", type=_path, default=".", metavar="DIR")
+    _add_volume(parser)
+    return parser
+
+
+def _add_learn(commands: _Commands) -> _Parser:
+    parser = commands.add_parser("learn", help="learn a fire profile from a short clip")
+    parser.add_argument("clip", type=_path, metavar="CLIP", help="8-60 frames of one fire")
+    parser.add_argument(
+        "-o", "--out", type=_path, metavar="FILE", help="default: CLIP's name .profile.json"
+    )
+    parser.add_argument("--side", type=_path, metavar="CLIP", help="the same fire from the right")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        dest="overrides",
+        metavar="KEY=VALUE",
+        help="a key of source, like fps=30 or threshold=90",
+    )
+    _add_jobs(parser)
     _add_volume(parser)
     return parser
 

@@ -8,7 +8,7 @@ from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.load import LoadedRecipe, load
 from fire_atlas.recipe.output import missing_extra
 from fire_atlas.recipe.resolved import resolved_yaml
-from fire_atlas.recipe.source import FramesSource
+from fire_atlas.recipe.source import Footage
 from fire_atlas.sources.listing import WHOLE, list_inputs
 
 
@@ -42,6 +42,6 @@ def _find_source(part: LoadedRecipe) -> None:
     source = part.recipe.source
     for key, path in part.source_files.items():
         try:
-            list_inputs(source if isinstance(source, FramesSource) else WHOLE, path)
+            list_inputs(source if isinstance(source, Footage) else WHOLE, path)
         except SourceError as error:
             raise SourceError(f"{part.tree.origin(key).locate(key)}: {error}") from None

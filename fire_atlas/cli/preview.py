@@ -78,7 +78,7 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
         return
 
     from fire_atlas.build import build
-    from fire_atlas.core.workers import default_jobs
+    from fire_atlas.core.workers import Workers, default_jobs
     from fire_atlas.part import open_input
     from fire_atlas.recipe.load import load
 
@@ -90,7 +90,8 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
             build(loaded, Path(folder), args.jobs or default_jobs(), view)
         finally:
             view.close()
-        shown = open_input(loaded) if not loaded.members else None
+        with Workers(1) as workers:
+            shown = open_input(loaded, workers) if not loaded.members else None
         clips = list(shown.values()) if isinstance(shown, Mapping) else []
         clip = clips[0] if len(clips) == 1 else None
         yield Path(folder) / f"{loaded.recipe.name}.json", clip

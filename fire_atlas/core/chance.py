@@ -13,6 +13,8 @@ class Stage(IntEnum):
     EDDIES = 3
     BURSTS = 4
     PACKING = 5
+    PARTICLES = 6
+    SPLICES = 7
     PLUME = 10
     SHEETS = 11
     TURBULENCE = 12

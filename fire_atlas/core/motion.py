@@ -15,15 +15,15 @@ FLOW_AREA = 210 * 210
 """Most px of the pictures on which the flow of larger frames is estimated: shrunk, these are
 smooth; the grid needs no more, and it takes time."""
 
-_SMALLEST_SIDE = 64
+SMALLEST_SIDE = 64
 """Smaller pictures are enlarged: the estimator's patches need room."""
 
 
 def flow_size(width: int, height: int, area: int) -> tuple[int, int]:
     """Size (width, height), of about ``area`` px at most, at which flow is estimated."""
     scale = min(1.0, math.sqrt(area / (width * height)))
-    scale = max(scale, _SMALLEST_SIDE / min(width, height))
-    return max(round(width * scale), _SMALLEST_SIDE), max(round(height * scale), _SMALLEST_SIDE)
+    scale = max(scale, SMALLEST_SIDE / min(width, height))
+    return max(round(width * scale), SMALLEST_SIDE), max(round(height * scale), SMALLEST_SIDE)
 
 
 def thumbnail(brightness: Plane, is_small: bool) -> Bytes:

@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fire_atlas.core.activity import flicker, mean_of
 from fire_atlas.core.clip import Window
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
-from fire_atlas.flame.activity import flicker, mean_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,10 +11,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.activity import activity
 from fire_atlas.core.clip import Clip, Window
 from fire_atlas.core.pixels import Pixels, Plane, brightness
 from fire_atlas.core.workers import Workers
-from fire_atlas.flame.activity import activity
 from fire_atlas.flame.features import (
     Box,
     kappa,

@@ -56,8 +56,8 @@ NONE, BLOCK = Tag("<none>"), Tag("<block>")
 AUTO, NUMBER, PAIR = Tag("<auto>"), Tag("<number>"), Tag("<pair>")
 WORD, SWITCH = Tag("<word>"), Tag("<switch>")
 TEMPLATE, GODOT, UNITY = Tag("<template>"), Tag("<godot>"), Tag("<unity>")
-FRAMES, SILK = Tag("<frames>"), Tag("<silk>")
-KINDS = frozenset(tag.tag for tag in (FRAMES, SILK))
+FRAMES, PROFILE, SILK = Tag("<frames>"), Tag("<profile>"), Tag("<silk>")
+KINDS = frozenset(tag.tag for tag in (FRAMES, PROFILE, SILK))
 """Tags of a source's kind."""
 BRANCHES = KINDS | {
     tag.tag for tag in (NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, SWITCH, TEMPLATE, GODOT, UNITY)

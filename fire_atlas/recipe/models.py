@@ -18,7 +18,7 @@ from fire_atlas.recipe.effect import (
 from fire_atlas.recipe.name import MAX_NAME, NAME_PATTERN
 from fire_atlas.recipe.output import Atlas, Export, TrackName, export_problem
 from fire_atlas.recipe.silk import SilkSource
-from fire_atlas.recipe.source import FramesSource, Source
+from fire_atlas.recipe.source import FramesSource, ProfileSource, Source
 from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.recipe.views import Views
 from fire_atlas.recipe.wind import Wind
@@ -71,9 +71,10 @@ class Recipe(Settings):
         if isinstance(self.source, FramesSource) and self.views != Views():
             raise ValueError(
                 "views: frames have one side only; take it out, or make the fire in 3D with "
-                "source.kind: silk"
+                "source.kind: silk, or learn it with source.kind: profile"
             )
-        if isinstance(self.source, SilkSource) and (problem := self.timeline.problem_if_made):
+        is_made = isinstance(self.source, ProfileSource | SilkSource)
+        if is_made and (problem := self.timeline.problem_if_made):
             raise ValueError(problem)
         return self
 

@@ -26,9 +26,10 @@ class _RecipeSchema(GenerateJsonSchema):
 def recipe_schema() -> dict[str, Any]:
     """Return the schema (draft 2020-12) of a recipe file."""
     schema = Recipe.model_json_schema(schema_generator=_RecipeSchema)
+    needed = [schema["$defs"][kind].pop("required") for kind in ("FramesSource", "ProfileSource")]
     path_needed = {
-        "if": {"properties": {"kind": {"const": "frames"}}},
-        "then": {"required": schema["$defs"]["FramesSource"].pop("required")},
+        "if": {"properties": {"kind": {"enum": ["frames", "profile"]}}},
+        "then": {"required": needed[0]},
     }
     properties = {"version": schema["properties"].pop("version"), EXTENDS: _EXTENDS_SCHEMA}
     return {

@@ -73,7 +73,7 @@ def read_tree(path: Path, overrides: Sequence[str] = ()) -> RecipeTree:
     return RecipeTree(path, document.values, document.origins, files)
 
 
-SOURCE_PATHS = (("source", "path"), ("source", "texture", "path"))
+SOURCE_PATHS = (("source", "path"), ("source", "side_path"), ("source", "texture", "path"))
 """The keys of a source, of any kind, that name files."""
 
 

@@ -84,10 +84,24 @@ class Wind(Settings):
         level = self.level
         if self.gusts is not None:
             # Two harmonics, whose highest sum is 1.2147: a gust swells faster than it falls.
-            turn = 2 * math.pi * time / self.gusts.period
+            # It begins, and a loop closes, in the lull.
+            turn = 2 * math.pi * time / self.gusts.period - 1.0921
             swell = (math.sin(turn) + 0.4 * math.sin(2 * turn)) / 1.2147
             level = max(self.gusts.mean + self.gusts.strength * swell, 0.0)
         return _parts(level, self.direction)
+
+    def strongest(self) -> float:
+        """Return the highest level the wind ever has."""
+        if self.keyframes:
+            return max(keyframe.level for keyframe in self.keyframes)
+        return self.gusts.mean + self.gusts.strength if self.gusts else self.level
+
+    def fitted(self, seconds: float) -> Self:
+        """Return the wind with a whole number of gusts in ``seconds``, so that it closes."""
+        if self.gusts is None:
+            return self
+        period = seconds / max(round(seconds / self.gusts.period), 1)
+        return self.model_copy(update={"gusts": self.gusts.model_copy(update={"period": period})})
 
     def seen_from(self, azimuth: float) -> Self:
         """Return this wind as an eye sees it that has gone ``azimuth`` degrees round the fire,

@@ -5,16 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, assert_never
 
 from fire_atlas.recipe.silk import SilkSource
-from fire_atlas.recipe.source import FramesSource
+from fire_atlas.recipe.source import FramesSource, ProfileSource
 
 if TYPE_CHECKING:
     from fire_atlas.core.clip import Clip
+    from fire_atlas.core.workers import Workers
     from fire_atlas.recipe.load import LoadedRecipe
     from fire_atlas.sources.sprites import Sprites
 
 
-def open_source(loaded: LoadedRecipe) -> dict[str, Clip]:
+def open_source(loaded: LoadedRecipe, workers: Workers) -> dict[str, Clip]:
     """Open the fire that a recipe names, or make it.
+
+    Args:
+        loaded: The recipe; the type of its ``source`` decides how the fire is made.
+        workers: Who looks at frames that have to be learnt from.
 
     Returns:
         Clips by the name of their animation: the recipe's own, or one for each of its ``views``.
@@ -30,6 +35,10 @@ def open_source(loaded: LoadedRecipe) -> dict[str, Clip]:
 
             path = loaded.source_files[("source", "path")]
             return {recipe.name: open_frames(settings, path, recipe.atlas.blend_space)}
+        case ProfileSource() as settings:
+            from fire_atlas.sources.profile import open_profile
+
+            return open_profile(recipe, settings, tuple(loaded.source_files.values()), workers)
         case SilkSource() as settings:
             from fire_atlas.sources.silk import open_silk
 

@@ -1,0 +1,57 @@
+"""``fire-atlas learn``."""
+
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.recipe.inherit import merge
+from fire_atlas.recipe.load import LoadedRecipe, load_tree
+from fire_atlas.recipe.origin import COMMAND_LINE, Document, KeyPath
+from fire_atlas.recipe.override import parse_override
+from fire_atlas.recipe.source import ProfileSource
+from fire_atlas.recipe.tree import RecipeTree
+
+
+def run(args: Namespace) -> int:
+    """Learn a profile from a clip, and write it with its picture."""
+    out = args.out or Path(f"{args.clip.stem}.profile.json")
+    if out.suffix != ".json":
+        raise RecipeError(f"-o {out}: a profile's name ends in .json, like {out.stem}.profile.json")
+    loaded = _as_recipe(args.clip, args.side, args.overrides)
+
+    from fire_atlas.core.workers import Workers, default_jobs
+    from fire_atlas.preview.profile_picture import profile_picture
+    from fire_atlas.profile.file import write_profile
+    from fire_atlas.sources.profile import learnt
+    from fire_atlas.staging import Staging
+
+    picture = out.with_suffix(".png")
+    assert isinstance(loaded.recipe.source, ProfileSource), "made so"
+    with Workers(args.jobs or default_jobs()) as workers, Staging(out.parent) as staging:
+        profile, clips = learnt(
+            loaded.recipe.source, tuple(loaded.source_files.values()), "srgb", workers
+        )
+        staging.keep([path for clip in clips for path in clip.inputs])
+        written = {out: write_profile(profile), picture: profile_picture(profile, clips)}
+        for path, data in written.items():
+            with staging.open(path.name) as file:
+                file.write(data)
+        staging.commit([])
+    if not args.quiet:
+        print(f"{out}: learnt from {sum(clip.count for clip in clips)} frames")
+        print(f"{picture}: what was learnt")
+    return 0
+
+
+def _as_recipe(clip: Path, side: Path | None, overrides: Sequence[str]) -> LoadedRecipe:
+    """Return the recipe that would learn from ``clip``: what it may say, ``--set`` may say."""
+    source: dict[str, str] = {"kind": "profile", "path": str(clip.absolute())}
+    if side is not None:
+        source["side_path"] = str(side.absolute())
+    places: list[KeyPath] = [("source",), *(("source", key) for key in source)]
+    origins = dict.fromkeys(places, COMMAND_LINE)
+    document = Document({"source": dict(source)}, origins)
+    for text in overrides:
+        document = merge(document, parse_override(f"source.{text}"))
+    return load_tree(RecipeTree(Path("learn"), document.values, document.origins, ()))

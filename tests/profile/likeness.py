@@ -1,0 +1,164 @@
+"""How like its clip a generated fire is: what tests and the benchmark of profiles measure."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from colour_difference import delta_e, lab_of
+from flames import swaying
+from numpy.typing import NDArray
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import Pixels
+from fire_atlas.core.workers import Workers
+from fire_atlas.profile.blaze import Burning
+from fire_atlas.profile.colours import ColourTable, colour_table
+from fire_atlas.profile.contour import Points, feature_points
+from fire_atlas.profile.fire import burn
+from fire_atlas.profile.learn import learn
+from fire_atlas.profile.model import Profile
+from fire_atlas.profile.segment import Fire, connected
+from fire_atlas.recipe.source import FramesSource
+from fire_atlas.recipe.wind import Wind
+from fire_atlas.sources.frames import open_frames
+
+Array = NDArray[np.float64]
+
+REAL = (
+    "real_candle_red",
+    "sim_unity_flame03",
+    "cartoon_tauran_flame_sheet",
+    "real_fireplace_gif",
+    "cartoon_wesnoth_campfire",
+)
+"""The clips a generated fire is held against."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What is seen of a fire, frame by frame.
+
+    Attributes:
+        points: Six points of every frame.
+        table: Its colour table.
+        frames: The fire alone.
+    """
+
+    points: list[Points]
+    table: ColourTable
+    frames: list[Pixels]
+
+    @property
+    def leans(self) -> Array:
+        return np.array([each.lean for each in self.points])
+
+    @property
+    def height(self) -> float:
+        return float(np.median([each.height for each in self.points]))
+
+    @property
+    def width(self) -> float:
+        return float(np.median([each.width for each in self.points]))
+
+    @property
+    def steps(self) -> Array:
+        """Root of the summed squared difference of neighbouring frames, linear light."""
+        pairs = zip(self.frames, self.frames[1:], strict=False)
+        return np.array([np.sqrt(((b - a) ** 2).sum()) for a, b in pairs])
+
+
+def real_clip(folder: Path) -> Clip:
+    """Open a clip of the collection, as filmed."""
+    about = json.loads((folder / "meta.json").read_text())
+    source = FramesSource(path=str(folder), fps=float(about["fps"]))
+    return open_frames(source, folder / "frames", "srgb")
+
+
+def learnt(*clips: Clip, **settings: Any) -> Profile:
+    """Learn a profile of one clip, or of two at a right angle."""
+    with Workers(2) as workers:
+        return learn({f"clip {i}": clip for i, clip in enumerate(clips)}, workers, **settings)
+
+
+@cache
+def learnt_kite() -> Profile:
+    """Learn the profile of a kite that sways."""
+    return learnt(swaying()[0])
+
+
+@cache
+def learnt_real(folder: Path) -> Profile:
+    """Learn the profile of a clip of the collection."""
+    return learnt(real_clip(folder))
+
+
+def asked(frames: int = 48, fps: float = 24.0, wind: Wind | None = None, **changes: Any) -> Burning:
+    """Return what a recipe would ask of a fire."""
+    usual = {"seed": 0, "loop": True, "slices": 12, "particles": 100}
+    return Burning(frames=frames, fps=fps, wind=wind or Wind(), **{**usual, **changes})
+
+
+def burnt(
+    profile: Profile,
+    burning: Burning,
+    azimuths: Sequence[float] = (0.0,),
+    height: int | None = None,
+    elevation: float = 0.0,
+) -> list[Clip]:
+    """Generate fire."""
+    return burn(profile, burning, list(azimuths), height, elevation, "srgb", ())
+
+
+def look_at_clip(clip: Clip, cells: int = 5) -> Look:
+    """Look at the fire of a clip as learning does."""
+    return _look(clip, Fire.of(clip), cells)
+
+
+def look_at_fire(clip: Clip, threshold: float, cells: int = 5) -> Look:
+    """Look at generated fire: there is nothing else in its frames."""
+    everywhere = np.ones((clip.height, clip.width), np.float32)
+    return _look(clip, Fire(threshold, everywhere, False, clip.blend_space), cells)
+
+
+def _look(clip: Clip, fire: Fire, cells: int) -> Look:
+    frames, masks = [], []
+    for i in range(clip.count):
+        pixels = clip.read(i)
+        lit = fire.lit(pixels)
+        frames.append(fire.content(pixels, lit))
+        masks.append(connected(lit))
+    table = colour_table(zip(frames, masks, strict=True), cells)
+    return Look([feature_points(mask) for mask in masks if mask.any()], table, frames)
+
+
+def colour_error(one: ColourTable, other: ColourTable, least: float = 0.05) -> float:
+    """Largest ΔE2000 of two tables, of the cells that both fill to at least ``least``."""
+    filled = (one.coverage > least) & (other.coverage > least)
+    return float(delta_e(lab_of(one.colours), lab_of(other.colours))[filled].max())
+
+
+def silhouette(pixels: Pixels) -> tuple[float, float, float]:
+    """Area (px) of what is at least half covered, and the centroid (x, y) of all coverage."""
+    alpha = pixels[..., 3].astype(np.float64)
+    total = max(float(alpha.sum()), 1e-9)
+    height, width = alpha.shape
+    x = float((alpha.sum(axis=0) * (np.arange(width) + 0.5)).sum()) / total
+    y = float((alpha.sum(axis=1) * (np.arange(height) + 0.5)).sum()) / total
+    return float(np.count_nonzero(alpha >= 0.5)), x, y
+
+
+def nearest_input(frame: Pixels, inputs: Sequence[Pixels]) -> float:
+    """Least difference of a frame from any of ``inputs``, whose flames are laid over its own, as a
+    share of the frame's light."""
+    best = np.inf
+    reach = max(frame.shape[0], frame.shape[1])
+    for other in inputs:
+        room = cv2.copyMakeBorder(other, reach, reach, reach, reach, cv2.BORDER_CONSTANT)
+        found = cv2.matchTemplate(room[..., :3], frame[..., :3], cv2.TM_SQDIFF).min()
+        best = min(best, float(found))
+    return float(np.sqrt(max(best, 0.0) / float((frame[..., :3] ** 2).sum())))

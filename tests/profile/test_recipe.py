@@ -1,0 +1,198 @@
+"""Source ``profile`` on a person's desk: recipes, ``learn``, files, errors."""
+
+import contextlib
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from flames import swaying
+from PIL import Image
+
+from fire_atlas.atlas.encode import encode_frame
+from fire_atlas.cli import main
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.shipped import shipped
+
+SMALL = {"slices": 4, "particles": 20}
+
+
+def run(*arguments: str | Path) -> tuple[int, str]:
+    """Run ``fire-atlas`` and return its exit code and all it said."""
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        code = main([str(argument) for argument in arguments])
+    return code, said.getvalue()
+
+
+def save(clip: Clip, folder: Path) -> Path:
+    folder.mkdir()
+    for i in range(clip.count):
+        picture = encode_frame(clip.read(i), "straight", "srgb")
+        Image.fromarray(picture).save(folder / f"{i:04}.png")
+    return folder
+
+
+@pytest.fixture
+def desk(tmp_path: Path) -> Path:
+    """A folder with the clip of a swaying flame, and one of the same from the right."""
+    save(swaying()[0], tmp_path / "front")
+    save(swaying(half=28.0)[0], tmp_path / "side")
+    return tmp_path
+
+
+def recipe(desk: Path, source: dict[str, Any] | None = None, **keys: Any) -> Path:
+    given = {"kind": "profile", "path": "front", **SMALL, **(source or {})}
+    usual = {"timeline": {"frames": 6}, "flakes": "none", "motion_blur": "none"}
+    path = desk / "fire.yaml"
+    path.write_text(json.dumps({"source": given, **usual, **keys}))
+    return path
+
+
+def built(path: Path, *more: str) -> dict[str, bytes]:
+    code, said = run("build", path, "--force", *more)
+    assert code == 0, said
+    return {file.name: file.read_bytes() for file in sorted((path.parent / "build").iterdir())}
+
+
+def test_a_recipe_builds_new_frames_of_any_length(desk: Path) -> None:
+    files = built(recipe(desk, timeline={"frames": 40, "fps": 12}))
+    atlas = json.loads(files["fire.json"])
+    assert len(atlas["frames"]) == 40
+    first = next(iter(atlas["frames"].values()))
+    assert first["duration"] == pytest.approx(1000 / 12, abs=0.01)
+    manifest = json.loads(files["fire.manifest.json"])
+    assert manifest["inputs"][0]["path"] == "front/0000.png"
+
+
+def test_views_are_animations_of_their_own(desk: Path) -> None:
+    keys: dict[str, Any] = {"views": {"count": 3, "elevation": 20}, "flakes": {"rate": 20}}
+    files = built(recipe(desk, {"side_path": "side"}, **keys))
+    atlas = json.loads(files["fire.json"])
+    assert "fire/view_2/0005" in atlas["frames"]
+    assert "fire.view_1.flakes.json" in files
+
+
+def test_the_same_bytes_at_any_worker_count(desk: Path) -> None:
+    path = recipe(desk, views={"count": 2}, flakes={"rate": 20})
+    assert built(path, "--jobs", "1") == built(path, "--jobs", "5")
+
+
+def test_a_profile_file_builds_what_its_clip_builds(desk: Path) -> None:
+    code, said = run("learn", desk / "front", "-o", desk / "kite.profile.json")
+    assert code == 0, said
+    picture = cv2.imread(str(desk / "kite.profile.png"))
+    assert picture is not None and np.ptp(picture) > 200
+    of_clip = built(recipe(desk))
+    of_file = built(recipe(desk, {"path": "kite.profile.json"}))
+    assert of_file["fire.png"] == of_clip["fire.png"]
+    assert of_file["fire.json"] == of_clip["fire.json"]
+
+
+def test_a_build_is_fresh_until_either_clip_changes(desk: Path) -> None:
+    path = recipe(desk, {"side_path": "side"})
+    built(path)
+    assert "up to date" in run("build", path)[1]
+    Image.open(desk / "side" / "0001.png").save(desk / "side" / "0000.png")
+    code, said = run("build", path)
+    assert code == 0 and "up to date" not in said
+
+
+def test_learning_from_two_sides_on_the_command_line(desk: Path) -> None:
+    out = desk / "both.profile.json"
+    sides = desk / "front", "--side", desk / "side"
+    code, said = run("learn", *sides, "-o", out, "--set", "cells=4")
+    assert code == 0, said
+    told = json.loads(out.read_bytes())
+    assert len(told["sides"]) == 2 and told["colours"]["cells"] == 4
+
+
+@pytest.mark.parametrize(
+    ("source", "keys", "told"),
+    [
+        ({"kind": "profil"}, {}, "source.kind: must be one of frames, profile, silk"),
+        ({"slcies": 3}, {}, "source.slcies: unknown key; did you mean source.slices?"),
+        (
+            {"sampling": "nearest"},
+            {},
+            "source.sampling: unknown key here; it is one of `kind: frames`",
+        ),
+        ({"slices": 0}, {}, "source.slices: must be at least 1; got 0"),
+        ({}, {"wind": {"level": 6}}, "wind.level: must be at most 5; got 6"),
+        ({}, {"views": {"count": 65}}, "views.count: must be at most 64; got 65"),
+        ({"kind": "frames"}, {}, "source.slices: unknown key here; it is one of `kind: profile`"),
+        ({"path": "nothing"}, {}, "nothing: does not exist"),
+        ({"side_path": "nothing"}, {}, "nothing: does not exist"),
+    ],
+)
+def test_mistakes_in_a_recipe_are_told_with_advice(
+    desk: Path, source: dict[str, Any], keys: dict[str, Any], told: str
+) -> None:
+    code, said = run("check", recipe(desk, source, **keys))
+    assert code != 0 and told in said, said
+    assert "Traceback" not in said
+
+
+@pytest.mark.parametrize(
+    ("timeline", "told"),
+    [
+        ({"loop": "pingpong"}, "timeline.loop: pingpong joins the ends of a clip"),
+        ({"loop": "crossfade"}, "timeline.loop: crossfade joins the ends of a clip"),
+        ({"overlap": 4}, "timeline.overlap is for clips"),
+        ({"loop": "none", "tail": True}, "timeline.tail is for clips"),
+    ],
+)
+def test_what_is_for_footage_is_refused(desk: Path, timeline: dict[str, Any], told: str) -> None:
+    code, said = run("check", recipe(desk, timeline=timeline, flakes={"rate": 5}))
+    assert code == 2 and told in said, said
+
+
+def test_views_are_refused_for_footage(desk: Path) -> None:
+    path = desk / "plain.yaml"
+    path.write_text(json.dumps({"source": {"path": "front"}, "views": {"count": 8}}))
+    code, said = run("check", path)
+    assert code == 2 and "views: frames have one side" in said
+
+
+def test_a_clip_without_fire_leaves_nothing_behind(desk: Path) -> None:
+    still = desk / "still"
+    still.mkdir()
+    for i in range(8):
+        Image.open(desk / "front" / "0000.png").save(still / f"{i}.png")
+    code, said = run("build", recipe(desk, {"path": "still"}))
+    assert code == 1 and "no fire found" in said
+    assert not list((desk / "build").glob("*")) if (desk / "build").exists() else True
+    code, said = run("learn", still, "-o", desk / "x.profile.json")
+    assert code == 1 and not (desk / "x.profile.json").exists()
+
+
+def test_a_profile_of_a_later_version_is_refused_by_a_build(desk: Path) -> None:
+    later = desk / "later.profile.json"
+    later.write_text(json.dumps({"format": "fire-atlas/profile", "version": 2}))
+    code, said = run("build", recipe(desk, {"path": "later.profile.json"}))
+    assert code == 1 and "version 2" in said and "update fire-atlas" in said
+
+
+def test_a_profile_file_does_not_take_a_side_view_too(desk: Path) -> None:
+    (desk / "x.profile.json").write_text("{}")
+    code, said = run("build", recipe(desk, {"path": "x.profile.json", "side_path": "side"}))
+    assert code == 1 and "remove source.side_path" in said
+
+
+def test_learn_names_its_output_and_will_not_overwrite_its_input(
+    desk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(desk)
+    assert run("learn", "front")[0] == 0
+    assert (desk / "front.profile.json").is_file() and (desk / "front.profile.png").is_file()
+    code, said = run("learn", "front", "-o", "front.png")
+    assert code == 2 and "ends in .json" in said
+
+
+@pytest.mark.parametrize("preset", ["endless_candle", "windy_torch"])
+def test_the_ready_recipes_check_with_their_samples(preset: str) -> None:
+    code, said = run("check", shipped("recipes") / f"{preset}.yaml")
+    assert code == 0, said
