@@ -1,14 +1,19 @@
 """What the pages hold is, bit for bit, what was rendered."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fire_atlas.analysis import Analysis
 from fire_atlas.atlas.encode import Alpha, BlendSpace, encode_frame
+from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.effect import render
+from fire_atlas.effect import Layers, join, layers
+from fire_atlas.flakes.tracks import Tracks
+from fire_atlas.recipe.models import Recipe
 
 from .desk import Desk, pages
 
@@ -21,11 +26,14 @@ def rendered(monkeypatch: pytest.MonkeyPatch) -> dict[int, Pixels]:
     """Return what the builds of this test compose, by frame."""
     frames: dict[int, Pixels] = {}
 
-    def watched(i: int, *arguments: Any) -> Pixels:
-        frames[i] = render(i, *arguments)
-        return frames[i].copy()
+    def watched(
+        i: int, clip: Clip, recipe: Recipe, analysis: Analysis | None, tracks: Tracks | None
+    ) -> Layers:
+        parts = layers(i, clip, recipe, analysis, tracks)
+        frames[i] = join(replace(parts, flame=parts.flame.copy()), recipe, analysis)
+        return parts
 
-    monkeypatch.setattr("fire_atlas.part.render", watched)
+    monkeypatch.setattr("fire_atlas.part.layers", watched)
     return frames
 
 
@@ -93,7 +101,11 @@ def test_regions_never_overlap_and_keep_their_padding(desk: Desk) -> None:
 
 def test_frames_and_durations_are_told_in_playing_order(desk: Desk) -> None:
     desk.clip(count=11)
-    desk.built(desk.recipe(source={"path": "clip", "fps": 12.5}, atlas={"max_size": 100}))
+    desk.built(
+        desk.recipe(
+            source={"path": "clip", "fps": 12.5}, timeline={"loop": "none"}, atlas={"max_size": 100}
+        )
+    )
     played = [name for page, _ in pages(desk.build, "fire") for name in page["animations"]["fire"]]
     assert played == [f"fire/{i:04}" for i in range(11)]
     for page, _ in pages(desk.build, "fire"):
