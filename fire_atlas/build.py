@@ -1,16 +1,18 @@
 """The whole tool in one function: recipe in, finished assets out."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fire_atlas.atlas.drawing import Edges, draw_page
-from fire_atlas.atlas.layout import AtlasSheet, Sprite
+from fire_atlas.atlas.layout import AtlasSheet, Strip
 from fire_atlas.atlas.page_file import write_page
 from fire_atlas.atlas.pages import lay_out
 from fire_atlas.clock import Clock
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.exporters.describe import describe_product
@@ -20,10 +22,13 @@ from fire_atlas.exporters.tracks_light import write_light
 from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.interruption import Interruptible
 from fire_atlas.manifest import Input, Output, describe, manifest_name, refuse_others, stale_outputs
+from fire_atlas.maps.conventions import convention
+from fire_atlas.maps.page import draw_motion_page
+from fire_atlas.maps.sheet import margin_of, with_maps
 from fire_atlas.part import Part, Stage, make_part
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.output import missing_extra
+from fire_atlas.recipe.output import Maps, missing_extra
 from fire_atlas.staging import Staging
 
 
@@ -67,11 +72,10 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
                 for part in parts
                 for strip in part.strips
             ]
-            sheets = lay_out(recipe.name, strips, recipe.atlas)
+            sheets = _lay_out(recipe, strips, parts)
             _tell_of_pages(sheets[0], progress)
         with clock.measure("write"):
-            sprites = [frame for part in parts for frame in part.sprites]
-            outputs = _write_pages(sheets, sprites, recipe, stage)
+            outputs = _write_pages(sheets, parts, recipe, stage)
             product = _product(sheets, loaded, parts, staging)
             outputs += _write_exports(loaded, product, staging)
             outputs += _write_tracks(recipe, product, staging)
@@ -128,24 +132,50 @@ def _tell_of_pages(sheet: AtlasSheet, progress: Progress) -> None:
         )
 
 
+def _lay_out(
+    recipe: Recipe, strips: Sequence[Strip], parts: Sequence[Part]
+) -> tuple[AtlasSheet, ...]:
+    """Decide where every frame goes, on the pages and on what lies beside them."""
+    motions = [motion for part in parts for motion in part.motions]
+    reading = None if recipe.maps.motion == "none" else convention(recipe.maps.motion)
+    sheets = lay_out(
+        recipe.name, strips, recipe.atlas, margin=margin_of(motions), shares=recipe.maps == Maps()
+    )
+    return tuple(with_maps(sheet, recipe.maps.layers, motions, reading) for sheet in sheets)
+
+
 def _write_pages(
-    sheets: Sequence[AtlasSheet],
-    sprites: Sequence[tuple[Sprite, ...]],
-    recipe: Recipe,
-    stage: Stage,
+    sheets: Sequence[AtlasSheet], parts: Sequence[Part], recipe: Recipe, stage: Stage
 ) -> list[Output]:
     """Draw and write one page after the other, so that only one is in memory."""
-    stage.progress.stage("write", sum(len(sheet.pages) for sheet in sheets))
+    images = [image for sheet in sheets for image in _images(sheet, sheets, parts, recipe)]
+    stage.progress.stage("write", len(images))
     outputs = []
-    for sheet, drawn in zip(sheets, zip(*sprites, strict=True), strict=True):
-        edges = Edges.of(recipe.atlas, sheet.scale)
-        for i, page in enumerate(sheet.pages):
-            with stage.staging.open(page.file) as file:
-                image = draw_page(sheet, i, drawn, edges)
-                write_page(file, image, recipe.atlas, stage.workers)
-            outputs.append(Output(page.file, "page", stage.staging.path(page.file)))
-            stage.progress.advance()
+    for name, role, draw in images:
+        with stage.staging.open(name) as file:
+            write_page(file, draw(), recipe.atlas, stage.workers)
+        outputs.append(Output(name, role, stage.staging.path(name)))
+        stage.progress.advance()
     return outputs
+
+
+def _images(
+    sheet: AtlasSheet, sheets: Sequence[AtlasSheet], parts: Sequence[Part], recipe: Recipe
+) -> Iterator[tuple[str, str, Callable[[], Bytes]]]:
+    """Yield the name and role of every image of a sheet, and what draws it: pages, then maps."""
+    edges, scale = Edges.of(recipe.atlas, sheet.scale), sheets.index(sheet)
+    drawn = [frame[scale] for part in parts for frame in part.sprites]
+    for i, page in enumerate(sheet.pages):
+        yield page.file, "page", partial(draw_page, sheet, i, drawn, edges)
+    for layer in recipe.maps.layers:
+        drawn = [frame[scale] for part in parts for frame in part.layers[layer]]
+        for i, name in enumerate(sheet.map(layer).files):
+            yield name, "map", partial(draw_page, sheet, i, drawn, edges)
+    if recipe.maps.motion != "none":
+        reading = convention(recipe.maps.motion)
+        moving = [each for part in parts for motion in part.motions for each in motion.frames()]
+        for i, name in enumerate(sheet.map("motion").files):
+            yield name, "map", partial(draw_motion_page, sheet, i, moving, reading, edges.margin)
 
 
 def _write_exports(loaded: LoadedRecipe, product: Product, staging: Staging) -> list[Output]:

@@ -75,11 +75,13 @@ class Layers:
 
     Attributes:
         flame: (H, W, 4) pixels, blurred if asked.
-        flakes: (H, W, 3) their light on black, may exceed 1; None where they are not baked.
+        flakes: (H, W, 3) their light on black, may exceed 1; None where nobody sees them.
+        bakes: Whether they are joined with the flame.
     """
 
     flame: Pixels
-    flakes: NDArray[np.float32] | None
+    flakes: NDArray[np.float32] | None = None
+    bakes: bool = True
 
 
 def render(
@@ -101,18 +103,32 @@ def layers(
             blur.samples,
         )  # fmt: skip
     flakes = recipe.flakes
-    if tracks is None or flakes == "none" or not flakes.bake:
-        return Layers(pixels, None)
-    return Layers(pixels, draw(flakes, tracks.frames[i], clip.height, clip.width))
+    if tracks is None or flakes == "none" or not (flakes.bake or recipe.maps.flakes):
+        return Layers(pixels)
+    return Layers(pixels, draw(flakes, tracks.frames[i], clip.height, clip.width), flakes.bake)
 
 
 def join(parts: Layers, recipe: Recipe, analysis: Analysis | None) -> Pixels:
-    """Compose a frame's layers as the recipe wants it."""
-    if parts.flakes is None:
+    """Compose a frame's layers as the recipe wants it; the flame's own array, changed."""
+    if parts.flakes is None or not parts.bakes:
         return parts.flame
+    return _with_flakes(parts.flame, parts.flakes, recipe, analysis)
+
+
+def flakes_alone(parts: Layers, recipe: Recipe, analysis: Analysis | None) -> Pixels:
+    """Return the flakes as they would be with no flame behind them."""
+    empty = np.zeros_like(parts.flame)
+    if parts.flakes is None:
+        return empty
+    return _with_flakes(empty, parts.flakes, recipe, analysis)
+
+
+def _with_flakes(
+    pixels: Pixels, light: NDArray[np.float32], recipe: Recipe, analysis: Analysis | None
+) -> Pixels:
     palette = analysis.palette if analysis is not None else None
     blend, space = recipe.composite.blend, recipe.atlas.blend_space
-    return compose(parts.flame, parts.flakes, blend, space, palette)
+    return compose(pixels, light, blend, space, palette)
 
 
 def draw(flakes: Flakes, rows: NDArray[np.float64], height: int, width: int) -> NDArray[np.float32]:

@@ -3,30 +3,32 @@
 Usually a build has one part. Recipes that share their pages (``atlas.members``) are a part each.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from fire_atlas.analysis import Analysis, analyse
-from fire_atlas.atlas.encode import encode_sprites
 from fire_atlas.atlas.layout import Sprite, Strip
 from fire_atlas.clock import Clock
-from fire_atlas.composition.light import ClipLight, FrameLight
+from fire_atlas.composition.light import ClipLight
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.errors import RecipeError
-from fire_atlas.core.pixels import brightness
+from fire_atlas.core.errors import RecipeError, SourceError
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
-from fire_atlas.effect import Layers, fly_flakes, join, layers
+from fire_atlas.effect import Layers, fly_flakes, layers
 from fire_atlas.field.buoyancy import lift_direction
+from fire_atlas.finish import Finished, finish
 from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.flame.study import FlameStudy, study_flame
 from fire_atlas.manifest import Input
+from fire_atlas.maps.conventions import convention
+from fire_atlas.maps.motion import Motion, learn_motion
 from fire_atlas.recipe.effect import Flakes, MotionBlur
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.models import Recipe
+from fire_atlas.recipe.output import Layer
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources.registry import open_source, open_sprites
 from fire_atlas.sources.sprites import Sprites
@@ -44,6 +46,8 @@ class Part:
         name: Of the recipe.
         strips: Its animations; their sprites are those of the largest scale.
         sprites: Every frame of the strips, in order, in all scales.
+        layers: The same of each layer that the recipe asks for.
+        motions: How each of the strips moves, where the recipe asks for it.
         tracks: The flakes of each animation that has any, by its name.
         lights: The light of each animation, by its name, where it is asked for.
         inputs: The files it was made from.
@@ -53,6 +57,8 @@ class Part:
     name: str
     strips: tuple[Strip, ...]
     sprites: list[tuple[Sprite, ...]]
+    layers: Mapping[Layer, list[tuple[Sprite, ...]]]
+    motions: tuple[Motion, ...]
     tracks: Mapping[str, Tracks]
     lights: Mapping[str, ClipLight]
     inputs: list[Input]
@@ -100,27 +106,42 @@ def _effect_part(
         seen = recipe.model_copy(update={"wind": wind})
         made[name] = _animation(name, seen, clip, stage)
     statistics = {name: each.statistics for name, each in made.items()}
-    return Part(
-        recipe.name,
-        tuple(each.strip for each in made.values()),
-        [frame for each in made.values() for frame in each.sprites],
-        {name: each.tracks for name, each in made.items() if each.tracks is not None},
-        {name: each.light for name, each in made.items() if each.light is not None},
-        inputs,
-        statistics.popitem()[1] if len(made) == 1 else {"animations": statistics},
-    )
+    figures = statistics.popitem()[1] if len(made) == 1 else {"animations": statistics}
+    return _part(recipe, made, inputs, figures)
 
 
 @dataclass(frozen=True, slots=True)
 class _Animation:
-    """A finished clip: as a strip of its largest sprites, its sprites in all scales, its flakes
-    and its light."""
+    """A finished clip: as a strip of its largest sprites, all of its frames, how they move, its
+    flakes and its light."""
 
     strip: Strip
-    sprites: list[tuple[Sprite, ...]]
+    frames: list[Finished]
+    motion: Motion | None
     tracks: Tracks | None
     light: ClipLight | None
     statistics: dict[str, Any]
+
+
+def _part(
+    recipe: Recipe,
+    made: Mapping[str, _Animation],
+    inputs: list[Input],
+    statistics: dict[str, Any],
+) -> Part:
+    """Join animations, by their names, to a part."""
+    frames = [frame for each in made.values() for frame in each.frames]
+    return Part(
+        recipe.name,
+        tuple(each.strip for each in made.values()),
+        [frame.sprites for frame in frames],
+        {layer: [frame.layers[layer] for frame in frames] for layer in recipe.maps.layers},
+        tuple(each.motion for each in made.values() if each.motion is not None),
+        {name: each.tracks for name, each in made.items() if each.tracks is not None},
+        {name: each.light for name, each in made.items() if each.light is not None},
+        inputs,
+        statistics,
+    )
 
 
 def _animation(name: str, recipe: Recipe, clip: Clip, stage: Stage) -> _Animation:
@@ -141,15 +162,16 @@ def _animation(name: str, recipe: Recipe, clip: Clip, stage: Stage) -> _Animatio
             clip, tracks = _burnt_out(clip, tracks)
     with clock.measure("render"):
         frames = _finished(
-            lambda i: _frame(layers(i, clip, recipe, analysis, tracks), recipe, analysis, study),
+            lambda i: layers(i, clip, recipe, analysis, tracks),
             range(clip.count),
+            lambda parts: finish(parts, recipe, analysis, study),
             stage,
         )
-    sprites = [frame.sprites for frame in frames]
-    whole = tuple(each[0] for each in sprites)
+    whole = tuple(frame.sprites[0] for frame in frames)
     strip = Strip(name, whole, 1000 / clip.fps, clip.loop, study.base)
-    light = _light(frames, clip.fps, clip.loop)
-    return _Animation(strip, sprites, tracks, light, _statistics(clip, tracks))
+    light, motion = _light(frames, clip.fps, clip.loop), _motion(frames, clip.loop, recipe, stage)
+    statistics = {**_statistics(clip, tracks), **_motion_figures(motion)}
+    return _Animation(strip, frames, motion, tracks, light, statistics)
 
 
 def _plain_part(recipe: Recipe, opened: Sprites, inputs: list[Input], stage: Stage) -> Part:
@@ -166,27 +188,28 @@ def _plain_part(recipe: Recipe, opened: Sprites, inputs: list[Input], stage: Sta
     numbers = [i for frames in opened.animations.values() for i in frames]
     with stage.clock.measure("render"):
         finished = _finished(
-            lambda i: _frame(Layers(opened.read(i), None), recipe, None, None), numbers, stage
+            lambda i: Layers(opened.read(i)),
+            numbers,
+            lambda parts: finish(parts, recipe, None, None),
+            stage,
         )
-    made = dict(zip(numbers, finished, strict=True))
+    frames = dict(zip(numbers, finished, strict=True))
     loop = recipe.timeline.loop != "none"
-    strips = tuple(
-        Strip(name, tuple(made[i].sprites[0] for i in frames), 1000 / opened.fps, loop, None)
-        for name, frames in opened.animations.items()
-    )
-    lights = {
-        name: _light([made[i] for i in frames], opened.fps, loop)
-        for name, frames in opened.animations.items()
-    }
+    made = {}
+    for name, played in opened.animations.items():
+        shown = [frames[i] for i in played]
+        strip = Strip(name, tuple(each.sprites[0] for each in shown), 1000 / opened.fps, loop, None)
+        motion, light = _motion(shown, loop, recipe, stage), _light(shown, opened.fps, loop)
+        made[name] = _Animation(strip, shown, motion, None, light, _motion_figures(motion))
     statistics = {
         "frames": len(numbers),
-        "animations": len(strips),
+        "animations": len(made),
         "fps": round(opened.fps, 4),
         "matte": opened.matte,
     }
-    sprites = [frame.sprites for frame in finished]
-    known = {name: light for name, light in lights.items() if light is not None}
-    return Part(recipe.name, strips, sprites, {}, known, inputs, statistics)
+    if recipe.maps.motion != "none":
+        statistics["motions"] = {name: each.statistics for name, each in made.items()}
+    return _part(recipe, made, inputs, statistics)
 
 
 def _needs_analysis(recipe: Recipe) -> bool:
@@ -219,44 +242,51 @@ def _burnt_out(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:
     return clip, replace(tracks, frames=tracks.frames[: clip.count])
 
 
-@dataclass(frozen=True, slots=True)
-class _Frame:
-    """What is kept of a frame: its trimmed bytes in all scales, and sums of its light."""
-
-    sprites: tuple[Sprite, ...]
-    light: FrameLight | None
-
-
-def _frame(
-    parts: Layers, recipe: Recipe, analysis: Analysis | None, study: FlameStudy | None
-) -> _Frame:
-    """Finish a frame, and measure its light before anything of it is clipped."""
-    light = _measured(parts, recipe, study) if "light" in recipe.tracks else None
-    return _Frame(encode_sprites(join(parts, recipe, analysis), recipe.atlas), light)
-
-
-def _measured(parts: Layers, recipe: Recipe, study: FlameStudy | None) -> FrameLight:
-    """Measure the light of a frame: of an opaque scene, only what in it is flame."""
-    flame = parts.flame
-    if study is not None and study.mask.scene is not None:
-        shown = brightness(flame, recipe.atlas.blend_space)
-        flame = flame * study.mask.scene.flame(shown, flame)[..., None]
-    light = FrameLight.of(flame)
-    return light if parts.flakes is None else light + FrameLight.of(parts.flakes)
-
-
-def _finished(frame: Callable[[int], _Frame], numbers: Sequence[int], stage: Stage) -> list[_Frame]:
+def _finished(
+    layers_of: Callable[[int], Layers],
+    numbers: Sequence[int],
+    finish_frame: Callable[[Layers], Finished],
+    stage: Stage,
+) -> list[Finished]:
     """Finish every frame in the pool."""
     stage.progress.stage("render", len(numbers))
     frames = []
-    work: Iterable[_Frame] = stage.workers.map(frame, numbers)
-    for finished in work:
+    for finished in stage.workers.map(lambda i: finish_frame(layers_of(i)), numbers):
         frames.append(finished)
         stage.progress.advance()
     return frames
 
 
-def _light(frames: Sequence[_Frame], fps: float, loop: bool) -> ClipLight | None:
+def _motion(frames: Sequence[Finished], loop: bool, recipe: Recipe, stage: Stage) -> Motion | None:
+    """Return how an animation moves, if the recipe asks for it.
+
+    Raises:
+        SourceError: Its frames differ in size, so that no place in one is a place in the next.
+    """
+    if recipe.maps.motion == "none":
+        return None
+    sizes = {(frame.width, frame.height) for frame in frames}
+    if len(sizes) > 1:
+        raise SourceError(
+            "maps.motion: the images of an animation differ in size, and vectors lead from a place "
+            "in one to a place in the next; make them one size, or leave maps.motion out"
+        )
+    pictures = [frame.picture for frame in frames if frame.picture is not None]
+    with stage.clock.measure("motion"):
+        stage.progress.stage("motion", len(frames))
+        reading = convention(recipe.maps.motion)
+        return learn_motion(
+            pictures, sizes.pop(), loop, reading, stage.workers, stage.progress.advance
+        )
+
+
+def _motion_figures(motion: Motion | None) -> dict[str, Any]:
+    if motion is None:
+        return {}
+    return {"motion": None if motion.proof is None else motion.proof.figures()}
+
+
+def _light(frames: Sequence[Finished], fps: float, loop: bool) -> ClipLight | None:
     """Return the light of an animation, where it was measured."""
     lights = tuple(frame.light for frame in frames if frame.light is not None)
     sprites = [frame.sprites[0] for frame in frames]

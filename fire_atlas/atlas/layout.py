@@ -136,6 +136,53 @@ class Grid:
 
 
 @dataclass(frozen=True, slots=True)
+class MotionReading:
+    """How a client reads motion vectors.
+
+    Attributes:
+        engine: Whose formula it is: ``unity``, ``unreal`` or ``godot``.
+        green: What more than neutral means in G, ``up`` or ``down``; in R it always is "right".
+        neutral: The byte, in R and G, that means "no motion".
+        decode: How a sample, 0..1, becomes -1..1.
+        this, following: Where the frame that goes and the one that comes are sampled.
+        unit: What ``scale`` counts: ``cell`` (the UV of one cell) or ``pixel`` (px of this sheet).
+        scale: Motion of a decoded 1.
+        pixels: The same along x and y, px of this sheet a frame.
+        cell_uv: The same in the UV of one cell; None where there are no cells.
+        reach: The longest motion along x and y, px of this sheet.
+        gutter: Px that every cell has around its frame, along x and y; None where there are none.
+    """
+
+    engine: str
+    green: str
+    neutral: int
+    decode: str
+    this: str
+    following: str
+    unit: str
+    scale: float
+    pixels: tuple[float, float]
+    cell_uv: tuple[float, float] | None
+    reach: tuple[float, float]
+    gutter: tuple[int, int] | None
+
+
+@dataclass(frozen=True, slots=True)
+class SheetMap:
+    """Images beside the pages, in their layout.
+
+    Attributes:
+        kind: ``motion``, ``flame`` or ``flakes``.
+        files: File name beside each page.
+        motion: How to read motion vectors; None for the others, which are encoded as the pages.
+    """
+
+    kind: str
+    files: tuple[str, ...]
+    motion: MotionReading | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class AtlasSheet:
     """A packed atlas as exporters see it.
 
@@ -150,6 +197,7 @@ class AtlasSheet:
         pages, regions: The pages and, in playing order, the frames.
         animations: What plays; each frame belongs to one of them.
         grid: How pages divide into cells, where they do.
+        maps: What lies beside the pages.
     """
 
     name: str
@@ -163,6 +211,17 @@ class AtlasSheet:
     regions: tuple[Region, ...]
     animations: tuple[Animation, ...]
     grid: Grid | None = None
+    maps: tuple[SheetMap, ...] = ()
+
+    @property
+    def files(self) -> list[str]:
+        """All images, the pages first."""
+        maps = [file for each in self.maps for file in each.files]
+        return [page.file for page in self.pages] + maps
+
+    def map(self, kind: str) -> SheetMap:
+        """Return the maps of that kind, of which there are some."""
+        return next(each for each in self.maps if each.kind == kind)
 
     def file(self, page: int, ending: str) -> str:
         """Return the name of what belongs to a page: ``fire.json``, ``fire-1.json``, ..."""

@@ -15,13 +15,28 @@ from fire_atlas.core.errors import OutputError
 from fire_atlas.recipe.output import Atlas, Pivot
 
 
-def lay_out(name: str, strips: Sequence[Strip], settings: Atlas) -> tuple[AtlasSheet, ...]:
-    """Return the sheet of all ``strips`` in each scale, the largest first; all have one layout."""
+def lay_out(
+    name: str,
+    strips: Sequence[Strip],
+    settings: Atlas,
+    *,
+    margin: int = 0,
+    shares: bool = True,
+) -> tuple[AtlasSheet, ...]:
+    """Return the sheet of all ``strips`` in each scale, the largest first; all have one layout.
+
+    Args:
+        name: File stem of the outputs.
+        strips: The animations.
+        settings: What pages may be like.
+        margin: px that are left around a frame where it is cut.
+        shares: Whether frames with the same pixels may have one place.
+    """
     grid = round(1 / settings.scales[-1])
     trim = _trim_of(settings)
-    parts = [part for strip in strips for part in boxes(strip.sprites, trim, grid)]
+    parts = [part for strip in strips for part in boxes(strip.sprites, trim, grid, margin)]
     sprites = [sprite for strip in strips for sprite in strip.sprites]
-    keeps_all = settings.layout == "grid" or not settings.dedupe
+    keeps_all = settings.layout == "grid" or not (settings.dedupe and shares)
     own = list(range(len(parts))) if keeps_all else originals(sprites, parts)
     packing, cells = _packed(parts, own, settings, grid)
     whole = AtlasSheet(

@@ -60,15 +60,28 @@ def trimmed(
     return Sprite(lit, x, y, *frame_size, visible)
 
 
-def boxes(sprites: Sequence[Sprite], trim: Trim, grid: int = 1) -> list[Box]:
-    """Return which part of its frame each sprite's region shows; multiples of ``grid`` px."""
+def boxes(sprites: Sequence[Sprite], trim: Trim, grid: int = 1, margin: int = 0) -> list[Box]:
+    """Return which part of its frame each sprite's region shows; multiples of ``grid`` px.
+
+    Where it is cut, ``margin`` px are left around what is lit, as far as the frame has them.
+    """
     if trim == "none":
         whole = [Box(0, 0, sprite.frame_width, sprite.frame_height) for sprite in sprites]
         return [_on_grid(box, grid) for box in whole]
+    lit = [_grown(sprite, margin) for sprite in sprites]
     if trim == "frame":
-        return [_on_grid(sprite.lit or _CORNER, grid) for sprite in sprites]
-    lit = [sprite.lit for sprite in sprites if sprite.lit]
-    return [_on_grid(_around(lit) if lit else _CORNER, grid)] * len(sprites)
+        return [_on_grid(box or _CORNER, grid) for box in lit]
+    some = [box for box in lit if box]
+    return [_on_grid(around(some) if some else _CORNER, grid)] * len(sprites)
+
+
+def _grown(sprite: Sprite, margin: int) -> Box | None:
+    if sprite.lit is None:
+        return None
+    x, y = max(sprite.lit.x - margin, 0), max(sprite.lit.y - margin, 0)
+    right = min(sprite.lit.x + sprite.lit.width + margin, sprite.frame_width)
+    bottom = min(sprite.lit.y + sprite.lit.height + margin, sprite.frame_height)
+    return Box(x, y, right - x, bottom - y)
 
 
 def cell(sprite: Sprite, box: Box) -> Bytes:
@@ -96,7 +109,8 @@ def _box(mask: NDArray[np.unsignedinteger]) -> Box | None:
     return Box(x, y, int(columns[-1]) + 1 - x, int(rows[-1]) + 1 - y)
 
 
-def _around(parts: Sequence[Box]) -> Box:
+def around(parts: Sequence[Box]) -> Box:
+    """Return the smallest box around all ``parts``, one at least."""
     x, y = min(box.x for box in parts), min(box.y for box in parts)
     right = max(box.x + box.width for box in parts)
     bottom = max(box.y + box.height for box in parts)

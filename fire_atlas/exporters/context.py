@@ -5,6 +5,7 @@ from typing import Any
 from fire_atlas import __version__
 from fire_atlas.atlas.layout import Animation, AtlasSheet, Region
 from fire_atlas.exporters.decimals import plain
+from fire_atlas.exporters.maps_json import strengths
 
 
 def context_of(sheet: AtlasSheet) -> dict[str, Any]:
@@ -15,10 +16,12 @@ def context_of(sheet: AtlasSheet) -> dict[str, Any]:
     fps: Frames per second.
     alpha, blend_space: As in the recipe.
     version: Of fire-atlas.
-    pages: Each with ``file``, ``width``, ``height``, ``safe_mip`` and its ``frames``.
+    pages: Each with ``file``, ``width``, ``height``, ``safe_mip``, its ``maps`` (their files by
+        kind) and its ``frames``.
     frames: All frames in playing order; see ``_frame``.
     animations: Each with ``name``, ``loop``, ``duration`` (ms) and its ``frames``.
     grid: None, or ``columns``, ``rows``, ``cell_width``, ``cell_height``.
+    motion: None, or how motion vectors are read; see ``_motion``.
     """
     frames = {region.name: _frame(sheet, i, region) for i, region in enumerate(sheet.regions)}
     grid = sheet.grid
@@ -37,7 +40,34 @@ def context_of(sheet: AtlasSheet) -> dict[str, Any]:
             "columns": grid.columns, "rows": grid.rows,
             "cell_width": grid.cell_width, "cell_height": grid.cell_height,
         },
+        "motion": _motion(sheet),
     }  # fmt: skip
+
+
+def _motion(sheet: AtlasSheet) -> dict[str, Any] | None:
+    """Return how motion vectors are read, where there are any: as ``meta.maps`` of the JSON says, in other words.
+
+    ``pixels``, ``cell_uv``, ``cell_uv_per_second`` are [x, y] that a decoded 1 stands for.
+    """
+    reading = next((each.motion for each in sheet.maps if each.motion), None)
+    if reading is None:
+        return None
+    strong = strengths(reading, sheet.fps)
+    return {
+        "engine": reading.engine,
+        "green": reading.green,
+        "neutral": reading.neutral,
+        "decode": reading.decode,
+        "this": reading.this,
+        "next": reading.following,
+        "unit": reading.unit,
+        "scale": plain(reading.scale, 9),
+        "pixels": strong["pixels"],
+        "cell_uv": strong["cellUv"],
+        "cell_uv_per_second": strong["cellUvPerSecond"],
+        "reach": [plain(length, 3) for length in reading.reach],
+        "gutter": reading.gutter and list(reading.gutter),
+    }
 
 
 def _frame(sheet: AtlasSheet, index: int, region: Region) -> dict[str, Any]:
@@ -76,6 +106,7 @@ def _page(sheet: AtlasSheet, index: int, frames: dict[str, Any]) -> dict[str, An
         "width": page.width,
         "height": page.height,
         "safe_mip": page.safe_mip,
+        "maps": {each.kind: each.files[index] for each in sheet.maps},
         "frames": [frames[region.name] for region in sheet.regions_of(index)],
     }
 

@@ -16,7 +16,7 @@ def describe_product(
     templates: Mapping[str, Path],
 ) -> Iterator[OutputFile]:
     """Yield every export of what was built; ``templates`` says where each template lies."""
-    taken = {page.file for sheet in product.sheets for page in sheet.pages}
+    taken = {file for sheet in product.sheets for file in sheet.files}
     for export in exports:
         for file in _files(export, product, templates):
             if file.name in taken:

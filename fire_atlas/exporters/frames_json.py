@@ -7,6 +7,7 @@ from typing import Any
 from fire_atlas import __version__
 from fire_atlas.atlas.layout import AtlasSheet, Region
 from fire_atlas.exporters.decimals import plain
+from fire_atlas.exporters.maps_json import map_entries
 
 
 def compact(value: Any) -> str:
@@ -77,6 +78,7 @@ def meta_entry(sheet: AtlasSheet, page: int, regions: Sequence[Region]) -> dict[
         "version": __version__,
         **page_entry(sheet, page),
         "frameTags": frame_tags(sheet, regions),
+        **({"maps": map_entries(sheet, page)} if sheet.maps else {}),
         "fireAtlas": about(sheet, page),
     }
 

@@ -7,6 +7,7 @@ from fire_atlas import __version__
 from fire_atlas.atlas.layout import AtlasSheet, Region
 from fire_atlas.exporters.decimals import plain
 from fire_atlas.exporters.frames_json import about, compact, frame_entry, page_entry
+from fire_atlas.exporters.maps_json import map_entries
 from fire_atlas.exporters.output_file import OutputFile
 
 
@@ -16,7 +17,13 @@ def export_phaser(sheet: AtlasSheet) -> Iterator[OutputFile]:
     The animations show frames of the texture called as the sheet, whatever its scale.
     """
     textures = ",\n".join(_texture(sheet, page) for page in range(len(sheet.pages)))
-    meta = {"app": "fire-atlas", "version": __version__, "fireAtlas": about(sheet, 0)}
+    maps = [entry for i in range(len(sheet.pages)) for entry in map_entries(sheet, i)]
+    meta: dict[str, Any] = {
+        "app": "fire-atlas",
+        "version": __version__,
+        "fireAtlas": about(sheet, 0),
+    }
+    meta |= {"maps": maps} if maps else {}
     text = (
         f'{{"textures":[\n{textures}\n],\n'
         f'"anims":{compact(_animations(sheet))},\n'

@@ -11,7 +11,15 @@ import cv2
 import numpy as np
 from PIL import Image
 
-from fire_atlas.atlas.layout import Animation, AtlasSheet, Grid, Page, Region
+from fire_atlas.atlas.layout import (
+    Animation,
+    AtlasSheet,
+    Grid,
+    MotionReading,
+    Page,
+    Region,
+    SheetMap,
+)
 from fire_atlas.core.errors import RecipeError, SourceError
 from fire_atlas.core.pixels import Bytes
 
@@ -45,7 +53,9 @@ def read_atlas(path: Path) -> AtlasFile:
     try:
         siblings = [_beside(path, name) for name in first["meta"].get("related_multi_packs", [])]
         return AtlasFile(path, _sheet(path, [first, *map(_read_json, siblings)]))
-    except (KeyError, TypeError, AttributeError, ValueError, ArithmeticError) as error:
+    except (
+        KeyError, TypeError, AttributeError, ValueError, ArithmeticError, IndexError
+    ) as error:  # fmt: skip
         raise SourceError(
             f"{path}: is no atlas that fire-atlas wrote ({type(error).__name__}: {error});"
             " name the .json beside the pages"
@@ -77,6 +87,7 @@ def _sheet(path: Path, documents: Sequence[dict[str, Any]]) -> AtlasSheet:
             for name, frames in played.items()
         ),
         grid=_grid(about.get("grid")),
+        maps=_maps(path, [document["meta"].get("maps", []) for document in documents]),
     )
 
 
@@ -153,6 +164,40 @@ def _grid(grid: dict[str, Any] | None) -> Grid | None:
         return None
     cell = int(grid["cellWidth"]), int(grid["cellHeight"])
     return Grid(int(grid["columns"]), int(grid["rows"]), *cell)
+
+
+def _maps(path: Path, pages: Sequence[Sequence[dict[str, Any]]]) -> tuple[SheetMap, ...]:
+    """Return what lies beside the pages; every page has the same kinds of it."""
+    return tuple(
+        SheetMap(
+            str(entry["kind"]),
+            tuple(_beside(path, page[i]["image"]).name for page in pages),
+            _reading(entry) if entry["kind"] == "motion" else None,
+        )
+        for i, entry in enumerate(pages[0])
+    )
+
+
+def _reading(entry: dict[str, Any]) -> MotionReading:
+    strength, gutter = entry["strength"], entry["gutter"]
+    return MotionReading(
+        engine=str(entry["engine"]),
+        green=str(entry["green"]),
+        neutral=int(entry["neutral"]),
+        decode=str(entry["decode"]),
+        this=str(entry["this"]),
+        following=str(entry["next"]),
+        unit=str(entry["unit"]),
+        scale=float(entry["scale"]),
+        pixels=_pair(strength["pixels"]),
+        cell_uv=None if strength["cellUv"] is None else _pair(strength["cellUv"]),
+        reach=_pair(entry["reach"]),
+        gutter=None if gutter is None else (int(gutter[0]), int(gutter[1])),
+    )
+
+
+def _pair(values: Sequence[Any]) -> tuple[float, float]:
+    return float(values[0]), float(values[1])
 
 
 def _region(name: str, page: int, frame: dict[str, Any]) -> Region:

@@ -21,8 +21,8 @@ class LoadedRecipe:
         source_files: Absolute path (or glob) of each file the source names, by its key; each is
             relative to the recipe file that states it.
         templates: Absolute path of each template in ``exports``, by what the recipe calls it.
-        members: Recipes whose effects share the pages; they have this recipe's ``atlas``
-            and ``tracks``.
+        members: Recipes whose effects share the pages; they have this recipe's ``atlas``,
+            ``maps`` and ``tracks``.
     """
 
     recipe: Recipe
@@ -56,5 +56,5 @@ def load_tree(tree: RecipeTree) -> LoadedRecipe:
 def _member(tree: RecipeTree, host: Recipe) -> LoadedRecipe:
     """Return a member as it is built for the pages of ``host``."""
     loaded = load_tree(tree)
-    shared = {"atlas": host.atlas, "tracks": host.tracks}
+    shared = {"atlas": host.atlas, "maps": host.maps, "tracks": host.tracks}
     return replace(loaded, recipe=loaded.recipe.model_copy(update=shared))

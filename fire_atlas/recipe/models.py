@@ -16,7 +16,14 @@ from fire_atlas.recipe.effect import (
     MotionBlurOrNone,
 )
 from fire_atlas.recipe.name import MAX_NAME, NAME_PATTERN
-from fire_atlas.recipe.output import Atlas, Export, TrackName, export_problem
+from fire_atlas.recipe.output import (
+    Atlas,
+    Export,
+    Maps,
+    TrackName,
+    export_problem,
+    maps_problem,
+)
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource, ProfileSource, Source
 from fire_atlas.recipe.timeline import Timeline
@@ -53,6 +60,8 @@ class Recipe(Settings):
     """How flakes join the flame."""
     atlas: Atlas = Atlas()
     """The pages."""
+    maps: Maps = Maps()
+    """Motion vectors and layers beside the pages."""
     exports: Annotated[tuple[Export, ...], LIST] = ("json",)
     """Descriptions of the pages to write."""
     tracks: Annotated[tuple[TrackName, ...], LIST] = ("json",)
@@ -62,7 +71,10 @@ class Recipe(Settings):
 
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> Self:
-        if problem := export_problem(self.atlas, self.exports, self.tracks):
+        has_flakes = self.flakes != "none" or bool(self.atlas.members)
+        problem = export_problem(self.atlas, self.exports, self.tracks)
+        problem = problem or maps_problem(self.maps, self.atlas, has_flakes)
+        if problem:
             raise ValueError(problem)
         if self.timeline.tail and self.flakes == "none":
             raise ValueError(

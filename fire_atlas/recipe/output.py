@@ -28,6 +28,9 @@ ExportName = Literal[
 FlakeTrackName = Literal["json", "csv", "pcache", "hjson"]
 TrackName = Literal[FlakeTrackName, "light"]
 
+Engine = Literal["unity", "unreal", "godot"]
+Layer = Literal["flame", "flakes"]
+
 PivotName = Literal["base", "bottom", "center", "top"]
 
 Pivot = Annotated[
@@ -97,7 +100,7 @@ class Atlas(Settings):
     """Borders where alpha (or light, on pages that add it) is at most this, of 255, count as
     empty."""
     dedupe: bool = True
-    """Frames with the same pixels share one place. Not in a grid."""
+    """Frames with the same pixels share one place. Not in a grid, nor with ``maps``."""
     pivot: Pivot = "base"
     """The point of the frame that a client puts where the effect is: the foot of the flame
     (``base``), the ``bottom``, ``center`` or ``top`` of the frame, or [x, y] in frame widths and
@@ -112,7 +115,7 @@ class Atlas(Settings):
     ones are filtered in linear light and called ``name@0.5x``."""
     members: Annotated[tuple[Annotated[str, Field(min_length=1)], ...], LIST] = ()
     """Other recipes whose effects go onto these pages too, relative to the recipe file. Of their
-    ``atlas``, ``exports`` and ``tracks``, only this recipe's count."""
+    ``atlas``, ``maps``, ``exports`` and ``tracks``, only this recipe's count."""
     format: Literal["png", "webp"] = "png"
     """Files of the pages; ``webp`` is lossless."""
     compression: Literal["fast", "small"] = "fast"
@@ -129,6 +132,25 @@ class Atlas(Settings):
         if problem := _grid_problem(self) or _pixel_problem(self):
             raise ValueError(problem)
         return self
+
+
+class Maps(Settings):
+    """Further images in the layout of the pages, each called after its page."""
+
+    motion: Annotated[Literal["unity", "unreal", "godot", "none"], OFF] = "none"
+    """Motion vectors of the flame, ``name.motion.png``, as this engine's shaders read them: they
+    move each frame into the next, so that a flipbook plays smoothly however slowly. ``unity`` and
+    ``unreal`` count in cells and need ``atlas.layout: grid``; so does the shader for ``godot``."""
+    flame: bool = False
+    """The flame without flakes, ``name.flame.png``."""
+    flakes: bool = False
+    """The flakes alone, ``name.flakes.png``."""
+
+    @property
+    def layers(self) -> tuple[Layer, ...]:
+        """The layers that are asked for."""
+        asked: dict[Layer, bool] = {"flame": self.flame, "flakes": self.flakes}
+        return tuple(layer for layer, wanted in asked.items() if wanted)
 
 
 class TemplateExport(Settings):
@@ -230,6 +252,26 @@ def _godot_3_problem(atlas: Atlas, tracks: Sequence[TrackName]) -> str | None:
         return (
             "exports: Godot 3 takes every CSV file for translations and fails to import it; leave "
             "csv out of tracks, which the scene does not need"
+        )
+    return None
+
+
+def maps_problem(maps: Maps, atlas: Atlas, has_flakes: bool) -> str | None:
+    """Say which map cannot be had with such pages, and why."""
+    if maps.motion in ("unity", "unreal") and atlas.layout != "grid":
+        return (
+            f"maps.motion: {maps.motion} moves one cell into the next, and in a packed layout no "
+            f"two are alike; set atlas.layout to grid"
+        )
+    if maps.motion != "none" and atlas.rotate:
+        return "maps.motion: vectors cannot be read from frames that lie turned; leave out rotate"
+    if (maps.flame or maps.flakes) and not has_flakes:
+        layer = "flame" if maps.flame else "flakes"
+        return f"maps.{layer}: with flakes none the page itself is the flame; leave it out"
+    if maps != Maps() and atlas.dedupe and "dedupe" in atlas.model_fields_set:
+        return (
+            "maps: frames that look alike may differ in their maps, so each has a place of its "
+            "own; leave out atlas.dedupe, or set it to false"
         )
     return None
 
