@@ -175,7 +175,7 @@ def _images(
         reading = convention(recipe.maps.motion)
         moving = [each for part in parts for motion in part.motions for each in motion.frames()]
         for i, name in enumerate(sheet.map("motion").files):
-            yield name, "map", partial(draw_motion_page, sheet, i, moving, reading, edges.margin)
+            yield name, "map", partial(draw_motion_page, sheet, i, moving, reading, edges)
 
 
 def _write_exports(loaded: LoadedRecipe, product: Product, staging: Staging) -> list[Output]:

@@ -150,7 +150,7 @@ class MotionReading:
         pixels: The same along x and y, px of this sheet a frame.
         cell_uv: The same in the UV of one cell; None where there are no cells.
         reach: The longest motion along x and y, px of this sheet.
-        gutter: Px that every cell has around its frame, along x and y; None where there are none.
+        gutter: Px beyond its frame that every cell has, along x and y; None where there are none.
     """
 
     engine: str

@@ -45,7 +45,7 @@ def context_of(sheet: AtlasSheet) -> dict[str, Any]:
 
 
 def _motion(sheet: AtlasSheet) -> dict[str, Any] | None:
-    """Return how motion vectors are read, where there are any: as ``meta.maps`` of the JSON says, in other words.
+    """Return how motion vectors are read, where there are any: what ``meta.maps`` of the JSON says.
 
     ``pixels``, ``cell_uv``, ``cell_uv_per_second`` are [x, y] that a decoded 1 stands for.
     """

@@ -57,7 +57,7 @@ def learn_motion(
     convention: Convention,
     workers: Workers,
 ) -> Motion:
-    """Return the motion of an animation.
+    """Return the motion of an animation; none at all where the proof does not bear it out.
 
     Args:
         pictures: Every frame, small: see ``flow.picture``.
@@ -70,7 +70,10 @@ def learn_motion(
     count = len(pictures)
     pad = max(PAD, PAD_SHARE * max(size)) * max(width / size[0], height / size[1])
     held = hold_out(pictures, loop, pad, workers)
+    proof = prove(held, convention)
     trusted = trust(held, (height, width))
+    if proof is None or not proof.helps:
+        trusted[:] = 0
     unit = np.array([size[0] / width, size[1] / height], np.float32)
     closes = loop and count > 1
     steps: list[Halfway | None] = list(
@@ -90,7 +93,7 @@ def learn_motion(
         return (cell_vectors((before, steps[i]), near, trusted, pad) * unit).astype(np.float16)
 
     cells = tuple(workers.map(cell, range(count)))
-    return Motion(*size, cells, _reach(cells), prove(held, convention))
+    return Motion(*size, cells, _reach(cells), proof)
 
 
 def _reach(cells: Sequence[NDArray[np.float16]]) -> tuple[float, float]:

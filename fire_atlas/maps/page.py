@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
+from fire_atlas.atlas.drawing import Edges
 from fire_atlas.atlas.layout import AtlasSheet, Box, Region
 from fire_atlas.core.pixels import Bytes, as_plane
 from fire_atlas.maps.conventions import Convention
@@ -13,7 +14,7 @@ from fire_atlas.maps.motion import Moving
 
 
 def draw_motion_page(
-    sheet: AtlasSheet, page: int, frames: Sequence[Moving], convention: Convention, margin: int
+    sheet: AtlasSheet, page: int, frames: Sequence[Moving], convention: Convention, edges: Edges
 ) -> Bytes:
     """Draw one page, (H, W, 4) uint8: R and G are the vectors of the sheet's regions, in order.
 
@@ -23,7 +24,7 @@ def draw_motion_page(
         frames: How the frame of each region moves.
         convention: How the engine reads R and G. B is 0 and A 255: importers change colours that
             are transparent.
-        margin: px around the frames of a packed page that are theirs; a cell is, whole.
+        edges: What goes around a frame on its page.
     """
     reading = sheet.map("motion").motion
     assert reading is not None, "motion vectors say how they are read"
@@ -33,10 +34,10 @@ def draw_motion_page(
     image[:] = (convention.neutral, convention.neutral, 0, 255)
     for region, moving in zip(sheet.regions, frames, strict=True):
         if region.page == page:
-            place = _place(sheet, region, margin)
+            place = _place(sheet, region, edges.margin)
             vectors = _vectors(moving, region, place, sheet.scale)
             if sheet.grid is not None:
-                vectors = _kept_in(vectors)
+                vectors = _kept_in(vectors, place, _owned(region, edges.extrude))
             part = slice(place.y, place.y + place.height), slice(place.x, place.x + place.width)
             image[part][..., :2] = convention.encode(as_plane(vectors / unit))
     return image
@@ -58,6 +59,16 @@ def _place(sheet: AtlasSheet, region: Region, margin: int) -> Box:
     return Box(x, y, right - x, bottom - y)
 
 
+def _owned(region: Region, extrude: int) -> Box:
+    """Return where the page shows the frame and what repeats its edge."""
+    return Box(
+        region.x - extrude,
+        region.y - extrude,
+        region.width + 2 * extrude,
+        region.height + 2 * extrude,
+    )
+
+
 def _vectors(moving: Moving, region: Region, place: Box, scale: float) -> Vectors:
     """Return the vectors at the pixels of ``place`` on the page, px of the page a frame.
 
@@ -76,12 +87,15 @@ def _vectors(moving: Moving, region: Region, place: Box, scale: float) -> Vector
     return as_plane(found * np.float32(scale))
 
 
-def _kept_in(vectors: Vectors) -> Vectors:
-    """Shorten vectors (h, w, 2) of a cell that would lead a sample into a neighbour, either way."""
-    height, width = vectors.shape[:2]
-    for axis, length in ((0, width), (1, height)):
-        place = np.arange(length, dtype=np.float32)
-        room = np.minimum(place, place[::-1])
-        limit = room[None, :] if axis == 0 else room[:, None]
-        vectors[..., axis] = np.clip(vectors[..., axis], -limit, limit)
+def _kept_in(vectors: Vectors, place: Box, frame: Box) -> Vectors:
+    """Shorten vectors of ``place`` on the page that would lead a sample out of ``frame``.
+
+    A client goes along a vector in the one frame and against it in the other, so that either way
+    has to stay where there is something of this frame, not of a neighbour.
+    """
+    x = np.arange(place.width, dtype=np.float32) + (place.x - frame.x)
+    y = np.arange(place.height, dtype=np.float32) + (place.y - frame.y)
+    for axis, along, length in ((0, x[None, :], frame.width), (1, y[:, None], frame.height)):
+        room = np.maximum(np.minimum(along, length - 1 - along), 0)
+        vectors[..., axis] = np.clip(vectors[..., axis], -room, room)
     return vectors

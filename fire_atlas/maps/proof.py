@@ -31,6 +31,11 @@ class Proof:
     gains: tuple[float, ...]
 
     @property
+    def helps(self) -> bool:
+        """Whether vectors come closer than plain blending. Where not, none are written."""
+        return self.gains[0] > 0
+
+    @property
     def sign_right(self) -> bool:
         """Whether no other choice of signs comes closer."""
         return self.gains[0] >= max(self.gains[1:])
@@ -39,6 +44,7 @@ class Proof:
         """Return what goes into the manifest."""
         return {
             "held_out": self.held_out,
+            "written": self.helps,
             "gain": round(self.gains[0], 4),
             "other_signs": [round(gain, 4) for gain in self.gains[1:]],
             "sign_right": self.sign_right,
