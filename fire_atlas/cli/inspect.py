@@ -12,6 +12,7 @@ from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.preview.atlas_file import AtlasFile, read_atlas
 from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted
 from fire_atlas.preview.loops import loops_of
+from fire_atlas.preview.proof_file import read_proofs
 from fire_atlas.preview.tracks_file import read_tracks
 
 
@@ -27,6 +28,10 @@ def run(args: Namespace) -> int:
     console.print(_frames(atlas))
     if (loops := _loops(atlas)) is not None:
         console.print(loops)
+    if atlas.sheet.maps:
+        console.print(_maps(atlas))
+        for proven in read_proofs(args.atlas.parent, atlas.sheet.title):
+            console.print(proven.sentence())
     if tracks is not None:
         console.print(_flakes(tracks))
     return 0
@@ -93,6 +98,19 @@ def _loops(atlas: AtlasFile) -> Table | None:
     table = Table("loop", *heads, title="loops", caption=caption)
     for name, figures in loops.items():
         table.add_row(name, *(f"{figure.value:.2f}" for figure in figures))
+    return table
+
+
+def _maps(atlas: AtlasFile) -> Table:
+    table = Table("map", "files", "for", "strength", title="maps")
+    for each in atlas.sheet.maps:
+        how = each.motion
+        strength = ""
+        if how is not None:
+            x, y = how.pixels
+            unit = "of a cell" if how.unit == "cell" else "px"
+            strength = f"{how.scale:g} {unit} a frame ({x:.3g} x {y:.3g} px)"
+        table.add_row(each.kind, ", ".join(each.files), how.engine if how else "", strength)
     return table
 
 

@@ -1,6 +1,6 @@
 """The motion vectors of one animation."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -56,6 +56,7 @@ def learn_motion(
     loop: bool,
     convention: Convention,
     workers: Workers,
+    advance: Callable[[], None],
 ) -> Motion:
     """Return the motion of an animation; none at all where the proof does not bear it out.
 
@@ -65,6 +66,7 @@ def learn_motion(
         loop: Whether the first frame follows the last.
         convention: How the engine reads vectors, for the proof.
         workers: The pool.
+        advance: Called as often as there are frames.
     """
     height, width = pictures[0].shape[:2]
     count = len(pictures)
@@ -76,14 +78,14 @@ def learn_motion(
         trusted[:] = 0
     unit = np.array([size[0] / width, size[1] / height], np.float32)
     closes = loop and count > 1
-    steps: list[Halfway | None] = list(
-        workers.map(
-            lambda i: halfway(pictures[i], pictures[(i + 1) % count]),
-            range(count if closes else count - 1),
-        )
-    )
+    last = count if closes else count - 1
+    steps: list[Halfway | None] = []
+    for step in workers.map(lambda i: halfway(pictures[i], pictures[(i + 1) % count]), range(last)):
+        steps.append(step)
+        advance()
     if not closes:
         steps.append(None)
+        advance()
 
     def cell(i: int) -> NDArray[np.float16]:
         if steps[i] is None:  # nothing follows: a client that stays here must find it still
