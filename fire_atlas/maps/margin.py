@@ -13,9 +13,9 @@ PAD, PAD_SHARE = 8, 0.1
 _VISIBLE = 3
 """Light or coverage above this, of 255, is part of the flame."""
 
-_CALM = 2.5
-"""Where two frames differ by so many of 255 steps, a vector is halved: what hardly changes blends
-well as it is, and would only swim."""
+_CALM, _RESTLESS = 1.0, 3.0
+"""Where two frames differ by so few of 255 steps (root mean square) no vector is wanted, from so
+many on all of it: what hardly changes blends well as it is, and would only swim."""
 
 _AROUND = 1 / 24
 """Distance over which that is looked at, as a share of the longer side."""
@@ -28,10 +28,9 @@ def visible(shown: Bytes) -> NDArray[np.bool_]:
 
 def restless(before: Bytes, after: Bytes) -> Plane:
     """Return (h, w), 0..1: how much of a vector is wanted where two pictures differ so much."""
-    change = cv2.absdiff(before, after).astype(np.float32)
-    square = as_plane(np.mean(change**2, axis=2))
-    around = as_plane(cv2.GaussianBlur(square, (0, 0), _AROUND * max(square.shape)))
-    return as_plane(around / (around + np.float32(_CALM**2)))
+    square = as_plane(np.mean(cv2.absdiff(before, after).astype(np.float32) ** 2, axis=2))
+    change = np.sqrt(cv2.GaussianBlur(square, (0, 0), _AROUND * max(square.shape)))
+    return as_plane(np.clip((change - _CALM) / (_RESTLESS - _CALM), 0, 1))
 
 
 def padded(vectors: Vectors, flame: NDArray[np.bool_], reach: float) -> Vectors:

@@ -10,7 +10,13 @@ from fire_atlas.exporters.product import Product
 from fire_atlas.exporters.unity.flake_tracks import Flight, flake_bytes
 from fire_atlas.exporters.unity.geometry import max_texture_size, pivot_px
 from fire_atlas.exporters.unity.identity import guid_of, guids_in, part_id
-from fire_atlas.exporters.unity.meta import TEXTURE_KEYS, merged, read_meta, with_max_size
+from fire_atlas.exporters.unity.meta import (
+    SECONDARY,
+    TEXTURE_KEYS,
+    merged,
+    read_meta,
+    with_max_size,
+)
 from fire_atlas.exporters.unity.names import file_stems, player_name, state_names
 from fire_atlas.exporters.unity.sprites import SpriteOfPage, sprites_of
 from fire_atlas.exporters.unity.yaml_text import scalar, single
@@ -141,29 +147,44 @@ class _Export:
     def effect(self, sheet: AtlasSheet) -> Iterator[OutputFile]:
         """Yield the pages' ``.meta``, animations, controller and prefab of one scale."""
         sprites = sprites_of(sheet, self.guid)
-        for i in range(len(sheet.pages)):
-            yield self.page_meta(sheet, i, sprites)
+        for i, page in enumerate(sheet.pages):
+            yield self.page_meta(sheet, i, page.file, sprites)
+            for each in sheet.maps:
+                yield self.page_meta(sheet, i, each.files[i], sprites, data=each.kind == "motion")
         yield from self.clips(sheet, sprites)
         yield from self.prefab(sheet, sprites)
 
     def page_meta(
-        self, sheet: AtlasSheet, index: int, sprites: dict[str, SpriteOfPage]
+        self,
+        sheet: AtlasSheet,
+        index: int,
+        image: str,
+        sprites: dict[str, SpriteOfPage],
+        *,
+        data: bool = False,
     ) -> OutputFile:
-        """Return the ``.meta`` of a page, which cuts it into sprites."""
-        page = sheet.pages[index]
-        file = f"{page.file}.meta"
+        """Return the ``.meta`` of a page or of a layer, which cuts it into sprites.
+
+        Motion vectors are ``data``: no colours, no sprites, and nothing may compress them.
+        """
+        page, file = sheet.pages[index], f"{image}.meta"
         size = max_texture_size(page.width, page.height)
+        moving = [each.files[index] for each in sheet.maps if each.kind == "motion"]
+        beside = moving if image == page.file else []
         fresh = rendered(
             "unity/texture.meta.j2",
             _FILTERS,
-            guid=self.guid(page.file),
-            sprites=[sprites[region.name] for region in sheet.regions_of(index)],
+            guid=self.guid(image),
+            sprites=[] if data else [sprites[region.name] for region in sheet.regions_of(index)],
             alpha=sheet.alpha,
+            data=data,
+            secondary=[{"guid": self.guid(each), "name": "_MotionTex"} for each in beside],
             max_size=size,
             pixels_per_unit=self.options.pixels_per_unit * sheet.scale,
         )
         old = read_meta(file, self.product.existing(file))
-        meta = with_max_size(merged(old, fresh, TEXTURE_KEYS), size)
+        owned = (*TEXTURE_KEYS, *((SECONDARY,) if beside else ()))
+        meta = with_max_size(merged(old, fresh, owned), size)
         return OutputFile(file, IMPORT, meta.encode())
 
     def clips(self, sheet: AtlasSheet, sprites: dict[str, SpriteOfPage]) -> Iterator[OutputFile]:

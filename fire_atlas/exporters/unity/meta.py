@@ -22,6 +22,9 @@ TEXTURE_KEYS: tuple[Path, ...] = (
 )
 """What a build decides about a page, whoever wrote its ``.meta`` since. All else is kept."""
 
+SECONDARY: Path = (_TEXTURE, "spriteSheet", "secondaryTextures")
+"""What else it decides where a page has motion vectors."""
+
 _CONFLICT = re.compile(r"^(<{7}|>{7}) ", re.MULTILINE)
 
 
