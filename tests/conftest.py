@@ -10,7 +10,8 @@ import pytest
 
 # Test files are imported one by one (--import-mode=importlib), so helpers need a place on the path.
 sys.path += [
-    str(Path(__file__).parent / room) for room in ("sources", "effect", "timeline", "profile")
+    str(Path(__file__).parent / room)
+    for room in ("effect", "maps", "profile", "sources", "timeline")
 ]
 
 

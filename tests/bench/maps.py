@@ -32,7 +32,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "maps"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "effect"))
 
 from fires import ALL_CLIPS, real_clip
-from flipbook import ENGINES, plain, read_flipbook
+from flipbook import ENGINES, Picture, plain, read_flipbook
 
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.cli import main as fire_atlas
@@ -87,7 +87,7 @@ def measure(clips: Path, name: str, work: Path) -> Row:
         for middle in predicted:
             truth = encode_frame(clip.read(middle), "premultiplied", "srgb").astype(np.float64)
             truth = truth[y : y + height, x : x + width]
-            seen = {"plain": plain(book, middle // 2, 0.5)}
+            seen: dict[Any, Picture] = {"plain": plain(book, middle // 2, 0.5)}
             seen |= {signs: play(book, middle // 2, 0.5, signs) for signs in ((1, 1), *WRONG)}
             for way, cell in seen.items():
                 error[way] += float(np.mean((book.frame_part(cell) - truth) ** 2))

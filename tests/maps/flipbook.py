@@ -14,7 +14,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
-from scipy.ndimage import map_coordinates
 
 Picture = NDArray[np.float64]
 """(h, w, 4) in 0..255, premultiplied, as on the page."""
@@ -140,7 +139,7 @@ def _unity_sample(
 def unreal(book: Flipbook, i: int, blend: float, signs: Signs = (1, 1)) -> Picture:
     """Play as a SubUV material does: V grows downwards over the whole sheet.
 
-    ConstantBiasScale(−0.5, 2), then times the strength; a spline of first order samples.
+    ConstantBiasScale(−0.5, 2), then times the strength; a tent over the nearest texels samples.
     """
     width, height = book.cell
     strength = np.array(book.reading["strength"]["cellUv"])
@@ -154,13 +153,21 @@ def unreal(book: Flipbook, i: int, blend: float, signs: Signs = (1, 1)) -> Pictu
         uv = (np.stack([column + (x + 0.5) / width, row + (y + 0.5) / height], axis=-1)) / sheet
         uv = uv + bias_scale * signs * strength / sheet * way
         at = uv * [texture.shape[1], texture.shape[0]] - 0.5
-        planes = [
-            map_coordinates(texture[..., c], [at[..., 1], at[..., 0]], order=1, mode="nearest")
-            for c in range(4)
-        ]
-        shown.append(np.stack(planes, axis=-1))
+        shown.append(_tent(texture, at))
     lerped: Picture = shown[0] + (shown[1] - shown[0]) * blend
     return lerped
+
+
+def _tent(texture: Picture, at: NDArray[np.float64]) -> Picture:
+    """Sample at (x, y) in texels: each counts by its nearness; the sheet's edge goes on beyond."""
+    flat, size = texture.reshape(-1, 4), np.array(texture.shape[1::-1])
+    total = np.zeros((*at.shape[:2], 4))
+    for corner in np.ndindex(2, 2):
+        texel = np.floor(at) + corner
+        near = np.prod(1 - np.abs(at - texel), axis=-1)
+        column, row = np.moveaxis(np.clip(texel, 0, size - 1).astype(np.intp), -1, 0)
+        total += near[..., None] * flat[row * texture.shape[1] + column]
+    return total
 
 
 def godot(book: Flipbook, i: int, blend: float, signs: Signs = (1, 1)) -> Picture:

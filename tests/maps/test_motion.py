@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import Bytes
+from fire_atlas.core.pixels import Bytes, as_plane
 from fire_atlas.core.workers import Workers
 from fire_atlas.maps.conventions import convention
 from fire_atlas.maps.flow import halfway, picture
@@ -147,10 +147,10 @@ def test_padding_is_a_tenth_of_the_frame_or_eight_pixels(side: int, pad: int) ->
         u, v = x - 2 * i, y
         light = np.clip(140 + 60 * np.sin(u / 2) * np.cos(v / 3), 0, 255)
         disc = np.clip(side / 5 - np.hypot(u, v), 0, 1)
-        frames.append(np.dstack([light * disc] * 3 + [255 * disc]).astype(np.float32) / 255)
+        frames.append(np.dstack([light * disc] * 3 + [255 * disc]) / 255)
     with Workers(1) as workers:
         motion = learn_motion(
-            [picture(frame, "srgb") for frame in frames], (side, side), False,
+            [picture(as_plane(frame), "srgb") for frame in frames], (side, side), False,
             convention("unity"), workers, lambda: None,
         )  # fmt: skip
     cell = cv2.resize(motion.cells[3].astype(np.float32), (side, side))

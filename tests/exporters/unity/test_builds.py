@@ -13,7 +13,7 @@ from fire_atlas.cli import main
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.exporters.unity.identity import guids_in
 
-from .type_trees import importer
+from .type_trees import faults, importer
 
 PLAIN: dict[str, Any] = {
     "flakes": "none",
@@ -263,3 +263,25 @@ def test_members_share_pages_and_a_prefab(tmp_path: Path) -> None:
         f"level_{name}_000{i}" for name in ("fire", "torch") for i in range(3)
     }
     assert (made / "level.flakes.bytes").read_bytes().count(b"torch") == 1
+
+
+def test_motion_vectors_are_data_and_a_secondary_texture_of_the_page(tmp_path: Path) -> None:
+    draw_marked(tmp_path / "clip", 6)
+    out = build(tmp_path, maps={"motion": "unity"}, atlas={"layout": "grid"})
+    page, motion = ((out / f"fire{kind}.png.meta").read_text() for kind in ("", ".motion"))
+    assert faults("fire.png.meta", page) == faults("fire.motion.png.meta", motion) == []
+    _, shown = importer(page)
+    (secondary,) = shown["spriteSheet"]["secondaryTextures"]
+    assert secondary["name"] == "_MotionTex"
+    assert secondary["texture"] == {"fileID": 2800000, "guid": guids_in(motion)[0], "type": 3}
+    _, data = importer(motion)
+    assert data["mipmaps"]["sRGBTexture"] == 0 and data["alphaIsTransparency"] == 0
+    assert data["platformSettings"][0]["textureCompression"] == 0
+    assert not data["spriteSheet"]["sprites"]
+
+
+def test_layers_are_cut_like_the_page(tmp_path: Path) -> None:
+    draw_marked(tmp_path / "clip", 6)
+    out = build(tmp_path, maps={"flame": True, "flakes": True}, flakes={"rate": 50})
+    page = sprites(out, "fire.png")
+    assert sprites(out, "fire.flame.png") == sprites(out, "fire.flakes.png") == page
