@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 from typing import Any
 
-from fire_atlas.atlas.layout import AtlasSheet, Page
+from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.core.shipped import shipped
 from fire_atlas.exporters.godot.describe import animations_of, textures_of
 from fire_atlas.exporters.godot.flakes import flake_arrays
 from fire_atlas.exporters.godot.lamp import TEXTURE, lamp_of
@@ -18,7 +19,7 @@ from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.recipe.godot import GodotOptions
 
 _PLAYER, _TRACKS, _TABLES = "_flakes.gd", "_flake_tracks.gd", "_flakes.tres"
-_LAMP = "_light.gd"
+_LAMP, _FLIPBOOK = "_light.gd", "_motion.gdshader"
 
 
 def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
@@ -29,6 +30,7 @@ def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile
         yield from _page_settings(product, sheet, options)
         yield _frames(product, sheet, options)
         yield _scene(product, sheet, flakes, options)
+        yield from _flipbook(product, sheet, options)
     if flakes:
         yield _flake_tables(product, flakes, options)
         for ending in (_TRACKS, _PLAYER):
@@ -55,20 +57,45 @@ def _is_lit(product: Product, options: GodotOptions) -> bool:
 def _page_settings(
     product: Product, sheet: AtlasSheet, options: GodotOptions
 ) -> Iterator[OutputFile]:
-    for page in sheet.pages:
-        name = f"{page.file}.import"
-        uid = _page_uid(product, page)
-        data = import_settings(product.existing(name), sheet.alpha, uid, options)
+    for file in sheet.files:
+        name = f"{file}.import"
+        # Vectors are data: as little may be done to them as to light that is multiplied already.
+        is_data = any(file in each.files for each in sheet.maps if each.motion)
+        alpha = "premultiplied" if is_data else sheet.alpha
+        data = import_settings(product.existing(name), alpha, _image_uid(product, file), options)
         yield OutputFile(name, "import", data)
 
 
-def _page_uid(product: Product, page: Page) -> str:
-    return uid_of(product, page.file, told_in=f"{page.file}.import")
+def _image_uid(product: Product, file: str) -> str:
+    return uid_of(product, file, told_in=f"{file}.import")
+
+
+def _flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iterator[OutputFile]:
+    """Yield a material that plays a grid along its motion vectors, where one page holds it all."""
+    moving = next((each for each in sheet.maps if each.motion), None)
+    if moving is None or moving.motion is None or moving.motion.engine != "godot":
+        return
+    if options.version == 3 or len(sheet.pages) > 1 or len(sheet.animations) > 1 or not sheet.grid:
+        return
+    vectors = moving.files[0]
+    yield _resource(
+        "motion.tres",
+        f"{sheet.name}_motion.tres",
+        product,
+        options,
+        sheet=sheet,
+        shader=f"{product.name}{_FLIPBOOK}",
+        vectors=(vectors, _image_uid(product, vectors)),
+        scale=moving.motion.scale,
+    )
+    if sheet.scale == 1:
+        text = (shipped("templates") / "godot" / "flipbook_motion.gdshader").read_bytes()
+        yield OutputFile(f"{product.name}{_FLIPBOOK}", "script", text)
 
 
 def _frames(product: Product, sheet: AtlasSheet, options: GodotOptions) -> OutputFile:
     name = f"{sheet.name}.tres"
-    pages = [(page.file, _page_uid(product, page)) for page in sheet.pages]
+    pages = [(page.file, _image_uid(product, page.file)) for page in sheet.pages]
     textures, shown = textures_of(sheet)
     animations = animations_of(sheet, shown, options)
     return _resource(
