@@ -155,6 +155,8 @@ def test_each_kind_of_source_is_refused_the_keys_of_the_other(
     ):
         assert advice in refused(recipe(tmp_path, SILK, timeline=keys), capsys)
     told = refused(recipe(tmp_path, {"kind": "slik"}), capsys)
-    assert 'source.kind: must be one of frames, profile, silk; got "slik"; did you mean silk?' in told
+    assert (
+        'source.kind: must be one of frames, profile, silk; got "slik"; did you mean silk?' in told
+    )
     told = refused(recipe(tmp_path, {"path": "x", "fuel": "wood"}), capsys)
     assert "source.fuel: unknown key here; it is one of `kind: silk`" in told
