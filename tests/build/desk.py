@@ -88,13 +88,13 @@ class Desk:
 
 def command(*arguments: str | Path) -> list[str]:
     """Return the command line of ``fire-atlas`` in a process of its own."""
-    return [sys.executable, "-m", "fire_atlas", *map(str, arguments)]
+    return [sys.executable, "-P", "-m", "fire_atlas", *map(str, arguments)]
 
 
 def script(code: str, *arguments: str | Path) -> list[str]:
     """Return the command line that runs ``code``, then ``fire-atlas``, in one process."""
     run = "import sys; from fire_atlas.cli import main; sys.exit(main(sys.argv[1:]))"
-    return [sys.executable, "-c", f"{code}\n{run}", *map(str, arguments)]
+    return [sys.executable, "-P", "-c", f"{code}\n{run}", *map(str, arguments)]
 
 
 def environment(**changes: str) -> dict[str, str]:
