@@ -60,6 +60,8 @@ def make_recipe(clip: Path, rate: float) -> Path:
         "source": {"path": clip.name, "fps": 24},
         "flakes": {"rate": round(rate, 2), "bursts": 0, "max": 60000},
         "tracks": [],
+        # Played once, as the paper does: every frame that is read is written.
+        "timeline": {"loop": "none"},
     }
     recipe = clip.with_suffix(".yaml")
     recipe.write_text(yaml.safe_dump(keys), encoding="utf-8")
