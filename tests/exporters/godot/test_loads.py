@@ -24,7 +24,7 @@ CLIPS: dict[str, dict[str, Any]] = {
 
 def build(folder: Path, clip: Path, version: int, atlas: dict[str, Any]) -> None:
     recipe = {
-        "source": {"path": str(clip / "frames"), "count": 8, "height": 160},
+        "source": {"path": str(clip / "frames"), "height": 160},
         "atlas": atlas,
         "exports": ["json", {"godot": {"version": version}}],
         "flakes": {"bake": clip.name == "real_candle_red"},
