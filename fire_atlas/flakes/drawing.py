@@ -7,13 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import as_plane
+from fire_atlas.flakes.coverage import LARGE, Ellipses, Spans, alike
 from fire_atlas.flakes.tracks import COLUMNS
 
-_LARGE = 8.0
-"""Half width, px, from which pixel centres sample a sprite as well as its integral."""
-
-_BATCH = 4_000_000
-"""Pixels under the flakes that are drawn at a time."""
+_FLAKES, _SPANS = 1 << 17, 1 << 15
+"""Area, px, of the flakes that are drawn together, and of their spans that are: little enough for
+the processor's cache, and enough of one size to be worth a call."""
 
 _HALO = 0.018
 """Width (σ) of a halo, heights."""
@@ -33,41 +32,49 @@ def draw_flakes(rows: NDArray[np.float64], height: int, width: int) -> NDArray[n
         rows: (flakes, 14), columns ``tracks.COLUMNS``.
         height, width: Frame, px.
     """
-    light = np.zeros((height * width, 3), np.float32)
-    if len(rows) == 0:
-        return light.reshape(height, width, 3)
+    # What falls outside the frame lands in a border of one pixel.
+    canvas = np.zeros((height + 2, width + 2, 3), np.float32)
     column = dict(zip(COLUMNS, rows.T, strict=True))
     across = column["size"] / 2
     along = across * column["stretch"]
-    rgb = np.stack([column[name] for name in "rgb"]).astype(np.float32)
-    for batch in _batches(np.minimum(4 * along * across, float(height * width))):
-        flake, x, y, weight = _cover(
-            column["x"][batch],
-            column["y"][batch],
-            along[batch],
-            across[batch],
-            column["rotation"][batch],
-            height,
-            width,
-        )
-        total = np.bincount(flake, weight, minlength=len(batch))
-        wanted = along[batch] * across[batch] * (math.pi / 3)  # ∫(1 − q²)² over the ellipse
+    ellipses = Ellipses.of(
+        column["x"], column["y"], along, across, column["rotation"], (height, width)
+    )
+    light = np.stack([column[name] for name in "rgb"]) * column["a"]
+    wanted = along * across * (math.pi / 3)  # ∫(1 − q²)² over the ellipse
+    for group in alike(ellipses.rows, ellipses.area, _FLAKES):
+        spans = ellipses.spans(group)
+        total = np.zeros(len(spans.length), np.float32)
+        drawn = []
+        for some in alike(spans.length, spans.length, _SPANS):
+            weights = spans.weights(some)
+            total[some] = weights.sum(axis=0)
+            drawn.append((some, weights))
+        total = total.reshape(-1, len(group)).sum(axis=0)
         # Pixels stand for large ellipses as they are, and these may reach out of the frame.
-        exact = np.where(across[batch] < _LARGE, wanted / np.maximum(total, 1e-12), 1.0)
-        weight *= (column["a"][batch] * exact).astype(np.float32)[flake]
-        pixel = y * width + x
-        seen = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-        if not seen.all():
-            flake, pixel, weight = flake[seen], pixel[seen], weight[seen]
-        for c in range(3):
-            np.add.at(light[:, c], pixel, weight * rgb[c, batch][flake])
-    return light.reshape(height, width, 3)
+        exact = np.where(across[group] < LARGE, wanted[group] / np.maximum(total, 1e-12), 1.0)
+        shine = as_plane(light[:, group] * exact)
+        for some, weights in drawn:
+            _add(canvas, spans, some, weights, shine)
+    return np.ascontiguousarray(canvas[1:-1, 1:-1])
 
 
-def _batches(areas: NDArray[np.float64]) -> list[NDArray[np.intp]]:
-    """Indices of flakes, so many at a time that memory stays bounded."""
-    part = (np.cumsum(areas) // _BATCH).astype(np.intp)
-    return np.split(np.arange(len(areas)), np.flatnonzero(np.diff(part)) + 1)
+def _add(
+    canvas: NDArray[np.float32],
+    spans: Spans,
+    some: NDArray[np.intp],
+    weights: NDArray[np.float32],
+    light: NDArray[np.float32],
+) -> None:
+    """Add ``some`` spans to a canvas (H + 2, W + 2, 3): ``weights`` (pixels, spans) times
+    ``light`` (3, flakes)."""
+    height, width = canvas.shape[0] - 2, canvas.shape[1] - 2
+    pixel = spans.x[some] + np.arange(len(weights))[:, None]
+    np.clip(pixel, -1, width, out=pixel)
+    pixel += (np.clip(spans.y[some], -1, height) + 1) * (width + 2) + 1
+    flake = some % light.shape[1]
+    for c in range(3):
+        np.add.at(canvas.reshape(-1, 3)[:, c], pixel.ravel(), (weights * light[c, flake]).ravel())
 
 
 def draw_pixels(rows: NDArray[np.float64], height: int, width: int) -> NDArray[np.float32]:
@@ -106,59 +113,6 @@ def add_halo(light: NDArray[np.float32], share: float, fades: bool) -> NDArray[n
         )
         halo = as_plane(halo * np.minimum.outer(down, across)[..., None])
     return as_plane(cv2.addWeighted(light, 1.0, halo, share, 0.0))
-
-
-def _cover(
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    along: NDArray[np.float64],
-    across: NDArray[np.float64],
-    rotation: NDArray[np.float64],
-    height: int,
-    width: int,
-) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp], NDArray[np.float32]]:
-    """Pixels under each ellipse: flake index, pixel x, pixel y, weight (1 − q²)².
-
-    q² = p dx² + 2 r dx dy + s dy². Each row of an ellipse is a span found in closed form, so that
-    only pixels under it are touched, and along it 1 − q² = depth − p (x − middle)².
-    """
-    cos, sin = np.cos(rotation), np.sin(rotation)
-    p = (cos / along) ** 2 + (sin / across) ** 2
-    s = (sin / along) ** 2 + (cos / across) ** 2
-    r = cos * sin * (along**-2 - across**-2)
-    reach = np.sqrt(p) * along * across  # p s − r² = 1/(along·across)²
-    large = across >= _LARGE  # these are cut at the frame here, small ones once they are weighed
-    row_flake, row = _ranges(
-        *_held(np.ceil(y - 0.5 - reach), np.floor(y - 0.5 + reach), height, large)
-    )
-    dy = row + 0.5 - y[row_flake]
-    p_row, r_row = p[row_flake], r[row_flake]
-    middle = x[row_flake] - r_row * dy / p_row
-    depth = np.maximum(1 - (s[row_flake] - r_row**2 / p_row) * dy**2, 0.0)
-    half = np.sqrt(depth / p_row)
-    span, column = _ranges(
-        *_held(np.ceil(middle - 0.5 - half), np.floor(middle - 0.5 + half), width, large[row_flake])
-    )
-    # From the middle in whole pixels and a rest, so that single precision is exact enough.
-    start = np.floor(middle)
-    d = (column - start.astype(np.intp)[span]).astype(np.float32)
-    d += (0.5 - (middle - start)).astype(np.float32)[span]
-    d *= d
-    d *= -p_row.astype(np.float32)[span]
-    d += depth.astype(np.float32)[span]
-    np.maximum(d, 0, out=d)
-    d *= d
-    return row_flake[span], column, row[span], d
-
-
-def _held(
-    first: NDArray[np.float64], last: NDArray[np.float64], end: int, large: NDArray[np.bool_]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Ranges first..last, those of ``large`` flakes held to 0..end − 1."""
-    return (
-        np.where(large, np.maximum(first, 0), first),
-        np.where(large, np.minimum(last, end - 1), last),
-    )
 
 
 def _ranges(
