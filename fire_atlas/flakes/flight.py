@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.field.record import FieldRecord
 from fire_atlas.flakes.emission import TICK, Spawns
-from fire_atlas.flakes.scatter import scatter_angles
+from fire_atlas.flakes.scatter import scatter_turns
 
 Column = NDArray[np.float64]
 
@@ -87,18 +87,37 @@ def fly(spawns: Spawns, field: FieldRecord, frames: int, flight: Flight) -> Iter
 
     Flakes move in ticks of 1/60 s; between two ticks a frame sees them on the straight line.
     """
-    swarm = Swarm.empty()
+    swarm, inertia = Swarm.empty(), _Inertia.of(spawns, flight)
     born = np.searchsorted(spawns.tick, np.arange(math.ceil(frames / field.fps / TICK) + 2))
     frame = 0
     for tick in range(len(born) - 1):
         air = field.at(tick * TICK)
         swarm = _hatch(swarm, spawns, int(born[tick]), int(born[tick + 1]), field, air, flight)
-        moved = _step(swarm, spawns, field, air, tick, flight)
+        moved = _step(swarm, spawns, inertia, field, air, tick, flight)
         while frame < frames and frame / field.fps / TICK < tick + 1:
             part = frame / field.fps / TICK - tick
             yield _between(swarm, moved, part, spawns)
             frame += 1
         swarm = moved.where(_stays(moved, spawns, flight))
+
+
+@dataclass(frozen=True, slots=True)
+class _Inertia:
+    """How slowly each flake takes on the field's velocity. Arrays (flakes,).
+
+    Attributes:
+        keeps: Share of the difference that is left after a tick.
+        falls: Speed at which gravity makes it fall in the end, px/s.
+    """
+
+    keeps: Column
+    falls: Column
+
+    @classmethod
+    def of(cls, spawns: Spawns, flight: Flight) -> Self:
+        """Return the inertia of each of ``spawns``."""
+        lag = flight.lag * np.exp(_LAG_BY_BULK * spawns.bulk)
+        return cls(np.exp(-TICK / np.maximum(lag, 1e-6)), flight.gravity * lag)
 
 
 def sample(field: FieldRecord, planes: tuple[Plane, ...], x: Column, y: Column) -> Column:
@@ -135,6 +154,7 @@ def _hatch(
 def _step(
     swarm: Swarm,
     spawns: Spawns,
+    inertia: _Inertia,
     field: FieldRecord,
     air: tuple[Plane, ...],
     tick: int,
@@ -143,17 +163,15 @@ def _step(
     """One tick: v̇ = (u − v)/lag + g, solved exactly; then the jitter; then the way."""
     *u, lit = sample(field, air, swarm.x, swarm.y)
     if flight.lag > 0:
-        lag = flight.lag * np.exp(_LAG_BY_BULK * spawns.bulk[swarm.id])
-        keeps = np.exp(-TICK / np.maximum(lag, 1e-6))
+        keeps = inertia.keeps[swarm.id]
         vx = u[0] + (swarm.vx - u[0]) * keeps
-        fall = u[1] + flight.gravity * lag
+        fall = u[1] + inertia.falls[swarm.id]
         vy = fall + (swarm.vy - fall) * keeps
     else:
         vx, vy = u
-    angle = scatter_angles(flight.seed, tick, swarm.id, flight.scatter)
-    cos, sin = np.cos(angle), np.sin(angle)
+    cos, sin = scatter_turns(flight.seed, tick, swarm.id, flight.scatter)
     vx, vy = vx * cos - vy * sin, vx * sin + vy * cos
-    own_x, own_y = _own_motion(swarm, spawns, (1 - lit) ** 4, flight)
+    own_x, own_y = _own_motion(swarm, spawns, np.square(np.square(1 - lit)), flight)
     return replace(
         swarm,
         x=swarm.x + (vx + own_x) * TICK,
@@ -177,11 +195,16 @@ def _own_motion(
     turn = 2 * math.pi * spawns.wander[swarm.id] * swarm.age
     fall = spawns.sink[swarm.id] * (1 - flung)
     return (
-        spawns.throw_x[swarm.id] * flung + speed * np.sin(turn + spawns.wander_x[swarm.id]),
+        spawns.throw_x[swarm.id] * flung + speed * _sine(turn + spawns.wander_x[swarm.id]),
         spawns.throw_y[swarm.id] * flung
         + fall
-        + 0.5 * speed * np.sin(turn + spawns.wander_y[swarm.id]),
+        + 0.5 * speed * _sine(turn + spawns.wander_y[swarm.id]),
     )
+
+
+def _sine(angle: Column) -> NDArray[np.float32]:
+    """Sine of angles, rad, in single precision: several times as fast, and nobody sees 1e-6."""
+    return np.sin(as_plane(angle))
 
 
 def _since(born: NDArray[np.int64], tick: int) -> Column:

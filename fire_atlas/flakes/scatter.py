@@ -20,15 +20,19 @@ def scattering_cosine(xi: NDArray[np.float64], k: float) -> NDArray[np.float64]:
     return np.clip((2 * xi + k - 1) / (2 * k * xi - k + 1), -1.0, 1.0)
 
 
-def scatter_angles(seed: int, tick: int, ids: NDArray[np.int64], k: float) -> NDArray[np.float64]:
-    """Angle θ, rad, by which each flake of ``ids`` turns at ``tick``; its sign is random.
+def scatter_turns(
+    seed: int, tick: int, ids: NDArray[np.int64], k: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """cosθ and sinθ of the angle by which each flake of ``ids`` turns at ``tick``; its sign is
+    random.
 
-    A flake's angle depends on (seed, tick, id) alone, not on which others are alive.
+    A flake's turn depends on (seed, tick, id) alone, not on which others are alive.
     """
     if k == 1.0:
-        return np.zeros(len(ids))
+        return np.ones(len(ids)), np.zeros(len(ids))
     draws = generator(seed, Stage.SCATTER, tick).random(_SLOTS)[ids % _SLOTS]
     # One draw serves both: its upper half is the turn to the right, its lower to the left.
     right = draws >= 0.5
     xi = np.where(right, 2 * draws - 1, 2 * draws)
-    return np.where(right, 1.0, -1.0) * np.arccos(scattering_cosine(xi, k))
+    cos = scattering_cosine(xi, k)
+    return cos, np.where(right, 1.0, -1.0) * np.sqrt(1 - cos * cos)

@@ -9,7 +9,7 @@ from fires import Array
 from fire_atlas.field.record import FieldRecord
 from fire_atlas.flakes.emission import Spawns
 from fire_atlas.flakes.flight import Flight, Swarm, fly
-from fire_atlas.flakes.scatter import scatter_angles
+from fire_atlas.flakes.scatter import scatter_turns
 
 COUNT = 4000
 
@@ -21,15 +21,16 @@ def _distance(values: Array, share_below: Array) -> float:
 
 
 @pytest.mark.parametrize("k", [-1.0, -0.6, 0.0, 0.3, 0.9, 0.99])
-def test_scatter_angles_are_those_of_the_closed_form(k: float) -> None:
-    angles = np.concatenate([scatter_angles(5, tick, np.arange(5000), k) for tick in range(8)])
+def test_scatter_turns_are_those_of_the_closed_form(k: float) -> None:
+    turns = [scatter_turns(5, tick, np.arange(5000), k) for tick in range(8)]
+    cosines, sines = (np.concatenate(part) for part in zip(*turns, strict=True))
     if k == -1.0:
-        assert np.allclose(np.abs(angles), math.pi)
+        assert np.allclose(cosines, -1) and np.allclose(sines, 0)
         return
-    cosines = np.sort(np.cos(angles))
+    cosines = np.sort(cosines)
     wanted = (1 - k) * (1 + cosines) / (2 * (1 - k * cosines))
     assert _distance(cosines, wanted) < 1.63 / math.sqrt(len(cosines))  # 1 % level
-    assert abs(np.mean(angles > 0) - 0.5) < 3 * 0.5 / math.sqrt(len(angles))
+    assert abs(np.mean(sines > 0) - 0.5) < 3 * 0.5 / math.sqrt(len(sines))
 
 
 def _spawns(count: int = COUNT) -> Spawns:
