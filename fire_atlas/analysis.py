@@ -189,8 +189,8 @@ def _look(
         None if clip.flow is None else shrunk_flow(clip.flow(i), (height, width), clip.fps),
         mask,
         cell_means(above(bright, study.mask.dim, study.mask.bright), cell),
-        cell_means(fx * unit, cell),
-        cell_means(fy * unit, cell),
+        cell_means(fx, cell) * unit,
+        cell_means(fy, cell) * unit,
         emit(i, strength, brood) if i < clip.count - clip.tail else Spawns.none(),
         i in clip.backwards,
     )

@@ -35,6 +35,9 @@ _STRIP = 64
 _INVISIBLE = 0.5 / 255 / 12.92
 """Coverage below this is byte 0 in every encoding: half a step on the steepest part of sRGB."""
 
+_LEAST = np.float32(1e-12)
+"""Coverage that what is divided by it has at least; light that is 0 stays 0."""
+
 _DIM = 16
 """Coverage below this many of its 255 steps is too coarse for a client that blends linear light."""
 
@@ -82,26 +85,24 @@ def encode_sprite(
 
 def _encode_strip(pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> Bytes:
     coverage = np.clip(pixels[..., 3], 0.0, 1.0)
-    light = cast(Pixels, cv2.min(pixels, _spread(coverage)))
     if alpha == "straight":
-        return _straight(light, coverage, blend_space)
-    image = _added(light, coverage, blend_space)
+        return _straight(pixels, coverage, blend_space)
+    image = _added(_held(pixels, coverage), coverage, blend_space)
     image[..., 3] = 0 if alpha == "additive" else _bytes(coverage)
     return image
 
 
-def _straight(light: Pixels, coverage: Plane, blend_space: BlendSpace) -> Bytes:
+def _straight(pixels: Pixels, coverage: Plane, blend_space: BlendSpace) -> Bytes:
     """Return sRGB(c) and coverage; what coverage 0 hides is black, so that it can be trimmed.
 
     A linear client shows one step of dim coverage as up to 13 steps of the screen's sRGB. Dim
     coverage is therefore rounded up and the colour, whose sRGB steps are fine enough in the dark,
     is dimmed to make up for it.
     """
-    if blend_space == "linear":
-        coverage = _rounded_up_where_dim(coverage)
-    alpha = _bytes(coverage)
-    coverage[alpha == 0] = 0
-    image = encode_bytes(_colour(light, coverage))
+    shown = _rounded_up_where_dim(coverage) if blend_space == "linear" else coverage
+    alpha = _bytes(shown)
+    shown[alpha == 0] = 0
+    image = encode_bytes(_colour(_held(pixels, np.minimum(coverage, shown)), shown))
     image[..., 3] = alpha
     return image
 
@@ -123,10 +124,14 @@ def _added(light: Pixels, coverage: Plane, blend_space: BlendSpace) -> Bytes:
 def _colour(light: Pixels, coverage: Plane) -> NDArray[np.float32]:
     """Return linear colour (H, W, 4) without its coverage; black where there is none.
 
-    The fourth channel is free.
+    ``light`` is no brighter than its coverage. The fourth channel is free.
     """
-    divisor = np.where(coverage > 0, coverage, np.float32(np.inf))
-    return cast(NDArray[np.float32], cv2.divide(light, _spread(divisor)))
+    return cast(NDArray[np.float32], cv2.divide(light, np.maximum(_spread(coverage), _LEAST)))
+
+
+def _held(pixels: Pixels, coverage: Plane) -> Pixels:
+    """Return pixels no brighter than their coverage."""
+    return cast(Pixels, cv2.min(pixels, _spread(coverage)))
 
 
 def _spread(plane: Plane) -> NDArray[np.float32]:

@@ -61,10 +61,11 @@ def _with_neighbourhood(moves: Plane) -> Plane:
     height, width = moves.shape
     scale = min(1.0, _SIDE / max(height, width))
     size = max(1, round(width * scale)), max(1, round(height * scale))
-    small = cv2.resize(moves, size, interpolation=cv2.INTER_AREA)
+    # In bytes: their neighbourhoods are found several times as fast.
+    small = cv2.convertScaleAbs(cv2.resize(moves, size, interpolation=cv2.INTER_AREA), alpha=255)
     near, core = _disc(size[1] * 0.012), _disc(size[1] * 0.05)
     filled = cv2.morphologyEx(cv2.dilate(small, near), cv2.MORPH_CLOSE, core)
-    soft = cv2.blur(filled, near.shape)
+    soft = cv2.blur(as_plane(filled) / np.float32(255), near.shape)
     return as_plane(cv2.resize(soft, (width, height), interpolation=cv2.INTER_LINEAR))
 
 

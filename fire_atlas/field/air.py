@@ -75,15 +75,15 @@ def diffuse(air: Air, viscosity: float, dt: float, cell: int) -> Air:
     )
 
 
-def relax(value: Plane, force: Plane, target: Plane, rate: Plane, dt: float) -> Plane:
-    """Exact solution over ``dt`` of dw/dt = force + rate (target − w).
+def gain(rate: Plane, dt: float) -> Plane:
+    """Seconds for which the slope of dw/dt = force + rate (target − w) has acted after ``dt``.
 
-    ``value``, ``target``: any unit; ``force``: that unit per second; ``rate``: 1/s, >= 0.
+    w(dt) = w + (force + rate (target − w)) · gain is the exact solution; ``rate``: 1/s, >= 0.
     """
     exponent = rate * np.float32(dt)
     # (1 − e^−x)/x, whose limit at 0 is 1.
-    gain = np.where(exponent > 1e-6, -np.expm1(-exponent) / np.maximum(exponent, 1e-6), 1.0)
-    return as_plane(value + (force + rate * (target - value)) * gain * np.float32(dt))
+    share = np.where(exponent > 1e-6, -np.expm1(-exponent) / np.maximum(exponent, 1e-6), 1.0)
+    return as_plane(share * np.float32(dt))
 
 
 def _sample(plane: Plane, x: Plane, y: Plane) -> Plane:

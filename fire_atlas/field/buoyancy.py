@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from fire_atlas.core.pixels import Plane, as_plane
-from fire_atlas.field.air import Air, advect, diffuse, relax, still_air
+from fire_atlas.field.air import Air, advect, diffuse, gain, still_air
 from fire_atlas.field.ambient import Ambient
 from fire_atlas.field.projection import project
 from fire_atlas.recipe.effect import Buoyancy
@@ -141,14 +141,15 @@ def _substep(
     rate = as_plane(follow + np.float32(physics.drag))
     outside = as_plane(np.float32(physics.drag) * (1.0 - drive.flame))
     lifted = air.heat * np.float32(1 + _TEPID) / (air.heat + np.float32(_TEPID))
+    acted = gain(rate, dt)
     planes = []
     for velocity, feature, flow, calm, lift, weight in (
         (air.u, drive.feature_x, drive.flow_x, around[0], physics.lift[0], 0.0),
         (air.v, drive.feature_y, drive.flow_y, around[1], physics.lift[1], physics.gravity),
     ):
         force = lifted * np.float32(lift) + feature * np.float32(physics.feature_force) + weight
-        target = (follow * (flow + lift * _UPDRAFT) + outside * calm) / np.maximum(rate, 1e-6)
-        planes.append(relax(velocity, as_plane(force), as_plane(target), rate, dt))
+        pull = follow * (flow + np.float32(lift * _UPDRAFT)) + outside * calm
+        planes.append(as_plane(velocity + (force + pull - rate * velocity) * acted))
     u, v = project(*planes) if physics.projection else planes
     heat = np.maximum(air.heat * np.float32(math.exp(-_COOLING * dt)), drive.flame)
     return Air(u, v, as_plane(heat))

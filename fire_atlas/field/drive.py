@@ -49,18 +49,20 @@ def flow_on_grid(
         cv2.resize(mask, (thumb_width, thumb_height), interpolation=cv2.INTER_AREA)
     ) + np.float32(1e-4)
     reach = max(1, round(cell * scale_x)), max(1, round(cell * scale_y))
+    u, v = cv2.split(flow)
+    near = cv2.blur(
+        cv2.merge((u * weight, v * weight, weight)), reach, borderType=cv2.BORDER_REPLICATE
+    )
     rows, columns = grid_shape(width, height, cell)
-    x = ((np.arange(columns, dtype=np.float32) + 0.5) * np.float32(cell * scale_x)) - 0.5
-    y = ((np.arange(rows, dtype=np.float32) + 0.5) * np.float32(cell * scale_y)) - 0.5
-    at_x, at_y = (as_plane(m) for m in np.meshgrid(x, y))
-
-    def gathered(plane: Plane) -> Plane:
-        near = cv2.blur(plane, reach, borderType=cv2.BORDER_REPLICATE)
-        return as_plane(
-            cv2.remap(near, at_x, at_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    step_x, step_y = cell * scale_x, cell * scale_y
+    centres = np.array([[step_x, 0, (step_x - 1) / 2], [0, step_y, (step_y - 1) / 2]])
+    u, v, total = cv2.split(
+        cv2.warpAffine(
+            near, centres, (columns, rows), borderMode=cv2.BORDER_REPLICATE,
+            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         )
-
-    total = gathered(weight)
-    u = gathered(flow[..., 0] * weight) / total * np.float32(fps / scale_x)
-    v = gathered(flow[..., 1] * weight) / total * np.float32(fps / scale_y)
-    return as_plane(u), as_plane(v)
+    )  # fmt: skip
+    return (
+        as_plane(u / total * np.float32(fps / scale_x)),
+        as_plane(v / total * np.float32(fps / scale_y)),
+    )

@@ -124,14 +124,22 @@ def sample(field: FieldRecord, planes: tuple[Plane, ...], x: Column, y: Column) 
     """``planes`` of the field (planes, flakes) at places in px, bilinear between cell centres."""
     if len(x) == 0:
         return np.empty((len(planes), 0))
-    # OpenCV's pictures have at most 32,767 rows: more flakes are asked for as several columns.
-    shape = (min(len(x), _MOST_ROWS), -(-len(x) // _MOST_ROWS))
-    at_x, at_y = (np.resize(as_plane(c / field.cell - 0.5), shape) for c in (x, y))
-    return np.stack([
-        cv2.remap(plane, at_x, at_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        .ravel()[: len(x)]
-        for plane in planes
-    ]).astype(np.float64)  # fmt: skip
+    # OpenCV's pictures have at most 32,767 rows: more flakes are asked for in several parts.
+    parts = [slice(i, i + _MOST_ROWS) for i in range(0, len(x), _MOST_ROWS)]
+    at = as_plane(x / field.cell - 0.5), as_plane(y / field.cell - 0.5)
+    found = np.empty((len(planes), len(x)))
+    for part in parts:
+        for here, plane in zip(found, planes, strict=True):
+            here[part] = _at(plane, at[0][part], at[1][part])
+    return found
+
+
+def _at(plane: Plane, x: NDArray[np.float32], y: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the plane at places in cells, (places,); bilinear, its border goes on outside."""
+    found = cv2.remap(
+        plane, x[:, None], y[:, None], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
+    return as_plane(found[:, 0])
 
 
 def _hatch(
