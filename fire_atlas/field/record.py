@@ -62,18 +62,24 @@ class FieldRecord:
     def at(self, time: float) -> tuple[Plane, Plane, Plane]:
         """u, v (px/s) and lit (0..1), each (rows, columns), at ``time`` s.
 
-        Linear in between; before and after, a loop goes round and another clip holds its ends.
-        Flow leads from a frame to the next, so a frame's field is that of half a frame later.
+        Before and after, a loop goes round and another clip holds its ends. Flow leads from a frame
+        to the next, so a frame's field is that of half a frame later. From there it passes into the
+        next one's smoothly and late, for what a frame shows lasts for most of the frame.
         """
         count = len(self.u)
         position = time * self.fps - 0.5
         if not self.loop:
             position = min(max(position, 0.0), count - 1.0)
         first = int(np.floor(position))
-        part = np.float32(position - first)
+        part = np.float32(_smooth(position - first))
         here, there = first % count, (first + 1) % count if self.loop or part else first % count
         u, v, lit = (
             as_plane(planes[here] * (1 - part) + planes[there] * part)
             for planes in (self.u, self.v, self.lit)
         )
         return u, v, lit / np.float32(255)
+
+
+def _smooth(part: float) -> float:
+    """Pass from 0 to 1 with no slope and no bend at either end."""
+    return part**3 * (part * (6 * part - 15) + 10)

@@ -130,7 +130,7 @@ class Flakes(Settings):
     """Length added along the velocity, in frames of travel, on top of motion blur."""
     scatter: float = Field(default=0.998, ge=-1, le=1)
     """[k] Scattering coefficient (eq. 13): 1 none, towards 0 erratic, negative backward."""
-    lag: float = Field(default=0.008, ge=0, le=10)
+    lag: float = Field(default=0.006, ge=0, le=10)
     """Inertia: seconds a flake of middle size takes to follow the field. Larger flakes lag
     more. 0: none."""
     colors: Annotated[tuple[Color, ...], LIST, Field(min_length=1, max_length=16)] = (
