@@ -1,6 +1,7 @@
 """The second half of the effect: flakes fly over the recorded field and join the flame."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,9 +13,10 @@ from fire_atlas.composition.composite import compose
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.progress import Progress
+from fire_atlas.core.workers import Workers
 from fire_atlas.flakes.drawing import add_halo, draw_flakes, draw_pixels
 from fire_atlas.flakes.embers import ramp
-from fire_atlas.flakes.flight import Flight, fly
+from fire_atlas.flakes.flight import Flight, Swarm, fly
 from fire_atlas.flakes.rows import Appearance, rows_of, spawn_table
 from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.flakes.wrapping import wrapped
@@ -22,7 +24,9 @@ from fire_atlas.recipe.effect import Flakes, MotionBlur
 from fire_atlas.recipe.models import Recipe
 
 
-def fly_flakes(clip: Clip, recipe: Recipe, analysis: Analysis, progress: Progress) -> Tracks:
+def fly_flakes(
+    clip: Clip, recipe: Recipe, analysis: Analysis, workers: Workers, progress: Progress
+) -> Tracks:
     """Fly the flakes over the recorded field and write down what each does in every frame."""
     flakes, blur = recipe.flakes, recipe.motion_blur
     assert isinstance(flakes, Flakes), "only called for recipes with flakes"
@@ -39,10 +43,14 @@ def fly_flakes(clip: Clip, recipe: Recipe, analysis: Analysis, progress: Progres
     # A loop's flakes fly on past its end, until the last born has cooled.
     beyond = math.ceil(flakes.life[1] * clip.fps) + 1 if clip.loop else 0
     progress.stage("fly", clip.count + beyond)
-    swarms = []
-    for swarm in fly(analysis.spawns, analysis.field, clip.count + beyond, flight):
-        swarms.append(swarm)
-        progress.advance()
+    swarms = list[Swarm]()
+
+    def flying() -> Iterator[Swarm]:
+        for swarm in fly(analysis.spawns, analysis.field, clip.count + beyond, flight):
+            swarms.append(swarm)
+            progress.advance()
+            yield swarm
+
     look = Appearance(
         colours=ramp(flakes.colors),
         intensity=flakes.intensity * recipe.composite.intensity,
@@ -53,7 +61,7 @@ def fly_flakes(clip: Clip, recipe: Recipe, analysis: Analysis, progress: Progres
         pixel=flakes.sprite == "pixel",
         fps=clip.fps,
     )
-    frames = rows_of(swarms, analysis.spawns, look)
+    frames = list(rows_of(flying(), analysis.spawns, look, workers))
     spawns = spawn_table(swarms, analysis.spawns)
     if clip.loop:
         spawns, frames = wrapped(spawns, frames, clip.count, clip.fps)

@@ -157,7 +157,7 @@ def _animation(name: str, recipe: Recipe, clip: Clip, stage: Stage) -> _Animatio
     with clock.measure("analyse"):
         analysis = _analysis(clip, recipe, study, workers, progress)
     with clock.measure("fly"):
-        tracks = _tracks(clip, recipe, analysis, progress)
+        tracks = _tracks(clip, recipe, analysis, workers, progress)
         if tracks is not None and clip.tail:
             clip, tracks = _burnt_out(clip, tracks)
     with clock.measure("render"):
@@ -226,12 +226,12 @@ def _analysis(
 
 
 def _tracks(
-    clip: Clip, recipe: Recipe, analysis: Analysis | None, progress: Progress
+    clip: Clip, recipe: Recipe, analysis: Analysis | None, workers: Workers, progress: Progress
 ) -> Tracks | None:
     """Fly the flakes, where there are any: a blurred flame is analysed without them too."""
     if analysis is None or recipe.flakes == "none":
         return None
-    return fly_flakes(clip, recipe, analysis, progress)
+    return fly_flakes(clip, recipe, analysis, workers, progress)
 
 
 def _burnt_out(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:

@@ -1,12 +1,14 @@
 """From flying flakes to what is drawn and written: the rows of the tracks."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import chain, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Plane
+from fire_atlas.core.workers import Workers
 from fire_atlas.flakes.drawing import SMALLEST
 from fire_atlas.flakes.embers import colour_by_speed, glow, twinkle
 from fire_atlas.flakes.emission import TICK, Spawns
@@ -44,18 +46,18 @@ class Appearance:
     fps: float
 
 
-def rows_of(swarms: Iterable[Swarm], spawns: Spawns, look: Appearance) -> list[NDArray[np.float64]]:
-    """Return one (flakes, 14) table a frame, columns ``tracks.COLUMNS``.
+def rows_of(
+    swarms: Iterable[Swarm], spawns: Spawns, look: Appearance, workers: Workers
+) -> Iterator[NDArray[np.float64]]:
+    """Yield one (flakes, 14) table a frame, columns ``tracks.COLUMNS``, made while flakes fly on.
 
     Velocity is the way to the flake's place in the next frame, so that an engine that moves it
     by ``v / fps`` arrives there; in a flake's last row it is its velocity then.
     """
-    frames = list(swarms)
-    after = [*frames[1:], Swarm.empty()]
-    return [
-        _table(swarm, *_velocity(swarm, following, look.fps), spawns, look)
-        for swarm, following in zip(frames, after, strict=True)
-    ]
+    pairs = pairwise(chain(swarms, [Swarm.empty()]))
+    return workers.map(
+        lambda pair: _table(pair[0], *_velocity(*pair, look.fps), spawns, look), pairs
+    )
 
 
 def _velocity(

@@ -86,7 +86,8 @@ def burn(clip: Clip, keys: Mapping[str, Any] | None = None, jobs: int = 2) -> Bu
         clip = arrange(clip, recipe.timeline, _LIFE, workers, Silent())
         study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
         analysis = analyse(clip, recipe, study, workers, Silent())
-    return Burnt(clip, recipe, study, analysis, fly_flakes(clip, recipe, analysis, Silent()))
+        tracks = fly_flakes(clip, recipe, analysis, workers, Silent())
+    return Burnt(clip, recipe, study, analysis, tracks)
 
 
 def clip_of(frames: list[Pixels], fps: float = 24.0, matte: str = "alpha") -> Clip:

@@ -32,6 +32,7 @@ from fires import (
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import srgb_to_linear
 from fire_atlas.core.progress import Silent
+from fire_atlas.core.workers import Workers
 from fire_atlas.effect import draw, fly_flakes
 from fire_atlas.flakes.embers import COOLEST, HOTTEST, glow, temperature, twinkle
 from fire_atlas.flakes.emission import TICK, Brood, emit
@@ -159,7 +160,8 @@ def _inner(rows: Array, burnt: Burnt) -> Array:
 def test_blur_keeps_the_light_of_flakes(burnt: Burnt) -> None:
     clip, flakes = burnt.clip, _flakes(burnt)
     still = replace(burnt, recipe=burnt.recipe.model_copy(update={"motion_blur": "none"}))
-    sharp = fly_flakes(clip, still.recipe, burnt.analysis, Silent())
+    with Workers(2) as workers:
+        sharp = fly_flakes(clip, still.recipe, burnt.analysis, workers, Silent())
     light, streaks = 0.0, 0.0
     for i in range(90, 110):
         blurred = _inner(burnt.tracks.frames[i], burnt)
