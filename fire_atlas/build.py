@@ -21,7 +21,15 @@ from fire_atlas.exporters.registry import track_writer
 from fire_atlas.exporters.tracks_light import write_light
 from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.interruption import Interruptible
-from fire_atlas.manifest import Input, Output, describe, manifest_name, refuse_others, stale_outputs
+from fire_atlas.manifest import (
+    Input,
+    Output,
+    describe,
+    maker,
+    manifest_name,
+    refuse_others,
+    stale_outputs,
+)
 from fire_atlas.maps.conventions import convention
 from fire_atlas.maps.page import draw_motion_page
 from fire_atlas.maps.sheet import margin_of, with_maps
@@ -63,6 +71,7 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
         if missing := missing_extra(recipe.atlas):
             raise OutputError(missing)
         stage = Stage(workers, staging, progress, clock)
+        made_by = workers.start(maker)
         templates = [Input.of(path) for path in loaded.templates.values()]
         staging.keep([*loaded.templates.values(), *loaded.tree.files])
         parts = [make_part(each, stage) for each in loaded.parts]
@@ -82,7 +91,9 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
             outputs += _write_lights(product, staging)
             inputs = [each for part in parts for each in part.inputs] + templates
             statistics = _statistics(parts, sheets[0])
-            manifest = describe(loaded.tree, _resolved(loaded), inputs, outputs, statistics)
+            manifest = describe(
+                loaded.tree, _resolved(loaded), inputs, outputs, statistics, made_by.result()
+            )
             outputs.append(_write(staging, manifest_name(recipe.name), "manifest", manifest))
             names = [output.name for output in outputs]
             refuse_others(out, recipe.name, outputs)

@@ -133,6 +133,7 @@ def describe(
     inputs: Iterable[Input],
     outputs: Iterable[Output],
     statistics: dict[str, Any],
+    made_by: str,
 ) -> bytes:
     """Return the manifest as bytes; no time, no machine, no absolute path.
 
@@ -142,6 +143,7 @@ def describe(
         inputs: Files the clip was read from.
         outputs: Files that were written.
         statistics: Figures about the result.
+        made_by: What ``maker`` returned before anything was made.
     """
     folder = tree.path.parent
     manifest = {
@@ -149,7 +151,7 @@ def describe(
         "version": 1,
         "name": tree.name,
         "tool": f"fire-atlas {__version__}",
-        "made_by": _maker(),
+        "made_by": made_by,
         "asked": _asked(tree),
         "recipe": hashlib.sha256(resolved.encode()).hexdigest(),
         "inputs": [{"path": _relative(i.path, folder), "sha256": i.sha256} for i in inputs],
@@ -175,7 +177,7 @@ def why_stale(tree: RecipeTree, out: Path) -> str | None:
         return f"{out} holds no sound {manifest_name(tree.name)}"
     if manifest.asked != _asked(tree):
         return "the recipe says something else now"
-    if manifest.made_by != _maker():
+    if manifest.made_by != maker():
         return "fire-atlas or one of its libraries is another version"
     folder = tree.path.parent
     inputs = inputs_of(tree)
@@ -296,7 +298,7 @@ def _asked(tree: RecipeTree) -> str:
     return hashlib.sha256(json.dumps(asked).encode()).hexdigest()
 
 
-def _maker() -> str:
+def maker() -> str:
     """Hash of what makes the bytes: this tool's code and the versions of its libraries."""
     digest = hashlib.sha256()
     package = Path(__file__).parent

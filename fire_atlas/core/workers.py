@@ -26,6 +26,10 @@ class Workers:
         self.jobs = jobs
         self._pool = ThreadPoolExecutor(jobs, thread_name_prefix="fire-atlas")
 
+    def start(self, work: Callable[[], Result]) -> Future[Result]:
+        """Begin ``work``, whose result is needed later."""
+        return self._pool.submit(work)
+
     def map(self, work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
         """Yield ``work(item)`` for each item, in order, at most ``2 * jobs`` results ahead."""
         ahead: deque[Future[Result]] = deque()
