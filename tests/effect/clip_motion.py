@@ -46,6 +46,13 @@ def farneback_flow(clip: Clip, i: int) -> Flow:
     return np.asarray(flow, np.float32)
 
 
+def deep_flow(clip: Clip, i: int) -> Flow:
+    """Flow from frame ``i`` to the next by DeepFlow: matches, then a variational refinement."""
+    before, after = _pair(clip, i)
+    start = np.zeros((*before.shape, 2), np.float32)
+    return np.asarray(cv2.optflow.createOptFlow_DeepFlow().calc(before, after, start), np.float32)
+
+
 def flows_of(clip: Clip, method: Callable[[Clip, int], Flow]) -> list[Flow]:
     """Flow of every frame that has a following one."""
     return [method(clip, i) for i in range(clip.count - 1)]
