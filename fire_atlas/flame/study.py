@@ -3,7 +3,7 @@
 Everything decided here holds for every frame, so thresholds never flicker.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -133,13 +133,10 @@ def study_flame(
     spanned = box if features.kappa_over == "flame" else Box(0, 0, clip.width - 1, clip.height - 1)
     weight = kappa((clip.height, clip.width), spanned, buoyancy, features.n)
     slopes = list(workers.map(lambda plane: slope_of(plane, features.sigma), shown))
-    epsilon = features.epsilon
-    if epsilon == "auto":
-        epsilon = _automatic_epsilon(slopes, masks)
-    lengths = [
-        slope * weight * mask * (slope > epsilon) for slope, mask in zip(slopes, masks, strict=True)
-    ]
-    alpha, candidates, typical = _automatic_alpha(lengths)
+    pairs = list(zip(slopes, masks, strict=True))
+    epsilon = _automatic_epsilon(pairs, workers) if features.epsilon == "auto" else features.epsilon
+    lengths = workers.map(lambda pair: _lengths(*pair, weight, epsilon), pairs)
+    alpha, candidates, typical = _automatic_alpha(list(lengths))
     return FlameStudy(buoyancy, box, base, tells, weight, epsilon, alpha, candidates, typical)
 
 
@@ -179,21 +176,25 @@ def _extent(profile: Plane) -> tuple[float, float]:
     return float(first), float(last)
 
 
-def _automatic_epsilon(slopes: list[Plane], masks: list[Plane]) -> float:
-    inside = [slope[mask > 0.5] for slope, mask in zip(slopes, masks, strict=True)]
-    return max(_quantile(inside, _FEATURE_SHARE), _LEAST_EPSILON)
+def _automatic_epsilon(pairs: list[tuple[Plane, Plane]], workers: Workers) -> float:
+    """Automatic ε of the slopes and masks of a few frames."""
+    inside = np.concatenate(list(workers.map(lambda pair: pair[0][pair[1] > 0.5], pairs)))
+    if not inside.size:
+        return _LEAST_EPSILON
+    return max(float(np.quantile(inside, _FEATURE_SHARE)), _LEAST_EPSILON)
 
 
-def _automatic_alpha(lengths: list[Plane]) -> tuple[float, float, float]:
+def _lengths(slope: Plane, mask: Plane, kappa: Plane, epsilon: float) -> NDArray[np.float32]:
+    """‖Fv‖ of the pixels of a frame that have any."""
+    places = np.flatnonzero((slope > epsilon) & (mask > 0) & (kappa > 0))
+    return slope.ravel()[places] * kappa.ravel()[places] * mask.ravel()[places]
+
+
+def _automatic_alpha(lengths: list[NDArray[np.float32]]) -> tuple[float, float, float]:
     """Automatic α, the mean number of candidates it gives, and the mean length of a feature."""
-    features = np.concatenate([plane[plane > 0] for plane in lengths])
+    features = np.concatenate(lengths)
     if features.size == 0:
         return 0.0, 1.0, 1.0
     alpha = float(np.quantile(features, _CANDIDATE_SHARE))
     count = float(np.count_nonzero(features > alpha)) / len(lengths)
     return alpha, max(count, 1.0), float(features.mean())
-
-
-def _quantile(parts: Iterable[NDArray[np.float32]], share: float) -> float:
-    values = np.concatenate(list(parts))
-    return float(np.quantile(values, share)) if values.size else 0.0
