@@ -7,12 +7,13 @@ blends the very bytes that a client loads.
 import base64
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fire_atlas import __version__
-from fire_atlas.atlas.layout import Animation, Region
+from fire_atlas.atlas.layout import Animation, MotionReading, Region
 from fire_atlas.core.shipped import shipped
 from fire_atlas.exporters.jinja import environment
 from fire_atlas.flakes.statistics import Figure, ember_figures
@@ -41,13 +42,19 @@ _SPACES = {"srgb": "sRGB values", "linear": "linear light"}
 _SHADES = {"Black": "#000000", "Grey": "#5b5b5b", "White": "#ffffff", "Sky": "#8fb8de"}
 """Backgrounds to choose from, besides the one that was asked for."""
 
+_LAYERS = {"composed": "Composed", "flame": "Flame", "flakes": "Flakes"}
+"""What can be looked at: the pages, and the layers alone where ``maps`` asked for them."""
+
 _KEYBOARD = {
     "play or pause": ("space",),
     "step back, step on": ("←", "→"),
+    "half a step back, on": (",", "."),
     "first, last frame": ("Home", "End"),
     "play, seam, page": ("1", "2", "3"),
     "zoom in, out, fit": ("+", "−", "0"),
     "slower, faster": ("[", "]"),
+    "between frames: hold, blend, vectors": ("m",),
+    "layers: composed, flame, flakes": ("l",),
     "next background": ("b",),
     "flakes: off, marks, light": ("f",),
     "seam: overlaid, difference": ("d",),
@@ -66,12 +73,14 @@ def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Col
         background: First of those to choose from.
 
     Raises:
-        SourceError: A page file is missing, or is not what the atlas says.
+        SourceError: A file of a page, or of what lies beside it, is missing, or is not what the
+            atlas says.
     """
     folder = shipped("templates") / "preview"
     parts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
     first = "#{:02x}{:02x}{:02x}".format(*background)
     loops = loops_of(atlas)
+    sheets = _sheets(atlas)
     html = environment().from_string(parts["page.html.j2"]).render(
         version=__version__,
         title=atlas.sheet.name,
@@ -87,12 +96,16 @@ def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Col
             for animation in atlas.sheet.animations
         ],
         pages=[_page(atlas, i) for i in range(len(atlas.sheet.pages))],
+        sheets=sheets,
+        layers=_LAYERS,
+        absent=[layer for layer in _LAYERS if layer not in sheets],
+        reading=_reading(atlas),
         alpha=atlas.alpha,
         space=_SPACES[atlas.blend_space],
         formula=_FORMULAS[atlas.alpha],
         shades={first: first, **{k: v for k, v in _SHADES.items() if v != first}},
         keyboard=_KEYBOARD,
-        data=_json_in_html(_data(atlas, tracks)),
+        data=_json_in_html(_data(atlas, tracks, sheets)),
     )  # fmt: skip
     return html.encode()
 
@@ -108,12 +121,18 @@ def _frames(atlas: AtlasFile, animation: Animation) -> list[Region]:
     return [regions[name] for name in animation.frames]
 
 
-def _data(atlas: AtlasFile, tracks: Mapping[str, Tracks]) -> dict[str, Any]:
+def _data(
+    atlas: AtlasFile, tracks: Mapping[str, Tracks], sheets: Mapping[str, list[str]]
+) -> dict[str, Any]:
     """Return what the script plays."""
+    reading = _reading(atlas)
     return {
         "alpha": atlas.alpha,
         "blendSpace": atlas.blend_space,
         "scale": atlas.sheet.scale,
+        "hasCells": atlas.sheet.grid is not None,
+        "motion": reading and {"engine": reading.engine, "pixels": _downwards(reading)},
+        "sheets": list(sheets),
         "pages": [
             {
                 "file": page.file,
@@ -194,15 +213,41 @@ def _rows(tracks: Tracks) -> str:
     return base64.b64encode(rows.astype("<f4").tobytes()).decode()
 
 
+def _reading(atlas: AtlasFile) -> MotionReading | None:
+    """Return how the motion vectors beside the pages are read, where there are any."""
+    return next((each.motion for each in atlas.sheet.maps if each.motion), None)
+
+
+def _downwards(reading: MotionReading) -> tuple[float, float]:
+    """Return what a decoded 1 of R and of G stands for, px a frame to the right and down."""
+    across, along = reading.pixels
+    return across, -along if reading.green == "up" else along
+
+
+def _sheets(atlas: AtlasFile) -> dict[str, list[str]]:
+    """Return the files, as base64, of all pages by what they show: ``composed`` or the kind of a
+    map."""
+    pages = atlas.sheet.pages
+    kinds = {"composed": tuple(page.file for page in pages)}
+    kinds |= {each.kind: each.files for each in atlas.sheet.maps}
+    return {
+        kind: [
+            base64.b64encode(read_page_file(atlas.path, replace(page, file=file))).decode()
+            for page, file in zip(pages, files, strict=True)
+        ]
+        for kind, files in kinds.items()
+    }
+
+
 def _page(atlas: AtlasFile, index: int) -> dict[str, Any]:
-    """Return what the page says about a page of the atlas, and its file as base64."""
+    """Return what the page says about a page of the atlas."""
     page, use = atlas.sheet.pages[index], page_use(atlas, index)
-    data = read_page_file(atlas.path, page)
+    size = atlas.path.with_name(page.file).stat().st_size
     places = f" in {use.places} places" if use.places < use.frames else ""
     facts = (
         f"{use.frames} frames{places}",
         f"{100 * use.occupancy:.1f} % covered",
-        f"{len(data) / 1e6:.2f} MB",
+        f"{size / 1e6:.2f} MB",
         f"safe mip level: {safe_mip(page)}",
     )
     return {
@@ -210,5 +255,4 @@ def _page(atlas: AtlasFile, index: int) -> dict[str, Any]:
         "width": page.width,
         "height": page.height,
         "told": " · ".join(facts),
-        "base64": base64.b64encode(data).decode(),
     }

@@ -7,11 +7,22 @@ function playOrPause() {
   refresh();
 }
 
-function seek(index) {
+function seek(position) {
   film.pause();
-  film.seek(index);
-  say(`frame ${film.index + 1} of ${film.count}`);
+  film.seek(position);
   refresh();
+  say($("scrub").getAttribute("aria-valuetext"));
+}
+
+/** The whole number before or after `at`. */
+const neighbour = (at, way) => (way < 0 ? Math.ceil(at) - 1 : Math.floor(at) + 1);
+const step = (way) => seek(neighbour(isFluid() ? film.position : film.index, way));
+const halfStep = (way) => seek(neighbour(2 * film.position, way) / 2);
+
+/** Make the next choice, told to those who do not see it, with what is missing for more. */
+function change(name) {
+  next(name);
+  say([word(name), $(`${name}-hint`)?.textContent].filter(Boolean).join(". "));
 }
 
 function select(index) {
@@ -23,7 +34,6 @@ function select(index) {
   if (playing) film.play();
   before = null;
   const { animation } = film;
-  $("scrub").max = film.count - 1;
   $("repeat").checked = film.repeat;
   $("flake-controls").hidden = !animation.flakes;
   for (const each of document.querySelectorAll("[data-animation]")) {
@@ -41,7 +51,7 @@ function frameAt(event) {
   const y = ((event.clientY - area.top) / area.height) * height;
   for (const [number, animation] of data.animations.entries()) {
     for (const [index, frame] of animation.frames.entries()) {
-      const [w, h] = frame.turned ? [frame.height, frame.width] : [frame.width, frame.height];
+      const [w, h] = lie(frame);
       const inside = x >= frame.x && x < frame.x + w && y >= frame.y && y < frame.y + h;
       if (inside && frame.page === sheetPage) return { number, index, frame };
     }
@@ -50,14 +60,15 @@ function frameAt(event) {
 }
 
 $("play").addEventListener("click", playOrPause);
-$("back").addEventListener("click", () => seek(film.index - 1));
-$("on").addEventListener("click", () => seek(film.index + 1));
+$("back").addEventListener("click", () => step(-1));
+$("on").addEventListener("click", () => step(1));
 $("scrub").addEventListener("input", () => seek(Number($("scrub").value)));
 $("speed").addEventListener("change", () => {
   film.speed = Number($("speed").value);
 });
 $("repeat").addEventListener("change", () => {
   film.repeat = $("repeat").checked;
+  refresh();
 });
 $("animation").addEventListener("change", () => select(Number($("animation").value)));
 $("sheet").addEventListener("change", () => {
@@ -106,8 +117,10 @@ new ResizeObserver(refresh).observe($("stage"));
 
 const KEYS = {
   " ": playOrPause,
-  ArrowLeft: () => seek(film.index - 1),
-  ArrowRight: () => seek(film.index + 1),
+  ArrowLeft: () => step(-1),
+  ArrowRight: () => step(1),
+  ",": () => halfStep(-1),
+  ".": () => halfStep(1),
   Home: () => seek(0),
   End: () => seek(film.count - 1),
   "+": () => zoomBy(1),
@@ -120,6 +133,8 @@ const KEYS = {
   b: () => next("backdrop"),
   d: () => next("seam"),
   f: () => next("flakes"),
+  l: () => change("layer"),
+  m: () => change("between"),
   o: () => $("outline").click(),
   p: () => $("pixels").click(),
   r: () => $("repeat").click(),

@@ -1,4 +1,4 @@
-/** Which frame of an animation is shown when. Times in ms. */
+/** Which frame of an animation is shown when. Times in ms, positions in frames. */
 class Film {
   constructor(animation) {
     this.animation = animation;
@@ -21,10 +21,31 @@ class Film {
     return this.animation.frames[this.index];
   }
 
-  /** Show frame `index`; those beyond the ends are counted from the other end. */
-  seek(index) {
-    const wrapped = ((index % this.count) + this.count) % this.count;
-    this.time = wrapped ? this.ends[wrapped - 1] : 0;
+  /** How much of the frame's time is over, 0..1. */
+  get part() {
+    return Math.min((this.time - this.start(this.index)) / this.frame.duration, 1);
+  }
+
+  get position() {
+    return this.index + this.part;
+  }
+
+  /** The frame into which this one passes: none after the last of what does not go round. */
+  get following() {
+    const { frames, loop } = this.animation;
+    if (this.index < this.count - 1) return frames[this.index + 1];
+    return loop && this.repeat && this.count > 1 ? frames[0] : null;
+  }
+
+  start(index) {
+    return index ? this.ends[index - 1] : 0;
+  }
+
+  /** Go to a position; those beyond the ends are counted from the other end. */
+  seek(position) {
+    const wrapped = ((position % this.count) + this.count) % this.count;
+    const index = Math.floor(wrapped);
+    this.time = this.start(index) + (wrapped - index) * this.animation.frames[index].duration;
   }
 
   play() {

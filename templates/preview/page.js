@@ -23,10 +23,12 @@ function bytesOf(id) {
 }
 
 async function load() {
-  for (const [i, page] of data.pages.entries()) {
-    const blob = new Blob([bytesOf(`page-${i}`)], { type: page.type });
-    const asStored = { premultiplyAlpha: "none", colorSpaceConversion: "none" };
-    painter.keep(i, await createImageBitmap(blob, asStored));
+  const asStored = { premultiplyAlpha: "none", colorSpaceConversion: "none" };
+  for (const sheet of data.sheets) {
+    for (const [i, page] of data.pages.entries()) {
+      const blob = new Blob([bytesOf(`${sheet}-page-${i}`)], { type: page.type });
+      painter.keep(sheet, i, await createImageBitmap(blob, asStored));
+    }
   }
   data.animations.forEach((animation, i) => {
     if (!animation.flakes) return;
@@ -55,13 +57,16 @@ function refresh() {
   tell();
 }
 
+/** What the picture depends on while the player goes on. */
+const moment = () => (isFluid() ? film.time : film.index);
+
 function tick(now) {
-  const shown = film.index;
+  const shown = moment();
   const was = film.playing;
   film.advance(before === null ? 0 : now - before);
   before = now;
   if (film.playing !== was) refresh();
-  else if (film.index !== shown) {
+  else if (moment() !== shown) {
     draw(false);
     tell();
   }

@@ -8,13 +8,22 @@
  *   additive        rgb     + background
  *
  * on sRGB values where the client blends in sRGB, on light where it blends in linear space.
+ *
+ * Between two frames, at `part` of the way, both are sampled, weighed by their alpha and mixed. With
+ * motion vectors `mv`, `mvNext` of their cells they are sampled at
+ *
+ *   p − mv · part,   p + mvNext · (1 − part)
+ *
+ *   unity, unreal   mv = (rg · 2 − 1) · scale
+ *   godot           mv = (rg · 255 − 128) / 127 · scale
  */
 class Painter {
   static ALPHA = { straight: 0, premultiplied: 1, additive: 2 };
-  static MODE = { frame: 0, overlay: 1, difference: 2 };
+  static MODE = { frame: 0, overlay: 1, difference: 2, between: 3 };
 
-  constructor(canvas, { alpha, blendSpace }) {
+  constructor(canvas, { alpha, blendSpace, motion }) {
     this.canvas = canvas;
+    this.motion = motion;
     this.blend = { alpha: Painter.ALPHA[alpha], linear: blendSpace === "linear" };
     const gl = canvas.getContext("webgl2", {
       alpha: false, antialias: false, depth: false, preserveDrawingBuffer: true,
@@ -26,8 +35,11 @@ class Painter {
     this.flakes = gl.getExtension("EXT_color_buffer_float") && new FlakePainter(gl);
   }
 
-  /** Keep the image of page `index`, an ImageBitmap whose alpha is not premultiplied. */
-  keep(index, image) {
+  /**
+   * Keep the image of page `index` of a sheet (composed, flame, flakes, motion), an ImageBitmap whose
+   * alpha is not premultiplied.
+   */
+  keep(sheet, index, image) {
     const gl = this.gl;
     const largest = gl.getParameter(gl.MAX_TEXTURE_SIZE);
     if (Math.max(image.width, image.height) > largest) {
@@ -38,18 +50,20 @@ class Painter {
     gl.pixelStorei(gl.UNPACK_COLORSPACE_CONVERSION_WEBGL, gl.NONE);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
     sampleNearest(gl);
-    this.textures.set(index, texture);
+    this.textures.set(`${sheet} ${index}`, texture);
     image.close();
   }
 
   /**
-   * Draw one cell, or two over each other, on a canvas of `size`.
+   * Draw one cell, or two over each other or one passing into the other, on a canvas of `size`.
    *
-   * A cell has page, x, y, width, height, turned and its left and top on the canvas, in px.
+   * A cell has sheet, page, x, y, width, height, turned and its left and top on the canvas, in px;
+   * `bounds` is the part of the page, left, top, right and bottom, that samples of it may come from.
    * `backdrop` is {colour: [r, g, b] in 0..1, square: px of a checkerboard, or 0 for none}.
    * `flakes` is {rows, first, count, offset, scale} to add the light of, or nothing.
+   * `between` is {part, vectors}: how much of the way is over, and whether it goes along vectors.
    */
-  draw(cells, mode, size, backdrop, flakes = null) {
+  draw(cells, mode, size, backdrop, flakes = null, between = { part: 0, vectors: false }) {
     const gl = this.gl;
     if (this.canvas.width !== size[0] || this.canvas.height !== size[1]) {
       [this.canvas.width, this.canvas.height] = size;
@@ -58,17 +72,23 @@ class Painter {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, ...size);
     const program = this.program.use();
+    const bind = (name, unit, texture) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+      program.integers(name, unit);
+    };
     cells.forEach((cell, i) => {
-      gl.activeTexture(gl.TEXTURE0 + i);
-      gl.bindTexture(gl.TEXTURE_2D, this.textures.get(cell.page));
-      program.integers(`page${i}`, i);
+      bind(`page${i}`, i, this.textures.get(`${cell.sheet} ${cell.page}`));
+      bind(`motion${i}`, 3 + i, between.vectors ? this.textures.get(`motion ${cell.page}`) : null);
+      program.integers(`cells[${i}].bounds`, ...cell.bounds);
       program.integers(`cells[${i}].place`, cell.x, cell.y, cell.width, cell.height);
       program.integers(`cells[${i}].offset`, cell.left, cell.top);
       program.integers(`cells[${i}].turned`, cell.turned ? 1 : 0);
     });
-    gl.activeTexture(gl.TEXTURE2);
-    gl.bindTexture(gl.TEXTURE_2D, flakes ? this.flakes.light : null);
-    program.integers("flakes", 2);
+    bind("flakes", 2, flakes ? this.flakes.light : null);
+    gl.uniform1f(program.place("part"), between.part);
+    gl.uniform2f(program.place("scale"), ...(between.vectors ? this.motion.pixels : [0, 0]));
+    program.integers("exactZero", this.motion?.engine === "godot" ? 1 : 0);
     program.integers("lit", flakes ? 1 : 0);
     program.integers("mode", Painter.MODE[mode]);
     program.integers("alphaMode", this.blend.alpha);
@@ -89,10 +109,12 @@ class Painter {
     precision highp int;
     precision highp sampler2D;
 
-    struct Cell { ivec4 place; ivec2 offset; int turned; };
+    struct Cell { ivec4 place, bounds; ivec2 offset; int turned; };
     uniform Cell cells[2];
-    uniform sampler2D page0, page1, flakes;
-    uniform int mode, alphaMode, linear, lit, square;
+    uniform sampler2D page0, page1, flakes, motion0, motion1;
+    uniform int mode, alphaMode, linear, lit, square, exactZero;
+    uniform float part;
+    uniform vec2 scale;
     uniform ivec2 canvas;
     uniform vec3 colour;
     out vec4 shown;
@@ -106,19 +128,50 @@ class Painter {
       return mix(high, v * 12.92, lessThanEqual(v, vec3(0.0031308)));
     }
 
-    /** The stored pixel of a cell at p; nothing outside of it. */
-    vec4 stored(sampler2D page, Cell cell, ivec2 p) {
-      ivec2 q = p - cell.offset, size = cell.place.zw;
-      if (any(lessThan(q, ivec2(0))) || any(greaterThanEqual(q, size))) return vec4(0.0);
-      if (cell.turned == 1) q = ivec2(size.y - 1 - q.y, q.x);  // it lies turned clockwise
-      return texelFetch(page, cell.place.xy + q, 0);
+    bool isIn(ivec2 p, ivec2 low, ivec2 high) {
+      return all(greaterThanEqual(p, low)) && all(lessThan(p, high));
     }
 
-    vec3 blended(vec4 pixel, vec3 behind) {
-      vec3 rgb = pixel.rgb;
-      if (linear == 1) { rgb = toLight(rgb); behind = toLight(behind); }
-      vec3 sum = (alphaMode == 0 ? rgb * pixel.a : rgb)
-               + (alphaMode == 2 ? behind : behind * (1.0 - pixel.a));
+    bool covers(Cell cell, ivec2 p) {
+      return isIn(p, cell.offset, cell.offset + cell.place.zw);
+    }
+
+    /** What the client blends of the page at p; nothing beyond the cell's bounds. */
+    vec4 texel(sampler2D page, Cell cell, ivec2 p) {
+      ivec2 q = p - cell.offset;
+      if (cell.turned == 1) q = ivec2(cell.place.w - 1 - q.y, q.x);  // it lies turned clockwise
+      q += cell.place.xy;
+      if (!isIn(q, cell.bounds.xy, cell.bounds.zw)) return vec4(0.0);
+      vec4 pixel = texelFetch(page, q, 0);
+      return linear == 1 ? vec4(toLight(pixel.rgb), pixel.a) : pixel;
+    }
+
+    vec4 weighed(vec4 pixel) {
+      return alphaMode == 0 ? vec4(pixel.rgb * pixel.a, pixel.a) : pixel;
+    }
+
+    /** The frame at p; nothing outside of it. */
+    vec4 still(sampler2D page, Cell cell, ivec2 p) {
+      return covers(cell, p) ? weighed(texel(page, cell, p)) : vec4(0.0);
+    }
+
+    /** The frame at p plus so much of its motion there, between the pixels as a bilinear sampler. */
+    vec4 moved(sampler2D page, sampler2D motion, Cell cell, ivec2 p, float way) {
+      if (!covers(cell, p)) return vec4(0.0);
+      vec2 rg = texelFetch(motion, cell.place.xy + p - cell.offset, 0).rg;
+      vec2 mv = exactZero == 1 ? (rg * 255.0 - 128.0) / 127.0 : rg * 2.0 - 1.0;
+      vec2 at = vec2(p) + mv * scale * way;
+      ivec2 q = ivec2(floor(at));
+      vec2 f = at - vec2(q);
+      return weighed(mix(
+        mix(texel(page, cell, q), texel(page, cell, q + ivec2(1, 0)), f.x),
+        mix(texel(page, cell, q + ivec2(0, 1)), texel(page, cell, q + ivec2(1)), f.x),
+        f.y));
+    }
+
+    vec3 over(vec4 pixel, vec3 behind) {
+      if (linear == 1) behind = toLight(behind);
+      vec3 sum = pixel.rgb + (alphaMode == 2 ? behind : behind * (1.0 - pixel.a));
       return linear == 1 ? toSrgb(sum) : clamp(sum, 0.0, 1.0);
     }
 
@@ -130,14 +183,17 @@ class Painter {
       p.y = canvas.y - 1 - p.y;
       vec3 behind = colour;
       if (square > 0) behind = vec3(((p.x / square + p.y / square) % 2 == 0) ? 0.16 : 0.24);
-      vec3 first = blended(stored(page0, cells[0], p), behind);
+      vec4 here = mode != 3 ? still(page0, cells[0], p) : mix(
+        moved(page0, motion0, cells[0], p, -part), moved(page1, motion1, cells[1], p, 1.0 - part),
+        part);
+      vec3 first = over(here, behind);
       if (lit == 1) {
         light /= max(1.0, max(light.r, max(light.g, light.b)));  // keeps its hue
         first = toSrgb(toLight(first) + light);
       }
       shown = vec4(first, 1.0);
-      if (mode == 0) return;
-      vec3 second = blended(stored(page1, cells[1], p), behind);
+      if (mode == 0 || mode == 3) return;
+      vec3 second = over(still(page1, cells[1], p), behind);
       if (mode == 1) shown.rgb = vec3(grey(second), vec2(grey(first)));
       else shown.rgb = min(4.0 * abs(first - second), 1.0);
     }`;

@@ -21,9 +21,20 @@ function zoomBy(steps) {
   refresh();
 }
 
-/** A frame as a cell, where it stands on the animation's stage. */
+/** A frame as a cell of the chosen layer, where it stands on the animation's stage. */
 function cellOf(frame) {
-  return { ...frame, left: frame.stage[0] + frame.trim[0], top: frame.stage[1] + frame.trim[1] };
+  const [width, height] = lie(frame);
+  const page = data.pages[frame.page];
+  // In a grid a client's sampler reads on in the page; a box that was cut out is read alone.
+  const own = [frame.x, frame.y, frame.x + width, frame.y + height];
+  const bounds = data.hasCells ? [0, 0, page.width, page.height] : own;
+  const [left, top] = [frame.stage[0] + frame.trim[0], frame.stage[1] + frame.trim[1]];
+  return { ...frame, sheet: chosen("layer"), bounds, left, top };
+}
+
+/** The size in which a frame lies on its page. */
+function lie(frame) {
+  return frame.turned ? [frame.height, frame.width] : [frame.width, frame.height];
 }
 
 /** Draw what the view shows. `picture`: also what stays while the player goes on. */
@@ -42,14 +53,20 @@ function drawSeam(scale) {
 }
 
 function drawFrame(scale) {
-  const { index, frame } = film;
+  const { index, frame, part, following } = film;
   const { flakes } = film.animation;
   const how = flakes ? chosen("flakes") : "off";
   const light = how === "light" && {
     rows: flakes.rows, first: flakes.firsts[index], count: flakes.counts[index],
     offset: frame.stage, scale: data.scale,
   };
-  painter.draw([cellOf(frame)], "frame", size(), backdrop(scale), light || null);
+  const ground = backdrop(scale);
+  if (isFluid() && part > 0 && following) {
+    const between = { part, vectors: chosen("between") === "vectors" };
+    painter.draw([frame, following].map(cellOf), "between", size(), ground, light || null, between);
+  } else {
+    painter.draw([cellOf(frame)], "frame", size(), ground, light || null);
+  }
   if (how === "marks") marks.flakes(trail(flakes, index), frame.stage, data.scale);
   if ($("outline").checked) {
     const cell = cellOf(frame);
@@ -61,19 +78,19 @@ function drawFrame(scale) {
 
 function drawPage(scale, picture) {
   const [width, height] = size();
-  const whole = { page: sheetPage, x: 0, y: 0, width, height, left: 0, top: 0, turned: false };
-  if (picture) painter.draw([whole], "frame", size(), backdrop(scale));
-  const lie = (frame) => {
-    const [w, h] = frame.turned ? [frame.height, frame.width] : [frame.width, frame.height];
-    return [frame.x, frame.y, w, h];
+  const whole = {
+    sheet: chosen("layer"), page: sheetPage, x: 0, y: 0, width, height, left: 0, top: 0,
+    turned: false, bounds: [0, 0, width, height],
   };
+  if (picture) painter.draw([whole], "frame", size(), backdrop(scale));
+  const outline = (frame, ...how) => marks.box(frame.x, frame.y, ...lie(frame), ...how);
   for (const { frames } of data.animations) {
     for (const frame of frames) {
-      if (frame.page === sheetPage) marks.box(...lie(frame), "rgb(127 212 255 / 0.45)");
+      if (frame.page === sheetPage) outline(frame, "rgb(127 212 255 / 0.45)");
     }
   }
-  if (hovered) marks.box(...lie(hovered.frame), "#ffffff", 2);
-  if (film.frame.page === sheetPage) marks.box(...lie(film.frame), "#ff9b45", 2);
+  if (hovered) outline(hovered.frame, "#ffffff", 2);
+  if (film.frame.page === sheetPage) outline(film.frame, "#ff9b45", 2);
 }
 
 /** The flakes of frame `index` and of those before it, the last first, by id. */

@@ -18,17 +18,26 @@ const chosen = (name) => document.querySelector(`input[name="${name}"]:checked`)
 
 function choose(name, value) {
   const input = document.querySelector(`input[name="${name}"][value="${value}"]`);
-  if (!input || input.closest("[hidden]")) return;
+  if (!input || input.disabled || input.closest("[hidden]")) return;
   input.checked = true;
   input.dispatchEvent(new Event("change", { bubbles: true }));
 }
 
 function next(name) {
-  const values = [...document.querySelectorAll(`input[name="${name}"]`)].map((each) => each.value);
+  const inputs = [...document.querySelectorAll(`input[name="${name}"]:enabled`)];
+  const values = inputs.map((each) => each.value);
   choose(name, values[(values.indexOf(chosen(name)) + 1) % values.length]);
 }
 
+/** What is chosen, as the page calls it. */
+function word(name) {
+  const input = document.querySelector(`input[name="${name}"]:checked`);
+  return input.parentElement.textContent.trim().toLowerCase();
+}
+
 const view = () => chosen("view");
+/** Whether frames pass into one another, rather than each being held for its time. */
+const isFluid = () => chosen("between") !== "hold";
 const colour = () => (chosen("backdrop") === "own" ? $("own").value : chosen("backdrop"));
 
 function backdrop(scale) {

@@ -1,12 +1,20 @@
 /** What is told beside the picture, for eyes and for screen readers. */
 function tell() {
   const { animation, index, frame, count } = film;
-  $("now").textContent = `${index + 1}`;
+  const isBetween = isFluid() && film.part > 0 && film.following !== null;
+  const next = ((index + 1) % count) + 1;
+  const frames = isBetween ? `between frames ${index + 1} and ${next}` : `frame ${index + 1}`;
+  const place = `${frames} of ${count}`;
+  $("now").textContent = isBetween ? (film.position + 1).toFixed(2) : `${index + 1}`;
   $("of").textContent = `of ${count}`;
   $("seconds").textContent = `${(film.time / 1000).toFixed(2)} s`;
-  $("scrub").value = index;
-  $("scrub").setAttribute("aria-valuetext", `frame ${index + 1} of ${count}`);
-  $("scrub").style.setProperty("--done", count > 1 ? index / (count - 1) : 1);
+  // Where frames pass into one another the bar has half steps, and in a loop one after the last.
+  $("scrub").step = isFluid() ? 0.5 : 1;
+  $("scrub").max = isFluid() && animation.loop && film.repeat && count > 1 ? count - 0.5 : count - 1;
+  $("scrub").value = isFluid() ? film.position : index;
+  $("scrub").setAttribute("aria-valuetext", place);
+  const longest = Number($("scrub").max);
+  $("scrub").style.setProperty("--done", longest ? Number($("scrub").value) / longest : 1);
   const flakes = animation.flakes && chosen("flakes") !== "off" ? animation.flakes.counts[index] : null;
   $("caption").textContent = {
     play: flakes === null ? frame.name : `${frame.name} · ${flakes} flakes`,
@@ -15,11 +23,13 @@ function tell() {
       : "Last frame against the first, four times the difference: what is black meets",
     page: hovered ? hovered.frame.name : data.pages[sheetPage].file,
   }[view()];
-  $("picture").setAttribute("aria-label", {
-    play: `${animation.name}, frame ${index + 1} of ${count}`,
+  const shown = {
+    play: `${animation.name}, ${place}${isBetween ? `, ${word("between")}` : ""}`,
     seam: `${animation.name}, last and first frame, ${chosen("seam")}`,
     page: `page ${data.pages[sheetPage].file} with the outlines of its frames`,
-  }[view()]);
+  }[view()];
+  const alone = chosen("layer") === "composed" ? "" : `, ${word("layer")} alone`;
+  $("picture").setAttribute("aria-label", `${shown}${alone}`);
   $("zoom").textContent = `${+(scaleNow() * 100).toFixed(scaleNow() < 0.1 ? 1 : 0)} %`;
 }
 

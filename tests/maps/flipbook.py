@@ -153,12 +153,12 @@ def unreal(book: Flipbook, i: int, blend: float, signs: Signs = (1, 1)) -> Pictu
         uv = (np.stack([column + (x + 0.5) / width, row + (y + 0.5) / height], axis=-1)) / sheet
         uv = uv + bias_scale * signs * strength / sheet * way
         at = uv * [texture.shape[1], texture.shape[0]] - 0.5
-        shown.append(_tent(texture, at))
+        shown.append(tent(texture, at))
     lerped: Picture = shown[0] + (shown[1] - shown[0]) * blend
     return lerped
 
 
-def _tent(texture: Picture, at: NDArray[np.float64]) -> Picture:
+def tent(texture: Picture, at: NDArray[np.float64]) -> Picture:
     """Sample at (x, y) in texels: each counts by its nearness; the sheet's edge goes on beyond."""
     flat, size = texture.reshape(-1, 4), np.array(texture.shape[1::-1])
     total = np.zeros((*at.shape[:2], 4))

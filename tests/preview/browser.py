@@ -10,10 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from fire_atlas.cli import main
 from fire_atlas.core.pixels import Bytes
+from fire_atlas.core.shipped import shipped
 
 _HERE = Path(__file__).parent
 _MODULES = _HERE.parent / "exporters" / "web" / "node_modules"
+
+COUNT = 6
+"""Frames of what is built if a test asks for no other number."""
 
 
 @dataclass(frozen=True)
@@ -58,3 +63,24 @@ def picture(result: dict[str, Any]) -> Bytes:
     """Return the pixels of a canvas (H, W, 4) uint8."""
     width, height = result["size"]
     return np.frombuffer(base64.b64decode(result["rgba"]), np.uint8).reshape(height, width, 4)
+
+
+def built(folder: Path, *preview: str, count: int = COUNT, **keys: Any) -> Path:
+    """Build an effect of some frames of the sample campfire; return its preview page."""
+    source = {"path": str(shipped("samples") / "campfire"), "fps": 24, "count": count, "height": 96}
+    recipe = folder / "fire.yaml"
+    recipe.write_text(json.dumps({"source": source, "flakes": {"rate": 300}, **keys}))
+    assert main(["build", str(recipe), "-q"]) == 0
+    return previewed(folder / "build" / "fire.json", *preview)
+
+
+def previewed(atlas: Path, *preview: str) -> Path:
+    assert main(["preview", str(atlas), "-q", *preview]) == 0
+    return atlas.with_name(f"{atlas.stem}.preview.html")
+
+
+def assert_quiet(seen: Seen, page: Path) -> None:
+    """Nothing went wrong, and nothing was asked of anyone but the page itself."""
+    assert seen.errors == []
+    elsewhere = [url for url in seen.requests if not url.startswith(("data:", "blob:"))]
+    assert elsewhere == [page.as_uri()]

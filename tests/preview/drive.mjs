@@ -37,6 +37,7 @@ const look = () => {
     value: document.getElementById("scrub").getAttribute("aria-valuetext"),
     size: [picture.width, picture.height],
     view: checked("view"), seam: checked("seam"), backdrop: checked("backdrop"), flakes: checked("flakes"),
+    between: checked("between"), layer: checked("layer"),
     repeat: on("repeat"), outline: on("outline"), pixels: on("pixels"),
     focus: document.activeElement.id || document.activeElement.value,
   };

@@ -55,7 +55,7 @@ def test_the_page_holds_the_files_as_they_are_and_names_no_other_place(recipe: P
     atlas = recipe.parent / "build" / "campfire.json"
     assert main(["preview", str(atlas), "-q"]) == 0
     html = atlas.with_name("campfire.preview.html").read_text(encoding="utf-8")
-    held = re.search(r'id="page-0">([^<]*)<', html)
+    held = re.search(r'id="composed-page-0">([^<]*)<', html)
     assert held is not None
     page = atlas.with_suffix(".png").read_bytes()
     assert base64.b64decode(held[1]) == page

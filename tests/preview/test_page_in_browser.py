@@ -12,35 +12,14 @@ from PIL import Image
 from fire_atlas.cli import main
 from fire_atlas.composition.composite import expose
 from fire_atlas.core.pixels import decode_bytes, encode_bytes
-from fire_atlas.core.shipped import shipped
 from fire_atlas.flakes.drawing import draw_flakes
 from fire_atlas.preview.atlas_file import read_atlas, staged_frames
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.tracks_file import read_tracks
 
-from .browser import Browser, picture
+from .browser import COUNT, Browser, assert_quiet, built, picture, previewed
 
 LOOK = ("look",)
-COUNT = 6
-
-
-@pytest.fixture(scope="module")
-def browser(node: str, chromium: Path, tmp_path_factory: pytest.TempPathFactory) -> Browser:
-    return Browser(node, tmp_path_factory.mktemp("browser"))
-
-
-def built(folder: Path, *preview: str, count: int = COUNT, **keys: Any) -> Path:
-    """Build an effect of some frames of the sample campfire; return its preview page."""
-    source = {"path": str(shipped("samples") / "campfire"), "fps": 24, "count": count, "height": 96}
-    recipe = folder / "fire.yaml"
-    recipe.write_text(json.dumps({"source": source, "flakes": {"rate": 300}, **keys}))
-    assert main(["build", str(recipe), "-q"]) == 0
-    return previewed(folder / "build" / "fire.json", *preview)
-
-
-def previewed(atlas: Path, *preview: str) -> Path:
-    assert main(["preview", str(atlas), "-q", *preview]) == 0
-    return atlas.with_name(f"{atlas.stem}.preview.html")
 
 
 @pytest.fixture(scope="module")
@@ -53,13 +32,6 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def loop(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of a loop of 2 s."""
     return built(tmp_path_factory.mktemp("loop"), count=48)
-
-
-def assert_quiet(seen: Any, page: Path) -> None:
-    """Nothing went wrong, and nothing was asked of anyone but the page itself."""
-    assert seen.errors == []
-    elsewhere = [url for url in seen.requests if not url.startswith(("data:", "blob:"))]
-    assert elsewhere == [page.as_uri()]
 
 
 PACKINGS: list[dict[str, Any]] = [
@@ -149,6 +121,7 @@ CONTROLS = [
     ("view", "[name=view][value=page]", "3", ["play", "page"]),
     ("backdrop", "[value='#000000']", "b", ["#101014", "#000000"]),
     ("flakes", "[name=flakes][value=marks]", "f", ["off", "marks"]),
+    ("between", "[name=between][value=blend]", "m", ["hold", "blend"]),
     ("outline", "#outline", "o", [False, True]),
     ("pixels", "#pixels", "p", [True, False]),
     ("repeat", "#repeat", "r", [True, False]),
@@ -349,7 +322,7 @@ def test_everything_has_a_name_and_is_reached_by_tab(browser: Browser, page: Pat
     assert nameless == []
     assert {
         "view", "stage", "back", "play", "on", "scrub", "speed", "repeat", "backdrop", "own",
-        "smaller", "larger", "fit", "pixels", "outline", "flakes", "SUMMARY",
+        "smaller", "larger", "fit", "pixels", "outline", "between", "layer", "flakes", "SUMMARY",
     } <= set(reached)  # fmt: skip
 
 

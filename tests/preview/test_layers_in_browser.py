@@ -1,0 +1,113 @@
+"""The page shows the layers alone, where a build wrote them."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fire_atlas.preview.atlas_file import AtlasFile, read_atlas, staged_frames
+from fire_atlas.preview.blend import blend
+
+from .browser import COUNT, Browser, assert_quiet, built, picture, previewed
+
+GROUND = 16, 16, 20
+PACKINGS: list[dict[str, Any]] = [
+    {"alpha": "straight", "blend_space": "linear", "rotate": True},
+    {"alpha": "premultiplied", "blend_space": "srgb", "max_size": 90},
+    {"alpha": "additive", "blend_space": "srgb", "format": "webp", "layout": "grid"},
+]
+
+
+def layer(atlas: AtlasFile, kind: str) -> AtlasFile:
+    """Return an atlas whose pages are the maps of that kind."""
+    files = atlas.sheet.map(kind).files
+    pages = zip(atlas.sheet.pages, files, strict=True)
+    return replace(
+        atlas,
+        sheet=replace(atlas.sheet, pages=tuple(replace(page, file=file) for page, file in pages)),
+    )
+
+
+@pytest.mark.parametrize("packing", PACKINGS, ids=lambda atlas: atlas["alpha"])
+def test_each_layer_is_shown_as_its_page_has_it(
+    packing: dict[str, Any], browser: Browser, tmp_path: Path
+) -> None:
+    page = built(tmp_path, atlas=packing, maps={"flame": True, "flakes": True})
+    atlas = read_atlas(page.with_name("fire.json"))
+    looks = [("pixels", "#picture"), ("look",), ("press", "l")] * 3
+    steps = [each for _ in range(COUNT) for each in (*looks, ("press", "ArrowRight"))]
+    seen = browser.visit(page, *steps)
+    assert_quiet(seen, page)
+    sheets = [list(staged_frames(a)) for a in (atlas, *(layer(atlas, k) for k in KINDS))]
+    for i in range(COUNT):
+        shown = [picture(r)[..., :3].astype(int) for r in seen.results[6 * i : 6 * i + 6 : 2]]
+        for drawn, frames in zip(shown, sheets, strict=True):
+            expected = blend(frames[i], GROUND, packing["alpha"], packing["blend_space"])
+            assert np.abs(drawn - expected).max() <= 2
+        told = [look["label"] for look in seen.results[6 * i + 1 : 6 * i + 6 : 2]]
+        plain = f"fire, frame {i + 1} of {COUNT}"
+        assert told == [plain, f"{plain}, flame alone", f"{plain}, flakes alone"]
+    assert np.abs(shown[1] - shown[2]).max() > 50, "layers are not one and the same"
+
+
+KINDS = "flame", "flakes"
+
+
+def test_layers_are_chosen_by_mouse_and_shown_as_pages_too(
+    browser: Browser, tmp_path: Path
+) -> None:
+    page = built(tmp_path, maps={"flame": True, "flakes": True})
+    seen = browser.visit(
+        page, ("press", "3"), ("click", "[name=layer][value=flakes]"), ("pixels", "#picture"),
+        ("look",), ("click", "[name=layer][value=composed]"), ("pixels", "#picture"),
+    )  # fmt: skip
+    assert_quiet(seen, page)
+    flakes, told, composed = seen.results
+    assert told["layer"] == "flakes" and told["label"].endswith(", flakes alone")
+    for drawn, file in ((flakes, "fire.flakes.png"), (composed, "fire.png")):
+        with Image.open(page.with_name(file)) as image:
+            expected = blend(np.asarray(image.convert("RGBA")), GROUND, "straight", "srgb")
+        assert np.abs(picture(drawn)[..., :3].astype(int) - expected).max() <= 2
+
+
+OFFER = """[...document.querySelectorAll("[name=layer], [name=between]")]
+  .map((each) => [each.value, each.disabled, each.closest("fieldset")
+    .getAttribute("aria-describedby")?.split(" ").map((id) =>
+      document.getElementById(id).textContent).join(" ") ?? ""])"""
+
+
+@pytest.mark.parametrize(
+    ("maps", "missing"),
+    [
+        ({}, {"flame": "maps.flame: true and maps.flakes: true", "flakes": "maps.flakes: true",
+              "vectors": "maps.motion"}),
+        ({"flakes": True}, {"flame": "maps.flame: true in", "vectors": "maps.motion"}),
+        ({"motion": "godot", "flame": True}, {"flakes": "maps.flakes: true"}),
+    ],
+)  # fmt: skip
+def test_what_a_build_did_not_write_is_not_offered_but_told(
+    maps: dict[str, Any], missing: dict[str, str], browser: Browser, tmp_path: Path
+) -> None:
+    page = built(tmp_path, maps=maps)
+    seen = browser.visit(page, ("run", OFFER), ("press", "l"), ("press", "l"), ("look",))
+    assert_quiet(seen, page)
+    offer, told = seen.results
+    assert {value for value, disabled, _ in offer if disabled} == missing.keys()
+    for value, _, hint in offer:
+        assert missing.get(value, "") in hint
+    assert told["layer"] not in missing
+    if "flame" in missing:
+        assert "maps.flame: true" in told["said"]
+
+
+def test_a_layer_that_is_missing_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = built(tmp_path, maps={"flame": True})
+    page.with_name("fire.flame.png").unlink()
+    with pytest.raises(AssertionError):
+        previewed(page.with_name("fire.json"))
+    assert "fire.flame.png: the page cannot be read" in capsys.readouterr().err
