@@ -20,10 +20,11 @@ class Timeline(Settings):
 
     loop: Annotated[Literal["auto", "none", "crossfade", "pingpong"], OFF] = "auto"
     """``auto``: a clip whose end meets its beginning plays round and round as it is; another is cut
-    where its end meets its beginning best, and cross-faded there; one that flares up from nothing,
-    or fades to nothing, plays once. ``crossfade``: the whole clip, its end faded into its
-    beginning. ``pingpong``: forwards, then backwards. ``none``: once. Fire that is made (source
-    ``silk`` or ``profile``) closes by itself: ``auto`` or ``none``."""
+    where its end meets its beginning best, and cross-faded there (a short one keeps at least half
+    of its frames); one that flares up from nothing, or fades to nothing, plays once.
+    ``crossfade``: the whole clip, its end faded into its beginning. ``pingpong``: forwards, then
+    backwards. ``none``: once. Fire that is made (source ``silk`` or ``profile``) closes by itself:
+    ``auto`` or ``none``."""
     frames: int | None = Field(default=None, ge=1, le=10_000)
     """How many frames result. More than the clip has: fire goes on by passing between moments of
     the clip that look alike. Default: as many as suit the cut; 48 of fire that is made."""

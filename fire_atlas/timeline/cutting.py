@@ -21,6 +21,10 @@ _TRIED = 24
 _SHORTNESS = 2.0
 """What a loop of no length would cost, against one as long as the clip."""
 
+_SHORT = 12
+"""A loop of fewer frames than this keeps at least half of its clip: of a short clip, the best seam
+alone would keep a few frames and lose most of the fire."""
+
 _STEP = 1.1
 """A step this many times the median is not seen."""
 
@@ -65,6 +69,12 @@ class Footage:
         """Frames of the longest loop with one join."""
         return self.count if self.closed else self.count - max(self.overlap, 1)
 
+    @property
+    def shortest(self) -> int:
+        """Frames of the shortest loop that is cut where no length is asked for."""
+        half = -(-self.count // 2)
+        return max(self.longest // 2, min(half, _SHORT), self.overlap + 1)
+
     def costs(self) -> NDArray[np.float64]:
         """How unlike both sides of every join are, in median steps: entry (ending, beginning).
 
@@ -95,11 +105,11 @@ def best_cut(footage: Footage, frames: int | None) -> Join | None:
 
     Args:
         footage: The clip.
-        frames: Length of the loop. None: any from half of the longest on.
+        frames: Length of the loop. None: any from the shortest that keeps enough of the clip.
     """
     costs, overlap, count = footage.costs(), footage.overlap, footage.count
     longest = footage.longest
-    lengths = [frames] if frames else range(max(longest // 2, overlap + 1), longest + 1)
+    lengths = [frames] if frames else range(footage.shortest, longest + 1)
     found: list[tuple[float, Join]] = []
     for length in lengths:
         if not overlap < length <= longest:

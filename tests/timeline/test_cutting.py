@@ -1,5 +1,6 @@
 """Where clips are cut, and which are not."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,25 @@ def test_a_periodic_clip_is_cut_at_its_period_or_twice_that(period: int) -> None
     loop = arranged(clip)
     assert loop.loop and loop.count % period == 0
     assert steps(loop).max() < 1.05 * np.median(steps(loop))
+
+
+@pytest.mark.parametrize("count", [8, 11, 12, 15, 23])
+def test_a_short_clip_keeps_at_least_half_of_its_frames(count: int) -> None:
+    """Though its best seam would keep fewer."""
+    for seed in range(3):
+        loop = arranged(turbulent(count, seed=seed))
+        assert loop.loop and loop.count >= count / 2
+    assert arranged(turbulent(count), frames=4).count == 4, "unless fewer are asked for"
+
+
+@pytest.mark.parametrize("name", ["real_candle_red", "real_firewall_stock", "sim_unity_flame02"])
+def test_short_pieces_of_real_clips_keep_at_least_half_of_their_frames(
+    clips: Path, name: str
+) -> None:
+    whole = real_clip(clips, name)
+    for start in (0, 9, 18):
+        piece = replace(whole, count=11, read=lambda i, s=start: whole.read(s + i), loop=False)
+        assert arranged(piece).count >= 6
 
 
 def test_a_length_near_the_period_is_exactly_as_long_as_was_asked() -> None:
