@@ -60,13 +60,19 @@ def retimed(clip: Clip, fps: float, count: int, is_smooth: bool) -> Clip:
     else:
         pace = min(clip.fps / fps, (clip.count - 1) / max(count - 1, 1))
 
+    def following(i: int) -> int:
+        return (i + 1) % clip.count if clip.loop else min(i + 1, clip.count - 1)
+
     def neighbours(i: int) -> tuple[int, int, float]:
-        """The frames around frame ``i`` of the result, and how far it is from the first."""
+        """The frames around frame ``i`` of the result, and how far it is from the first: not at
+        all where nothing is made in between."""
         place = i * pace
         before = int(place + _WHOLE)
         part = place - before
-        after = (before + 1) % clip.count if clip.loop else min(before + 1, clip.count - 1)
-        return before % clip.count, after, part
+        if not is_smooth:
+            before, part = (before if part <= 0.5 else following(before)), 0.0
+        before %= clip.count
+        return before, following(before), part
 
     @lru_cache(_PAIRS)
     def motion(before: int, after: int) -> Motion:
@@ -76,24 +82,28 @@ def retimed(clip: Clip, fps: float, count: int, is_smooth: bool) -> Clip:
         before, after, part = neighbours(i)
         if part <= _WHOLE:
             return clip.read(before)
-        if not is_smooth:
-            return clip.read(before if part <= 0.5 else after)
         return _between(clip.read(before), clip.read(after), motion(before, after), part)
 
     @lru_cache(_PAIRS)
-    def velocity(before: int, after: int) -> NDArray[np.float32]:
+    def velocity(i: int) -> NDArray[np.float32]:
+        before, after = (i - 1, i) if following(i) == i else (i, following(i))
         return _velocity(clip, before, after)
 
     def flow(i: int) -> NDArray[np.float32]:
-        before, after, _ = neighbours(i)
+        """What is shown moves as in the nearer frame, from which its shapes came here."""
+        before, after, part = neighbours(i)
+        near = before if part <= 0.5 else after
         if clip.flow is not None:
-            return clip.flow(before)
-        if before == after:
-            before -= 1
-        small = velocity(before, after)
-        return np.dstack([resized(small[..., n], (clip.width, clip.height)) for n in (0, 1)])
+            moves = clip.flow(near)
+        else:
+            small, size = velocity(near), (clip.width, clip.height)
+            moves = np.dstack([resized(small[..., n], size) for n in (0, 1)])
+        if part <= _WHOLE:
+            return moves
+        to_before, to_after = met(motion(before, after), part)
+        return warped(moves, to_before if near == before else to_after)
 
-    made = {i for i in range(count) if is_smooth and neighbours(i)[2] > _WHOLE}
+    made = {i for i in range(count) if neighbours(i)[2] > _WHOLE}
     backwards = frozenset(i for i in range(count) if neighbours(i)[0] in clip.backwards)
     return replace(
         clip,
