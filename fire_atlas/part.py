@@ -15,6 +15,7 @@ from fire_atlas.clock import Clock
 from fire_atlas.composition.light import ClipLight
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError, SourceError
+from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect import Layers, fly_flakes, layers
@@ -24,6 +25,8 @@ from fire_atlas.flakes.tracks import Tracks
 from fire_atlas.flame.study import FlameStudy, study_flame
 from fire_atlas.manifest import Input
 from fire_atlas.maps.conventions import convention
+from fire_atlas.maps.evidence import spread
+from fire_atlas.maps.flow import picture
 from fire_atlas.maps.motion import Motion, learn_motion
 from fire_atlas.recipe.effect import Flakes, MotionBlur
 from fire_atlas.recipe.load import LoadedRecipe
@@ -169,7 +172,8 @@ def _animation(name: str, recipe: Recipe, clip: Clip, stage: Stage) -> _Animatio
         )
     whole = tuple(frame.sprites[0] for frame in frames)
     strip = Strip(name, whole, 1000 / clip.fps, clip.loop, study.base)
-    light, motion = _light(frames, clip.fps, clip.loop), _motion(frames, clip.loop, recipe, stage)
+    light = _light(frames, clip.fps, clip.loop)
+    motion = _motion(frames, _skipped(clip, recipe, analysis, workers), clip.loop, recipe, stage)
     statistics = {**_statistics(clip, tracks), **_motion_figures(motion)}
     return _Animation(strip, frames, motion, tracks, light, statistics)
 
@@ -199,7 +203,7 @@ def _plain_part(recipe: Recipe, opened: Sprites, inputs: list[Input], stage: Sta
     for name, played in opened.animations.items():
         shown = [frames[i] for i in played]
         strip = Strip(name, tuple(each.sprites[0] for each in shown), 1000 / opened.fps, loop, None)
-        motion, light = _motion(shown, loop, recipe, stage), _light(shown, opened.fps, loop)
+        motion, light = _motion(shown, {}, loop, recipe, stage), _light(shown, opened.fps, loop)
         made[name] = _Animation(strip, shown, motion, None, light, _motion_figures(motion))
     statistics = {
         "frames": len(numbers),
@@ -257,7 +261,32 @@ def _finished(
     return frames
 
 
-def _motion(frames: Sequence[Finished], loop: bool, recipe: Recipe, stage: Stage) -> Motion | None:
+def _skipped(
+    clip: Clip, recipe: Recipe, analysis: Analysis | None, workers: Workers
+) -> dict[int, tuple[float, Bytes]]:
+    """Return the flame, small, as the source shows it between some of the clip's frames, and when.
+
+    For the motion that is asked for, where the clip has fewer frames than its source.
+    """
+    if recipe.maps.motion == "none":
+        return {}
+    between = replace(clip, read=lambda i: clip.skipped[i].read())
+
+    def flame(i: int) -> tuple[float, Bytes]:
+        seen = layers(i, between, recipe, analysis, None).flame
+        return clip.skipped[i].part, picture(seen, recipe.atlas.blend_space)
+
+    chosen = spread(sorted(clip.skipped))
+    return dict(zip(chosen, workers.map(flame, chosen), strict=True))
+
+
+def _motion(
+    frames: Sequence[Finished],
+    skipped: Mapping[int, tuple[float, Bytes]],
+    loop: bool,
+    recipe: Recipe,
+    stage: Stage,
+) -> Motion | None:
     """Return how an animation moves, if the recipe asks for it.
 
     Raises:
@@ -276,7 +305,7 @@ def _motion(frames: Sequence[Finished], loop: bool, recipe: Recipe, stage: Stage
         stage.progress.stage("motion", len(frames))
         reading = convention(recipe.maps.motion)
         return learn_motion(
-            pictures, sizes.pop(), loop, reading, stage.workers, stage.progress.advance
+            pictures, skipped, sizes.pop(), loop, reading, stage.workers, stage.progress.advance
         )
 
 

@@ -1,7 +1,7 @@
 """A clip: the frames every later step looks at."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -26,6 +26,18 @@ class Window(NamedTuple):
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
 
+class Skipped(NamedTuple):
+    """A frame of the source that the clip does not show.
+
+    Attributes:
+        part: How much of the step from one frame to the next is over then, 0..1.
+        read: Reads it.
+    """
+
+    part: float
+    read: Callable[[], Pixels]
+
+
 @dataclass(frozen=True, slots=True)
 class Clip:
     """Frames of one size at a constant rate, read on demand so that none has to be kept.
@@ -45,6 +57,8 @@ class Clip:
         matte_reason: Why that matte was chosen, as a sentence for people.
         flow: ``flow(i)`` gives the velocity of what frame i shows, (height, width, 2) float32, x
             and y in px/s, for fire whose maker knows it. None: it has to be seen in the frames.
+        skipped: By frame, one of the source about halfway to the next, where the source has more
+            frames than the clip shows.
     """
 
     width: int
@@ -60,6 +74,7 @@ class Clip:
     backwards: frozenset[int] = frozenset()
     tail: int = 0
     flow: Callable[[int], NDArray[np.float32]] | None = None
+    skipped: Mapping[int, Skipped] = field(default_factory=dict)
 
 
 def cropped(clip: Clip, window: Window) -> Clip:
@@ -71,4 +86,5 @@ def cropped(clip: Clip, window: Window) -> Clip:
         height=window.bottom - window.top,
         read=lambda i: np.ascontiguousarray(clip.read(i)[window.slices]),
         flow=None if flow is None else lambda i: np.ascontiguousarray(flow(i)[window.slices]),
+        skipped={},
     )

@@ -1,10 +1,12 @@
 """What frames that were held out say of a clip's motion: how far to trust it, and what it gains.
 
-Frame m is predicted from m − 1 and m + 1 by vectors that were found without it, over steps of two
-frames. In that the clip is twice as fast as it will be played.
+Where the source has frames between those that are shown, they are what vectors have to meet, and
+nothing else is as good a witness: a flame that sways to and fro between two frames looks calm in
+them. Else frame m is predicted from m − 1 and m + 1 by vectors that were found without it, over
+steps of two frames. In that the clip is twice as fast as it will be played.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import cv2
@@ -22,6 +24,9 @@ _MOST = 8
 _BLOCK = 1 / 16
 """Size of the blocks that are judged, as a share of the longer side."""
 
+_SHARES = 5
+"""Shares of a vector that are tried, from none to all of it."""
+
 _PRIOR = 0.5
 """What the whole picture says counts in every block like so many blocks of average error."""
 
@@ -35,49 +40,99 @@ class HeldOut(NamedTuple):
 
     Attributes:
         before, held, after: (h, w, 4) uint8.
-        vectors: Of ``before`` and of ``after``: (h, w, 2), px of the picture for a step of two
-            frames, trusted fully.
+        vectors: Of ``before`` and of ``after``: (h, w, 2), px of the picture from the one to the
+            other, trusted fully.
+        frames: How many frames of the clip that is, 1 or 2.
+        part: How much of the way from the one to the other is over, 0..1.
     """
 
     before: Bytes
     held: Bytes
     after: Bytes
     vectors: tuple[Vectors, Vectors]
+    frames: int
+    part: float
 
     def predicted(self, vectors: tuple[Vectors, Vectors]) -> NDArray[np.float32]:
-        """Return the frame halfway, (h, w, 4), 0..255, by the client's formula."""
-        one = warped(self.before.astype(np.float32), vectors[0], -0.5)
-        other = warped(self.after.astype(np.float32), vectors[1], 0.5)
-        return as_plane((one + other) / 2)
+        """Return the frame there, (h, w, 4), 0..255, by the client's formula."""
+        one = warped(self.before.astype(np.float32), vectors[0], -self.part)
+        other = warped(self.after.astype(np.float32), vectors[1], 1 - self.part)
+        return self.blended(one, other)
+
+    def blended(self, one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return what two pictures give at that time."""
+        return as_plane(one + (other - one) * np.float32(self.part))
 
 
-def hold_out(pictures: Sequence[Bytes], loop: bool, pad: float, workers: Workers) -> list[HeldOut]:
-    """Hold out frames evenly spread over the clip; none where it has fewer than three."""
-    return list(workers.map(lambda m: _held(m, pictures, loop, pad), _spread(len(pictures), loop)))
+def spread(numbers: Sequence[int]) -> list[int]:
+    """Return of ``numbers`` as many as are held out, evenly spread."""
+    at = np.linspace(0, len(numbers) - 1, min(_MOST, len(numbers)))
+    return sorted({numbers[round(n)] for n in at})
+
+
+def hold_out(
+    pictures: Sequence[Bytes],
+    skipped: Mapping[int, tuple[float, Bytes]],
+    loop: bool,
+    pad: float,
+    workers: Workers,
+) -> list[HeldOut]:
+    """Hold out frames evenly spread over the clip; none where it has fewer than three.
+
+    Args:
+        pictures: Every frame of the clip.
+        skipped: By frame, what the source shows between it and the next, and after how much of
+            the step; these are met, if any.
+        loop: Whether the first frame follows the last.
+        pad: px beyond the flame at which vectors begin to fade.
+        workers: The pool.
+    """
+    if skipped:
+        return list(workers.map(
+            lambda i: _held(*skipped[i], i, 1, pictures, loop, pad), sorted(skipped)
+        ))  # fmt: skip
+    count = len(pictures)
+    middles = range(count if count > 2 else 0) if loop else range(1, count - 1)
+    return list(workers.map(
+        lambda m: _held(0.5, pictures[m], m - 1, 2, pictures, loop, pad), spread(middles)
+    ))  # fmt: skip
 
 
 def trust(held: Sequence[HeldOut], shape: tuple[int, int]) -> Plane:
     """Return how far the vectors serve, (h, w), 0..1, block by block.
 
-    Of the errors with none, half and all of a vector the parabola is taken whose lowest point is
-    the share that would have served best. Without evidence nothing is trusted.
+    Of the errors with several shares of a vector the least is taken, and the lowest point of the
+    parabola through it and its neighbours. Without evidence nothing is trusted.
     """
     if not held:
         return np.zeros(shape, np.float32)
-    totals = [np.zeros(shape, np.float32) for _ in range(3)]
+    totals = np.zeros((_SHARES, *shape), np.float32)
     for one in held:
-        for total, share in zip(totals, (0.0, 0.5, 1.0), strict=True):
-            vectors = one.vectors[0] * np.float32(share), one.vectors[1] * np.float32(share)
+        for total, share in zip(totals, np.linspace(0, 1, _SHARES, dtype=np.float32), strict=True):
+            vectors = one.vectors[0] * share, one.vectors[1] * share
             total += square_error(one.predicted(vectors), one.held)
     sigma = _BLOCK * max(shape)
-    none, half, full = (
+    errors = np.stack([
         cv2.GaussianBlur(total, (0, 0), sigma) + np.float32(_PRIOR * total.mean(dtype=np.float64))
         for total in totals
+    ])  # fmt: skip
+    more = _HALF_THE_STEP if held[0].frames == 2 else 1.0
+    return as_plane(np.clip(more * _lowest(errors), 0, 1))
+
+
+def _lowest(errors: NDArray[np.float32]) -> Plane:
+    """Return where, 0..1, each place of ``errors`` (shares, h, w) is least."""
+    last = len(errors) - 1
+    least = np.argmin(errors, axis=0)
+    middle = np.clip(least, 1, last - 1)
+    low, here, high = (
+        np.take_along_axis(errors, (middle + n)[None], axis=0)[0] for n in (-1, 0, 1)
     )
-    curve, slope = 2 * (none - 2 * half + full), 3 * none - 4 * half + full
-    bent = curve > 1e-6 * none
-    best = np.where(bent, slope / (2 * np.where(bent, curve, 1)), full < none)
-    return as_plane(np.clip(_HALF_THE_STEP * np.clip(best, 0, 1), 0, 1))
+    curve = low - 2 * here + high
+    bent = curve > 1e-6 * here
+    beside = np.where(bent, (low - high) / (2 * np.where(bent, curve, 1)), least - middle)
+    at_end = least != middle  # beyond the ends nothing was tried
+    return as_plane(np.where(at_end, least, middle + np.clip(beside, -1, 1)) / np.float32(last))
 
 
 def square_error(predicted: NDArray[np.float32], held: Bytes) -> Plane:
@@ -85,28 +140,31 @@ def square_error(predicted: NDArray[np.float32], held: Bytes) -> Plane:
     return as_plane(np.mean((predicted - held) ** 2, axis=2))
 
 
-def _spread(count: int, loop: bool) -> list[int]:
-    """Return which frames to hold out: any of a loop, those between two others of the rest."""
-    first, last = (0, count - 1) if loop else (1, count - 2)
-    if count < 3:
-        return []
-    return sorted({round(m) for m in np.linspace(first, last, min(_MOST, last - first + 1))})
-
-
-def _held(m: int, pictures: Sequence[Bytes], loop: bool, pad: float) -> HeldOut:
+def _held(
+    part: float,
+    held: Bytes,
+    first: int,
+    frames: int,
+    pictures: Sequence[Bytes],
+    loop: bool,
+    pad: float,
+) -> HeldOut:
+    """Return ``held`` with the frames ``first`` and ``first + frames`` beside it."""
     count = len(pictures)
 
     def shown(i: int) -> Bytes:
         return pictures[i % count if loop else min(max(i, 0), count - 1)]
 
     def step(i: int) -> Halfway | None:
-        known = loop or (i >= 0 and i + 2 < count)
-        return halfway(shown(i), shown(i + 2)) if known else None
+        known = loop or (i >= 0 and i + frames < count)
+        return halfway(shown(i), shown(i + frames)) if known else None
 
-    into, across, out = step(m - 3), step(m - 1), step(m + 1)
-    everything = np.ones(shown(m).shape[:2], np.float32)
+    at = first - frames, first, first + frames, first + 2 * frames
+    into, across, out = (step(i) for i in at[:3])
+    earlier, before, after, later = (shown(i) for i in at)
+    everything = np.ones(held.shape[:2], np.float32)
     vectors = (
-        cell_vectors((into, across), (shown(m - 3), shown(m - 1), shown(m + 1)), everything, pad),
-        cell_vectors((across, out), (shown(m - 1), shown(m + 1), shown(m + 3)), everything, pad),
+        cell_vectors((into, across), (earlier, before, after), everything, pad),
+        cell_vectors((across, out), (before, after, later), everything, pad),
     )
-    return HeldOut(shown(m - 1), shown(m), shown(m + 1), vectors)
+    return HeldOut(before, held, after, vectors, frames, part)

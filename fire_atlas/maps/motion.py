@@ -1,6 +1,6 @@
 """The motion vectors of one animation."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -52,6 +52,7 @@ class Moving(NamedTuple):
 
 def learn_motion(
     pictures: Sequence[Bytes],
+    skipped: Mapping[int, tuple[float, Bytes]],
     size: tuple[int, int],
     loop: bool,
     convention: Convention,
@@ -62,6 +63,8 @@ def learn_motion(
 
     Args:
         pictures: Every frame, small: see ``flow.picture``.
+        skipped: By frame, of some, what the source shows between it and the next, small, and
+            after how much of the step.
         size: Width and height of a frame, px.
         loop: Whether the first frame follows the last.
         convention: How the engine reads vectors, for the proof.
@@ -71,7 +74,7 @@ def learn_motion(
     height, width = pictures[0].shape[:2]
     count = len(pictures)
     pad = max(PAD, PAD_SHARE * max(size)) * max(width / size[0], height / size[1])
-    held = hold_out(pictures, loop, pad, workers)
+    held = hold_out(pictures, skipped, loop, pad, workers)
     proof = prove(held, convention)
     trusted = trust(held, (height, width))
     if proof is None or not proof.helps:

@@ -16,6 +16,10 @@ from fire_atlas.maps.flow import Vectors
 SIGNS = (1, 1), (1, -1), (-1, 1), (-1, -1)
 """What a client may get wrong, of R and of G; the first is right."""
 
+_CHANCE = 0.005
+"""A smaller gain on frames of the source between those that are played may be chance, and nobody
+sees it. Over steps that are twice as long any gain tells of more."""
+
 
 @dataclass(frozen=True, slots=True)
 class Proof:
@@ -25,15 +29,17 @@ class Proof:
         held_out: How many frames were.
         gains: By how much of plain blending's error (root mean square) the vectors come closer,
             with each of ``SIGNS``. Below 0 they are further away.
+        least: The gain above which vectors are written.
     """
 
     held_out: int
     gains: tuple[float, ...]
+    least: float
 
     @property
     def helps(self) -> bool:
         """Whether vectors come closer than plain blending. Where not, none are written."""
-        return self.gains[0] > 0
+        return self.gains[0] > self.least
 
     @property
     def sign_right(self) -> bool:
@@ -64,7 +70,8 @@ def prove(held: Sequence[HeldOut], convention: Convention) -> Proof | None:
         for one in tested:
             errors += _errors(one, earned, convention)
     plain = max(errors[0], 1e-12)
-    return Proof(len(held), tuple(float(1 - np.sqrt(each / plain)) for each in errors[1:]))
+    gains = tuple(float(1 - np.sqrt(each / plain)) for each in errors[1:])
+    return Proof(len(held), gains, _CHANCE if held[0].frames == 1 else 0.0)
 
 
 def _errors(one: HeldOut, earned: Plane, convention: Convention) -> NDArray[np.float64]:
@@ -76,7 +83,7 @@ def _errors(one: HeldOut, earned: Plane, convention: Convention) -> NDArray[np.f
     share = [as_plane(each * earned[..., None] / unit) for each in one.vectors]
     scale = max(float(max(np.abs(each).max() for each in share)), 1e-6)
     maps = [convention.encode(as_plane(each / np.float32(scale))) for each in share]
-    plain = as_plane((one.before.astype(np.float32) + one.after) / 2)
+    plain = one.blended(one.before.astype(np.float32), one.after.astype(np.float32))
     errors = [square_error(plain, one.held)]
     for signs in SIGNS:
         seen = _blended(one, (maps[0], maps[1]), convention, unit * scale, signs)
@@ -91,20 +98,21 @@ def _blended(
     scale: NDArray[np.float32],
     signs: tuple[int, int],
 ) -> NDArray[np.float32]:
-    """Return what the engine shows halfway: coordinates in its own axes, scale in px of a cell."""
+    """Return what the engine shows there: coordinates in its own axes, scale in px of a cell."""
     height, width = one.before.shape[:2]
     columns, rows = np.meshgrid(
         np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)
     )
     upwards = convention.green == "up"
     place = np.stack([columns, height - 1 - rows if upwards else rows], axis=2)
-    total = np.zeros(one.before.shape, np.float32)
-    for image, data, way in ((one.before, maps[0], -0.5), (one.after, maps[1], 0.5)):
+    seen = []
+    ways = -one.part, 1 - one.part
+    for image, data, way in zip((one.before, one.after), maps, ways, strict=True):
         motion: Vectors = convention.decoded(data) * np.array(signs, np.float32)
         at = as_plane(place + motion * scale * np.float32(way))
         y = height - 1 - at[..., 1] if upwards else at[..., 1]
-        total += cv2.remap(
+        seen.append(as_plane(cv2.remap(
             image.astype(np.float32), as_plane(at[..., 0]), as_plane(y), cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_REPLICATE,
-        )  # fmt: skip
-    return as_plane(total / 2)
+        )))  # fmt: skip
+    return one.blended(seen[0], seen[1])

@@ -1,13 +1,13 @@
 """Another frame rate for the same fire: what lies between two frames is made from both."""
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip
+from fire_atlas.core.clip import Clip, Skipped
 from fire_atlas.core.motion import SMALL, flow_size, optical_flow, thumbnail
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
 from fire_atlas.core.workers import Workers
@@ -38,6 +38,12 @@ _HELPS = 0.95
 
 _PAIRS = 8
 """Pairs of frames whose motion is remembered: a pair has several frames between."""
+
+_SKIPPING = 1.5
+"""From so many frames of the clip for one of the result, there are some that nothing shows."""
+
+_HALFWAY = 0.2
+"""So near to the middle of a step, in steps, a frame is about halfway."""
 
 _ALIKE = 0.25
 """Places whose two sides differ by this share of their light have nothing in common."""
@@ -104,6 +110,12 @@ def retimed(clip: Clip, fps: float, count: int, is_smooth: bool) -> Clip:
         return warped(moves, to_before if near == before else to_after)
 
     made = {i for i in range(count) if neighbours(i)[2] > _WHOLE}
+    skipped = {
+        i: Skipped(middle / pace - i, partial(clip.read, middle % clip.count))
+        for i in range(count if clip.loop else count - 1)
+        for middle in [round((i + 0.5) * pace)]
+        if pace >= _SKIPPING and abs(middle / pace - i - 0.5) <= _HALFWAY
+    }
     backwards = frozenset(i for i in range(count) if neighbours(i)[0] in clip.backwards)
     return replace(
         clip,
@@ -112,6 +124,7 @@ def retimed(clip: Clip, fps: float, count: int, is_smooth: bool) -> Clip:
         read=remembering(read, made),
         flow=flow if clip.count > 1 else clip.flow,
         backwards=backwards,
+        skipped=skipped,
     )
 
 

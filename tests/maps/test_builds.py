@@ -266,6 +266,26 @@ def test_off_is_a_choice_and_writes_nothing(tmp_path: Path) -> None:
     assert not list(out.glob("*.motion.png"))
 
 
+@pytest.mark.parametrize(("name", "least"), [("real_candle_red", None), ("sim_unity_flame02", 0.5)])
+def test_frames_that_are_left_out_are_the_evidence(
+    clips: Path, tmp_path: Path, name: str, least: float | None
+) -> None:
+    """The candle flickers once in two of its frames: every other one tells nothing of the rest."""
+    out = build(
+        tmp_path, source={"path": str(clips / name / "frames"), "fps": 24},
+        timeline={"fps": 12, "loop": "none"}, maps={"motion": "unity"}, atlas=GRID,
+        flakes="none", motion_blur="none",
+    )  # fmt: skip
+    statistics = json.loads((out / "fire.manifest.json").read_text())["statistics"]
+    motion = statistics["motion"]
+    assert motion["held_out"] == 8
+    assert motion["written"] == (least is not None)
+    if least is None:
+        assert (rgba(out / "fire.motion.png") == (128, 128, 0, 255)).all()
+    else:
+        assert motion["gain"] > least
+
+
 @pytest.mark.parametrize(
     ("name", "least"),
     [("sim_unity_flame02", 0.5), ("cartoon_fluent_fire", 0.3), ("cartoon_tauran_flame_sheet", 0.2)],

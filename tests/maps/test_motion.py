@@ -1,7 +1,7 @@
 """Motion that was invented is found again, and what cannot be known is left alone."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import cv2
 import numpy as np
@@ -36,10 +36,16 @@ def clip(place: Callable[[Array, Array, int], tuple[Array, Array]], count: int =
     return [paint(*place(x, y, i)) for i in range(count)]
 
 
-def learned(pictures: list[Bytes], *, loop: bool = False, jobs: int = 2) -> Motion:
+def learned(
+    pictures: list[Bytes],
+    skipped: Mapping[int, tuple[float, Bytes]] | None = None,
+    *,
+    loop: bool = False,
+    jobs: int = 2,
+) -> Motion:
     with Workers(jobs) as workers:
-        reads = convention("unity")
-        return learn_motion(pictures, (SIZE, SIZE), loop, reads, workers, lambda: None)
+        reads, size = convention("unity"), (SIZE, SIZE)
+        return learn_motion(pictures, skipped or {}, size, loop, reads, workers, lambda: None)
 
 
 def error_inside(found: NDArray[np.float16], true: Array, shown: Bytes) -> Array:
@@ -125,6 +131,31 @@ def test_the_proof_finds_the_sign_and_how_much_closer_it_is() -> None:
     assert max(proof.gains[1:]) < 0.1
 
 
+def test_motion_that_the_frames_left_out_do_not_make_is_not_written() -> None:
+    """A cloud that drifts, and jumps aside between any two frames of its drift."""
+    all_frames = clip(lambda x, y, i: (x - 2 * (i - 8) - 30 * (i % 2), y), 17)
+    shown = all_frames[::2]
+    between = {i: (0.5, frame) for i, frame in enumerate(all_frames[1::2])}
+    trusting, knowing = learned(shown), learned(shown, between)
+    assert trusting.proof is not None and trusting.proof.helps
+    assert any(cell.any() for cell in trusting.cells)
+    assert knowing.proof is not None and not knowing.proof.helps
+    assert knowing.proof.held_out == 8
+    assert not any(cell.any() for cell in knowing.cells)
+
+
+def test_motion_that_the_frames_left_out_make_too_is_written_in_full() -> None:
+    """Whatever time they are of."""
+    all_frames = clip(lambda x, y, i: (x - (i - 16), y + 0.75 * (i - 16)), 33)
+    between = {i: (part / 4, all_frames[4 * i + part]) for i, part in ((0, 2), (3, 1), (6, 3))}
+    motion = learned(all_frames[::4], between)
+    assert motion.proof is not None
+    assert motion.proof.held_out == 3 and motion.proof.gains[0] > 0.7
+    for i in range(1, 8):
+        off = error_inside(motion.cells[i], np.array((4.0, -3.0)), all_frames[4 * i])
+        assert np.percentile(off, 99) < 0.5
+
+
 def test_a_vector_at_the_edge_goes_on_beyond_it_and_fades() -> None:
     flame = np.zeros((100, 100), np.bool_)
     flame[:, :40] = True
@@ -150,7 +181,7 @@ def test_padding_is_a_tenth_of_the_frame_or_eight_pixels(side: int, pad: int) ->
         frames.append(np.dstack([light * disc] * 3 + [255 * disc]) / 255)
     with Workers(1) as workers:
         motion = learn_motion(
-            [picture(as_plane(frame), "srgb") for frame in frames], (side, side), False,
+            [picture(as_plane(frame), "srgb") for frame in frames], {}, (side, side), False,
             convention("unity"), workers, lambda: None,
         )  # fmt: skip
     cell = cv2.resize(motion.cells[3].astype(np.float32), (side, side))

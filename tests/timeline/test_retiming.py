@@ -98,6 +98,28 @@ def test_sparks_are_as_fast_as_at_the_rate_of_the_clip(clips: Path, name: str) -
     assert speed(fps=60.0) == pytest.approx(own, rel=0.03)
 
 
+@pytest.mark.parametrize(
+    ("fps", "least"), [(12.0, 11), (8.0, 7), (10.0, 5), (4.8, 4), (24.0, 0), (20.0, 0), (60.0, 0)]
+)
+def test_frames_about_halfway_that_nothing_shows_can_be_had(fps: float, least: int) -> None:
+    clip = moving(lambda i: _path(i / 24), 25)
+    made = arranged(clip, loop="none", fps=fps)
+    assert len(made.skipped) >= least
+    assert least or not made.skipped
+    for i, (part, read) in made.skipped.items():
+        assert 0.3 <= part <= 0.7 and i < made.count - 1
+        wanted, shown = _path((i + part) / fps), centre(read())
+        assert math.hypot(shown[0] - wanted[0], shown[1] - wanted[1]) < 0.01
+
+
+def test_a_loop_has_a_frame_between_its_last_and_its_first() -> None:
+    clip = circling(32, 32)
+    made = arranged(clip, fps=12.0)
+    assert made.loop and made.count == 16
+    part, read = made.skipped[15]
+    assert part == 0.5 and np.array_equal(read(), clip.read(31))
+
+
 def test_what_is_shown_between_frames_moves_as_in_them() -> None:
     """A small blob on its way: its speed is where it is, not where it was."""
     clip = moving(lambda i: (20 + 7.0 * i, 48), 9, sigma=4.0)
