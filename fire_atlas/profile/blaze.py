@@ -12,8 +12,8 @@ from fire_atlas.profile.face import kinship
 from fire_atlas.profile.force import Weather
 from fire_atlas.profile.model import Profile
 from fire_atlas.profile.particles import Particles, peripheral_curve, time_to
-from fire_atlas.profile.pose import resting
 from fire_atlas.profile.splices import Reel, Splice, splices_of
+from fire_atlas.profile.sway import Swing
 from fire_atlas.recipe.wind import Wind
 
 _LONGEST, _SHORTEST = 1.6, 0.4
@@ -65,9 +65,12 @@ class Blaze:
         reels: How each side's clip is played.
         splices: By side and clock.
         shown: (particles,) number of the splice, among those of its clock, that each shows.
-        rests: By side, (NODES,) where the middle is on average, and (frames, NODES) for a while.
+        swings: How it sways in the plane of the front, and at a right angle to it.
         kinships: By side, (rows, columns): how much a frame has in common with the next.
         climb: Seconds in which a particle would reach the top at the clip's own speed.
+        times: (frames,) of each frame in the fire's own time, which is counted in frames too.
+        gain: How far it sways, of what its clip does.
+        bias: Degrees by which it leans to the right of the front all the time.
     """
 
     profile: Profile
@@ -81,9 +84,24 @@ class Blaze:
     reels: tuple[Reel, ...]
     splices: tuple[tuple[tuple[Splice, ...], ...], ...]
     shown: NDArray[np.intp]
-    rests: tuple[tuple[NDArray[np.float64], NDArray[np.float64]], ...]
+    swings: tuple[Swing, Swing]
     kinships: tuple[Plane, ...]
     climb: float
+    times: NDArray[np.float64]
+    gain: float
+    bias: float
+
+    @property
+    def period(self) -> int:
+        """Frames after which all begins anew."""
+        return self.particles.period
+
+    def haste(self, frame: int) -> float:
+        """How fast the fire's own time goes by after a frame, 1 on average."""
+        if self.asked.frames < 2:
+            return 1.0
+        at = frame if self.asked.loop else min(frame, self.asked.frames - 2)
+        return float((self.times[(at + 1) % self.asked.frames] - self.times[at]) % self.period)
 
     @classmethod
     def of(cls, profile: Profile, asked: Burning) -> "Blaze":
@@ -114,15 +132,17 @@ class Blaze:
             for side, reel in zip(sides, reels, strict=True)
         )  # fmt: skip
         particles = Particles.random(asked.seed, planes, asked.particles, life, period, curve)
-        offsets = [side.face.pose.offset for side in sides]
-        rests = tuple(
-            (offset.mean(axis=0), resting(offset, side.closed))
-            for offset, side in zip(offsets, sides, strict=True)
+        front_swing, side_swing = (
+            Swing.of(
+                sides[-k], reels[-k], profile.rise, climb, life, period, weather, asked.seed, k
+            )
+            for k in (0, 1)
         )
         return cls(
             profile, asked, weather, curve, planes, seen, clocks, particles, reels, splices,
-            _shown(particles, seen, clocks, splices), rests,
+            _shown(particles, seen, clocks, splices), (front_swing, side_swing),
             tuple(kinship(side.face) for side in sides), climb,
+            np.arange(asked.frames, dtype=np.float64), 1.0, 0.0,
         )  # fmt: skip
 
 

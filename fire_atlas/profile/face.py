@@ -54,7 +54,7 @@ _TIP = 0.06
 _UPRIGHT = 1.5
 """A fire that leans less than this, degrees, may as well lean the other way."""
 
-_NOISE = 0.7
+_NOISE = 0.5
 """Width, in cells, of the noise of a place's order, that is smoothed away."""
 
 
@@ -132,9 +132,8 @@ def _straightened(content: Pixels, i: int, measures: Measures, pose: Pose, grid:
     reach = along(pose.ratio[i], heights) * half
     columns = middle[:, None] + reach[:, None] * grid.across - 0.5
     rows = np.broadcast_to((foot - heights * height - 0.5)[:, None], grid.shape)
-    smooth = cv2.INTER_CUBIC if grid.per_height > height else cv2.INTER_LINEAR
     flat = cv2.remap(
-        content, columns.astype(np.float32), rows.astype(np.float32), smooth,
+        content, columns.astype(np.float32), rows.astype(np.float32), cv2.INTER_CUBIC,
         borderMode=cv2.BORDER_CONSTANT, borderValue=(0, 0, 0, 0),
     )  # fmt: skip
     flat = np.clip(flat, 0, None)

@@ -84,6 +84,7 @@ class _Statistics(_Block):
     width: tuple[Size, Size, Size]
     lean: tuple[float, float, float]
     brightness: tuple[float, float, float]
+    step: float = Field(ge=0)
 
 
 class _Set(_Block):
@@ -195,6 +196,7 @@ def _told(side: Side) -> _Side:
             width=statistics.width,
             lean=statistics.lean,
             brightness=statistics.brightness,
+            step=statistics.step,
         ),
         sets=tuple(
             _Set(low=s.low, high=s.high, period=s.period, origin=s.origin, frames=s.frames)
@@ -243,7 +245,7 @@ def _side(told: _Side, grid: Grid) -> Side:
         points=tuple(Points(*each) for each in told.points),
         statistics=Statistics(
             Spread(*given.height), Spread(*given.width), Spread(*given.lean),
-            Spread(*given.brightness),
+            Spread(*given.brightness), given.step,
         ),
         sets=tuple(LeaningSet(s.low, s.high, s.period, s.origin, s.frames) for s in told.sets),
         face=face,

@@ -61,7 +61,7 @@ def learn(
         front=sides[0],
         side=sides[1] if len(sides) > 1 else None,
     )
-    return tempered(profile, studies[0].measures.step, workers)
+    return tempered(profile, workers)
 
 
 def _study(name: str, clip: Clip, workers: Workers, threshold: float | None) -> _Study:
@@ -83,6 +83,7 @@ def _side(study: _Study, grid: Grid, workers: Workers) -> Side:
             width=Spread.of([each.width for each in points]),
             lean=Spread.of(measures.leans),
             brightness=Spread.of(measures.light),
+            step=round(measures.step, 4),
         ),
         sets=leaning_sets(measures.leans),
         face=learn_face(clip, study.fire, measures, pose, grid, workers),

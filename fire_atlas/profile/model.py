@@ -28,12 +28,14 @@ class Spread(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Statistics:
-    """Figures of the clip: sizes in px of its frames, lean in degrees, light 0..1 (linear)."""
+    """Figures of the clip: sizes in px of its frames, lean in degrees, light 0..1 (linear), and the
+    99th percentile of how much a frame differs from the one before (``measure.difference``)."""
 
     height: Spread
     width: Spread
     lean: Spread
     brightness: Spread
+    step: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -106,9 +106,9 @@ class Particles:
         born, flies, x, z, size = (np.concatenate(part) for part in zip(*parts, strict=True))
         return cls(born, flies, x, z, size, life, period)
 
-    def alive(self, frame: int) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-        """Return the numbers of those alive in a frame, and their ages in frames."""
-        age = np.mod(frame - self.born, self.period)
+    def alive(self, time: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+        """Return the numbers of those alive at a time, and their ages, in frames."""
+        age = np.mod(time - self.born, self.period)
         living = np.flatnonzero(age < self.life)
         return living, age[living]
 

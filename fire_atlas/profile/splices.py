@@ -14,9 +14,6 @@ from fire_atlas.profile.force import Weather
 from fire_atlas.profile.model import Side
 from fire_atlas.profile.states import LeaningSet, state_of
 
-_GOLDEN, _SILVER = 0.6180339887498949, 0.4142135623730951
-"""Multiples of these, modulo 1, spread evenly."""
-
 _SAME_RATE = 0.1
 """Rates that differ by less are taken for the same: frames then need not be blended."""
 
@@ -108,8 +105,9 @@ def splices_of(
     number = max(2, math.ceil(period / (0.85 * reel.longest)))
     length = period / number
     shift = chance.random()
-    # Of what all clocks show over time, no part of the clip is shown much more than another.
-    phase = generator(seed, Stage.SPLICES, 1 << 16).random() + clock * _SILVER
+    # Each part of the clip comes once before any comes again, in a shuffled order.
+    phase = chance.random()
+    order = chance.permutation(number)
     jitter = chance.uniform(-0.07, 0.07, number) * length
     flips = chance.random(number) < 0.5
     splices = []
@@ -117,7 +115,7 @@ def splices_of(
         start = int((i + shift) * length + jitter[i]) % period
         asked = weather.state(start if start < len(weather.calm) else 0, plane)
         chosen = None if asked is None else _set(side, *asked)
-        place = (phase + i * _GOLDEN) % 1.0
+        place = (float(order[i]) + phase) / number
         first, mirrored = _first(side, reel, chosen, place, bool(flips[i]))
         splices.append(Splice(start, first, mirrored, chosen is not None))
     return tuple(sorted(splices, key=lambda splice: splice.start))
@@ -138,6 +136,6 @@ def _first(
         last = max(0, int(last - (reel.longest + reel.life) * reel.rate))
     if chosen is None:
         # Few frames are soon known by heart; mirrored they are others.
-        return round(place * last), flip and side.face.is_even
+        return int(place * (last + 1)), flip and side.face.is_even
     frame = chosen.frames[int(place * len(chosen.frames))]
     return min(frame, last), chosen.origin == "mirrored"

@@ -14,7 +14,6 @@ from scipy.interpolate import CubicSpline
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.profile.blaze import Blaze
 from fire_atlas.profile.particles import height_after, opacity
-from fire_atlas.profile.splices import Splice
 
 COARSE = 4
 """Cells, in a row and in a column, that share the weights of the particles."""
@@ -31,9 +30,6 @@ _BILLBOARD = 0.16
 _NARROWEST = 0.5
 """Least breadth of detail, in half widths of the foot, that billboards are made for."""
 
-_EDGE_ON = 0.35
-"""Below this cosine a slice is seen so much from its edge that its sway is hidden."""
-
 
 @dataclass(frozen=True, slots=True)
 class Territory:
@@ -42,34 +38,30 @@ class Territory:
     Attributes:
         side: Which clip.
         frames: Two neighbouring frames of it, and the share of the second.
-        facing: 1 seen from the front to -1 seen from behind; left and right then change places.
         mirrored: Whether its heat is mirrored.
-        rest: (NODES,) offsets about which its frames sway.
         weight: (r, c) float32, by coarse cell.
     """
 
     side: int
     frames: tuple[int, int, float]
-    facing: float
     mirrored: bool
-    rest: NDArray[np.float64]
     weight: Plane
 
 
 def territories(
-    blaze: Blaze, azimuth: float, half: float, narrowing: CubicSpline, frame: int
+    blaze: Blaze, azimuth: float, half: float, narrowing: CubicSpline, time: float
 ) -> list[Territory]:
-    """Return where each splice is seen in a frame.
+    """Return where each splice is seen at a time.
 
     Args:
         blaze: The fire.
         azimuth: Radians the camera went round it.
         half: Half the width of its foot from there, flame heights.
         narrowing: Half its width by height, in half widths of its foot.
-        frame: Of the result.
+        time: In frames.
     """
     particles, grid = blaze.particles, blaze.profile.grid
-    living, age = particles.alive(frame)
+    living, age = particles.alive(time)
     share = age / particles.life
     height = height_after(share * blaze.climb, blaze.profile.rise)
     wide = np.maximum(narrowing(np.minimum(height, 1.4)), 0.2)
@@ -90,47 +82,34 @@ def territories(
     cx = (grid.side + (across * wide)[seen] * front * grid.per_half) / COARSE
     down = _bells(np.arange(rows) + 0.5, cy, tall) * weight[seen, None].astype(np.float32)
     right = _bells(np.arange(columns) + 0.5, cx, broad)
-    return _gathered(blaze, azimuth, frame, living[seen], down, right)
+    return _gathered(blaze, azimuth, time, living[seen], down, right)
 
 
 def _gathered(
-    blaze: Blaze, azimuth: float, frame: int, seen: NDArray[np.intp], down: Plane, right: Plane
+    blaze: Blaze, azimuth: float, time: float, seen: NDArray[np.intp], down: Plane, right: Plane
 ) -> list[Territory]:
     """Sum the billboards of the particles ``seen`` that show the same."""
     particles, period = blaze.particles, blaze.particles.period
-    facing = np.cos(blaze.planes - azimuth)
+    behind = np.cos(blaze.planes - azimuth) < 0
     flies = particles.slice[seen]
-    keys = np.stack([blaze.sides[flies], blaze.clocks[flies], blaze.shown[seen], facing[flies] < 0])
+    keys = np.stack([blaze.sides[flies], blaze.clocks[flies], blaze.shown[seen], behind[flies]])
     kinds, kind_of = np.unique(keys, axis=1, return_inverse=True)
     found = []
-    for kind, (side, clock, number, behind) in enumerate(kinds.T.tolist()):
+    for kind, (side, clock, number, is_behind) in enumerate(kinds.T.tolist()):
         members = np.flatnonzero(kind_of.ravel() == kind)
         splice = blaze.splices[side][clock][number]
         born = float(particles.born[seen[members[0]]])
-        age = round((born - splice.start) % period + (frame - born) % period)
+        age = round((born - splice.start) % period + (time - born) % period, 6)
         frames = blaze.reels[side].place(splice, age)
-        turned = float(facing[flies[members]].mean())
         found.append(
             Territory(
                 side=side,
                 frames=frames,
-                facing=float(np.clip(turned / _EDGE_ON, -1, 1)),
-                mirrored=splice.mirrored != bool(behind),
-                rest=_rest(blaze, side, splice, frames),
+                mirrored=splice.mirrored != bool(is_behind),
                 weight=_summed(down[members], right[members]),
             )
         )
     return found
-
-
-def _rest(
-    blaze: Blaze, side: int, splice: Splice, frames: tuple[int, int, float]
-) -> NDArray[np.float64]:
-    """(NODES,) offsets about which a splice sways at ``frames`` of the clip."""
-    mean, slow = blaze.rests[side]
-    first, second, part = frames
-    rest = slow[first] * (1 - part) + slow[second] * part if splice.forced else mean
-    return -rest if splice.mirrored else rest
 
 
 def _summed(down: Plane, right: Plane) -> Plane:

@@ -17,7 +17,6 @@ from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.profile.blaze import Blaze
 from fire_atlas.profile.face import HEAT_UNIT
 from fire_atlas.profile.particles import half_width
-from fire_atlas.profile.pose import node_heights
 from fire_atlas.profile.shading import Shading, outline, shading_of
 from fire_atlas.profile.territory import COARSE, Territory, territories
 
@@ -64,7 +63,8 @@ class View:
 
     def territories(self, frame: int) -> list[Territory]:
         """Return where each splice is seen in a frame."""
-        return territories(self.blaze, self.azimuth, self.half, self.narrowing, frame)
+        time = float(self.blaze.times[frame])
+        return territories(self.blaze, self.azimuth, self.half, self.narrowing, time)
 
     def picture(self, territories: list[Territory]) -> Pixels:
         """Return the fire on the grid, upright."""
@@ -88,26 +88,16 @@ class View:
             heat = (heat * np.float32(1 - part) + later * np.float32(part)) / kept
         return as_plane(heat[:, ::-1] if of.mirrored else heat)
 
-    def stance(self, frame: int, territories: list[Territory]) -> Stance:
-        """Return how the fire stands: each height sways with the splices that are seen there."""
-        blaze, grid = self.blaze, self.blaze.profile.grid
-        nodes = node_heights()
-        rows = (grid.up - nodes * grid.per_height) / COARSE - 0.5
-        sway, breath, power = np.zeros(len(nodes)), np.zeros(len(nodes)), np.full(len(nodes), 1e-30)
-        for each in territories:
-            line = np.sqrt(each.weight).sum(axis=1)
-            weight = np.interp(rows, np.arange(len(line)), line)
-            pose = blaze.profile.sides[each.side].face.pose
-            first, second, part = each.frames
-            offset = pose.offset[first] * (1 - part) + pose.offset[second] * part
-            ratio = pose.ratio[first] * (1 - part) + pose.ratio[second] * part
-            sign = -1.0 if each.mirrored != (each.facing < 0) else 1.0
-            sway += weight * (offset * sign - each.rest) * each.facing
-            breath += weight * np.log(ratio)
-            power += weight * weight
-        offset = sway / np.sqrt(power) * blaze.weather.swing(frame) + self._mean_offset()
-        ratio = np.exp(breath / np.sqrt(power))
-        return Stance(offset, ratio, blaze.weather.lean(frame, self.azimuth))
+    def stance(self, frame: int) -> Stance:
+        """Return how the fire stands."""
+        weather, time = self.blaze.weather, float(self.blaze.times[frame])
+        (right, broad), (away, deep) = (swing.at(time) for swing in self.blaze.swings)
+        cos, sin = math.cos(self.azimuth), math.sin(self.azimuth)
+        sway = (right * cos + away * sin) * self.blaze.gain
+        offset = sway * weather.swing(frame) + self._mean_offset()
+        ratio = np.exp(broad * cos * cos + deep * sin * sin)
+        lean = weather.lean(frame, self.azimuth) + self.blaze.bias * cos
+        return Stance(offset, ratio, lean)
 
     def _mean_offset(self) -> NDArray[np.float64]:
         """(NODES,) where the middle of the fire is on average."""

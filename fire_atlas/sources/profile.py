@@ -47,8 +47,9 @@ def open_profile(
     count = views.count
     azimuths = [360.0 * k / count for k in range(count)]
     clips = burn(
-        profile, asked, azimuths, settings.height, views.elevation, recipe.atlas.blend_space, inputs
-    )
+        profile, asked, azimuths, settings.height, views.elevation, recipe.atlas.blend_space,
+        inputs, workers,
+    )  # fmt: skip
     names = [f"view_{k}" for k in range(count)] if count > 1 else [recipe.name]
     return dict(zip(names, clips, strict=True))
 

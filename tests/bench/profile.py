@@ -1,17 +1,20 @@
 """How like its clip generated fire is, and what it costs.
 
 Run it from the checkout: ``python -m tests.bench.profile``. FIRE_ATLAS_CLIPS names the folder of
-clips. The first table holds 240 frames in still air, at the clip's own rate, against the clip:
+clips. The first table holds 240 frames in still air, at the clip's own rate, against the clip: the
+worst of nine seeds. (``--seeds`` prints a line for each.)
 
 - ``ΔE``: largest CIEDE2000 of mean colours over the cells of the colour table;
 - ``height``, ``width``: medians, generated over filmed; ``lean``: difference of the medians,
   degrees; ``spread``: standard deviations of the lean, generated over filmed;
-- ``step``: 99th percentile of the difference of neighbouring frames, generated over filmed, and the
-  largest;
+- ``largest``: largest difference of neighbouring frames, generated, over the 99th percentile of
+  those filmed; ``median``: medians of both, generated over filmed;
+- ``detail``: share of the light that is finer than a pixel or two, generated over filmed;
 - ``new``: the least difference of a frame from any frame of the clip, as a share of its light.
 
 The second table has the processor time of a frame of 256 x 256 px against the number of slices of
-100 particles (the paper's Figure 16). Exits 1 if a bound is missed.
+100 particles (the paper's Figure 16), after that of lighting the fire, shared by all its frames.
+Exits 1 if a bound is missed.
 """
 
 import os
@@ -24,9 +27,11 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "profile"))
 import numpy as np
 from likeness import (
     REAL,
+    Look,
     asked,
     burnt,
     colour_error,
+    detail,
     learnt,
     look_at_clip,
     look_at_fire,
@@ -37,36 +42,71 @@ from likeness import (
 from fire_atlas.core.workers import Workers
 
 FRAMES = 240
+SEEDS = range(9)
 SLICES = (1, 2, 4, 8, 12, 16, 24, 32)
 LEAST_RATE = 30.0
 
 
-def likeness(folder: Path) -> bool:
+BOUNDS = {
+    "ΔE": (0.0, 10.0),
+    "height": (0.9, 1.1),
+    "width": (0.9, 1.1),
+    "lean": (-2.0, 2.0),
+    "spread": (0.7, 1.3),
+    "largest": (0.0, 1.0),
+    "median": (0.7, 1.3),
+    "detail": (0.0, 1.15),
+    "new": (0.02, np.inf),
+}
+"""What of each figure is enough."""
+
+
+def figures(seen: Look, made: Look) -> dict[str, float]:
+    """Return how like ``seen`` what was ``made`` is, by the names of the columns."""
+    return {
+        "ΔE": colour_error(seen.table, made.table),
+        "height": made.height / seen.height,
+        "width": made.width / seen.width,
+        "lean": float(np.median(made.leans) - np.median(seen.leans)),
+        "spread": float(made.leans.std() / seen.leans.std()),
+        "largest": float(made.steps.max() / np.quantile(seen.steps, 0.99)),
+        "median": float(np.median(made.steps) / np.median(seen.steps)),
+        "detail": _detail(made) / _detail(seen),
+        "new": min(nearest_input(frame, seen.frames) for frame in made.frames[:: FRAMES // 6]),
+    }
+
+
+def _detail(look: Look) -> float:
+    return float(np.mean([detail(frame) for frame in look.frames[::4]]))
+
+
+def likeness(folder: Path, every: bool) -> bool:
     """Print how like the clip of ``folder`` generated fire is; return whether it is enough."""
     clip = real_clip(folder)
     profile = learnt(clip)
-    [fire] = burnt(profile, asked(FRAMES, clip.fps))
-    seen, made = look_at_clip(clip), look_at_fire(fire, profile.front.threshold)
-    colour = colour_error(seen.table, made.table)
-    height, width = made.height / seen.height, made.width / seen.width
-    lean = float(np.median(made.leans) - np.median(seen.leans))
-    spread = float(made.leans.std() / seen.leans.std())
-    ceiling = np.quantile(seen.steps, 0.99)
-    step, most = np.quantile(made.steps, 0.99) / ceiling, made.steps.max() / ceiling
-    new = min(nearest_input(frame, seen.frames) for frame in made.frames[:: FRAMES // 12])
-    print(
-        f"{folder.name:28} {colour:5.1f} {height:7.2f} {width:6.2f} {lean:6.1f} {spread:7.2f} "
-        f"{step:6.2f} {most:6.2f} {new:6.2f}"
-    )
-    return bool(
-        colour <= 10
-        and abs(height - 1) <= 0.1
-        and abs(width - 1) <= 0.1
-        and abs(lean) <= 2
-        and abs(spread - 1) <= 0.3
-        and step <= 1
-        and new > 0.02
-    )
+    seen = look_at_clip(clip)
+    found = []
+    for seed in SEEDS:
+        [fire] = burnt(profile, asked(FRAMES, clip.fps, seed=seed))
+        found.append(figures(seen, look_at_fire(fire, profile.front.threshold)))
+        if every:
+            print(line(f"  seed {seed}", found[-1]), flush=True)
+    # The worst is what lies nearest to a bound, or furthest beyond it.
+    worst = {
+        name: min((each[name] for each in found), key=lambda value: _room(value, *BOUNDS[name]))
+        for name in BOUNDS
+    }
+    print(line(folder.name, worst), flush=True)
+    return all(_room(value, *BOUNDS[name]) >= 0 for name, value in worst.items())
+
+
+def _room(value: float, low: float, high: float) -> float:
+    return min(value - low if low else np.inf, high - value)
+
+
+def line(name: str, values: dict[str, float]) -> str:
+    """Return a line of the table."""
+    return f"{name:28}" + "".join(f"{value:9.2f}" for value in values.values())
 
 
 def cost(folder: Path) -> bool:
@@ -74,14 +114,19 @@ def cost(folder: Path) -> bool:
     profile = learnt(real_clip(folder))
     fast = True
     for slices in SLICES:
+        lit = time.process_time()
         [fire] = burnt(profile, asked(48, 24.0, slices=slices), height=256)
         start, cpu = time.perf_counter(), time.process_time()
+        lighting = (cpu - lit) / 48
         with Workers(2) as workers:
             for _ in workers.map(fire.read, range(48)):
                 pass
         wall, used = (time.perf_counter() - start) / 48, (time.process_time() - cpu) / 48
-        print(f"{slices:6} {100 * slices:9} {1000 * used:9.1f} {1 / used:9.0f} {1 / wall:12.0f}")
-        fast &= slices != 12 or max(1 / used, 1 / wall) >= LEAST_RATE
+        print(
+            f"{slices:6} {100 * slices:9} {1000 * lighting:13.1f} {1000 * used:9.1f} "
+            f"{1 / (lighting + used):9.0f} {1 / wall:12.0f}"
+        )
+        fast &= slices != 12 or 1 / (lighting + used) >= LEAST_RATE
     print(f"(frames of {fire.width} x {fire.height} px)")
     return fast
 
@@ -89,10 +134,12 @@ def cost(folder: Path) -> bool:
 def main() -> int:
     """Print both tables."""
     clips = Path(os.environ["FIRE_ATLAS_CLIPS"])
-    print(f"{'clip':28} {'ΔE':>5} {'height':>7} {'width':>6} {'lean':>6} {'spread':>7} "
-          f"{'step99':>6} {'most':>6} {'new':>6}")  # fmt: skip
-    good = [likeness(clips / name) for name in REAL]
-    print(f"\n{'slices':>6} {'particles':>9} {'ms (cpu)':>9} {'fps (cpu)':>9} {'fps (2 jobs)':>12}")
+    print(f"{'clip':28}" + "".join(f"{name:>9}" for name in BOUNDS))
+    good = [likeness(clips / name, "--seeds" in sys.argv) for name in REAL]
+    print(
+        f"\n{'slices':>6} {'particles':>9} {'lighting (ms)':>13} {'ms (cpu)':>9} {'fps (cpu)':>9} "
+        f"{'fps (2 jobs)':>12}"
+    )
     good.append(cost(clips / "sim_unity_flame03"))
     return 0 if all(good) else 1
 

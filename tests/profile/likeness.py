@@ -14,7 +14,7 @@ from flames import swaying
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.pixels import Pixels
+from fire_atlas.core.pixels import Pixels, luminance
 from fire_atlas.core.workers import Workers
 from fire_atlas.profile.blaze import Burning
 from fire_atlas.profile.colours import ColourTable, colour_table
@@ -111,7 +111,8 @@ def burnt(
     elevation: float = 0.0,
 ) -> list[Clip]:
     """Generate fire."""
-    return burn(profile, burning, list(azimuths), height, elevation, "srgb", ())
+    with Workers(2) as workers:
+        return burn(profile, burning, list(azimuths), height, elevation, "srgb", (), workers)
 
 
 def look_at_clip(clip: Clip, cells: int = 5) -> Look:
@@ -150,6 +151,13 @@ def silhouette(pixels: Pixels) -> tuple[float, float, float]:
     x = float((alpha.sum(axis=0) * (np.arange(width) + 0.5)).sum()) / total
     y = float((alpha.sum(axis=1) * (np.arange(height) + 0.5)).sum()) / total
     return float(np.count_nonzero(alpha >= 0.5)), x, y
+
+
+def detail(pixels: Pixels) -> float:
+    """Share of a frame's light (its root, as the eye has it) that is finer than a pixel or two."""
+    light = np.sqrt(np.maximum(luminance(pixels), 0))
+    fine = light - cv2.GaussianBlur(light, (0, 0), 1.0)
+    return float(np.sqrt(np.square(fine).sum() / np.square(light).sum()))
 
 
 def nearest_input(frame: Pixels, inputs: Sequence[Pixels]) -> float:

@@ -8,6 +8,7 @@ from likeness import (
     asked,
     burnt,
     colour_error,
+    detail,
     learnt_kite,
     learnt_real,
     look_at_clip,
@@ -16,26 +17,37 @@ from likeness import (
     real_clip,
 )
 
-from fire_atlas.profile.fire import bend
+from fire_atlas.profile.camera import bend
 
 
 @pytest.mark.parametrize(
-    "name", ["real_candle_red", "cartoon_tauran_flame_sheet", "cartoon_wesnoth_campfire"]
+    ("name", "seed"),
+    [
+        ("real_candle_red", 0),
+        ("real_candle_red", 1),
+        ("sim_unity_flame03", 5),
+        ("cartoon_tauran_flame_sheet", 0),
+        ("cartoon_tauran_flame_sheet", 8),
+        ("cartoon_wesnoth_campfire", 0),
+        ("cartoon_wesnoth_campfire", 3),
+    ],
 )
-def test_ten_seconds_in_still_air_are_like_the_clip(name: str, clips: Path) -> None:
+def test_ten_seconds_in_still_air_are_like_the_clip(name: str, seed: int, clips: Path) -> None:
     clip = real_clip(clips / name)
     profile = learnt_real(clips / name)
-    [fire] = burnt(profile, asked(240, clip.fps))
+    [fire] = burnt(profile, asked(240, clip.fps, seed=seed))
     seen, made = look_at_clip(clip), look_at_fire(fire, profile.front.threshold)
     assert colour_error(seen.table, made.table) <= 10
     assert made.height == pytest.approx(seen.height, rel=0.1)
     assert made.width == pytest.approx(seen.width, rel=0.1)
     assert float(np.median(made.leans)) == pytest.approx(float(np.median(seen.leans)), abs=2)
     assert made.leans.std() == pytest.approx(seen.leans.std(), rel=0.3)
-    # No more restless than the clip, and not asleep.
-    most = np.quantile(seen.steps, 0.99)
-    assert np.quantile(made.steps, 0.99) <= most
-    assert np.median(made.steps) > 0.5 * np.median(seen.steps)
+    # Never more restless than the clip, and not asleep.
+    assert made.steps.max() <= np.quantile(seen.steps, 0.99)
+    assert np.median(made.steps) > 0.7 * np.median(seen.steps)
+    # As sharp, but for what resampling takes.
+    sharp = [np.mean([detail(frame) for frame in look.frames]) for look in (made, seen)]
+    assert 0.6 < sharp[0] / sharp[1] < 1.15
     # New: no frame is one of the clip's, wherever it is put.
     for frame in made.frames[::40]:
         assert nearest_input(frame, seen.frames) > 0.05

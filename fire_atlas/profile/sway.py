@@ -1,0 +1,96 @@
+"""How a fire sways: each height as the part of the clip does that was born there.
+
+All of a flame sways as one: the clip says how in a vertical plane, and in two planes at a right
+angle it does so apart, so that it sways alike as seen from anywhere. Each plane goes by a clock of
+the slices, so that the sway and some of the detail are of one moment of the clip; and a splice
+climbs through the sway with the flame's gases.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.profile.force import Weather
+from fire_atlas.profile.model import Side
+from fire_atlas.profile.particles import height_after
+from fire_atlas.profile.pose import Pose, node_heights, resting
+from fire_atlas.profile.splices import Reel, Splice, splices_of
+
+_PASSING = 0.6
+"""Part of a life in which, at any height, one splice passes into the next."""
+
+
+@dataclass(frozen=True, slots=True)
+class Swing:
+    """Sway in one vertical plane.
+
+    Attributes:
+        pose: How the flame stands in each frame of the clip.
+        rests: (NODES,) where its middle is on average, and (frames, NODES) for a while.
+        reel: How its clip is played.
+        splices: What is played when.
+        rising: (NODES,) frames after which what was born at the base is at each height.
+        period: Frames after which all begins anew.
+    """
+
+    pose: Pose
+    rests: tuple[NDArray[np.float64], NDArray[np.float64]]
+    reel: Reel
+    splices: tuple[Splice, ...]
+    rising: NDArray[np.float64]
+    period: int
+
+    @classmethod
+    def of(
+        cls, side: Side, reel: Reel, rise: float, climb: float, life: int, period: int,
+        weather: Weather, seed: int, clock: int,
+    ) -> "Swing":  # fmt: skip
+        """Sway as ``side`` does.
+
+        Args:
+            side, reel: What is played, and how.
+            rise, climb, life: What is born reaches the top, at this speed in ``climb`` s, in
+                ``life`` frames.
+            period: As of the class.
+            weather: What the wind does.
+            seed: Of the recipe.
+            clock: 0 in the plane of the front, 1 at a right angle to it.
+        """
+        offset = side.face.pose.offset
+        share = np.linspace(0.0, 1.0, 256)
+        rising = np.interp(node_heights(), height_after(share * climb, rise), share * life)
+        splices = splices_of(side, reel, period, weather, clock * math.pi / 2, seed, clock)
+        rests = offset.mean(axis=0), resting(offset, side.closed)
+        return cls(side.face.pose, rests, reel, splices, rising, period)
+
+    def at(self, time: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(NODES,) offsets from where the middle rests, and logarithms of the width's ratio, at a
+        ``time`` in frames."""
+        passing = _PASSING * float(self.rising[-1])
+        offset, breadth, power = (np.zeros(len(self.rising)) for _ in range(3))
+        starts = [splice.start for splice in self.splices]
+        for splice, after in zip(self.splices, starts[1:] + starts[:1], strict=True):
+            lasts = (after - splice.start) % self.period or self.period
+            since = np.mod(time - self.rising - splice.start + passing / 2, self.period)
+            weight = _eased(since / passing) * _eased((lasts + passing - since) / passing)
+            for node in np.flatnonzero(weight):
+                age = round(float(since[node] - passing / 2 + self.rising[node]), 6)
+                first, second, part = self.reel.place(splice, age)
+                shares = ((first, 1 - part), (second, part))
+                rest = self.rests[0][node]
+                if splice.forced:
+                    rest = sum(self.rests[1][frame, node] * share for frame, share in shares)
+                moved = sum(self.pose.offset[frame, node] * share for frame, share in shares) - rest
+                wide = sum(self.pose.ratio[frame, node] * share for frame, share in shares)
+                offset[node] += weight[node] * (-moved if splice.mirrored else moved)
+                breadth[node] += weight[node] * math.log(wide)
+            power += weight * weight
+        spread = np.sqrt(np.maximum(power, 1e-30))
+        return offset / spread, breadth / spread
+
+
+def _eased(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    x = np.clip(x, 0.0, 1.0)
+    return np.asarray(x * x * (3.0 - 2.0 * x))
