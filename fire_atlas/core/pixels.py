@@ -107,8 +107,9 @@ def unpremultiply(pixels: Pixels) -> NDArray[np.float32]:
 
 def luminance(pixels: Pixels) -> Plane:
     """Relative luminance (H, W), linear, of pixels composited over black."""
-    weights = np.append(REC709, 0.0).astype(np.float32)[None]
-    return cast(Plane, cv2.transform(pixels, weights))
+    red, green, blue = (cv2.extractChannel(pixels, channel) for channel in range(3))
+    light = cv2.addWeighted(red, float(REC709[0]), green, float(REC709[1]), 0.0, dst=red)
+    return as_plane(cv2.scaleAdd(blue, float(REC709[2]), light, dst=light))
 
 
 def brightness(pixels: Pixels, blend_space: str) -> Plane:

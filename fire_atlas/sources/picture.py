@@ -50,10 +50,11 @@ def to_light(picture: Picture) -> Pixels:
     if full.dtype == np.float32:
         return full.copy() if full is picture else full
     table = _table(white(full.dtype) + 1)
-    if not has_transparency(picture):
+    cover = cv2.extractChannel(full, 3)
+    if cv2.minMaxLoc(cover)[0] == white(full.dtype):
         return cast(Pixels, cv2.LUT(np.ascontiguousarray(full), table))
     # Most sprites of fire have a wide empty border: there is nothing to convert.
-    left, top, width, height = cv2.boundingRect((full[..., 3] > 0).view(np.uint8))
+    left, top, width, height = cv2.boundingRect((cover > 0).view(np.uint8))
     pixels = np.zeros(full.shape, np.float32)
     covered = slice(top, top + height), slice(left, left + width)
     if width:
