@@ -50,7 +50,7 @@ def _own_change(planes: list[Plane]) -> Plane:
     mean = mean_of(planes)
     highest, lowest = np.full_like(mean, -np.inf), np.full_like(mean, np.inf)
     for plane in planes:
-        left = plane - mean * flicker(plane, mean)
+        left = as_plane(cv2.scaleAdd(mean, -float(flicker(plane, mean)), plane))
         np.maximum(highest, left, out=highest)
         np.minimum(lowest, left, out=lowest)
     return highest - lowest

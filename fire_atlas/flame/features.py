@@ -75,9 +75,10 @@ def kappa(shape: tuple[int, int], box: Box, buoyancy: tuple[float, float], n: fl
     ]
     start, end = min(corners), max(corners)
     y, x = np.ogrid[: shape[0], : shape[1]]
-    along = x * buoyancy[0] + y * buoyancy[1]
+    # Straight up, all of a row have one κ.
+    along = y * buoyancy[1] + (x * buoyancy[0] if buoyancy[0] else 0.0)
     share = np.clip((along - start) / max(end - start, 1.0), 0.0, 1.0)
-    return as_plane(share**n)
+    return np.broadcast_to(as_plane(share**n), shape).copy()
 
 
 def feature_vectors(
