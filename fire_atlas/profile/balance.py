@@ -27,8 +27,12 @@ _LIKE = 0.05
 _SEAM = 0.15
 """A loop's last step may differ from the usual ones by this share."""
 
-_ROOM = 0.97
+_ROOM = 0.95
 """Part of the largest step allowed that is aimed at."""
+
+_BRAKE = 3.0
+"""Time is slowed by this power of what a step is too large by: part of a step is flicker, which is
+there however short it is, and all that is slowed here goes faster elsewhere."""
 
 
 def balanced(profile: Profile, asked: Burning, workers: Workers) -> Blaze:
@@ -90,7 +94,7 @@ def _dealt(blaze: Blaze, steps: NDArray[np.float64], most: float) -> NDArray[np.
     if blaze.asked.loop:
         times = np.append(times, times[0] + blaze.period)
     # Not all can be slower than the mean.
-    slower = np.maximum(steps / max(most, float(steps.mean())), 1.0)
+    slower = np.maximum(steps / max(most, float(steps.mean())), 1.0) ** _BRAKE
     place = np.append(0.0, np.cumsum(slower))
     place *= len(steps) / place[-1]
     return np.asarray(np.interp(np.arange(blaze.asked.frames), place, times))
