@@ -121,6 +121,8 @@ class Staging:
 
 def write_whole(target: Path, data: bytes) -> None:
     """Write a file that is no output of a build: whole, or not at all."""
+    if target.is_dir():
+        raise OutputError(f"{target}: is a folder; name the file in it that is to be written")
     temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex[:12]}")
     with explained(target):
         try:

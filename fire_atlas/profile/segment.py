@@ -20,6 +20,9 @@ _SAMPLES = 12
 _FOOT = 0.12
 """Part of a sprite's height, around what moves, that is of the fire though it stands still."""
 
+_GLOW = 0.15
+"""Distance within which glow fades out, against the root of the flame's area."""
+
 _SHARE = {"alpha": 0.5, "luminance": 0.5, "none": 0.75}
 """Automatic threshold: this share of Otsu's, by matte. Otsu parts the core from the rest of the
 flame; in a scene there is more than flame to part it from."""
@@ -32,12 +35,15 @@ class Fire:
     Attributes:
         threshold: Brightness (0..255) above which a pixel is flame.
         place: (H, W) float32, 0..1: where fire ever is, and no prop that it only lights.
+        free: (H, W) float32, 0..1: where there is no prop; all that is of the fire, where nothing
+            was filmed but the fire.
         is_filmed: Whether there is a scene or a glow around the flame that is none of it.
         blend_space: Of the clip.
     """
 
     threshold: float
     place: Plane
+    free: Plane
     is_filmed: bool
     blend_space: str
 
@@ -46,13 +52,13 @@ class Fire:
         """Look at a few frames; ``threshold`` is chosen from the clip unless given."""
         shown = [brightness(clip.read(i), clip.blend_space) for i in _spread(clip.count)]
         is_filmed = clip.matte != "alpha"
-        place = _place(shown, is_filmed)
+        place, free = _place(shown, is_filmed)
         if threshold is None:
             lit = [plane[(plane > _LIT) & (place > 0.5)][::3] for plane in shown]
             values = np.concatenate(lit).astype(np.uint8)
             otsu = cv2.threshold(values, 0, 255, cv2.THRESH_OTSU)[0] if values.size else 0.0
             threshold = max(_SHARE[clip.matte] * otsu, 2.0 * _LIT)
-        return cls(threshold, place, is_filmed, clip.blend_space)
+        return cls(threshold, place, free, is_filmed, clip.blend_space)
 
     def lit(self, pixels: Pixels) -> Bytes:
         """(H, W) 0 or 1: the binarized frame (Figure 4b)."""
@@ -68,15 +74,17 @@ class Fire:
         weight = self.place
         if self.is_filmed and lit.any():
             shown = brightness(pixels, self.blend_space)
-            reach = max(2.0, 0.05 * float(np.sqrt(np.count_nonzero(lit))))
+            reach = max(2.0, _GLOW * float(np.sqrt(np.count_nonzero(lit))))
             away = cv2.distanceTransform(1 - lit, cv2.DIST_L2, 5) / np.float32(reach)
-            bright = np.clip(shown / np.float32(0.5 * self.threshold) - 0.4, 0, 1)
-            weight = weight * as_plane(np.exp(-away * away)) * as_plane(bright)
+            # As it dims, and not where fire never is: there an outline would show.
+            bright = np.clip(2 * shown / np.float32(self.threshold) - 1, 0, 1)
+            bright = bright * bright * (3 - 2 * bright)
+            weight = self.free * as_plane(np.exp(-away * away)) * as_plane(bright)
         return np.asarray(pixels * weight[..., None], np.float32)
 
 
-def _place(shown: Sequence[Plane], is_filmed: bool) -> Plane:
-    """Where fire ever is.
+def _place(shown: Sequence[Plane], is_filmed: bool) -> tuple[Plane, Plane]:
+    """Where fire ever is, and where there is no prop.
 
     A sprite shows little else: what moves but a little is fire too. In a film what hardly moves is
     a prop, above all if it is always lit, and dimmer than the flame.
@@ -86,7 +94,8 @@ def _place(shown: Sequence[Plane], is_filmed: bool) -> Plane:
         side = 2 * max(1, round(_FOOT * moves.shape[0])) + 1
         disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
         near = as_plane(cv2.dilate(moves, disc))
-        return _filled(as_plane(np.clip((near - 0.12) / 0.15, 0, 1)))
+        place = _filled(as_plane(np.clip((near - 0.12) / 0.15, 0, 1)))
+        return place, place
     place = np.clip((moves - 0.5) / 0.3, 0, 1)
     least, most = np.minimum.reduce(list(shown)), np.maximum.reduce(list(shown))
     hot = max(float(np.quantile(most, 0.995)), 1.0)
@@ -99,7 +108,9 @@ def _place(shown: Sequence[Plane], is_filmed: bool) -> Plane:
     _, labels = cv2.connectedComponents(prop, connectivity=8)
     still = np.unique(labels[(moves < 0.2) & (prop > 0)])
     near = cv2.dilate(np.isin(labels, still).astype(np.uint8), disc).astype(np.float32)
-    return _filled(as_plane(place * (1 - cv2.blur(near, (3, 3)))))
+    free = as_plane(1 - cv2.blur(near, (3, 3)))
+    place = _filled(as_plane(place * free))
+    return place, np.maximum(place, free)
 
 
 def _filled(place: Plane) -> Plane:

@@ -50,7 +50,7 @@ def tried(blaze: Blaze, workers: Workers) -> Trial:
     blaze = replace(blaze, profile=replace(profile, colours=profile.learnt))
     view, camera = View.of(blaze, 0.0), camera_for(blaze, None, 0.0)
     everywhere = np.ones((camera.height, camera.width), np.float32)
-    fire = Fire(profile.front.threshold, everywhere, False, "srgb")
+    fire = Fire(profile.front.threshold, everywhere, everywhere, False, "srgb")
     top = int(np.argmin(np.abs(node_heights() - 1.0)))
 
     def look(i: int) -> tuple[float, float, Pixels]:

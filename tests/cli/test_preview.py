@@ -214,6 +214,7 @@ def test_a_recipe_is_built_for_its_preview_and_nothing_else_stays(run: Run, camp
         (["fire.json", "--gif", "--set", "seed=1"], 2, "error: --set changes recipes"),
         (["none.json", "--gif"], 2, "error: none.json: cannot be read"),
         (["fire.json", "--gif", "-o", "no/fire.gif"], 1, "fire.gif: cannot be written"),
+        (["fire.json", "--gif", "-o", "."], 1, "error: .: is a folder; name the file in it"),
     ],
 )
 def test_bad_previews_are_explained(

@@ -123,7 +123,7 @@ def look_at_clip(clip: Clip, cells: int = 5) -> Look:
 def look_at_fire(clip: Clip, threshold: float, cells: int = 5) -> Look:
     """Look at generated fire: there is nothing else in its frames."""
     everywhere = np.ones((clip.height, clip.width), np.float32)
-    return _look(clip, Fire(threshold, everywhere, False, clip.blend_space), cells)
+    return _look(clip, Fire(threshold, everywhere, everywhere, False, clip.blend_space), cells)
 
 
 def _look(clip: Clip, fire: Fire, cells: int) -> Look:

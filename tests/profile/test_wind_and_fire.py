@@ -75,14 +75,17 @@ def test_under_a_sustained_force_the_fire_sways_less_and_less() -> None:
     assert (np.diff(swing[start:]) <= 1e-9).all() and swing[-1] < 0.45
 
 
-@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.parametrize("seed", [None, 2, 3])
 @pytest.mark.parametrize("preset", ["windy_torch", "endless_candle"])
-def test_gusts_close_with_the_loop(preset: str, seed: int) -> None:
+def test_gusts_close_with_the_loop(preset: str, seed: int | None) -> None:
+    """From the front with any seed, for a loop begins where its front does not jump; of the ready
+    recipes, every side."""
     loaded = load(shipped("recipes") / f"{preset}.yaml")
-    loaded = replace(loaded, recipe=loaded.recipe.model_copy(update={"seed": seed}))
+    if seed is not None:
+        loaded = replace(loaded, recipe=loaded.recipe.model_copy(update={"seed": seed}))
     with Workers(2) as workers:
         clips = open_source(loaded, workers)
-    for clip in list(clips.values())[::3]:
+    for clip in list(clips.values())[: None if seed is None else 1]:
         frames = [clip.read(i) for i in range(clip.count)]
         after = frames[1:] + frames[:1]
         steps = [np.sqrt(((b - a) ** 2).sum()) for a, b in zip(frames, after, strict=True)]
