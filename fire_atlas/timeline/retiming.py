@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import lru_cache, partial
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -37,7 +38,7 @@ _HELPS = 0.95
 """It does if they are nearer to the truth than a neighbour is, by this factor."""
 
 _PAIRS = 8
-"""Pairs of frames whose motion is remembered: a pair has several frames between."""
+"""Pairs of frames whose motion is remembered."""
 
 _SKIPPING = 1.5
 """From so many frames of the clip for one of the result, there are some that nothing shows."""
@@ -65,67 +66,91 @@ def retimed(clip: Clip, fps: float, count: int, is_smooth: bool) -> Clip:
         pace = clip.count / count
     else:
         pace = min(clip.fps / fps, (clip.count - 1) / max(count - 1, 1))
-
-    def following(i: int) -> int:
-        return (i + 1) % clip.count if clip.loop else min(i + 1, clip.count - 1)
-
-    def neighbours(i: int) -> tuple[int, int, float]:
-        """The frames around frame ``i`` of the result, and how far it is from the first: not at
-        all where nothing is made in between."""
-        place = i * pace
-        before = int(place + _WHOLE)
-        part = place - before
-        if not is_smooth:
-            before, part = (before if part <= 0.5 else following(before)), 0.0
-        before %= clip.count
-        return before, following(before), part
-
-    @lru_cache(_PAIRS)
-    def motion(before: int, after: int) -> Motion:
-        return _motion(clip.read(before), clip.read(after), clip.blend_space)
-
-    def read(i: int) -> Pixels:
-        before, after, part = neighbours(i)
-        if part <= _WHOLE:
-            return clip.read(before)
-        return _between(clip.read(before), clip.read(after), motion(before, after), part)
-
-    @lru_cache(_PAIRS)
-    def velocity(i: int) -> NDArray[np.float32]:
-        before, after = (i - 1, i) if following(i) == i else (i, following(i))
-        return _velocity(clip, before, after)
-
-    def flow(i: int) -> NDArray[np.float32]:
-        """What is shown moves as in the nearer frame, from which its shapes came here."""
-        before, after, part = neighbours(i)
-        near = before if part <= 0.5 else after
-        if clip.flow is not None:
-            moves = clip.flow(near)
-        else:
-            small, size = velocity(near), (clip.width, clip.height)
-            moves = np.dstack([resized(small[..., n], size) for n in (0, 1)])
-        if part <= _WHOLE:
-            return moves
-        to_before, to_after = met(motion(before, after), part)
-        return warped(moves, to_before if near == before else to_after)
-
-    made = {i for i in range(count) if neighbours(i)[2] > _WHOLE}
-    skipped = {
-        i: Skipped(middle / pace - i, partial(clip.read, middle % clip.count))
-        for i in range(count if clip.loop else count - 1)
-        for middle in [round((i + 0.5) * pace)]
-        if pace >= _SKIPPING and abs(middle / pace - i - 0.5) <= _HALFWAY
-    }
-    backwards = frozenset(i for i in range(count) if neighbours(i)[0] in clip.backwards)
+    anew = _Retiming(clip, pace, is_smooth)
+    places = [anew.place(i) for i in range(count)]
+    made = {i for i, place in enumerate(places) if place.part > _WHOLE}
+    steps = count if clip.loop else count - 1
     return replace(
         clip,
         count=count,
         fps=fps,
-        read=remembering(read, made),
-        flow=flow if clip.count > 1 else clip.flow,
-        backwards=backwards,
-        skipped=skipped,
+        read=remembering(anew.read, made),
+        flow=anew.flow if clip.count > 1 else clip.flow,
+        backwards=frozenset(i for i, place in enumerate(places) if place.before in clip.backwards),
+        skipped={i: shown for i in range(steps) if (shown := anew.skipped(i)) is not None},
     )
+
+
+class _Place(NamedTuple):
+    """Where a frame of the result lies: between two frames of the clip, ``part`` of the way; not
+    at all between them where nothing is made there."""
+
+    before: int
+    after: int
+    part: float
+
+
+class _Retiming:
+    """Frames of a clip, and how they move, at another pace."""
+
+    def __init__(self, clip: Clip, pace: float, is_smooth: bool) -> None:
+        """``pace``: frames of ``clip`` for one of the result; ``is_smooth`` as of ``retimed``."""
+        self._clip, self._pace, self._is_smooth = clip, pace, is_smooth
+        # A pair of frames has several of the result between them.
+        self._motion = lru_cache(_PAIRS)(self._find_motion)
+        self._velocity = lru_cache(_PAIRS)(self._find_velocity)
+
+    def place(self, i: int) -> _Place:
+        """Where frame ``i`` of the result lies."""
+        place = i * self._pace
+        before = int(place + _WHOLE)
+        part = place - before
+        if not self._is_smooth:
+            before, part = (before if part <= 0.5 else self._following(before)), 0.0
+        before %= self._clip.count
+        return _Place(before, self._following(before), part)
+
+    def read(self, i: int) -> Pixels:
+        """Frame ``i`` of the result."""
+        (before, after, part), clip = self.place(i), self._clip
+        if part <= _WHOLE:
+            return clip.read(before)
+        return _between(clip.read(before), clip.read(after), self._motion(before, after), part)
+
+    def flow(self, i: int) -> NDArray[np.float32]:
+        """How what frame ``i`` shows moves, as of ``Clip.flow``: as in the nearer frame of the
+        clip, from which its shapes came."""
+        (before, after, part), clip = self.place(i), self._clip
+        near = before if part <= 0.5 else after
+        if clip.flow is not None:
+            moves = clip.flow(near)
+        else:
+            small, size = self._velocity(near), (clip.width, clip.height)
+            moves = np.dstack([resized(small[..., n], size) for n in (0, 1)])
+        if part <= _WHOLE:
+            return moves
+        to_before, to_after = met(self._motion(before, after), part)
+        return warped(moves, to_before if near == before else to_after)
+
+    def skipped(self, i: int) -> Skipped | None:
+        """A frame of the clip that nothing shows, about halfway from frame ``i`` to the next."""
+        middle = round((i + 0.5) * self._pace)
+        part = middle / self._pace - i
+        if self._pace < _SKIPPING or abs(part - 0.5) > _HALFWAY:
+            return None
+        return Skipped(part, partial(self._clip.read, middle % self._clip.count))
+
+    def _following(self, i: int) -> int:
+        count = self._clip.count
+        return (i + 1) % count if self._clip.loop else min(i + 1, count - 1)
+
+    def _find_motion(self, before: int, after: int) -> Motion:
+        clip = self._clip
+        return _motion(clip.read(before), clip.read(after), clip.blend_space)
+
+    def _find_velocity(self, i: int) -> NDArray[np.float32]:
+        following = self._following(i)
+        return _velocity(self._clip, *((i - 1, i) if following == i else (i, following)))
 
 
 def flow_helps(clip: Clip, workers: Workers) -> bool:
