@@ -123,14 +123,7 @@ def _add_learn(commands: _Commands) -> _Parser:
         "-o", "--out", type=_path, metavar="FILE", help="default: CLIP's name .profile.json"
     )
     parser.add_argument("--side", type=_path, metavar="CLIP", help="the same fire from the right")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        dest="overrides",
-        metavar="KEY=VALUE",
-        help="a key of source, like fps=30 or threshold=90",
-    )
+    _add_set(parser, "a key of source, like fps=30 or threshold=90")
     _add_jobs(parser)
     _add_volume(parser)
     return parser
@@ -210,14 +203,16 @@ def _add_jobs(parser: _Parser) -> None:
     parser.add_argument("--jobs", type=_positive, metavar="N", help="workers (default: all cores)")
 
 
-def _add_set(parser: _Parser) -> None:
+def _add_set(
+    parser: _Parser, meaning: str = "change a key, like flakes.rate=80 or flakes=none"
+) -> None:
     parser.add_argument(
         "--set",
         action="append",
         default=[],
         dest="overrides",
         metavar="KEY=VALUE",
-        help="change a key, like flakes.rate=80 or flakes=none",
+        help=meaning,
     )
 
 

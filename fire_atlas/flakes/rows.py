@@ -7,6 +7,7 @@ from itertools import chain, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane
 from fire_atlas.core.workers import Workers
 from fire_atlas.flakes.drawing import SMALLEST
@@ -113,8 +114,7 @@ def _inside(
     """How far sprites that ``reach`` so many px are from the border: 0 at it, 1 from ``_BORDER``
     on."""
     gap = np.minimum.reduce([swarm.x, swarm.y, width - swarm.x, height - swarm.y]) - reach
-    share = np.clip(gap / (_BORDER * height), 0, 1)
-    return np.asarray(share * share * (3 - 2 * share), np.float64)
+    return smooth_step(np.asarray(gap / (_BORDER * height), np.float64))
 
 
 def spawn_table(swarms: list[Swarm], spawns: Spawns) -> NDArray[np.float64]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.motion import SMALLEST_SIDE, optical_flow
 from fire_atlas.core.pixels import (
     Bytes,
@@ -139,8 +140,8 @@ def _straightened(content: Pixels, i: int, measures: Measures, pose: Pose, grid:
     flat = np.clip(flat, 0, None)
     flat[..., 3] = np.minimum(flat[..., 3], 1)
     if measures.cut > 0:
-        fade = np.clip((rows + 0.5) / (_TIP * height), 0, 1)
-        flat *= (fade * fade * (3 - 2 * fade))[..., None].astype(np.float32)
+        fade = smooth_step((rows + 0.5) / (_TIP * height))
+        flat *= fade[..., None].astype(np.float32)
     return as_plane(flat)
 
 

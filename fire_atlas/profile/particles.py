@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.easing import smooth_step
 
 FLAME, PLUME = 0.2, 1.0
 """Heights at which McCaffrey's regimes change, flame heights: below, burning gases accelerate (as
@@ -115,5 +116,4 @@ class Particles:
 
 def opacity(age: NDArray[np.float64]) -> NDArray[np.float64]:
     """Opacity of a particle through its life (age 0..1): it comes and goes softly."""
-    rise, fall = np.clip(age / 0.3, 0, 1), np.clip((1 - age) / 0.45, 0, 1)
-    return rise * rise * (3 - 2 * rise) * fall * fall * (3 - 2 * fall)
+    return smooth_step(age / 0.3) * smooth_step((1 - age) / 0.45)

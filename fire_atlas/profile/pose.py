@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.profile.measure import Measures
 
 NODES = 16
@@ -73,7 +74,7 @@ def pose_of(measures: Measures, closed: bool) -> Pose:
     # Row 0 is the highest.
     order = rows[::-1] / height
     nodes = node_heights()
-    foothold = _smooth_step(nodes / 0.2)
+    foothold = smooth_step(nodes / 0.2)
 
     def at_nodes(values: NDArray[np.float64], rest: float) -> NDArray[np.float64]:
         found = np.stack([np.interp(nodes, order, each[::-1]) for each in values])
@@ -97,8 +98,3 @@ def _smooth(
     wide = gaussian_filter1d(told, broad, axis=1) / wide_light
     prior = 0.05 * light.max()
     return np.asarray((told + prior * wide) / (light + prior), np.float64)
-
-
-def _smooth_step(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    x = np.clip(x, 0.0, 1.0)
-    return x * x * (3.0 - 2.0 * x)

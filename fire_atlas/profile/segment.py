@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.activity import activity
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Bytes, Pixels, Plane, as_plane, brightness
 
 _LIT = 6.0
@@ -77,8 +78,7 @@ class Fire:
             reach = max(2.0, _GLOW * float(np.sqrt(np.count_nonzero(lit))))
             away = cv2.distanceTransform(1 - lit, cv2.DIST_L2, 5) / np.float32(reach)
             # As it dims, and not where fire never is: there an outline would show.
-            bright = np.clip(2 * shown / np.float32(self.threshold) - 1, 0, 1)
-            bright = bright * bright * (3 - 2 * bright)
+            bright = smooth_step(as_plane(2 * shown / np.float32(self.threshold) - 1))
             weight = self.free * as_plane(np.exp(-away * away)) * as_plane(bright)
         return np.asarray(pixels * weight[..., None], np.float32)
 

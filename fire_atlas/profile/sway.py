@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.profile.force import Weather
 from fire_atlas.profile.model import Side
 from fire_atlas.profile.particles import height_after
@@ -74,7 +75,8 @@ class Swing:
         for splice, after in zip(self.splices, starts[1:] + starts[:1], strict=True):
             lasts = (after - splice.start) % self.period or self.period
             since = np.mod(time - self.rising - splice.start + passing / 2, self.period)
-            weight = _eased(since / passing) * _eased((lasts + passing - since) / passing)
+            weight = smooth_step(since / passing)
+            weight = weight * smooth_step((lasts + passing - since) / passing)
             for node in np.flatnonzero(weight):
                 age = round(float(since[node] - passing / 2 + self.rising[node]), 6)
                 first, second, part = self.reel.place(splice, age)
@@ -89,8 +91,3 @@ class Swing:
             power += weight * weight
         spread = np.sqrt(np.maximum(power, 1e-30))
         return offset / spread, breadth / spread
-
-
-def _eased(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    x = np.clip(x, 0.0, 1.0)
-    return np.asarray(x * x * (3.0 - 2.0 * x))

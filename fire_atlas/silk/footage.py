@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import REC709, Pixels, Plane, as_plane, unpremultiply
 from fire_atlas.silk.probable import Images, Seeds, probable_motion, synthesise
@@ -137,9 +138,9 @@ def _rounded(shape: tuple[int, int]) -> Plane:
     height, width = shape
     u = np.abs((np.arange(width) + 0.5) / width - 0.5) * 2
     v = 1 - (np.arange(height) + 0.5) / height
-    side = np.clip((1 - u) / 0.35, 0, 1)
+    side = smooth_step((1 - u) / 0.35)
     foot = np.clip((v[:, None] - 0.09 * u[None] ** 2) / 0.07, 0, 1)
-    return as_plane(framed(shape) * (side * side * (3 - 2 * side))[None] * foot)
+    return as_plane(framed(shape) * side[None] * foot)
 
 
 def _luminance(light: NDArray[np.float32]) -> Plane:

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.silk import raster
 from fire_atlas.silk.camera import Camera
@@ -129,13 +130,13 @@ class Film:
         facing = np.abs(np.einsum("srcd,d->src", normals(x), camera.axes()[2]))
         # From above no upright sheet faces the eye; the one that does best shows wholly.
         facing /= max(math.cos(math.radians(camera.elevation)), _STEEPEST)
-        share = np.clip((facing - _EDGE_ON) / _FACE_ON, 0.0, 1.0)
+        share = smooth_step((facing - _EDGE_ON) / _FACE_ON)
         v = self._velocity(i)[sheets]
         speed = length(v) / (self.scene.fuel.speed * 4)
         up = np.linspace(0.0, 1.0, x.shape[1])[None, :, None]
         thin = (1 - 0.35 * up) / (1 + 0.25 * speed * speed)
         lit = self.told.lit[i, sheets, None, None]
-        return camera.project(x)[..., :2], share * share * (3 - 2 * share) * thin * lit
+        return camera.project(x)[..., :2], share * thin * lit
 
     def _batches(self) -> list[slice]:
         sheets = self.scene.model.sheets

@@ -7,6 +7,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.silk.mechanics import External, State, step
 from fire_atlas.silk.mesh import Vectors, length
 from fire_atlas.silk.scene import Scene
@@ -165,8 +166,7 @@ def _closed(told: Recording, frames: int, overlap: int) -> Recording:
 
     Entry i < overlap goes over from what came after the end (i = 0) to what was first recorded.
     """
-    weight = np.linspace(0.0, 1.0, overlap + 1)
-    weight = weight * weight * (3 - 2 * weight)
+    weight = smooth_step(np.linspace(0.0, 1.0, overlap + 1))
 
     def closed(values: NDArray[Real]) -> NDArray[Real]:
         w = weight.reshape(-1, *[1] * (values.ndim - 1)).astype(values.dtype)

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane, as_plane
 
 
@@ -73,8 +74,4 @@ def framed(shape: tuple[int, int]) -> Plane:
     u, v = np.linspace(0, 1, width), np.linspace(0, 1, height)
     across = np.clip((0.5 - np.abs(u - 0.5)) / 0.12, 0, 1)
     along = np.clip((1 - v) / 0.05, 0, 1) * np.clip(v / 0.25, 0, 1)
-    return as_plane(np.outer(_eased(along), _eased(across)))
-
-
-def _eased(share: NDArray[np.float64]) -> NDArray[np.float64]:
-    return share * share * (3 - 2 * share)
+    return as_plane(np.outer(smooth_step(along), smooth_step(across)))
