@@ -4,14 +4,16 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.analysis import Analysis
+from fire_atlas.atlas.encode import encode_frame, is_page_ready
 from fire_atlas.composition.blur import blur_along
 from fire_atlas.composition.composite import compose
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.pixels import Pixels
+from fire_atlas.core.picture import Picture, as_light, to_light
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.flakes.drawing import add_halo, draw_flakes, draw_pixels
@@ -82,61 +84,67 @@ class Layers:
     """A frame that is not joined yet.
 
     Attributes:
-        flame: (H, W, 4) pixels, blurred if asked.
+        flame: (H, W, 4), as of ``Clip.picture``; blurred if asked.
         flakes: (H, W, 3) their light on black, may exceed 1; None where nobody sees them.
         bakes: Whether they are joined with the flame.
     """
 
-    flame: Pixels
+    flame: Picture
     flakes: NDArray[np.float32] | None = None
     bakes: bool = True
-
-
-def render(
-    i: int, clip: Clip, recipe: Recipe, analysis: Analysis | None, tracks: Tracks | None
-) -> Pixels:
-    """Frame ``i`` as it goes into the atlas: flame, blurred if asked, with its flakes."""
-    return join(layers(i, clip, recipe, analysis, tracks), recipe, analysis)
 
 
 def layers(
     i: int, clip: Clip, recipe: Recipe, analysis: Analysis | None, tracks: Tracks | None
 ) -> Layers:
     """Frame ``i`` as flame and flakes."""
-    pixels, blur = clip.read(i), recipe.motion_blur
+    flame, blur = clip.picture(i), recipe.motion_blur
     if analysis is not None and isinstance(blur, MotionBlur) and blur.flame:
         field = analysis.field
-        pixels = blur_along(
-            pixels, field.u[i], field.v[i], analysis.study.kappa, blur.shutter / clip.fps,
-            blur.samples,
+        flame = blur_along(
+            as_light(flame), field.u[i], field.v[i], analysis.study.kappa,
+            blur.shutter / clip.fps, blur.samples,
         )  # fmt: skip
     flakes = recipe.flakes
     if tracks is None or flakes == "none" or not (flakes.bake or recipe.maps.flakes):
-        return Layers(pixels)
-    return Layers(pixels, draw(flakes, tracks.frames[i], clip.height, clip.width), flakes.bake)
+        return Layers(flame)
+    return Layers(flame, draw(flakes, tracks.frames[i], clip.height, clip.width), flakes.bake)
 
 
-def join(parts: Layers, recipe: Recipe, analysis: Analysis | None) -> Pixels:
-    """Compose a frame's layers as the recipe wants it; the flame's own array, changed."""
+def join(parts: Layers, recipe: Recipe, analysis: Analysis | None) -> Picture:
+    """Compose a frame's layers (H, W, 4) as the recipe wants it; light is changed in place."""
     if parts.flakes is None or not parts.bakes:
         return parts.flame
     return _with_flakes(parts.flame, parts.flakes, recipe, analysis)
 
 
-def flakes_alone(parts: Layers, recipe: Recipe, analysis: Analysis | None) -> Pixels:
+def flakes_alone(parts: Layers, recipe: Recipe, analysis: Analysis | None) -> Picture:
     """Return the flakes as they would be with no flame behind them."""
-    empty = np.zeros_like(parts.flame)
+    empty = np.zeros(parts.flame.shape, np.float32)
     if parts.flakes is None:
         return empty
     return _with_flakes(empty, parts.flakes, recipe, analysis)
 
 
 def _with_flakes(
-    pixels: Pixels, light: NDArray[np.float32], recipe: Recipe, analysis: Analysis | None
-) -> Pixels:
-    palette = analysis.palette if analysis is not None else None
+    flame: Picture, flakes: NDArray[np.float32], recipe: Recipe, analysis: Analysis | None
+) -> Picture:
+    """Return the flame with its flakes; only pixels that flakes touch are made anew.
+
+    Where the page holds the flame as its file does, the others stay as they are stored.
+    """
+    lit = np.flatnonzero(cv2.transform(flakes, np.ones((1, 3), np.float32)) > 0)
+    if not lit.size:
+        return flame
     blend, space = recipe.composite.blend, recipe.atlas.blend_space
-    return compose(pixels, light, blend, space, palette)
+    palette = analysis.palette if analysis is not None else None
+    is_ready = is_page_ready(flame, recipe.atlas)
+    whole = flame.copy() if is_ready else as_light(flame)
+    flat = whole.reshape(-1, 4)
+    under = to_light(flat[None, lit])[0] if is_ready else flat[lit]
+    pixels = compose(under, flakes.reshape(-1, 3)[lit], blend, space, palette)
+    flat[lit] = encode_frame(pixels[None], "straight", space)[0] if is_ready else pixels
+    return whole
 
 
 def draw(flakes: Flakes, rows: NDArray[np.float64], height: int, width: int) -> NDArray[np.float32]:

@@ -8,6 +8,7 @@ from fire_atlas.atlas.encode import encode_sprites
 from fire_atlas.atlas.layout import Sprite
 from fire_atlas.atlas.trim import around
 from fire_atlas.composition.light import FrameLight
+from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Bytes, brightness
 from fire_atlas.effect import Layers, flakes_alone, join
 from fire_atlas.flame.study import FlameStudy
@@ -49,7 +50,7 @@ def finish(
     if maps.flakes:
         layers["flakes"] = encode_sprites(flakes_alone(parts, recipe, analysis), settings)
     moves = maps.motion != "none"
-    small = picture(parts.flame, settings.blend_space) if moves else None
+    small = picture(as_light(parts.flame), settings.blend_space) if moves else None
     height, width = parts.flame.shape[:2]
     whole, *smaller = encode_sprites(join(parts, recipe, analysis), settings)
     lit = [each.lit for each in (whole, *(each[0] for each in layers.values())) if each.lit]
@@ -59,7 +60,7 @@ def finish(
 
 def _measured(parts: Layers, recipe: Recipe, study: FlameStudy | None) -> FrameLight:
     """Measure the light of a frame: of an opaque scene, only what in it is flame."""
-    flame = parts.flame
+    flame = as_light(parts.flame)
     if study is not None and study.mask.scene is not None:
         shown = brightness(flame, recipe.atlas.blend_space)
         flame = flame * study.mask.scene.flame(shown, flame)[..., None]

@@ -15,6 +15,7 @@ from fire_atlas.clock import Clock
 from fire_atlas.composition.light import ClipLight
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError, SourceError
+from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
@@ -155,7 +156,7 @@ def _animation(name: str, recipe: Recipe, clip: Clip, stage: Stage) -> _Animatio
             plain = recipe.flakes == "none" and recipe.motion_blur == "none"
             clip = arrange(clip, recipe.timeline, life, workers, progress, only_packs=plain)
         else:
-            clip = replace(clip, read=remembering(clip.read, range(clip.count)))
+            clip = replace(clip, picture=remembering(clip.picture, range(clip.count)))
         study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
     with clock.measure("analyse"):
         analysis = _analysis(clip, recipe, study, workers, progress)
@@ -192,7 +193,7 @@ def _plain_part(recipe: Recipe, opened: Sprites, inputs: list[Input], stage: Sta
     numbers = [i for frames in opened.animations.values() for i in frames]
     with stage.clock.measure("render"):
         finished = _finished(
-            lambda i: Layers(opened.read(i)),
+            lambda i: Layers(opened.picture(i)),
             numbers,
             lambda parts: finish(parts, recipe, None, None),
             stage,
@@ -270,11 +271,11 @@ def _skipped(
     """
     if recipe.maps.motion == "none":
         return {}
-    between = replace(clip, read=lambda i: clip.skipped[i].read())
+    between = replace(clip, picture=lambda i: clip.skipped[i].read())
 
     def flame(i: int) -> tuple[float, Bytes]:
         seen = layers(i, between, recipe, analysis, None).flame
-        return clip.skipped[i].part, picture(seen, recipe.atlas.blend_space)
+        return clip.skipped[i].part, picture(as_light(seen), recipe.atlas.blend_space)
 
     chosen = spread(sorted(clip.skipped))
     return dict(zip(chosen, workers.map(flame, chosen), strict=True))

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from fire_atlas.atlas.layout import Sprite
 from fire_atlas.atlas.shrink import shrink
 from fire_atlas.atlas.trim import trimmed
+from fire_atlas.core.picture import Picture, as_light
 from fire_atlas.core.pixels import Bytes, Pixels, Plane, encode_bytes, encode_unit
 from fire_atlas.recipe.output import Atlas
 
@@ -55,8 +56,16 @@ def encode_frame(pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> Bytes
     return image
 
 
-def encode_sprites(pixels: Pixels, settings: Atlas) -> tuple[Sprite, ...]:
-    """Return a frame as it goes onto the pages of each scale, the largest first."""
+def is_page_ready(picture: Picture, settings: Atlas) -> bool:
+    """Whether the only pages there are hold a picture as it is: as bytes of straight colours."""
+    return picture.dtype == np.uint8 and settings.alpha == "straight" and settings.scales == (1.0,)
+
+
+def encode_sprites(picture: Picture, settings: Atlas) -> tuple[Sprite, ...]:
+    """Return a frame (H, W, 4) as it goes onto the pages of each scale, the largest first."""
+    if is_page_ready(picture, settings):
+        return (_as_it_is(picture, settings.trim_threshold),)
+    pixels = as_light(picture)
     return tuple(
         encode_sprite(
             pixels if scale == 1 else shrink(pixels, round(1 / scale)),
@@ -66,6 +75,19 @@ def encode_sprites(pixels: Pixels, settings: Atlas) -> tuple[Sprite, ...]:
         )
         for scale in settings.scales
     )
+
+
+def _as_it_is(image: Bytes, threshold: int) -> Sprite:
+    """Return an image of straight colours trimmed; what coverage 0 hides is black, as it is when
+    it is encoded."""
+    frame_size = image.shape[1], image.shape[0]
+    cover = cv2.extractChannel(image, 3)
+    left, top, width, height = cv2.boundingRect(cover)
+    if not width:
+        return trimmed(np.zeros((1, 1, 4), np.uint8), frame_size=frame_size)
+    part = slice(top, top + height), slice(left, left + width)
+    shown = cv2.bitwise_and(image[part], image[part], mask=cover[part])
+    return trimmed(np.asarray(shown, np.uint8), left, top, frame_size, threshold)
 
 
 def encode_sprite(

@@ -1,39 +1,33 @@
 """How the flake layer joins the flame layer: in linear light, at the very end."""
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import Pixels, as_plane, encode_unit, srgb_to_linear
+from fire_atlas.core.pixels import as_plane, encode_unit, srgb_to_linear
 
 
 def compose(
-    flame: Pixels,
+    under: NDArray[np.float32],
     flakes: NDArray[np.float32],
     blend: str,
     blend_space: str,
     palette: NDArray[np.float32] | None = None,
-) -> Pixels:
-    """Flame with flakes; the flame's own array, changed where flakes are.
+) -> NDArray[np.float32]:
+    """Pixels (pixels, 4) of the flame with flakes on them.
 
     ``add``: flame + flakes. ``screen``: 1 − (1 − flame)(1 − flakes). ``over``: flakes cover the
     flame as far as they shine. The result's coverage is raised to carry the flakes' light over
     empty background.
 
     Args:
-        flame: (H, W, 4) pixels.
-        flakes: (H, W, 3) light of the flake layer on black.
+        under: (pixels, 4), the flame there.
+        flakes: (pixels, 3), light of the flake layer on black.
         blend: ``add``, ``screen`` or ``over``.
         blend_space: Where the client blends, which decides how much coverage light needs.
         palette: (colours, 3) sRGB in 0..1. If given, pixels with flakes take the nearest of
             these colours and cover fully.
     """
-    flat = flame.reshape(-1, 4)
-    lit = np.flatnonzero(cv2.transform(flakes, np.ones((1, 3), np.float32)) > 0)
-    if lit.size == 0:
-        return flame
-    light = expose(flakes.reshape(-1, 3)[lit])
-    under = flat[lit]
+    light = expose(flakes)
     cover = _coverage(light, blend_space)
     if blend == "add":
         joined = under[:, :3] + light
@@ -42,12 +36,13 @@ def compose(
     else:
         joined = light + under[:, :3] * (1 - cover)
     needed = np.minimum(_brightest(joined)[:, 0], 1.0)
-    flat[lit, :3] = joined
-    flat[lit, 3] = np.maximum(under[:, 3] + cover[:, 0] * (1 - under[:, 3]), needed)
+    pixels = np.empty_like(under)
+    pixels[:, :3] = joined
+    pixels[:, 3] = np.maximum(under[:, 3] + cover[:, 0] * (1 - under[:, 3]), needed)
     if palette is not None:
-        flat[lit, :3] = _nearest_colours(flat[lit], palette)
-        flat[lit, 3] = 1.0
-    return flame
+        pixels[:, :3] = _nearest_colours(pixels, palette)
+        pixels[:, 3] = 1.0
+    return pixels
 
 
 def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:

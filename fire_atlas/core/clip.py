@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.picture import Picture, as_light
 from fire_atlas.core.pixels import Pixels
 
 
@@ -46,8 +47,8 @@ class Clip:
         width, height: Frame size, px.
         fps: Frames per second of the clip.
         count: Number of frames, at least 1.
-        read: ``read(i)`` gives frame i, 0 <= i < count, as a fresh ``Pixels`` (height, width, 4).
-            Safe to call from several threads.
+        picture: ``picture(i)`` gives frame i, 0 <= i < count, (height, width, 4): as its file holds
+            it, not to be written to, or as a fresh ``Pixels``. Safe to call from several threads.
         loop: Whether frame 0 follows the last frame.
         backwards: Frames after which the clip runs against the time it was made in.
         tail: How many of the last frames are there for flakes to burn out in: none is born there.
@@ -65,7 +66,7 @@ class Clip:
     height: int
     fps: float
     count: int
-    read: Callable[[int], Pixels]
+    picture: Callable[[int], Picture]
     inputs: tuple[Path, ...]
     blend_space: str
     matte: str
@@ -76,6 +77,10 @@ class Clip:
     flow: Callable[[int], NDArray[np.float32]] | None = None
     skipped: Mapping[int, Skipped] = field(default_factory=dict)
 
+    def read(self, i: int) -> Pixels:
+        """Frame ``i`` in light, (height, width, 4), a fresh array."""
+        return as_light(self.picture(i))
+
 
 def cropped(clip: Clip, window: Window) -> Clip:
     """The part of every frame that lies in ``window``."""
@@ -84,7 +89,7 @@ def cropped(clip: Clip, window: Window) -> Clip:
         clip,
         width=window.right - window.left,
         height=window.bottom - window.top,
-        read=lambda i: np.ascontiguousarray(clip.read(i)[window.slices]),
+        picture=lambda i: np.ascontiguousarray(clip.picture(i)[window.slices]),
         flow=None if flow is None else lambda i: np.ascontiguousarray(flow(i)[window.slices]),
         skipped={},
     )

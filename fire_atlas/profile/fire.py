@@ -54,7 +54,7 @@ def _clip(view: View, camera: Camera, blend_space: str, inputs: tuple[Path, ...]
         height=camera.height,
         fps=asked.fps,
         count=asked.frames,
-        read=lambda i: frame_of(view, camera, i),
+        picture=lambda i: frame_of(view, camera, i),
         inputs=inputs,
         blend_space=blend_space,
         matte="alpha",

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.picture import Picture, white, with_alpha
 from fire_atlas.sources.broken import BrokenFileError
 from fire_atlas.sources.images import check_size, decode_bytes, read_bytes
 from fire_atlas.sources.listing import MAX_FRAMES
-from fire_atlas.sources.picture import Picture, white, with_alpha
 from fire_atlas.sources.reel import Reel, played
 from fire_atlas.sources.timing import resample
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from fire_atlas.core.picture import Picture
 from fire_atlas.sources.broken import BrokenFileError
-from fire_atlas.sources.picture import Picture
 from fire_atlas.sources.pyav import load_pyav
 
 _LINES_PER_BLOCK = (1, 1, 1, 16, 32, 16, 32, 32, 32, 256)

@@ -7,6 +7,7 @@ import numpy as np
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.picture import Picture, to_light
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
@@ -14,7 +15,6 @@ from fire_atlas.sources.animated import open_animation
 from fire_atlas.sources.images import ANIMATIONS, check_size, decode, read_header, recognise
 from fire_atlas.sources.listing import cut, locate
 from fire_atlas.sources.memory import remembering
-from fire_atlas.sources.picture import Picture, to_light
 from fire_atlas.sources.reel import Reel
 from fire_atlas.sources.resize import nearest, resize, width_for
 from fire_atlas.sources.sheet import open_sheet
@@ -42,7 +42,7 @@ def open_frames(settings: FramesSource, path: Path, blend_space: str) -> Clip:
     width = width_for(height, (reel.width, reel.height))
     check_size(f"{path} at height {height}", width, height)
 
-    def read(i: int) -> Pixels:
+    def shown(i: int) -> Picture:
         picture = _of_size(reel, path, chosen[i])
         if (width, height) == (reel.width, reel.height):
             return matte.apply(choice.matte, picture, blend_space)
@@ -55,7 +55,7 @@ def open_frames(settings: FramesSource, path: Path, blend_space: str) -> Clip:
         height=height,
         fps=settings.fps or reel.fps or DEFAULT_FPS,
         count=len(chosen),
-        read=read,
+        picture=shown,
         inputs=inputs,
         blend_space=blend_space,
         matte=choice.matte,

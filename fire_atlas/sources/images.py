@@ -16,9 +16,9 @@ import numpy as np
 from PIL import Image, ImageOps
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.picture import Picture, with_alpha
 from fire_atlas.sources import png
 from fire_atlas.sources.broken import BrokenFileError, UnexpectedAnimationError
-from fire_atlas.sources.picture import Picture, with_alpha
 from fire_atlas.sources.pyav import load_pyav
 
 MAX_SIDE = 16384

@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.pixels import Pixels, encode_unit
-from fire_atlas.sources.picture import (
+from fire_atlas.core.picture import (
     Picture,
     brightest,
     has_transparency,
     light_of_unit,
     to_light,
     white,
+    with_alpha,
 )
+from fire_atlas.core.pixels import Pixels, encode_unit
 
 Matte = Literal["alpha", "luminance", "none"]
 
@@ -146,13 +147,18 @@ def _standing_detail(peak: Picture, border: NDArray[np.bool_]) -> float:
     return float((contrast * standing)[border].mean())
 
 
-def apply(matte: Matte, picture: Picture, blend_space: str) -> Pixels:
-    """Return the pixels of a frame with its coverage from where ``matte`` says."""
+def apply(matte: Matte, picture: Picture, blend_space: str) -> Picture:
+    """Return a frame (H, W, 4) with its coverage from where ``matte`` says.
+
+    It stays as it is stored where that is its own alpha; else it is light, a fresh array.
+    """
+    is_stored = picture.dtype.kind == "u"
     if matte == "alpha":
-        return to_light(picture)
+        return with_alpha(picture) if is_stored else to_light(picture)
     if matte == "none":
-        return over_black(to_light(picture))
-    if picture.dtype.kind == "u" and not has_transparency(picture):
+        is_whole = is_stored and not has_transparency(picture)
+        return with_alpha(picture) if is_whole else over_black(to_light(picture))
+    if is_stored and not has_transparency(picture):
         # As stored: the way over light would round, and noise is told by the exact value.
         scale = np.float32(1 / white(picture.dtype))
         coded = np.multiply(picture[..., :3], scale, dtype=np.float32)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fire_atlas.sources.picture import Picture
+from fire_atlas.core.picture import Picture
 from fire_atlas.sources.reel import Reel
 
 ROOM = 64 * 1024 * 1024

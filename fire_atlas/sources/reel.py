@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from fire_atlas.sources.picture import Picture
+from fire_atlas.core.picture import Picture
 
 _RING_BYTES = 64 << 20
 

@@ -5,8 +5,8 @@ from typing import cast
 import cv2
 import numpy as np
 
+from fire_atlas.core.picture import Picture, brightest
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.sources.picture import brightest
 
 
 def width_for(height: int, size: tuple[int, int]) -> int:
@@ -14,9 +14,9 @@ def width_for(height: int, size: tuple[int, int]) -> int:
     return max(1, int(size[0] * height / size[1] + 0.5))
 
 
-def nearest(pixels: Pixels, width: int, height: int) -> Pixels:
-    """Return pixels (height, width, 4), each the one nearest to its place: no new colours."""
-    return cast(Pixels, cv2.resize(pixels, (width, height), interpolation=cv2.INTER_NEAREST_EXACT))
+def nearest(picture: Picture, width: int, height: int) -> Picture:
+    """Return a picture (height, width, 4) of the pixels nearest to each place: no new colours."""
+    return np.asarray(cv2.resize(picture, (width, height), interpolation=cv2.INTER_NEAREST_EXACT))
 
 
 def resize(pixels: Pixels, width: int, height: int) -> Pixels:

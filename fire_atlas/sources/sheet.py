@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.picture import Picture, to_light
 from fire_atlas.recipe.source import Grid
 from fire_atlas.sources.images import decode, read_header
-from fire_atlas.sources.picture import Picture, to_light
 from fire_atlas.sources.reel import Reel
 
 

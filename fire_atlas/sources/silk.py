@@ -54,7 +54,7 @@ def open_silk(settings: SilkSource, recipe: Recipe, texture: Path | None) -> dic
 def _clip(film: Film, camera: Camera, recipe: Recipe, inputs: tuple[Path, ...]) -> Clip:
     space = recipe.atlas.blend_space
 
-    def read(i: int) -> Pixels:
+    def picture(i: int) -> Pixels:
         frame = film.look(i, camera)
         pixels = matte.luminance_of_light(frame.light, space)
         if not frame.cover.any():
@@ -69,7 +69,7 @@ def _clip(film: Film, camera: Camera, recipe: Recipe, inputs: tuple[Path, ...]) 
         height=camera.height,
         fps=film.scene.fps,
         count=film.frames,
-        read=read,
+        picture=picture,
         inputs=inputs,
         blend_space=space,
         matte="luminance",

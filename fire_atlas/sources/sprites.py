@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.pixels import Pixels
+from fire_atlas.core.picture import Picture
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
 from fire_atlas.sources.frames import DEFAULT_FPS, spread
@@ -26,14 +26,14 @@ class Sprites:
     Attributes:
         animations: Name of each animation, and the numbers of its images in playing order.
         fps: Frames per second of all of them.
-        read: ``read(i)`` gives image i as fresh ``Pixels``; safe to call from several threads.
+        picture: ``picture(i)`` gives image i, as ``Clip.picture`` does.
         inputs: The files, in order.
         matte, matte_reason: Where the coverage comes from, and why, as a sentence for people.
     """
 
     animations: dict[str, tuple[int, ...]]
     fps: float
-    read: Callable[[int], Pixels]
+    picture: Callable[[int], Picture]
     inputs: tuple[Path, ...]
     matte: str
     matte_reason: str
@@ -68,7 +68,7 @@ def open_sprites(settings: FramesSource, path: Path, blend_space: str, name: str
     return Sprites(
         animations=animations,
         fps=settings.fps or DEFAULT_FPS,
-        read=lambda i: matte.apply(choice.matte, decode(files[i], headers[i]), blend_space),
+        picture=lambda i: matte.apply(choice.matte, decode(files[i], headers[i]), blend_space),
         inputs=tuple(files),
         matte=choice.matte,
         matte_reason=choice.reason,

@@ -20,10 +20,10 @@ import cv2
 import numpy as np
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.picture import Picture
 from fire_atlas.sources.containers import check_whole
 from fire_atlas.sources.images import check_size, of_opencv, read_bytes
 from fire_atlas.sources.listing import MAX_FRAMES
-from fire_atlas.sources.picture import Picture
 from fire_atlas.sources.pyav import load_pyav
 from fire_atlas.sources.reel import Reel, played
 from fire_atlas.sources.timing import resample

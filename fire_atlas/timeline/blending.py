@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, luminance
-from fire_atlas.sources.picture import brightest
 from fire_atlas.timeline.thumbnails import detail_energy, gradient_product
 from fire_atlas.timeline.warping import Field, both_warped, resized
 

@@ -31,7 +31,7 @@ def pingpong(clip: Clip, frames: int | None) -> Clip:
     return replace(
         clip,
         count=count,
-        read=lambda i: clip.read(shown(i)),
+        picture=lambda i: clip.picture(shown(i)),
         loop=True,
         flow=None if flow is None else lambda i: flow(shown(i)),
         backwards=frozenset(range(turn, count)),

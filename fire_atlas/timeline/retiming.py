@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip, Skipped
 from fire_atlas.core.motion import SMALL, flow_size, optical_flow, thumbnail
+from fire_atlas.core.picture import Picture
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
 from fire_atlas.core.workers import Workers
 from fire_atlas.timeline.memory import remembering
@@ -74,7 +75,7 @@ def retimed(clip: Clip, fps: float, count: int, is_smooth: bool) -> Clip:
         clip,
         count=count,
         fps=fps,
-        read=remembering(anew.read, made),
+        picture=remembering(anew.picture, made),
         flow=anew.flow if clip.count > 1 else clip.flow,
         backwards=frozenset(i for i, place in enumerate(places) if place.before in clip.backwards),
         skipped={i: shown for i in range(steps) if (shown := anew.skipped(i)) is not None},
@@ -110,11 +111,11 @@ class _Retiming:
         before %= self._clip.count
         return _Place(before, self._following(before), part)
 
-    def read(self, i: int) -> Pixels:
+    def picture(self, i: int) -> Picture:
         """Frame ``i`` of the result."""
         (before, after, part), clip = self.place(i), self._clip
         if part <= _WHOLE:
-            return clip.read(before)
+            return clip.picture(before)
         return _between(clip.read(before), clip.read(after), self._motion(before, after), part)
 
     def flow(self, i: int) -> NDArray[np.float32]:

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.pixels import Pixels, as_plane
+from fire_atlas.core.picture import Picture
+from fire_atlas.core.pixels import as_plane
 from fire_atlas.core.workers import Workers
 from fire_atlas.timeline.memory import remembering
 from fire_atlas.timeline.seam import plan_seam
@@ -30,10 +31,10 @@ def spliced(clip: Clip, edit: Edit, thumbnails: Thumbnails, workers: Workers) ->
         for join in edit.joins
     }
 
-    def read(i: int) -> Pixels:
+    def picture(i: int) -> Picture:
         part = edit.shown[i]
         if isinstance(part, int):
-            return clip.read(part)
+            return clip.picture(part)
         join, k = part
         one, other = (clip.read((start + k) % clip.count) for start in join)
         return seams[join][k].of(one, other, mean)
@@ -51,7 +52,7 @@ def spliced(clip: Clip, edit: Edit, thumbnails: Thumbnails, workers: Workers) ->
     return replace(
         clip,
         count=len(edit.shown),
-        read=remembering(read, made),
+        picture=remembering(picture, made),
         loop=edit.loop,
         flow=None if clip.flow is None else flow,
     )

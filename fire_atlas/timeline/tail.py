@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.pixels import Pixels
+from fire_atlas.core.picture import Picture
 
 _FADE = 1 / 3
 """Seconds in which the last frame fades."""
@@ -23,11 +23,11 @@ def with_tail(clip: Clip, seconds: float) -> Clip:
         return clip
     fade = min(fade_frames(clip.fps), frames)
 
-    def read(i: int) -> Pixels:
+    def picture(i: int) -> Picture:
         if i <= last:
-            return clip.read(i)
+            return clip.picture(i)
         if clip.matte == "none":
-            return clip.read(last)
+            return clip.picture(last)
         gone = (i - last) / fade
         if gone >= 1:
             return np.zeros((clip.height, clip.width, 4), np.float32)
@@ -37,7 +37,7 @@ def with_tail(clip: Clip, seconds: float) -> Clip:
     return replace(
         clip,
         count=clip.count + frames,
-        read=read,
+        picture=picture,
         tail=frames,
         flow=None if flow is None else lambda i: flow(min(i, last)),
     )

@@ -1,5 +1,7 @@
 """A page shows the same picture in its client, whatever way it is stored."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +9,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from fire_atlas.atlas.encode import Alpha, BlendSpace, encode_frame, encode_sprite
+from fire_atlas.atlas.encode import (
+    Alpha,
+    BlendSpace,
+    encode_frame,
+    encode_sprite,
+    encode_sprites,
+)
+from fire_atlas.core.picture import to_light
 from fire_atlas.core.pixels import (
     Bytes,
     Pixels,
@@ -16,6 +25,7 @@ from fire_atlas.core.pixels import (
     premultiply,
     srgb_to_linear,
 )
+from fire_atlas.recipe.output import Atlas
 
 ALPHAS: tuple[Alpha, ...] = ("straight", "premultiplied", "additive")
 SPACES: tuple[BlendSpace, ...] = ("srgb", "linear")
@@ -128,3 +138,29 @@ def test_a_frame_without_fire_is_one_clear_pixel() -> None:
     sprite = encode_sprite(np.zeros((40, 30, 4), np.float32), "straight", "srgb")
     assert (sprite.image.shape, sprite.x, sprite.y) == ((1, 1, 4), 0, 0)
     assert not sprite.image.any()
+
+
+@pytest.mark.parametrize("space", ["srgb", "linear"])
+def test_a_picture_in_straight_bytes_is_the_one_that_goes_by_way_of_light(
+    space: BlendSpace,
+) -> None:
+    """Every colour under every coverage, and borders of all kinds of nothing."""
+    value, alpha = np.meshgrid(np.arange(256), np.arange(256))
+    whole = np.zeros((280, 300, 4), np.uint8)
+    whole[10:266, 20:276] = np.stack([value, value[::-1], alpha.T, alpha], axis=2)
+    for picture in (whole, whole[:, :20], whole[10:266, 20:276], whole[11:12]):
+        settings = Atlas(alpha="straight", blend_space=space)
+        (sprite,) = encode_sprites(picture, settings)
+        wanted = encode_sprite(to_light(picture), "straight", settings.blend_space)
+        assert np.array_equal(sprite.image, wanted.image)
+        assert replace(sprite, image=wanted.image) == wanted
+
+
+def test_a_picture_in_bytes_goes_by_way_of_light_where_pages_differ_from_it() -> None:
+    picture = np.random.default_rng(4).integers(0, 256, (24, 24, 4)).astype(np.uint8)
+    for settings in (Atlas(alpha="premultiplied"), Atlas(scales=(1.0, 0.5))):
+        for got, wanted in zip(
+            encode_sprites(picture, settings), encode_sprites(to_light(picture), settings),
+            strict=True,
+        ):  # fmt: skip
+            assert np.array_equal(got.image, wanted.image)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fire_atlas.analysis import Analysis
 from fire_atlas.atlas.encode import Alpha, BlendSpace, encode_frame
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.picture import as_light, to_light
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.effect import Layers, join, layers
 from fire_atlas.flakes.tracks import Tracks
@@ -23,14 +24,15 @@ LAYOUTS = [("packed", "frame"), ("packed", "animation"), ("packed", "none"), ("g
 
 @pytest.fixture
 def rendered(monkeypatch: pytest.MonkeyPatch) -> dict[int, Pixels]:
-    """Return what the builds of this test compose, by frame."""
+    """Return what the builds of this test compose, by frame, in light."""
     frames: dict[int, Pixels] = {}
 
     def watched(
         i: int, clip: Clip, recipe: Recipe, analysis: Analysis | None, tracks: Tracks | None
     ) -> Layers:
         parts = layers(i, clip, recipe, analysis, tracks)
-        frames[i] = join(replace(parts, flame=parts.flame.copy()), recipe, analysis)
+        flame = parts.flame.copy() if parts.flame.dtype == np.float32 else to_light(parts.flame)
+        frames[i] = as_light(join(replace(parts, flame=flame), recipe, analysis))
         return parts
 
     monkeypatch.setattr("fire_atlas.part.layers", watched)

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from fire_atlas.analysis import Analysis, analyse
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Pixels, brightness
 from fire_atlas.core.progress import Silent
 from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
-from fire_atlas.effect import fly_flakes, render
+from fire_atlas.effect import fly_flakes, join, layers
 from fire_atlas.field.buoyancy import lift_direction
 from fire_atlas.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.flame.study import FlameStudy, study_flame
@@ -55,7 +56,8 @@ class Burnt:
 
     def finished(self, i: int) -> Pixels:
         """Return frame ``i`` as it goes into the atlas."""
-        return render(i, self.clip, self.recipe, self.analysis, self.tracks)
+        parts = layers(i, self.clip, self.recipe, self.analysis, self.tracks)
+        return as_light(join(parts, self.recipe, self.analysis))
 
     @property
     def rows(self) -> Array:
@@ -101,13 +103,13 @@ def clip_of(frames: list[Pixels], fps: float = 24.0, matte: str = "alpha") -> Cl
 def kept(clip: Clip) -> Clip:
     """Return ``clip`` with all its frames in memory."""
     frames = [clip.read(i) for i in range(clip.count)]
-    return replace(clip, read=lambda i: frames[i].copy())
+    return replace(clip, picture=lambda i: frames[i].copy())
 
 
 def looped(clip: Clip, seconds: float) -> Clip:
     """Return ``clip`` played again and again for at least ``seconds``."""
     count = max(clip.count, round(seconds * clip.fps))
-    return replace(clip, count=count, read=lambda i: clip.read(i % clip.count))
+    return replace(clip, count=count, picture=lambda i: clip.picture(i % clip.count))
 
 
 def real_clip(clips: Path, name: str) -> Clip:

@@ -13,8 +13,9 @@ from pydantic import BaseModel
 from fire_atlas.atlas.encode import encode_sprite
 from fire_atlas.composition.blur import blur_along
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import decode_bytes
-from fire_atlas.effect import render
+from fire_atlas.effect import layers
 from fire_atlas.flakes.drawing import draw_flakes
 from fire_atlas.flakes.tracks import COLUMNS
 from fire_atlas.recipe.effect import Buoyancy, Composite, Features, Flakes, MotionBlur
@@ -212,8 +213,8 @@ def _assert_sound(burnt: Burnt) -> None:
 
 def _brightest(burnt: Burnt, i: int) -> float:
     """Brightest light of frame ``i`` without its flakes."""
-    bare = render(i, burnt.clip, burnt.recipe, burnt.analysis, None)
-    return float(bare[..., :3].max())
+    bare = layers(i, burnt.clip, burnt.recipe, burnt.analysis, None).flame
+    return float(as_light(bare)[..., :3].max())
 
 
 @settings(

@@ -54,7 +54,7 @@ def clip_of(frames: Sequence[Pixels], fps: float = 24.0, matte: str = "alpha") -
         height=height,
         fps=fps,
         count=len(frames),
-        read=lambda i: frames[i].copy(),
+        picture=lambda i: frames[i].copy(),
         inputs=(),
         blend_space="srgb",
         matte=matte,

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.picture import to_light, with_alpha
 from fire_atlas.core.pixels import Pixels, linear_to_srgb, srgb_to_linear, unpremultiply
 from fire_atlas.sources import matte
-from fire_atlas.sources.picture import to_light, with_alpha
 
 BYTES = arrays.arrays(np.uint8, (3, 4, 3), elements=st.integers(0, 255))
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from fire_atlas.core.picture import Picture
 from fire_atlas.sources import memory
-from fire_atlas.sources.picture import Picture
 from fire_atlas.sources.reel import Reel
 
 

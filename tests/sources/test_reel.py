@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import synthetic_fire as fire
 
-from fire_atlas.sources.picture import Picture
+from fire_atlas.core.picture import Picture
 from fire_atlas.sources.reel import SequentialFrames
 
 

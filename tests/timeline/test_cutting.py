@@ -52,7 +52,7 @@ def test_a_length_near_the_period_is_exactly_as_long_as_was_asked() -> None:
 def test_a_clip_that_closes_is_left_as_it_is() -> None:
     clip, told = circling(24, 24), Told()
     loop = arranged(clip, told)
-    assert loop.loop and loop.count == 24 and loop.read is clip.read
+    assert loop.loop and loop.count == 24 and loop.picture is clip.picture
     assert told.notes == []
 
 

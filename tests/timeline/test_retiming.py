@@ -59,7 +59,7 @@ def test_two_flames_that_have_nothing_in_common_are_not_shown_at_once() -> None:
 def test_a_clip_whose_rate_is_not_asked_for_keeps_it() -> None:
     clip = circling(24, 24)
     assert arranged(clip).fps == clip.fps
-    assert arranged(clip, fps=24.0).read is clip.read
+    assert arranged(clip, fps=24.0).picture is clip.picture
 
 
 def _clips(clips: Path, name: str) -> Clip:

@@ -172,8 +172,8 @@ def test_a_flake_looks_as_it_would_in_the_pixels(hard: bool, alpha: str, tmp_pat
     tracks = some_tracks(hard=hard)
     seen = seen_alone(tmp_path / "game", tracks, 3, alpha=alpha)
     light = (draw_pixels if hard else draw_flakes)(tracks.frames[0], 60, 60)
-    pixels = compose(np.zeros((60, 60, 4), np.float32), light, "add", "srgb")
-    baked = encode_frame(pixels, "premultiplied", "srgb")[..., :3]
+    pixels = compose(np.zeros((3600, 4), np.float32), light.reshape(-1, 3), "add", "srgb")
+    baked = encode_frame(pixels.reshape(60, 60, 4), "premultiplied", "srgb")[..., :3]
     difference = np.abs(seen - baked)
     if hard:
         assert difference.max() <= 2

@@ -65,6 +65,11 @@ def to_light(picture: Picture) -> Pixels:
     return pixels
 
 
+def as_light(picture: Picture) -> Pixels:
+    """``picture`` (H, W, 4) as light: itself where it is light already, as float32 is."""
+    return picture if picture.dtype == np.float32 else to_light(picture)
+
+
 def brightest(picture: Picture) -> Picture:
     """Return the largest of R, G, B of each pixel (H, W)."""
     red, green, blue = (picture[..., channel] for channel in range(3))
