@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip, Window, cropped
 from fire_atlas.core.motion import SMALL, optical_flow, shrunk_flow, thumbnail
-from fire_atlas.core.pixels import Bytes, Plane, as_plane, brightness
+from fire_atlas.core.picture import as_light, brightness_of
+from fire_atlas.core.pixels import Bytes, Plane, as_plane
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.field.air import grid_shape
@@ -170,9 +171,9 @@ def _look(
     i: int, clip: Clip, recipe: Recipe, study: FlameStudy, brood: Brood, is_small: bool
 ) -> _FrameLook:
     """Everything a frame says on its own: runs in the pool."""
-    pixels = clip.read(i)
-    bright = brightness(pixels, clip.blend_space)
-    mask = study.mask.of(bright, lambda: pixels)
+    picture = clip.picture(i)
+    bright = brightness_of(picture, clip.blend_space)
+    mask = study.mask.of(bright, lambda: as_light(picture))
     features, cell = recipe.features, recipe.buoyancy.cell
     fx, fy = refine(
         *feature_vectors(bright, features.sigma, study.epsilon, study.kappa),

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.picture import Picture, as_light
-from fire_atlas.core.pixels import Pixels
+from fire_atlas.core.picture import Picture, as_light, brightness_of
+from fire_atlas.core.pixels import Pixels, Plane
 
 
 class Window(NamedTuple):
@@ -80,6 +80,10 @@ class Clip:
     def read(self, i: int) -> Pixels:
         """Frame ``i`` in light, (height, width, 4), a fresh array."""
         return as_light(self.picture(i))
+
+    def brightness(self, i: int) -> Plane:
+        """How bright frame ``i`` is, (height, width) in 0..255, as of ``pixels.brightness``."""
+        return brightness_of(self.picture(i), self.blend_space)
 
 
 def cropped(clip: Clip, window: Window) -> Clip:

@@ -7,7 +7,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import Pixels, srgb_to_linear
+from fire_atlas.core.pixels import (
+    REC709,
+    Pixels,
+    Plane,
+    as_plane,
+    brightness,
+    encode_unit,
+    srgb_to_linear,
+)
 
 Picture = NDArray[Any]
 """(H, W, 3) or (H, W, 4), order R, G, B(, A). uint8 and uint16: sRGB and straight alpha over the
@@ -68,6 +76,31 @@ def to_light(picture: Picture) -> Pixels:
 def as_light(picture: Picture) -> Pixels:
     """``picture`` (H, W, 4) as light: itself where it is light already, as float32 is."""
     return picture if picture.dtype == np.float32 else to_light(picture)
+
+
+@cache
+def _luminance_tables() -> list[NDArray[np.float32]]:
+    """What each of 256 steps of sRGB red, green and blue adds to the luminance, (256,) float32."""
+    return [_table(256)[0, :, 0] * weight for weight in REC709]
+
+
+def brightness_of(picture: Picture, blend_space: str) -> Plane:
+    """``brightness`` (H, W) of a picture (H, W, 4); bytes need not become light first."""
+    if picture.dtype != np.uint8:
+        return brightness(as_light(picture), blend_space)
+    shown = np.zeros(picture.shape[:2], np.float32)
+    left, top, width, height = cv2.boundingRect(cv2.extractChannel(picture, 3))
+    if width:
+        part = slice(top, top + height), slice(left, left + width)
+        *rgb, cover = cv2.split(picture[part])
+        red, green, blue = map(cv2.LUT, rgb, _luminance_tables())
+        light = as_plane(cv2.add(cv2.add(red, green, dst=red), blue, dst=red))
+        if blend_space == "linear":
+            light = as_plane(cv2.multiply(light, cover, scale=1 / 255, dtype=cv2.CV_32F))
+            np.multiply(encode_unit(light), 255, out=shown[part])
+        else:
+            cv2.multiply(encode_unit(light), cover, dst=shown[part], dtype=cv2.CV_32F)
+    return shown
 
 
 def brightest(picture: Picture) -> Picture:

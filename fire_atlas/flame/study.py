@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.activity import activity
 from fire_atlas.core.clip import Clip, Window
-from fire_atlas.core.pixels import Pixels, Plane, brightness
+from fire_atlas.core.pixels import Pixels, Plane
 from fire_atlas.core.workers import Workers
 from fire_atlas.flame.features import (
     Box,
@@ -125,7 +125,7 @@ def study_flame(
     """
     samples = min(max(clip.count // 2, _FEWEST), _MOST)
     picks = sorted({round(i) for i in np.linspace(0, clip.count - 1, samples)})
-    shown = list(workers.map(lambda i: brightness(clip.read(i), clip.blend_space), picks))
+    shown = list(workers.map(lambda i: clip.brightness(i), picks))
     tells = _flame_mask(shown, is_scene=clip.matte == "none")
     looks = zip(picks, shown, strict=True)
     masks = list(workers.map(lambda look: tells.of(look[1], partial(clip.read, look[0])), looks))

@@ -51,7 +51,7 @@ class Fire:
     @classmethod
     def of(cls, clip: Clip, threshold: float | None = None) -> "Fire":
         """Look at a few frames; ``threshold`` is chosen from the clip unless given."""
-        shown = [brightness(clip.read(i), clip.blend_space) for i in _spread(clip.count)]
+        shown = [clip.brightness(i) for i in _spread(clip.count)]
         is_filmed = clip.matte != "alpha"
         place, free = _place(shown, is_filmed)
         if threshold is None:

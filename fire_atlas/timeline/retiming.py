@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip, Skipped
 from fire_atlas.core.motion import SMALL, flow_size, optical_flow, thumbnail
 from fire_atlas.core.picture import Picture
-from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
+from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.core.workers import Workers
 from fire_atlas.timeline.memory import remembering
 from fire_atlas.timeline.thumbnails import distance
@@ -175,7 +175,7 @@ def _trial(clip: Clip, i: int) -> tuple[float, float]:
 def _velocity(clip: Clip, before: int, after: int) -> NDArray[np.float32]:
     """Velocity of what frame ``before`` shows, (h, w, 2), px/s of the whole frame."""
     is_small = clip.width * clip.height <= SMALL
-    shown = (brightness(clip.read(i), clip.blend_space) for i in (before, after))
+    shown = (clip.brightness(i) for i in (before, after))
     one, other = (thumbnail(plane, is_small) for plane in shown)
     if before in clip.backwards:
         one, other = other, one

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fire_atlas.analysis import Analysis, analyse
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import as_light
-from fire_atlas.core.pixels import Pixels, brightness
+from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.progress import Silent
 from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
@@ -129,7 +129,7 @@ def campfire(height: int | None = None, count: int | None = None) -> Clip:
 
 def brightness_of(clip: Clip, i: int) -> Plane:
     """Brightness (H, W), 0..255, of frame ``i``."""
-    return brightness(clip.read(i), clip.blend_space)
+    return clip.brightness(i)
 
 
 def pixel_of(rows: Array, clip: Clip) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
