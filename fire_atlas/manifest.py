@@ -9,6 +9,7 @@ import json
 import os
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
+from functools import cache
 from importlib import metadata
 from pathlib import Path, PureWindowsPath
 from typing import Any, Self
@@ -298,8 +299,12 @@ def _asked(tree: RecipeTree) -> str:
     return hashlib.sha256(json.dumps(asked).encode()).hexdigest()
 
 
+@cache
 def maker() -> str:
-    """Hash of what makes the bytes: this tool's code and the versions of its libraries."""
+    """Hash of what makes the bytes: this tool's code and the versions of its libraries.
+
+    Looked at once: what is changed while the tool runs is not what it runs.
+    """
     digest = hashlib.sha256()
     package = Path(__file__).parent
     for path in sorted(package.rglob("*.py")):

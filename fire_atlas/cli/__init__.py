@@ -26,6 +26,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(args: Namespace) -> int:
     """Run the command that ``args`` name; each is the function ``run`` of a module of its name."""
     _raise_on_termination()
+    # Our products are small: BLAS would spend more on waking threads, which then spin beside ours,
+    # and by how many share a sum its last bits vary. It asks when numpy is imported, here for the
+    # first time.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     command = import_module(f"fire_atlas.cli.{args.command}")
     code = int(command.run(args))
     sys.stdout.flush()

@@ -64,8 +64,7 @@ class Eddies:
         """u and v, each (rows, columns), px/s, at ``time`` s.
 
         sin(kx x + ky y + p) is split into products of row and column vectors, so that the sum over
-        all waves is one matrix product. By OpenCV: numpy's own may use threads, and then neither
-        its time nor its last bits can be relied upon.
+        all waves is one matrix product.
         """
         step = max(1, int(_WAVELENGTHS[0] * shape[0] / _SAMPLES))
         rows, columns = (_samples(n, step) for n in shape)
@@ -79,7 +78,7 @@ class Eddies:
         u_and_v = np.concatenate([
             sines * as_plane(np.tile(along * share, 2))[:, None] for along in (self.ky, -self.kx)
         ], axis=1)  # fmt: skip
-        both = as_plane(cv2.gemm(u_and_v, waves, 1.0, np.empty(0), 0.0, flags=cv2.GEMM_1_T))
+        both = u_and_v.T @ waves
         return _finer(both[: len(rows)], step, shape), _finer(both[len(rows) :], step, shape)
 
 

@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 from typing import Self
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import Plane, as_plane
+from fire_atlas.core.pixels import Plane
 from fire_atlas.field.air import Air
 
 _OVERLAP = 0.25
@@ -59,8 +60,8 @@ class FieldRecord:
             began = plane[past_end % len(plane)]
             began += (now - began) * went_on
 
-    def at(self, time: float) -> tuple[Plane, Plane, Plane]:
-        """u, v (px/s) and lit (0..1), each (rows, columns), at ``time`` s.
+    def at(self, time: float) -> NDArray[np.float32]:
+        """u, v (px/s) and lit (0..1) of each cell, (rows, columns, 3), at ``time`` s.
 
         Before and after, a loop goes round and another clip holds its ends. Flow leads from a frame
         to the next, so a frame's field is that of half a frame later. From there it passes into the
@@ -71,13 +72,15 @@ class FieldRecord:
         if not self.loop:
             position = min(max(position, 0.0), count - 1.0)
         first = int(np.floor(position))
-        part = np.float32(_smooth(position - first))
+        part = _smooth(position - first)
         here, there = first % count, (first + 1) % count if self.loop or part else first % count
-        u, v, lit = (
-            as_plane(planes[here] * (1 - part) + planes[there] * part)
-            for planes in (self.u, self.v, self.lit)
+        planes = (
+            cv2.addWeighted(
+                of[here], (1 - part) / white, of[there], part / white, 0.0, dtype=cv2.CV_32F
+            )
+            for of, white in ((self.u, 1), (self.v, 1), (self.lit, 255))
         )
-        return u, v, lit / np.float32(255)
+        return np.asarray(cv2.merge(tuple(planes)), np.float32)
 
 
 def _smooth(part: float) -> float:

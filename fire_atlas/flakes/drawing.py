@@ -32,8 +32,7 @@ def draw_flakes(rows: NDArray[np.float64], height: int, width: int) -> NDArray[n
         rows: (flakes, 14), columns ``tracks.COLUMNS``.
         height, width: Frame, px.
     """
-    # What falls outside the frame lands in a border of one pixel.
-    canvas = np.zeros((height + 2, width + 2, 3), np.float32)
+    canvas = np.zeros((height, width, 3), np.float32)
     column = dict(zip(COLUMNS, rows.T, strict=True))
     across = column["size"] / 2
     along = across * column["stretch"]
@@ -56,7 +55,7 @@ def draw_flakes(rows: NDArray[np.float64], height: int, width: int) -> NDArray[n
         shine = as_plane(light[:, group] * exact)
         for some, weights in drawn:
             _add(canvas, spans, some, weights, shine)
-    return np.ascontiguousarray(canvas[1:-1, 1:-1])
+    return canvas
 
 
 def _add(
@@ -66,12 +65,17 @@ def _add(
     weights: NDArray[np.float32],
     light: NDArray[np.float32],
 ) -> None:
-    """Add ``some`` spans to a canvas (H + 2, W + 2, 3): ``weights`` (pixels, spans) times
-    ``light`` (3, flakes)."""
-    height, width = canvas.shape[0] - 2, canvas.shape[1] - 2
-    pixel = spans.x[some] + np.arange(len(weights))[:, None]
-    np.clip(pixel, -1, width, out=pixel)
-    pixel += (np.clip(spans.y[some], -1, height) + 1) * (width + 2) + 1
+    """Add ``some`` spans to a canvas (H, W, 3): ``weights`` (pixels, spans) times ``light``
+    (3, flakes); the weights of what falls outside become 0."""
+    height, width = canvas.shape[:2]
+    x, y, step = spans.x[some], spans.y[some], np.arange(len(weights))[:, None]
+    pixel = y * width + x + step
+    leaves = np.flatnonzero((x < 0) | (x + len(weights) > width) | (y < 0) | (y >= height))
+    if leaves.size:
+        x, y = x[leaves] + step, y[leaves]
+        seen = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+        weights[:, leaves] *= seen
+        pixel[:, leaves] *= seen
     flake = some % light.shape[1]
     for c in range(3):
         np.add.at(canvas.reshape(-1, 3)[:, c], pixel.ravel(), (weights * light[c, flake]).ravel())

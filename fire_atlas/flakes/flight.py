@@ -1,7 +1,7 @@
 """Flight of the flakes: each is carried by the field, with inertia, jitter and weight."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Self
 
@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import Plane, as_plane
+from fire_atlas.core.pixels import as_plane
 from fire_atlas.field.record import FieldRecord
 from fire_atlas.flakes.emission import TICK, Spawns
 from fire_atlas.flakes.scatter import scatter_turns
@@ -75,11 +75,10 @@ class Swarm:
         """Only the flakes of a mask."""
         return Swarm(*(getattr(self, f.name)[kept] for f in fields(self)))
 
-    def joined(self, other: "Swarm") -> "Swarm":
-        """These flakes, then ``other``."""
-        return Swarm(
-            *(np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(self))
-        )
+    @classmethod
+    def joined(cls, parts: Sequence["Swarm"]) -> Self:
+        """All of ``parts``, one after the other."""
+        return cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
 
 
 def fly(spawns: Spawns, field: FieldRecord, frames: int, flight: Flight) -> Iterator[Swarm]:
@@ -120,26 +119,19 @@ class _Inertia:
         return cls(np.exp(-TICK / np.maximum(lag, 1e-6)), flight.gravity * lag)
 
 
-def sample(field: FieldRecord, planes: tuple[Plane, ...], x: Column, y: Column) -> Column:
-    """``planes`` of the field (planes, flakes) at places in px, bilinear between cell centres."""
-    if len(x) == 0:
-        return np.empty((len(planes), 0))
+def _sample(field: FieldRecord, air: NDArray[np.float32], x: Column, y: Column) -> Column:
+    """u, v and lit, (3, flakes), of the field's ``air`` at places in px: bilinear between the
+    centres of cells, whose border goes on outside."""
+    places = as_plane(x / field.cell - 0.5)[:, None], as_plane(y / field.cell - 0.5)[:, None]
+    found = np.empty((len(x), 3))
     # OpenCV's pictures have at most 32,767 rows: more flakes are asked for in several parts.
-    parts = [slice(i, i + _MOST_ROWS) for i in range(0, len(x), _MOST_ROWS)]
-    at = as_plane(x / field.cell - 0.5), as_plane(y / field.cell - 0.5)
-    found = np.empty((len(planes), len(x)))
-    for part in parts:
-        for here, plane in zip(found, planes, strict=True):
-            here[part] = _at(plane, at[0][part], at[1][part])
-    return found
-
-
-def _at(plane: Plane, x: NDArray[np.float32], y: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the plane at places in cells, (places,); bilinear, its border goes on outside."""
-    found = cv2.remap(
-        plane, x[:, None], y[:, None], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-    )
-    return as_plane(found[:, 0])
+    for start in range(0, len(x), _MOST_ROWS):
+        part = slice(start, start + _MOST_ROWS)
+        found[part] = cv2.remap(
+            air, places[0][part], places[1][part], cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_REPLICATE,
+        )[:, 0]  # fmt: skip
+    return np.ascontiguousarray(found.T)
 
 
 def _hatch(
@@ -148,15 +140,18 @@ def _hatch(
     first: int,
     last: int,
     field: FieldRecord,
-    air: tuple[Plane, ...],
+    air: NDArray[np.float32],
     flight: Flight,
 ) -> Swarm:
     """Add the flakes ``first`` .. ``last`` of ``spawns``, as far as there is room for them."""
     last = min(last, first + max(flight.most - len(swarm.id), 0))
+    if first == last:
+        return swarm
     new = slice(first, last)
-    vx, vy = sample(field, air[:2], spawns.x[new], spawns.y[new])
+    vx, vy, _ = _sample(field, air, spawns.x[new], spawns.y[new])
     ids = np.arange(first, last, dtype=np.int64)
-    return swarm.joined(Swarm(ids, spawns.x[new], spawns.y[new], vx, vy, np.zeros(len(ids))))
+    hatched = Swarm(ids, spawns.x[new], spawns.y[new], vx, vy, np.zeros(len(ids)))
+    return Swarm.joined([swarm, hatched])
 
 
 def _step(
@@ -164,12 +159,12 @@ def _step(
     spawns: Spawns,
     inertia: _Inertia,
     field: FieldRecord,
-    air: tuple[Plane, ...],
+    air: NDArray[np.float32],
     tick: int,
     flight: Flight,
 ) -> Swarm:
     """One tick: v̇ = (u − v)/lag + g, solved exactly; then the jitter; then the way."""
-    *u, lit = sample(field, air, swarm.x, swarm.y)
+    *u, lit = _sample(field, air, swarm.x, swarm.y)
     if flight.lag > 0:
         keeps = inertia.keeps[swarm.id]
         vx = u[0] + (swarm.vx - u[0]) * keeps

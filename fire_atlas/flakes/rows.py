@@ -1,7 +1,7 @@
 """From flying flakes to what is drawn and written: the rows of the tracks."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 
 import numpy as np
@@ -20,6 +20,9 @@ _BORDER = 0.05
 
 _SHADES = 3
 """Steps in which hard flakes dim."""
+
+_TOGETHER = 4096
+"""Flakes that are worth a call; numpy takes as long for a few."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,32 +58,45 @@ def rows_of(
     Velocity is the way to the flake's place in the next frame, so that an engine that moves it
     by ``v / fps`` arrives there; in a flake's last row it is its velocity then.
     """
-    pairs = pairwise(chain(swarms, [Swarm.empty()]))
-    return workers.map(
-        lambda pair: _table(pair[0], *_velocity(*pair, look.fps), spawns, look), pairs
-    )
+    moving = (_moving(*pair, look.fps) for pair in pairwise(chain(swarms, [Swarm.empty()])))
+    for tables in workers.map(lambda some: _tables(some, spawns, look), _gathered(moving)):
+        yield from tables
 
 
-def _velocity(
-    swarm: Swarm, following: Swarm, fps: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Velocity, px/s, from each flake's place to that in the following frame."""
-    _, here, there = np.intersect1d(swarm.id, following.id, assume_unique=True, return_indices=True)
+def _moving(swarm: Swarm, following: Swarm, fps: float) -> Swarm:
+    """Return the swarm; its velocity, px/s, leads from each flake's place to the following one."""
+    # Both are in order of id: where a flake would be in the following frame, if it is still there.
+    there = np.searchsorted(following.id, swarm.id)
+    here = np.flatnonzero(np.append(following.id, -1)[there] == swarm.id)
+    there = there[here]
     vx, vy = swarm.vx.copy(), swarm.vy.copy()
     vx[here] = (following.x[there] - swarm.x[here]) * fps
     vy[here] = (following.y[there] - swarm.y[here]) * fps
-    return vx, vy
+    return replace(swarm, vx=vx, vy=vy)
 
 
-def _table(
-    swarm: Swarm,
-    vx: NDArray[np.float64],
-    vy: NDArray[np.float64],
-    spawns: Spawns,
-    look: Appearance,
-) -> NDArray[np.float64]:
-    """One frame's rows: a streak is straight along the velocity, x(t) + (δ − t) v κ (eq. 17)."""
-    speed = np.hypot(vx, vy)
+def _gathered(swarms: Iterable[Swarm]) -> Iterator[list[Swarm]]:
+    """Yield the swarms of several frames together, where they are small."""
+    some, flakes = list[Swarm](), 0
+    for swarm in swarms:
+        some.append(swarm)
+        flakes += len(swarm.id)
+        if flakes >= _TOGETHER:
+            yield some
+            some, flakes = [], 0
+    if some:
+        yield some
+
+
+def _tables(swarms: list[Swarm], spawns: Spawns, look: Appearance) -> list[NDArray[np.float64]]:
+    """One frame's rows for each of the swarms."""
+    ends = np.cumsum([len(swarm.id) for swarm in swarms])
+    return np.split(_table(Swarm.joined(swarms), spawns, look), ends[:-1])
+
+
+def _table(swarm: Swarm, spawns: Spawns, look: Appearance) -> NDArray[np.float64]:
+    """Rows of flakes: a streak is straight along the velocity, x(t) + (δ − t) v κ (eq. 17)."""
+    speed = np.hypot(swarm.vx, swarm.vy)
     life, wide = spawns.life[swarm.id], spawns.size[swarm.id]
     size = np.clip(np.rint(wide), 1, 2) if look.pixel else np.maximum(wide, SMALLEST)
     height, width = look.kappa.shape
@@ -103,8 +119,8 @@ def _table(
     if look.fades:
         opacity = opacity * _inside(swarm, size * stretch / 2, height, width)
     return np.column_stack([
-        swarm.id, swarm.x, swarm.y, vx, vy, size, stretch, np.arctan2(vy, vx), colour, opacity,
-        swarm.age, life,
+        swarm.id, swarm.x, swarm.y, swarm.vx, swarm.vy, size, stretch,
+        np.arctan2(swarm.vy, swarm.vx), colour, opacity, swarm.age, life,
     ])  # fmt: skip
 
 

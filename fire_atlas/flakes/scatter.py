@@ -28,9 +28,11 @@ def scatter_turns(
 
     A flake's turn depends on (seed, tick, id) alone, not on which others are alive.
     """
-    if k == 1.0:
+    if k == 1.0 or not len(ids):
         return np.ones(len(ids)), np.zeros(len(ids))
-    draws = generator(seed, Stage.SCATTER, tick).random(_SLOTS)[ids % _SLOTS]
+    # The first draws do not depend on how many follow.
+    slots = min(int(ids.max()) + 1, _SLOTS)
+    draws = generator(seed, Stage.SCATTER, tick).random(slots)[ids % _SLOTS]
     # One draw serves both: its upper half is the turn to the right, its lower to the left.
     right = draws >= 0.5
     xi = np.where(right, 2 * draws - 1, 2 * draws)

@@ -6,7 +6,6 @@ Particles mark the places they fly through as their splice's: the nearer and the
 import math
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
@@ -115,8 +114,7 @@ def _gathered(
 def _summed(down: Plane, right: Plane) -> Plane:
     """Sum of billboards (r, c), each the product of a column and a row of ``down`` (n, r) and
     ``right`` (n, c); squared, so that where two meet the border between them is narrow."""
-    nothing = np.zeros((1, 1), np.float32)
-    return np.square(as_plane(cv2.gemm(down, right, 1.0, nothing, 0.0, flags=cv2.GEMM_1_T)))
+    return as_plane(np.square(down.T @ right))
 
 
 def _bells(

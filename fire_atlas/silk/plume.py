@@ -87,11 +87,7 @@ class _Waves:
         rows = np.concatenate([np.sin(down), np.cos(down)])
         columns = np.concatenate([np.cos(across), np.sin(across)])
         columns *= np.tile(self.amplitude, 2)[:, None]
-        # By OpenCV: numpy's own product may use threads, and then its last bits vary.
-        product = cv2.gemm(
-            as_plane(rows), as_plane(columns), 1.0, np.empty(0), 0.0, flags=cv2.GEMM_1_T
-        )
-        return as_plane(product)
+        return as_plane(rows).T @ as_plane(columns)
 
 
 def burn(

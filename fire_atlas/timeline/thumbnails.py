@@ -74,7 +74,7 @@ class Thumbnails:
         details = np.array([detail for _, _, detail in looks])
         # ‖a − b‖² = ‖a‖² + ‖b‖² − 2ab; without the mean, less is lost in the difference.
         rows = as_plane((frames - frames.mean(axis=0)).reshape(len(frames), -1))
-        products = cv2.gemm(rows, rows, 1.0, np.empty(0), 0.0, flags=cv2.GEMM_2_T)
+        products = rows @ rows.T
         power = np.diag(products)
         square = np.maximum(power[:, None] + power[None] - 2 * products, 0) / rows.shape[1]
         flows = list(workers.map(lambda i: _flow(seen[i - 1], seen[i]), range(len(seen))))
