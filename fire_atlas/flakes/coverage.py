@@ -26,8 +26,8 @@ def alike(lengths: Index, areas: Index, most: int) -> Iterator[Index]:
     """Yield the indices of what has a length, ascending, in groups of ``most`` of area or so."""
     # A sort of 16-bit numbers is several times as fast, and it need not be exact.
     order = np.argsort(np.minimum(lengths, np.iinfo(np.int16).max).astype(np.int16), kind="stable")
-    order = order[np.searchsorted(lengths[order], 0, side="right") :]
-    group = np.cumsum(areas[order]) // most
+    order = order[np.count_nonzero(lengths <= 0) :]
+    group = np.cumsum(areas.take(order)) // most
     for part in np.split(order, np.flatnonzero(np.diff(group)) + 1):
         if part.size:
             yield part
@@ -142,10 +142,11 @@ class Spans:
     def weights(self, some: Index) -> Single:
         """Return the weight (1 − q²)² of each pixel of ``some`` spans, (pixels, spans); 0 past the
         end of the shorter ones."""
-        d = self.start[some] + np.arange(self.length[some].max(), dtype=np.float32)[:, None]
+        longest = self.length.take(some).max()
+        d = self.start.take(some) + np.arange(longest, dtype=np.float32)[:, None]
         d *= d
-        d *= self.bend[some % len(self.bend)]
-        np.subtract(self.depth[some], d, out=d)
+        d *= self.bend.take(some % len(self.bend))
+        np.subtract(self.depth.take(some), d, out=d)
         np.maximum(d, 0, out=d)
         d *= d
         return d

@@ -68,7 +68,7 @@ def _add(
     """Add ``some`` spans to a canvas (H, W, 3): ``weights`` (pixels, spans) times ``light``
     (3, flakes); the weights of what falls outside become 0."""
     height, width = canvas.shape[:2]
-    x, y, step = spans.x[some], spans.y[some], np.arange(len(weights))[:, None]
+    x, y, step = spans.x.take(some), spans.y.take(some), np.arange(len(weights))[:, None]
     pixel = y * width + x + step
     leaves = np.flatnonzero((x < 0) | (x + len(weights) > width) | (y < 0) | (y >= height))
     if leaves.size:
@@ -77,8 +77,8 @@ def _add(
         weights[:, leaves] *= seen
         pixel[:, leaves] *= seen
     flake = some % light.shape[1]
-    for c in range(3):
-        np.add.at(canvas.reshape(-1, 3)[:, c], pixel.ravel(), (weights * light[c, flake]).ravel())
+    for plane, shine in zip(canvas.reshape(-1, 3).T, light, strict=True):
+        np.add.at(plane, pixel.ravel(), (weights * shine.take(flake)).ravel())
 
 
 def draw_pixels(rows: NDArray[np.float64], height: int, width: int) -> NDArray[np.float32]:

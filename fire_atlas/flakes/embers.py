@@ -58,7 +58,7 @@ def ramp(colors: tuple[str, ...]) -> NDArray[np.float64]:
 def colour_by_speed(
     speed: NDArray[np.float64], height: int, stops: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Colour (flakes, 3), linear, of flakes at ``speed`` px/s in frames of ``height`` px."""
+    """Colour (3, flakes), linear, of flakes at ``speed`` px/s in frames of ``height`` px."""
     at = np.clip(speed / (_FULL_SPEED * height), 0, 1) * (len(stops) - 1)
     known = np.arange(len(stops))
-    return np.stack([np.interp(at, known, stops[:, c]) for c in range(3)], axis=1)
+    return np.stack([np.interp(at, known, stops[:, c]) for c in range(3)])

@@ -73,7 +73,10 @@ class Swarm:
 
     def where(self, kept: NDArray[np.bool_]) -> "Swarm":
         """Only the flakes of a mask."""
-        return Swarm(*(getattr(self, f.name)[kept] for f in fields(self)))
+        places = np.flatnonzero(kept)
+        if len(places) == len(kept):
+            return self
+        return Swarm(*(getattr(self, f.name).take(places) for f in fields(self)))
 
     @classmethod
     def joined(cls, parts: Sequence["Swarm"]) -> Self:
@@ -166,9 +169,9 @@ def _step(
     """One tick: v̇ = (u − v)/lag + g, solved exactly; then the jitter; then the way."""
     *u, lit = _sample(field, air, swarm.x, swarm.y)
     if flight.lag > 0:
-        keeps = inertia.keeps[swarm.id]
+        keeps = inertia.keeps.take(swarm.id)
         vx = u[0] + (swarm.vx - u[0]) * keeps
-        fall = u[1] + inertia.falls[swarm.id]
+        fall = u[1] + inertia.falls.take(swarm.id)
         vy = fall + (swarm.vy - fall) * keeps
     else:
         vx, vy = u
@@ -181,7 +184,7 @@ def _step(
         y=swarm.y + (vy + own_y) * TICK,
         vx=vx,
         vy=vy,
-        age=_since(spawns.tick[swarm.id], tick + 1),
+        age=_since(spawns.tick.take(swarm.id), tick + 1),
     )
 
 
@@ -195,13 +198,14 @@ def _own_motion(
     """
     flung = np.exp(-swarm.age / _THROW)
     speed = math.sqrt(2) * flight.wander * outside * np.minimum(swarm.age / _STRAY, 1.0)
-    turn = 2 * math.pi * spawns.wander[swarm.id] * swarm.age
-    fall = spawns.sink[swarm.id] * (1 - flung)
+    turn = 2 * math.pi * spawns.wander.take(swarm.id) * swarm.age
+    fall = spawns.sink.take(swarm.id) * (1 - flung)
     return (
-        spawns.throw_x[swarm.id] * flung + speed * _sine(turn + spawns.wander_x[swarm.id]),
-        spawns.throw_y[swarm.id] * flung
+        spawns.throw_x.take(swarm.id) * flung
+        + speed * _sine(turn + spawns.wander_x.take(swarm.id)),
+        spawns.throw_y.take(swarm.id) * flung
         + fall
-        + 0.5 * speed * _sine(turn + spawns.wander_y[swarm.id]),
+        + 0.5 * speed * _sine(turn + spawns.wander_y.take(swarm.id)),
     )
 
 
@@ -224,13 +228,13 @@ def _between(before: Swarm, after: Swarm, part: float, spawns: Spawns) -> Swarm:
         y=before.y + (after.y - before.y) * part,
         age=age,
     )
-    return seen.where(age < spawns.life[before.id])
+    return seen.where(age < spawns.life.take(before.id))
 
 
 def _stays(swarm: Swarm, spawns: Spawns, flight: Flight) -> NDArray[np.bool_]:
-    margin = spawns.size[swarm.id]
+    margin = spawns.size.take(swarm.id)
     stays: NDArray[np.bool_] = (
-        (swarm.age < spawns.life[swarm.id])
+        (swarm.age < spawns.life.take(swarm.id))
         & (swarm.x > -margin)
         & (swarm.x < flight.width + margin)
         & (swarm.y > -margin)

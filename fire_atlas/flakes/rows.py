@@ -97,7 +97,7 @@ def _tables(swarms: list[Swarm], spawns: Spawns, look: Appearance) -> list[NDArr
 def _table(swarm: Swarm, spawns: Spawns, look: Appearance) -> NDArray[np.float64]:
     """Rows of flakes: a streak is straight along the velocity, x(t) + (δ − t) v κ (eq. 17)."""
     speed = np.hypot(swarm.vx, swarm.vy)
-    life, wide = spawns.life[swarm.id], spawns.size[swarm.id]
+    life, wide = spawns.life.take(swarm.id), spawns.size.take(swarm.id)
     size = np.clip(np.rint(wide), 1, 2) if look.pixel else np.maximum(wide, SMALLEST)
     height, width = look.kappa.shape
     weight = look.kappa[
@@ -107,7 +107,7 @@ def _table(swarm: Swarm, spawns: Spawns, look: Appearance) -> NDArray[np.float64
     streak = speed / look.fps * (look.stretch + look.shutter * weight)
     stretch = 1 + streak / size
     light = glow(swarm.age, life) * twinkle(
-        swarm.age, spawns.twinkle[swarm.id], spawns.phase[swarm.id]
+        swarm.age, spawns.twinkle.take(swarm.id), spawns.phase.take(swarm.id)
     )
     colour = colour_by_speed(speed, height, look.colours) * look.intensity
     if look.pixel:
@@ -118,10 +118,11 @@ def _table(swarm: Swarm, spawns: Spawns, look: Appearance) -> NDArray[np.float64
         opacity = light * weight * (wide / size) ** 2 / stretch
     if look.fades:
         opacity = opacity * _inside(swarm, size * stretch / 2, height, width)
-    return np.column_stack([
+    # A column lies in one piece: whoever reads the table reads columns.
+    return np.stack([
         swarm.id, swarm.x, swarm.y, swarm.vx, swarm.vy, size, stretch,
-        np.arctan2(swarm.vy, swarm.vx), colour, opacity, swarm.age, life,
-    ])  # fmt: skip
+        np.arctan2(swarm.vy, swarm.vx), *colour, opacity, swarm.age, life,
+    ]).T  # fmt: skip
 
 
 def _inside(

@@ -32,7 +32,7 @@ def scatter_turns(
         return np.ones(len(ids)), np.zeros(len(ids))
     # The first draws do not depend on how many follow.
     slots = min(int(ids.max()) + 1, _SLOTS)
-    draws = generator(seed, Stage.SCATTER, tick).random(slots)[ids % _SLOTS]
+    draws = generator(seed, Stage.SCATTER, tick).random(slots).take(ids & (_SLOTS - 1))
     # One draw serves both: its upper half is the turn to the right, its lower to the left.
     right = draws >= 0.5
     xi = np.where(right, 2 * draws - 1, 2 * draws)
