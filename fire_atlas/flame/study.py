@@ -126,14 +126,15 @@ def study_flame(
     samples = min(max(clip.count // 2, _FEWEST), _MOST)
     picks = sorted({round(i) for i in np.linspace(0, clip.count - 1, samples)})
     shown = list(workers.map(lambda i: clip.brightness(i), picks))
+    # Not needed before the masks: made beside what only one thread can do.
+    started = [workers.start(partial(slope_of, plane, features.sigma)) for plane in shown]
     tells = _flame_mask(shown, is_scene=clip.matte == "none")
     looks = zip(picks, shown, strict=True)
     masks = list(workers.map(lambda look: tells.of(look[1], partial(clip.read, look[0])), looks))
     box, base = _flame_box(masks)
     spanned = box if features.kappa_over == "flame" else Box(0, 0, clip.width - 1, clip.height - 1)
     weight = kappa((clip.height, clip.width), spanned, buoyancy, features.n)
-    slopes = list(workers.map(lambda plane: slope_of(plane, features.sigma), shown))
-    pairs = list(zip(slopes, masks, strict=True))
+    pairs = [(slope.result(), mask) for slope, mask in zip(started, masks, strict=True)]
     epsilon = _automatic_epsilon(pairs, workers) if features.epsilon == "auto" else features.epsilon
     lengths = workers.map(lambda pair: _lengths(*pair, weight, epsilon), pairs)
     alpha, candidates, typical = _automatic_alpha(list(lengths))
