@@ -18,8 +18,8 @@ at its pixel:
 The second table has the flakes of the defaults: how many are born while the clip plays once, and
 (of many, for statistics) the share that ends higher than it began; then, with the clip played again
 and again for six seconds, the mean speed of the air where the clip is dark (brightness below 10)
-against that of the plume, lift / drag; the most rows in one of 20 x 20 cells while it is dark,
-against the mean of the cells that flakes come to; what became of the flakes.
+against that of the plume, lift / drag; the most rows in one of 20 x 20 cells there against the mean
+of the cells that flakes come to; what became of the flakes.
 
 Exits 1 if a clip with a rising flame misses a bound. With another method than its own the effect
 has to keep the bounds where any method does: where that method agrees with the first so far.

@@ -25,9 +25,6 @@ MOVES = 0.5
 CELLS = 20
 """The plume's crowding is counted in this many cells along each side of the frame."""
 
-LEAST_DARK = 0.1
-"""Share of the time for which a cell of the plume is dark."""
-
 
 def dis_flow(clip: Clip, i: int) -> Flow:
     """Flow from frame ``i`` to the next by dense inverse search, at full resolution."""
@@ -116,27 +113,22 @@ def plume_speed(burnt: Burnt) -> float:
 
 
 def crowding(burnt: Burnt) -> float:
-    """Most rows in one cell of the plume while it is dark, against the mean of the plume's cells.
+    """Most rows in one cell of the plume, against the mean of the plume's cells.
 
-    Tongues of flame reach into the plume: a cell's rows are counted for as long as it is dark, as
-    if it always were. The plume is where 95 % of the rows are: cells that a stray flake crosses
-    once are none of it (counting them would make a plume that spreads look worse than one that
-    does not).
+    The plume is where 95 % of the rows are: cells that a stray flake crosses once are none of it
+    (counting them would make a plume that spreads look worse than one that does not).
     """
     clip = burnt.clip
-    count, share = np.zeros((CELLS, CELLS)), np.zeros((CELLS, CELLS))
+    count = np.zeros((CELLS, CELLS))
     for i, rows in enumerate(burnt.tracks.frames):
         at = pixel_of(rows, clip)
         inside = (rows[:, X] >= 0) & (rows[:, X] < clip.width)
         inside &= (rows[:, Y] >= 0) & (rows[:, Y] < clip.height)
-        is_dark = brightness_of(clip, i) < DARK
-        dark = rows[inside & is_dark[at]]
+        dark = rows[inside & (brightness_of(clip, i)[at] < DARK)]
         row = (dark[:, Y] / clip.height * CELLS).astype(np.intp)
         column = (dark[:, X] / clip.width * CELLS).astype(np.intp)
         np.add.at(count, (row, column), 1)
-        seen = cv2.resize(is_dark.astype(np.float32), (CELLS, CELLS), interpolation=cv2.INTER_AREA)
-        share += seen / len(burnt.tracks.frames)
-    dense = np.sort(np.where(share >= LEAST_DARK, count / share.clip(LEAST_DARK), 0).ravel())[::-1]
+    dense = np.sort(count.ravel())[::-1]
     plume = dense[: int(np.searchsorted(np.cumsum(dense), 0.95 * dense.sum())) + 1]
     return float(plume.max() / plume.mean()) if dense.any() else 0.0
 
