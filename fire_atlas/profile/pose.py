@@ -5,6 +5,7 @@ learnt as two curves over height, and taken out of the frames before their detai
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,9 +48,14 @@ def node_heights() -> NDArray[np.float64]:
 
 
 def along(curve: NDArray[np.float64], heights: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return a curve (..., NODES) at any ``heights``; beyond its ends it stays as it is there."""
-    spline = CubicSpline(node_heights(), curve, axis=-1, bc_type="clamped")
-    return np.asarray(spline(np.clip(heights, 0.0, HIGHEST)), np.float64)
+    """Return a curve (NODES,) at any ``heights``; beyond its ends it stays as it is there."""
+    return np.asarray(_shares()(np.clip(heights, 0.0, HIGHEST)) @ curve, np.float64)
+
+
+@cache
+def _shares() -> CubicSpline:
+    """What each node has of a cubic spline through all of them, level at its ends: (NODES,)."""
+    return CubicSpline(node_heights(), np.eye(NODES), bc_type="clamped")
 
 
 def resting(offset: NDArray[np.float64], closed: bool) -> NDArray[np.float64]:

@@ -9,6 +9,9 @@ once: it climbs through the flame with its gases.
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fire_atlas.core.chance import Stage, generator
 from fire_atlas.profile.force import Weather
 from fire_atlas.profile.model import Side
@@ -80,17 +83,20 @@ class Reel:
         longest = max((int(frames) - lives) // 2, 1)
         return cls(rate, count, False, holds, lives, longest)
 
-    def place(self, splice: Splice, age: float) -> tuple[int, int, float]:
+    def places(
+        self, first: NDArray[np.intp], age: NDArray[np.float64]
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
         """Two neighbouring frames of the clip and the share of the second, ``age`` frames after
-        the splice began."""
-        at = splice.first + age * self.rate
+        splices began with the frames ``first``; all of one shape."""
+        at = first + age * self.rate
         if self.holds:
-            at = math.floor(at)
-        lower = math.floor(at)
+            at = np.floor(at)
+        begun = np.floor(at)
+        lower, part = begun.astype(np.intp), at - begun
         if self.closed:
-            return lower % self.count, (lower + 1) % self.count, at - lower
-        lower = min(max(lower, 0), self.count - 1)
-        return lower, min(lower + 1, self.count - 1), at - math.floor(at)
+            return lower % self.count, (lower + 1) % self.count, part
+        lower = np.clip(lower, 0, self.count - 1)
+        return lower, np.minimum(lower + 1, self.count - 1), part
 
 
 def splices_of(

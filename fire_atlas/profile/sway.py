@@ -70,24 +70,28 @@ class Swing:
         """(NODES,) offsets from where the middle rests, and logarithms of the width's ratio, at a
         ``time`` in frames."""
         passing = _PASSING * float(self.rising[-1])
-        offset, breadth, power = (np.zeros(len(self.rising)) for _ in range(3))
-        starts = [splice.start for splice in self.splices]
-        for splice, after in zip(self.splices, starts[1:] + starts[:1], strict=True):
-            lasts = (after - splice.start) % self.period or self.period
-            since = np.mod(time - self.rising - splice.start + passing / 2, self.period)
-            weight = smooth_step(since / passing)
-            weight = weight * smooth_step((lasts + passing - since) / passing)
-            for node in np.flatnonzero(weight):
-                age = round(float(since[node] - passing / 2 + self.rising[node]), 6)
-                first, second, part = self.reel.place(splice, age)
-                shares = ((first, 1 - part), (second, part))
-                rest = self.rests[0][node]
-                if splice.forced:
-                    rest = sum(self.rests[1][frame, node] * share for frame, share in shares)
-                moved = sum(self.pose.offset[frame, node] * share for frame, share in shares) - rest
-                wide = sum(self.pose.ratio[frame, node] * share for frame, share in shares)
-                offset[node] += weight[node] * (-moved if splice.mirrored else moved)
-                breadth[node] += weight[node] * math.log(wide)
-            power += weight * weight
-        spread = np.sqrt(np.maximum(power, 1e-30))
-        return offset / spread, breadth / spread
+        starts = np.array([splice.start for splice in self.splices])
+        lasts = (np.append(starts[1:], starts[0]) - starts) % self.period
+        lasts[lasts == 0] = self.period
+        since = np.mod(time - self.rising - starts[:, None] + passing / 2, self.period)
+        weights = smooth_step(since / passing)
+        weights *= smooth_step((lasts[:, None] + passing - since) / passing)
+        # At most heights one splice is seen, at some it passes into the next.
+        which, node = np.nonzero(weights)
+        weight, seen = weights[which, node], [self.splices[i] for i in which]
+        age = (since[which, node] - passing / 2 + self.rising[node]).round(6)
+        first, second, part = self.reel.places(np.array([each.first for each in seen]), age)
+
+        def shown(curves: NDArray[np.float64]) -> NDArray[np.float64]:
+            return np.asarray(curves[first, node] * (1 - part) + curves[second, node] * part)
+
+        def summed(values: NDArray[np.float64]) -> NDArray[np.float64]:
+            return np.asarray(np.bincount(node, values, len(self.rising)), np.float64)
+
+        usual, now = self.rests
+        rest = np.where([each.forced for each in seen], shown(now), usual[node])
+        moved = shown(self.pose.offset) - rest
+        moved = np.where([each.mirrored for each in seen], -moved, moved)
+        spread = np.sqrt(np.maximum(summed(weight * weight), 1e-30))
+        wide = np.log(shown(self.pose.ratio))
+        return summed(weight * moved) / spread, summed(weight * wide) / spread

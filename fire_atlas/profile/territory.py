@@ -91,19 +91,21 @@ def _gathered(
     particles, period = blaze.particles, blaze.particles.period
     behind = np.cos(blaze.planes - azimuth) < 0
     flies = particles.slice[seen]
-    keys = np.stack([blaze.sides[flies], blaze.clocks[flies], blaze.shown[seen], behind[flies]])
-    kinds, kind_of = np.unique(keys, axis=1, return_inverse=True)
+    keys = blaze.sides[flies], blaze.clocks[flies], blaze.shown[seen], behind[flies]
+    ranges = [int(key.max(initial=0)) + 1 for key in keys]
+    kind_of = np.ravel_multi_index(keys, ranges)
     found = []
-    for kind, (side, clock, number, is_behind) in enumerate(kinds.T.tolist()):
-        members = np.flatnonzero(kind_of.ravel() == kind)
+    for kind in np.unique(kind_of):
+        side, clock, number, is_behind = (int(key) for key in np.unravel_index(kind, ranges))
+        members = np.flatnonzero(kind_of == kind)
         splice = blaze.splices[side][clock][number]
         born = float(particles.born[seen[members[0]]])
         age = round((born - splice.start) % period + (time - born) % period, 6)
-        frames = blaze.reels[side].place(splice, age)
+        first, second, part = blaze.reels[side].places(np.array(splice.first), np.array(age))
         found.append(
             Territory(
                 side=side,
-                frames=frames,
+                frames=(int(first), int(second), float(part)),
                 mirrored=splice.mirrored != bool(is_behind),
                 weight=_summed(down[members], right[members]),
             )
