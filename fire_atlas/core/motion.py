@@ -42,7 +42,7 @@ def picture_of(brightness: Plane, size: tuple[int, int]) -> Bytes:
     small = cv2.resize(
         brightness, size, interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
     )
-    return np.clip(np.rint(small), 0, 255).astype(np.uint8)
+    return np.asarray(cv2.convertScaleAbs(small), np.uint8)
 
 
 def shrunk_flow(

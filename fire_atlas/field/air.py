@@ -46,7 +46,7 @@ def advect(air: Air, dt: float, cell: int) -> Air:
     would stop slow air altogether.
     """
     rows, columns = air.u.shape
-    x, y = np.meshgrid(np.arange(columns, dtype=np.float32), np.arange(rows, dtype=np.float32))
+    x, y = np.arange(columns, dtype=np.float32), np.arange(rows, dtype=np.float32)[:, None]
     # Beyond the frame the border value holds, so a longer way back changes nothing.
     reach = float(2 * max(rows, columns))
     from_x = x - np.clip(air.u * np.float32(dt / cell), -reach, reach)

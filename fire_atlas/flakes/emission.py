@@ -122,20 +122,21 @@ def emit(frame: int, strength: Plane, brood: Brood) -> Spawns:
     places = np.flatnonzero(strength > brood.alpha)
     weights = np.cumsum(strength.ravel()[places], dtype=np.float64)
     busy = places.size / brood.candidates / brood.fps
-    chance = generator(brood.seed, Stage.EMISSION, frame)
-    singles = int(chance.poisson(brood.rate * busy))
-    single = _born(chance, singles, _choose(chance, places, weights, singles), strength, brood)
-    throws = generator(brood.seed, Stage.BURSTS, frame)
-    sizes = throws.integers(*_SPLINTERS, throws.poisson(brood.bursts * busy), endpoint=True)
-    where = np.repeat(_choose(throws, places, weights, len(sizes)), sizes)
-    splinter = _born(throws, len(where), where, strength, brood, thrown=True)
     first = round(frame / brood.fps / TICK)
     ticks = max(1, round((frame + 1) / brood.fps / TICK) - first)
-    when = np.concatenate([
-        first + chance.integers(ticks, size=singles),
-        np.repeat(first + throws.integers(ticks, size=len(sizes)), sizes),
-    ]).astype(np.int64)  # fmt: skip
-    return Spawns.joined([Spawns(when[:singles], *single), Spawns(when[singles:], *splinter)])
+    chance = generator(brood.seed, Stage.EMISSION, frame)
+    singles = int(chance.poisson(brood.rate * busy))
+    where = _choose(chance, places, weights, singles)
+    single = _born(chance, singles, where, strength, brood)
+    born = [Spawns(first + chance.integers(ticks, size=singles), *single)]
+    throws = generator(brood.seed, Stage.BURSTS, frame)
+    if bursts := int(throws.poisson(brood.bursts * busy)):
+        sizes = throws.integers(*_SPLINTERS, bursts, endpoint=True)
+        where = np.repeat(_choose(throws, places, weights, bursts), sizes)
+        splinter = _born(throws, len(where), where, strength, brood, thrown=True)
+        when = np.repeat(first + throws.integers(ticks, size=bursts), sizes)
+        born.append(Spawns(when, *splinter))
+    return Spawns.joined(born)
 
 
 def _choose(

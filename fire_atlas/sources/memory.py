@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
 from fire_atlas.core.picture import Picture
@@ -49,12 +50,9 @@ class _Kept:
     def of(cls, picture: Picture) -> "_Kept":
         if picture.shape[2] < 4:
             return cls(picture, 0, 0, picture.shape)
-        covered = picture[..., 3] > 0
-        rows, columns = np.flatnonzero(covered.any(axis=1)), np.flatnonzero(covered.any(axis=0))
-        if not rows.size:
-            return cls(picture[:0, :0].copy(), 0, 0, picture.shape)
-        top, left = int(rows[0]), int(columns[0])
-        part = picture[top : rows[-1] + 1, left : columns[-1] + 1]
+        covered = (cv2.extractChannel(picture, 3) > 0).view(np.uint8)
+        left, top, width, height = cv2.boundingRect(covered)
+        part = picture[top : top + height, left : left + width]
         return cls(part.copy(), top, left, picture.shape)
 
     def picture(self) -> Picture:
