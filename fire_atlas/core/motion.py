@@ -11,7 +11,7 @@ from fire_atlas.core.pixels import Bytes, Plane, as_plane
 SMALL = 300 * 300
 """Frames of at most so many px are looked at as they are, and closely."""
 
-FLOW_AREA = 210 * 210
+FLOW_AREA = 200 * 200
 """Most px of the pictures on which the flow of larger frames is estimated: shrunk, these are
 smooth; the grid needs no more, and it takes time."""
 
