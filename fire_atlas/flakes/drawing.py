@@ -10,7 +10,7 @@ from fire_atlas.core.pixels import as_plane
 from fire_atlas.flakes.coverage import LARGE, Ellipses, Spans, alike
 from fire_atlas.flakes.tracks import COLUMNS
 
-_FLAKES, _SPANS = 1 << 17, 1 << 15
+_FLAKES, _SPANS = 1 << 18, 1 << 15
 """Area, px, of the flakes that are drawn together, and of their spans that are: little enough for
 the processor's cache, and enough of one size to be worth a call."""
 
