@@ -32,9 +32,8 @@ def scatter_turns(
         return np.ones(len(ids)), np.zeros(len(ids))
     # The first draws do not depend on how many follow.
     slots = min(int(ids.max()) + 1, _SLOTS)
-    draws = generator(seed, Stage.SCATTER, tick).random(slots).take(ids & (_SLOTS - 1))
+    draws = 2 * generator(seed, Stage.SCATTER, tick).random(slots).take(ids & (_SLOTS - 1))
     # One draw serves both: its upper half is the turn to the right, its lower to the left.
-    right = draws >= 0.5
-    xi = np.where(right, 2 * draws - 1, 2 * draws)
-    cos = scattering_cosine(xi, k)
-    return cos, np.where(right, 1.0, -1.0) * np.sqrt(1 - cos * cos)
+    right = np.floor(draws)
+    cos = scattering_cosine(draws - right, k)
+    return cos, (2 * right - 1) * np.sqrt(1 - cos * cos)
