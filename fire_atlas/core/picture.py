@@ -23,10 +23,15 @@ full range. float32: linear light, premultiplied."""
 
 
 @cache
+def _light_of_steps(steps: int) -> NDArray[np.float32]:
+    """(steps,) float32: linear light of the sRGB steps."""
+    return srgb_to_linear(np.arange(steps) / (steps - 1))
+
+
+@cache
 def _table(steps: int) -> NDArray[np.float32]:
     """(1, steps, 4) float32: linear light of the sRGB steps; the alpha column is linear itself."""
-    unit = np.arange(steps) / (steps - 1)
-    light = srgb_to_linear(unit)
+    light, unit = _light_of_steps(steps), np.arange(steps) / (steps - 1)
     return np.dstack([light, light, light, unit.astype(np.float32)])
 
 
@@ -81,7 +86,7 @@ def as_light(picture: Picture) -> Pixels:
 @cache
 def _luminance_tables() -> list[NDArray[np.float32]]:
     """What each of 256 steps of sRGB red, green and blue adds to the luminance, (256,) float32."""
-    return [_table(256)[0, :, 0] * weight for weight in REC709]
+    return [_light_of_steps(256) * weight for weight in REC709]
 
 
 def brightness_of(picture: Picture, blend_space: str) -> Plane:
@@ -110,8 +115,7 @@ def brightest(picture: Picture) -> Picture:
 
 
 def light_of_unit(value: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Linear light, float32, of sRGB values in 0..1 (H, W, C), by a 16-bit table."""
+    """Linear light, float32, of sRGB values in 0..1, by a 16-bit table; any shape."""
     flat = np.ascontiguousarray(value).reshape(value.shape[0], -1)
     steps = cv2.addWeighted(flat, 65535, flat, 0.0, 0.0, dtype=cv2.CV_16U)
-    table = np.ascontiguousarray(_table(65536)[..., 0])
-    return cast(NDArray[np.float32], cv2.LUT(steps, table).reshape(value.shape))
+    return cast(NDArray[np.float32], cv2.LUT(steps, _light_of_steps(65536)).reshape(value.shape))

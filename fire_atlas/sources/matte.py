@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import Literal, cast
 
 import cv2
@@ -11,14 +12,13 @@ from numpy.typing import NDArray
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import (
     Picture,
-    brightest,
     has_transparency,
     light_of_unit,
     to_light,
     white,
     with_alpha,
 )
-from fire_atlas.core.pixels import Pixels, encode_unit
+from fire_atlas.core.pixels import Pixels, Plane, as_plane, encode_unit
 
 Matte = Literal["alpha", "luminance", "none"]
 
@@ -161,7 +161,7 @@ def apply(matte: Matte, picture: Picture, blend_space: str) -> Picture:
     if is_stored and not has_transparency(picture):
         # As stored: the way over light would round, and noise is told by the exact value.
         scale = np.float32(1 / white(picture.dtype))
-        coded = np.multiply(picture[..., :3], scale, dtype=np.float32)
+        coded = [as_plane(plane) * scale for plane in cv2.split(picture)[:3]]
         return _by_luminance(coded, None, blend_space, NOISE)
     return luminance_of_light(to_light(picture), blend_space)
 
@@ -174,27 +174,43 @@ def over_black(pixels: Pixels) -> Pixels:
 
 def luminance_of_light(pixels: Pixels, blend_space: str) -> Pixels:
     """Return pixels whose coverage is their light, as seen over black."""
-    light = np.ascontiguousarray(pixels[..., :3])
-    return _by_luminance(encode_unit(light), light, blend_space, NOISE + _ROUNDING)
+    light = [as_plane(plane) for plane in cv2.split(pixels)[:3]]
+    coded = [encode_unit(plane) for plane in light]
+    return _by_luminance(coded, light, blend_space, NOISE + _ROUNDING)
 
 
-def _by_luminance(coded: Pixels, light: Pixels | None, blend_space: str, noise: float) -> Pixels:
-    """Un-multiply ``coded`` (H, W, 3; sRGB 0..1) so that a client gets it back over black.
+def _by_luminance(
+    coded: list[Plane], light: list[Plane] | None, blend_space: str, noise: float
+) -> Pixels:
+    """Un-multiply ``coded`` so that a client gets it back over black.
 
     A client that blends sRGB values computes coded' * a, so the colour is coded / a with
     a = max(R, G, B); one that blends light gets the same formula on light.
+
+    Args:
+        coded, light: R, G and B, each (H, W): sRGB in 0..1, and its light where that is known.
+        blend_space: ``srgb`` or ``linear``.
+        noise: Up to this ``coded`` is black.
     """
-    peak = brightest(coded)
+    peak = _brightest(coded)
     fire = peak > noise
-    pixels = np.empty((*peak.shape, 4), np.float32)
-    if blend_space == "linear":
-        light = light_of_unit(coded) if light is None else light
-        np.multiply(light, fire[..., None], out=pixels[..., :3])
-        np.minimum(brightest(pixels), 1, out=pixels[..., 3])
+    pixels = np.zeros((*peak.shape, 4), np.float32)
+    left, top, width, height = cv2.boundingRect(fire.view(np.uint8))
+    if not width:
         return pixels
-    coverage = np.where(fire, peak, np.float32(0))
-    scale = np.divide(1, peak, out=np.zeros_like(peak), where=fire)
-    colour = light_of_unit(coded * scale[..., None])
-    np.multiply(colour, coverage[..., None], out=pixels[..., :3])
-    pixels[..., 3] = coverage
+    part = slice(top, top + height), slice(left, left + width)
+    fire, peak, coded = fire[part], peak[part], [plane[part] for plane in coded]
+    if blend_space == "linear":
+        known = map(light_of_unit, coded) if light is None else (plane[part] for plane in light)
+        colour = [plane * fire for plane in known]
+        coverage = np.minimum(_brightest(colour), 1)
+    else:
+        coverage = peak * fire
+        scale = np.divide(1, peak, out=np.zeros_like(peak), where=fire)
+        colour = [light_of_unit(plane * scale) * coverage for plane in coded]
+    cv2.merge((*colour, coverage), dst=pixels[part])
     return pixels
+
+
+def _brightest(planes: Iterable[Plane]) -> Plane:
+    return reduce(np.maximum, planes)
