@@ -38,14 +38,15 @@ class Reel:
 class SequentialFrames:
     """Gives frames by number from a format that can only be played forwards.
 
-    A few decoded frames are kept, so that threads may ask a little out of order; only a frame
-    older than these makes it play again from the start.
+    The last decoded frames are kept, as many as there is room for: a short clip is played once, of
+    a longer one threads may ask a little out of order. Only a frame older than these makes it play
+    again from the start.
     """
 
     def __init__(self, play: Player, frame_bytes: int) -> None:
         """Play nothing yet; ``frame_bytes`` decides how many frames are kept."""
         self._play = play
-        self._kept = max((os.cpu_count() or 1) + 2, min(32, _RING_BYTES // max(1, frame_bytes)))
+        self._kept = max((os.cpu_count() or 1) + 2, _RING_BYTES // max(1, frame_bytes))
         self._ring: OrderedDict[int, Picture] = OrderedDict()
         self._lock = threading.Lock()
         self._playing: Generator[Picture] | None = None

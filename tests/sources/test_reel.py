@@ -11,6 +11,9 @@ import synthetic_fire as fire
 from fire_atlas.core.picture import Picture
 from fire_atlas.sources.reel import SequentialFrames
 
+LARGE = 8 << 20
+"""Bytes of a frame of which there is room for a few."""
+
 
 class Counter:
     """Frames that hold their own number, and how often each was decoded."""
@@ -24,9 +27,17 @@ class Counter:
             yield np.full((1, 1, 3), i, np.uint8)
 
 
-def test_samples_and_two_passes_decode_three_times_at_most() -> None:
+def test_a_clip_that_there_is_room_for_is_decoded_once() -> None:
     counter = Counter(200)
     frames = SequentialFrames(counter.play, 3)
+    for i in [0, 199, *range(200), *reversed(range(200))]:
+        assert frames.read(i)[0, 0, 0] == i
+    assert set(counter.decoded) == {1}
+
+
+def test_samples_and_two_passes_decode_three_times_at_most() -> None:
+    counter = Counter(200)
+    frames = SequentialFrames(counter.play, LARGE)
     for i in [0, 50, 100, 199, *range(200), *range(200)]:
         assert frames.read(i)[0, 0, 0] == i
     assert max(counter.decoded) == 3
@@ -34,7 +45,7 @@ def test_samples_and_two_passes_decode_three_times_at_most() -> None:
 
 def test_a_little_disorder_decodes_nothing_again() -> None:
     counter = Counter(200)
-    frames = SequentialFrames(counter.play, 3)
+    frames = SequentialFrames(counter.play, LARGE)
     for i in range(0, 200, 2):
         assert frames.read(i + 1)[0, 0, 0] == i + 1
         assert frames.read(i)[0, 0, 0] == i
@@ -50,12 +61,21 @@ def test_a_decoder_that_failed_starts_afresh() -> None:
 
 
 @pytest.mark.parametrize("ending", ["gif", "webp"])
-def test_memory_does_not_grow_with_the_clip(ending: str, tmp_path: Path) -> None:
+def test_memory_does_not_grow_with_the_clip(
+    ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Of these little frames there would be room for hundreds.
+    monkeypatch.setattr("fire_atlas.sources.reel._RING_BYTES", 2 << 20)
+    monkeypatch.setattr("fire_atlas.sources.memory.ROOM", 1 << 18)
+
     def peak(count: int) -> int:
         frames = fire.fires(count, 160, 160, hard=True)
+        for i, frame in enumerate(frames):
+            frame[i // 160, i % 160] = 255  # no two are alike, so none is left out
         path = fire.write_animation(tmp_path / f"{count}.{ending}", frames, duration=40)
-        clip = fire.open_clip(path)
         tracemalloc.start()
+        clip = fire.open_clip(path)
+        assert clip.count == count
         for i in range(clip.count):
             clip.read(i)
         highest = tracemalloc.get_traced_memory()[1]
