@@ -18,8 +18,8 @@ at its pixel:
 The second table has the flakes of the defaults: how many are born while the clip plays once, and
 (of many, for statistics) the share that ends higher than it began; then, with the clip played again
 and again for six seconds, the mean speed of the air where the clip is dark (brightness below 10)
-against that of the plume, lift / drag; the most rows in one of 20 x 20 cells there against the mean
-of the cells that flakes come to; what became of the flakes.
+against that of the plume, lift / drag; the most rows in any 5 % of the plume, and in one of 20 x 20
+cells of the frame, against the mean of the plume; what became of the flakes.
 
 Exits 1 if a clip with a rising flame misses a bound. With another method than its own the effect
 has to keep the bounds where any method does: where that method agrees with the first so far.
@@ -105,7 +105,8 @@ class Plume:
         flakes: Seen while the clip plays once.
         rise: Share that ends higher than it began.
         speed: Of the air in the dark, against lift / drag.
-        crowded: Fullest cell of the plume against the mean.
+        crowded: Fullest 5 % of the plume against the mean.
+        cell: Fullest cell against the mean.
         fates: Shares that left by the top, by the sides, by the bottom, and burnt out.
     """
 
@@ -113,6 +114,7 @@ class Plume:
     rise: float
     speed: float
     crowded: float
+    cell: float
     fates: tuple[float, float, float, float]
 
 
@@ -155,7 +157,7 @@ def plume(clip: Clip) -> Plume:
         len(burn(clip).tracks.spawns),
         share_that_rises(burn(clip, {"flakes": {"rate": MANY}})),
         plume_speed(long) / (buoyancy.lift / buoyancy.drag),
-        crowding(long),
+        *crowding(long),
         (top, sides, bottom, burnt),
     )
 
@@ -216,12 +218,12 @@ def print_tables(told: dict[str, tuple[Agreement, Plume]]) -> None:
             agrees.deep_ceiling, agrees.default, agrees.paper, agrees.paper_farneback,
         )  # fmt: skip
         print(f"{name:32}{agrees.places:6}" + "".join(f"{x:8.2f}{y:6.2f}" for x, y in pairs))
-    heads = "".join(f"{h:>9}" for h in ("flakes", "rise", "speed", "crowded"))
+    heads = "".join(f"{h:>9}" for h in ("flakes", "rise", "speed", "crowded", "cell"))
     fates = "".join(f"{h:>8}" for h in ("top", "sides", "bottom", "burnt"))
     print(f"\n{'clip':32}{heads}{fates}")
     for name, (_, does) in told.items():
         print(
-            f"{name:32}{does.flakes:9}{does.rise:9.3f}{does.speed:9.2f}{does.crowded:9.2f}"
+            f"{name:32}{does.flakes:9}{does.rise:9.3f}{does.speed:9.2f}{does.crowded:9.2f}{does.cell:9.2f}"
             + "".join(f"{share:8.2f}" for share in does.fates)
         )
 

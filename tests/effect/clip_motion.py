@@ -1,11 +1,13 @@
 """How well flakes move with the flame of their clip, and how they fill the air above it."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from fires import VX, VY, Array, Burnt, Plane, X, Y, brightness_of, pixel_of
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
@@ -23,7 +25,7 @@ MOVES = 0.5
 """Flow slower than this, px a frame, is noise."""
 
 CELLS = 20
-"""The plume's crowding is counted in this many cells along each side of the frame."""
+"""Cells along each side of the frame in which the plume's rows are counted."""
 
 
 def dis_flow(clip: Clip, i: int) -> Flow:
@@ -112,25 +114,39 @@ def plume_speed(burnt: Burnt) -> float:
     return float(np.concatenate(speeds).mean()) / clip.height
 
 
-def crowding(burnt: Burnt) -> float:
-    """Most rows in one cell of the plume, against the mean of the plume's cells.
+def crowding(burnt: Burnt) -> tuple[float, float]:
+    """Most rows in any 5 % of the plume, and in one of 20 x 20 cells, against the plume's mean.
 
     The plume is where 95 % of the rows are: cells that a stray flake crosses once are none of it
     (counting them would make a plume that spreads look worse than one that does not).
     """
-    clip = burnt.clip
-    count = np.zeros((CELLS, CELLS))
+    fine, coarse = _counted(burnt, 2 * CELLS), _counted(burnt, CELLS)
+    if not coarse.any():
+        return 0.0, 0.0
+    plume = _plume(fine)
+    side = max(1, round(math.sqrt(0.05 * len(plume))))
+    squares = sliding_window_view(fine, (side, side)).mean(axis=(2, 3))
+    return float(squares.max() / plume.mean()), float(coarse.max() / _plume(coarse).mean())
+
+
+def _counted(burnt: Burnt, cells: int) -> Array:
+    """Rows of the tracks in each of ``cells`` x ``cells`` parts of the frame, where it is dark."""
+    clip, count = burnt.clip, np.zeros((cells, cells))
     for i, rows in enumerate(burnt.tracks.frames):
         at = pixel_of(rows, clip)
         inside = (rows[:, X] >= 0) & (rows[:, X] < clip.width)
         inside &= (rows[:, Y] >= 0) & (rows[:, Y] < clip.height)
         dark = rows[inside & (brightness_of(clip, i)[at] < DARK)]
-        row = (dark[:, Y] / clip.height * CELLS).astype(np.intp)
-        column = (dark[:, X] / clip.width * CELLS).astype(np.intp)
+        row = (dark[:, Y] / clip.height * cells).astype(np.intp)
+        column = (dark[:, X] / clip.width * cells).astype(np.intp)
         np.add.at(count, (row, column), 1)
+    return count
+
+
+def _plume(count: Array) -> Array:
+    """Counts of the cells that make up the plume, the fullest first."""
     dense = np.sort(count.ravel())[::-1]
-    plume = dense[: int(np.searchsorted(np.cumsum(dense), 0.95 * dense.sum())) + 1]
-    return float(plume.max() / plume.mean()) if dense.any() else 0.0
+    return dense[: int(np.searchsorted(np.cumsum(dense), 0.95 * dense.sum())) + 1]
 
 
 def _pair(clip: Clip, i: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:

@@ -73,7 +73,7 @@ def test_figure_23_the_clamp_empties_weak_regions() -> None:
 
 @pytest.mark.parametrize("name", ["real_candle_red", "cartoon_fluent_fire"])
 def test_figure_8_without_kappa_more_flakes_go_down(clips: Path, name: str) -> None:
-    """0.13 of the steps go down without κ; 0.01 (candle) and 0.04 (cartoon) with the paper's.
+    """Of the candle's steps .14 go down without κ, .01 with the paper's; of the cartoon's .02, .01.
 
     It is not so on every clip: where a flame has few edges at its foot, as a campfire whose foot is
     one white glow, most steps that go down are those of eddies above it, and κ bears flakes there.
