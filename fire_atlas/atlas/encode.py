@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from fire_atlas.atlas.layout import Sprite
 from fire_atlas.atlas.shrink import shrink
 from fire_atlas.atlas.trim import trimmed
-from fire_atlas.core.picture import Picture, as_light
+from fire_atlas.core.picture import Picture, as_light, where_covered
 from fire_atlas.core.pixels import Bytes, Pixels, Plane, encode_bytes, encode_unit
 from fire_atlas.recipe.output import Atlas
 
@@ -80,14 +80,12 @@ def encode_sprites(picture: Picture, settings: Atlas) -> tuple[Sprite, ...]:
 def _as_it_is(image: Bytes, threshold: int) -> Sprite:
     """Return an image of straight colours trimmed; what coverage 0 hides is black, as it is when
     it is encoded."""
-    frame_size = image.shape[1], image.shape[0]
-    cover = cv2.extractChannel(image, 3)
-    left, top, width, height = cv2.boundingRect(cover)
-    if not width:
+    frame_size, part = (image.shape[1], image.shape[0]), where_covered(image)
+    lit = image[part]
+    if not lit.size:
         return trimmed(np.zeros((1, 1, 4), np.uint8), frame_size=frame_size)
-    part = slice(top, top + height), slice(left, left + width)
-    shown = cv2.bitwise_and(image[part], image[part], mask=cover[part])
-    return trimmed(np.asarray(shown, np.uint8), left, top, frame_size, threshold)
+    shown = cv2.bitwise_and(lit, lit, mask=cv2.extractChannel(lit, 3))
+    return trimmed(np.asarray(shown, np.uint8), part[1].start, part[0].start, frame_size, threshold)
 
 
 def encode_sprite(

@@ -57,20 +57,26 @@ def has_transparency(picture: Picture) -> bool:
     return cv2.minMaxLoc(cv2.extractChannel(picture, 3))[0] < white(picture.dtype)
 
 
+def where_covered(picture: Picture) -> tuple[slice, slice]:
+    """Rows and columns of the smallest part of a picture (H, W, 4) that holds all of its coverage;
+    none where there is none. Most sprites of fire have a wide empty border."""
+    cover = cv2.extractChannel(picture, 3)
+    left, top, width, height = cv2.boundingRect(
+        cover if cover.dtype == np.uint8 else (cover > 0).view(np.uint8)
+    )
+    return slice(top, top + height), slice(left, left + width)
+
+
 def to_light(picture: Picture) -> Pixels:
     """Pixels of a picture: linear light, premultiplied; a fresh array."""
     full = with_alpha(picture)
     if full.dtype == np.float32:
         return full.copy() if full is picture else full
     table = _table(white(full.dtype) + 1)
-    cover = cv2.extractChannel(full, 3)
-    if cv2.minMaxLoc(cover)[0] == white(full.dtype):
+    if not has_transparency(full):
         return cast(Pixels, cv2.LUT(np.ascontiguousarray(full), table))
-    # Most sprites of fire have a wide empty border: there is nothing to convert.
-    left, top, width, height = cv2.boundingRect((cover > 0).view(np.uint8))
-    pixels = np.zeros(full.shape, np.float32)
-    covered = slice(top, top + height), slice(left, left + width)
-    if width:
+    pixels, covered = np.zeros(full.shape, np.float32), where_covered(full)
+    if full[covered].size:
         light = cv2.LUT(np.ascontiguousarray(full[covered]), table)
         alpha = cv2.extractChannel(light, 3)
         weights = cv2.merge((alpha, alpha, alpha, np.ones_like(alpha)))
@@ -93,10 +99,8 @@ def brightness_of(picture: Picture, blend_space: str) -> Plane:
     """``brightness`` (H, W) of a picture (H, W, 4); bytes need not become light first."""
     if picture.dtype != np.uint8:
         return brightness(as_light(picture), blend_space)
-    shown = np.zeros(picture.shape[:2], np.float32)
-    left, top, width, height = cv2.boundingRect(cv2.extractChannel(picture, 3))
-    if width:
-        part = slice(top, top + height), slice(left, left + width)
+    shown, part = np.zeros(picture.shape[:2], np.float32), where_covered(picture)
+    if picture[part].size:
         *rgb, cover = cv2.split(picture[part])
         red, green, blue = map(cv2.LUT, rgb, _luminance_tables())
         light = as_plane(cv2.add(cv2.add(red, green, dst=red), blue, dst=red))

@@ -2,10 +2,9 @@
 
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
-from fire_atlas.core.picture import Picture
+from fire_atlas.core.picture import Picture, where_covered
 from fire_atlas.sources.reel import Reel
 
 ROOM = 64 * 1024 * 1024
@@ -50,10 +49,8 @@ class _Kept:
     def of(cls, picture: Picture) -> "_Kept":
         if picture.shape[2] < 4:
             return cls(picture, 0, 0, picture.shape)
-        covered = (cv2.extractChannel(picture, 3) > 0).view(np.uint8)
-        left, top, width, height = cv2.boundingRect(covered)
-        part = picture[top : top + height, left : left + width]
-        return cls(part.copy(), top, left, picture.shape)
+        part = where_covered(picture)
+        return cls(picture[part].copy(), part[0].start, part[1].start, picture.shape)
 
     def picture(self) -> Picture:
         """Return the whole picture; what is fully transparent has lost its colour."""
