@@ -125,7 +125,7 @@ def study_flame(
     """
     samples = min(max(clip.count // 2, _FEWEST), _MOST)
     picks = sorted({round(i) for i in np.linspace(0, clip.count - 1, samples)})
-    shown = list(workers.map(lambda i: clip.brightness(i), picks))
+    shown = list(workers.map(clip.brightness, picks))
     # Not needed before the masks: made beside what only one thread can do.
     started = [workers.start(partial(slope_of, plane, features.sigma)) for plane in shown]
     tells = _flame_mask(shown, is_scene=clip.matte == "none")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from fires import VX, VY, Array, Burnt, Plane, X, Y, brightness_of, pixel_of
+from fires import VX, VY, Array, Burnt, Plane, X, Y, pixel_of
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
@@ -84,7 +84,7 @@ def in_the_flame(burnt: Burnt, flows: list[Flow], others: list[Flow]) -> Places:
         here = flow[at].astype(np.float64)
         seen = (rows[:, X] >= 0) & (rows[:, X] < clip.width)
         seen &= (rows[:, Y] >= 0) & (rows[:, Y] < clip.height)
-        seen &= (brightness_of(clip, i)[at] > FLAME) & (np.hypot(*here.T) > MOVES)
+        seen &= (clip.brightness(i)[at] > FLAME) & (np.hypot(*here.T) > MOVES)
         velocity = rows[:, [VX, VY]] / clip.fps
         gathered.append((velocity[seen], here[seen], other[at].astype(np.float64)[seen]))
     return Places(*(np.concatenate(parts) for parts in zip(*gathered, strict=True)))
@@ -108,7 +108,7 @@ def plume_speed(burnt: Burnt) -> float:
     field, clip = burnt.analysis.field, burnt.clip
     speeds: list[Plane] = []
     for i in range(clip.count):
-        dark = cell_means(brightness_of(clip, i), field.cell) < DARK
+        dark = cell_means(clip.brightness(i), field.cell) < DARK
         assert dark.shape == grid_shape(clip.width, clip.height, field.cell)
         speeds.append(np.hypot(field.u[i], field.v[i])[dark])
     return float(np.concatenate(speeds).mean()) / clip.height
@@ -136,7 +136,7 @@ def _counted(burnt: Burnt, cells: int) -> Array:
         at = pixel_of(rows, clip)
         inside = (rows[:, X] >= 0) & (rows[:, X] < clip.width)
         inside &= (rows[:, Y] >= 0) & (rows[:, Y] < clip.height)
-        dark = rows[inside & (brightness_of(clip, i)[at] < DARK)]
+        dark = rows[inside & (clip.brightness(i)[at] < DARK)]
         row = (dark[:, Y] / clip.height * cells).astype(np.intp)
         column = (dark[:, X] / clip.width * cells).astype(np.intp)
         np.add.at(count, (row, column), 1)
@@ -151,6 +151,6 @@ def _plume(count: Array) -> Array:
 
 def _pair(clip: Clip, i: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     before, after = (
-        np.clip(np.rint(brightness_of(clip, k)), 0, 255).astype(np.uint8) for k in (i, i + 1)
+        np.clip(np.rint(clip.brightness(k)), 0, 255).astype(np.uint8) for k in (i, i + 1)
     )
     return before, after

@@ -127,11 +127,6 @@ def campfire(height: int | None = None, count: int | None = None) -> Clip:
     return kept(open_frames(source, folder, "srgb"))
 
 
-def brightness_of(clip: Clip, i: int) -> Plane:
-    """Brightness (H, W), 0..255, of frame ``i``."""
-    return clip.brightness(i)
-
-
 def pixel_of(rows: Array, clip: Clip) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Row and column of the pixel each of the track's ``rows`` lies in, the nearest if outside."""
     row = np.clip(np.floor(rows[:, Y]).astype(np.intp), 0, clip.height - 1)

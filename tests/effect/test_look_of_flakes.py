@@ -6,13 +6,13 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from fires import Array, Burnt, burn, campfire, clip_of, real_clip
+from fires import Array, Burnt, burn, campfire, clip_of, real_clip, recipe_of
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import encode_sprite
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import decode_bytes, encode_bytes, unpremultiply
-from fire_atlas.effect import draw
+from fire_atlas.effect import Layers, draw, join
 from fire_atlas.flakes.drawing import add_halo
 from fire_atlas.recipe.effect import Flakes
 
@@ -171,3 +171,16 @@ def test_baked_flakes_reach_the_bytes_of_the_sprites(blend: str) -> None:
         for i in range(clip.count)
     ]
     assert all(changed[1:]), "only the first frame is before all births"
+
+
+@pytest.mark.parametrize("stored", [False, True])
+def test_pixels_without_flakes_stay_bit_for_bit_as_they_were(stored: bool) -> None:
+    chance = np.random.default_rng(3)
+    flame = chance.integers(0, 256, (4, 5, 4)) if stored else chance.random((4, 5, 4)) / 2
+    before = flame.astype(np.uint8 if stored else np.float32)
+    flakes = np.zeros((4, 5, 3), np.float32)
+    flakes[1, 2] = 1.0
+    after = join(Layers(before.copy(), flakes), recipe_of({}), None)
+    assert after.dtype == before.dtype and not np.array_equal(after[1, 2], before[1, 2])
+    after[1, 2] = before[1, 2]
+    assert np.array_equal(after, before)
