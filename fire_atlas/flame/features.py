@@ -23,21 +23,24 @@ class Box(NamedTuple):
 
 
 def difference_of_gaussians(brightness: Plane, sigma: tuple[float, float]) -> Plane:
-    """Edges f^DoG = G_σ1 − G_σ2 of a picture (eq. 1).
+    """Edges f^DoG of a picture (eq. 1): the wide Gaussian less the narrow one, of unit sum each.
 
-    The Gaussians are normalised to unit sum. (The printed prefactor 1/(√(2π) σ) is that of a
-    one-dimensional Gaussian; with it a flat picture would have edges.)
+    The printed prefactor 1/(√(2π) σ) is that of a one-dimensional Gaussian: in two dimensions its
+    f^DoG = G_σ1 − G_σ2 sums to √(2π) (σ1 − σ2), and a flat picture would have edges. As that is
+    negative, bright places are low in it and its gradient leads out of the light: at the foot of a
+    flame down, which κ is there to stop (Figure 8), and at the tips up. Of unit sums it is
+    G_σ2 − G_σ1 whose gradient does.
 
     Args:
         brightness: (H, W), 0..255.
         sigma: (σ1, σ2), px, σ1 <= σ2.
 
     Returns:
-        (H, W), 0 where the picture is flat.
+        (H, W), 0 where the picture is flat, negative on the bright side of an edge.
     """
     narrow = _gaussian(brightness, sigma[0])
     wide = _gaussian(narrow, math.sqrt(max(sigma[1] ** 2 - sigma[0] ** 2, 0.0)))
-    return as_plane(cv2.subtract(narrow, wide, dst=wide))
+    return as_plane(cv2.subtract(wide, narrow, dst=wide))
 
 
 def gradient(plane: Plane) -> tuple[Plane, Plane]:

@@ -82,7 +82,7 @@ class Buoyancy(Settings):
     ``features`` alone (paper)."""
     cell: int = Field(default=4, ge=1, le=64)
     """Side of a grid cell, px."""
-    coupling: float = Field(default=140.0, ge=0, le=1000)
+    coupling: float = Field(default=200.0, ge=0, le=1000)
     """Rate at which the field takes on the flow inside the flame, 1/s."""
     feature_force: float = Field(default=0.1, ge=0, le=100)
     """Acceleration by a typical feature vector [Fv*], heights/s². Typical: the clip's mean

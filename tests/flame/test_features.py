@@ -2,6 +2,7 @@
 
 import math
 
+import cv2
 import numpy as np
 import pytest
 
@@ -39,9 +40,28 @@ def test_dog_of_a_step_is_the_difference_of_two_normal_distributions(
     found = difference_of_gaussians(step, sigma)[30]
     edge = 39.5  # the step lies between columns 39 and 40
     wanted = [
-        200 * (_normal_cdf(x - edge, sigma[0]) - _normal_cdf(x - edge, sigma[1])) for x in range(80)
+        200 * (_normal_cdf(x - edge, sigma[1]) - _normal_cdf(x - edge, sigma[0])) for x in range(80)
     ]
     assert np.abs(found - wanted).max() < tolerance * max(wanted)
+
+
+def test_features_lead_out_of_the_light_as_the_printed_kernel_does() -> None:
+    """Its prefactor does not normalise, but it decides the sign."""
+    narrow, wide = 1.0, 1.6
+    y, x = np.mgrid[-8:9, -8:9].astype(np.float64)
+    square = x * x + y * y
+    printed = (
+        np.exp(-square / (2 * narrow**2)) / narrow - np.exp(-square / (2 * wide**2)) / wide
+    ) / math.sqrt(2 * math.pi)
+    y, x = np.mgrid[-44:45, -44:45].astype(np.float32)
+    ball = np.where(np.hypot(x, y) < 20, 220, 0).astype(np.float32)
+    edges = np.asarray(cv2.filter2D(ball, cv2.CV_32F, printed), np.float32)
+    everywhere = np.ones_like(ball)
+    for gx, gy in (gradient(edges), feature_vectors(ball, (narrow, wide), 40.0, everywhere)):
+        outward = (gx * x + gy * y) / np.maximum(np.hypot(x, y), 1)
+        strongest = np.abs(outward) > 0.8 * np.abs(outward).max()
+        assert outward[strongest].min() > 0
+        assert outward.sum() > 0
 
 
 def test_sobel_multiplies_the_slope_of_a_plane_by_eight() -> None:
