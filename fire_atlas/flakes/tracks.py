@@ -1,6 +1,6 @@
 """Flake tracks: what every flake does in every frame, as tables."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,3 +41,19 @@ class Tracks:
     spawns: NDArray[np.float64]
     frames: tuple[NDArray[np.float64], ...]
     hard: bool = False
+
+
+def as_drawn(tracks: Tracks) -> Tracks:
+    """Tracks with hard flakes where they are drawn: on whole px, upright, still for a frame.
+
+    Soft flakes are drawn where they are.
+    """
+    return replace(tracks, frames=tuple(map(_snapped, tracks.frames))) if tracks.hard else tracks
+
+
+def _snapped(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    column = dict(zip(COLUMNS, rows.T, strict=True))
+    half, still = column["size"] / 2, np.zeros(len(rows))
+    column |= {axis: np.rint(column[axis] - half) + half for axis in "xy"}
+    column |= dict.fromkeys(("vx", "vy", "rotation"), still)
+    return np.stack([column[name] for name in COLUMNS]).T

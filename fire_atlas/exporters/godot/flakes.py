@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.exporters.decimals import table_text
 from fire_atlas.exporters.tracks_text import DECIMALS, assert_finite
-from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, as_drawn
 
 _ID, _AGE = COLUMNS.index("id"), COLUMNS.index("age")
 _SPAWN_ID = SPAWN_COLUMNS.index("id")
@@ -57,8 +57,9 @@ def flake_arrays(
     """Return the arrays of ``tracks``; ``pivots`` says where in px of its frame each is held."""
     begins, first, following = [0], [0], list[int]()
     tables = []
-    for name, each in tracks.items():
-        assert_finite(each)
+    for name, flown in tracks.items():
+        assert_finite(flown)
+        each = as_drawn(flown)
         counts = [len(frame) for frame in each.frames]
         following += _following(each, first[-1])
         first += [first[-1] + int(end) for end in np.cumsum(counts)]
@@ -81,13 +82,12 @@ def _rows(
     frame: NDArray[np.float64], tracks: Tracks, pivot: tuple[float, float]
 ) -> NDArray[np.float64]:
     column = dict(zip(COLUMNS, frame.T, strict=True))
-    x, y, size = column["x"], column["y"], column["size"]
-    if tracks.hard:
-        x, y = (np.rint(place - size / 2) + size / 2 for place in (x, y))
+    size = column["size"]
     light = (column[name] * column["a"] for name in "rgb")
     return np.column_stack([
-        x - pivot[0], y - pivot[1], column["vx"] / tracks.fps, column["vy"] / tracks.fps,
-        size * column["stretch"], size, column["rotation"] * (not tracks.hard), *light,
+        column["x"] - pivot[0], column["y"] - pivot[1],
+        column["vx"] / tracks.fps, column["vy"] / tracks.fps,
+        size * column["stretch"], size, column["rotation"], *light,
     ])  # fmt: skip
 
 

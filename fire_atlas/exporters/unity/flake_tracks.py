@@ -8,6 +8,7 @@ animations            how many; then of each
 · bytes, UTF-8        its state in the Animator
 · fps (float32)       frames per second
 · loop                1 if frame 0 follows the last frame
+· hard                1 if its flakes are squares that are all as bright
 · x, y (float32)      its pivot, px
 · frames              how many; then the number of flakes in each
 rows                  24 bytes a flake and frame, of all frames of all animations in turn
@@ -24,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.exporters.tracks_text import assert_finite
-from fire_atlas.flakes.tracks import COLUMNS, Tracks
+from fire_atlas.flakes.tracks import COLUMNS, Tracks, as_drawn
 
 _VERSION = 1
 
@@ -65,7 +66,7 @@ def _head(flight: Flight) -> bytes:
     return b"".join([
         _ints(len(state)), state,
         _floats(tracks.fps),
-        _ints(tracks.loop),
+        _ints(tracks.loop, tracks.hard),
         _floats(*flight.pivot),
         _ints(len(tracks.frames), *map(len, tracks.frames)),
     ])  # fmt: skip
@@ -73,7 +74,7 @@ def _head(flight: Flight) -> bytes:
 
 def _rows(tracks: Tracks) -> NDArray[np.void]:
     assert_finite(tracks)
-    every = np.concatenate(tracks.frames)
+    every = np.concatenate(as_drawn(tracks).frames)
     column = {name: every[:, i] for i, name in enumerate(COLUMNS)}
     told = {**column, "dx": column["vx"] / tracks.fps, "dy": column["vy"] / tracks.fps}
     told |= {name: column[name] * column["a"] for name in "rgb"}

@@ -4,7 +4,7 @@ import json
 import os
 import subprocess
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fire_atlas.cli import main
 from fire_atlas.exporters.unity.flake_tracks import Flight, flake_bytes
 from fire_atlas.exporters.unity.names import player_name
-from fire_atlas.flakes.drawing import draw_flakes
+from fire_atlas.flakes.drawing import draw_flakes, draw_pixels
 from fire_atlas.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.preview.tracks_file import read_tracks
 
@@ -23,7 +23,9 @@ from .products import Fire, exported, some_tracks
 CSHARP = Path(__file__).parent / "cs"
 
 X, Y, ALONG_X, ALONG_Y, ACROSS_X, ACROSS_Y = range(6)
-"""Columns of what the harness prints; the light follows."""
+"""Columns of what the harness prints; what follows is:"""
+
+LIGHT, CORNER = slice(6, 9), 9
 
 pytestmark = pytest.mark.usefixtures("mono")
 
@@ -46,12 +48,12 @@ class Player:
         return done.stdout.splitlines()
 
     def flakes(self, how: str, state: str, frames: Sequence[float]) -> list[NDArray[np.float64]]:
-        """(flakes, 9) at each moment."""
+        """(flakes, 10) at each moment."""
         lines = self.lines(how, state, frames)
         told = lines[1:] if how == "show" else lines[:-1]
         assert len(told) == len(frames)
         tables = [np.array(line.split(), float) for line in told]
-        return [table[1:].reshape(int(table[0]), 9) for table in tables]
+        return [table[1:].reshape(int(table[0]), 10) for table in tables]
 
 
 def compiled(script: Path, namespace: str = "FireAtlas") -> Path:
@@ -148,7 +150,7 @@ def test_flakes_of_real_clips_fly_as_in_the_tracks(
         assert len(quads) == len(wanted)
         np.testing.assert_allclose(quads[:, :2], wanted[:, :2], atol=0.002)
         np.testing.assert_allclose(quads[:, 2:6], wanted[:, 2:6], rtol=0.002, atol=0.02)
-        np.testing.assert_allclose(quads[:, 6:], wanted[:, 6:], rtol=0.002, atol=1e-3)
+        np.testing.assert_allclose(quads[:, LIGHT], wanted[:, LIGHT], rtol=0.002, atol=1e-3)
 
 
 def _pivot(build: Path) -> tuple[float, float]:
@@ -159,21 +161,44 @@ def _pivot(build: Path) -> tuple[float, float]:
     )
 
 
+def picture_of(quads: NDArray[np.float64], tracks: Tracks) -> NDArray[np.float64]:
+    """The shader's picture of quads around (30, 54)."""
+    px, py = np.meshgrid(np.arange(tracks.width) + 0.5, np.arange(tracks.height) + 0.5)
+    shown = np.zeros((tracks.height, tracks.width, 3))
+    for quad in quads:
+        dx, dy = px - (quad[X] + 30), (54 - py) - quad[Y]
+        area = quad[ALONG_X] * quad[ACROSS_Y] - quad[ALONG_Y] * quad[ACROSS_X]
+        u = (dx * quad[ACROSS_Y] - dy * quad[ACROSS_X]) / area
+        v = (dy * quad[ALONG_X] - dx * quad[ALONG_Y]) / area
+        inside = np.clip(1 - (u * u + v * v) * quad[CORNER] ** 2, 0, None)
+        inside *= np.maximum(np.abs(u), np.abs(v)) < 1
+        shown += (inside * inside)[..., None] * quad[LIGHT]
+    return shown
+
+
 def test_quads_draw_the_baked_flake_layer(tmp_path: Path) -> None:
-    """The shader's picture of the quads, and the layer that a build would have baked."""
     tracks = some_tracks(4)
     player = player_of(Fire({"fire": 4}), tmp_path)
-    px, py = np.meshgrid(np.arange(tracks.width) + 0.5, np.arange(tracks.height) + 0.5)
     for rows, quads in zip(tracks.frames, player.flakes("show", "fire", range(4)), strict=True):
-        shown = np.zeros((tracks.height, tracks.width, 3))
-        for x, y, ax, ay, bx, by, *light in quads:
-            dx, dy = px - (x + 30), (54 - py) - y
-            area = ax * by - ay * bx
-            u, v = (dx * by - dy * bx) / area, (dy * ax - dx * ay) / area
-            inside = np.clip(1 - u * u - v * v, 0, None)
-            shown += (inside * inside)[..., None] * light
         baked = draw_flakes(rows, tracks.height, tracks.width)
-        assert np.abs(shown - baked).sum() <= 0.03 * baked.sum()
+        assert np.abs(picture_of(quads, tracks) - baked).sum() <= 0.03 * baked.sum()
+
+
+def test_hard_flakes_are_squares_on_whole_pixels_for_a_frame(tmp_path: Path) -> None:
+    column = dict.fromkeys(COLUMNS, np.zeros(3))
+    column |= {
+        "x": np.array([10.2, 30.5, 44.9]), "y": np.array([12.6, 40.1, 3.3]),
+        "vx": np.array([50.0, -20.0, 0.0]), "size": np.array([1.0, 2.0, 2.0]),
+        "stretch": np.ones(3), "rotation": np.array([0.4, -1.5, 0.0]),
+        "r": np.array([1.0, 3.0, 0.5]), "g": np.full(3, 0.25), "a": np.array([1.0, 0.5, 1.0]),
+    }  # fmt: skip
+    frame = np.column_stack([column[name] for name in COLUMNS])
+    tracks = replace(some_tracks(2), frames=(frame, frame), hard=True)
+    player = player_of(Fire({"fire": 2}), tmp_path)
+    player.tracks.write_bytes(flake_bytes([Flight("fire", (30, 54), tracks)]))
+    baked = draw_pixels(frame, tracks.height, tracks.width)
+    for quads in player.flakes("show", "fire", [0, 0.7]):
+        np.testing.assert_allclose(picture_of(quads, tracks), baked, rtol=2e-3, atol=1e-6)
 
 
 def test_flakes_fly_on_between_frames_and_over_the_end_of_a_loop(tmp_path: Path) -> None:
@@ -195,7 +220,7 @@ def test_the_component_keeps_step_and_allocates_nothing(tmp_path: Path) -> None:
     for quads, mirrored, moment in zip(shown, flipped, moments, strict=True):
         wanted = expected(tracks, moment % 3, (30, 54))
         np.testing.assert_allclose(quads[:, :2], wanted[:, :2] / 50, atol=1e-3)
-        np.testing.assert_allclose(quads[:, 6:], wanted[:, 6:], rtol=2e-3)
+        np.testing.assert_allclose(quads[:, LIGHT], wanted[:, LIGHT], rtol=2e-3)
         np.testing.assert_allclose(mirrored[:, X], -quads[:, X], atol=1e-6)
         np.testing.assert_allclose(mirrored[:, Y], quads[:, Y], atol=1e-6)
     assert player.lines("play", "fire", moments)[-1] == "sorting 8 collections 0"

@@ -82,7 +82,8 @@ static class Harness
         return (Action)Delegate.CreateDelegate(typeof(Action), target, found);
     }
 
-    /// One line a moment; a flake is its middle, half its length and width (x, y each), its light.
+    /// One line a moment; a flake is its middle, half its length and width (x, y each), its light, and
+    /// how far from its centre the shader sees its corners, in half lengths and widths.
     static void Print(Player.Vertex[] vertices, int flakes)
     {
         Console.Write(flakes);
@@ -95,7 +96,7 @@ static class Harness
             {
                 (a.x + b.x + c.x + d.x) / 4, (a.y + b.y + c.y + d.y) / 4,
                 (b.x - a.x) / 2, (b.y - a.y) / 2, (c.x - a.x) / 2, (c.y - a.y) / 2,
-                light.x, light.y, light.z
+                light.x, light.y, light.z, vertices[4 * i + 3].q.x
             };
             foreach (float number in told) Console.Write(" " + number.ToString("R", Plain));
         }
