@@ -138,7 +138,8 @@ def _flaws(footage: Footage, join: Join) -> float:
     begun = join.beginning + footage.overlap
     shown = stretch(begun, join.ending, footage.count)
     fast = np.percentile(flows[shown[:-1]], 95) if len(shown) > 1 else np.inf
-    hasty = max(flows[(begun or join.ending) - 1] / max(fast, 1e-9) - _HASTE, 0)
+    into = flows[((begun or join.ending) - 1) % footage.count]
+    hasty = max(into / max(fast, 1e-9) - _HASTE, 0)
     details = footage.thumbnails.details
     usual = float(np.median(details[shown])) if shown else 0.0
     faint = min(_details(footage, join), default=usual) / max(usual, 1e-12)

@@ -49,6 +49,19 @@ def test_a_length_near_the_period_is_exactly_as_long_as_was_asked() -> None:
         assert arranged(circling(24, 60), frames=frames).count == frames
 
 
+def test_a_clip_that_closes_can_be_cut_to_any_length() -> None:
+    """Where the best piece of it begins near its end as well."""
+    clip = circling(24, 24)
+    for frames in range(4, 49):
+        loop = arranged(clip, frames=frames)
+        assert loop.loop and loop.count == frames
+
+
+@pytest.mark.parametrize("frames", [5, 20, 31, 47])
+def test_the_sample_is_cut_to_the_length_asked_for(frames: int) -> None:
+    assert arranged(campfire(96), frames=frames).count == frames
+
+
 def test_a_clip_that_closes_is_left_as_it_is() -> None:
     clip, told = circling(24, 24), Told()
     loop = arranged(clip, told)
