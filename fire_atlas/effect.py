@@ -32,12 +32,15 @@ def fly_flakes(
     """Fly the flakes over the recorded field and write down what each does in every frame."""
     flakes, blur = recipe.flakes, recipe.motion_blur
     assert isinstance(flakes, Flakes), "only called for recipes with flakes"
+    shutter = blur.shutter if isinstance(blur, MotionBlur) else 0.0
     flight = Flight(
         seed=recipe.seed,
         scatter=flakes.scatter,
         lag=flakes.lag,
         gravity=recipe.buoyancy.gravity * clip.height,
         wander=recipe.buoyancy.turbulence * clip.height,
+        # What fades is dark before it is outside.
+        streak=(flakes.stretch + shutter) / clip.fps if flakes.edge == "crop" else 0.0,
         most=flakes.max,
         width=clip.width,
         height=clip.height,
@@ -57,7 +60,7 @@ def fly_flakes(
         colours=ramp(flakes.colors),
         intensity=flakes.intensity * recipe.composite.intensity,
         stretch=flakes.stretch,
-        shutter=blur.shutter if isinstance(blur, MotionBlur) else 0.0,
+        shutter=shutter,
         kappa=analysis.study.kappa,
         fades=flakes.edge == "fade",
         pixel=flakes.sprite == "pixel",
@@ -102,7 +105,7 @@ def layers(
     if analysis is not None and isinstance(blur, MotionBlur) and blur.flame:
         field = analysis.field
         flame = blur_along(
-            as_light(flame), field.u[i], field.v[i], analysis.study.kappa,
+            as_light(flame), field.u[i], field.v[i], field.cell, analysis.study.kappa,
             blur.shutter / clip.fps, blur.samples,
         )  # fmt: skip
     flakes = recipe.flakes

@@ -10,6 +10,7 @@ def blur_along(
     pixels: Pixels,
     u: Plane,
     v: Plane,
+    cell: int,
     kappa: Plane,
     exposure: float,
     samples: int,
@@ -21,14 +22,22 @@ def blur_along(
 
     Args:
         pixels: The flame layer.
-        u, v: (rows, columns) Bv on its grid, px/s.
+        u, v: (rows, columns) Bv in the middle of each cell of its grid, px/s.
+        cell: Side of a cell, px; those at the right and at the bottom may reach out of the frame.
         kappa: (H, W) κ of each pixel.
         exposure: Seconds the shutter is open.
         samples: How many, at least 1.
     """
     height, width = pixels.shape[:2]
     reach = kappa * np.float32(exposure)
-    way_x, way_y = (as_plane(cv2.resize(p, (width, height))) * reach for p in (u, v))
+    middles = np.array([[1, 0, (1 - cell) / 2], [0, 1, (1 - cell) / 2]]) / cell
+    way_x, way_y = (
+        reach * cv2.warpAffine(
+            plane, middles, (width, height), borderMode=cv2.BORDER_REPLICATE,
+            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+        )
+        for plane in (u, v)
+    )  # fmt: skip
     x, y = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
     total = np.zeros_like(pixels)
     for step in (np.arange(samples) + 0.5) / samples - 0.5:
@@ -42,8 +51,8 @@ def blur_along(
 
 
 def _with_light_of(original: Pixels, blurred: Pixels) -> Pixels:
-    """Scale ``blurred`` to the sums of ``original``: gathering along a diverging field is not
-    exact. Light that was blurred out of the frame is not put back."""
+    """Scale ``blurred`` to the sums of ``original``, by 5 % at most: gathering along a field that
+    diverges is not exact, but light that was blurred out of the frame is gone."""
     before = original.reshape(-1, 4).sum(axis=0, dtype=np.float64)
     after = blurred.reshape(-1, 4).sum(axis=0, dtype=np.float64)
     scale = np.divide(before, after, out=np.ones(4), where=after > 0)

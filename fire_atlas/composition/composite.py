@@ -3,7 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import as_plane, encode_unit, srgb_to_linear
+from fire_atlas.core.pixels import as_plane, decode_unit, encode_unit, srgb_to_linear
+
+_LEAST = np.float32(1e-6)
+"""Coverage that what is divided by it has at least."""
+
+_SEEN = 0.25
+"""Brightness (sRGB, 0..1) from which a flake has a colour of the palette: there is no fading in
+few colours."""
 
 
 def compose(
@@ -17,24 +24,31 @@ def compose(
 
     ``add``: flame + flakes. ``screen``: 1 − (1 − flame)(1 − flakes). ``over``: flakes cover the
     flame as far as they shine. The result's coverage is raised to carry the flakes' light over
-    empty background.
+    empty background: their brightest channel, as the client counts it.
 
     Args:
         under: (pixels, 4), the flame there.
         flakes: (pixels, 3), light of the flake layer on black.
         blend: ``add``, ``screen`` or ``over``.
         blend_space: Where the client blends, which decides how much coverage light needs.
-        palette: (colours, 3) sRGB in 0..1. If given, pixels with flakes take the nearest of
-            these colours and cover fully.
+        palette: (colours, 3) sRGB in 0..1. If given, pixels whose flakes are bright enough to be
+            seen take the nearest of these colours and cover fully; the others stay as they are.
     """
     light = expose(flakes)
-    cover = _coverage(light, blend_space)
+    brightest = _brightest(light)
+    shown = encode_unit(brightest)
+    cover = brightest
+    if blend_space == "srgb":
+        # Over nothing a client shows sRGB(c) · cover, and by this c that is sRGB(light).
+        cover = shown
+        alone = decode_unit(as_plane(encode_unit(light) / np.maximum(cover, _LEAST))) * cover
+        light = as_plane(alone + (light - alone) * under[:, 3:])
     if blend == "add":
         joined = under[:, :3] + light
     elif blend == "screen":
         joined = under[:, :3] + light - np.minimum(under[:, :3], 1.0) * light
     else:
-        joined = light + under[:, :3] * (1 - cover)
+        joined = light + under[:, :3] * (1 - brightest)
     needed = np.minimum(_brightest(joined)[:, 0], 1.0)
     pixels = np.empty_like(under)
     pixels[:, :3] = joined
@@ -42,6 +56,8 @@ def compose(
     if palette is not None:
         pixels[:, :3] = _nearest_colours(pixels, palette)
         pixels[:, 3] = 1.0
+        faint = shown[:, 0] < _SEEN
+        pixels[faint] = under[faint]
     return pixels
 
 
@@ -59,13 +75,6 @@ def _nearest_colours(
     # |p − s|² but for |s|²; not by numpy's matrix product, whose threads may change last bits.
     square = (palette**2).sum(axis=1) - 2 * np.einsum("ic,jc->ij", shown, palette)
     return srgb_to_linear(palette[np.argmin(square, axis=1)])
-
-
-def _coverage(light: NDArray[np.float32], blend_space: str) -> NDArray[np.float32]:
-    """Coverage (pixels, 1) that lets a client show ``light``: its brightest channel, as the client
-    counts it."""
-    brightest = _brightest(light)
-    return encode_unit(brightest) if blend_space == "srgb" else brightest
 
 
 def _brightest(light: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -57,6 +57,11 @@ def _srgb_of_step() -> NDArray[np.float32]:
 
 
 @cache
+def _linear_of_step() -> NDArray[np.float32]:
+    return srgb_to_linear(np.arange(_STEPS + 1) / _STEPS)
+
+
+@cache
 def _byte_of_step() -> NDArray[np.uint8]:
     return np.rint(_srgb_of_step() * 255).astype(np.uint8)
 
@@ -89,6 +94,11 @@ def encode_bytes(light: NDArray[np.float32]) -> Bytes:
 def encode_unit(light: NDArray[np.float32]) -> NDArray[np.float32]:
     """sRGB in 0..1, as float32, of linear light; values outside 0..1 are clipped. Any shape."""
     return _look_up(_srgb_of_step(), light)
+
+
+def decode_unit(shown: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Linear light of sRGB values in 0..1; values outside are clipped. Any shape."""
+    return _look_up(_linear_of_step(), shown)
 
 
 def premultiply(colour: NDArray[np.float32], alpha: Plane) -> Pixels:

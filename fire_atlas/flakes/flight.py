@@ -41,6 +41,8 @@ class Flight:
         gravity: Downward acceleration, px/s².
         wander: Speed (rms) at which eddies too small for the grid move a flake outside the flame,
             px/s: turbulence is strong after combustion (section III-A).
+        streak: Seconds of its way that a flake is drawn out over; what is drawn of it leaves the
+            frame as much later.
         most: Most flakes alive at once.
         width, height: Frame, px: what has left it is gone.
     """
@@ -50,6 +52,7 @@ class Flight:
     lag: float
     gravity: float
     wander: float
+    streak: float
     most: int
     width: int
     height: int
@@ -220,12 +223,18 @@ def _since(born: NDArray[np.int64], tick: int) -> Column:
 
 
 def _between(before: Swarm, after: Swarm, part: float, spawns: Spawns) -> Swarm:
-    """Flakes ``part`` of a tick after ``before``, without those that have cooled by then."""
+    """Flakes ``part`` of a tick after ``before``, without those that have cooled by then.
+
+    Their velocity is that of their way: what they do of their own is part of it.
+    """
     age = before.age + part * TICK
+    way_x, way_y = after.x - before.x, after.y - before.y
     seen = replace(
         after,
-        x=before.x + (after.x - before.x) * part,
-        y=before.y + (after.y - before.y) * part,
+        x=before.x + way_x * part,
+        y=before.y + way_y * part,
+        vx=way_x / TICK,
+        vy=way_y / TICK,
         age=age,
     )
     return seen.where(age < spawns.life.take(before.id))
@@ -233,6 +242,8 @@ def _between(before: Swarm, after: Swarm, part: float, spawns: Spawns) -> Swarm:
 
 def _stays(swarm: Swarm, spawns: Spawns, flight: Flight) -> NDArray[np.bool_]:
     margin = spawns.size.take(swarm.id)
+    if flight.streak > 0:
+        margin = margin + np.hypot(swarm.vx, swarm.vy) * (flight.streak / 2)
     stays: NDArray[np.bool_] = (
         (swarm.age < spawns.life.take(swarm.id))
         & (swarm.x > -margin)

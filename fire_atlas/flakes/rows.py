@@ -15,8 +15,13 @@ from fire_atlas.flakes.embers import colour_by_speed, glow, twinkle
 from fire_atlas.flakes.emission import TICK, Spawns
 from fire_atlas.flakes.flight import Swarm
 
-_BORDER = 0.05
-"""Width of the strip along the border in which flakes fade, heights."""
+_BORDER, _FADING = 0.05, 3.0
+"""Width of the strip along the border in which flakes fade, heights; for fast ones it is as wide as
+their way in so many frames."""
+
+_REACH = 0.25
+"""Most of a sprite's half length that counts there, of the frame's shorter side: a large one would
+be at the border wherever it is."""
 
 _SHADES = 3
 """Steps in which hard flakes dim."""
@@ -117,7 +122,7 @@ def _table(swarm: Swarm, spawns: Spawns, look: Appearance) -> NDArray[np.float64
         # The same light over more pixels: small sprites are widened, fast ones drawn out.
         opacity = light * weight * (wide / size) ** 2 / stretch
     if look.fades:
-        opacity = opacity * _inside(swarm, size * stretch / 2, height, width)
+        opacity = opacity * _inside(swarm, size * stretch / 2, speed / look.fps, height, width)
     # A column lies in one piece: whoever reads the table reads columns.
     return np.stack([
         swarm.id, swarm.x, swarm.y, swarm.vx, swarm.vy, size, stretch,
@@ -126,12 +131,17 @@ def _table(swarm: Swarm, spawns: Spawns, look: Appearance) -> NDArray[np.float64
 
 
 def _inside(
-    swarm: Swarm, reach: NDArray[np.float64], height: int, width: int
+    swarm: Swarm,
+    reach: NDArray[np.float64],
+    way: NDArray[np.float64],
+    height: int,
+    width: int,
 ) -> NDArray[np.float64]:
-    """How far sprites that ``reach`` so many px are from the border: 0 at it, 1 from ``_BORDER``
-    on."""
-    gap = np.minimum.reduce([swarm.x, swarm.y, width - swarm.x, height - swarm.y]) - reach
-    return smooth_step(np.asarray(gap / (_BORDER * height), np.float64))
+    """How far sprites that ``reach`` so many px, on their ``way`` of px a frame, are from the
+    border: 0 at it, 1 beyond the strip along it."""
+    gap = np.minimum.reduce([swarm.x, swarm.y, width - swarm.x, height - swarm.y])
+    gap -= np.minimum(reach, _REACH * min(height, width))
+    return smooth_step(np.asarray(gap / np.maximum(way * _FADING, _BORDER * height), np.float64))
 
 
 def spawn_table(swarms: list[Swarm], spawns: Spawns) -> NDArray[np.float64]:

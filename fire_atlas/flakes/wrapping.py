@@ -6,8 +6,7 @@ from numpy.typing import NDArray
 from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS
 
 _ID = COLUMNS.index("id")
-_T, _LIFE = SPAWN_COLUMNS.index("t"), SPAWN_COLUMNS.index("life")
-_WRAPS = SPAWN_COLUMNS.index("wraps")
+_T, _WRAPS = SPAWN_COLUMNS.index("t"), SPAWN_COLUMNS.index("wraps")
 
 
 def wrapped(
@@ -22,19 +21,21 @@ def wrapped(
     Args:
         spawns: (flakes, 9) births, columns ``SPAWN_COLUMNS``, by id.
         rows: More than ``count`` tables, (flakes, 14) each, columns ``COLUMNS``.
-        count: Frames of the loop, at least 2.
+        count: Frames of the loop.
         fps: Frames per second.
     """
-    period = count / fps
     frame = np.repeat(np.arange(len(rows)), [len(table) for table in rows])
     every = np.concatenate(rows)
     _, first, owner = np.unique(every[:, _ID], return_index=True, return_inverse=True)
-    part = (frame - frame[first][owner]) // (count - 1)
+    late = np.unique(every[frame >= count, _ID])
+    spawns = spawns.copy()
+    spawns[:, _WRAPS] = np.isin(spawns[:, 0], late)
+    part = (frame - frame[first][owner]) // max(count - 1, 1)
     step = every[:, _ID].max(initial=0) + 1  # parts are apart from all ids
     every[:, _ID] += part * step
     order = np.lexsort((every[:, _ID], frame % count))
     bounds = np.searchsorted(frame[order] % count, np.arange(1, count))
-    spawns = _with_parts(spawns, int(part.max(initial=0)), step, period)
+    spawns = _with_parts(spawns, int(part.max(initial=0)), step, count / fps)
     seen = np.isin(spawns[:, 0], every[:, _ID])
     return spawns[seen], np.split(every[order], bounds)
 
@@ -43,8 +44,6 @@ def _with_parts(
     spawns: NDArray[np.float64], parts: int, step: float, period: float
 ) -> NDArray[np.float64]:
     """Births with a further one, a period earlier each, for every part of a flake's life."""
-    spawns = spawns.copy()
-    spawns[:, _WRAPS] = spawns[:, _T] + spawns[:, _LIFE] > period
     copies = [spawns]
     for part in range(1, parts + 1):
         again = spawns.copy()

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.composition.blur import blur_along
 from fire_atlas.composition.composite import compose, expose
+from fire_atlas.core.pixels import encode_bytes
 
 
 def _flame(light: float, alpha: float) -> NDArray[np.float32]:
@@ -31,6 +33,28 @@ def test_over_hides_what_is_behind_a_bright_flake() -> None:
     assert np.allclose(out[0], [1.0, 0.4, 0.0, 1.0])
 
 
+@pytest.mark.parametrize("light", [0.003, 0.05, 0.2, 0.9])
+@pytest.mark.parametrize("space", ["srgb", "linear"])
+def test_over_hides_no_more_than_it_shines(light: float, space: str) -> None:
+    """The soft rim of a sprite is no dark ring on the flame."""
+    out = compose(_flame(1.0, 1.0), _flakes(light, 0.4 * light, 0.0), "over", space)
+    assert out[0, 0] == pytest.approx(1.0, abs=1e-4)
+    assert (out[0, :3] >= 1 - light - 1e-4).all()
+
+
+@pytest.mark.parametrize("blend", ["add", "screen", "over"])
+@pytest.mark.parametrize("light", [0.002, 0.02, 0.07, 0.3, 1.0])
+def test_a_flake_beside_the_flame_is_as_bright_as_its_light(blend: str, light: float) -> None:
+    """Over black it looks like its light, and over white it only takes what its hue lacks."""
+    rgb = light, 0.3 * light, 0.02 * light
+    out = compose(_flame(0.0, 0.0), _flakes(*rgb), blend, "srgb")
+    page = encode_frame(out[None], "premultiplied", "srgb")[0, 0].astype(int)
+    wanted = encode_bytes(np.array([[rgb]], np.float32))[0, 0].astype(int)
+    assert np.abs(page[:3] - wanted).max() <= 1
+    over_white = page[:3] + 255 - page[3]
+    assert over_white[0] >= 254
+
+
 @pytest.mark.parametrize("blend", ["add", "screen", "over"])
 @pytest.mark.parametrize("space", ["srgb", "linear"])
 def test_coverage_always_carries_the_light_up_to_one(blend: str, space: str) -> None:
@@ -54,7 +78,7 @@ def test_blur_keeps_the_energy_within_a_percent() -> None:
     y, x = np.mgrid[:16, :20].astype(np.float32)
     u, v = (30 * np.sin(x / 5)).astype(np.float32), (-200 + 60 * np.cos(y / 4)).astype(np.float32)
     kappa = np.ones((64, 80), np.float32)
-    blurred = blur_along(pixels, u, v, kappa, exposure=1 / 48, samples=9)
+    blurred = blur_along(pixels, u, v, 4, kappa, exposure=1 / 48, samples=9)
     assert blurred.sum() == pytest.approx(pixels.sum(), rel=0.01)
     assert np.abs(blurred - pixels).max() > 0.05
 
@@ -64,7 +88,7 @@ def test_a_uniform_blur_is_a_box_along_the_motion() -> None:
     pixels[10, 30] = 1.0
     still, fast = np.zeros((6, 16), np.float32), np.full((6, 16), 240.0, np.float32)
     kappa = np.ones((21, 61), np.float32)
-    row = blur_along(pixels, fast, still, kappa, exposure=1 / 24, samples=41)[10, :, 0]
+    row = blur_along(pixels, fast, still, 4, kappa, exposure=1 / 24, samples=41)[10, :, 0]
     assert row[26:35] == pytest.approx(0.1, abs=0.01)  # 10 px of travel share the light
     assert row[:24].max() == 0 and row[37:].max() == 0
 
@@ -73,4 +97,15 @@ def test_kappa_zero_does_not_blur() -> None:
     pixels = np.random.default_rng(2).random((16, 16, 4), np.float32)
     field = np.full((4, 4), 500.0, np.float32)
     kappa = np.zeros((16, 16), np.float32)
-    assert np.allclose(blur_along(pixels, field, field, kappa, 0.02, 9), pixels, atol=1e-6)
+    assert np.allclose(blur_along(pixels, field, field, 4, kappa, 0.02, 9), pixels, atol=1e-6)
+
+
+def test_blur_takes_the_field_where_flakes_do_though_the_grid_overhangs_the_frame() -> None:
+    pixels = np.zeros((66, 66, 4), np.float32)
+    pixels[33, 33] = 1.0
+    still, fast_beyond = np.zeros((2, 2), np.float32), np.array([[0.0, 1000.0]] * 2, np.float32)
+    here = pixels[..., 0].copy()
+    blurred = blur_along(pixels, fast_beyond, still, 64, here, exposure=0.1, samples=201)
+    # Cells' middles are at 32 and 96 px: at 33.5 px the air moves at 23.4 px/s, or 1.17 px to
+    # either side, of which the inner px is seen; and 5 % of light is put back.
+    assert blurred[33, 33, 0] == pytest.approx(1.05 / 2.34, abs=0.02)

@@ -253,7 +253,7 @@ def test_blur_never_makes_a_flame_brighter_than_it_was(samples: int, speed: floa
     pixels = _clip(40, 40, 1, False, "alpha").read(0)
     still, fast = np.zeros((10, 10), np.float32), np.full((10, 10), speed, np.float32)
     for u, v in ((fast, still), (still, -fast)):
-        blurred = blur_along(pixels, u, v, np.ones((40, 40), np.float32), 1 / 12, samples)
+        blurred = blur_along(pixels, u, v, 4, np.ones((40, 40), np.float32), 1 / 12, samples)
         assert np.isfinite(blurred).all()
         assert blurred[..., :3].max() <= 1.05 * pixels[..., :3].max()
 

@@ -50,7 +50,7 @@ def _field(fps: float) -> FieldRecord:
 
 
 def _after_a_second(fps: float, k: float, lag: float) -> Swarm:
-    flight = Flight(3, k, lag, 0.0, 0.0, COUNT, 400, 400)
+    flight = Flight(3, k, lag, 0.0, 0.0, 0.0, COUNT, 400, 400)
     return list(fly(_spawns(), _field(fps), round(fps) + 1, flight))[-1]
 
 
@@ -71,7 +71,7 @@ def test_the_more_scatter_the_less_of_the_way_is_made() -> None:
 def test_as_many_flakes_fly_as_a_recipe_allows() -> None:
     """OpenCV's remap refuses more than 32766 places in a column."""
     most = 60000
-    flight = Flight(3, 0.99, 0.01, 0.0, 0.0, most, 400, 400)
+    flight = Flight(3, 0.99, 0.01, 0.0, 0.0, 0.0, most, 400, 400)
     last = list(fly(_spawns(most), _field(24.0), 3, flight))[-1]
     assert len(last.id) == most and np.isfinite(last.x).all()
 

@@ -113,13 +113,23 @@ def _check_palette(clip: Clip, edge: str) -> None:
         own |= _colours(encode_bytes(unpremultiply(pixels))[pixels[..., 3] > 0.5])
     seen = 0
     for i in range(clip.count):
-        flaked = _layer(burnt, i).sum(axis=2) > 0
+        # In few colours nothing fades: a flake is there as long as it is bright enough to be seen.
+        flaked = encode_bytes(_layer(burnt, i)).max(axis=2) >= 64
         pixels = burnt.finished(i)
         assert (pixels[flaked][:, 3] == 1.0).all(), "a flake's pixels cover fully"
         assert _colours(encode_bytes(unpremultiply(pixels))[flaked]) <= own
         assert np.array_equal(pixels[~flaked], clip.read(i)[~flaked])
         seen += int(flaked.sum())
     assert seen > 20
+
+
+def test_a_halo_in_the_colours_of_the_clip_is_no_patch() -> None:
+    """Light too faint to be seen takes no colour of the palette, however far it reaches."""
+    clip, keys = campfire(96), {"timeline": {"loop": "none"}, "composite": {"palette": "clip"}}
+    plain, soft = (burn(clip, {**keys, "flakes": {"glow": glow}}) for glow in (0.0, 0.5))
+    for i in (20, 40):
+        covered = [np.mean(burnt.finished(i)[..., 3] == 1) for burnt in (plain, soft)]
+        assert covered[1] < covered[0] + 0.05
 
 
 @pytest.mark.parametrize("edge", ["fade", "crop"])
@@ -138,7 +148,9 @@ def test_pixel_flakes_on_nothing_are_never_near_black(clips: Path) -> None:
     dark, seen = 0, 0
     for i in range(clip.count):
         alone = (_layer(burnt, i).sum(axis=2) > 0) & (clip.read(i)[..., 3] == 0)
-        shown = encode_bytes(unpremultiply(burnt.finished(i)))[alone]
+        finished = burnt.finished(i)
+        alone &= finished[..., 3] > 0
+        shown = encode_bytes(unpremultiply(finished))[alone]
         dark += int((shown.max(axis=1) < 40).sum())
         seen += len(shown)
     assert seen > 20 and dark == 0, f"{dark} of {seen}"

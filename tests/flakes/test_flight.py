@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -42,7 +43,7 @@ def _flight(
     wander: float = 0.0,
     most: int = 1000,
 ) -> Flight:
-    return Flight(1, scatter, lag, gravity, wander, most, 400, 400)
+    return Flight(1, scatter, lag, gravity, wander, 0.0, most, 400, 400)
 
 
 def _flown(field: FieldRecord, flight: Flight, spawns: Spawns) -> list[Swarm]:
@@ -97,3 +98,21 @@ def test_flakes_of_one_place_part_by_their_own_meandering() -> None:
     # ∫√2·10·sin(2π f t + φ) over about a second, averaged over f and φ
     assert 2.0 < np.std(end.x) < 6.0
     assert abs(np.mean(end.x) - 100) < 1.0
+
+
+def test_a_flake_leaves_with_all_that_is_drawn_of_it() -> None:
+    """One that is drawn out over half a second of its way is seen a quarter of a second longer."""
+    field, spawns = _uniform(0.0, -400.0), _spawns(1)
+    seen = [
+        sum(len(swarm.id) for swarm in _flown(field, replace(_flight(), streak=streak), spawns))
+        for streak in (0.0, 0.5)
+    ]
+    assert seen[1] - seen[0] == 6  # at 24 frames a second
+
+
+def test_velocity_is_that_of_the_way_whatever_moves_the_flake() -> None:
+    swarms = _flown(_uniform(30.0, -90.0), _flight(wander=60.0), _spawns(1))
+    way = np.array([(there.x - here.x)[0] * FPS for here, there in pairwise(swarms)])
+    told = np.array([swarm.vx[0] for swarm in swarms[:-1]])
+    assert np.abs(way - 30).max() > 60
+    assert np.abs(told - way).max() < 12  # it meanders on within a frame

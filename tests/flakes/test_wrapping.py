@@ -53,6 +53,21 @@ def test_a_flake_that_dies_in_time_does_not_wrap() -> None:
     assert spawns[0, SPAWN_COLUMNS.index("wraps")] == 0
 
 
+def test_a_flake_that_leaves_in_time_does_not_wrap_though_it_could_live_longer() -> None:
+    born = dict.fromkeys(SPAWN_COLUMNS, 0.0) | {"id": 0, "t": 0.1, "life": 9.0}
+    tables = [np.array([_flight(0, 0, 3)[n]] if n < 3 else []).reshape(-1, len(COLUMNS))
+              for n in range(3 * LOOP)]  # fmt: skip
+    spawns, _ = wrapped(np.array([[born[name] for name in SPAWN_COLUMNS]]), tables, LOOP, FPS)
+    assert spawns[0, SPAWN_COLUMNS.index("wraps")] == 0
+
+
+def test_in_a_loop_of_one_frame_every_row_has_an_id_of_its_own() -> None:
+    born = dict.fromkeys(SPAWN_COLUMNS, 0.0) | {"life": 1.0}
+    tables = [np.array([_flight(0, 0, 4)[n]]) for n in range(4)]
+    spawns, (frame,) = wrapped(np.array([[born[name] for name in SPAWN_COLUMNS]]), tables, 1, FPS)
+    assert len(np.unique(frame[:, 0])) == len(frame) == len(spawns) == 4
+
+
 @pytest.mark.parametrize("seen", [5, 6, 7, 11, 12, 13, 17])
 def test_no_id_is_in_a_frame_twice_and_every_row_is_kept(seen: int) -> None:
     _, frames = _fold((0, 0, seen), (1, 3, seen))
