@@ -26,6 +26,12 @@ _THROW = 0.15
 """Seconds in which the air stops what a burst has thrown."""
 
 
+_PACE = 0.2
+"""Seconds over which a flake's speed is taken for its colour: metal does not cool in a frame."""
+
+_TAKES_ON = 1 - math.exp(-TICK / _PACE)
+"""Share of a flake's speed that its pace takes on in a tick."""
+
 _STRAY = 0.4
 """Seconds in which a flake begins to meander; more to the sides than up and down."""
 
@@ -60,19 +66,23 @@ class Flight:
 
 @dataclass(frozen=True, slots=True)
 class Swarm:
-    """Flakes alive at one moment, by id. Arrays (flakes,) of px, px/s and s."""
+    """Flakes alive at one moment, by id. Arrays (flakes,) of px, px/s and s.
+
+    ``pace`` is the speed of each, px/s, as it was of late.
+    """
 
     id: NDArray[np.int64]
     x: Column
     y: Column
     vx: Column
     vy: Column
+    pace: Column
     age: Column
 
     @classmethod
     def empty(cls) -> Self:
         """No flakes."""
-        return cls(np.empty(0, np.int64), *(np.empty(0) for _ in range(5)))
+        return cls(np.empty(0, np.int64), *(np.empty(0) for _ in fields(cls)[1:]))
 
     def where(self, kept: NDArray[np.bool_]) -> "Swarm":
         """Only the flakes of a mask."""
@@ -156,7 +166,8 @@ def _hatch(
     new = slice(first, last)
     vx, vy, _ = _sample(field, air, spawns.x[new], spawns.y[new])
     ids = np.arange(first, last, dtype=np.int64)
-    hatched = Swarm(ids, spawns.x[new], spawns.y[new], vx, vy, np.zeros(len(ids)))
+    pace, age = np.hypot(vx, vy), np.zeros(len(ids))
+    hatched = Swarm(ids, spawns.x[new], spawns.y[new], vx, vy, pace, age)
     return Swarm.joined([swarm, hatched])
 
 
@@ -181,12 +192,14 @@ def _step(
     cos, sin = scatter_turns(flight.seed, tick, swarm.id, flight.scatter)
     vx, vy = vx * cos - vy * sin, vx * sin + vy * cos
     own_x, own_y = _own_motion(swarm, spawns, np.square(np.square(1 - lit)), flight)
+    all_x, all_y = vx + own_x, vy + own_y
     return replace(
         swarm,
-        x=swarm.x + (vx + own_x) * TICK,
-        y=swarm.y + (vy + own_y) * TICK,
+        x=swarm.x + all_x * TICK,
+        y=swarm.y + all_y * TICK,
         vx=vx,
         vy=vy,
+        pace=swarm.pace + (np.hypot(all_x, all_y) - swarm.pace) * _TAKES_ON,
         age=_since(spawns.tick.take(swarm.id), tick + 1),
     )
 

@@ -114,7 +114,7 @@ def _table(swarm: Swarm, spawns: Spawns, look: Appearance) -> NDArray[np.float64
     light = glow(swarm.age, life) * twinkle(
         swarm.age, spawns.twinkle.take(swarm.id), spawns.phase.take(swarm.id)
     )
-    colour = colour_by_speed(speed, height, look.colours) * look.intensity
+    colour = colour_by_speed(swarm.pace, height, look.colours) * look.intensity
     if look.pixel:
         stretch = np.ones_like(size)
         opacity = np.ceil(light * _SHADES) / _SHADES
