@@ -68,6 +68,11 @@ def fly_flakes(
     )
     frames = list(rows_of(flying(), analysis.spawns, look, workers))
     spawns = spawn_table(swarms, analysis.spawns)
+    if not len(spawns) and flakes.rate > 0:
+        progress.note(
+            "no flake is born: nothing in the clip is flame that moves, or features.epsilon, "
+            "features.clamp or flakes.alpha is above all of its edges"
+        )
     if clip.loop:
         spawns, frames = wrapped(spawns, frames, clip.count, clip.fps)
     return Tracks(

@@ -9,6 +9,9 @@ from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 
 _ID, _X, _Y, _VX, _VY, _SIZE, _STRETCH = range(7)
 _AGE, _LIFE = COLUMNS.index("age"), COLUMNS.index("life")
+_FEW = 20
+"""The spread of fewer flakes tells nothing."""
+
 _BIRTH = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
 
 
@@ -47,6 +50,7 @@ def ember_figures(tracks: Tracks) -> list[Figure]:
     if not flights:
         return []
     rows = np.concatenate(flights)
+    spread = (0.25, 0.7) if len(flights) >= _FEW else (None, None)
     height = tracks.height
     moved = [f for f in flights if len(f) > 1]
     rise = np.mean([f[-1, _Y] < f[0, _Y] for f in moved]) if moved else 1.0
@@ -61,7 +65,7 @@ def ember_figures(tracks: Tracks) -> list[Figure]:
         Figure("end higher than born", float(rise), "", 0.95),
         Figure("speed, median", float(np.median(speed)), "heights/s", 0.1, 1.5),
         Figure("size, median", float(np.median(sizes)), "px", 1.0),
-        Figure("size, σ of its logarithm", float(np.std(np.log(sizes))), "", 0.25, 0.7),
+        Figure("size, σ of its logarithm", float(np.std(np.log(sizes))), "", *spread),
         Figure("life, median", float(np.median([f[0, _LIFE] for f in flights])), "s", 0.3, 4.0),
         Figure("streak, median", float(np.median(streak)), "px"),
         Figure("streak, of a frame's way", float(np.median(streak / way)), "", None, 1.0),
