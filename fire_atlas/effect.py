@@ -21,7 +21,7 @@ from fire_atlas.flakes.embers import ramp
 from fire_atlas.flakes.flight import Flight, Swarm, fly
 from fire_atlas.flakes.rows import Appearance, rows_of, spawn_table
 from fire_atlas.flakes.tracks import Tracks
-from fire_atlas.flakes.wrapping import wrapped
+from fire_atlas.flakes.wrapping import thinned, wrapped
 from fire_atlas.recipe.effect import Flakes, MotionBlur
 from fire_atlas.recipe.models import Recipe
 
@@ -45,13 +45,16 @@ def fly_flakes(
         width=clip.width,
         height=clip.height,
     )
+    spawns = analysis.spawns
+    if clip.loop:
+        spawns = thinned(spawns, flakes.max, clip.count, clip.fps, recipe.seed)
     # A loop's flakes fly on past its end, until the last born has cooled.
     beyond = math.ceil(flakes.life[1] * clip.fps) + 1 if clip.loop else 0
     progress.stage("fly", clip.count + beyond)
     swarms = list[Swarm]()
 
     def flying() -> Iterator[Swarm]:
-        for swarm in fly(analysis.spawns, analysis.field, clip.count + beyond, flight):
+        for swarm in fly(spawns, analysis.field, clip.count + beyond, flight):
             swarms.append(swarm)
             progress.advance()
             yield swarm
@@ -66,22 +69,22 @@ def fly_flakes(
         pixel=flakes.sprite == "pixel",
         fps=clip.fps,
     )
-    frames = list(rows_of(flying(), analysis.spawns, look, workers))
-    spawns = spawn_table(swarms, analysis.spawns)
-    if not len(spawns) and flakes.rate > 0:
+    frames = list(rows_of(flying(), spawns, look, workers))
+    births = spawn_table(swarms, spawns)
+    if not len(births) and flakes.rate > 0:
         progress.note(
             "no flake is born: nothing in the clip is flame that moves, or features.epsilon, "
             "features.clamp or flakes.alpha is above all of its edges"
         )
     if clip.loop:
-        spawns, frames = wrapped(spawns, frames, clip.count, clip.fps)
+        births, frames = wrapped(births, frames, clip.count, clip.fps)
     return Tracks(
         fps=clip.fps,
         width=clip.width,
         height=clip.height,
         loop=clip.loop,
         seed=recipe.seed,
-        spawns=spawns,
+        spawns=births,
         frames=tuple(frames),
         hard=look.pixel,
     )

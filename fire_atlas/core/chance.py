@@ -19,6 +19,7 @@ class Stage(IntEnum):
     SHEETS = 11
     TURBULENCE = 12
     EXCITEMENT = 13
+    THINNING = 14
 
 
 def generator(seed: int, stage: Stage, index: int = 0) -> np.random.Generator:

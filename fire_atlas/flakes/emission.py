@@ -69,6 +69,10 @@ class Spawns:
         """Return the same births ``x`` px to the right and ``y`` px down."""
         return replace(self, x=self.x + x, y=self.y + y)
 
+    def where(self, places: NDArray[np.intp]) -> "Spawns":
+        """Return the births at ``places``."""
+        return Spawns(*(getattr(self, f.name).take(places) for f in fields(self)))
+
     @classmethod
     def none(cls) -> Self:
         """No births."""

@@ -3,10 +3,39 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.chance import Stage, generator
+from fire_atlas.flakes.emission import TICK, Spawns
 from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS
 
 _ID = COLUMNS.index("id")
 _T, _WRAPS = SPAWN_COLUMNS.index("t"), SPAWN_COLUMNS.index("wraps")
+
+
+def thinned(spawns: Spawns, most: int, count: int, fps: float, seed: int) -> Spawns:
+    """Births of which at most ``most`` can be alive at once in a loop of ``count`` frames.
+
+    Those that are left out are from all of it alike: if no more were born whenever it is full, it
+    would be full where it begins and thin where it ends.
+    """
+    first = np.ceil(spawns.tick * (TICK * fps)).astype(np.intp)
+    seen = np.ceil(spawns.life * fps).astype(np.intp)
+    order = generator(seed, Stage.THINNING).permutation(len(first))
+
+    def crowd(kept: int) -> int:
+        """Most flakes of any frame, if the first ``kept`` of ``order`` are born."""
+        begin, (whole, rest) = first[order[:kept]], np.divmod(seen[order[:kept]], count)
+        change = np.bincount(begin % count, minlength=2 * count).astype(np.intp)
+        np.subtract.at(change, begin % count + rest, 1)
+        alive = np.cumsum(change)
+        return int((alive[:count] + alive[count:]).max() + whole.sum())
+
+    if len(first) == 0 or crowd(len(first)) <= most:
+        return spawns
+    kept, over = 0, len(first)
+    while over - kept > 1:
+        middle = (kept + over) // 2
+        kept, over = (middle, over) if crowd(middle) <= most else (kept, middle)
+    return spawns.where(np.sort(order[:kept]))
 
 
 def wrapped(

@@ -200,7 +200,7 @@ def _assert_sound(burnt: Burnt) -> None:
     assert (rows[:, [R, G, B, A]] >= 0).all()
     flakes = burnt.recipe.flakes
     assert flakes != "none"
-    assert all(len(frame) <= flakes.max or burnt.clip.loop for frame in tracks.frames)
+    assert all(len(frame) <= flakes.max for frame in tracks.frames)
     assert (rows[:, SIZE] > 0).all() and (rows[:, STRETCH] >= 1).all()
     for i in range(burnt.clip.count):
         pixels = burnt.finished(i)

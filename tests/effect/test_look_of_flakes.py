@@ -196,3 +196,13 @@ def test_pixels_without_flakes_stay_bit_for_bit_as_they_were(stored: bool) -> No
     assert after.dtype == before.dtype and not np.array_equal(after[1, 2], before[1, 2])
     after[1, 2] = before[1, 2]
     assert np.array_equal(after, before)
+
+
+@pytest.mark.parametrize("most", [40, 100])
+def test_a_loop_that_may_hold_few_flakes_is_as_full_at_its_end_as_at_its_beginning(
+    most: int,
+) -> None:
+    keys = {"flakes": {"rate": 2000, "max": most, "bursts": 0}}
+    alive = np.array([len(rows) for rows in burn(campfire(96), keys).tracks.frames])
+    assert alive.max() <= most
+    assert alive.min() > 0.4 * alive.max()
