@@ -33,18 +33,7 @@ def fly_flakes(
     flakes, blur = recipe.flakes, recipe.motion_blur
     assert isinstance(flakes, Flakes), "only called for recipes with flakes"
     shutter = blur.shutter if isinstance(blur, MotionBlur) else 0.0
-    flight = Flight(
-        seed=recipe.seed,
-        scatter=flakes.scatter,
-        lag=flakes.lag,
-        gravity=recipe.buoyancy.gravity * clip.height,
-        wander=recipe.buoyancy.turbulence * clip.height,
-        # What fades is dark before it is outside.
-        streak=(flakes.stretch + shutter) / clip.fps if flakes.edge == "crop" else 0.0,
-        most=flakes.max,
-        width=clip.width,
-        height=clip.height,
-    )
+    flight = _flight(clip, recipe, flakes, shutter)
     spawns = analysis.spawns
     if clip.loop:
         spawns = thinned(spawns, flakes.max, clip.count, clip.fps, recipe.seed)
@@ -87,6 +76,22 @@ def fly_flakes(
         spawns=births,
         frames=tuple(frames),
         hard=look.pixel,
+    )
+
+
+def _flight(clip: Clip, recipe: Recipe, flakes: Flakes, shutter: float) -> Flight:
+    """How flakes fly in a clip, in px and s."""
+    return Flight(
+        seed=recipe.seed,
+        scatter=flakes.scatter,
+        lag=flakes.lag,
+        gravity=recipe.buoyancy.gravity * clip.height,
+        wander=recipe.buoyancy.turbulence * clip.height,
+        # What fades is dark before it is outside.
+        streak=(flakes.stretch + shutter) / clip.fps if flakes.edge == "crop" else 0.0,
+        most=flakes.max,
+        width=clip.width,
+        height=clip.height,
     )
 
 
