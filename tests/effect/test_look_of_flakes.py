@@ -6,14 +6,18 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from fires import Array, Burnt, burn, campfire, clip_of, real_clip, recipe_of
+from fires import ID, A, Array, Burnt, Y, burn, campfire, clip_of, looped, real_clip, recipe_of
+from moving import Told
 from numpy.typing import NDArray
 
+from fire_atlas.analysis import analyse
 from fire_atlas.atlas.encode import encode_sprite
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import decode_bytes, encode_bytes, unpremultiply
-from fire_atlas.effect import Layers, draw, join
+from fire_atlas.core.workers import Workers
+from fire_atlas.effect import Layers, draw, fly_flakes, join
 from fire_atlas.flakes.drawing import add_halo
+from fire_atlas.flame.study import study_flame
 from fire_atlas.recipe.effect import Flakes
 
 
@@ -206,3 +210,29 @@ def test_a_loop_that_may_hold_few_flakes_is_as_full_at_its_end_as_at_its_beginni
     alive = np.array([len(rows) for rows in burn(campfire(96), keys).tracks.frames])
     assert alive.max() <= most
     assert alive.min() > 0.4 * alive.max()
+
+
+@pytest.mark.parametrize("lift", [1.2, 5.0])
+def test_flakes_are_dim_before_they_leave_however_fast_they_are(lift: float) -> None:
+    keys = {"flakes": {"rate": 400}, "buoyancy": {"lift": lift}}
+    burnt = burn(looped(campfire(160), 4.0), {**keys, "timeline": {"loop": "none"}})
+    last_frame = burnt.tracks.frames[-1][:, ID]
+    left = [f for f in burnt.flights(4) if f[-1, Y] < 12 and f[-1, ID] not in last_frame]
+    last = np.array([f[-1, A] / f[:, A].max() for f in left if f[:, A].max() > 0])
+    assert len(last) > 100 and np.quantile(last, 0.99) < 0.25
+
+
+def test_flakes_as_large_as_the_frame_are_seen() -> None:
+    rows = burn(campfire(96), {"flakes": {"size": [0.8, 1]}}).rows
+    assert np.mean(rows[:, A] > 0) > 0.3
+
+
+def test_a_fire_that_sheds_nothing_says_why() -> None:
+    told = Told()
+    clip = campfire(96, 8)
+    recipe = recipe_of({"features": {"clamp": 10000}})
+    with Workers(1) as workers:
+        study = study_flame(clip, recipe.features, (0.0, -1.0), workers)
+        analysis = analyse(clip, recipe, study, workers, told)
+        fly_flakes(clip, recipe, analysis, workers, told)
+    assert "features.clamp" in told.notes[-1]
