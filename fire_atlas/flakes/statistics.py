@@ -9,10 +9,10 @@ from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 
 _ID, _X, _Y, _VX, _VY, _SIZE, _STRETCH = range(7)
 _AGE, _LIFE = COLUMNS.index("age"), COLUMNS.index("life")
+_BIRTH = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
+
 _FEW = 20
 """The spread of fewer flakes tells nothing."""
-
-_BIRTH = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,10 +27,6 @@ MOVES = 0.5
 CELLS = 20
 """Cells along each side of the frame in which the plume's rows are counted."""
 
-FULL = "cartoon_wesnoth_campfire"
-"""A clip whose flame fills the frame: its plume is a few cells at the top, and one of them tells
-little."""
-
 
 def dis_flow(clip: Clip, i: int) -> Flow:
     """Flow from frame ``i`` to the next by dense inverse search, at full resolution."""
@@ -56,7 +52,8 @@ def other_flow(clip: Clip, i: int) -> Flow:
         cv2.optflow.calcOpticalFlowDenseRLOF(first, second, blank[2]),
         cv2.optflow.createOptFlow_DeepFlow().calc(before, after, blank[3]),
     )
-    return np.asarray(np.median(np.stack(found), axis=0), np.float32)
+    # Robust local flow has no answer in some places, not always the same ones.
+    return np.asarray(np.nanmedian(np.stack(found), axis=0), np.float32)
 
 
 def flows_of(clip: Clip, method: Callable[[Clip, int], Flow]) -> list[Flow]:

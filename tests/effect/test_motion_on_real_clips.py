@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 from clip_motion import (
-    FULL,
     correlation,
     crowding,
     dis_flow,
@@ -77,7 +76,8 @@ def test_no_clip_is_without_flakes(clips: Path, name: str) -> None:
 def test_flakes_do_not_pile_up_above_the_flame(clips: Path, name: str) -> None:
     part, cell = crowding(_long(clips, name))
     assert part <= 4
-    assert name == FULL or cell <= 4
+    # The painted campfire fills its frame: all of its plume is in a few cells at the top.
+    assert cell <= (5 if name == "cartoon_wesnoth_campfire" else 4)
 
 
 @pytest.mark.parametrize("name", RISING)

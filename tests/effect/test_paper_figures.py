@@ -15,15 +15,21 @@ from fire_atlas.flame.features import feature_vectors, refine
 MANY = 800
 """Births a second, for statistics."""
 
-FIGURE_8 = (
-    "cartoon_fluent_fire",
-    "cartoon_freedoom_fire",
-    "cartoon_tauran_flame_sheet",
-    "cartoon_wesnoth_campfire",
-    "real_candle_red",
-    "real_fireplace_gif",
+AS_THE_PAPER = {"feature_force": 5, "lift": 0.3, "turbulence": 0}
+"""A field of feature vectors, with little lift and without eddies."""
+
+FIGURE_8: tuple[tuple[str, dict[str, float], float], ...] = (
+    ("cartoon_fluent_fire", {}, 1.5),
+    ("real_candle_red", {}, 1.5),
+    ("cartoon_fluent_fire", AS_THE_PAPER, 1.5),
+    ("cartoon_freedoom_fire", AS_THE_PAPER, 1.1),  # eight frames of tongues that come apart
+    ("cartoon_tauran_flame_sheet", AS_THE_PAPER, 1.5),
+    ("cartoon_wesnoth_campfire", AS_THE_PAPER, 1.5),
+    ("real_candle_red", AS_THE_PAPER, 1.5),
+    ("real_fireplace_gif", AS_THE_PAPER, 1.5),
 )
-"""The rising flames that have features by the paper's ε; softer fire has next to none."""
+"""The rising flames that have features by the paper's ε (softer fire has next to none), the air,
+and how many times as many steps go down without κ at least."""
 
 
 def _alive(burnt: Burnt) -> float:
@@ -84,20 +90,19 @@ def test_figure_23_the_clamp_empties_weak_regions() -> None:
     assert _share_on_the_drum(clamped) == 0
 
 
-@pytest.mark.parametrize("name", FIGURE_8)
-def test_figure_8_without_kappa_more_flakes_go_down(clips: Path, name: str) -> None:
-    """In a field as the paper's: of feature vectors, with little lift and without eddies."""
+@pytest.mark.parametrize(("name", "air", "least"), FIGURE_8)
+def test_figure_8_without_kappa_more_flakes_go_down(
+    clips: Path, name: str, air: dict[str, float], least: float
+) -> None:
     clip = real_clip(clips, name)
 
     def downward(**features: Any) -> float:
         keys = {
             "features": {"preset": "paper", **features},
-            "buoyancy": {
-                "motion": "features", "feature_force": 5, "lift": 0.3, "turbulence": 0,
-            },
+            "buoyancy": {"motion": "features", **air},
             "flakes": {"rate": MANY, "scatter": 1, "bursts": 0},
-        }  # fmt: skip
+        }
         return float(np.mean(burn(clip, keys).rows[:, VY] > 0))
 
     without, weighted = downward(n=0), downward()
-    assert without > 1.1 * weighted, f"{without:.3f} without κ, {weighted:.3f} with it"
+    assert without > least * weighted, f"{without:.3f} without κ, {weighted:.3f} with it"
