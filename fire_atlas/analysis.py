@@ -23,13 +23,16 @@ from fire_atlas.field.buoyancy import Drive, Physics, advance, settle
 from fire_atlas.field.drive import cell_means, flow_on_grid, rising
 from fire_atlas.field.eddies import Eddies
 from fire_atlas.field.record import FieldRecord, overlap_frames
-from fire_atlas.flakes.emission import Brood, Spawns, emit
+from fire_atlas.flakes.emission import Brood, Spawns, emit, plenty
 from fire_atlas.flame.features import feature_vectors, refine
 from fire_atlas.flame.palette import clip_palette
 from fire_atlas.flame.scene import above
 from fire_atlas.flame.study import FlameStudy
 from fire_atlas.recipe.effect import Flakes
 from fire_atlas.recipe.models import Recipe
+
+_MANY = 5
+"""So many births are not left out by chance."""
 
 _LEAD = 0.5
 """Last seconds of a loop that the air meets before its first frame, to begin as it ends."""
@@ -106,7 +109,13 @@ def analyse(
 
     field = _record(_met_by_the_air(drives(), clip, lead), clip, recipe, physics)
     palette = clip_palette(clip, workers) if recipe.composite.palette == "clip" else None
-    return Analysis(study, field, Spawns.joined([births[i] for i in sorted(births)]), palette)
+    spawns = Spawns.joined([births[i] for i in sorted(births)])
+    if not len(spawns.tick) and brood.rate * clip.count / clip.fps > _MANY:
+        progress.note(
+            "no flake is born: nothing in the clip is flame that moves, or features.epsilon, "
+            "features.clamp or flakes.alpha is above all of its edges"
+        )
+    return Analysis(study, field, spawns, palette)
 
 
 def _record(
@@ -154,14 +163,16 @@ def _brood(clip: Clip, recipe: Recipe, study: FlameStudy) -> Brood:
     """What the recipe says of newborn flakes, in px and s."""
     # Without flakes the flame may still be blurred along the field: nothing is born then.
     flakes = recipe.flakes if isinstance(recipe.flakes, Flakes) else Flakes(rate=0, bursts=0)
+    size = (flakes.size[0] * clip.height, flakes.size[1] * clip.height)
+    rate, bursts = plenty(study.extent, size, clip.count / clip.fps)
     return Brood(
         seed=recipe.seed,
-        rate=flakes.rate,
-        bursts=flakes.bursts,
+        rate=rate if flakes.rate == "auto" else flakes.rate,
+        bursts=bursts if flakes.bursts == "auto" else flakes.bursts,
         candidates=study.candidates,
         alpha=study.alpha if flakes.alpha == "auto" else flakes.alpha,
         life=flakes.life,
-        size=(flakes.size[0] * clip.height, flakes.size[1] * clip.height),
+        size=size,
         height=clip.height,
         fps=clip.fps,
     )

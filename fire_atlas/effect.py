@@ -25,9 +25,6 @@ from fire_atlas.flakes.wrapping import thinned, wrapped
 from fire_atlas.recipe.effect import Flakes, MotionBlur
 from fire_atlas.recipe.models import Recipe
 
-_MANY = 5
-"""So many births are not left out by chance."""
-
 
 def fly_flakes(
     clip: Clip, recipe: Recipe, analysis: Analysis, workers: Workers, progress: Progress
@@ -63,11 +60,6 @@ def fly_flakes(
     )
     frames = list(rows_of(flying(), spawns, look, workers))
     births = spawn_table(swarms, spawns)
-    if not len(analysis.spawns.tick) and flakes.rate * clip.count / clip.fps > _MANY:
-        progress.note(
-            "no flake is born: nothing in the clip is flame that moves, or features.epsilon, "
-            "features.clamp or flakes.alpha is above all of its edges"
-        )
     if clip.loop:
         births, frames = wrapped(births, frames, clip.count, clip.fps)
     return Tracks(

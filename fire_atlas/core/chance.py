@@ -20,6 +20,7 @@ class Stage(IntEnum):
     TURBULENCE = 12
     EXCITEMENT = 13
     THINNING = 14
+    TRICKLE = 15
 
 
 def generator(seed: int, stage: Stage, index: int = 0) -> np.random.Generator:

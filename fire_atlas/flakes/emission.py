@@ -9,9 +9,21 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.chance import Stage, generator
 from fire_atlas.core.pixels import Plane
+from fire_atlas.flakes.drawing import SMALLEST
 
 TICK = 1 / 60
 """Flakes are born and fly in ticks of this many seconds, whatever the frame rate."""
+
+_DENSITY = 180.0
+"""Automatic rate for each square height of moving fire."""
+
+_FEWEST, _LEAST = 4.0, 6.0
+"""Least automatic rate, and least births of a whole clip: the smallest fire still sheds a few."""
+
+_CALM, _BURSTS = 20.0, 1 / 40
+"""Automatic rate up to which a fire is too small to burst; bursts for each flake beyond it."""
+
+_GOLDEN = (math.sqrt(5) - 1) / 2
 
 _SPLINTERS = (3, 14)
 """Fewest and most sparks of a burst."""
@@ -111,12 +123,25 @@ class Brood:
     fps: float
 
 
+def plenty(extent: float, size: tuple[float, float], seconds: float) -> tuple[float, float]:
+    """Return how many flakes, and bursts, a second suit a fire: what is automatic.
+
+    Sparks tear off where fire comes and goes, so their number goes with the area in which it moves,
+    ``extent`` (heights²). Flakes of a ``size`` (min, max; px) that is too small to be shown are
+    drawn larger than they are: there are as many fewer. A few there are in any clip, however short
+    (``seconds``).
+    """
+    shown = min(math.sqrt(size[0] * size[1]) / SMALLEST, 1.0)
+    rate = max(_DENSITY * extent * shown, _FEWEST, _LEAST / seconds)
+    return rate, max(rate - _CALM, 0.0) * _BURSTS
+
+
 def emit(frame: int, strength: Plane, brood: Brood) -> Spawns:
     """Flakes born while ``frame`` shows.
 
-    Candidates are the pixels whose strength ‖Fv*‖ exceeds α. Births are a Poisson process with
-    λ = rate · N(α) / N(α_auto), so a lower α gives more flakes (Figure 22); each picks a
-    candidate with weight ‖Fv*‖.
+    Candidates are the pixels whose strength ‖Fv*‖ exceeds α. The births of a frame are Poisson
+    distributed with λ = rate · N(α) / N(α_auto) a second, so a lower α gives more flakes
+    (Figure 22); each picks a candidate with weight ‖Fv*‖. Bursts are a Poisson process.
 
     Args:
         frame: Index of the frame; the chance of a frame depends on it and the seed alone.
@@ -129,7 +154,7 @@ def emit(frame: int, strength: Plane, brood: Brood) -> Spawns:
     first = round(frame / brood.fps / TICK)
     ticks = max(1, round((frame + 1) / brood.fps / TICK) - first)
     chance = generator(brood.seed, Stage.EMISSION, frame)
-    singles = int(chance.poisson(brood.rate * busy))
+    singles = _trickle(brood.rate * busy, frame, brood.seed)
     where = _choose(chance, places, weights, singles)
     single = _born(chance, singles, where, strength, brood)
     born = [Spawns(first + chance.integers(ticks, size=singles), *single)]
@@ -141,6 +166,20 @@ def emit(frame: int, strength: Plane, brood: Brood) -> Spawns:
         when = np.repeat(first + throws.integers(ticks, size=bursts), sizes)
         born.append(Spawns(when, *splinter))
     return Spawns.joined(born)
+
+
+def _trickle(mean: float, frame: int, seed: int) -> int:
+    """Draw a frame's number from the Poisson distribution of a ``mean``: a steady trickle.
+
+    It is the quantile at a place in 0..1 that goes on by the golden ratio from frame to frame, so
+    frames make up for each other: by chance alone a small fire may shed nothing for a second.
+    """
+    if mean == 0:
+        return 0
+    place = (generator(seed, Stage.TRICKLE).random() + frame * _GOLDEN) % 1.0
+    counts = np.arange(1, math.ceil(mean + 12 * math.sqrt(mean) + 24))
+    likely = np.exp(np.cumsum(np.concatenate([[-mean], np.log(mean / counts)])))
+    return int(np.searchsorted(np.cumsum(likely), place, side="right"))
 
 
 def _choose(

@@ -76,6 +76,7 @@ class FlameStudy:
         buoyancy: F_buoyancy, a unit vector in image axes.
         box: The flame's box over all frames.
         base: (x, y) of the flame's foot, px.
+        extent: Area of the box in which fire moves, heights².
         mask: What tells flame from all else.
         kappa: (H, W) float32, κ of each pixel.
         epsilon: ε in force.
@@ -87,6 +88,7 @@ class FlameStudy:
     buoyancy: tuple[float, float]
     box: Box
     base: tuple[float, float]
+    extent: float
     mask: FlameMask
     kappa: Plane
     epsilon: float
@@ -138,7 +140,10 @@ def study_flame(
     epsilon = _automatic_epsilon(pairs, workers) if features.epsilon == "auto" else features.epsilon
     lengths = workers.map(lambda pair: _lengths(*pair, weight, epsilon), pairs)
     alpha, candidates, typical = _automatic_alpha(list(lengths))
-    return FlameStudy(buoyancy, box, base, tells, weight, epsilon, alpha, candidates, typical)
+    return FlameStudy(
+        buoyancy, box, base, _extent(tells.activity, box), tells, weight, epsilon, alpha,
+        candidates, typical,
+    )  # fmt: skip
 
 
 def _flame_mask(shown: list[Plane], is_scene: bool) -> FlameMask:
@@ -164,13 +169,19 @@ def _flame_box(masks: list[Plane]) -> tuple[Box, tuple[float, float]]:
     total = np.add.reduce(masks)
     if not total.any():
         return Box(0.0, 0.0, width - 1.0, height - 1.0), (width / 2, float(height))
-    (left, right), (top, bottom) = (_extent(total.sum(axis=axis)) for axis in (0, 1))
+    (left, right), (top, bottom) = (_span(total.sum(axis=axis)) for axis in (0, 1))
     foot = total[max(0, int(bottom - (bottom - top) * 0.15)) : int(bottom) + 1].sum(axis=0)
     x = float((foot * (np.arange(width) + 0.5)).sum() / max(foot.sum(), 1e-6))
     return Box(left, top, right, bottom), (x, bottom + 1.0)
 
 
-def _extent(profile: Plane) -> tuple[float, float]:
+def _extent(activity: Plane, box: Box) -> float:
+    """Area of the box, heights², in which anything moves."""
+    inside = activity[int(box.top) : int(box.bottom) + 1, int(box.left) : int(box.right) + 1]
+    return float(inside.sum()) / len(activity) ** 2
+
+
+def _span(profile: Plane) -> tuple[float, float]:
     """First and last index between which all but 1 % of ``profile`` lies."""
     total = np.cumsum(profile, dtype=np.float64)
     first, last = np.searchsorted(total, total[-1] * np.array([0.005, 0.995]))

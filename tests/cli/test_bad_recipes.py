@@ -20,7 +20,7 @@ BAD = {
     ),
     "a wrong type": (
         b"source: {path: clip}\nflakes: {rate: many}\n",
-        'error: bad.yaml:2: flakes.rate: must be a number; got "many"\n',
+        'error: bad.yaml:2: flakes.rate: must be `auto` or a number; got "many"\n',
     ),
     "a value out of range": (
         b"source: {path: clip}\nflakes: {life: [1, 99]}\n",
@@ -73,7 +73,7 @@ def test_a_bad_recipe_gets_advice_and_writes_nothing(
     ("override", "message"),
     [
         ("flakes.rate", "error: --set flakes.rate: must be key=value"),
-        ("flakes.rate=many", 'error: --set flakes.rate: must be a number; got "many"'),
+        ("flakes.rate=many", 'error: --set flakes.rate: must be `auto` or a number; got "many"'),
         ("flakes.rtae=3", "error: --set flakes.rtae: unknown key; did you mean flakes.rate?"),
         ("flakes.rate=[", "error: --set flakes.rate: is no valid YAML"),
         ("name=../x", "error: --set name: must be a plain file name"),

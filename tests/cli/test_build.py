@@ -76,7 +76,7 @@ def test_json_lines_tell_of_errors_too(run: Run, campfire: Path) -> None:
         {
             "event": "error",
             "recipe": "campfire.yaml",
-            "message": '--set flakes.rate: must be a number; got "x"',
+            "message": '--set flakes.rate: must be `auto` or a number; got "x"',
         }
     ]
 

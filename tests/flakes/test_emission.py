@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from fire_atlas.flakes.emission import TICK, Brood, Spawns, emit
+from fire_atlas.flakes.emission import TICK, Brood, Spawns, emit, plenty
 
 BROOD = Brood(
     seed=5, rate=120.0, bursts=0.0, candidates=100.0, alpha=1.0, life=(0.5, 1.5), size=(2.0, 8.0),
@@ -84,3 +84,44 @@ def test_a_frames_births_depend_on_seed_and_frame_alone() -> None:
 
 def test_nothing_is_born_where_there_is_no_fire() -> None:
     assert len(emit(0, np.zeros((20, 20), np.float32), BROOD).x) == 0
+
+
+def _rate(extent: float, size: tuple[float, float]) -> float:
+    return plenty(extent, size, 60.0)[0]
+
+
+def test_twice_the_fire_sheds_twice_as_many() -> None:
+    assert _rate(0.6, (2.0, 8.0)) == pytest.approx(2 * _rate(0.3, (2.0, 8.0)))
+
+
+def test_the_smallest_fire_sheds_a_few_and_does_not_burst() -> None:
+    rate, bursts = plenty(0.0, (2.0, 8.0), 60)
+    assert 1 <= rate <= 10 and bursts == 0
+    assert plenty(1.0, (2.0, 8.0), 60)[1] > 0
+
+
+def test_where_flakes_cannot_be_drawn_as_small_as_they_are_there_are_fewer() -> None:
+    seen, tiny = _rate(0.3, (4.0, 16.0)), _rate(0.3, (0.25, 1.0))
+    assert _rate(0.3, (8.0, 32.0)) == seen and tiny < seen / 2
+
+
+def test_the_shortest_clip_sheds_a_few() -> None:
+    assert plenty(0.0, (2.0, 8.0), 0.1)[0] * 0.1 > 3
+
+
+@pytest.mark.parametrize("mean", [0.3, 4.0, 60.0])
+def test_the_births_of_a_frame_are_poisson_distributed(mean: float) -> None:
+    """Of any one frame, over many seeds."""
+    counts = [
+        len(emit(3, _strength(), replace(BROOD, rate=24 * mean, seed=seed)).x)
+        for seed in range(1500)
+    ]
+    assert np.mean(counts) == pytest.approx(mean, abs=4 * (mean / 1500) ** 0.5)
+    assert np.var(counts) == pytest.approx(mean, rel=0.15)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_small_fire_sheds_in_every_second(seed: int) -> None:
+    brood = replace(BROOD, rate=8.0, seed=seed)
+    counts = [len(emit(i, _strength(), brood).x) for i in range(240)]
+    assert all(2 <= sum(counts[i : i + 24]) <= 14 for i in range(216))

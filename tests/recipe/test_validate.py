@@ -61,9 +61,10 @@ def advice(path: Path, *overrides: str) -> list[str]:
             "must be the name of a format, {godot: ...}, {unity: ...}, or "
             '{template: ..., to: ...}; got {"phaser": {}}',
         ),
-        ("flakes: {rate: fast}", "2: flakes.rate", 'must be a number; got "fast"'),
-        ("flakes: {rate: '80'}", "2: flakes.rate", 'must be a number; got "80"'),
-        ("flakes: {rate: yes}", "2: flakes.rate", "must be a number; got true"),
+        ("flakes: {lag: fast}", "2: flakes.lag", 'must be a number; got "fast"'),
+        ("flakes: {lag: '80'}", "2: flakes.lag", 'must be a number; got "80"'),
+        ("flakes: {lag: yes}", "2: flakes.lag", "must be a number; got true"),
+        ("flakes: {rate: fast}", "2: flakes.rate", 'must be `auto` or a number; got "fast"'),
         ("flakes: {bake: 1}", "2: flakes.bake", "must be true or false; got 1"),
         ("flakes: {life: 1}", "2: flakes.life", "must be a list, like [a, b]; got 1"),
         ("flakes: {life: [1]}", "2: flakes.life.1", "is missing: the list needs 2 items"),
@@ -145,7 +146,7 @@ def test_all_mistakes_are_listed_in_the_order_of_their_lines(write: Write) -> No
 
 def test_a_mistake_of_set_names_the_option(write: Write) -> None:
     assert advice(write(SOURCE), "flakes.rate=fast", "flakes.alhpa=3") == [
-        '--set flakes.rate: must be a number; got "fast"',
+        '--set flakes.rate: must be `auto` or a number; got "fast"',
         "--set flakes.alhpa: unknown key; did you mean flakes.alpha?",
     ]
 
