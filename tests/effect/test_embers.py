@@ -41,7 +41,9 @@ from fire_atlas.flakes.statistics import ember_figures
 from fire_atlas.recipe.effect import Flakes
 
 CLIPS = ("campfire", "real_fireplace_gif", "sim_unity_flame03")
-SECONDS = 12.0
+SECONDS = 12.8
+"""Whole rounds of the real clips, so that the frames looked at first are like all others."""
+
 RATE = 400
 
 
