@@ -78,7 +78,8 @@ def _add(
         pixel[:, leaves] *= seen
     flake = some % light.shape[1]
     for plane, shine in zip(canvas.reshape(-1, 3).T, light, strict=True):
-        np.add.at(plane, pixel.ravel(), (weights * shine.take(flake)).ravel())
+        if shine.any():  # most flakes have no blue
+            np.add.at(plane, pixel.ravel(), (weights * shine.take(flake)).ravel())
 
 
 def draw_pixels(rows: NDArray[np.float64], height: int, width: int) -> NDArray[np.float32]:
