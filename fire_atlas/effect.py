@@ -62,6 +62,10 @@ def fly_flakes(
     births = spawn_table(swarms, spawns)
     if clip.loop:
         births, frames = wrapped(births, frames, clip.count, clip.fps)
+    elif recipe.timeline.loop == "auto" and not clip.tail and (left := len(frames[-1])):
+        progress.note(
+            f"{left} flakes are left in the last frame; timeline.tail: true lets them burn out"
+        )
     return Tracks(
         fps=clip.fps,
         width=clip.width,

@@ -13,7 +13,7 @@ from fire_atlas.preview.atlas_file import AtlasFile, read_atlas
 from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted
 from fire_atlas.preview.loops import loops_of
 from fire_atlas.preview.proof_file import read_proofs
-from fire_atlas.preview.tracks_file import read_tracks
+from fire_atlas.preview.tracks_file import read_all_tracks
 
 
 def run(args: Namespace) -> int:
@@ -22,7 +22,7 @@ def run(args: Namespace) -> int:
     if args.context:
         print(json.dumps(context_of(atlas.sheet), indent=2, ensure_ascii=False))
         return 0
-    tracks = read_tracks(args.atlas)
+    tracks = read_all_tracks(atlas)
     console = Console()
     console.print(_pages(atlas))
     console.print(_frames(atlas))
@@ -32,8 +32,8 @@ def run(args: Namespace) -> int:
         console.print(_maps(atlas))
         for proven in read_proofs(args.atlas.parent, atlas.sheet.title):
             console.print(proven.sentence())
-    if tracks is not None:
-        console.print(_flakes(tracks))
+    for name, flown in tracks.items():
+        console.print(_flakes(flown, "flakes" if len(tracks) == 1 else f"flakes of {name}"))
     return 0
 
 
@@ -114,8 +114,8 @@ def _maps(atlas: AtlasFile) -> Table:
     return table
 
 
-def _flakes(tracks: Tracks) -> Table:
-    table = Table("flakes", "", "should be", "", title="flakes")
+def _flakes(tracks: Tracks, title: str) -> Table:
+    table = Table("flakes", "", "should be", "", title=title)
     for figure in ember_figures(tracks):
         table.add_row(
             figure.name,

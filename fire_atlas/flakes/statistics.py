@@ -43,7 +43,8 @@ class Figure:
 def ember_figures(tracks: Tracks) -> list[Figure]:
     """Return the figures of all flakes of a build; none where there are no flakes.
 
-    Sizes are those that are drawn: in small frames the smallest are widened to what a pixel grid
+    As many are alive as are born in the mean time for which one is seen. Sizes are those that are
+    drawn: in small frames the smallest are widened to what a pixel grid
     can show, and spread less than they were born to.
     """
     flights = _flights(tracks)
@@ -61,6 +62,8 @@ def ember_figures(tracks: Tracks) -> list[Figure]:
     way = np.maximum(np.hypot(rows[:, _VX], rows[:, _VY]) / tracks.fps, 1e-9)
     return [
         Figure("born", float(len(flights))),
+        Figure("born, rate", len(flights) * tracks.fps / len(tracks.frames), "a second"),
+        Figure("seen for, mean", len(rows) / len(flights) / tracks.fps, "s"),
         Figure("alive, mean", float(alive.mean())),
         Figure("end higher than born", float(rise), "", 0.95),
         Figure("speed, median", float(np.median(speed)), "heights/s", 0.1, 1.5),

@@ -114,7 +114,7 @@ class Flakes(Settings):
         Auto | Annotated[float, Field(ge=0, le=100000), NUMBER], either("`auto` or a number")
     ] = "auto"
     """Flakes born per second at the automatic α. ``auto``: as many as suit the size of the fire,
-    by the area in which it moves: some 15 for a candle, 40 for a campfire, 120 for a wall of fire;
+    by the area in which it moves: some 15 for a candle, 30 for a campfire, 100 for a wall of fire;
     fewer where the frame is too small to show flakes of ``size``."""
     bursts: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100), NUMBER], either("`auto` or a number")

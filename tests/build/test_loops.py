@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fire_atlas.core.shipped import shipped
 from fire_atlas.flakes.tracks import COLUMNS
 
 from .desk import Desk, tracks_of
@@ -70,6 +71,16 @@ def test_no_spark_is_born_in_the_tail_and_it_ends_when_the_last_has_burnt_out(
     assert max(spawn["t"] for spawn in tracks["spawns"]) < 8 / 24
     for n, frame in enumerate(tracks["frames"][9:], 9):
         assert all(row[age] >= (n - 8) / 24 - 1e-3 for row in frame["rows"])
+
+
+def test_sparks_that_are_left_when_a_fire_has_burnt_out_are_told_of(desk: Desk) -> None:
+    explosion = {"path": str(shipped("samples") / "explosion"), "fps": 24}
+    advice = "flakes are left in the last frame; timeline.tail: true lets them burn out"
+    plain = desk.run("build", desk.recipe("plain.yaml", source=explosion))
+    assert plain.code == 0 and advice in plain.out + plain.err
+    lasting = desk.recipe("lasting.yaml", source=explosion, timeline={"tail": True})
+    ran = desk.run("build", lasting)
+    assert ran.code == 0 and advice not in ran.out + ran.err
 
 
 def test_inspect_tells_how_well_a_loop_goes_round(desk: Desk) -> None:

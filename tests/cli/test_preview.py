@@ -233,6 +233,14 @@ def test_inspect_prints_pages_frames_and_flakes(run: Run, campfire: Path) -> Non
         assert word in told
 
 
+def test_inspect_tells_of_the_flakes_of_every_animation(run: Run, campfire: Path) -> None:
+    text = campfire.read_text().replace("rate: 200", "rate: 90")
+    campfire.with_name("torch.yaml").write_text(f"{text}atlas: {{members: [campfire.yaml]}}\n")
+    run("build", "torch.yaml", "-q")
+    told = run("inspect", "build/torch.json").stdout
+    assert "flakes of torch" in told and "flakes of campfire" in told
+
+
 def test_inspect_counts_frames_page_by_page(run: Run, atlas: Path) -> None:
     told = run("inspect", atlas.name).stdout
     assert "18.8 %" in told

@@ -83,6 +83,9 @@ def test_flakes_alive_at_the_end_have_no_fate_yet() -> None:
 def test_counts_are_those_of_the_rows() -> None:
     told = _figures(_tracks(UP, RIGHT, DOWN, COLD, LASTING))
     assert told["born"] == 5
+    assert told["born, rate"] == pytest.approx(5 / (FRAMES / FPS))
+    assert told["seen for, mean"] == pytest.approx((3 + 3 + 4 + 5 + 4) / 5 / FPS)
+    assert told["alive, mean"] == pytest.approx(told["born, rate"] * told["seen for, mean"])
     assert told["alive, mean"] == pytest.approx((3 + 3 + 4 + 5 + 4) / FRAMES)
     assert told["end higher than born"] == pytest.approx(4 / 5)
     assert told["life, median"] == 9.0
