@@ -12,7 +12,8 @@ that as many flakes are alive. Prints, of the best of the runs:
 - what the process ``fire-atlas build`` takes, which is what people wait for, and its ratio to a
   process that does the floor.
 
-Exits 1 if a build or its process takes more than 3 times its floor (4 times from 1000 flakes).
+Exits 1 if the process, the whole build, takes more than 3 times its floor (4 times from 1000
+flakes). The ratio within a process leaves out the start, which the floor has to do as well.
 """
 
 import os
@@ -84,7 +85,7 @@ def measure(scene: Scene, folder: Path, runs: int, jobs: int) -> bool:
         f" {took / least:6.2f} {min(builds):8.3f} {whole:6.2f}",
         flush=True,
     )
-    return max(took / least, whole) <= (4 if scene.flakes >= MANY else 3)
+    return whole <= (4 if scene.flakes >= MANY else 3)
 
 
 def main() -> int:
