@@ -16,7 +16,6 @@ class Settings(BaseModel):
         frozen=True,
         strict=True,
         allow_inf_nan=False,
-        use_attribute_docstrings=True,
         defer_build=True,  # blocks are built once, as parts of the recipe: not alone as well
     )
 

@@ -4,6 +4,7 @@ from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema
 
+from fire_atlas.recipe.docstrings import key_docs
 from fire_atlas.recipe.inherit import EXTENDS
 from fire_atlas.recipe.models import Recipe
 
@@ -16,11 +17,21 @@ _EXTENDS_SCHEMA = {
 
 
 class _RecipeSchema(GenerateJsonSchema):
-    """Leaves out the titles pydantic derives from key names: editors show the keys anyway."""
+    """Describes keys by their docstrings.
+
+    Leaves out the titles pydantic derives from key names: editors show the keys anyway.
+    """
 
     def field_title_should_be_set(self, schema: Any) -> bool:
         """Never set a title."""
         return False
+
+    def model_schema(self, schema: Any) -> dict[str, Any]:
+        """Return the schema of a block, with what its docstrings say."""
+        block = super().model_schema(schema)
+        for key, doc in key_docs(schema["cls"]).items():
+            block["properties"][key]["description"] = doc
+        return block
 
 
 def recipe_schema() -> dict[str, Any]:

@@ -10,6 +10,7 @@ from pydantic_core import ErrorDetails
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.recipe.base import BRANCHES, COLOR_PATTERN, KINDS, UNDECIDED, UNKNOWN_KIND
+from fire_atlas.recipe.docstrings import key_docs
 from fire_atlas.recipe.keys import all_keys, blocks_at, keys_at
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.name import NAME_ADVICE, NAME_PATTERN
@@ -139,14 +140,14 @@ def _missing(path: KeyPath) -> str:
         return f"is missing: the list needs {path[-1] + 1} items"
     about = ""
     for block in blocks_at(path[:-1]):
-        if field := block.model_fields.get(path[-1]):
-            about = f": {_first_sentence(field.description)}"
+        if doc := key_docs(block).get(str(path[-1])):
+            about = f": {_first_sentence(doc)}"
     return f"is missing{about}"
 
 
-def _first_sentence(text: str | None) -> str:
+def _first_sentence(text: str) -> str:
     """Return the first sentence of a docstring, as the middle of another sentence."""
-    sentence = " ".join((text or "").split()).partition(". ")[0].rstrip(".")
+    sentence = " ".join(text.split()).partition(". ")[0].rstrip(".")
     return sentence[:1].lower() + sentence[1:]
 
 
