@@ -3,6 +3,7 @@
 Frames are looked at in the pool; the air is carried from one to the next in one thread.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
@@ -23,7 +24,8 @@ from fire_atlas.field.buoyancy import Drive, Physics, advance, settle
 from fire_atlas.field.drive import cell_means, flow_on_grid, rising
 from fire_atlas.field.eddies import Eddies
 from fire_atlas.field.record import FieldRecord, overlap_frames
-from fire_atlas.flakes.emission import Brood, Spawns, emit, plenty
+from fire_atlas.flakes.drawing import drawn_width
+from fire_atlas.flakes.emission import Brood, Spawns, crackle, emit, plenty
 from fire_atlas.flame.features import feature_vectors, refine
 from fire_atlas.flame.palette import clip_palette
 from fire_atlas.flame.scene import above
@@ -110,7 +112,9 @@ def analyse(
     field = _record(_met_by_the_air(drives(), clip, lead), clip, recipe, physics)
     palette = clip_palette(clip, workers) if recipe.composite.palette == "clip" else None
     spawns = Spawns.joined([births[i] for i in sorted(births)])
-    if not len(spawns.tick) and brood.rate * clip.count / clip.fps > _MANY:
+    if study.burns_out and not clip.loop and not clip.tail:
+        spawns = spawns.cold_by((clip.count - 1) / clip.fps)
+    if not len(spawns.tick) and brood.rate * clip.body / clip.fps > _MANY:
         progress.note(
             "no flake is born: nothing in the clip is flame that moves, or features.epsilon, "
             "features.clamp or flakes.alpha is above all of its edges"
@@ -164,11 +168,14 @@ def _brood(clip: Clip, recipe: Recipe, study: FlameStudy) -> Brood:
     # Without flakes the flame may still be blurred along the field: nothing is born then.
     flakes = recipe.flakes if isinstance(recipe.flakes, Flakes) else Flakes(rate=0, bursts=0)
     size = (flakes.size[0] * clip.height, flakes.size[1] * clip.height)
-    rate, bursts = plenty(study.extent, size, clip.count / clip.fps)
+    middling = np.sqrt(size[0] * size[1])
+    shown = float(middling / drawn_width(middling, flakes.sprite == "pixel"))
+    seconds = math.inf if clip.loop else clip.body / clip.fps
+    rate = plenty(study.extent, shown, seconds) if flakes.rate == "auto" else flakes.rate
     return Brood(
         seed=recipe.seed,
-        rate=rate if flakes.rate == "auto" else flakes.rate,
-        bursts=bursts if flakes.bursts == "auto" else flakes.bursts,
+        rate=rate,
+        bursts=crackle(rate) if flakes.bursts == "auto" else flakes.bursts,
         candidates=study.candidates,
         alpha=study.alpha if flakes.alpha == "auto" else flakes.alpha,
         life=flakes.life,
@@ -203,7 +210,7 @@ def _look(
         cell_means(above(bright, study.mask.dim, study.mask.bright), cell),
         cell_means(fx, cell) * unit,
         cell_means(fy, cell) * unit,
-        emit(i, strength, brood) if i < clip.count - clip.tail else Spawns.none(),
+        emit(i, strength, brood) if i < clip.body else Spawns.none(),
         i in clip.backwards,
     )
 

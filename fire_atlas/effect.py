@@ -20,7 +20,7 @@ from fire_atlas.flakes.drawing import add_halo, draw_flakes, draw_pixels
 from fire_atlas.flakes.embers import ramp
 from fire_atlas.flakes.flight import Flight, Swarm, fly
 from fire_atlas.flakes.rows import Appearance, rows_of, spawn_table
-from fire_atlas.flakes.tracks import Tracks
+from fire_atlas.flakes.tracks import Tracks, glowing
 from fire_atlas.flakes.wrapping import thinned, wrapped
 from fire_atlas.recipe.effect import Flakes, MotionBlur
 from fire_atlas.recipe.models import Recipe
@@ -59,13 +59,11 @@ def fly_flakes(
         fps=clip.fps,
     )
     frames = list(rows_of(flying(), spawns, look, workers))
-    births = spawn_table(swarms, spawns)
+    births = spawn_table(swarms, spawns, look.pixel)
     if clip.loop:
         births, frames = wrapped(births, frames, clip.count, clip.fps)
-    elif recipe.timeline.loop == "auto" and not clip.tail and (left := len(frames[-1])):
-        progress.note(
-            f"{left} flakes are left in the last frame; timeline.tail: true lets them burn out"
-        )
+    elif recipe.timeline.loop == "auto" and not clip.tail and (left := glowing(frames[-1])):
+        progress.note(f"flakes in the last frame: {left}; timeline.tail: true lets them burn out")
     return Tracks(
         fps=clip.fps,
         width=clip.width,

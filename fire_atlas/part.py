@@ -22,7 +22,7 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.effect import Layers, fly_flakes, layers
 from fire_atlas.field.buoyancy import lift_direction
 from fire_atlas.finish import Finished, finish
-from fire_atlas.flakes.tracks import Tracks
+from fire_atlas.flakes.tracks import Tracks, glowing
 from fire_atlas.flame.study import FlameStudy, study_flame
 from fire_atlas.manifest import Input
 from fire_atlas.maps.conventions import convention
@@ -240,10 +240,9 @@ def _tracks(
 
 
 def _burnt_out(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:
-    """Drop the frames of the tail in which no flake lives any more."""
-    body = clip.count - clip.tail
-    seen = [n for n, rows in enumerate(tracks.frames) if len(rows) and n >= body]
-    clip = shortened(clip, seen[-1] + 1 - body if seen else 0)
+    """Drop the frames of the tail in which no flake glows any more."""
+    seen = [n for n, rows in enumerate(tracks.frames) if n >= clip.body and glowing(rows)]
+    clip = shortened(clip, seen[-1] + 1 - clip.body if seen else 0)
     return clip, replace(tracks, frames=tracks.frames[: clip.count])
 
 

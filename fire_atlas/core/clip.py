@@ -77,6 +77,11 @@ class Clip:
     flow: Callable[[int], NDArray[np.float32]] | None = None
     skipped: Mapping[int, Skipped] = field(default_factory=dict)
 
+    @property
+    def body(self) -> int:
+        """Number of frames before the tail."""
+        return self.count - self.tail
+
     def read(self, i: int) -> Pixels:
         """Frame ``i`` in light, (height, width, 4), a fresh array."""
         return as_light(self.picture(i))

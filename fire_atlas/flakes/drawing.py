@@ -17,8 +17,13 @@ the processor's cache, and enough of one size to be worth a call."""
 _HALO = 0.018
 """Width (σ) of a halo, heights."""
 
-SMALLEST = 2.6
-"""Width, px, of the smallest sprite that a pixel grid still shows without flicker."""
+_SMALLEST = 2.6
+"""Width, px, of the smallest soft sprite that a pixel grid still shows without flicker."""
+
+
+def drawn_width(width: NDArray[np.float64], hard: bool) -> NDArray[np.float64]:
+    """Width, px, at which sprites of a ``width`` are drawn: ``hard`` ones as one or two pixels."""
+    return np.clip(np.rint(width), 1, 2) if hard else np.maximum(width, _SMALLEST)
 
 
 def draw_flakes(rows: NDArray[np.float64], height: int, width: int) -> NDArray[np.float32]:

@@ -9,26 +9,27 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.chance import Stage, generator
 from fire_atlas.core.pixels import Plane
-from fire_atlas.flakes.drawing import SMALLEST
 
 TICK = 1 / 60
 """Flakes are born and fly in ticks of this many seconds, whatever the frame rate."""
 
-_DENSITY = 180.0
-"""Automatic rate for each square height of moving fire."""
+_DENSITY, _SMALL = 180.0, 0.15
+"""Automatic rate for each square height of moving fire, from so many on; a smaller fire is calmer
+as well."""
 
 _FEWEST, _LEAST = 4.0, 6.0
-"""Least automatic rate, and least births of a whole clip: the smallest fire still sheds a few."""
+"""Least automatic rate, and least births of what plays once: the smallest fire still sheds a
+few."""
 
 _CALM, _BURSTS = 20.0, 1 / 40
-"""Automatic rate up to which a fire is too small to burst; bursts for each flake beyond it."""
+"""Rate up to which a fire is too calm to burst; bursts for each flake beyond it."""
 
 _GOLDEN = (math.sqrt(5) - 1) / 2
 
 _SPLINTERS = (3, 14)
 """Fewest and most sparks of a burst."""
 
-_BURST_SPEED = (0.15, 0.55)
+_BURST_SPEED = (0.3, 1.4)
 """Speed at which a burst throws its sparks, heights/s."""
 
 _SINK = (0.03, 0.3)
@@ -85,6 +86,10 @@ class Spawns:
         """Return the births at ``places``."""
         return Spawns(*(getattr(self, f.name).take(places) for f in fields(self)))
 
+    def cold_by(self, end: float) -> Self:
+        """Return the same births, all of which have cooled at ``end``, s."""
+        return replace(self, life=np.minimum(self.life, np.maximum(end - self.tick * TICK, TICK)))
+
     @classmethod
     def none(cls) -> Self:
         """No births."""
@@ -123,17 +128,25 @@ class Brood:
     fps: float
 
 
-def plenty(extent: float, size: tuple[float, float], seconds: float) -> tuple[float, float]:
-    """Return how many flakes, and bursts, a second suit a fire: what is automatic.
+def plenty(extent: float, shown: float, seconds: float) -> float:
+    """Return how many flakes a second suit a fire: the automatic rate.
 
-    Sparks tear off where fire comes and goes, so their number goes with the area in which it moves,
-    ``extent`` (heights²). Flakes of a ``size`` (min, max; px) that is too small to be shown are
-    drawn larger than they are: there are as many fewer. A few there are in any clip, however short
-    (``seconds``).
+    Sparks tear off where fire comes and goes, so their number goes with the area in which it moves.
+    Flakes too small to be shown are drawn larger than they are: there are as many fewer. A few
+    there are in any clip, however short.
+
+    Args:
+        extent: Area in which the fire moves, heights².
+        shown: Size of a middling flake against the smallest that is drawn.
+        seconds: Of a clip that plays once; of one that goes round, infinite.
     """
-    shown = min(math.sqrt(size[0] * size[1]) / SMALLEST, 1.0)
-    rate = max(_DENSITY * extent * shown, _FEWEST, _LEAST / seconds)
-    return rate, max(rate - _CALM, 0.0) * _BURSTS
+    rate = _DENSITY * extent * min(extent / _SMALL, 1.0) * min(shown, 1.0)
+    return max(rate, _FEWEST, _LEAST / seconds)
+
+
+def crackle(rate: float) -> float:
+    """Return how many bursts a second suit a fire that sheds ``rate`` flakes a second."""
+    return max(rate - _CALM, 0.0) * _BURSTS
 
 
 def emit(frame: int, strength: Plane, brood: Brood) -> Spawns:
@@ -210,6 +223,8 @@ def _born(
     heading = chance.uniform(0, 2 * np.pi, count)
     speed = chance.uniform(*_BURST_SPEED, count) * brood.height * (1.0 if thrown else 0.0)
     bulk = np.clip(chance.standard_normal(count), -_SIZE_SPREAD, _SIZE_SPREAD)
+    if thrown:  # splinters are small
+        bulk = -np.abs(bulk)
     smallest, largest = np.log(brood.size)
     size = np.exp((smallest + largest) / 2 + bulk * (largest - smallest) / (2 * _SIZE_SPREAD))
     slow, fast = np.log(_TWINKLE)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane
 from fire_atlas.core.workers import Workers
-from fire_atlas.flakes.drawing import SMALLEST
+from fire_atlas.flakes.drawing import drawn_width
 from fire_atlas.flakes.embers import colour_by_speed, glow, twinkle
 from fire_atlas.flakes.emission import TICK, Spawns
 from fire_atlas.flakes.flight import Swarm
@@ -103,7 +103,7 @@ def _table(swarm: Swarm, spawns: Spawns, look: Appearance) -> NDArray[np.float64
     """Rows of flakes: a streak is straight along the velocity, x(t) + (δ − t) v κ (eq. 17)."""
     speed = np.hypot(swarm.vx, swarm.vy)
     life, wide = spawns.life.take(swarm.id), spawns.size.take(swarm.id)
-    size = np.clip(np.rint(wide), 1, 2) if look.pixel else np.maximum(wide, SMALLEST)
+    size = drawn_width(wide, look.pixel)
     height, width = look.kappa.shape
     weight = look.kappa[
         np.clip(swarm.y.astype(np.intp), 0, height - 1),
@@ -119,8 +119,9 @@ def _table(swarm: Swarm, spawns: Spawns, look: Appearance) -> NDArray[np.float64
         stretch = np.ones_like(size)
         opacity = np.ceil(light * _SHADES) / _SHADES
     else:
-        # The same light over more pixels: small sprites are widened, fast ones drawn out.
-        opacity = light * weight * (wide / size) ** 2 / stretch
+        # The same light over more pixels where fast sprites are drawn out. Small ones are widened
+        # and keep some of their brightness, or nobody would see them.
+        opacity = light * weight * wide / size / stretch
     if look.fades:
         opacity = opacity * _inside(swarm, size * stretch / 2, speed / look.fps, height, width)
     # A column lies in one piece: whoever reads the table reads columns.
@@ -144,12 +145,15 @@ def _inside(
     return smooth_step(np.asarray(gap / np.maximum(way * _FADING, _BORDER * height), np.float64))
 
 
-def spawn_table(swarms: list[Swarm], spawns: Spawns) -> NDArray[np.float64]:
-    """Return the (flakes, 9) births of all flakes that are ever seen; ``tracks.SPAWN_COLUMNS``."""
+def spawn_table(swarms: list[Swarm], spawns: Spawns, hard: bool) -> NDArray[np.float64]:
+    """Return the (flakes, 9) births of all flakes that are ever seen; ``tracks.SPAWN_COLUMNS``.
+
+    ``hard``: whether they are drawn as squares.
+    """
     order = np.concatenate([swarm.id for swarm in swarms])
     seen, first = np.unique(order, return_index=True)
     vx, vy = (np.concatenate([getattr(s, name) for s in swarms])[first] for name in ("vx", "vy"))
     return np.column_stack([
         seen, spawns.tick[seen] * TICK, spawns.life[seen], spawns.x[seen], spawns.y[seen], vx, vy,
-        np.maximum(spawns.size[seen], SMALLEST), np.zeros(len(seen)),
+        drawn_width(spawns.size[seen], hard), np.zeros(len(seen)),
     ])  # fmt: skip

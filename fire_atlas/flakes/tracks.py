@@ -14,6 +14,10 @@ SPAWN_COLUMNS = ("id", "t", "life", "x", "y", "vx", "vy", "size", "wraps")
 """Columns of ``Tracks.spawns``. px, px/s, s; ``wraps`` 0 or 1."""
 
 
+_SEEN = 0.001
+"""Light that is next to none: 3 of 255 in sRGB."""
+
+
 @dataclass(frozen=True, slots=True)
 class Tracks:
     """All flakes of a build.
@@ -41,6 +45,13 @@ class Tracks:
     spawns: NDArray[np.float64]
     frames: tuple[NDArray[np.float64], ...]
     hard: bool = False
+
+
+def glowing(rows: NDArray[np.float64]) -> int:
+    """Return how many flakes of a frame's table can be seen."""
+    column = dict(zip(COLUMNS, rows.T, strict=True))
+    brightest = np.maximum.reduce([column["r"], column["g"], column["b"]]) * column["a"]
+    return int(np.count_nonzero(brightest > _SEEN))
 
 
 def as_drawn(tracks: Tracks) -> Tracks:

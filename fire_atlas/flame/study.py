@@ -33,6 +33,9 @@ _FEATURE_SHARE = 0.70
 _CANDIDATE_SHARE = 0.5
 """Automatic α: this share of the flame's feature vectors are shorter."""
 
+_NOTHING = 0.02
+"""Of a fire that gives less than this share of its most light, next to nothing is left."""
+
 _LEAST_EPSILON = 1.0
 """Below this a gradient is the noise of 8-bit quantisation."""
 
@@ -83,6 +86,7 @@ class FlameStudy:
         alpha: Automatic α.
         candidates: Mean candidates a frame at the automatic α.
         typical: Mean ‖Fv‖ over features, the unit of the feature force.
+        burns_out: Whether next to nothing of the flame is left in the last frame.
     """
 
     buoyancy: tuple[float, float]
@@ -95,6 +99,7 @@ class FlameStudy:
     alpha: float
     candidates: float
     typical: float
+    burns_out: bool
 
     def active_window(self, step: int) -> Window:
         """Return the part of the frame where anything ever moves, on multiples of ``step`` px."""
@@ -125,8 +130,8 @@ def study_flame(
 
     ``buoyancy`` is F_buoyancy, a unit vector in image axes, along which κ grows.
     """
-    samples = min(max(clip.count // 2, _FEWEST), _MOST)
-    picks = sorted({round(i) for i in np.linspace(0, clip.count - 1, samples)})
+    samples = min(max(clip.body // 2, _FEWEST), _MOST)
+    picks = sorted({round(i) for i in np.linspace(0, clip.body - 1, samples)})
     shown = list(workers.map(clip.brightness, picks))
     # Not needed before the masks: made beside what only one thread can do.
     started = [workers.start(partial(slope_of, plane, features.sigma)) for plane in shown]
@@ -142,7 +147,7 @@ def study_flame(
     alpha, candidates, typical = _automatic_alpha(list(lengths))
     return FlameStudy(
         buoyancy, box, base, _extent(tells.activity, box), tells, weight, epsilon, alpha,
-        candidates, typical,
+        candidates, typical, _burns_out(shown, masks),
     )  # fmt: skip
 
 
@@ -179,6 +184,12 @@ def _extent(activity: Plane, box: Box) -> float:
     """Area of the box, heights², in which anything moves."""
     inside = activity[int(box.top) : int(box.bottom) + 1, int(box.left) : int(box.right) + 1]
     return float(inside.sum()) / len(activity) ** 2
+
+
+def _burns_out(shown: list[Plane], masks: list[Plane]) -> bool:
+    """Whether the light of the flame, about the square of its brightness, fades to nothing."""
+    light = [float((mask * plane * plane).sum()) for plane, mask in zip(shown, masks, strict=True)]
+    return light[-1] < _NOTHING * max(light)
 
 
 def _span(profile: Plane) -> tuple[float, float]:

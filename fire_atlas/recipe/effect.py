@@ -114,14 +114,13 @@ class Flakes(Settings):
         Auto | Annotated[float, Field(ge=0, le=100000), NUMBER], either("`auto` or a number")
     ] = "auto"
     """Flakes born per second at the automatic α. ``auto``: as many as suit the size of the fire,
-    by the area in which it moves: some 15 for a candle, 30 for a campfire, 100 for a wall of fire;
+    by the area in which it moves: some 5 for a candle, 30 for a campfire, 90 for a wall of fire;
     fewer where the frame is too small to show flakes of ``size``."""
     bursts: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100), NUMBER], either("`auto` or a number")
     ] = "auto"
-    """Splinters per second: 3 to 14 sparks thrown from one place. ``auto``: one for
-    each 40 flakes beyond 20 of the automatic rate; what burns as small as a candle does not
-    burst."""
+    """Splinters per second: 3 to 14 small sparks thrown from one place. ``auto``: one for each 40
+    flakes that are born beyond 20; what burns as calmly as a candle does not burst."""
     life: Annotated[
         tuple[Annotated[float, Field(gt=0, le=60)], Annotated[float, Field(gt=0, le=60)]],
         LIST,
@@ -132,7 +131,7 @@ class Flakes(Settings):
         tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
         LIST,
         AfterValidator(ordered),
-    ] = (0.005, 0.032)
+    ] = (0.004, 0.020)
     """[min, max] width of a flake's soft sprite, heights. Log-normal between them."""
     stretch: float = Field(default=0.0, ge=0, le=10)
     """Length added along the velocity, in frames of travel, on top of motion blur."""

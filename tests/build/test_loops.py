@@ -73,14 +73,24 @@ def test_no_spark_is_born_in_the_tail_and_it_ends_when_the_last_has_burnt_out(
         assert all(row[age] >= (n - 8) / 24 - 1e-3 for row in frame["rows"])
 
 
-def test_sparks_that_are_left_when_a_fire_has_burnt_out_are_told_of(desk: Desk) -> None:
+_LEFT = "timeline.tail: true lets them burn out"
+
+
+def test_sparks_that_glow_where_a_clip_breaks_off_are_told_of(desk: Desk) -> None:
+    desk.clip(count=7)
+    keys: dict[str, Any] = {"flakes": {"rate": 200}}
+    plain = desk.run("build", desk.recipe("plain.yaml", **keys))
+    assert plain.code == 0 and _LEFT in plain.out + plain.err
+    ran = desk.run("build", desk.recipe("lasting.yaml", timeline={"tail": True}, **keys))
+    assert ran.code == 0 and _LEFT not in ran.out + ran.err
+
+
+def test_sparks_of_a_fire_that_burns_out_are_cold_by_then(desk: Desk) -> None:
     explosion = {"path": str(shipped("samples") / "explosion"), "fps": 24}
-    advice = "flakes are left in the last frame; timeline.tail: true lets them burn out"
-    plain = desk.run("build", desk.recipe("plain.yaml", source=explosion))
-    assert plain.code == 0 and advice in plain.out + plain.err
-    lasting = desk.recipe("lasting.yaml", source=explosion, timeline={"tail": True})
-    ran = desk.run("build", lasting)
-    assert ran.code == 0 and advice not in ran.out + ran.err
+    ran = desk.run("build", desk.recipe(source=explosion))
+    assert ran.code == 0 and _LEFT not in ran.out + ran.err
+    tracks = tracks_of(desk.build, "fire")
+    assert all(spawn["t"] + spawn["life"] <= 31 / 24 + 1 / 60 for spawn in tracks["spawns"])
 
 
 def test_inspect_tells_how_well_a_loop_goes_round(desk: Desk) -> None:

@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from fire_atlas.flakes.emission import TICK, Brood, Spawns, emit, plenty
+from fire_atlas.flakes.emission import TICK, Brood, Spawns, crackle, emit, plenty
 
 BROOD = Brood(
     seed=5, rate=120.0, bursts=0.0, candidates=100.0, alpha=1.0, life=(0.5, 1.5), size=(2.0, 8.0),
@@ -74,6 +74,23 @@ def test_a_burst_throws_three_to_fourteen_sparks_from_one_place() -> None:
         assert not len(born.x) or np.hypot(born.throw_x, born.throw_y).max() > 0
 
 
+def test_a_burst_flies_apart_before_it_is_a_blot() -> None:
+    """Sparks of a burst are small, and after a 24th of a second most are further away than wide."""
+    born = _all(200, replace(BROOD, rate=0.0, bursts=24.0))
+    assert np.all(born.size <= 4.0)
+    apart = np.hypot(born.throw_x, born.throw_y) / 24
+    assert np.mean(apart > born.size) > 0.6
+
+
+def test_what_has_to_be_cold_by_the_end_lives_no_longer() -> None:
+    born = _all(48, BROOD)
+    cold = born.cold_by(2.0)
+    ends = cold.tick * TICK + cold.life
+    assert np.all(ends <= 2.0 + TICK) and np.all(cold.life > 0)
+    assert np.array_equal(cold.life[born.tick * TICK < 0.5], born.life[born.tick * TICK < 0.5])
+    assert np.array_equal(cold.x, born.x)
+
+
 def test_a_frames_births_depend_on_seed_and_frame_alone() -> None:
     one, two = emit(4, _strength(), BROOD), emit(4, _strength(), BROOD)
     other = emit(4, _strength(), replace(BROOD, seed=6))
@@ -86,27 +103,24 @@ def test_nothing_is_born_where_there_is_no_fire() -> None:
     assert len(emit(0, np.zeros((20, 20), np.float32), BROOD).x) == 0
 
 
-def _rate(extent: float, size: tuple[float, float]) -> float:
-    return plenty(extent, size, 60.0)[0]
-
-
 def test_twice_the_fire_sheds_twice_as_many() -> None:
-    assert _rate(0.6, (2.0, 8.0)) == pytest.approx(2 * _rate(0.3, (2.0, 8.0)))
+    assert plenty(0.6, 1.0, 60) == pytest.approx(2 * plenty(0.3, 1.0, 60))
 
 
 def test_the_smallest_fire_sheds_a_few_and_does_not_burst() -> None:
-    rate, bursts = plenty(0.0, (2.0, 8.0), 60)
-    assert 1 <= rate <= 10 and bursts == 0
-    assert plenty(1.0, (2.0, 8.0), 60)[1] > 0
+    rate = plenty(0.0, 1.0, 60)
+    assert 1 <= rate <= 10 and crackle(rate) == 0
+    assert crackle(plenty(1.0, 1.0, 60)) > 0
 
 
 def test_where_flakes_cannot_be_drawn_as_small_as_they_are_there_are_fewer() -> None:
-    seen, tiny = _rate(0.3, (4.0, 16.0)), _rate(0.3, (0.25, 1.0))
-    assert _rate(0.3, (8.0, 32.0)) == seen and tiny < seen / 2
+    assert plenty(0.5, 0.25, 60) < plenty(0.5, 1.0, 60) / 2
+    assert plenty(0.5, 3.0, 60) == plenty(0.5, 1.0, 60)
 
 
-def test_the_shortest_clip_sheds_a_few() -> None:
-    assert plenty(0.0, (2.0, 8.0), 0.1)[0] * 0.1 > 3
+def test_the_shortest_clip_sheds_a_few_and_a_loop_no_more_than_its_fire_does() -> None:
+    assert plenty(0.0, 1.0, 0.1) * 0.1 > 3
+    assert plenty(0.0, 1.0, np.inf) == plenty(0.0, 1.0, 3600)
 
 
 @pytest.mark.parametrize("mean", [0.3, 4.0, 60.0])
