@@ -29,10 +29,13 @@ _GOLDEN = (math.sqrt(5) - 1) / 2
 _SPLINTERS = (3, 14)
 """Fewest and most sparks of a burst."""
 
-_BURST_SPEED = (0.3, 1.4)
+_BURST_SPEED = (0.2, 0.8)
 """Speed at which a burst throws its sparks, heights/s."""
 
-_SINK = (0.03, 0.3)
+_BURST_REACH = 0.05
+"""How far apart, at most, its sparks begin, across and down, heights."""
+
+_SINK = (0.03, 0.2)
 """Fastest fall through still air of a flake, and of a splinter, heights/s."""
 
 _TWINKLE = (0.5, 6.0)
@@ -174,7 +177,15 @@ def emit(frame: int, strength: Plane, brood: Brood) -> Spawns:
     throws = generator(brood.seed, Stage.BURSTS, frame)
     if bursts := int(throws.poisson(brood.bursts * busy)):
         sizes = throws.integers(*_SPLINTERS, bursts, endpoint=True)
-        where = np.repeat(_choose(throws, places, weights, bursts), sizes)
+        middles = np.divmod(_choose(throws, places, weights, bursts), strength.shape[1])
+        where = np.concatenate(
+            [
+                _choose_near(
+                    throws, places, weights, (row, column), count, strength.shape[1], brood.height
+                )
+                for row, column, count in zip(*middles, sizes, strict=True)
+            ]
+        )
         splinter = _born(throws, len(where), where, strength, brood, thrown=True)
         when = np.repeat(first + throws.integers(ticks, size=bursts), sizes)
         born.append(Spawns(when, *splinter))
@@ -207,6 +218,28 @@ def _choose(
     at = np.searchsorted(weights, chance.random(count) * weights[-1], side="right")
     picked: NDArray[np.intp] = places[np.minimum(at, places.size - 1)]
     return picked
+
+
+def _choose_near(
+    chance: np.random.Generator,
+    places: NDArray[np.intp],
+    weights: NDArray[np.float64],
+    middle: tuple[int, int],
+    count: int,
+    width: int,
+    height: int,
+) -> NDArray[np.intp]:
+    """Pick ``count`` of the ``places`` that lie around ``middle`` (row, column), as ``_choose``.
+
+    ``width``: of the plane whose flat pixels they are; ``height``: of the frame.
+    """
+    reach = _BURST_REACH * height / 2
+    row, column = middle
+    # Places are in order, row by row: those of some rows lie together.
+    band = slice(*np.searchsorted(places, [(row - reach) * width, (row + reach + 1) * width]))
+    near = np.abs(places[band] % width - column) <= reach
+    own = np.diff(weights[band], prepend=weights[band.start - 1] if band.start else 0.0)
+    return _choose(chance, places[band][near], np.cumsum(own[near]), count)
 
 
 def _born(

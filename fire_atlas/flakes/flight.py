@@ -26,6 +26,9 @@ _THROW = 0.15
 """Seconds in which the air stops what a burst has thrown."""
 
 
+_ESCAPES = 0.25
+"""Share of a throw that the gas of the flame does not hold."""
+
 _PACE = 0.2
 """Seconds over which a flake's speed is taken for its colour: metal does not cool in a frame."""
 
@@ -209,19 +212,20 @@ def _own_motion(
 ) -> tuple[Column, Column]:
     """Velocity of each flake that its neighbours do not share, px/s.
 
-    A burst's throw, which the air stops; its weight; and, as far as the flake is ``outside`` the
-    flame (0..1), the meandering that keeps flakes of one place from flying in a line.
+    Its weight; a burst's throw, which the air stops; and the meandering that keeps flakes of one
+    place from flying in a line. As far as it is ``outside`` the flame (0..1): hot gas carries it
+    along, and holds most of a throw.
     """
     flung = np.exp(-swarm.age / _THROW)
-    speed = math.sqrt(2) * flight.wander * outside * np.minimum(swarm.age / _STRAY, 1.0)
+    speed = math.sqrt(2) * flight.wander * np.minimum(swarm.age / _STRAY, 1.0)
     turn = 2 * math.pi * spawns.wander.take(swarm.id) * swarm.age
+    aside = speed * _sine(turn + spawns.wander_x.take(swarm.id))
+    down = 0.5 * speed * _sine(turn + spawns.wander_y.take(swarm.id))
     fall = spawns.sink.take(swarm.id) * (1 - flung)
+    flung *= np.maximum(outside, _ESCAPES)
     return (
-        spawns.throw_x.take(swarm.id) * flung
-        + speed * _sine(turn + spawns.wander_x.take(swarm.id)),
-        spawns.throw_y.take(swarm.id) * flung
-        + fall
-        + 0.5 * speed * _sine(turn + spawns.wander_y.take(swarm.id)),
+        spawns.throw_x.take(swarm.id) * flung + outside * aside,
+        spawns.throw_y.take(swarm.id) * flung + outside * down + fall,
     )
 
 

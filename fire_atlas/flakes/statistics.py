@@ -45,19 +45,20 @@ def ember_figures(tracks: Tracks) -> list[Figure]:
     """Return the figures of all flakes of a build; none where there are no flakes.
 
     In a loop as many are alive as are born in the mean time for which one is seen. Sizes are those
-    that are drawn: in small frames the smallest are widened to what a pixel grid can show, and
-    spread less than they were born to.
+    that are drawn: in small frames the smallest are widened to what a pixel grid can show. Where
+    most are, their spread tells nothing.
     """
     flights = _flights(tracks)
     if not flights:
         return []
     rows = np.concatenate(flights)
-    spread = (0.25, 0.7) if len(flights) >= _FEW else (None, None)
     height = tracks.height
     moved = [f for f in flights if len(f) > 1]
     rise = np.mean([f[-1, _Y] < f[0, _Y] for f in moved]) if moved else 1.0
     speed = np.hypot(rows[:, _VX], rows[:, _VY]) / height
     sizes = np.array([f[0, _SIZE] for f in flights])
+    tells = len(flights) >= _FEW and np.median(sizes) > sizes.min()
+    spread = (0.25, 0.7) if tells else (None, None)
     alive = np.array([len(frame) for frame in tracks.frames])
     streak = (rows[:, _STRETCH] - 1) * rows[:, _SIZE]
     way = np.maximum(np.hypot(rows[:, _VX], rows[:, _VY]) / tracks.fps, 1e-9)

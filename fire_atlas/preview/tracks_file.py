@@ -14,11 +14,11 @@ from fire_atlas.preview.atlas_file import AtlasFile
 
 def read_all_tracks(atlas: AtlasFile) -> dict[str, Tracks]:
     """Return the flakes of each animation of an atlas that lie beside it, by its name."""
-    title, found = atlas.sheet.title, {}
-    for animation in atlas.sheet.animations:
-        # All files of an atlas may have been renamed together.
-        after = stem_of(title, animation.name).removeprefix(title)
-        found[animation.name] = _read(atlas.path.with_name(_file(atlas.path.stem + after)))
+    sheet = atlas.sheet
+    found = {
+        animation.name: _read(atlas.path.with_name(_file(stem_of(sheet.title, animation.name))))
+        for animation in sheet.animations
+    }
     return {name: tracks for name, tracks in found.items() if tracks is not None}
 
 

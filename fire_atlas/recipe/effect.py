@@ -131,7 +131,7 @@ class Flakes(Settings):
         tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
         LIST,
         AfterValidator(ordered),
-    ] = (0.004, 0.020)
+    ] = (0.004, 0.024)
     """[min, max] width of a flake's soft sprite, heights. Log-normal between them."""
     stretch: float = Field(default=0.0, ge=0, le=10)
     """Length added along the velocity, in frames of travel, on top of motion blur."""

@@ -197,7 +197,8 @@ def test_all_four_fates_occur_over_long_runs(clips: Path) -> None:
 
 def _bursts(rate: float, frames: int) -> list[tuple[float, int]]:
     """Time and number of sparks of every burst of a steady fire at 24 fps."""
-    plane = np.ones((6, 6), np.float32)
+    plane = np.zeros((120, 120), np.float32)
+    plane[10::20, 10::20] = 1  # too far apart for one burst to reach two of them
     brood = Brood(1, 0.0, rate, 36.0, 0.5, (1.0, 2.0), (1.0, 2.0), 100, 24.0)
     chance = np.random.default_rng(0)
     bursts: list[tuple[float, int]] = []

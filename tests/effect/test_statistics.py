@@ -110,6 +110,16 @@ def test_size_spread_is_that_of_its_logarithm() -> None:
     assert told["size, σ of its logarithm"] == pytest.approx(np.std(np.log(sizes)))
 
 
+def test_the_spread_of_sizes_is_not_judged_where_most_are_as_small_as_can_be_shown() -> None:
+    def judged(*sizes: float) -> bool:
+        flights = [_flight(i, (50, 100), (0, -9), 2, 9.0, size=s) for i, s in enumerate(sizes)]
+        [spread] = [f for f in ember_figures(_tracks(*flights)) if f.name.startswith("size, σ")]
+        return not spread.is_in_range
+
+    assert not judged(*[2.6] * 25, *[3.0] * 5)
+    assert judged(*np.linspace(2.6, 2.8, 30))
+
+
 def test_a_streak_is_measured_against_a_frames_way() -> None:
     # 100 px/s at 10 fps is 10 px a frame; 4 px stretched by 2.25 is a streak of 5 px
     told = _figures(_tracks(_flight(0, (50, 150), (0, -100), 3, 9.0, stretch=2.25)))
