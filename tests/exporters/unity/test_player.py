@@ -133,7 +133,7 @@ def test_flakes_of_real_clips_fly_as_in_the_tracks(
 ) -> None:
     recipe = {
         "source": {"path": str(clips / clip / "frames"), "fps": 24, **source},
-        "flakes": {"bake": False}, "exports": ["json", "unity"], "tracks": ["json"],
+        "flakes": {"bake": False, "rate": 60}, "exports": ["json", "unity"], "tracks": ["json"],
     }  # fmt: skip
     (tmp_path / "fire.yaml").write_text(json.dumps(recipe))
     assert main(["build", "-q", str(tmp_path / "fire.yaml")]) == 0
