@@ -177,15 +177,12 @@ def emit(frame: int, strength: Plane, brood: Brood) -> Spawns:
     throws = generator(brood.seed, Stage.BURSTS, frame)
     if bursts := int(throws.poisson(brood.bursts * busy)):
         sizes = throws.integers(*_SPLINTERS, bursts, endpoint=True)
-        middles = np.divmod(_choose(throws, places, weights, bursts), strength.shape[1])
-        where = np.concatenate(
-            [
-                _choose_near(
-                    throws, places, weights, (row, column), count, strength.shape[1], brood.height
-                )
-                for row, column, count in zip(*middles, sizes, strict=True)
-            ]
-        )
+        middles = _choose(throws, places, weights, bursts)
+        reach, width = _BURST_REACH * brood.height / 2, strength.shape[1]
+        where = np.concatenate([
+            _choose_near(throws, places, weights, count, middle, reach, width)
+            for middle, count in zip(middles, sizes, strict=True)
+        ])  # fmt: skip
         splinter = _born(throws, len(where), where, strength, brood, thrown=True)
         when = np.repeat(first + throws.integers(ticks, size=bursts), sizes)
         born.append(Spawns(when, *splinter))
@@ -224,18 +221,15 @@ def _choose_near(
     chance: np.random.Generator,
     places: NDArray[np.intp],
     weights: NDArray[np.float64],
-    middle: tuple[int, int],
     count: int,
+    middle: int,
+    reach: float,
     width: int,
-    height: int,
 ) -> NDArray[np.intp]:
-    """Pick ``count`` of the ``places`` that lie around ``middle`` (row, column), as ``_choose``.
-
-    ``width``: of the plane whose flat pixels they are; ``height``: of the frame.
-    """
-    reach = _BURST_REACH * height / 2
-    row, column = middle
-    # Places are in order, row by row: those of some rows lie together.
+    """As ``_choose``, of those ``places`` that lie within ``reach`` px of one of them, the
+    ``middle``, across and down; all are flat pixels of a plane ``width`` px wide."""
+    row, column = divmod(middle, width)
+    # Places are in order, row by row: those of neighbouring rows lie together.
     band = slice(*np.searchsorted(places, [(row - reach) * width, (row + reach + 1) * width]))
     near = np.abs(places[band] % width - column) <= reach
     own = np.diff(weights[band], prepend=weights[band.start - 1] if band.start else 0.0)
