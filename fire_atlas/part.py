@@ -243,7 +243,9 @@ def _burnt_out(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:
     """Drop the frames of the tail in which no flake glows any more."""
     seen = [n for n, rows in enumerate(tracks.frames) if n >= clip.body and glowing(rows)]
     clip = shortened(clip, seen[-1] + 1 - clip.body if seen else 0)
-    return clip, replace(tracks, frames=tracks.frames[: clip.count])
+    frames = tracks.frames[: clip.count]
+    known = np.isin(tracks.spawns[:, 0], np.concatenate([rows[:, 0] for rows in frames]))
+    return clip, replace(tracks, frames=frames, spawns=tracks.spawns[known])
 
 
 def _finished(

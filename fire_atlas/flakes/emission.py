@@ -90,8 +90,9 @@ class Spawns:
         return Spawns(*(getattr(self, f.name).take(places) for f in fields(self)))
 
     def cold_by(self, end: float) -> Self:
-        """Return the same births, all of which have cooled at ``end``, s."""
-        return replace(self, life=np.minimum(self.life, np.maximum(end - self.tick * TICK, TICK)))
+        """Return the same births, all of which have cooled half a tick before ``end``, s."""
+        left = np.maximum(end - (self.tick + 0.5) * TICK, TICK / 2)
+        return replace(self, life=np.minimum(self.life, left))
 
     @classmethod
     def none(cls) -> Self:
@@ -230,7 +231,8 @@ def _choose_near(
     ``middle``, across and down; all are flat pixels of a plane ``width`` px wide."""
     row, column = divmod(middle, width)
     # Places are in order, row by row: those of neighbouring rows lie together.
-    band = slice(*np.searchsorted(places, [(row - reach) * width, (row + reach + 1) * width]))
+    rows = math.ceil(row - reach), math.floor(row + reach) + 1
+    band = slice(*np.searchsorted(places, [end * width for end in rows]))
     near = np.abs(places[band] % width - column) <= reach
     own = np.diff(weights[band], prepend=weights[band.start - 1] if band.start else 0.0)
     return _choose(chance, places[band][near], np.cumsum(own[near]), count)

@@ -21,10 +21,10 @@ _MOST_ROWS = 30000
 _LAG_BY_BULK = 0.35
 """A flake one standard deviation larger than usual lags e^0.35 times as long."""
 
-_THROW = 0.15
+_THROW = 0.12
 """Seconds in which the air stops what a burst has thrown."""
 
-_ESCAPES = 0.25
+_ESCAPES = 0.15
 """Share of a throw that the gas of the flame does not hold."""
 
 _PACE = 0.2

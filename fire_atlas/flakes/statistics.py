@@ -1,6 +1,5 @@
 """What embers do, in figures, so that nobody has to judge them from a picture alone."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,8 +43,8 @@ class Figure:
 def ember_figures(tracks: Tracks) -> list[Figure]:
     """Return the figures of all flakes of a build; none where there are no flakes.
 
-    In a loop as many are alive as are born in the mean time for which one is seen. Sizes are those
-    that are drawn: in small frames the smallest are widened to what a pixel grid can show. Where
+    As many are alive as are born in the mean time for which one is seen. Sizes are those that
+    are drawn: in small frames the smallest are widened to what a pixel grid can show. Where
     most are, their spread tells nothing.
     """
     flights = _flights(tracks)
@@ -64,7 +63,7 @@ def ember_figures(tracks: Tracks) -> list[Figure]:
     way = np.maximum(np.hypot(rows[:, _VX], rows[:, _VY]) / tracks.fps, 1e-9)
     return [
         Figure("born", float(len(flights))),
-        Figure("born, rate", len(flights) / _brooding(tracks), "a second"),
+        Figure("born, rate", len(flights) * tracks.fps / len(tracks.frames), "a second"),
         Figure("seen for, mean", len(rows) / len(flights) / tracks.fps, "s"),
         Figure("alive, mean", float(alive.mean())),
         Figure("end higher than born", float(rise), "", 0.95),
@@ -76,15 +75,6 @@ def ember_figures(tracks: Tracks) -> list[Figure]:
         Figure("streak, of a frame's way", float(np.median(streak / way)), "", None, 1.0),
         *_fates(flights, tracks),
     ]
-
-
-def _brooding(tracks: Tracks) -> float:
-    """Seconds in which flakes are born: all of a loop, else until the last of them."""
-    frames = len(tracks.frames)
-    if not tracks.loop:
-        last = tracks.spawns[:, SPAWN_COLUMNS.index("t")].max()
-        frames = min(math.floor(last * tracks.fps) + 1, frames)
-    return frames / tracks.fps
 
 
 def _flights(tracks: Tracks) -> list[NDArray[np.float64]]:

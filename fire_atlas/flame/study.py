@@ -34,7 +34,7 @@ _CANDIDATE_SHARE = 0.5
 """Automatic α: this share of the flame's feature vectors are shorter."""
 
 _NOTHING = 0.02
-"""Of a fire that gives less than this share of its most light, next to nothing is left."""
+"""Of a fire that gives less than this share of its usual light, next to nothing is left."""
 
 _LEAST_EPSILON = 1.0
 """Below this a gradient is the noise of 8-bit quantisation."""
@@ -189,7 +189,8 @@ def _extent(activity: Plane, box: Box) -> float:
 def _burns_out(shown: list[Plane], masks: list[Plane]) -> bool:
     """Whether the light of the flame, about the square of its brightness, fades to nothing."""
     light = [float((mask * plane * plane).sum()) for plane, mask in zip(shown, masks, strict=True)]
-    return light[-1] < _NOTHING * max(light)
+    burning = [each for each in light if each > 0]
+    return bool(burning) and light[-1] < _NOTHING * float(np.median(burning))
 
 
 def _span(profile: Plane) -> tuple[float, float]:

@@ -82,7 +82,7 @@ class Buoyancy(Settings):
     ``features`` alone (paper)."""
     cell: int = Field(default=4, ge=1, le=64)
     """Side of a grid cell, px."""
-    coupling: float = Field(default=200.0, ge=0, le=1000)
+    coupling: float = Field(default=250.0, ge=0, le=1000)
     """Rate at which the field takes on the flow inside the flame, 1/s."""
     feature_force: float = Field(default=0.1, ge=0, le=100)
     """Acceleration by a typical feature vector [Fv*], heights/s². Typical: the clip's mean
@@ -126,7 +126,8 @@ class Flakes(Settings):
         LIST,
         AfterValidator(ordered),
     ] = (0.8, 2.6)
-    """[min, max] seconds until a flake has cooled."""
+    """[min, max] seconds until a flake has cooled. Less where a fire that plays once burns out, so
+    that none is left when it ends."""
     size: Annotated[
         tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
         LIST,

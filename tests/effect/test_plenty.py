@@ -9,7 +9,9 @@ from fires import Burnt, burn, campfire, clip_of, looped, real_clip
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
+from fire_atlas.effect import draw
 from fire_atlas.flakes.tracks import glowing
+from fire_atlas.recipe.effect import Flakes
 
 _LONG = 5.0
 """Seconds for which births are counted."""
@@ -65,8 +67,8 @@ def test_a_number_is_taken_as_it_is() -> None:
 
 
 @pytest.mark.parametrize("fps", [24.0, 60.0])
-def test_a_short_loop_has_no_more_alive_than_a_long_one(fps: float) -> None:
-    """Its flakes fly round and round."""
+def test_a_short_loop_does_not_swarm(fps: float) -> None:
+    """Its flakes fly round and round: as many are alive as in a long one."""
     short = replace(campfire(160), fps=fps, count=6, loop=True)
     alive = np.mean([len(rows) for rows in burn(short).tracks.frames])
     assert alive < 60
@@ -94,6 +96,23 @@ def test_flakes_of_a_fire_that_burns_out_are_cold_when_it_ends(clips: Path) -> N
     burnt = burn(real_clip(clips, "cartoon_wesnoth_fireball_impact"), {"flakes": {"rate": 100}})
     lit = [glowing(rows) for rows in burnt.tracks.frames]
     assert max(lit) > 20 and lit[-1] == 0 and lit[-2] > 0
+
+
+def test_a_fire_burns_on_after_a_flash() -> None:
+    frames = [campfire(120).read(i) for i in range(16)]
+    frames[2] = np.ones_like(frames[2])
+    assert not burn(clip_of(frames), {"timeline": {"loop": "none"}}).study.burns_out
+
+
+def test_in_a_frame_of_few_pixels_sparks_can_be_seen(clips: Path) -> None:
+    """They are drawn wider than they are, and shine through it."""
+    burnt = burn(real_clip(clips, "cartoon_tauran_flame_sheet"))
+    assert isinstance(burnt.recipe.flakes, Flakes)
+    brightest = [
+        draw(burnt.recipe.flakes, rows, burnt.clip.height, burnt.clip.width).max()
+        for rows in burnt.tracks.frames
+    ]
+    assert np.median(brightest) > 0.2
 
 
 def test_flakes_of_a_fire_that_burns_on_glow_to_the_end() -> None:

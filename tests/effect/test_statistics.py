@@ -81,7 +81,7 @@ def test_flakes_alive_at_the_end_have_no_fate_yet() -> None:
 
 
 def test_counts_are_those_of_the_rows() -> None:
-    told = _figures(replace(_tracks(UP, RIGHT, DOWN, COLD, LASTING), loop=True))
+    told = _figures(_tracks(UP, RIGHT, DOWN, COLD, LASTING))
     assert told["born"] == 5
     assert told["born, rate"] == pytest.approx(5 / (FRAMES / FPS))
     assert told["seen for, mean"] == pytest.approx((3 + 3 + 4 + 5 + 4) / 5 / FPS)
@@ -89,12 +89,6 @@ def test_counts_are_those_of_the_rows() -> None:
     assert told["alive, mean"] == pytest.approx((3 + 3 + 4 + 5 + 4) / FRAMES)
     assert told["end higher than born"] == pytest.approx(4 / 5)
     assert told["life, median"] == 9.0
-
-
-def test_the_rate_of_what_plays_once_is_that_until_the_last_is_born() -> None:
-    """What follows may be a tail."""
-    told = _figures(_tracks(UP, RIGHT, DOWN, COLD, LASTING))
-    assert told["born, rate"] == pytest.approx(5 / ((FRAMES - 4 + 1) / FPS))
 
 
 def test_speed_is_in_heights_a_second() -> None:
