@@ -64,9 +64,6 @@ LONG = 6.0
 
 LEAST_X, LEAST_Y, LEAST_RISE, MOST_CROWDED = 0.75, 0.6, 0.95, 4.0
 
-MOST_IN_A_CELL = {"cartoon_wesnoth_campfire": 5.0}
-"""That fire fills its frame: where it is dark over it there are but a few cells."""
-
 PAPER: dict[str, Any] = {
     "features": {"preset": "paper"},
     "buoyancy": {"motion": "features"},
@@ -163,13 +160,12 @@ def missed(name: str, agrees: Agreement, does: Plume) -> list[str]:
         return [f"{name}: no flakes"]
     if name not in RISING:
         return []
-    cell = MOST_IN_A_CELL.get(name, MOST_CROWDED)
     bounds = (
         ("correlation with the flow in x", agrees.flow[0], agrees.flow[0] >= LEAST_X, LEAST_X),
         ("correlation with the flow in y", agrees.flow[1], agrees.flow[1] >= LEAST_Y, LEAST_Y),
         ("share that ends higher", does.rise, does.rise >= LEAST_RISE, LEAST_RISE),
         ("crowding of the plume", does.crowded, not does.crowded > MOST_CROWDED, MOST_CROWDED),
-        ("crowding of a cell", does.cell, not does.cell > cell, cell),
+        ("crowding of a cell", does.cell, not does.cell > MOST_CROWDED, MOST_CROWDED),
         ("share that falls out", does.fates[2], not does.fates[2] >= 0.5, 0.5),
     )
     misses = [
