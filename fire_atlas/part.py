@@ -22,7 +22,7 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.effect import Layers, fly_flakes, layers
 from fire_atlas.field.buoyancy import lift_direction
 from fire_atlas.finish import Finished, finish
-from fire_atlas.flakes.tracks import Tracks, glowing
+from fire_atlas.flakes.tracks import Tracks, first_frames, glowing
 from fire_atlas.flame.study import FlameStudy, study_flame
 from fire_atlas.manifest import Input
 from fire_atlas.maps.conventions import convention
@@ -243,9 +243,7 @@ def _burnt_out(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:
     """Drop the frames of the tail in which no flake glows any more."""
     seen = [n for n, rows in enumerate(tracks.frames) if n >= clip.body and glowing(rows)]
     clip = shortened(clip, seen[-1] + 1 - clip.body if seen else 0)
-    frames = tracks.frames[: clip.count]
-    known = np.isin(tracks.spawns[:, 0], np.concatenate([rows[:, 0] for rows in frames]))
-    return clip, replace(tracks, frames=frames, spawns=tracks.spawns[known])
+    return clip, first_frames(tracks, clip.count)
 
 
 def _finished(

@@ -135,13 +135,13 @@ class Brood:
 def plenty(extent: float, shown: float, seconds: float) -> float:
     """Return how many flakes a second suit a fire: the automatic rate.
 
-    Sparks tear off where fire comes and goes, so their number goes with the area in which it moves.
-    Flakes too small to be shown are drawn larger than they are: there are as many fewer. A few
-    there are in any clip, however short.
+    Sparks tear off where fire comes and goes, so their number goes with the area in which it moves,
+    and of a small and calm fire with its square. Flakes too small to be shown are drawn larger than
+    they are: there are as many fewer. A few there are in any clip, however short.
 
     Args:
         extent: Area in which the fire moves, heights².
-        shown: Size of a middling flake against the smallest that is drawn.
+        shown: Width of a middling flake against that at which it is drawn.
         seconds: Of a clip that plays once; of one that goes round, infinite.
     """
     rate = _DENSITY * extent * min(extent / _SMALL, 1.0) * min(shown, 1.0)

@@ -211,8 +211,8 @@ def _own_motion(
     """Velocity of each flake that its neighbours do not share, px/s.
 
     Its weight; a burst's throw, which the air stops; and the meandering that keeps flakes of one
-    place from flying in a line. As far as it is ``outside`` the flame (0..1): hot gas carries it
-    along, and holds most of a throw.
+    place from flying in a line. The last two as far as a flake is ``outside`` the flame (0..1), in
+    which the gas carries it along; but some of a throw escapes.
     """
     flung = np.exp(-swarm.age / _THROW)
     speed = math.sqrt(2) * flight.wander * np.minimum(swarm.age / _STRAY, 1.0)

@@ -13,7 +13,6 @@ COLUMNS = (
 SPAWN_COLUMNS = ("id", "t", "life", "x", "y", "vx", "vy", "size", "wraps")
 """Columns of ``Tracks.spawns``. px, px/s, s; ``wraps`` 0 or 1."""
 
-
 _SEEN = 0.001
 """Light that is next to none: 3 of 255 in sRGB."""
 
@@ -52,6 +51,13 @@ def glowing(rows: NDArray[np.float64]) -> int:
     column = dict(zip(COLUMNS, rows.T, strict=True))
     brightest = np.maximum.reduce([column["r"], column["g"], column["b"]]) * column["a"]
     return int(np.count_nonzero(brightest > _SEEN))
+
+
+def first_frames(tracks: Tracks, count: int) -> Tracks:
+    """Tracks of the first ``count`` frames, and of the flakes that are seen there."""
+    frames = tracks.frames[:count]
+    seen = np.isin(tracks.spawns[:, 0], np.concatenate([rows[:, 0] for rows in frames]))
+    return replace(tracks, frames=frames, spawns=tracks.spawns[seen])
 
 
 def as_drawn(tracks: Tracks) -> Tracks:

@@ -46,9 +46,9 @@ def with_tail(clip: Clip, seconds: float) -> Clip:
 def shortened(clip: Clip, needed: int) -> Clip:
     """Return ``clip`` with ``needed`` frames of its tail, but with all in which its flame fades."""
     if needed == 0:
-        return replace(clip, count=clip.count - clip.tail, tail=0)
+        return replace(clip, count=clip.body, tail=0)
     kept = min(max(needed, fade_frames(clip.fps)), clip.tail)
-    return replace(clip, count=clip.count - clip.tail + kept, tail=kept)
+    return replace(clip, count=clip.body + kept, tail=kept)
 
 
 def fade_frames(fps: float) -> int:

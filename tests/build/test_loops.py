@@ -73,9 +73,6 @@ def test_no_spark_is_born_in_the_tail_and_it_ends_when_the_last_has_burnt_out(
         assert all(row[age] >= (n - 8) / 24 - 1e-3 for row in frame["rows"])
 
 
-_LEFT = "timeline.tail: true lets them burn out"
-
-
 def test_of_sparks_too_dim_to_be_waited_for_no_birth_is_told_without_a_row(desk: Desk) -> None:
     desk.clip(count=8)
     keys: dict[str, Any] = {"flakes": {"rate": 300, "intensity": 1e-4}}
@@ -83,6 +80,9 @@ def test_of_sparks_too_dim_to_be_waited_for_no_birth_is_told_without_a_row(desk:
     tracks = tracks_of(desk.build, "fire")
     seen = {row[tracks["columns"].index("id")] for each in tracks["frames"] for row in each["rows"]}
     assert seen == {spawn["id"] for spawn in tracks["spawns"]}
+
+
+_LEFT = "timeline.tail: true lets them burn out"
 
 
 def test_sparks_that_glow_where_a_clip_breaks_off_are_told_of(desk: Desk) -> None:
