@@ -5,7 +5,7 @@ from pathlib import Path
 
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import Outcome, Quiet, view_for
-from fire_atlas.manifest import default_folder, why_stale
+from fire_atlas.outputs.manifest import default_folder, why_stale
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
 from fire_atlas.recipe.tree import RecipeTree, read_tree
 
@@ -19,7 +19,7 @@ def run(args: Namespace) -> int:
         built = [tree for tree in trees if _build(tree, args, view, failures)]
         if args.depfile and not args.dry_run:
             from fire_atlas.cli.depfile import depfile
-            from fire_atlas.staging import write_whole
+            from fire_atlas.outputs.staging import write_whole
 
             write_whole(args.depfile, depfile([(tree, folder_of(tree, args)) for tree in built]))
     return failures.worst_code
@@ -75,8 +75,8 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: Quiet) -> Outcome:
     if not args.force and why_stale(tree, out) is None:
         return Outcome(fresh=True)
 
-    from fire_atlas.build import build
     from fire_atlas.core.workers import default_jobs
+    from fire_atlas.pipeline.build import build
     from fire_atlas.recipe.load import load_tree
 
     report = build(load_tree(tree), out, args.jobs or default_jobs(), view)

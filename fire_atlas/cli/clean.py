@@ -7,10 +7,10 @@ from pathlib import Path
 from fire_atlas.cli.build import folder_of
 from fire_atlas.cli.failure import Failures
 from fire_atlas.core.errors import OutputError
-from fire_atlas.manifest import manifest_name, read_manifest, stale_outputs
+from fire_atlas.outputs.manifest import manifest_name, read_manifest, stale_outputs
+from fire_atlas.outputs.staging import explained
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.tree import RecipeTree, read_tree
-from fire_atlas.staging import explained
 
 
 def run(args: Namespace) -> int:

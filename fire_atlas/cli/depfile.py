@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fire_atlas.core.errors import OutputError
-from fire_atlas.dependencies import files_of, folders_of
-from fire_atlas.manifest import manifest_name
+from fire_atlas.outputs.dependencies import files_of, folders_of
+from fire_atlas.outputs.manifest import manifest_name
 from fire_atlas.recipe.tree import RecipeTree
 
 

@@ -6,14 +6,14 @@ from argparse import Namespace
 from rich.console import Console
 from rich.table import Table
 
-from fire_atlas.exporters.context import context_of
-from fire_atlas.flakes.statistics import ember_figures
-from fire_atlas.flakes.tracks import Tracks
-from fire_atlas.preview.atlas_file import AtlasFile, read_atlas
+from fire_atlas.effect.flakes.statistics import ember_figures
+from fire_atlas.effect.flakes.tracks import Tracks
+from fire_atlas.formats.atlas.atlas_file import AtlasFile, read_atlas
+from fire_atlas.formats.templates.context import context_of
+from fire_atlas.formats.tracks.tracks_file import read_all_tracks
 from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted
 from fire_atlas.preview.loops import loops_of
 from fire_atlas.preview.proof_file import read_proofs
-from fire_atlas.preview.tracks_file import read_all_tracks
 
 
 def run(args: Namespace) -> int:

@@ -21,10 +21,10 @@ def run(args: Namespace) -> int:
     loaded = _as_recipe(args.clip, args.side, args.overrides)
 
     from fire_atlas.core.workers import Workers, default_jobs
+    from fire_atlas.generators.profile.file import write_profile
+    from fire_atlas.outputs.staging import Staging
     from fire_atlas.preview.profile_picture import profile_picture
-    from fire_atlas.profile.file import write_profile
     from fire_atlas.sources.profile import learnt
-    from fire_atlas.staging import Staging
 
     picture = out.with_suffix(".png")
     assert isinstance(loaded.recipe.source, ProfileSource), "made so"

@@ -11,12 +11,12 @@ from PIL import ImageColor
 from fire_atlas.cli.progress import view_for
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.manifest import default_folder
-from fire_atlas.preview.atlas_file import read_atlas
+from fire_atlas.formats.atlas.atlas_file import read_atlas
+from fire_atlas.formats.tracks.tracks_file import read_all_tracks, read_tracks
+from fire_atlas.outputs.manifest import default_folder
+from fire_atlas.outputs.staging import explained, write_whole
 from fire_atlas.preview.page import preview_page
 from fire_atlas.preview.pictures import Color, animation, contact_sheet
-from fire_atlas.preview.tracks_file import read_all_tracks, read_tracks
-from fire_atlas.staging import explained, write_whole
 
 _SUFFIX = {"gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"}
 
@@ -77,9 +77,9 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
         yield args.subject, None
         return
 
-    from fire_atlas.build import build
     from fire_atlas.core.workers import Workers, default_jobs
-    from fire_atlas.part import open_input
+    from fire_atlas.pipeline.build import build
+    from fire_atlas.pipeline.part import open_input
     from fire_atlas.recipe.load import load
 
     loaded = load(args.subject, [*args.overrides, "exports=[json]", "tracks=[json]"])

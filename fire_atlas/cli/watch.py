@@ -10,8 +10,8 @@ from fire_atlas.cli.build import build_recipe, folder_of, read_recipes
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import Quiet, view_for
 from fire_atlas.core.errors import SourceError
-from fire_atlas.dependencies import files_of, folders_of, recipe_files
-from fire_atlas.manifest import why_stale
+from fire_atlas.outputs.dependencies import files_of, folders_of, recipe_files
+from fire_atlas.outputs.manifest import why_stale
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.tree import RecipeTree, read_tree
 from fire_atlas.sources.listing import STILLS

@@ -4,8 +4,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fire_atlas.atlas.layout import Page
-from fire_atlas.flakes.statistics import Figure
-from fire_atlas.preview.atlas_file import AtlasFile
+from fire_atlas.effect.flakes.statistics import Figure
+from fire_atlas.formats.atlas.atlas_file import AtlasFile
 
 
 @dataclass(frozen=True, slots=True)

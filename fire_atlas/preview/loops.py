@@ -3,10 +3,10 @@
 from collections import deque
 from itertools import islice
 
-from fire_atlas.flakes.statistics import Figure
-from fire_atlas.preview.atlas_file import AtlasFile, cut_frames
+from fire_atlas.effect.flakes.statistics import Figure
+from fire_atlas.formats.atlas.atlas_file import AtlasFile, cut_frames
 from fire_atlas.preview.blend import as_seen
-from fire_atlas.preview.loop_figures import LoopFigures, loop_figures
+from fire_atlas.vision.loop_figures import LoopFigures, loop_figures
 
 _MEASURED = 512
 """Longer loops are not measured: it takes some ms a frame."""

@@ -15,10 +15,10 @@ import numpy as np
 from fire_atlas import __version__
 from fire_atlas.atlas.layout import Animation, MotionReading, Region
 from fire_atlas.core.shipped import shipped
-from fire_atlas.exporters.jinja import environment
-from fire_atlas.flakes.statistics import Figure, ember_figures
-from fire_atlas.flakes.tracks import COLUMNS, Tracks
-from fire_atlas.preview.atlas_file import AtlasFile, read_page_file, stage
+from fire_atlas.effect.flakes.statistics import Figure, ember_figures
+from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
+from fire_atlas.formats.atlas.atlas_file import AtlasFile, read_page_file, stage
+from fire_atlas.formats.templates.jinja import environment
 from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted
 from fire_atlas.preview.loops import loops_of
 from fire_atlas.preview.pictures import Color

@@ -9,12 +9,12 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from fire_atlas.atlas.encode import encode_frame
-from fire_atlas.composition.composite import expose
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Bytes, encode_bytes
-from fire_atlas.flakes.drawing import draw_flakes
-from fire_atlas.flakes.tracks import Tracks
-from fire_atlas.preview.atlas_file import AtlasFile, cut_frames, staged_frames
+from fire_atlas.effect.composition.composite import expose
+from fire_atlas.effect.flakes.drawing import draw_flakes
+from fire_atlas.effect.flakes.tracks import Tracks
+from fire_atlas.formats.atlas.atlas_file import AtlasFile, cut_frames, staged_frames
 from fire_atlas.preview.blend import blend
 
 Color = tuple[int, int, int]

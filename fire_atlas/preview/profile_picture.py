@@ -11,11 +11,11 @@ from PIL import Image, ImageDraw, ImageFont
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Bytes
+from fire_atlas.generators.profile.contour import contour
+from fire_atlas.generators.profile.model import Profile, Side
+from fire_atlas.generators.profile.segment import Fire, connected
+from fire_atlas.generators.profile.states import BAND, EDGES
 from fire_atlas.preview.blend import blend
-from fire_atlas.profile.contour import contour
-from fire_atlas.profile.model import Profile, Side
-from fire_atlas.profile.segment import Fire, connected
-from fire_atlas.profile.states import BAND, EDGES
 
 _BACKGROUND, _INK, _DIM = (16, 16, 20), (225, 225, 230), (120, 120, 132)
 _ACCENT, _LINE, _POINT = (255, 150, 40), (90, 210, 255), (255, 70, 150)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from fire_atlas.core.errors import SourceError
-from fire_atlas.manifest import manifest_name
+from fire_atlas.outputs.manifest import manifest_name
 
 
 class Proven(NamedTuple):

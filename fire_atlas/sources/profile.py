@@ -6,11 +6,11 @@ from pathlib import Path
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.workers import Workers
-from fire_atlas.profile.blaze import Burning
-from fire_atlas.profile.file import MOST_BYTES, SUFFIX, read_profile
-from fire_atlas.profile.fire import burn
-from fire_atlas.profile.learn import learn
-from fire_atlas.profile.model import Profile
+from fire_atlas.generators.profile.blaze import Burning
+from fire_atlas.generators.profile.file import MOST_BYTES, SUFFIX, read_profile
+from fire_atlas.generators.profile.fire import burn
+from fire_atlas.generators.profile.learn import learn
+from fire_atlas.generators.profile.model import Profile
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import Footage, FramesSource, ProfileSource
 from fire_atlas.sources.frames import DEFAULT_FPS, open_frames

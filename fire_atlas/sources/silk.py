@@ -6,12 +6,12 @@ import numpy as np
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
+from fire_atlas.generators.silk.camera import Camera
+from fire_atlas.generators.silk.produce import Take, produce
+from fire_atlas.generators.silk.render import Film
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource
-from fire_atlas.silk.camera import Camera
-from fire_atlas.silk.produce import Take, produce
-from fire_atlas.silk.render import Film
 from fire_atlas.sources import matte
 from fire_atlas.sources.frames import DEFAULT_FPS, open_frames
 

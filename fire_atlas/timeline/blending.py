@@ -9,8 +9,8 @@ import numpy as np
 
 from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, luminance
-from fire_atlas.timeline.thumbnails import detail_energy, gradient_product
-from fire_atlas.timeline.warping import Field, both_warped, resized
+from fire_atlas.vision.thumbnails import detail_energy, gradient_product
+from fire_atlas.vision.warp import Field, both_warped, resized
 
 _FINE = 1.0
 """Detail that warping blurs, px."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fire_atlas.timeline.sampling import Samples
-from fire_atlas.timeline.thumbnails import distance
+from fire_atlas.vision.sampling import Samples
+from fire_atlas.vision.thumbnails import distance
 
 SEAM = 1.25
 """A seam this many times the median step is no more seen than the steps are."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.timeline.takes import Join, stretch
-from fire_atlas.timeline.thumbnails import Thumbnails, distance
+from fire_atlas.vision.thumbnails import Thumbnails, distance
 
 _SMOOTHING = (1, 4, 6, 4, 1)
 """Weights of a frame's neighbours: what moves the other way is not alike."""

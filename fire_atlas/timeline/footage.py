@@ -6,7 +6,7 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.timeline.cutting import Footage
 from fire_atlas.timeline.pixel_art import is_pixel_art
-from fire_atlas.timeline.thumbnails import Thumbnails
+from fire_atlas.vision.thumbnails import Thumbnails
 
 _OVERLAP = 1 / 3
 """Seconds over which an end passes into a beginning, by itself."""

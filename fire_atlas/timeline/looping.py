@@ -14,10 +14,10 @@ from fire_atlas.timeline.cutting import Footage, best_cut
 from fire_atlas.timeline.footage import footage_of, overlap_of
 from fire_atlas.timeline.once import FEWEST, as_it_is
 from fire_atlas.timeline.one_shot import why_once
-from fire_atlas.timeline.sampling import Samples
 from fire_atlas.timeline.splicing import spliced
 from fire_atlas.timeline.takes import Join, edit_of_loop, started_at
-from fire_atlas.timeline.thumbnails import Thumbnails
+from fire_atlas.vision.sampling import Samples
+from fire_atlas.vision.thumbnails import Thumbnails
 
 
 def recognised(clip: Clip, workers: Workers) -> Clip:

@@ -9,9 +9,9 @@ from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.timeline.continuing import continued_once
 from fire_atlas.timeline.footage import footage_of
 from fire_atlas.timeline.one_shot import why_once
-from fire_atlas.timeline.sampling import Samples
 from fire_atlas.timeline.splicing import spliced
 from fire_atlas.timeline.takes import edit_played_once
+from fire_atlas.vision.sampling import Samples
 
 FEWEST = 8
 """A clip of fewer frames is drawn to be played as it is."""

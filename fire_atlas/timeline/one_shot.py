@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import luminance
-from fire_atlas.timeline.sampling import Samples
+from fire_atlas.vision.sampling import Samples
 
 _NOTHING = 0.15
 """A frame with less than this share of the brightest frame's light shows next to nothing."""

@@ -12,11 +12,11 @@ import cv2
 import numpy as np
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.motion import flow_size
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, luminance
 from fire_atlas.core.workers import Workers
 from fire_atlas.timeline.blending import Blend
-from fire_atlas.timeline.warping import (
+from fire_atlas.vision.flow import flow_size
+from fire_atlas.vision.warp import (
     Field,
     Motion,
     blurred,

@@ -12,7 +12,7 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.timeline.memory import remembering
 from fire_atlas.timeline.seam import plan_seam
 from fire_atlas.timeline.takes import Edit
-from fire_atlas.timeline.thumbnails import Thumbnails
+from fire_atlas.vision.thumbnails import Thumbnails
 
 
 def spliced(clip: Clip, edit: Edit, thumbnails: Thumbnails, workers: Workers) -> Clip:

@@ -11,11 +11,11 @@ from PIL import Image
 
 from fire_atlas.atlas.drawing import Edges, bled
 from fire_atlas.atlas.encode import encode_frame
-from fire_atlas.atlas.page_file import write_page
 from fire_atlas.atlas.shrink import shrink
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.pixels import Bytes, Pixels
 from fire_atlas.core.workers import Workers
+from fire_atlas.formats.pages.page_file import write_page
 from fire_atlas.recipe.output import Atlas
 
 from .frames import cut, frames, lying, owned, pages_of

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from fire_atlas.atlas.png import write_png
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
+from fire_atlas.formats.pages.png import write_png
 
 SIZES = [(1, 1), (7, 1), (1, 131), (33, 63), (33, 64), (33, 65), (50, 300)]
 """(width, height): odd ones, and around the height of a band."""

@@ -13,10 +13,10 @@ import numpy as np
 from fire_atlas.atlas.layout import Sprite
 from fire_atlas.atlas.pack import pack
 from fire_atlas.atlas.page_rules import PageRules
-from fire_atlas.atlas.png import write_png
 from fire_atlas.atlas.trim import trimmed
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
+from fire_atlas.formats.pages.png import write_png
 
 
 def build_least(clip: Path, jobs: int) -> None:

@@ -37,12 +37,12 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.progress import Silent
 from fire_atlas.core.workers import Workers
-from fire_atlas.preview.loop_figures import LoopFigures, loop_figures
 from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.timeline.arrange import arrange
 from fire_atlas.timeline.cutting import best_cut
 from fire_atlas.timeline.footage import footage_of
 from fire_atlas.timeline.takes import edit_of_loop
+from fire_atlas.vision.loop_figures import LoopFigures, loop_figures
 
 HEADS = ("clip", "closed by", "frames", "seam", "step", "flow", "detail", "clip", "light",
          "plan ms", "made ms")  # fmt: skip

@@ -48,7 +48,7 @@ from clip_motion import (
 from fires import ALL_CLIPS, RISING, burn, looped, real_clip
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.flakes.statistics import ember_figures
+from fire_atlas.effect.flakes.statistics import ember_figures
 from fire_atlas.recipe.effect import Buoyancy
 
 Pair = tuple[float, float]

@@ -26,11 +26,11 @@ import numpy as np
 
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.layout import Strip
-from fire_atlas.atlas.page_file import write_page
 from fire_atlas.atlas.pages import lay_out
 from fire_atlas.atlas.trim import trimmed
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers, default_jobs
+from fire_atlas.formats.pages.page_file import write_page
 from fire_atlas.recipe.output import Atlas
 
 from .scene import argument

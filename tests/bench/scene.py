@@ -8,9 +8,9 @@ from typing import Any
 import cv2
 import yaml
 
-from fire_atlas.build import BuildReport, build
 from fire_atlas.core.progress import Silent
 from fire_atlas.core.shipped import shipped
+from fire_atlas.pipeline.build import BuildReport, build
 from fire_atlas.recipe.load import load
 
 

@@ -12,13 +12,13 @@ import cv2
 import numpy as np
 
 from fire_atlas.core.workers import Workers
+from fire_atlas.generators.silk.camera import Camera
+from fire_atlas.generators.silk.mechanics import State, longest_step, spring_force, step
+from fire_atlas.generators.silk.mesh import Elastic, Model, Placement, Vectors, build_model
+from fire_atlas.generators.silk.produce import Take, produce
+from fire_atlas.generators.silk.render import Film
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.wind import Wind
-from fire_atlas.silk.camera import Camera
-from fire_atlas.silk.mechanics import State, longest_step, spring_force, step
-from fire_atlas.silk.mesh import Elastic, Model, Placement, Vectors, build_model
-from fire_atlas.silk.produce import Take, produce
-from fire_atlas.silk.render import Film
 
 
 def cpu(work: Callable[[], object], times: int = 3) -> float:

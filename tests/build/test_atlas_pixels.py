@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fire_atlas.analysis import Analysis
 from fire_atlas.atlas.encode import Alpha, BlendSpace, encode_frame
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import as_light, to_light
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.effect import Layers, join, layers
-from fire_atlas.flakes.tracks import Tracks
+from fire_atlas.effect.flakes.tracks import Tracks
+from fire_atlas.pipeline.analyse import Analysis
+from fire_atlas.pipeline.effect import Layers, join, layers
 from fire_atlas.recipe.models import Recipe
 
 from .desk import Desk, pages
@@ -35,7 +35,7 @@ def rendered(monkeypatch: pytest.MonkeyPatch) -> dict[int, Pixels]:
         frames[i] = as_light(join(replace(parts, flame=flame), recipe, analysis))
         return parts
 
-    monkeypatch.setattr("fire_atlas.part.layers", watched)
+    monkeypatch.setattr("fire_atlas.pipeline.part.layers", watched)
     return frames
 
 

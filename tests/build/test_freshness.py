@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from fire_atlas.flame.study import FlameStudy, study_flame
+from fire_atlas.effect.flame.study import FlameStudy, study_flame
 
 from .desk import Desk, contents
 
@@ -122,7 +122,7 @@ def test_an_input_that_changes_during_the_build_is_noticed_afterwards(
         return study_flame(*arguments)
 
     with monkeypatch.context() as patch:
-        patch.setattr("fire_atlas.part.study_flame", saved_meanwhile)
+        patch.setattr("fire_atlas.pipeline.part.study_flame", saved_meanwhile)
         assert desk.run("build", recipe, "--force").code == 0
     assert_builds_once(desk, recipe)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fire_atlas.core.shipped import shipped
-from fire_atlas.flakes.tracks import COLUMNS
+from fire_atlas.effect.flakes.tracks import COLUMNS
 
 from .desk import Desk, tracks_of
 

@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.analysis import Analysis, analyse
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.progress import Silent
 from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
-from fire_atlas.effect import fly_flakes, join, layers
-from fire_atlas.field.buoyancy import lift_direction
-from fire_atlas.flakes.tracks import COLUMNS, Tracks
-from fire_atlas.flame.study import FlameStudy, study_flame
+from fire_atlas.effect.field.buoyancy import lift_direction
+from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
+from fire_atlas.effect.flame.study import FlameStudy, study_flame
+from fire_atlas.pipeline.analyse import Analysis, analyse
+from fire_atlas.pipeline.effect import fly_flakes, join, layers
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources.frames import open_frames

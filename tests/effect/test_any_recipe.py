@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 from pydantic import BaseModel
 
 from fire_atlas.atlas.encode import encode_sprite
-from fire_atlas.composition.blur import blur_along
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import decode_bytes
-from fire_atlas.effect import layers
-from fire_atlas.flakes.drawing import draw_flakes
-from fire_atlas.flakes.tracks import COLUMNS
+from fire_atlas.effect.composition.blur import blur_along
+from fire_atlas.effect.flakes.drawing import draw_flakes
+from fire_atlas.effect.flakes.tracks import COLUMNS
+from fire_atlas.pipeline.effect import layers
 from fire_atlas.recipe.effect import Buoyancy, Composite, Features, Flakes, MotionBlur
 from fire_atlas.recipe.wind import Wind
 

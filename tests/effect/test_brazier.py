@@ -14,7 +14,7 @@ from fires import Array, Burnt, Plane, burn, campfire, clip_of
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels, decode_bytes, encode_unit, srgb_to_linear
-from fire_atlas.flakes.emission import TICK
+from fire_atlas.effect.flakes.emission import TICK
 
 FLICKER = 0.15
 FRAMES = 24

@@ -34,10 +34,10 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import srgb_to_linear
 from fire_atlas.core.progress import Silent
 from fire_atlas.core.workers import Workers
-from fire_atlas.effect import draw, fly_flakes
-from fire_atlas.flakes.embers import COOLEST, HOTTEST, glow, temperature, twinkle
-from fire_atlas.flakes.emission import TICK, Brood, emit
-from fire_atlas.flakes.statistics import ember_figures
+from fire_atlas.effect.flakes.embers import COOLEST, HOTTEST, glow, temperature, twinkle
+from fire_atlas.effect.flakes.emission import TICK, Brood, emit
+from fire_atlas.effect.flakes.statistics import ember_figures
+from fire_atlas.pipeline.effect import draw, fly_flakes
 from fire_atlas.recipe.effect import Flakes
 
 CLIPS = ("campfire", "real_fireplace_gif", "sim_unity_flame03")

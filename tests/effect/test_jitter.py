@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from fires import Array
 
-from fire_atlas.field.record import FieldRecord
-from fire_atlas.flakes.emission import Spawns
-from fire_atlas.flakes.flight import Flight, Swarm, fly
-from fire_atlas.flakes.scatter import scatter_turns
+from fire_atlas.effect.field.record import FieldRecord
+from fire_atlas.effect.flakes.emission import Spawns
+from fire_atlas.effect.flakes.flight import Flight, Swarm, fly
+from fire_atlas.effect.flakes.scatter import scatter_turns
 
 COUNT = 4000
 

@@ -10,14 +10,14 @@ from fires import ID, A, Array, Burnt, Y, burn, campfire, clip_of, looped, real_
 from moving import Told
 from numpy.typing import NDArray
 
-from fire_atlas.analysis import analyse
 from fire_atlas.atlas.encode import encode_sprite
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import decode_bytes, encode_bytes, unpremultiply
 from fire_atlas.core.workers import Workers
-from fire_atlas.effect import Layers, draw, fly_flakes, join
-from fire_atlas.flakes.drawing import add_halo
-from fire_atlas.flame.study import study_flame
+from fire_atlas.effect.flakes.drawing import add_halo
+from fire_atlas.effect.flame.study import study_flame
+from fire_atlas.pipeline.analyse import analyse
+from fire_atlas.pipeline.effect import Layers, draw, fly_flakes, join
 from fire_atlas.recipe.effect import Flakes
 
 

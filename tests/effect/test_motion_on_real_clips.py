@@ -19,7 +19,7 @@ from clip_motion import (
 from fires import ALL_CLIPS, RISING, Burnt, burn, looped, real_clip
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.flakes.statistics import ember_figures
+from fire_atlas.effect.flakes.statistics import ember_figures
 
 MANY = 600
 """Births a second, for statistics: flakes do not know of each other."""

@@ -10,7 +10,7 @@ from fires import VY, Burnt, Plane, burn, campfire, clip_of, real_clip
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import brightness, decode_bytes
-from fire_atlas.flame.features import feature_vectors, refine
+from fire_atlas.effect.flame.features import feature_vectors, refine
 
 MANY = 800
 """Births a second, for statistics."""

@@ -7,8 +7,8 @@ import pytest
 from fires import AGE, ID, LIFE, SIZE, STRETCH, VX, VY, Array, X, Y
 from numpy.typing import NDArray
 
-from fire_atlas.flakes.statistics import Figure, ember_figures
-from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from fire_atlas.effect.flakes.statistics import Figure, ember_figures
+from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 
 FPS = 10.0
 FRAMES = 12

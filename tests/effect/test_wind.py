@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from fires import Burnt, X, burn, campfire
 
-from fire_atlas.field.ambient import Ambient
-from fire_atlas.field.eddies import Eddies
+from fire_atlas.effect.field.ambient import Ambient
+from fire_atlas.effect.field.eddies import Eddies
 from fire_atlas.recipe.wind import LEVEL, Wind
 
 

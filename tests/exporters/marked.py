@@ -12,10 +12,10 @@ import numpy as np
 
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.layout import AtlasSheet, Sprite, Strip
-from fire_atlas.atlas.page_file import write_page
 from fire_atlas.atlas.pages import lay_out
 from fire_atlas.atlas.trim import trimmed
 from fire_atlas.core.workers import Workers
+from fire_atlas.formats.pages.page_file import write_page
 from fire_atlas.recipe.output import Atlas
 
 MARK = (0, 255, 0)

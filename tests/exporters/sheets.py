@@ -7,7 +7,7 @@ import numpy as np
 from fire_atlas.atlas.layout import AtlasSheet, Sprite, Strip
 from fire_atlas.atlas.pages import lay_out
 from fire_atlas.atlas.trim import trimmed
-from fire_atlas.exporters.product import Product
+from fire_atlas.formats.product import Product
 from fire_atlas.recipe.output import Atlas
 
 FRAME = 60

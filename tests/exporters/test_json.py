@@ -8,7 +8,7 @@ import pytest
 from fire_atlas.atlas.layout import AtlasSheet
 from fire_atlas.atlas.pages import lay_out
 from fire_atlas.core.errors import OutputError
-from fire_atlas.exporters.registry import exporter
+from fire_atlas.pipeline.writers import exporter
 from fire_atlas.recipe.output import Atlas, ExportName
 
 from .sheets import product_of, sheet_of, sheet_of_fire, sheets_of, strip_of

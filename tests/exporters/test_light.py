@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fire_atlas.cli import main
-from fire_atlas.composition.light import ClipLight, FrameLight
 from fire_atlas.core.pixels import srgb_to_linear
-from fire_atlas.exporters.tracks_light import write_light
+from fire_atlas.effect.composition.light import ClipLight, FrameLight
+from fire_atlas.formats.tracks.light import write_light
 
 WIDTH, HEIGHT = 40, 30
 

@@ -8,10 +8,10 @@ import pytest
 
 from fire_atlas.atlas.pages import lay_out
 from fire_atlas.core.errors import OutputError, RecipeError
-from fire_atlas.exporters import user_template
-from fire_atlas.exporters.describe import describe_product
-from fire_atlas.exporters.registry import exporter
-from fire_atlas.exporters.user_template import export_template
+from fire_atlas.formats.templates import user as user_template
+from fire_atlas.formats.templates.user import export_template
+from fire_atlas.pipeline.describe import describe_product
+from fire_atlas.pipeline.writers import exporter
 from fire_atlas.recipe.output import Atlas, TemplateExport
 
 from .sheets import product_of, sheet_of, sheet_of_fire, sheets_of, strip_of

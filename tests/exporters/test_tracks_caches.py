@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fire_atlas.exporters.registry import track_writer
-from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
-from fire_atlas.flakes.wrapping import wrapped
+from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from fire_atlas.effect.flakes.wrapping import wrapped
+from fire_atlas.pipeline.writers import track_writer
 
 WIDTH, HEIGHT, FPS = 640, 480, 24
 FRAMES = 12

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from fire_atlas.exporters.decimals import plain, table_text
-from fire_atlas.exporters.registry import track_writer
-from fire_atlas.exporters.tracks_text import DECIMALS
-from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from fire_atlas.formats.decimals import plain, table_text
+from fire_atlas.formats.tracks.columns import DECIMALS
+from fire_atlas.pipeline.writers import track_writer
 from fire_atlas.recipe.output import FlakeTrackName
 
 

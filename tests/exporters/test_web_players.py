@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.encode import encode_frame, encode_sprites
 from fire_atlas.atlas.layout import Strip
-from fire_atlas.atlas.page_file import write_page
 from fire_atlas.atlas.pages import lay_out
 from fire_atlas.atlas.shrink import shrink
 from fire_atlas.core.pixels import Bytes, Pixels
 from fire_atlas.core.workers import Workers
-from fire_atlas.exporters.describe import describe_product
+from fire_atlas.formats.pages.page_file import write_page
+from fire_atlas.pipeline.describe import describe_product
 from fire_atlas.recipe.output import Atlas
 
 from .sheets import product_of

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fire_atlas.core.pixels import Plane
-from fire_atlas.field.air import Air, advect, diffuse, gain, grid_shape
-from fire_atlas.field.eddies import Eddies
-from fire_atlas.field.projection import project
+from fire_atlas.effect.field.air import Air, advect, diffuse, gain, grid_shape
+from fire_atlas.effect.field.eddies import Eddies
+from fire_atlas.effect.field.projection import project
 
 SHAPE = (60, 80)
 

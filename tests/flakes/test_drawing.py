@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fire_atlas.flakes.drawing import draw_flakes
-from fire_atlas.flakes.tracks import COLUMNS
+from fire_atlas.effect.flakes.drawing import draw_flakes
+from fire_atlas.effect.flakes.tracks import COLUMNS
 
 
 def _row(**values: float) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:

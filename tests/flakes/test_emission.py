@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from fire_atlas.flakes.emission import TICK, Brood, Spawns, crackle, emit, plenty
+from fire_atlas.effect.flakes.emission import TICK, Brood, Spawns, crackle, emit, plenty
 
 BROOD = Brood(
     seed=5, rate=120.0, bursts=0.0, candidates=100.0, alpha=1.0, life=(0.5, 1.5), size=(2.0, 8.0),

@@ -7,9 +7,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fire_atlas.field.record import FieldRecord
-from fire_atlas.flakes.emission import Spawns
-from fire_atlas.flakes.flight import Flight, Swarm, fly
+from fire_atlas.effect.field.record import FieldRecord
+from fire_atlas.effect.flakes.emission import Spawns
+from fire_atlas.effect.flakes.flight import Flight, Swarm, fly
 
 FRAMES = 24
 FPS = 24.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fire_atlas.flakes.scatter import scatter_turns, scattering_cosine
+from fire_atlas.effect.flakes.scatter import scatter_turns, scattering_cosine
 
 
 def _share_below(cosine: float, k: float) -> float:

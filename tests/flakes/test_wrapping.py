@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fire_atlas.field.eddies import Eddies
-from fire_atlas.field.record import FieldRecord
-from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS
-from fire_atlas.flakes.wrapping import wrapped
+from fire_atlas.effect.field.eddies import Eddies
+from fire_atlas.effect.field.record import FieldRecord
+from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS
+from fire_atlas.effect.flakes.wrapping import wrapped
 
 FPS = 10.0
 LOOP = 6

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from fire_atlas.flame.features import (
+from fire_atlas.effect.flame.features import (
     Box,
     difference_of_gaussians,
     feature_vectors,

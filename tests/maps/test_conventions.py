@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fire_atlas.maps.conventions import convention
+from fire_atlas.channels.conventions import convention
 from fire_atlas.recipe.output import Engine
 
 ENGINES: tuple[Engine, ...] = ("unity", "unreal", "godot")

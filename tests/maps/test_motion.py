@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fire_atlas.channels.conventions import convention
+from fire_atlas.channels.flow import halfway, picture
+from fire_atlas.channels.margin import padded, restless
+from fire_atlas.channels.motion import Motion, learn_motion
 from fire_atlas.core.pixels import Bytes, as_plane
 from fire_atlas.core.workers import Workers
-from fire_atlas.maps.conventions import convention
-from fire_atlas.maps.flow import halfway, picture
-from fire_atlas.maps.margin import padded, restless
-from fire_atlas.maps.motion import Motion, learn_motion
 
 SIZE = 160
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fire_atlas.preview.atlas_file import AtlasFile, read_atlas, staged_frames
+from fire_atlas.formats.atlas.atlas_file import AtlasFile, read_atlas, staged_frames
 from fire_atlas.preview.blend import blend
 
 from .browser import COUNT, Browser, assert_quiet, built, picture, previewed

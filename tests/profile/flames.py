@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Bytes, Pixels, srgb_to_linear
-from fire_atlas.profile.contour import Points
+from fire_atlas.generators.profile.contour import Points
 
 Mask = NDArray[np.bool_]
 

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels, luminance
 from fire_atlas.core.workers import Workers
-from fire_atlas.profile.blaze import Burning
-from fire_atlas.profile.colours import ColourTable, colour_table
-from fire_atlas.profile.contour import Points, feature_points
-from fire_atlas.profile.fire import burn
-from fire_atlas.profile.learn import learn
-from fire_atlas.profile.model import Profile
-from fire_atlas.profile.segment import Fire, connected
+from fire_atlas.generators.profile.blaze import Burning
+from fire_atlas.generators.profile.colours import ColourTable, colour_table
+from fire_atlas.generators.profile.contour import Points, feature_points
+from fire_atlas.generators.profile.fire import burn
+from fire_atlas.generators.profile.learn import learn
+from fire_atlas.generators.profile.model import Profile
+from fire_atlas.generators.profile.segment import Fire, connected
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.recipe.wind import Wind
 from fire_atlas.sources.frames import open_frames

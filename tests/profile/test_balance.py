@@ -8,10 +8,10 @@ import pytest
 from likeness import asked, learnt_kite, learnt_real
 
 from fire_atlas.core.workers import Workers
-from fire_atlas.profile.balance import balanced
-from fire_atlas.profile.blaze import Blaze
-from fire_atlas.profile.pose import node_heights
-from fire_atlas.profile.trial import tried
+from fire_atlas.generators.profile.balance import balanced
+from fire_atlas.generators.profile.blaze import Blaze
+from fire_atlas.generators.profile.pose import node_heights
+from fire_atlas.generators.profile.trial import tried
 
 
 @pytest.mark.parametrize("seed", range(4))

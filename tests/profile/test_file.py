@@ -11,8 +11,8 @@ from flames import swaying
 from likeness import asked, burnt, learnt, learnt_kite
 
 from fire_atlas.core.errors import SourceError
-from fire_atlas.profile.file import read_profile, write_profile
-from fire_atlas.profile.model import Profile
+from fire_atlas.generators.profile.file import read_profile, write_profile
+from fire_atlas.generators.profile.model import Profile
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,13 @@ from likeness import learnt, real_clip
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.profile.colours import colour_table
-from fire_atlas.profile.particles import half_width, height_after, peripheral_curve, time_to
+from fire_atlas.generators.profile.colours import colour_table
+from fire_atlas.generators.profile.particles import (
+    half_width,
+    height_after,
+    peripheral_curve,
+    time_to,
+)
 
 
 @pytest.mark.parametrize("size", [2, 5, 8])

@@ -17,7 +17,7 @@ from likeness import (
     real_clip,
 )
 
-from fire_atlas.profile.camera import bend
+from fire_atlas.generators.profile.camera import bend
 
 
 @pytest.mark.parametrize(
@@ -119,8 +119,8 @@ def test_a_bent_fire_leaves_its_base_upright() -> None:
 def test_the_flow_is_that_of_the_frames(clips: Path) -> None:
     import cv2
 
-    from fire_atlas.core.motion import optical_flow
     from fire_atlas.core.pixels import brightness
+    from fire_atlas.vision.flow import optical_flow
 
     cv2.setNumThreads(1)
     [clip] = burnt(learnt_real(clips / "sim_unity_flame03"), asked(48))

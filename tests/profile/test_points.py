@@ -8,8 +8,8 @@ from flames import BASE, FOOT, HEIGHT, TIP, WIDTH, kite, points
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fire_atlas.profile.contour import contour, feature_points
-from fire_atlas.profile.states import EDGES, leaning_sets, state_of
+from fire_atlas.generators.profile.contour import contour, feature_points
+from fire_atlas.generators.profile.states import EDGES, leaning_sets, state_of
 
 
 @pytest.mark.parametrize("lean", [-25.0, -10.0, 0.0, 4.0, 17.0])

@@ -8,7 +8,7 @@ import pytest
 from flames import swaying
 from likeness import asked, burnt, learnt, learnt_real, look_at_fire, silhouette
 
-from fire_atlas.profile.model import Profile
+from fire_atlas.generators.profile.model import Profile
 from fire_atlas.recipe.wind import Wind
 
 

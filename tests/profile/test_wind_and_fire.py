@@ -10,8 +10,8 @@ from likeness import Array, asked, burnt, learnt_kite, learnt_real, look_at_fire
 
 from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
-from fire_atlas.profile.force import PER_LEVEL, Weather
-from fire_atlas.profile.model import Profile
+from fire_atlas.generators.profile.force import PER_LEVEL, Weather
+from fire_atlas.generators.profile.model import Profile
 from fire_atlas.recipe.load import load
 from fire_atlas.recipe.wind import Wind
 from fire_atlas.sources.registry import open_source

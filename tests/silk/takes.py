@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.generators.silk.camera import Camera
+from fire_atlas.generators.silk.produce import Take, produce
+from fire_atlas.generators.silk.render import Film
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.wind import Wind
-from fire_atlas.silk.camera import Camera
-from fire_atlas.silk.produce import Take, produce
-from fire_atlas.silk.render import Film
 
 COARSE: dict[str, Any] = {"rows": 12, "columns": 8, "width": 64, "height": 80}
 """A mesh and a frame that are quick to make."""

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fire_atlas.core.pixels import encode_bytes
-from fire_atlas.silk import raster
-from fire_atlas.silk.camera import Camera
+from fire_atlas.generators.silk import raster
+from fire_atlas.generators.silk.camera import Camera
 
 from .rasteriser import draw
 from .takes import camera, film, torch

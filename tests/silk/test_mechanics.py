@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fire_atlas.silk.mechanics import (
+from fire_atlas.generators.silk.mechanics import (
     State,
     energy,
     longest_step,
@@ -14,7 +14,7 @@ from fire_atlas.silk.mechanics import (
     spring_force,
     step,
 )
-from fire_atlas.silk.mesh import Elastic, Model, Placement, Springs, Vectors, build_model
+from fire_atlas.generators.silk.mesh import Elastic, Model, Placement, Springs, Vectors, build_model
 
 K, M, LENGTH = 40.0, 0.25, 0.5
 

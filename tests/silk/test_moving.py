@@ -10,10 +10,10 @@ import pytest
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.pixels import encode_bytes
 from fire_atlas.core.shipped import shipped
+from fire_atlas.generators.silk.produce import Take, produce
+from fire_atlas.generators.silk.render import Film
 from fire_atlas.recipe.load import load
 from fire_atlas.recipe.silk import SilkSource
-from fire_atlas.silk.produce import Take, produce
-from fire_atlas.silk.render import Film
 
 from .takes import camera, film, lean, torch
 

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
-from fire_atlas.silk.footage import images_from_seeds, images_of
-from fire_atlas.silk.fuel import FUELS
-from fire_atlas.silk.grading import blackbody
-from fire_atlas.silk.plume import Burner, burn
-from fire_atlas.silk.probable import Seeds, probable_motion, synthesise
-from fire_atlas.silk.texture import Sequence
+from fire_atlas.generators.silk.footage import images_from_seeds, images_of
+from fire_atlas.generators.silk.fuel import FUELS
+from fire_atlas.generators.silk.grading import blackbody
+from fire_atlas.generators.silk.plume import Burner, burn
+from fire_atlas.generators.silk.probable import Seeds, probable_motion, synthesise
+from fire_atlas.generators.silk.texture import Sequence
 
 Array = NDArray[np.float32]
 BURNER = Burner(gas=0.07, eddies=0.5, life=0.8, width=0.75, flicker=0.5, tongue=0.14, draught=0.6)

@@ -9,7 +9,7 @@ from moving import arranged, blob, centre, moving, turbulent
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.preview.loop_figures import Figures, LoopFigures, loop_figures
+from fire_atlas.vision.loop_figures import Figures, LoopFigures, loop_figures
 
 CUT = ("real_candle_red", "real_firewall_stock")
 OVERLAP = 8

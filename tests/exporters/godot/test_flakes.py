@@ -11,14 +11,14 @@ from PIL import Image
 
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.cli import main
-from fire_atlas.composition.composite import compose
 from fire_atlas.core.shipped import shipped
-from fire_atlas.exporters.describe import describe_product
-from fire_atlas.exporters.godot.flakes import flake_arrays
-from fire_atlas.exporters.product import Product
-from fire_atlas.flakes.drawing import draw_flakes, draw_pixels
-from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
-from fire_atlas.flakes.wrapping import wrapped
+from fire_atlas.effect.composition.composite import compose
+from fire_atlas.effect.flakes.drawing import draw_flakes, draw_pixels
+from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from fire_atlas.effect.flakes.wrapping import wrapped
+from fire_atlas.engines.godot.flakes import flake_arrays
+from fire_atlas.formats.product import Product
+from fire_atlas.pipeline.describe import describe_product
 from fire_atlas.recipe.output import GodotExport
 
 from ..marked import marked

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fire_atlas.atlas.layout import Region
-from fire_atlas.composition.light import ClipLight, FrameLight
-from fire_atlas.exporters.describe import describe_product
-from fire_atlas.exporters.godot.stage import Stage, pivot
-from fire_atlas.exporters.godot.tempo import tempo, whole_tempo
-from fire_atlas.exporters.product import Product
+from fire_atlas.effect.composition.light import ClipLight, FrameLight
+from fire_atlas.engines.godot.stage import Stage, pivot
+from fire_atlas.engines.godot.tempo import tempo, whole_tempo
+from fire_atlas.formats.product import Product
+from fire_atlas.pipeline.describe import describe_product
 
 from ..sheets import sheet_of_fire
 from .test_flakes import some_tracks

@@ -8,9 +8,9 @@ import numpy as np
 
 from fire_atlas.atlas.layout import AtlasSheet, Strip
 from fire_atlas.atlas.pages import lay_out
-from fire_atlas.exporters.product import Product
-from fire_atlas.exporters.registry import exporter
-from fire_atlas.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from fire_atlas.formats.product import Product
+from fire_atlas.pipeline.writers import exporter
 from fire_atlas.recipe.output import Atlas, UnityExport
 from fire_atlas.recipe.unity import UnityOptions
 

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fire_atlas.core.errors import OutputError
-from fire_atlas.exporters.unity.identity import guids_in
-from fire_atlas.exporters.unity.meta import TEXTURE_KEYS, merged
+from fire_atlas.engines.unity.identity import guids_in
+from fire_atlas.engines.unity.meta import TEXTURE_KEYS, merged
 
 from .products import ALONE, SEVERAL, Fire, exported
 from .type_trees import Loader, faults, importer

@@ -12,11 +12,11 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.cli import main
-from fire_atlas.exporters.unity.flake_tracks import Flight, flake_bytes
-from fire_atlas.exporters.unity.names import player_name
-from fire_atlas.flakes.drawing import draw_flakes, draw_pixels
-from fire_atlas.flakes.tracks import COLUMNS, Tracks
-from fire_atlas.preview.tracks_file import read_tracks
+from fire_atlas.effect.flakes.drawing import draw_flakes, draw_pixels
+from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
+from fire_atlas.engines.unity.flake_tracks import Flight, flake_bytes
+from fire_atlas.engines.unity.names import player_name
+from fire_atlas.formats.tracks.tracks_file import read_tracks
 
 from .products import Fire, exported, some_tracks
 

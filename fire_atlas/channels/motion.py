@@ -1,0 +1,106 @@
+"""The motion vectors of one animation."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.channels.cells import cell_vectors
+from fire_atlas.channels.conventions import Convention
+from fire_atlas.channels.evidence import hold_out, trust
+from fire_atlas.channels.flow import Halfway, halfway
+from fire_atlas.channels.margin import PAD, PAD_SHARE
+from fire_atlas.channels.proof import Proof, prove
+from fire_atlas.core.pixels import Bytes
+from fire_atlas.core.workers import Workers
+
+_ENOUGH = 99.5
+"""Percentile of a frame's vectors that has to fit into the scale; the few beyond are cut to it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """How each frame of an animation moves, small.
+
+    Attributes:
+        width, height: Of a frame, px.
+        cells: (h, w, 2) of each frame, px of the frame a frame; its place in the whole frame as in
+            a picture of another size.
+        reach: How far vectors go along x and along y, px a frame, save for the odd one.
+        proof: How near held out frames are met; None where the animation is too short to tell.
+    """
+
+    width: int
+    height: int
+    cells: tuple[NDArray[np.float16], ...]
+    reach: tuple[float, float]
+    proof: Proof | None
+
+    def frames(self) -> "list[Moving]":
+        """Return the frames, in playing order."""
+        return [Moving(self, i) for i in range(len(self.cells))]
+
+
+class Moving(NamedTuple):
+    """A frame of an animation, and how that moves."""
+
+    motion: Motion
+    frame: int
+
+
+def learn_motion(
+    pictures: Sequence[Bytes],
+    skipped: Mapping[int, tuple[float, Bytes]],
+    size: tuple[int, int],
+    loop: bool,
+    convention: Convention,
+    workers: Workers,
+    advance: Callable[[], None],
+) -> Motion:
+    """Return the motion of an animation; none at all where the proof does not bear it out.
+
+    Args:
+        pictures: Every frame, small: see ``flow.picture``.
+        skipped: By frame, of some, what the source shows between it and the next, small, and
+            after how much of the step.
+        size: Width and height of a frame, px.
+        loop: Whether the first frame follows the last.
+        convention: How the engine reads vectors, for the proof.
+        workers: The pool.
+        advance: Called as often as there are frames.
+    """
+    height, width = pictures[0].shape[:2]
+    count = len(pictures)
+    pad = max(PAD, PAD_SHARE * max(size)) * max(width / size[0], height / size[1])
+    held = hold_out(pictures, skipped, loop, pad, workers)
+    proof = prove(held, convention)
+    trusted = trust(held, (height, width))
+    if proof is None or not proof.helps:
+        trusted[:] = 0
+    unit = np.array([size[0] / width, size[1] / height], np.float32)
+    closes = loop and count > 1
+    last = count if closes else count - 1
+    steps: list[Halfway | None] = []
+    for step in workers.map(lambda i: halfway(pictures[i], pictures[(i + 1) % count]), range(last)):
+        steps.append(step)
+        advance()
+    if not closes:
+        steps.append(None)
+        advance()
+
+    def cell(i: int) -> NDArray[np.float16]:
+        if steps[i] is None:  # nothing follows: a client that stays here must find it still
+            return np.zeros((height, width, 2), np.float16)
+        before = steps[i - 1]  # of the first frame the last step: none, unless the clip closes
+        near = pictures[i if before is None else i - 1], pictures[i], pictures[(i + 1) % count]
+        return (cell_vectors((before, steps[i]), near, trusted, pad) * unit).astype(np.float16)
+
+    cells = tuple(workers.map(cell, range(count)))
+    return Motion(*size, cells, _reach(cells), proof)
+
+
+def _reach(cells: Sequence[NDArray[np.float16]]) -> tuple[float, float]:
+    x, y = np.max([np.percentile(np.abs(each), _ENOUGH, axis=(0, 1)) for each in cells], axis=0)
+    return float(x), float(y)

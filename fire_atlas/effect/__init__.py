@@ -1,0 +1,1 @@
+"""Fire-flakes that fly with a clip (Kim & Lee 2019)."""

@@ -1,0 +1,31 @@
+"""The air around a fire: wind, and eddies in it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fire_atlas.core.pixels import Plane
+from fire_atlas.effect.field.eddies import Eddies
+from fire_atlas.recipe.wind import LEVEL, Wind
+
+
+@dataclass(frozen=True, slots=True)
+class Ambient:
+    """Air that the fire does not move.
+
+    Attributes:
+        eddies: Its small turbulence.
+        wind: The recipe's wind.
+        height: Frame height, px.
+    """
+
+    eddies: Eddies
+    wind: Wind
+    height: int
+
+    def velocity(self, time: float, shape: tuple[int, int]) -> tuple[Plane, Plane]:
+        """u and v, each (rows, columns), px/s, at ``time`` s."""
+        u, v = self.eddies.velocity(time, shape)
+        # What blows away from the eye is not seen.
+        along, _ = self.wind.at(time)
+        return u + np.float32(along * LEVEL * self.height), v

@@ -1,0 +1,120 @@
+"""What embers do, in figures, so that nobody has to judge them from a picture alone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+
+_ID, _X, _Y, _VX, _VY, _SIZE, _STRETCH = range(7)
+_AGE, _LIFE = COLUMNS.index("age"), COLUMNS.index("life")
+_BIRTH = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
+
+_FEW = 20
+"""The spread of fewer flakes tells nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One figure, and the range in which embers look real.
+
+    Attributes:
+        name: What it is, for people.
+        value: The figure.
+        unit: Its unit; empty for a share or a number.
+        low, high: Where it should lie; None is open.
+    """
+
+    name: str
+    value: float
+    unit: str = ""
+    low: float | None = None
+    high: float | None = None
+
+    @property
+    def is_in_range(self) -> bool:
+        """Whether the figure lies where it should."""
+        return (self.low is None or self.value >= self.low) and (
+            self.high is None or self.value <= self.high
+        )
+
+
+def ember_figures(tracks: Tracks) -> list[Figure]:
+    """Return the figures of all flakes of a build; none where there are no flakes.
+
+    As many are alive as are born in the mean time for which one is seen. Sizes are those that
+    are drawn: in small frames the smallest are widened to what a pixel grid can show. Where
+    most are, their spread tells nothing.
+    """
+    flights = _flights(tracks)
+    if not flights:
+        return []
+    rows = np.concatenate(flights)
+    height = tracks.height
+    moved = [f for f in flights if len(f) > 1]
+    rise = np.mean([f[-1, _Y] < f[0, _Y] for f in moved]) if moved else 1.0
+    speed = np.hypot(rows[:, _VX], rows[:, _VY]) / height
+    sizes = np.array([f[0, _SIZE] for f in flights])
+    tells = len(flights) >= _FEW and np.median(sizes) > sizes.min()
+    spread = (0.25, 0.7) if tells else (None, None)
+    alive = np.array([len(frame) for frame in tracks.frames])
+    streak = (rows[:, _STRETCH] - 1) * rows[:, _SIZE]
+    way = np.maximum(np.hypot(rows[:, _VX], rows[:, _VY]) / tracks.fps, 1e-9)
+    return [
+        Figure("born", float(len(flights))),
+        Figure("born, rate", len(flights) * tracks.fps / len(tracks.frames), "a second"),
+        Figure("seen for, mean", len(rows) / len(flights) / tracks.fps, "s"),
+        Figure("alive, mean", float(alive.mean())),
+        Figure("end higher than born", float(rise), "", 0.95),
+        Figure("speed, median", float(np.median(speed)), "heights/s", 0.1, 1.5),
+        Figure("size, median", float(np.median(sizes)), "px", 1.0),
+        Figure("size, σ of its logarithm", float(np.std(np.log(sizes))), "", *spread),
+        Figure("life, median", float(np.median([f[0, _LIFE] for f in flights])), "s", 0.3, 4.0),
+        Figure("streak, median", float(np.median(streak)), "px"),
+        Figure("streak, of a frame's way", float(np.median(streak / way)), "", None, 1.0),
+        *_fates(flights, tracks),
+    ]
+
+
+def _flights(tracks: Tracks) -> list[NDArray[np.float64]]:
+    """All rows of each flake, in the order of its life.
+
+    In a short loop a flake changes its id; that it is the same is told by its birth.
+    """
+    tables = [frame for frame in tracks.frames if len(frame)]
+    if not tables:
+        return []
+    rows = np.concatenate(tables)
+    ids, births = tracks.spawns[:, 0], tracks.spawns[:, _BIRTH]
+    _, flake = np.unique(births, axis=0, return_inverse=True)
+    order = np.argsort(ids)
+    owner = flake.ravel()[order][np.searchsorted(ids[order], rows[:, _ID])]
+    sequence = np.lexsort((rows[:, _AGE], owner))
+    return np.split(rows[sequence], np.flatnonzero(np.diff(owner[sequence])) + 1)
+
+
+def _fates(flights: list[NDArray[np.float64]], tracks: Tracks) -> list[Figure]:
+    """Shares of the flakes that left by the top, the sides and the bottom, or burnt out.
+
+    Rows that end otherwise are no fate: the clip ended.
+    """
+    last = np.stack([flight[-1] for flight in flights])
+    x = last[:, _X] + last[:, _VX] / tracks.fps
+    y = last[:, _Y] + last[:, _VY] / tracks.fps
+    margin = last[:, _SIZE]
+    cooled = last[:, _AGE] + 1.5 / tracks.fps >= last[:, _LIFE]
+    top = ~cooled & (y < margin)
+    bottom = ~cooled & (y > tracks.height - margin)
+    sides = ~cooled & ~top & ~bottom & ((x < margin) | (x > tracks.width - margin))
+    decided = int((cooled | top | bottom | sides).sum())
+    return [
+        Figure(name, float(those.sum()) / decided)
+        for name, those in (
+            ("left by the top", top),
+            ("left by the sides", sides),
+            ("fell out of the bottom", bottom),
+            ("burnt out", cooled),
+        )
+        if decided
+    ]

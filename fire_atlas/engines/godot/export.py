@@ -1,0 +1,190 @@
+"""Everything that a Godot project needs of a build."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.core.output_file import OutputFile
+from fire_atlas.core.shipped import shipped
+from fire_atlas.effect.flakes.tracks import Tracks
+from fire_atlas.engines.godot.describe import animations_of, textures_of
+from fire_atlas.engines.godot.flakes import flake_arrays
+from fire_atlas.engines.godot.lamp import TEXTURE, lamp_of
+from fire_atlas.engines.godot.settings_file import KEEP, import_settings
+from fire_atlas.engines.godot.stage import Stage, pivot
+from fire_atlas.engines.godot.text import node_name, number, quoted, real, titles
+from fire_atlas.engines.godot.uids import uid_of
+from fire_atlas.formats.product import Product
+from fire_atlas.formats.templates.jinja import rendered
+from fire_atlas.recipe.godot import GodotOptions
+
+_PLAYER, _TRACKS, _TABLES = "_flakes.gd", "_flake_tracks.gd", "_flakes.tres"
+_LAMP, _FLIPBOOK = "_light.gd", "_motion.gdshader"
+
+
+def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
+    """Yield the sprite and the scene of each scale, the flakes that all share, and how Godot
+    imports them."""
+    flakes = _played(product)
+    for sheet in product.sheets:
+        yield from _page_settings(product, sheet, options)
+        yield _frames(product, sheet, options)
+        yield _scene(product, sheet, flakes, options)
+        yield from _flipbook(product, sheet, options)
+    if flakes:
+        yield _flake_tables(product, flakes, options)
+        for ending in (_TRACKS, _PLAYER):
+            yield from _script(product, ending, options)
+    if _is_lit(product, options):
+        yield from _script(product, _LAMP, options)
+    if "csv" in product.track_formats and options.version == 4:
+        for animation in product.tracks:
+            # The engine takes every table for translations.
+            yield OutputFile(f"{product.stem(animation)}.flakes.csv.import", "import", KEEP)
+
+
+def _played(product: Product) -> dict[str, Tracks]:
+    """Return the flakes that the scene plays: those that pixels do not show, if there are any."""
+    unseen = {name: each for name, each in product.tracks.items() if name not in product.baked}
+    return unseen or dict(product.tracks)
+
+
+def _is_lit(product: Product, options: GodotOptions) -> bool:
+    """Whether the scene has a lamp. Godot 3 has no texture for one that a scene could hold."""
+    return bool(product.lights) and options.version == 4
+
+
+def _page_settings(
+    product: Product, sheet: AtlasSheet, options: GodotOptions
+) -> Iterator[OutputFile]:
+    for file in sheet.files:
+        name = f"{file}.import"
+        # Vectors are data: as little may be done to them as to light that is multiplied already.
+        is_data = any(file in each.files for each in sheet.maps if each.motion)
+        alpha = "premultiplied" if is_data else sheet.alpha
+        data = import_settings(product.existing(name), alpha, _image_uid(product, file), options)
+        yield OutputFile(name, "import", data)
+
+
+def _image_uid(product: Product, file: str) -> str:
+    return uid_of(product, file, told_in=f"{file}.import")
+
+
+def _flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iterator[OutputFile]:
+    """Yield a material that plays a grid along its motion vectors, where one page holds it all."""
+    moving = next((each for each in sheet.maps if each.motion), None)
+    if moving is None or moving.motion is None or moving.motion.engine != "godot":
+        return
+    if options.version == 3 or len(sheet.pages) > 1 or len(sheet.animations) > 1 or not sheet.grid:
+        return
+    vectors = moving.files[0]
+    yield _resource(
+        "motion.tres",
+        f"{sheet.name}_motion.tres",
+        product,
+        options,
+        sheet=sheet,
+        shader=f"{product.name}{_FLIPBOOK}",
+        vectors=(vectors, _image_uid(product, vectors)),
+        scale=moving.motion.scale,
+    )
+    if sheet.scale == 1:
+        text = (shipped("templates") / "godot" / "flipbook_motion.gdshader").read_bytes()
+        yield OutputFile(f"{product.name}{_FLIPBOOK}", "script", text)
+
+
+def _frames(product: Product, sheet: AtlasSheet, options: GodotOptions) -> OutputFile:
+    name = f"{sheet.name}.tres"
+    pages = [(page.file, _image_uid(product, page.file)) for page in sheet.pages]
+    textures, shown = textures_of(sheet)
+    animations = animations_of(sheet, shown, options)
+    return _resource(
+        "frames.tres", name, product, options, pages=pages, textures=textures, animations=animations
+    )
+
+
+def _scene(
+    product: Product, sheet: AtlasSheet, flakes: dict[str, Tracks], options: GodotOptions
+) -> OutputFile:
+    frames = f"{sheet.name}.tres"
+    tables = f"{product.name}{_TABLES}"
+    return _resource(
+        "scene.tscn",
+        f"{sheet.name}.tscn",
+        product,
+        options,
+        node=node_name(product.name),
+        sheet=sheet,
+        frames=(frames, uid_of(product, frames)),
+        first=next(iter(titles(animation.name for animation in sheet.animations).values())),
+        stage=Stage.of(sheet.regions),
+        player=f"{product.name}{_PLAYER}",
+        tables=(tables, uid_of(product, tables)) if flakes else None,
+        hidden=product.baked.issuperset(flakes),
+        lamp=_lamp(product, sheet) if _is_lit(product, options) else None,
+        lamp_script=f"{product.name}{_LAMP}",
+        texture=TEXTURE,
+        shader=_text("flakes.gdshader", alpha=sheet.alpha, blend_space=sheet.blend_space),
+    )
+
+
+def _flake_tables(product: Product, flakes: dict[str, Tracks], options: GodotOptions) -> OutputFile:
+    sheet = product.sheets[0]
+    named = titles(animation.name for animation in sheet.animations)
+    return _resource(
+        "flakes.tres",
+        f"{product.name}{_TABLES}",
+        product,
+        options,
+        script=f"{product.name}{_TRACKS}",
+        animations=[named[animation] for animation in flakes],
+        flakes=flake_arrays(flakes, _pivots(sheet)),
+    )
+
+
+def _pivots(sheet: AtlasSheet) -> dict[str, tuple[float, float]]:
+    regions = {region.name: region for region in sheet.regions}
+    return {each.name: pivot(regions[each.frames[0]]) for each in sheet.animations}
+
+
+def _lamp(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
+    """Return the lamp of a scene, whose place and size are those of its scale."""
+    named = titles(animation.name for animation in sheet.animations)
+    lamp = lamp_of(product.lights, _pivots(product.sheets[0]), sheet.blend_space)
+    return {
+        "animations": [named[animation] for animation in product.lights],
+        "begins": lamp.begins,
+        "loops": lamp.loops,
+        "energies": [row[0] for row in lamp.rows],
+        "colours": [row[1:4] for row in lamp.rows],
+        "places": [(row[4] * sheet.scale, row[5] * sheet.scale) for row in lamp.rows],
+        "spread": lamp.spread * sheet.scale,
+    }
+
+
+def _script(product: Product, ending: str, options: GodotOptions) -> Iterator[OutputFile]:
+    """Yield a script and, for Godot 4.4 and later, its uid."""
+    name = f"{product.name}{ending}"
+    text = _text(ending.removeprefix("_"), version=options.version)
+    yield OutputFile(name, "script", text.encode())
+    if options.version == 4:
+        uid = uid_of(product, name, told_in=f"{name}.uid")
+        yield OutputFile(f"{name}.uid", "import", f"{uid}\n".encode())
+
+
+def _resource(
+    template: str, name: str, product: Product, options: GodotOptions, **context: Any
+) -> OutputFile:
+    """Return a text file of the engine; Godot 4 marks resources with text, Godot 3 with numbers."""
+    text = _text(
+        template,
+        version=options.version,
+        uid=uid_of(product, name),
+        mark=lambda i: f'"{i}"' if options.version == 4 else i,
+        **context,
+    )
+    return OutputFile(name, "scene", text.encode())
+
+
+def _text(template: str, **context: Any) -> str:
+    return rendered(f"godot/{template}.j2", (number, real, quoted), **context)

@@ -1,0 +1,135 @@
+"""Flake tracks as packed arrays that a script of the engine plays."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, as_drawn
+from fire_atlas.formats.decimals import table_text
+from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite
+
+_ID, _AGE = COLUMNS.index("id"), COLUMNS.index("age")
+_SPAWN_ID = SPAWN_COLUMNS.index("id")
+_BIRTH = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
+
+_DECIMALS = [
+    DECIMALS["x"], DECIMALS["y"], 4, 4, DECIMALS["size"], DECIMALS["size"], DECIMALS["rotation"],
+    DECIMALS["r"], DECIMALS["g"], DECIMALS["b"],
+]  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class FlakeArrays:
+    """The flakes of all animations, one after the other.
+
+    Attributes:
+        begins: Number of the first frame of each animation, and behind the last of them.
+        loops: Whether frame 0 of an animation follows its last one, 1 or 0.
+        hard: Whether the flakes of an animation are squares that stay for a frame, 1 or 0.
+        first: Index of the first row of each frame, and behind the last of them.
+        next: Index of the row that shows the same flake in the following frame; -1: it is gone.
+        rows: (rows, 10) place x, y from the pivot, px, y down; way to the next frame dx, dy, px;
+            length along and width across the rotation, px; rotation, rad, clockwise on screen;
+            light r, g, b at the centre, linear.
+        most: Most rows of a frame.
+        bounds: (x, y, width, height) px around all flakes, seen from the pivot.
+    """
+
+    begins: list[int]
+    loops: list[int]
+    hard: list[int]
+    first: list[int]
+    next: list[int]
+    rows: NDArray[np.float64]
+    most: int
+    bounds: tuple[int, int, int, int]
+
+    def rows_text(self) -> str:
+        """Return ``rows`` as text, a row a line."""
+        return table_text(self.rows, _DECIMALS, "", ", ", ",\n").decode().removesuffix(",\n")
+
+
+def flake_arrays(
+    tracks: Mapping[str, Tracks], pivots: Mapping[str, tuple[float, float]]
+) -> FlakeArrays:
+    """Return the arrays of ``tracks``; ``pivots`` says where in px of its frame each is held."""
+    begins, first, following = [0], [0], list[int]()
+    tables = []
+    for name, flown in tracks.items():
+        assert_finite(flown)
+        each = as_drawn(flown)
+        counts = [len(frame) for frame in each.frames]
+        following += _following(each, first[-1])
+        first += [first[-1] + int(end) for end in np.cumsum(counts)]
+        begins.append(len(first) - 1)
+        tables += [_rows(frame, each, pivots[name]) for frame in each.frames]
+    rows = np.concatenate(tables)
+    return FlakeArrays(
+        begins=begins,
+        loops=[int(each.loop) for each in tracks.values()],
+        hard=[int(each.hard) for each in tracks.values()],
+        first=first,
+        next=following,
+        rows=rows,
+        most=int(np.diff(first).max()),
+        bounds=_bounds(rows),
+    )
+
+
+def _rows(
+    frame: NDArray[np.float64], tracks: Tracks, pivot: tuple[float, float]
+) -> NDArray[np.float64]:
+    column = dict(zip(COLUMNS, frame.T, strict=True))
+    size = column["size"]
+    light = (column[name] * column["a"] for name in "rgb")
+    return np.column_stack([
+        column["x"] - pivot[0], column["y"] - pivot[1],
+        column["vx"] / tracks.fps, column["vy"] / tracks.fps,
+        size * column["stretch"], size, column["rotation"], *light,
+    ])  # fmt: skip
+
+
+def _following(tracks: Tracks, first: int) -> Iterator[int]:
+    """Yield for each row the index, of all, of its flake's row in the next frame, else -1.
+
+    ``first`` is the index of the first row.
+    """
+    begins = first + np.cumsum([0, *(len(frame) for frame in tracks.frames)])
+    moments = _moments(tracks)
+    for i, frame in enumerate(tracks.frames):
+        after = (i + 1) % len(tracks.frames)
+        row = np.full(len(frame), -1)
+        if after > 0 or tracks.loop:
+            _, here, there = np.intersect1d(
+                moments[i] + 1, moments[after], assume_unique=True, return_indices=True
+            )
+            row[here] = begins[after] + there
+        yield from row.tolist()
+
+
+def _moments(tracks: Tracks) -> list[NDArray[np.int64]]:
+    """Return a number for each row of each frame; its flake's row a frame later has the next one.
+
+    In a loop shorter than its life a flake changes its id, and is in a frame more than once; its
+    birth and its age tell which row is which.
+    """
+    ids, births = tracks.spawns[:, _SPAWN_ID], tracks.spawns[:, _BIRTH]
+    _, flight = np.unique(births, axis=0, return_inverse=True)
+    order = np.argsort(ids)
+    made = []
+    for frame in tracks.frames:
+        born = flight.ravel()[order][np.searchsorted(ids[order], frame[:, _ID])]
+        frames_old = np.floor(frame[:, _AGE] * tracks.fps + 1e-6).astype(np.int64)
+        made.append((born.astype(np.int64) << 32) + frames_old)
+    return made
+
+
+def _bounds(rows: NDArray[np.float64]) -> tuple[int, int, int, int]:
+    if not len(rows):
+        return 0, 0, 0, 0
+    reach = rows[:, 4] / 2 + np.abs(rows[:, 2:4]).max(axis=1)
+    low = [int(np.floor((rows[:, axis] - reach).min())) for axis in (0, 1)]
+    high = [int(np.ceil((rows[:, axis] + reach).max())) for axis in (0, 1)]
+    return low[0], low[1], high[0] - low[0], high[1] - low[1]

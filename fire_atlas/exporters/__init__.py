@@ -1,1 +1,0 @@
-"""Files for engines and tools."""

@@ -1,0 +1,1 @@
+"""Files that belong to no engine, each written and read in one module."""

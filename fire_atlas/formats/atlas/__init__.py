@@ -1,0 +1,1 @@
+"""JSON descriptions of pages, frames and animations."""

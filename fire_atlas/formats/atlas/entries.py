@@ -1,0 +1,99 @@
+"""What TexturePacker's JSON says of frames and pages, in every arrangement of it."""
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from fire_atlas import __version__
+from fire_atlas.atlas.layout import AtlasSheet, Region
+from fire_atlas.formats.atlas.map_entries import map_entries
+from fire_atlas.formats.decimals import plain
+
+
+def compact(value: Any) -> str:
+    """Return strict JSON without needless space."""
+    return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+
+
+def frame_entry(region: Region) -> dict[str, Any]:
+    """Return where a frame is; ``frame`` has its upright size even where it lies turned."""
+    size = {"w": region.width, "h": region.height}
+    return {
+        "frame": {"x": region.x, "y": region.y, **size},
+        "rotated": region.turned,
+        "trimmed": region.trimmed,
+        "spriteSourceSize": {"x": region.trim_x, "y": region.trim_y, **size},
+        "sourceSize": {"w": region.frame_width, "h": region.frame_height},
+        "duration": plain(region.duration, 3),
+        "anchor": {"x": plain(region.anchor[0], 6), "y": plain(region.anchor[1], 6)},
+    }
+
+
+def page_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
+    """Return what says which image a page is."""
+    return {
+        "image": sheet.pages[page].file,
+        "format": "RGBA8888",
+        "size": {"w": sheet.pages[page].width, "h": sheet.pages[page].height},
+        "scale": f"{sheet.scale:g}",
+    }
+
+
+def animations_on(sheet: AtlasSheet, regions: Sequence[Region]) -> dict[str, list[str]]:
+    """Return the animations as far as they play with these frames.
+
+    PixiJS looks frames up on their own page only, and breaks on a name it cannot find there. An
+    animation that needed several pages is joined by the client; names sort in playing order:
+    ``[sheet, ...sheet.linkedSheets].flatMap((page) => page.animations.campfire ?? [])`` and
+    ``.sort((a, b) => (a.label < b.label ? -1 : 1))``.
+    """
+    here = {region.name for region in regions}
+    parts = {
+        animation.name: [frame for frame in animation.frames if frame in here]
+        for animation in sheet.animations
+    }
+    return {animation: frames for animation, frames in parts.items() if frames}
+
+
+def frame_tags(sheet: AtlasSheet, regions: Sequence[Region]) -> list[dict[str, Any]]:
+    """Return Aseprite's tags: which of these frames an animation plays, from the first to the last.
+
+    A part of one whose frames do not follow one another here has no tag.
+    """
+    number = {region.name: i for i, region in enumerate(regions)}
+    tags = []
+    for animation in sheet.animations:
+        played = [number[name] for name in animation.frames if name in number]
+        if played and played == list(range(played[0], played[-1] + 1)):
+            tag = {"name": animation.name, "from": played[0], "to": played[-1]}
+            once = {} if animation.loop else {"repeat": "1"}
+            tags.append({**tag, "direction": "forward", **once})
+    return tags
+
+
+def meta_entry(sheet: AtlasSheet, page: int, regions: Sequence[Region]) -> dict[str, Any]:
+    """Return what holds for a whole page with these frames."""
+    return {
+        "app": "fire-atlas",
+        "version": __version__,
+        **page_entry(sheet, page),
+        "frameTags": frame_tags(sheet, regions),
+        **({"maps": map_entries(sheet, page)} if sheet.maps else {}),
+        "fireAtlas": about(sheet, page),
+    }
+
+
+def about(sheet: AtlasSheet, page: int) -> dict[str, Any]:
+    """Return what only this tool tells: how to draw the page, and how far to filter it."""
+    grid = sheet.grid
+    return {
+        "alpha": sheet.alpha,
+        "blendSpace": sheet.blend_space,
+        "fps": plain(sheet.fps, 6),
+        "loops": {animation.name: animation.loop for animation in sheet.animations},
+        "safeMipLevel": sheet.pages[page].safe_mip,
+        **({"grid": {
+            "columns": grid.columns, "rows": grid.rows,
+            "cellWidth": grid.cell_width, "cellHeight": grid.cell_height,
+        }} if grid else {}),
+    }  # fmt: skip

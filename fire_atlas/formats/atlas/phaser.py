@@ -1,0 +1,59 @@
+"""Phaser's multi-atlas: all pages in one file, and the animations for ``load.animation``."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from fire_atlas import __version__
+from fire_atlas.atlas.layout import AtlasSheet, Region
+from fire_atlas.core.output_file import OutputFile
+from fire_atlas.formats.atlas.entries import about, compact, frame_entry, page_entry
+from fire_atlas.formats.atlas.map_entries import map_entries
+from fire_atlas.formats.decimals import plain
+
+
+def export_phaser(sheet: AtlasSheet) -> Iterator[OutputFile]:
+    """Yield ``name.phaser.json``, for ``load.multiatlas`` and ``load.animation``.
+
+    The animations show frames of the texture called as the sheet, whatever its scale.
+    """
+    textures = ",\n".join(_texture(sheet, page) for page in range(len(sheet.pages)))
+    maps = [entry for i in range(len(sheet.pages)) for entry in map_entries(sheet, i)]
+    meta: dict[str, Any] = {
+        "app": "fire-atlas",
+        "version": __version__,
+        "fireAtlas": about(sheet, 0),
+    }
+    meta |= {"maps": maps} if maps else {}
+    text = (
+        f'{{"textures":[\n{textures}\n],\n'
+        f'"anims":{compact(_animations(sheet))},\n'
+        f'"meta":{compact(meta)}}}\n'
+    )
+    yield OutputFile(sheet.file(0, ".phaser.json"), "atlas", text.encode())
+
+
+def _texture(sheet: AtlasSheet, page: int) -> str:
+    head = compact(page_entry(sheet, page))[:-1]
+    frames = ",\n".join(
+        compact({"filename": region.name, **frame_entry(region)})
+        for region in sheet.regions_of(page)
+    )
+    return f'{head},"frames":[\n{frames}\n]}}'
+
+
+def _animations(sheet: AtlasSheet) -> list[dict[str, Any]]:
+    regions = {region.name: region for region in sheet.regions}
+    return [
+        {
+            "key": animation.name,
+            "type": "frame",
+            "frames": [_frame(sheet, regions[name]) for name in animation.frames],
+            "frameRate": plain(1000 / regions[animation.frames[0]].duration, 6),
+            "repeat": -1 if animation.loop else 0,
+        }
+        for animation in sheet.animations
+    ]
+
+
+def _frame(sheet: AtlasSheet, region: Region) -> dict[str, Any]:
+    return {"key": sheet.title, "frame": region.name, "duration": plain(region.duration, 3)}

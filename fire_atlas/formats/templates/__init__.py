@@ -1,0 +1,1 @@
+"""Text files made by Jinja templates."""

@@ -1,0 +1,121 @@
+"""What templates see of an atlas: plain words, numbers, lists. Lengths in px, y down."""
+
+from typing import Any
+
+from fire_atlas import __version__
+from fire_atlas.atlas.layout import Animation, AtlasSheet, Region
+from fire_atlas.formats.atlas.map_entries import strengths
+from fire_atlas.formats.decimals import plain
+
+
+def context_of(sheet: AtlasSheet) -> dict[str, Any]:
+    """Return the context; ``fire-atlas inspect --context`` prints it.
+
+    name, title: File stem of the outputs, and that without a scale such as ``@0.5x``.
+    scale: 1, or a part of it.
+    fps: Frames per second.
+    alpha, blend_space: As in the recipe.
+    version: Of fire-atlas.
+    pages: Each with ``file``, ``width``, ``height``, ``safe_mip``, its ``maps`` (their files by
+        kind) and its ``frames``.
+    frames: All frames in playing order; see ``_frame``.
+    animations: Each with ``name``, ``loop``, ``duration`` (ms) and its ``frames``.
+    grid: None, or ``columns``, ``rows``, ``cell_width``, ``cell_height``.
+    motion: None, or how motion vectors are read; see ``_motion``.
+    """
+    frames = {region.name: _frame(sheet, i, region) for i, region in enumerate(sheet.regions)}
+    grid = sheet.grid
+    return {
+        "name": sheet.name,
+        "title": sheet.title,
+        "scale": plain(sheet.scale, 4),
+        "fps": plain(sheet.fps, 6),
+        "alpha": sheet.alpha,
+        "blend_space": sheet.blend_space,
+        "version": __version__,
+        "pages": [_page(sheet, i, frames) for i in range(len(sheet.pages))],
+        "frames": list(frames.values()),
+        "animations": [_animation(animation, frames) for animation in sheet.animations],
+        "grid": grid and {
+            "columns": grid.columns, "rows": grid.rows,
+            "cell_width": grid.cell_width, "cell_height": grid.cell_height,
+        },
+        "motion": _motion(sheet),
+    }  # fmt: skip
+
+
+def _motion(sheet: AtlasSheet) -> dict[str, Any] | None:
+    """Return how motion vectors are read, where there are any: what ``meta.maps`` of the JSON says.
+
+    ``pixels``, ``cell_uv``, ``cell_uv_per_second`` are [x, y] that a decoded 1 stands for.
+    """
+    reading = next((each.motion for each in sheet.maps if each.motion), None)
+    if reading is None:
+        return None
+    strong = strengths(reading, sheet.fps)
+    return {
+        "engine": reading.engine,
+        "green": reading.green,
+        "neutral": reading.neutral,
+        "decode": reading.decode,
+        "this": reading.this,
+        "next": reading.following,
+        "unit": reading.unit,
+        "scale": plain(reading.scale, 9),
+        "pixels": strong["pixels"],
+        "cell_uv": strong["cellUv"],
+        "cell_uv_per_second": strong["cellUvPerSecond"],
+        "reach": [plain(length, 3) for length in reading.reach],
+        "gutter": reading.gutter and list(reading.gutter),
+    }
+
+
+def _frame(sheet: AtlasSheet, index: int, region: Region) -> dict[str, Any]:
+    """Return a frame: ``x`` to ``height`` is where its trimmed pixels lie on its page.
+
+    ``width`` and ``height`` are upright; a ``rotated`` frame lies turned by 90° clockwise.
+    ``trim_x``, ``trim_y`` is their corner in the untrimmed frame of ``source_width`` ×
+    ``source_height``; ``anchor_x``, ``anchor_y`` the pivot in 0..1 of that.
+    """
+    return {
+        "name": region.name,
+        "index": index,
+        "page": region.page,
+        "file": sheet.pages[region.page].file,
+        "x": region.x,
+        "y": region.y,
+        "width": region.width,
+        "height": region.height,
+        "rotated": region.turned,
+        "trimmed": region.trimmed,
+        "trim_x": region.trim_x,
+        "trim_y": region.trim_y,
+        "source_width": region.frame_width,
+        "source_height": region.frame_height,
+        "anchor_x": plain(region.anchor[0], 6),
+        "anchor_y": plain(region.anchor[1], 6),
+        "duration": plain(region.duration, 3),
+    }
+
+
+def _page(sheet: AtlasSheet, index: int, frames: dict[str, Any]) -> dict[str, Any]:
+    page = sheet.pages[index]
+    return {
+        "index": index,
+        "file": page.file,
+        "width": page.width,
+        "height": page.height,
+        "safe_mip": page.safe_mip,
+        "maps": {each.kind: each.files[index] for each in sheet.maps},
+        "frames": [frames[region.name] for region in sheet.regions_of(index)],
+    }
+
+
+def _animation(animation: Animation, frames: dict[str, Any]) -> dict[str, Any]:
+    played = [frames[name] for name in animation.frames]
+    return {
+        "name": animation.name,
+        "loop": animation.loop,
+        "duration": plain(sum(frame["duration"] for frame in played), 3),
+        "frames": played,
+    }

@@ -1,0 +1,1 @@
+"""Files of flake tracks and of the light of a fire."""

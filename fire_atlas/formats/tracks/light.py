@@ -1,0 +1,93 @@
+"""The light of a fire as JSON, for the lamp that an engine puts where the fire is."""
+
+import json
+
+import numpy as np
+
+from fire_atlas.core.output_file import OutputFile
+from fire_atlas.core.pixels import REC709
+from fire_atlas.effect.composition.light import ClipLight, FrameLight
+from fire_atlas.formats.decimals import plain
+
+_DECIMALS = {
+    "t": 6, "intensity": 4, "r": 4, "g": 4, "b": 4, "x": 2, "y": 2, "radius": 2,
+    "light": 6,
+}  # fmt: skip
+
+
+def write_light(name: str, light: ClipLight) -> OutputFile:
+    """Return ``name.light.json``: how bright, of which colour, where and how wide each frame is.
+
+    Measured in linear light, before flakes are clipped to what a page can show; of an opaque scene,
+    only in the flame itself.
+
+    - ``intensity``: 1 is the mean of the animation. A lamp of energy E shines with E · intensity.
+    - ``r g b``: linear colour, its brightest channel 1. intensity · (r, g, b) is, channel by
+      channel, in proportion to the light of the frame.
+    - ``x y``: centre of luminance, source px. ``radius``: root of the mean square distance of the
+      light from there, px; for lamps with a size.
+    - ``mean``: the same of the whole animation, and as its ``light`` what the brightest channel
+      gives in the mean per px of the frame: in what proportion effects shine.
+
+    A frame without light has intensity 0 and is else like the mean, so that nothing jumps.
+    """
+    mean = _mean(light)
+    rows = [
+        {"i": i, **_rounded({"t": i / light.fps, **frame})}
+        for i, frame in enumerate(shining(light))
+    ]
+    head = {
+        "format": "fire-atlas/light",
+        "version": 1,
+        "name": name,
+        "fps": plain(light.fps, 6),
+        "frame_count": len(light.frames),
+        "loop": light.loop,
+        "size": [light.width, light.height],
+        "space": "source pixels, x right, y down, (0,0) top-left corner",
+        "units": "px, s; linear rgb, brightest channel 1; intensity 1 is the mean",
+        "mean": _rounded(
+            {
+                "light": float(mean.rgb.max()) / (light.width * light.height),
+                **_shape(mean, light),
+            }
+        ),
+    }
+    text = json.dumps(head, ensure_ascii=False)[:-1]
+    frames = ",\n".join(json.dumps(row) for row in rows)
+    return OutputFile(
+        f"{name}.light.json", "light", f'{text},\n"frames": [\n{frames}\n]}}\n'.encode()
+    )
+
+
+def shining(light: ClipLight) -> list[dict[str, float]]:
+    """Return intensity, r, g, b, x, y and radius of each frame, as ``write_light`` tells them."""
+    mean = _mean(light)
+    usual, brightest = _shape(mean, light), float(mean.rgb.max())
+    return [
+        {"intensity": float(frame.rgb.max()) / brightest, **_shape(frame, light)}
+        if frame.rgb.max() > 0
+        else {"intensity": 0.0, **usual}
+        for frame in light.frames
+    ]
+
+
+def _mean(light: ClipLight) -> FrameLight:
+    """Return the light of the mean frame."""
+    whole, share = sum(light.frames, FrameLight(np.zeros(3), 0, 0, 0)), 1 / len(light.frames)
+    return FrameLight(whole.rgb * share, whole.x * share, whole.y * share, whole.square * share)
+
+
+def _shape(frame: FrameLight, light: ClipLight) -> dict[str, float]:
+    """Return colour, centre and radius of a frame; white in the middle where there is no light."""
+    if not frame.rgb.max() > 0:
+        return {"r": 1, "g": 1, "b": 1, "x": light.width / 2, "y": light.height / 2, "radius": 0}
+    luminance = float((frame.rgb * REC709).sum())
+    x, y = frame.x / luminance, frame.y / luminance
+    spread = max(frame.square / luminance - x * x - y * y, 0.0)
+    colour = (frame.rgb / frame.rgb.max()).tolist()
+    return {**dict(zip("rgb", colour, strict=True)), "x": x, "y": y, "radius": spread**0.5}
+
+
+def _rounded(values: dict[str, float]) -> dict[str, float]:
+    return {key: round(float(value), _DECIMALS[key]) for key, value in values.items()}

@@ -1,0 +1,24 @@
+"""Flake tracks as CSV: one row a flake and frame, for spreadsheets, Houdini and the like."""
+
+import numpy as np
+
+from fire_atlas.core.output_file import OutputFile
+from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
+from fire_atlas.formats.decimals import table_text
+from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite, frame_time
+
+_DECIMALS = [0, DECIMALS["t"], *(DECIMALS[column] for column in COLUMNS)]
+
+
+def write_tracks_csv(name: str, tracks: Tracks) -> OutputFile:
+    """Return ``name.flakes.csv``: the JSON's columns, after the frame's number and its time, s."""
+    assert_finite(tracks)
+    header = ",".join(("frame", "t", *COLUMNS)) + "\n"
+    frames = (_frame(tracks, i) for i in range(len(tracks.frames)))
+    return OutputFile(f"{name}.flakes.csv", "tracks", header.encode() + b"".join(frames))
+
+
+def _frame(tracks: Tracks, frame: int) -> bytes:
+    rows = tracks.frames[frame]
+    when = np.broadcast_to([float(frame), frame_time(tracks, frame)], (len(rows), 2))
+    return table_text(np.hstack([when, rows]), _DECIMALS, "", ",", "\n")

@@ -1,0 +1,1 @@
+"""Fire that is made: learnt from a clip, or simulated as silk."""

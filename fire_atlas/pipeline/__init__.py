@@ -1,0 +1,1 @@
+"""The line from recipe to files: a step a file."""

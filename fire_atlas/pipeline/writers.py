@@ -1,0 +1,103 @@
+"""Which function writes what a recipe names in ``exports`` and ``tracks``.
+
+A new format is one new file and one case here; the type checker asks for the case as soon as the
+name stands in ``fire_atlas.recipe.output``. Exporters are imported only when they are asked for.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import TypeAlias, assert_never
+
+from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.core.output_file import OutputFile
+from fire_atlas.effect.flakes.tracks import Tracks
+from fire_atlas.formats.product import Product
+from fire_atlas.recipe.godot import GodotOptions
+from fire_atlas.recipe.output import (
+    EngineExport,
+    ExportName,
+    FlakeTrackName,
+    GodotExport,
+    UnityExport,
+)
+from fire_atlas.recipe.unity import UnityOptions
+
+Exporter: TypeAlias = Callable[[Product], Iterator[OutputFile]]
+"""Describes what a build made to a client."""
+
+SheetExporter: TypeAlias = Callable[[AtlasSheet], Iterator[OutputFile]]
+"""Describes the pages of one scale, all that its client needs to know."""
+
+TrackWriter: TypeAlias = Callable[[str, Tracks], OutputFile]
+"""Writes the flakes of the build of that name."""
+
+
+def exporter(export: ExportName | EngineExport) -> Exporter:
+    """Return the exporter that a recipe names, with its options where it has any."""
+    match export:
+        case "json":
+            from fire_atlas.formats.atlas.json_hash import export_json_hash
+
+            return _of_each_sheet(export_json_hash)
+        case "json-array":
+            from fire_atlas.formats.atlas.json_array import export_json_array
+
+            return _of_each_sheet(export_json_array)
+        case "phaser":
+            from fire_atlas.formats.atlas.phaser import export_phaser
+
+            return _of_each_sheet(export_phaser)
+        case "aseprite":
+            from fire_atlas.formats.atlas.json_array import export_aseprite
+
+            return _of_each_sheet(export_aseprite)
+        case "css":
+            from fire_atlas.formats.templates.shipped import export_css
+
+            return _of_each_sheet(export_css)
+        case "tpsheet":
+            from fire_atlas.formats.templates.shipped import export_tpsheet
+
+            return _of_each_sheet(export_tpsheet)
+        case "godot":
+            return exporter(GodotExport(godot=GodotOptions()))
+        case GodotExport():
+            from fire_atlas.engines.godot.export import export_godot
+
+            return partial(export_godot, options=export.godot)
+        case "unity":
+            return exporter(UnityExport(unity=UnityOptions()))
+        case UnityExport():
+            from fire_atlas.engines.unity.export import export_unity
+
+            return partial(export_unity, options=export.unity)
+        case _:
+            assert_never(export)
+
+
+def _of_each_sheet(export: SheetExporter) -> Exporter:
+    """Return the exporter that describes every scale on its own."""
+    return lambda product: (file for sheet in product.sheets for file in export(sheet))
+
+
+def track_writer(name: FlakeTrackName) -> TrackWriter:
+    """Return the writer of flake tracks that a recipe calls ``name``."""
+    match name:
+        case "json":
+            from fire_atlas.formats.tracks.tracks_json import write_tracks_json
+
+            return write_tracks_json
+        case "csv":
+            from fire_atlas.formats.tracks.tracks_csv import write_tracks_csv
+
+            return write_tracks_csv
+        case "pcache":
+            from fire_atlas.formats.tracks.pcache import write_tracks_pcache
+
+            return write_tracks_pcache
+        case "hjson":
+            from fire_atlas.formats.tracks.hjson import write_tracks_hjson
+
+            return write_tracks_hjson
+        case _:
+            assert_never(name)

@@ -1,0 +1,1 @@
+"""Measures of images that know nothing of fire."""

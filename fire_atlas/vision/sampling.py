@@ -1,0 +1,55 @@
+"""A first glance at a clip: a few pairs of neighbouring frames, small."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import Pixels
+from fire_atlas.core.workers import Workers
+from fire_atlas.vision.thumbnails import distance, shrunk
+
+_PAIRS = 8
+"""Steps between neighbouring frames that are looked at, evenly spread over the clip."""
+
+_SIDE = 96
+"""Longest side, px, at which these frames are compared."""
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """A few frames of a clip, small.
+
+    Attributes:
+        count: Frames of the clip.
+        frames: The small copies by frame, first and last among them, in order.
+        starts: Frames whose next one is there too.
+    """
+
+    count: int
+    frames: Mapping[int, Pixels]
+    starts: tuple[int, ...]
+
+    @classmethod
+    def of(cls, clip: Clip, workers: Workers) -> "Samples":
+        """Look at ``clip``."""
+        starts = sorted({round(i) for i in np.linspace(0, max(clip.count - 2, 0), _PAIRS)})
+        needed = {0, clip.count - 1, *starts, *(i + 1 for i in starts)}
+        numbers = sorted(i for i in needed if i < clip.count)
+        small = workers.map(lambda i: shrunk(clip.read(i), _SIDE), numbers)
+        return cls(clip.count, dict(zip(numbers, small, strict=True)), tuple(starts))
+
+    @property
+    def first(self) -> Pixels:
+        """The first frame of the clip."""
+        return self.frames[0]
+
+    @property
+    def last(self) -> Pixels:
+        """The last frame of the clip."""
+        return self.frames[self.count - 1]
+
+    def steps(self) -> list[float]:
+        """Distances between neighbours."""
+        return [distance(self.frames[i], self.frames[i + 1]) for i in self.starts]
