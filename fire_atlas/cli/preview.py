@@ -10,7 +10,9 @@ from PIL import ImageColor
 
 from fire_atlas.cli.progress import view_for
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.clock import Clock
 from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.progress import Silent
 from fire_atlas.formats.atlas.atlas_file import read_atlas
 from fire_atlas.formats.tracks.tracks_file import read_all_tracks, read_tracks
 from fire_atlas.outputs.manifest import default_folder
@@ -79,7 +81,8 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
 
     from fire_atlas.core.workers import Workers, default_jobs
     from fire_atlas.pipeline.build import build
-    from fire_atlas.pipeline.part import open_input
+    from fire_atlas.pipeline.context import BuildContext
+    from fire_atlas.pipeline.open import open_input
     from fire_atlas.recipe.load import load
 
     loaded = load(args.subject, [*args.overrides, "exports=[json]", "tracks=[json]"])
@@ -91,7 +94,8 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
         finally:
             view.close()
         with Workers(1) as workers:
-            shown = open_input(loaded, workers) if not loaded.members else None
+            context = BuildContext(workers, Silent(), Clock())
+            shown = open_input(loaded, context) if not loaded.members else None
         clips = list(shown.values()) if isinstance(shown, Mapping) else []
         clip = clips[0] if len(clips) == 1 else None
         yield Path(folder) / f"{loaded.recipe.name}.json", clip

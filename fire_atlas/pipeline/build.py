@@ -1,29 +1,17 @@
-"""The whole tool in one function: recipe in, finished assets out."""
+"""The whole line in one function: recipe in, finished files out."""
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fire_atlas.atlas.drawing import Edges, draw_page
-from fire_atlas.atlas.layout import AtlasSheet, Strip
-from fire_atlas.atlas.pages import lay_out
-from fire_atlas.channels.conventions import convention
-from fire_atlas.channels.page import draw_motion_page
-from fire_atlas.channels.sheet import margin_of, with_maps
 from fire_atlas.core.clock import Clock
 from fire_atlas.core.errors import OutputError
-from fire_atlas.core.pixels import Bytes
+from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
-from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.formats.pages.page_file import write_page
-from fire_atlas.formats.product import Product
-from fire_atlas.formats.tracks.light import write_light
 from fire_atlas.outputs.manifest import (
     Input,
-    Output,
     describe,
     maker,
     manifest_name,
@@ -31,13 +19,18 @@ from fire_atlas.outputs.manifest import (
     stale_outputs,
 )
 from fire_atlas.outputs.staging import Staging
-from fire_atlas.pipeline.describe import describe_product
+from fire_atlas.pipeline.animate import animate_views
+from fire_atlas.pipeline.context import BuildContext
+from fire_atlas.pipeline.contribution import Contribution, build_statistics, named
 from fire_atlas.pipeline.interruption import Interruptible
-from fire_atlas.pipeline.part import Part, Stage, make_part
-from fire_atlas.pipeline.writers import track_writer
+from fire_atlas.pipeline.open import files_of, open_input
+from fire_atlas.pipeline.pack_only import pack_only
+from fire_atlas.pipeline.pages import images, pack
+from fire_atlas.pipeline.write import product_of, write_file, write_files, write_images
+from fire_atlas.pipeline.writers import exported_files, light_files, track_files
 from fire_atlas.recipe.load import LoadedRecipe
-from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.output import Maps, missing_extra
+from fire_atlas.recipe.output import missing_extra
+from fire_atlas.sources.sprites import Sprites
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,172 +56,57 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
         KeyboardInterrupt: A signal came. The previous outputs are whole, or the new ones are.
     """
     recipe, clock = loaded.recipe, Clock()
-    with (
-        Interruptible(progress) as progress,
-        Workers(jobs) as workers,
-        Staging(out) as staging,
-    ):
-        if missing := missing_extra(recipe.atlas):
-            raise OutputError(missing)
-        stage = Stage(workers, staging, progress, clock)
+    if missing := missing_extra(recipe.atlas):
+        raise OutputError(missing)
+    with Interruptible(progress) as progress, Workers(jobs) as workers, Staging(out) as staging:
+        context = BuildContext(workers, progress, clock)
         made_by = workers.start(maker)
-        templates = [Input.of(path) for path in loaded.templates.values()]
-        staging.keep([*loaded.templates.values(), *loaded.tree.files])
-        parts = [make_part(each, stage) for each in loaded.parts]
+        templates = loaded.templates
+        template_inputs = _hashed([*templates.values()], loaded, staging, workers)
+        contributions, inputs = list[Contribution](), list[Input]()
+        for part in loaded.parts:
+            with clock.measure("study"):
+                opened = open_input(part, context)
+                inputs += _hashed(files_of(opened), part, staging, workers)
+            if isinstance(opened, Sprites):
+                contributions.append(pack_only(part.recipe, opened, context))
+            else:
+                contributions.append(animate_views(part.recipe, opened, context))
+        animations = named(contributions)
         with clock.measure("pack"):
-            strips = [
-                replace(strip, name=_title(strip.name, part, parts))
-                for part in parts
-                for strip in part.strips
-            ]
-            sheets = _lay_out(recipe, strips, parts)
-            _tell_of_pages(sheets[0], progress)
+            sheets = pack(recipe.name, animations, recipe.atlas, recipe.maps, progress)
         with clock.measure("write"):
-            outputs = _write_pages(sheets, parts, recipe, stage)
-            product = _product(sheets, loaded, parts, staging)
-            outputs += _write_exports(loaded, product, staging)
-            outputs += _write_tracks(recipe, product, staging)
-            outputs += _write_lights(product, staging)
-            inputs = [each for part in parts for each in part.inputs] + templates
-            statistics = _statistics(parts, sheets[0])
+            drawn = images(sheets, animations.values(), recipe.atlas, recipe.maps)
+            outputs = write_images(list(drawn), recipe.atlas, staging, context)
+            product = product_of(sheets, animations, recipe.tracks, staging)
+            outputs += write_files(exported_files(recipe.exports, product, templates), staging)
+            outputs += write_files(track_files(recipe.tracks, product), staging)
+            outputs += write_files(light_files(product), staging)
+            statistics = build_statistics(contributions, sheets[0])
             manifest = describe(
-                loaded.tree, _resolved(loaded), inputs, outputs, statistics, made_by.result()
-            )
-            outputs.append(_write(staging, manifest_name(recipe.name), "manifest", manifest))
+                loaded.tree, _resolved(loaded), inputs + template_inputs, outputs, statistics,
+                made_by.result(),
+            )  # fmt: skip
+            name = manifest_name(recipe.name)
+            outputs.append(write_file(OutputFile(name, "manifest", manifest), staging))
             names = [output.name for output in outputs]
             refuse_others(out, recipe.name, outputs)
             staging.commit(stale_outputs(out, recipe.name, names))
     return BuildReport(tuple(out / name for name in names), clock.seconds, statistics)
 
 
+def _hashed(
+    files: Sequence[Path], part: LoadedRecipe, staging: Staging, workers: Workers
+) -> list[Input]:
+    """Hash files that the build reads, and refuse to write over them or the recipe's own files.
+
+    Before they are read in full: what changes meanwhile is not up to date afterwards.
+    """
+    staging.keep([*files, *part.tree.files])
+    return list(workers.map(Input.of, files))
+
+
 def _resolved(loaded: LoadedRecipe) -> str:
     """Return the recipe with all its defaults, and its members with theirs."""
     recipes = (loaded.recipe, *(member.recipe for member in loaded.members))
     return "\n".join(recipe.model_dump_json() for recipe in recipes)
-
-
-def _title(animation: str, part: Part, parts: Sequence[Part]) -> str:
-    """Name an animation of a part: where parts share the pages, the part's name goes before it."""
-    is_only = len(parts) == 1 or [strip.name for strip in part.strips] == [part.name]
-    return animation if is_only else f"{part.name}/{animation}"
-
-
-def _product(
-    sheets: tuple[AtlasSheet, ...],
-    loaded: LoadedRecipe,
-    parts: Sequence[Part],
-    staging: Staging,
-) -> Product:
-    """Return what was made; flakes and light go by the name of their animation in the atlas."""
-    tracks, baked = dict[str, Tracks](), set[str]()
-    for each, part in zip(loaded.parts, parts, strict=True):
-        titles = [_title(animation, part, parts) for animation in part.tracks]
-        tracks |= zip(titles, part.tracks.values(), strict=True)
-        if each.recipe.flakes != "none" and each.recipe.flakes.bake:
-            baked.update(titles)
-    lights = {
-        _title(animation, part, parts): light
-        for part in parts
-        for animation, light in part.lights.items()
-    }
-    formats = loaded.recipe.tracks
-    return Product(sheets, tracks, frozenset(baked), staging.existing, formats, lights)
-
-
-def _tell_of_pages(sheet: AtlasSheet, progress: Progress) -> None:
-    if len(sheet.pages) > 1:
-        progress.note(
-            f"needs {len(sheet.pages)} pages; a larger atlas.max_size, a smaller source.height or "
-            f"fewer frames would spare clients from loading several"
-        )
-
-
-def _lay_out(
-    recipe: Recipe, strips: Sequence[Strip], parts: Sequence[Part]
-) -> tuple[AtlasSheet, ...]:
-    """Decide where every frame goes, on the pages and on what lies beside them."""
-    motions = [motion for part in parts for motion in part.motions]
-    reading = None if recipe.maps.motion == "none" else convention(recipe.maps.motion)
-    sheets = lay_out(
-        recipe.name, strips, recipe.atlas, margin=margin_of(motions), shares=recipe.maps == Maps()
-    )
-    return tuple(with_maps(sheet, recipe.maps.layers, motions, reading) for sheet in sheets)
-
-
-def _write_pages(
-    sheets: Sequence[AtlasSheet], parts: Sequence[Part], recipe: Recipe, stage: Stage
-) -> list[Output]:
-    """Draw and write one page after the other, so that only one is in memory."""
-    images = [image for sheet in sheets for image in _images(sheet, sheets, parts, recipe)]
-    stage.progress.stage("write", len(images))
-    outputs = []
-    for name, role, draw in images:
-        with stage.staging.open(name) as file:
-            write_page(file, draw(), recipe.atlas, stage.workers)
-        outputs.append(Output(name, role, stage.staging.path(name)))
-        stage.progress.advance()
-    return outputs
-
-
-def _images(
-    sheet: AtlasSheet, sheets: Sequence[AtlasSheet], parts: Sequence[Part], recipe: Recipe
-) -> Iterator[tuple[str, str, Callable[[], Bytes]]]:
-    """Yield the name and role of every image of a sheet, and what draws it: pages, then maps."""
-    edges, scale = Edges.of(recipe.atlas, sheet.scale), sheets.index(sheet)
-    drawn = [frame[scale] for part in parts for frame in part.sprites]
-    for i, page in enumerate(sheet.pages):
-        yield page.file, "page", partial(draw_page, sheet, i, drawn, edges)
-    for layer in recipe.maps.layers:
-        drawn = [frame[scale] for part in parts for frame in part.layers[layer]]
-        for i, name in enumerate(sheet.map(layer).files):
-            yield name, "map", partial(draw_page, sheet, i, drawn, edges)
-    if recipe.maps.motion != "none":
-        reading = convention(recipe.maps.motion)
-        moving = [each for part in parts for motion in part.motions for each in motion.frames()]
-        for i, name in enumerate(sheet.map("motion").files):
-            yield name, "map", partial(draw_motion_page, sheet, i, moving, reading, edges)
-
-
-def _write_exports(loaded: LoadedRecipe, product: Product, staging: Staging) -> list[Output]:
-    files = describe_product(loaded.recipe.exports, product, loaded.templates)
-    return [_write(staging, file.name, file.role, file.data) for file in files]
-
-
-def _write_tracks(recipe: Recipe, product: Product, staging: Staging) -> list[Output]:
-    """Write the flakes of each animation."""
-    files = (
-        track_writer(kind)(product.stem(animation), tracks)
-        for animation, tracks in product.tracks.items()
-        for kind in recipe.tracks
-        if kind != "light"
-    )
-    return [_write(staging, file.name, file.role, file.data) for file in files]
-
-
-def _write_lights(product: Product, staging: Staging) -> list[Output]:
-    """Write the light of each animation, where it is asked for."""
-    files = (
-        write_light(product.stem(animation), light) for animation, light in product.lights.items()
-    )
-    return [_write(staging, file.name, file.role, file.data) for file in files]
-
-
-def _write(staging: Staging, name: str, role: str, data: bytes) -> Output:
-    with staging.open(name) as file:
-        file.write(data)
-    return Output(name, role, staging.path(name))
-
-
-def _statistics(parts: Sequence[Part], sheet: AtlasSheet) -> dict[str, Any]:
-    """Return figures about the pages, and about the one part or each of several."""
-    area = sum(page.width * page.height for page in sheet.pages)
-    places = {(region.page, region.x, region.y): region for region in sheet.regions}
-    used = sum(region.width * region.height for region in places.values())
-    pages = {
-        "pages": [[page.width, page.height] for page in sheet.pages],
-        "occupancy": round(used / area, 4),
-    }
-    if len(parts) == 1:
-        return {**parts[0].statistics, **pages}
-    members = {part.name: part.statistics for part in parts}
-    return {"frames": len(sheet.regions), **pages, "members": members}

@@ -1,24 +1,31 @@
 """Which function writes what a recipe names in ``exports`` and ``tracks``.
 
-A new format is one new file and one case here; the type checker asks for the case as soon as the
-name stands in ``fire_atlas.recipe.output``. Exporters are imported only when they are asked for.
+A new format is one new module and one case here; the type checker asks for the case as soon as the
+name stands in ``fire_atlas.recipe.output``. Writers are imported only when they are asked for.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
+from pathlib import Path
 from typing import TypeAlias, assert_never
 
 from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.product import Product
+from fire_atlas.formats.tracks.light import write_light
 from fire_atlas.recipe.godot import GodotOptions
 from fire_atlas.recipe.output import (
     EngineExport,
+    Export,
     ExportName,
     FlakeTrackName,
     GodotExport,
+    TemplateExport,
+    TrackName,
     UnityExport,
+    export_name,
 )
 from fire_atlas.recipe.unity import UnityOptions
 
@@ -30,6 +37,63 @@ SheetExporter: TypeAlias = Callable[[AtlasSheet], Iterator[OutputFile]]
 
 TrackWriter: TypeAlias = Callable[[str, Tracks], OutputFile]
 """Writes the flakes of the build of that name."""
+
+
+def exported_files(
+    exports: Sequence[Export], product: Product, templates: Mapping[str, Path]
+) -> Iterator[OutputFile]:
+    """Yield the files of all exports of a recipe.
+
+    Args:
+        exports: As the recipe names them.
+        product: What was built.
+        templates: Where each template of a user lies, by what the recipe calls it.
+
+    Raises:
+        OutputError: Two of them would have the same name.
+    """
+    taken = {file for sheet in product.sheets for file in sheet.files}
+    for export in exports:
+        for file in _files_of(export, product, templates):
+            if file.name in taken:
+                raise OutputError(_twice(file.name, export))
+            taken.add(file.name)
+            yield file
+
+
+def track_files(formats: Sequence[TrackName], product: Product) -> Iterator[OutputFile]:
+    """Yield the flakes of each animation in each of the ``formats`` that hold flakes."""
+    for animation, tracks in product.tracks.items():
+        for name in formats:
+            if name != "light":
+                yield track_writer(name)(product.stem(animation), tracks)
+
+
+def light_files(product: Product) -> Iterator[OutputFile]:
+    """Yield the light of each animation in which it was measured."""
+    for animation, light in product.lights.items():
+        yield write_light(product.stem(animation), light)
+
+
+def _files_of(
+    export: Export, product: Product, templates: Mapping[str, Path]
+) -> Iterator[OutputFile]:
+    if not isinstance(export, TemplateExport):
+        yield from exporter(export)(product)
+        return
+    from fire_atlas.formats.templates.user import export_template
+
+    for sheet in product.sheets:
+        yield export_template(sheet, export, templates[export.template])
+
+
+def _twice(name: str, export: Export) -> str:
+    if isinstance(export, TemplateExport):
+        return (
+            f"exports: {export.template} would write {name}, which is another output already; "
+            f"choose another `to`, with {{{{ name }}}} in it"
+        )
+    return f"exports: {export_name(export)} would write {name} a second time; list it once"
 
 
 def exporter(export: ExportName | EngineExport) -> Exporter:

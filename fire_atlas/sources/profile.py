@@ -11,47 +11,44 @@ from fire_atlas.generators.profile.file import MOST_BYTES, SUFFIX, read_profile
 from fire_atlas.generators.profile.fire import burn
 from fire_atlas.generators.profile.learn import learn
 from fire_atlas.generators.profile.model import Profile
-from fire_atlas.recipe.models import Recipe
+from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.source import Footage, FramesSource, ProfileSource
-from fire_atlas.sources.frames import DEFAULT_FPS, open_frames
-
-FRAMES = 48
-"""Length of generated fire where the recipe does not say."""
+from fire_atlas.sources.frames import open_frames
 
 
 def open_profile(
-    recipe: Recipe, settings: ProfileSource, paths: Sequence[Path], workers: Workers
-) -> dict[str, Clip]:
-    """Return new fire as the recipe wants it: one clip, or one for each direction.
+    source: ProfileSource,
+    paths: Sequence[Path],
+    generation: GenerationSettings,
+    blend_space: str,
+    workers: Workers,
+) -> list[Clip]:
+    """Return new fire as a recipe wants it, a clip for each view.
 
     Args:
-        recipe: What is wanted.
-        settings: Its source.
+        source: The recipe's section.
         paths: The clip and, if there is one, that from the side; or a profile file. Absolute.
+        generation: What is asked of the new fire.
+        blend_space: ``srgb`` or ``linear``: where the client blends.
         workers: Who looks at the frames of a clip.
 
     Raises:
         SourceError: A file is missing or damaged, or a clip shows no fire to learn from.
     """
-    profile, inputs = known(settings, paths, recipe.atlas.blend_space, workers)
-    timeline, views = recipe.timeline, recipe.views
+    profile, inputs = known(source, paths, blend_space, workers)
     asked = Burning(
-        seed=recipe.seed,
-        frames=timeline.frames or FRAMES,
-        fps=timeline.fps or DEFAULT_FPS,
-        loop=timeline.loop != "none",
-        slices=settings.slices,
-        particles=settings.particles,
-        wind=recipe.wind,
+        seed=generation.seed,
+        frames=generation.frames,
+        fps=generation.fps,
+        loop=generation.loop,
+        slices=source.slices,
+        particles=source.particles,
+        wind=generation.wind,
     )
-    count = views.count
-    azimuths = [360.0 * k / count for k in range(count)]
-    clips = burn(
-        profile, asked, azimuths, settings.height, views.elevation, recipe.atlas.blend_space,
-        inputs, workers,
+    return burn(
+        profile, asked, generation.azimuths(), source.height, generation.views.elevation,
+        blend_space, inputs, workers,
     )  # fmt: skip
-    names = [f"view_{k}" for k in range(count)] if count > 1 else [recipe.name]
-    return dict(zip(names, clips, strict=True))
 
 
 def known(

@@ -2,23 +2,57 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, assert_never
 
+from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource, ProfileSource
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
     from fire_atlas.core.clip import Clip
     from fire_atlas.core.workers import Workers
     from fire_atlas.recipe.load import LoadedRecipe
     from fire_atlas.sources.sprites import Sprites
 
 
-def open_source(loaded: LoadedRecipe, workers: Workers) -> dict[str, Clip]:
-    """Open the fire that a recipe names, or make it.
+@dataclass(frozen=True, slots=True)
+class SourceSettings:
+    """What opening a source reads of a recipe.
+
+    Attributes:
+        name: Of the recipe; its only animation is called so.
+        source: The section; its type decides how the fire comes about.
+        files: Absolute path (or glob) of each file the section names, by its key.
+        generation: What is asked of fire that is generated.
+        blend_space: ``srgb`` or ``linear``: where the client blends, for the luminance matte.
+    """
+
+    name: str
+    source: FramesSource | ProfileSource | SilkSource
+    files: Mapping[tuple[str, ...], Path]
+    generation: GenerationSettings
+    blend_space: str
+
+    @classmethod
+    def of(cls, loaded: LoadedRecipe) -> SourceSettings:
+        """Take them from a recipe that has a source."""
+        recipe = loaded.recipe
+        if recipe.source is None:
+            raise ValueError("only a recipe with a source brings clips")
+        generation = GenerationSettings.of(recipe)
+        space = recipe.atlas.blend_space
+        return cls(recipe.name, recipe.source, loaded.source_files, generation, space)
+
+
+def open_source(settings: SourceSettings, workers: Workers) -> dict[str, Clip]:
+    """Open the fire that a recipe names, or generate it.
 
     Args:
-        loaded: The recipe; the type of its ``source`` decides how the fire is made.
+        settings: What the recipe says.
         workers: Who looks at frames that have to be learnt from.
 
     Returns:
@@ -26,36 +60,37 @@ def open_source(loaded: LoadedRecipe, workers: Workers) -> dict[str, Clip]:
 
     Raises:
         SourceError: The input is missing, broken, too large or not what the settings say.
-        RecipeError: A fire to be made asks for more than can be done.
+        RecipeError: A fire to be generated asks for more than can be done.
     """
-    recipe = loaded.recipe
-    match recipe.source:
-        case FramesSource() as settings:
+    source, files = settings.source, settings.files
+    match source:
+        case FramesSource():
             from fire_atlas.sources.frames import open_frames
 
-            path = loaded.source_files[("source", "path")]
-            return {recipe.name: open_frames(settings, path, recipe.atlas.blend_space)}
-        case ProfileSource() as settings:
+            path = files[("source", "path")]
+            return {settings.name: open_frames(source, path, settings.blend_space)}
+        case ProfileSource():
             from fire_atlas.sources.profile import open_profile
 
-            return open_profile(recipe, settings, tuple(loaded.source_files.values()), workers)
-        case SilkSource() as settings:
+            clips = open_profile(
+                source, tuple(files.values()), settings.generation, settings.blend_space, workers
+            )
+        case SilkSource():
             from fire_atlas.sources.silk import open_silk
 
-            texture = loaded.source_files.get(("source", "texture", "path"))
-            return open_silk(settings, recipe, texture)
-        case None:
-            raise ValueError("only a recipe with a source brings clips")
+            texture = files.get(("source", "texture", "path"))
+            clips = open_silk(source, texture, settings.generation, settings.blend_space)
         case _:
-            assert_never(recipe.source)
+            assert_never(source)
+    names = [f"view_{k}" for k in range(len(clips))] if len(clips) > 1 else [settings.name]
+    return dict(zip(names, clips, strict=True))
 
 
-def open_sprites(loaded: LoadedRecipe) -> Sprites | None:
+def open_sprites(settings: SourceSettings) -> Sprites | None:
     """Open what a recipe that only packs names, if that is more than the frames of one clip."""
-    recipe = loaded.recipe
-    if not isinstance(recipe.source, FramesSource):
+    if not isinstance(settings.source, FramesSource):
         return None
     from fire_atlas.sources.sprites import open_sprites as open_images
 
-    path = loaded.source_files[("source", "path")]
-    return open_images(recipe.source, path, recipe.atlas.blend_space, recipe.name)
+    path = settings.files[("source", "path")]
+    return open_images(settings.source, path, settings.blend_space, settings.name)

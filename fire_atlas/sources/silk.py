@@ -6,54 +6,47 @@ import numpy as np
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
+from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk.camera import Camera
 from fire_atlas.generators.silk.produce import Take, produce
 from fire_atlas.generators.silk.render import Film
-from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
-from fire_atlas.sources.frames import DEFAULT_FPS, open_frames
-
-FRAMES = 48
-"""Frames of a fire whose recipe does not say how many: two seconds."""
+from fire_atlas.sources.frames import open_frames
 
 
-def open_silk(settings: SilkSource, recipe: Recipe, texture: Path | None) -> dict[str, Clip]:
-    """Simulate the fire once, and return a clip of it from each of the recipe's ``views``.
+def open_silk(
+    source: SilkSource, texture: Path | None, generation: GenerationSettings, blend_space: str
+) -> list[Clip]:
+    """Simulate the fire once, and return a clip of it from each view.
 
     Args:
-        settings: The recipe's ``source``.
-        recipe: The rest of it: seed, wind, views, timeline.
+        source: The recipe's section.
         texture: The clip that is on the sheets, if it is not painted; absolute.
+        generation: What is asked of the fire.
+        blend_space: ``srgb`` or ``linear``: where the client blends.
 
     Raises:
         SourceError: The texture's clip is missing, broken, or holds no fire.
         RecipeError: More is asked for than can be done.
     """
-    timeline, count = recipe.timeline, recipe.views.count
     footage = None
     if texture is not None:
         footage = open_frames(FramesSource(path=str(texture)), texture, "linear")
-    take = Take(
-        settings, recipe.wind, recipe.seed, timeline.frames or FRAMES, timeline.fps or DEFAULT_FPS,
-        timeline.loop == "auto", footage,
-    )  # fmt: skip
-    film = produce(take)
-    clips = {}
-    for k in range(count):
-        azimuth = 360 * k / count
-        camera = Camera(
-            azimuth, recipe.views.elevation, settings.width, settings.height, settings.foot
+    film = produce(
+        Take(
+            source, generation.wind, generation.seed, generation.frames, generation.fps,
+            generation.loop, footage,
         )
-        name = recipe.name if count == 1 else f"view_{k}"
-        clips[name] = _clip(film, camera, recipe, footage.inputs if footage else ())
-    return clips
+    )  # fmt: skip
+    elevation, size = generation.views.elevation, (source.width, source.height)
+    cameras = [Camera(turn, elevation, *size, source.foot) for turn in generation.azimuths()]
+    inputs = footage.inputs if footage else ()
+    return [_clip(film, camera, blend_space, inputs) for camera in cameras]
 
 
-def _clip(film: Film, camera: Camera, recipe: Recipe, inputs: tuple[Path, ...]) -> Clip:
-    space = recipe.atlas.blend_space
-
+def _clip(film: Film, camera: Camera, space: str, inputs: tuple[Path, ...]) -> Clip:
     def picture(i: int) -> Pixels:
         frame = film.look(i, camera)
         pixels = matte.luminance_of_light(frame.light, space)

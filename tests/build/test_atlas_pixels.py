@@ -8,13 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import Alpha, BlendSpace, encode_frame
-from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import as_light, to_light
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.pipeline.analyse import Analysis
-from fire_atlas.pipeline.effect import Layers, join, layers
-from fire_atlas.recipe.models import Recipe
+from fire_atlas.pipeline.layers import Layers, RenderSettings, SimulatedClip, join, layers_of
 
 from .desk import Desk, pages
 
@@ -27,15 +23,13 @@ def rendered(monkeypatch: pytest.MonkeyPatch) -> dict[int, Pixels]:
     """Return what the builds of this test compose, by frame, in light."""
     frames: dict[int, Pixels] = {}
 
-    def watched(
-        i: int, clip: Clip, recipe: Recipe, analysis: Analysis | None, tracks: Tracks | None
-    ) -> Layers:
-        parts = layers(i, clip, recipe, analysis, tracks)
+    def watched(i: int, simulated: SimulatedClip, settings: RenderSettings) -> Layers:
+        parts = layers_of(i, simulated, settings)
         flame = parts.flame.copy() if parts.flame.dtype == np.float32 else to_light(parts.flame)
-        frames[i] = as_light(join(replace(parts, flame=flame), recipe, analysis))
+        frames[i] = as_light(join(replace(parts, flame=flame), settings, None))
         return parts
 
-    monkeypatch.setattr("fire_atlas.pipeline.part.layers", watched)
+    monkeypatch.setattr("fire_atlas.pipeline.render.layers_of", watched)
     return frames
 
 

@@ -122,7 +122,7 @@ def test_an_input_that_changes_during_the_build_is_noticed_afterwards(
         return study_flame(*arguments)
 
     with monkeypatch.context() as patch:
-        patch.setattr("fire_atlas.pipeline.part.study_flame", saved_meanwhile)
+        patch.setattr("fire_atlas.pipeline.animate.study_flame", saved_meanwhile)
         assert desk.run("build", recipe, "--force").code == 0
     assert_builds_once(desk, recipe)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.pipeline.effect import fly_flakes
+from fire_atlas.pipeline.simulate import simulate
 
 from .desk import Desk, tracks_of
 
@@ -40,7 +40,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Tracks]:
     kept: list[Tracks] = []
 
     def watched(*arguments: Any) -> Tracks:
-        kept.append(fly_flakes(*arguments))
+        kept.append(simulate(*arguments))
         return kept[-1]
 
     recipe = desk.recipe(
@@ -50,7 +50,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Tracks]:
         seed=7,
     )
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fire_atlas.pipeline.part.fly_flakes", watched)
+        patch.setattr("fire_atlas.pipeline.animate.simulate", watched)
         desk.built(recipe, "--set", "source.fps=24")
     return desk.build, kept[0]
 

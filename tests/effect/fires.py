@@ -10,16 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.clock import Clock
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.core.progress import Silent
+from fire_atlas.core.progress import Progress, Silent
 from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
+from fire_atlas.effect.flame.palette import clip_palette
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
-from fire_atlas.pipeline.analyse import Analysis, analyse
-from fire_atlas.pipeline.effect import fly_flakes, join, layers
+from fire_atlas.pipeline.analyse import Analysis, AnalysisSettings, analyse
+from fire_atlas.pipeline.context import BuildContext
+from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip, join, layers_of
+from fire_atlas.pipeline.simulate import SimulationSettings, simulate
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources.frames import open_frames
@@ -56,8 +60,17 @@ class Burnt:
 
     def finished(self, i: int) -> Pixels:
         """Return frame ``i`` as it goes into the atlas."""
-        parts = layers(i, self.clip, self.recipe, self.analysis, self.tracks)
-        return as_light(join(parts, self.recipe, self.analysis))
+        settings = RenderSettings.of(self.recipe)
+        palette = None
+        if settings.composite.palette == "clip":
+            with Workers(1) as workers:
+                palette = clip_palette(self.clip, workers)
+        return as_light(join(layers_of(i, self.simulated, settings), settings, palette))
+
+    @property
+    def simulated(self) -> SimulatedClip:
+        """Return what rendering reads."""
+        return SimulatedClip(self.clip, self.study, self.analysis, self.tracks)
 
     @property
     def rows(self) -> Array:
@@ -81,14 +94,20 @@ def recipe_of(keys: Mapping[str, Any]) -> Recipe:
     return Recipe.model_validate({"source": {"path": "clip"}, **keys})
 
 
+def context_of(workers: Workers, progress: Progress | None = None) -> BuildContext:
+    """Return the context of steps that are run without a build."""
+    return BuildContext(workers, progress or Silent(), Clock())
+
+
 def burn(clip: Clip, keys: Mapping[str, Any] | None = None, jobs: int = 2) -> Burnt:
     """Run the effect on ``clip`` with a recipe of ``keys``, up to the tracks."""
     recipe = recipe_of(keys or {})
     with Workers(jobs) as workers:
         clip = arrange(clip, recipe.timeline, _LIFE, workers, Silent())
         study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
-        analysis = analyse(clip, recipe, study, workers, Silent())
-        tracks = fly_flakes(clip, recipe, analysis, workers, Silent())
+        context = context_of(workers)
+        analysis = analyse(clip, study, AnalysisSettings.of(recipe), context)
+        tracks = simulate(clip, study, analysis, SimulationSettings.of(recipe), context)
     return Burnt(clip, recipe, study, analysis, tracks)
 
 

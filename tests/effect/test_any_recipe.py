@@ -17,7 +17,7 @@ from fire_atlas.core.pixels import decode_bytes
 from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.effect.flakes.tracks import COLUMNS
-from fire_atlas.pipeline.effect import layers
+from fire_atlas.pipeline.layers import RenderSettings, layers_of
 from fire_atlas.recipe.effect import Buoyancy, Composite, Features, Flakes, MotionBlur
 from fire_atlas.recipe.wind import Wind
 
@@ -213,7 +213,7 @@ def _assert_sound(burnt: Burnt) -> None:
 
 def _brightest(burnt: Burnt, i: int) -> float:
     """Brightest light of frame ``i`` without its flakes."""
-    bare = layers(i, burnt.clip, burnt.recipe, burnt.analysis, None).flame
+    bare = layers_of(i, burnt.simulated, RenderSettings.of(burnt.recipe)).flame
     return float(as_light(bare)[..., :3].max())
 
 

@@ -1,7 +1,6 @@
 """Embers are as embers are: heat, colour, size, streaks, bursts and twinkle, on three clips."""
 
 import math
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -24,6 +23,7 @@ from fires import (
     Y,
     burn,
     campfire,
+    context_of,
     looped,
     pixel_of,
     real_clip,
@@ -32,12 +32,12 @@ from scipy.stats import spearmanr
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import srgb_to_linear
-from fire_atlas.core.progress import Silent
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flakes.embers import COOLEST, HOTTEST, glow, temperature, twinkle
-from fire_atlas.effect.flakes.emission import TICK, Brood, emit
+from fire_atlas.effect.flakes.emission import TICK, EmitterSettings, emit
 from fire_atlas.effect.flakes.statistics import ember_figures
-from fire_atlas.pipeline.effect import draw, fly_flakes
+from fire_atlas.pipeline.layers import draw
+from fire_atlas.pipeline.simulate import SimulationSettings, simulate
 from fire_atlas.recipe.effect import Flakes
 
 CLIPS = ("campfire", "real_fireplace_gif", "sim_unity_flame03")
@@ -170,9 +170,9 @@ def _inner(rows: Array, burnt: Burnt) -> Array:
 
 def test_blur_keeps_the_light_of_flakes(burnt: Burnt) -> None:
     clip, flakes = burnt.clip, _flakes(burnt)
-    still = replace(burnt, recipe=burnt.recipe.model_copy(update={"motion_blur": "none"}))
+    still = SimulationSettings.of(burnt.recipe.model_copy(update={"motion_blur": "none"}))
     with Workers(2) as workers:
-        sharp = fly_flakes(clip, still.recipe, burnt.analysis, workers, Silent())
+        sharp = simulate(clip, burnt.study, burnt.analysis, still, context_of(workers))
     light, streaks = 0.0, 0.0
     for i in range(90, 110):
         blurred = _inner(burnt.tracks.frames[i], burnt)
@@ -199,11 +199,11 @@ def _bursts(rate: float, frames: int) -> list[tuple[float, int]]:
     """Time and number of sparks of every burst of a steady fire at 24 fps."""
     plane = np.zeros((120, 120), np.float32)
     plane[10::20, 10::20] = 1  # too far apart for one burst to reach two of them
-    brood = Brood(1, 0.0, rate, 36.0, 0.5, (1.0, 2.0), (1.0, 2.0), 100, 24.0)
+    emitter = EmitterSettings(1, 0.0, rate, 36.0, 0.5, (1.0, 2.0), (1.0, 2.0), 100, 24.0)
     chance = np.random.default_rng(0)
     bursts: list[tuple[float, int]] = []
     for frame in range(frames):
-        born = emit(frame, plane, brood)
+        born = emit(frame, plane, emitter)
         assert (np.hypot(born.throw_x, born.throw_y) > 0).all()
         places = np.column_stack([born.tick, np.floor(born.x), np.floor(born.y)])
         for place, sparks in zip(*np.unique(places, axis=0, return_counts=True), strict=True):

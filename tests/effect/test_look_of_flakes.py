@@ -6,7 +6,20 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from fires import ID, A, Array, Burnt, Y, burn, campfire, clip_of, looped, real_clip, recipe_of
+from fires import (
+    ID,
+    A,
+    Array,
+    Burnt,
+    Y,
+    burn,
+    campfire,
+    clip_of,
+    context_of,
+    looped,
+    real_clip,
+    recipe_of,
+)
 from moving import Told
 from numpy.typing import NDArray
 
@@ -16,8 +29,8 @@ from fire_atlas.core.pixels import decode_bytes, encode_bytes, unpremultiply
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flakes.drawing import add_halo
 from fire_atlas.effect.flame.study import study_flame
-from fire_atlas.pipeline.analyse import analyse
-from fire_atlas.pipeline.effect import Layers, draw, fly_flakes, join
+from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
+from fire_atlas.pipeline.layers import Layers, RenderSettings, draw, join
 from fire_atlas.recipe.effect import Flakes
 
 
@@ -196,7 +209,7 @@ def test_pixels_without_flakes_stay_bit_for_bit_as_they_were(stored: bool) -> No
     before = flame.astype(np.uint8 if stored else np.float32)
     flakes = np.zeros((4, 5, 3), np.float32)
     flakes[1, 2] = 1.0
-    after = join(Layers(before.copy(), flakes), recipe_of({}), None)
+    after = join(Layers(before.copy(), flakes), RenderSettings.of(recipe_of({})), None)
     assert after.dtype == before.dtype and not np.array_equal(after[1, 2], before[1, 2])
     after[1, 2] = before[1, 2]
     assert np.array_equal(after, before)
@@ -233,6 +246,5 @@ def test_a_fire_that_sheds_nothing_says_why() -> None:
     recipe = recipe_of({"features": {"clamp": 10000}})
     with Workers(1) as workers:
         study = study_flame(clip, recipe.features, (0.0, -1.0), workers)
-        analysis = analyse(clip, recipe, study, workers, told)
-        fly_flakes(clip, recipe, analysis, workers, told)
+        analyse(clip, study, AnalysisSettings.of(recipe), context_of(workers, told))
     assert "features.clamp" in told.notes[-1]

@@ -10,7 +10,7 @@ from fires import Burnt, burn, campfire, clip_of, looped, real_clip
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.effect.flakes.tracks import glowing
-from fire_atlas.pipeline.effect import draw
+from fire_atlas.pipeline.layers import draw
 from fire_atlas.recipe.effect import Flakes
 
 _LONG = 5.0

@@ -10,8 +10,7 @@ from fire_atlas.atlas.pages import lay_out
 from fire_atlas.core.errors import OutputError, RecipeError
 from fire_atlas.formats.templates import user as user_template
 from fire_atlas.formats.templates.user import export_template
-from fire_atlas.pipeline.describe import describe_product
-from fire_atlas.pipeline.writers import exporter
+from fire_atlas.pipeline.writers import exported_files, exporter
 from fire_atlas.recipe.output import Atlas, TemplateExport
 
 from .sheets import product_of, sheet_of, sheet_of_fire, sheets_of, strip_of
@@ -76,7 +75,7 @@ def test_a_templates_file_name_is_a_template_too(tmp_path: Path) -> None:
     template.write_text("{{ scale }}", encoding="utf-8")
     export = TemplateExport(template="mine.j2", to="{{ name | upper }}.ext")
     sheets = sheets_of([(20, 30)], scales=[1, 0.5])
-    files = list(describe_product([export], product_of(*sheets), {"mine.j2": template}))
+    files = list(exported_files([export], product_of(*sheets), {"mine.j2": template}))
     assert [(file.name, file.data) for file in files] == [
         ("CAMPFIRE.ext", b"1"),
         ("CAMPFIRE@0.5X.ext", b"0.5"),
@@ -142,12 +141,12 @@ def test_a_template_does_not_write_over_another_output(tmp_path: Path) -> None:
     for taken in ("campfire.json", "campfire.png"):
         exports = ["json", TemplateExport(template="mine.j2", to=taken)]
         with pytest.raises(OutputError, match=f"would write {taken}, which is another output"):
-            list(describe_product(exports, product_of(sheet_of_fire()), {"mine.j2": template}))  # type: ignore[arg-type]
+            list(exported_files(exports, product_of(sheet_of_fire()), {"mine.j2": template}))  # type: ignore[arg-type]
 
 
 def test_an_export_listed_twice_is_told() -> None:
     with pytest.raises(OutputError, match="list it once"):
-        list(describe_product(["json", "json"], product_of(sheet_of_fire()), {}))
+        list(exported_files(["json", "json"], product_of(sheet_of_fire()), {}))
 
 
 @pytest.mark.parametrize("content", [None, b"\xff\xfe\x00", b"a" * (1 << 21)])

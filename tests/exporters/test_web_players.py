@@ -18,7 +18,7 @@ from fire_atlas.atlas.shrink import shrink
 from fire_atlas.core.pixels import Bytes, Pixels
 from fire_atlas.core.workers import Workers
 from fire_atlas.formats.pages.page_file import write_page
-from fire_atlas.pipeline.describe import describe_product
+from fire_atlas.pipeline.writers import exported_files
 from fire_atlas.recipe.output import Atlas
 
 from .sheets import product_of
@@ -112,7 +112,7 @@ def write(case: Case, folder: Path) -> list[str]:
             with Workers(1) as workers, (folder / page.file).open("wb") as file:
                 image = draw_page(sheet, i, sprites, Edges.of(settings, sheet.scale))
                 write_page(file, image, settings, workers)
-    for description in describe_product([case.export], product_of(*sheets), {}):  # type: ignore[list-item]
+    for description in exported_files([case.export], product_of(*sheets), {}):  # type: ignore[list-item]
         (folder / description.name).write_bytes(description.data)
     assert (len(sheets[0].pages) > 1) == ("max_size" in case.atlas)
     return [region.name for region in sheets[0].regions]

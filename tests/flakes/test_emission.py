@@ -5,9 +5,16 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from fire_atlas.effect.flakes.emission import TICK, Brood, Spawns, crackle, emit, plenty
+from fire_atlas.effect.flakes.emission import (
+    TICK,
+    EmitterSettings,
+    Spawns,
+    automatic_burst_rate,
+    automatic_rate,
+    emit,
+)
 
-BROOD = Brood(
+EMITTER = EmitterSettings(
     seed=5, rate=120.0, bursts=0.0, candidates=100.0, alpha=1.0, life=(0.5, 1.5), size=(2.0, 8.0),
     height=200, fps=24.0,
 )  # fmt: skip
@@ -19,23 +26,23 @@ def _strength(candidates: int = 100) -> np.ndarray[tuple[int, int], np.dtype[np.
     return plane
 
 
-def _all(frames: int, brood: Brood, candidates: int = 100) -> Spawns:
-    return Spawns.joined([emit(i, _strength(candidates), brood) for i in range(frames)])
+def _all(frames: int, emitter: EmitterSettings, candidates: int = 100) -> Spawns:
+    return Spawns.joined([emit(i, _strength(candidates), emitter) for i in range(frames)])
 
 
 def test_as_many_are_born_as_the_rate_says() -> None:
-    assert len(_all(600, BROOD).x) == pytest.approx(600 / 24 * 120, rel=0.05)
+    assert len(_all(600, EMITTER).x) == pytest.approx(600 / 24 * 120, rel=0.05)
 
 
 def test_births_grow_with_the_number_of_candidates() -> None:
-    few, many = _all(300, BROOD, candidates=50), _all(300, BROOD, candidates=200)
+    few, many = _all(300, EMITTER, candidates=50), _all(300, EMITTER, candidates=200)
     assert len(many.x) / len(few.x) == pytest.approx(4, rel=0.1)
 
 
 def test_a_lower_alpha_gives_more_flakes() -> None:
     plane = np.linspace(0, 4, 3000, dtype=np.float32).reshape(50, 60)
     counts = [
-        sum(len(emit(i, plane, replace(BROOD, alpha=a)).x) for i in range(20))
+        sum(len(emit(i, plane, replace(EMITTER, alpha=a)).x) for i in range(20))
         for a in (0.5, 1.0, 2.0, 3.0)
     ]
     assert counts == sorted(counts, reverse=True) and counts[0] > 2 * counts[-1]
@@ -44,7 +51,7 @@ def test_a_lower_alpha_gives_more_flakes() -> None:
 def test_flakes_are_born_on_candidates_only_and_prefer_strong_ones() -> None:
     plane = np.zeros((40, 40), np.float32)
     plane[10, 10], plane[20, 30], plane[30, 5] = 2.0, 6.0, 0.9
-    born = [emit(i, plane, replace(BROOD, candidates=1.0)) for i in range(60)]
+    born = [emit(i, plane, replace(EMITTER, candidates=1.0)) for i in range(60)]
     at = {(int(y), int(x)) for s in born for x, y in zip(s.x, s.y, strict=True)}
     assert at == {(10, 10), (20, 30)}
     strong = sum(int(np.sum(s.x >= 20)) for s in born)
@@ -53,25 +60,25 @@ def test_flakes_are_born_on_candidates_only_and_prefer_strong_ones() -> None:
 
 def test_births_fall_into_their_frame() -> None:
     for frame in (0, 7, 100):
-        ticks = emit(frame, _strength(), replace(BROOD, rate=2000)).tick
+        ticks = emit(frame, _strength(), replace(EMITTER, rate=2000)).tick
         assert ticks.min() * TICK >= frame / 24 - TICK
         assert ticks.max() * TICK <= (frame + 1) / 24 + TICK
 
 
 def test_sizes_are_log_normal_between_their_bounds() -> None:
-    size = np.log(_all(300, BROOD).size)
+    size = np.log(_all(300, EMITTER).size)
     assert np.exp(size.min()) >= 2.0 - 1e-9 and np.exp(size.max()) <= 8.0 + 1e-9
     assert np.mean(size) == pytest.approx(np.log(4.0), abs=0.03)
 
 
 def test_a_burst_throws_three_to_fourteen_small_sparks_from_about_one_place() -> None:
-    brood = replace(BROOD, rate=0.0, bursts=0.5, candidates=3000.0)
-    bursts = [born for i in range(2000) if len((born := emit(i, _strength(3000), brood)).x)]
+    emitter = replace(EMITTER, rate=0.0, bursts=0.5, candidates=3000.0)
+    bursts = [born for i in range(2000) if len((born := emit(i, _strength(3000), emitter)).x)]
     alone = [born for born in bursts if len(np.unique(born.tick)) == 1 and len(born.x) <= 14]
     assert len(alone) > 4
     for born in alone:
         assert len(born.x) >= 3
-        assert np.ptp(born.x) <= 0.05 * BROOD.height + 1 >= np.ptp(born.y)
+        assert np.ptp(born.x) <= 0.05 * EMITTER.height + 1 >= np.ptp(born.y)
         assert np.all(born.size <= 4.0)
         assert np.hypot(born.throw_x, born.throw_y).max() > 0
 
@@ -79,14 +86,14 @@ def test_a_burst_throws_three_to_fourteen_small_sparks_from_about_one_place() ->
 def test_the_sparks_of_a_burst_are_born_on_candidates() -> None:
     plane = np.zeros((40, 40), np.float32)
     plane[10, 10], plane[12, 13], plane[11, 11], plane[30, 5] = 2.0, 6.0, 0.9, 3.0
-    brood = replace(BROOD, rate=0.0, bursts=240.0, candidates=3.0)
-    born = Spawns.joined([emit(i, plane, brood) for i in range(60)])
+    emitter = replace(EMITTER, rate=0.0, bursts=240.0, candidates=3.0)
+    born = Spawns.joined([emit(i, plane, emitter) for i in range(60)])
     at = {(int(y), int(x)) for x, y in zip(born.x, born.y, strict=True)}
     assert at == {(10, 10), (12, 13), (30, 5)}
 
 
 def test_what_has_to_be_cold_by_the_end_lives_no_longer() -> None:
-    born = _all(48, BROOD)
+    born = _all(48, EMITTER)
     cold = born.cold_by(2.0)
     ends = cold.tick * TICK + cold.life
     assert np.all(ends <= 2.0 + TICK) and np.all(cold.life > 0)
@@ -95,42 +102,42 @@ def test_what_has_to_be_cold_by_the_end_lives_no_longer() -> None:
 
 
 def test_a_frames_births_depend_on_seed_and_frame_alone() -> None:
-    one, two = emit(4, _strength(), BROOD), emit(4, _strength(), BROOD)
-    other = emit(4, _strength(), replace(BROOD, seed=6))
+    one, two = emit(4, _strength(), EMITTER), emit(4, _strength(), EMITTER)
+    other = emit(4, _strength(), replace(EMITTER, seed=6))
     for f in fields(Spawns):
         assert np.array_equal(getattr(one, f.name), getattr(two, f.name))
     assert not np.array_equal(one.x, other.x)
 
 
 def test_nothing_is_born_where_there_is_no_fire() -> None:
-    assert len(emit(0, np.zeros((20, 20), np.float32), BROOD).x) == 0
+    assert len(emit(0, np.zeros((20, 20), np.float32), EMITTER).x) == 0
 
 
 def test_twice_the_fire_sheds_twice_as_many() -> None:
-    assert plenty(0.6, 1.0, 60) == pytest.approx(2 * plenty(0.3, 1.0, 60))
+    assert automatic_rate(0.6, 1.0, 60) == pytest.approx(2 * automatic_rate(0.3, 1.0, 60))
 
 
 def test_the_smallest_fire_sheds_a_few_and_does_not_burst() -> None:
-    rate = plenty(0.0, 1.0, 60)
-    assert 1 <= rate <= 10 and crackle(rate) == 0
-    assert crackle(plenty(1.0, 1.0, 60)) > 0
+    rate = automatic_rate(0.0, 1.0, 60)
+    assert 1 <= rate <= 10 and automatic_burst_rate(rate) == 0
+    assert automatic_burst_rate(automatic_rate(1.0, 1.0, 60)) > 0
 
 
 def test_where_flakes_cannot_be_drawn_as_small_as_they_are_there_are_fewer() -> None:
-    assert plenty(0.5, 0.25, 60) < plenty(0.5, 1.0, 60) / 2
-    assert plenty(0.5, 3.0, 60) == plenty(0.5, 1.0, 60)
+    assert automatic_rate(0.5, 0.25, 60) < automatic_rate(0.5, 1.0, 60) / 2
+    assert automatic_rate(0.5, 3.0, 60) == automatic_rate(0.5, 1.0, 60)
 
 
 def test_the_shortest_clip_sheds_a_few_and_a_loop_no_more_than_its_fire_does() -> None:
-    assert plenty(0.0, 1.0, 0.1) * 0.1 > 3
-    assert plenty(0.0, 1.0, np.inf) == plenty(0.0, 1.0, 3600)
+    assert automatic_rate(0.0, 1.0, 0.1) * 0.1 > 3
+    assert automatic_rate(0.0, 1.0, np.inf) == automatic_rate(0.0, 1.0, 3600)
 
 
 @pytest.mark.parametrize("mean", [0.3, 4.0, 60.0])
 def test_the_births_of_a_frame_are_poisson_distributed(mean: float) -> None:
     """Of any one frame, over many seeds."""
     counts = [
-        len(emit(3, _strength(), replace(BROOD, rate=24 * mean, seed=seed)).x)
+        len(emit(3, _strength(), replace(EMITTER, rate=24 * mean, seed=seed)).x)
         for seed in range(1500)
     ]
     assert np.mean(counts) == pytest.approx(mean, abs=4 * (mean / 1500) ** 0.5)
@@ -139,6 +146,6 @@ def test_the_births_of_a_frame_are_poisson_distributed(mean: float) -> None:
 
 @pytest.mark.parametrize("seed", range(8))
 def test_a_small_fire_sheds_in_every_second(seed: int) -> None:
-    brood = replace(BROOD, rate=8.0, seed=seed)
-    counts = [len(emit(i, _strength(), brood).x) for i in range(240)]
+    emitter = replace(EMITTER, rate=8.0, seed=seed)
+    counts = [len(emit(i, _strength(), emitter).x) for i in range(240)]
     assert all(2 <= sum(counts[i : i + 24]) <= 14 for i in range(216))

@@ -14,7 +14,7 @@ from fire_atlas.generators.profile.force import PER_LEVEL, Weather
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.recipe.load import load
 from fire_atlas.recipe.wind import Wind
-from fire_atlas.sources.registry import open_source
+from fire_atlas.sources.registry import SourceSettings, open_source
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +84,7 @@ def test_gusts_close_with_the_loop(preset: str, seed: int | None) -> None:
     if seed is not None:
         loaded = replace(loaded, recipe=loaded.recipe.model_copy(update={"seed": seed}))
     with Workers(2) as workers:
-        clips = open_source(loaded, workers)
+        clips = open_source(SourceSettings.of(loaded), workers)
     for clip in list(clips.values())[: None if seed is None else 1]:
         frames = [clip.read(i) for i in range(clip.count)]
         after = frames[1:] + frames[:1]

@@ -12,7 +12,7 @@ from fires import burn, campfire, real_clip
 from fire_atlas.core.clip import Clip
 from fire_atlas.effect.flakes import rows as rows_of_flakes
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.pipeline.effect import draw
+from fire_atlas.pipeline.layers import draw
 from fire_atlas.recipe.effect import Flakes
 
 KEYS: dict[str, Any] = {"flakes": {"rate": 150, "life": [0.3, 2.6]}}
@@ -27,7 +27,7 @@ def _unfolded(clip: Clip, monkeypatch: pytest.MonkeyPatch) -> tuple[Tracks, list
         flown.extend(fold(*args))
         return list(flown)
 
-    monkeypatch.setattr("fire_atlas.pipeline.effect.rows_of", remembering)
+    monkeypatch.setattr("fire_atlas.pipeline.simulate.rows_of", remembering)
     burnt = burn(clip, KEYS)
     return burnt.tracks, flown
 

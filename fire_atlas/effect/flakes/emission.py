@@ -8,7 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Plane
+from fire_atlas.effect.flakes.drawing import drawn_width
+from fire_atlas.recipe.effect import Flakes
 
 TICK = 1 / 60
 """Flakes are born and fly in ticks of this many seconds, whatever the frame rate."""
@@ -108,8 +111,8 @@ class Spawns:
 
 
 @dataclass(frozen=True, slots=True)
-class Brood:
-    """What a recipe says of newborn flakes, in px and s.
+class EmitterSettings:
+    """How flakes are spawned in a clip, in px and s.
 
     Attributes:
         seed: Of the recipe.
@@ -131,8 +134,47 @@ class Brood:
     height: int
     fps: float
 
+    @classmethod
+    def of(
+        cls,
+        flakes: Flakes,
+        clip: Clip,
+        *,
+        extent: float,
+        candidates: float,
+        automatic_alpha: float,
+        seed: int,
+    ) -> Self:
+        """Turn what a recipe says of flakes into px and s, and decide what is automatic.
 
-def plenty(extent: float, shown: float, seconds: float) -> float:
+        Args:
+            flakes: The recipe's section.
+            clip: Its size, length and rate.
+            extent: Area in which the fire moves, heights².
+            candidates: Mean candidates a frame at the automatic α.
+            automatic_alpha: α where the recipe leaves it open.
+            seed: Of the recipe.
+        """
+        size = (flakes.size[0] * clip.height, flakes.size[1] * clip.height)
+        middling = np.sqrt(size[0] * size[1])
+        shown = float(middling / drawn_width(middling, flakes.sprite == "pixel"))
+        seconds = math.inf if clip.loop else clip.body / clip.fps
+        automatic = automatic_rate(extent, shown, seconds)
+        rate = automatic if flakes.rate == "auto" else flakes.rate
+        return cls(
+            seed=seed,
+            rate=rate,
+            bursts=automatic_burst_rate(rate) if flakes.bursts == "auto" else flakes.bursts,
+            candidates=candidates,
+            alpha=automatic_alpha if flakes.alpha == "auto" else flakes.alpha,
+            life=flakes.life,
+            size=size,
+            height=clip.height,
+            fps=clip.fps,
+        )
+
+
+def automatic_rate(extent: float, shown: float, seconds: float) -> float:
     """Return how many flakes a second suit a fire: the automatic rate.
 
     Sparks tear off where fire comes and goes, so their number goes with the area in which it moves,
@@ -148,12 +190,12 @@ def plenty(extent: float, shown: float, seconds: float) -> float:
     return max(rate, _FEWEST, _LEAST / seconds)
 
 
-def crackle(rate: float) -> float:
+def automatic_burst_rate(rate: float) -> float:
     """Return how many bursts a second suit a fire that sheds ``rate`` flakes a second."""
     return max(rate - _CALM, 0.0) * _BURSTS
 
 
-def emit(frame: int, strength: Plane, brood: Brood) -> Spawns:
+def emit(frame: int, strength: Plane, emitter: EmitterSettings) -> Spawns:
     """Flakes born while ``frame`` shows.
 
     Candidates are the pixels whose strength ‖Fv*‖ exceeds α. The births of a frame are Poisson
@@ -163,28 +205,28 @@ def emit(frame: int, strength: Plane, brood: Brood) -> Spawns:
     Args:
         frame: Index of the frame; the chance of a frame depends on it and the seed alone.
         strength: (H, W), ‖Fv*‖, 0 where no flake may be born.
-        brood: What the recipe says.
+        emitter: What the recipe says.
     """
-    places = np.flatnonzero(strength > brood.alpha)
+    places = np.flatnonzero(strength > emitter.alpha)
     weights = np.cumsum(strength.ravel()[places], dtype=np.float64)
-    busy = places.size / brood.candidates / brood.fps
-    first = round(frame / brood.fps / TICK)
-    ticks = max(1, round((frame + 1) / brood.fps / TICK) - first)
-    chance = generator(brood.seed, Stage.EMISSION, frame)
-    singles = _trickle(brood.rate * busy, frame, brood.seed)
+    busy = places.size / emitter.candidates / emitter.fps
+    first = round(frame / emitter.fps / TICK)
+    ticks = max(1, round((frame + 1) / emitter.fps / TICK) - first)
+    chance = generator(emitter.seed, Stage.EMISSION, frame)
+    singles = _trickle(emitter.rate * busy, frame, emitter.seed)
     where = _choose(chance, places, weights, singles)
-    single = _born(chance, singles, where, strength, brood)
+    single = _born(chance, singles, where, strength, emitter)
     born = [Spawns(first + chance.integers(ticks, size=singles), *single)]
-    throws = generator(brood.seed, Stage.BURSTS, frame)
-    if bursts := int(throws.poisson(brood.bursts * busy)):
+    throws = generator(emitter.seed, Stage.BURSTS, frame)
+    if bursts := int(throws.poisson(emitter.bursts * busy)):
         sizes = throws.integers(*_SPLINTERS, bursts, endpoint=True)
         middles = _choose(throws, places, weights, bursts)
-        reach, width = _BURST_REACH * brood.height / 2, strength.shape[1]
+        reach, width = _BURST_REACH * emitter.height / 2, strength.shape[1]
         where = np.concatenate([
             _choose_near(throws, places, weights, count, middle, reach, width)
             for middle, count in zip(middles, sizes, strict=True)
         ])  # fmt: skip
-        splinter = _born(throws, len(where), where, strength, brood, thrown=True)
+        splinter = _born(throws, len(where), where, strength, emitter, thrown=True)
         when = np.repeat(first + throws.integers(ticks, size=bursts), sizes)
         born.append(Spawns(when, *splinter))
     return Spawns.joined(born)
@@ -243,18 +285,18 @@ def _born(
     count: int,
     where: NDArray[np.intp],
     strength: Plane,
-    brood: Brood,
+    emitter: EmitterSettings,
     thrown: bool = False,
 ) -> tuple[NDArray[np.float64], ...]:
     """Columns of ``Spawns`` but the tick, for flakes born in the flat pixels ``where``."""
     row, column = np.divmod(where, strength.shape[1])
     inside = chance.random((2, count))
     heading = chance.uniform(0, 2 * np.pi, count)
-    speed = chance.uniform(*_BURST_SPEED, count) * brood.height * (1.0 if thrown else 0.0)
+    speed = chance.uniform(*_BURST_SPEED, count) * emitter.height * (1.0 if thrown else 0.0)
     bulk = np.clip(chance.standard_normal(count), -_SIZE_SPREAD, _SIZE_SPREAD)
     if thrown:  # splinters are small
         bulk = -np.abs(bulk)
-    smallest, largest = np.log(brood.size)
+    smallest, largest = np.log(emitter.size)
     size = np.exp((smallest + largest) / 2 + bulk * (largest - smallest) / (2 * _SIZE_SPREAD))
     slow, fast = np.log(_TWINKLE)
     return (
@@ -262,8 +304,8 @@ def _born(
         row + inside[1],
         speed * np.cos(heading),
         speed * np.sin(heading) - speed * 0.5,  # splinters fly up rather than down
-        chance.uniform(0, _SINK[thrown], count) * brood.height,
-        chance.uniform(*brood.life, count),
+        chance.uniform(0, _SINK[thrown], count) * emitter.height,
+        chance.uniform(*emitter.life, count),
         size,
         bulk,
         np.exp(chance.uniform(slow, fast, count)),

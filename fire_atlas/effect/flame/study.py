@@ -62,8 +62,12 @@ class FlameMask:
             shown: Brightness of the frame.
             pixels: Gives the frame; asked only where colours tell flame from what it lights.
         """
-        mask = above(shown, self.dim, self.bright) * self.activity
+        mask = self.lit(shown) * self.activity
         return mask if self.scene is None else mask * self.scene.flame(shown, pixels())
+
+    def lit(self, shown: Plane) -> Plane:
+        """How bright each pixel of a frame is, (H, W) in 0..1, flame or not."""
+        return above(shown, self.dim, self.bright)
 
     def within(self, window: Window) -> "FlameMask":
         """Return the same for a part of the frame."""

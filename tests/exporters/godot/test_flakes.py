@@ -18,7 +18,7 @@ from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 from fire_atlas.effect.flakes.wrapping import wrapped
 from fire_atlas.engines.godot.flakes import flake_arrays
 from fire_atlas.formats.product import Product
-from fire_atlas.pipeline.describe import describe_product
+from fire_atlas.pipeline.writers import exported_files
 from fire_atlas.recipe.output import GodotExport
 
 from ..marked import marked
@@ -151,7 +151,7 @@ def seen_alone(folder: Path, tracks: Tracks, version: int, **atlas: Any) -> NDAr
     sheet = sheet_of_fire(pivot=[0.5, 0.5], **atlas)
     product = Product((sheet,), {"campfire": tracks}, frozenset(), lambda name: None)
     export = GodotExport.model_validate({"godot": {"version": version}})
-    for file in describe_product([export], product, {}):
+    for file in exported_files([export], product, {}):
         (game.folder / file.name).write_bytes(file.data)
     for page in sheet.pages:
         Image.new("RGBA", (page.width, page.height)).save(game.folder / page.file)
@@ -245,7 +245,7 @@ def test_flakes_that_the_pixels_show_are_not_played_as_well() -> None:
         product = Product((sheet,), tracks, frozenset(baked), lambda name: None)
         files = {
             file.name: file.data.decode()
-            for file in describe_product(["godot"], product, {})
+            for file in exported_files(["godot"], product, {})
             if file.name.startswith(("mark.tscn", "mark_flakes.tres"))
         }
         (names,) = (

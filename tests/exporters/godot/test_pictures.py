@@ -13,7 +13,7 @@ from fire_atlas.cli import main
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.shipped import shipped
 from fire_atlas.formats.atlas.atlas_file import cut_frames, read_atlas
-from fire_atlas.pipeline.describe import describe_product
+from fire_atlas.pipeline.writers import exported_files
 from fire_atlas.preview.blend import blend
 from fire_atlas.recipe.godot import GodotOptions
 from fire_atlas.recipe.output import GodotExport
@@ -132,7 +132,7 @@ def marks_seen(tmp_path_factory: pytest.TempPathFactory) -> Path:
         made = marked(**atlas)
         made.write_pages(game.folder / case)
         export = GodotExport(godot=GodotOptions(version=3))
-        for file in describe_product([export], product_of(made.sheet), {}):
+        for file in exported_files([export], product_of(made.sheet), {}):
             (game.folder / case / file.name).write_bytes(file.data)
         jobs += [
             {"scene": f"res://{case}/mark.tscn", "animation": name, "frame": i,

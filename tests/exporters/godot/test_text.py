@@ -14,7 +14,7 @@ from fire_atlas.effect.composition.light import ClipLight, FrameLight
 from fire_atlas.engines.godot.stage import Stage, pivot
 from fire_atlas.engines.godot.tempo import tempo, whole_tempo
 from fire_atlas.formats.product import Product
-from fire_atlas.pipeline.describe import describe_product
+from fire_atlas.pipeline.writers import exported_files
 
 from ..sheets import sheet_of_fire
 from .test_flakes import some_tracks
@@ -25,9 +25,7 @@ def test_the_scripts_are_sound(program: str, tmp_path: Path) -> None:
     tracks = {"campfire": some_tracks()}
     light = {"campfire": ClipLight(24, 60, 60, True, (FrameLight(np.ones(3), 30, 30, 1800),))}
     product = Product((sheet_of_fire(),), tracks, frozenset(), lambda name: None, lights=light)
-    scripts = [
-        file for file in describe_product(["godot"], product, {}) if file.name.endswith(".gd")
-    ]
+    scripts = [file for file in exported_files(["godot"], product, {}) if file.name.endswith(".gd")]
     assert len(scripts) == 3
     for file in scripts:
         (tmp_path / file.name).write_bytes(file.data)

@@ -1,0 +1,123 @@
+"""Animate a clip: the fire-flake effect from first to last step (Kim & Lee, section III)."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.progress import Progress
+from fire_atlas.effect.field.buoyancy import lift_direction
+from fire_atlas.effect.flakes.tracks import Tracks, first_frames, glowing
+from fire_atlas.effect.flame.study import study_flame
+from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
+from fire_atlas.pipeline.channels import measure_motion, motion_figures
+from fire_atlas.pipeline.context import BuildContext
+from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
+from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip
+from fire_atlas.pipeline.render import flames_between, render
+from fire_atlas.pipeline.simulate import SimulationSettings, simulate
+from fire_atlas.recipe.effect import MotionBlur
+from fire_atlas.recipe.models import Recipe
+from fire_atlas.recipe.source import FramesSource
+from fire_atlas.timeline.arrange import arrange
+from fire_atlas.timeline.memory import remembering
+from fire_atlas.timeline.tail import shortened
+
+
+def animate_views(recipe: Recipe, clips: Mapping[str, Clip], context: BuildContext) -> Contribution:
+    """Animate each of ``clips``, by name: views of one fire, evenly around it."""
+    animations = {}
+    for k, (name, clip) in enumerate(clips.items()):
+        wind = recipe.wind.seen_from(360 * k / len(clips))
+        animations[name] = animate(recipe.model_copy(update={"wind": wind}), clip, context)
+    statistics = {name: dict(each.statistics) for name, each in animations.items()}
+    figures = statistics.popitem()[1] if len(animations) == 1 else {"animations": statistics}
+    return Contribution(recipe.name, animations, figures)
+
+
+def animate(recipe: Recipe, clip: Clip, context: BuildContext) -> FinishedAnimation:
+    """Make a finished animation of a clip: arrange, study, analyse, simulate, render, channels."""
+    clock = context.clock
+    with clock.measure("study"):
+        clip = _arranged(clip, recipe, context)
+        study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), context.workers)
+    analysis = tracks = None
+    with clock.measure("analyse"):
+        if has_effect(recipe):
+            analysis = analyse(clip, study, AnalysisSettings.of(recipe), context)
+    with clock.measure("fly"):
+        if analysis is not None and recipe.flakes != "none":
+            tracks = simulate(clip, study, analysis, SimulationSettings.of(recipe), context)
+            _note_flakes_left(clip, tracks, recipe.timeline.loop, context.progress)
+            clip, tracks = _without_dark_end(clip, tracks)
+    simulated, settings = SimulatedClip(clip, study, analysis, tracks), RenderSettings.of(recipe)
+    with clock.measure("render"):
+        frames = render(simulated, settings, context)
+    between = flames_between(simulated, settings, context)
+    motion = measure_motion(frames, between, clip.loop, recipe.maps, context)
+    return FinishedAnimation(
+        frames=frames,
+        fps=clip.fps,
+        loop=clip.loop,
+        foot=study.base,
+        motion=motion,
+        tracks=tracks,
+        bakes_flakes=recipe.flakes != "none" and recipe.flakes.bake,
+        statistics={**_statistics(clip, tracks), **motion_figures(motion)},
+    )
+
+
+def has_effect(recipe: Recipe) -> bool:
+    """Whether a recipe does anything but pack: it adds flakes, or blurs the flame."""
+    blurs_flame = isinstance(recipe.motion_blur, MotionBlur) and recipe.motion_blur.flame
+    return recipe.flakes != "none" or blurs_flame
+
+
+def _arranged(clip: Clip, recipe: Recipe, context: BuildContext) -> Clip:
+    """Return the clip as it is played: footage is cut, retimed and closed; what is generated is
+    so already."""
+    if not isinstance(recipe.source, FramesSource):
+        return replace(clip, picture=remembering(clip.picture, range(clip.count)))
+    flakes = recipe.flakes
+    return arrange(
+        clip,
+        recipe.timeline,
+        longest_life=0.0 if flakes == "none" else flakes.life[1],
+        workers=context.workers,
+        progress=context.progress,
+        only_packs=flakes == "none" and recipe.motion_blur == "none",
+    )
+
+
+def _note_flakes_left(clip: Clip, tracks: Tracks, loop: str, progress: Progress) -> None:
+    """Say how many flakes still glow when a clip that plays once ends."""
+    if loop == "auto" and not clip.loop and not clip.tail and (left := glowing(tracks.frames[-1])):
+        progress.note(f"flakes in the last frame: {left}; timeline.tail: true lets them burn out")
+
+
+def _without_dark_end(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:
+    """Drop the frames of a tail in which no flake glows any more."""
+    if not clip.tail:
+        return clip, tracks
+    seen = [n for n, rows in enumerate(tracks.frames) if n >= clip.body and glowing(rows)]
+    clip = shortened(clip, seen[-1] + 1 - clip.body if seen else 0)
+    return clip, first_frames(tracks, clip.count)
+
+
+def _statistics(clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
+    statistics: dict[str, Any] = {
+        "frames": clip.count,
+        "frame_size": [clip.width, clip.height],
+        "fps": round(clip.fps, 4),
+        "matte": clip.matte,
+    }
+    if tracks is not None:
+        alive = [len(rows) for rows in tracks.frames]
+        statistics["flakes"] = {
+            "born": len(tracks.spawns),
+            "alive_mean": round(float(np.mean(alive)), 2),
+            "alive_most": max(alive),
+        }
+    return statistics

@@ -1,0 +1,22 @@
+"""What every step of a build shares besides its data."""
+
+from dataclasses import dataclass
+
+from fire_atlas.core.clock import Clock
+from fire_atlas.core.progress import Progress
+from fire_atlas.core.workers import Workers
+
+
+@dataclass(frozen=True, slots=True)
+class BuildContext:
+    """Who works, who hears of the progress, and who takes the time. No result depends on it.
+
+    Attributes:
+        workers: The pool of threads.
+        progress: Hears of stages, steps and notes.
+        clock: Measures how long the stages take.
+    """
+
+    workers: Workers
+    progress: Progress
+    clock: Clock

@@ -1,0 +1,100 @@
+"""What a recipe brings to the pages: finished animations.
+
+Usually a build has one contribution. Recipes that share their pages (``atlas.members``) bring one
+each.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from fire_atlas.atlas.layout import AtlasSheet, Strip
+from fire_atlas.channels.motion import Motion
+from fire_atlas.effect.composition.light import ClipLight
+from fire_atlas.effect.flakes.tracks import Tracks
+from fire_atlas.pipeline.render import RenderedFrame
+
+
+@dataclass(frozen=True, slots=True)
+class FinishedAnimation:
+    """An animation whose frames are rendered.
+
+    Attributes:
+        frames: In playing order.
+        fps: Frames per second.
+        loop: Whether frame 0 follows the last frame.
+        foot: (x, y) of the effect's foot in the frame, px, y down; None: the middle of its bottom.
+        motion: How the flame moves, where that is asked for.
+        tracks: The flakes, where there are any.
+        bakes_flakes: Whether the flakes are in the frames too.
+        statistics: Figures about it, for the manifest.
+    """
+
+    frames: Sequence[RenderedFrame]
+    fps: float
+    loop: bool
+    foot: tuple[float, float] | None = None
+    motion: Motion | None = None
+    tracks: Tracks | None = None
+    bakes_flakes: bool = False
+    statistics: Mapping[str, Any] = field(default_factory=dict)
+
+    def strip(self, name: str) -> Strip:
+        """Return what goes onto the pages, of the largest scale, under the name ``name``."""
+        sprites = tuple(frame.sprites[0] for frame in self.frames)
+        return Strip(name, sprites, 1000 / self.fps, self.loop, self.foot)
+
+    @property
+    def light(self) -> ClipLight | None:
+        """The light the animation gives, where it was measured."""
+        lights = tuple(frame.light for frame in self.frames if frame.light is not None)
+        width = max(frame.width for frame in self.frames)
+        height = max(frame.height for frame in self.frames)
+        return ClipLight(self.fps, width, height, self.loop, lights) if lights else None
+
+
+@dataclass(frozen=True, slots=True)
+class Contribution:
+    """What one recipe brings.
+
+    Attributes:
+        name: Of the recipe.
+        animations: By name.
+        statistics: Figures about them, for the manifest.
+    """
+
+    name: str
+    animations: Mapping[str, FinishedAnimation]
+    statistics: dict[str, Any]
+
+
+def build_statistics(contributions: Sequence[Contribution], sheet: AtlasSheet) -> dict[str, Any]:
+    """Return figures about the pages of a sheet, and about the one recipe or each of several."""
+    area = sum(page.width * page.height for page in sheet.pages)
+    places = {(region.page, region.x, region.y): region for region in sheet.regions}
+    used = sum(region.width * region.height for region in places.values())
+    pages = {
+        "pages": [[page.width, page.height] for page in sheet.pages],
+        "occupancy": round(used / area, 4),
+    }
+    if len(contributions) == 1:
+        return {**contributions[0].statistics, **pages}
+    members = {each.name: each.statistics for each in contributions}
+    return {"frames": len(sheet.regions), **pages, "members": members}
+
+
+def named(contributions: Sequence[Contribution]) -> dict[str, FinishedAnimation]:
+    """Return all animations by the name they have on the pages.
+
+    Where several recipes share the pages, the recipe's name goes before that of its animation.
+    """
+    return {
+        _title(name, each, contributions): animation
+        for each in contributions
+        for name, animation in each.animations.items()
+    }
+
+
+def _title(name: str, contribution: Contribution, all_of_them: Sequence[Contribution]) -> str:
+    is_only = len(all_of_them) == 1 or list(contribution.animations) == [contribution.name]
+    return name if is_only else f"{contribution.name}/{name}"

@@ -1,0 +1,47 @@
+"""Pack images as they are, of any sizes, in named animations: no effect is added."""
+
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.pipeline.channels import measure_motion, motion_figures
+from fire_atlas.pipeline.context import BuildContext
+from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
+from fire_atlas.pipeline.layers import Layers, RenderSettings
+from fire_atlas.pipeline.render import finish, render_each
+from fire_atlas.recipe.models import Recipe
+from fire_atlas.sources.sprites import Sprites
+
+
+def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contribution:
+    """Make finished animations of plain sprites.
+
+    Raises:
+        RecipeError: The timeline asks for what only one clip can be.
+    """
+    if not recipe.timeline.keeps_frames:
+        raise RecipeError(
+            "timeline cuts and joins the frames of one clip, but these are several animations or "
+            "sizes; leave out all of it but loop: auto or none"
+        )
+    settings = RenderSettings.of(recipe)
+    numbers = [i for played in sprites.animations.values() for i in played]
+    with context.clock.measure("render"):
+        rendered = render_each(
+            lambda i: finish(Layers(sprites.picture(i)), settings), numbers, context
+        )
+    frames = dict(zip(numbers, rendered, strict=True))
+    loop = recipe.timeline.loop != "none"
+    animations = {}
+    for name, played in sprites.animations.items():
+        shown = [frames[i] for i in played]
+        motion = measure_motion(shown, {}, loop, recipe.maps, context)
+        animations[name] = FinishedAnimation(
+            shown, sprites.fps, loop, motion=motion, statistics=motion_figures(motion)
+        )
+    statistics = {
+        "frames": len(numbers),
+        "animations": len(animations),
+        "fps": round(sprites.fps, 4),
+        "matte": sprites.matte,
+    }
+    if recipe.maps.motion != "none":
+        statistics["motions"] = {name: dict(a.statistics) for name, a in animations.items()}
+    return Contribution(recipe.name, animations, statistics)

@@ -1,0 +1,86 @@
+"""Pages: where every frame goes, and the images drawn of them one after the other."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import TypeAlias
+
+from fire_atlas.atlas.drawing import Edges, draw_page
+from fire_atlas.atlas.layout import AtlasSheet, Sprite
+from fire_atlas.atlas.pages import lay_out
+from fire_atlas.channels.conventions import convention
+from fire_atlas.channels.page import draw_motion_page
+from fire_atlas.channels.sheet import margin_of, with_maps
+from fire_atlas.core.pixels import Bytes
+from fire_atlas.core.progress import Progress
+from fire_atlas.pipeline.contribution import FinishedAnimation
+from fire_atlas.recipe.output import Atlas, Maps
+
+Image: TypeAlias = tuple[str, str, Callable[[], Bytes]]
+"""Name and role of an image, and what draws it: (H, W, 4) uint8."""
+
+
+def pack(
+    name: str,
+    animations: Mapping[str, FinishedAnimation],
+    atlas: Atlas,
+    maps: Maps,
+    progress: Progress,
+) -> tuple[AtlasSheet, ...]:
+    """Decide where every frame goes, on the pages of each scale and on what lies beside them.
+
+    Args:
+        name: File stem of the outputs.
+        animations: By their names on the pages.
+        atlas: What pages may be like.
+        maps: What lies beside them.
+        progress: Hears of it where one page does not do.
+    """
+    motions = [each.motion for each in animations.values() if each.motion is not None]
+    strips = [animation.strip(title) for title, animation in animations.items()]
+    sheets = lay_out(name, strips, atlas, margin=margin_of(motions), shares=maps == Maps())
+    if len(sheets[0].pages) > 1:
+        progress.note(
+            f"needs {len(sheets[0].pages)} pages; a larger atlas.max_size, a smaller source.height "
+            f"or fewer frames would spare clients from loading several"
+        )
+    encoding = None if maps.motion == "none" else convention(maps.motion)
+    return tuple(with_maps(sheet, maps.layers, motions, encoding) for sheet in sheets)
+
+
+def images(
+    sheets: Sequence[AtlasSheet],
+    animations: Iterable[FinishedAnimation],
+    atlas: Atlas,
+    maps: Maps,
+) -> Iterator[Image]:
+    """Yield the images of all sheets: of each its pages, then what lies beside them.
+
+    Args:
+        sheets: One for each scale of ``atlas``, as packed.
+        animations: In the order in which they were packed.
+        atlas: What goes around frames on pages.
+        maps: What lies beside pages.
+    """
+    animations = list(animations)
+    frames = [frame for animation in animations for frame in animation.frames]
+    motions = [each.motion for each in animations if each.motion is not None]
+    for scale, sheet in enumerate(sheets):
+        edges = Edges.of(atlas, sheet.scale)
+        files = [page.file for page in sheet.pages]
+        yield from _sprite_pages(sheet, files, "page", [f.sprites[scale] for f in frames], edges)
+        for layer in maps.layers:
+            sprites = [frame.layers[layer][scale] for frame in frames]
+            yield from _sprite_pages(sheet, sheet.map(layer).files, "map", sprites, edges)
+        if maps.motion != "none":
+            moving = [each for motion in motions for each in motion.frames()]
+            encoding = convention(maps.motion)
+            for i, file in enumerate(sheet.map("motion").files):
+                yield file, "map", partial(draw_motion_page, sheet, i, moving, encoding, edges)
+
+
+def _sprite_pages(
+    sheet: AtlasSheet, files: Sequence[str], role: str, sprites: Sequence[Sprite], edges: Edges
+) -> Iterator[Image]:
+    """Yield the images that show ``sprites`` in the layout of a sheet."""
+    for i, file in enumerate(files):
+        yield file, role, partial(draw_page, sheet, i, sprites, edges)

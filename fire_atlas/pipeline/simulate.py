@@ -1,0 +1,122 @@
+"""Simulate the flakes of a clip: they fly over the recorded field (Kim & Lee, section III-C)."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Self
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.effect.flakes.embers import ramp
+from fire_atlas.effect.flakes.flight import Flight, Swarm, fly
+from fire_atlas.effect.flakes.rows import Appearance, rows_of, spawn_table
+from fire_atlas.effect.flakes.tracks import Tracks
+from fire_atlas.effect.flakes.wrapping import thinned, wrapped
+from fire_atlas.effect.flame.study import FlameStudy
+from fire_atlas.pipeline.analyse import Analysis
+from fire_atlas.pipeline.context import BuildContext
+from fire_atlas.recipe.effect import Buoyancy, Composite, Flakes, MotionBlur, MotionBlurOrNone
+from fire_atlas.recipe.models import Recipe
+
+
+@dataclass(frozen=True, slots=True)
+class SimulationSettings:
+    """The sections of a recipe that the simulation reads."""
+
+    seed: int
+    flakes: Flakes
+    buoyancy: Buoyancy
+    motion_blur: MotionBlurOrNone
+    composite: Composite
+
+    @classmethod
+    def of(cls, recipe: Recipe) -> Self:
+        """Take the sections from a recipe that has flakes."""
+        if recipe.flakes == "none":
+            raise ValueError("without flakes there is nothing to simulate")
+        return cls(
+            recipe.seed, recipe.flakes, recipe.buoyancy, recipe.motion_blur, recipe.composite
+        )
+
+    @property
+    def shutter(self) -> float:
+        """Part of a frame the shutter is open."""
+        return self.motion_blur.shutter if isinstance(self.motion_blur, MotionBlur) else 0.0
+
+
+def simulate(
+    clip: Clip,
+    study: FlameStudy,
+    analysis: Analysis,
+    settings: SimulationSettings,
+    context: BuildContext,
+) -> Tracks:
+    """Fly the flakes over the recorded field and record where each is in every frame.
+
+    Args:
+        clip: The clip as it is played.
+        study: What holds for the whole clip.
+        analysis: Births and field.
+        settings: What the recipe says.
+        context: The pool, and who hears of the progress.
+    """
+    flakes, spawns, progress = settings.flakes, analysis.spawns, context.progress
+    if clip.loop:
+        spawns = thinned(spawns, flakes.max, clip.count, clip.fps, settings.seed)
+    # A loop's flakes fly on past its end, until the last born has cooled.
+    count = clip.count + (math.ceil(flakes.life[1] * clip.fps) + 1 if clip.loop else 0)
+    progress.stage("fly", count)
+    swarms = list[Swarm]()
+
+    def flying() -> Iterator[Swarm]:
+        for swarm in fly(spawns, analysis.field, count, _flight(clip, settings)):
+            swarms.append(swarm)
+            progress.advance()
+            yield swarm
+
+    look = _appearance(clip, study, settings)
+    frames = list(rows_of(flying(), spawns, look, context.workers))
+    births = spawn_table(swarms, spawns, look.pixel)
+    if clip.loop:
+        births, frames = wrapped(births, frames, clip.count, clip.fps)
+    return Tracks(
+        fps=clip.fps,
+        width=clip.width,
+        height=clip.height,
+        loop=clip.loop,
+        seed=settings.seed,
+        spawns=births,
+        frames=tuple(frames),
+        hard=look.pixel,
+    )
+
+
+def _flight(clip: Clip, settings: SimulationSettings) -> Flight:
+    """Return how flakes fly in a clip, in px and s."""
+    flakes, buoyancy = settings.flakes, settings.buoyancy
+    return Flight(
+        seed=settings.seed,
+        scatter=flakes.scatter,
+        lag=flakes.lag,
+        gravity=buoyancy.gravity * clip.height,
+        wander=buoyancy.turbulence * clip.height,
+        # What fades is dark before it is outside.
+        streak=(flakes.stretch + settings.shutter) / clip.fps if flakes.edge == "crop" else 0.0,
+        most=flakes.max,
+        width=clip.width,
+        height=clip.height,
+    )
+
+
+def _appearance(clip: Clip, study: FlameStudy, settings: SimulationSettings) -> Appearance:
+    """Return how flakes look in a clip."""
+    flakes = settings.flakes
+    return Appearance(
+        colours=ramp(flakes.colors),
+        intensity=flakes.intensity * settings.composite.intensity,
+        stretch=flakes.stretch,
+        shutter=settings.shutter,
+        kappa=study.kappa,
+        fades=flakes.edge == "fade",
+        pixel=flakes.sprite == "pixel",
+        fps=clip.fps,
+    )
