@@ -81,6 +81,8 @@ def _steps(light: NDArray[np.float32]) -> NDArray[np.uint16]:
 
 
 def _look_up(table: NDArray[Number], light: NDArray[np.float32]) -> NDArray[Number]:
+    if not light.size:  # OpenCV has no empty pictures
+        return np.empty(light.shape, table.dtype)
     steps = _steps(light)
     flat = steps.reshape(steps.shape[0], -1)
     return cast(NDArray[Number], cv2.LUT(flat, table).reshape(steps.shape))

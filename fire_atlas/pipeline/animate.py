@@ -1,13 +1,11 @@
 """Animate a clip: the fire-flake effect from first to last step (Kim & Lee, section III)."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.progress import Progress
 from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flakes.tracks import Tracks, first_frames, glowing
 from fire_atlas.effect.flame.study import study_flame
@@ -22,7 +20,6 @@ from fire_atlas.recipe.effect import MotionBlur
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.timeline.arrange import arrange
-from fire_atlas.timeline.memory import remembering
 from fire_atlas.timeline.tail import shortened
 
 
@@ -50,9 +47,10 @@ def animate(recipe: Recipe, clip: Clip, context: BuildContext) -> FinishedAnimat
     with clock.measure("fly"):
         if analysis is not None and recipe.flakes != "none":
             tracks = simulate(clip, study, analysis, SimulationSettings.of(recipe), context)
-            _note_flakes_left(clip, tracks, recipe.timeline.loop, context.progress)
+            _note_flakes_left(clip, tracks, recipe.timeline.loop, context)
             clip, tracks = _without_dark_end(clip, tracks)
     simulated, settings = SimulatedClip(clip, study, analysis, tracks), RenderSettings.of(recipe)
+    bakes_flakes = settings.bakes_flakes
     with clock.measure("render"):
         frames = render(simulated, settings, context)
     between = flames_between(simulated, settings, context)
@@ -64,7 +62,7 @@ def animate(recipe: Recipe, clip: Clip, context: BuildContext) -> FinishedAnimat
         foot=study.base,
         motion=motion,
         tracks=tracks,
-        bakes_flakes=recipe.flakes != "none" and recipe.flakes.bake,
+        bakes_flakes=bakes_flakes,
         statistics={**_statistics(clip, tracks), **motion_figures(motion)},
     )
 
@@ -76,10 +74,10 @@ def has_effect(recipe: Recipe) -> bool:
 
 
 def _arranged(clip: Clip, recipe: Recipe, context: BuildContext) -> Clip:
-    """Return the clip as it is played: footage is cut, retimed and closed; what is generated is
-    so already."""
+    """Return the clip as it is played: footage is cut, retimed and closed; fire that is generated
+    is so already."""
     if not isinstance(recipe.source, FramesSource):
-        return replace(clip, picture=remembering(clip.picture, range(clip.count)))
+        return clip
     flakes = recipe.flakes
     return arrange(
         clip,
@@ -91,10 +89,12 @@ def _arranged(clip: Clip, recipe: Recipe, context: BuildContext) -> Clip:
     )
 
 
-def _note_flakes_left(clip: Clip, tracks: Tracks, loop: str, progress: Progress) -> None:
+def _note_flakes_left(clip: Clip, tracks: Tracks, loop: str, context: BuildContext) -> None:
     """Say how many flakes still glow when a clip that plays once ends."""
     if loop == "auto" and not clip.loop and not clip.tail and (left := glowing(tracks.frames[-1])):
-        progress.note(f"flakes in the last frame: {left}; timeline.tail: true lets them burn out")
+        context.progress.note(
+            f"flakes in the last frame: {left}; timeline.tail: true lets them burn out"
+        )
 
 
 def _without_dark_end(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:

@@ -64,6 +64,11 @@ class RenderSettings:
             measures_light="light" in recipe.tracks,
         )
 
+    @property
+    def bakes_flakes(self) -> bool:
+        """Whether flakes are in the pixels of the pages."""
+        return self.flakes != "none" and self.flakes.bake
+
 
 @dataclass(frozen=True, slots=True)
 class Layers:

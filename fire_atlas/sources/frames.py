@@ -41,12 +41,13 @@ def open_frames(settings: FramesSource, path: Path, blend_space: str) -> Clip:
     height = settings.height or reel.height
     width = width_for(height, (reel.width, reel.height))
     check_size(f"{path} at height {height}", width, height)
+    keeps_pixels = settings.sampling == "nearest"
 
     def shown(i: int) -> Picture:
         picture = _of_size(reel, path, chosen[i])
         if (width, height) == (reel.width, reel.height):
             return matte.apply(choice.matte, picture, blend_space)
-        if settings.sampling == "nearest":
+        if keeps_pixels:
             return nearest(matte.apply(choice.matte, picture, blend_space), width, height)
         return _resized(choice.matte, picture, (width, height), blend_space)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, assert_never
 
 from fire_atlas.generators.settings import GenerationSettings
@@ -57,6 +57,7 @@ def open_source(settings: SourceSettings, workers: Workers) -> dict[str, Clip]:
 
     Returns:
         Clips by the name of their animation: the recipe's own, or one for each of its ``views``.
+        Frames that are generated are remembered, as far as there is room: each step asks again.
 
     Raises:
         SourceError: The input is missing, broken, too large or not what the settings say.
@@ -82,8 +83,11 @@ def open_source(settings: SourceSettings, workers: Workers) -> dict[str, Clip]:
             clips = open_silk(source, texture, settings.generation, settings.blend_space)
         case _:
             assert_never(source)
+    from fire_atlas.core.memory import remembering
+
     names = [f"view_{k}" for k in range(len(clips))] if len(clips) > 1 else [settings.name]
-    return dict(zip(names, clips, strict=True))
+    kept = (replace(clip, picture=remembering(clip.picture, range(clip.count))) for clip in clips)
+    return dict(zip(names, kept, strict=True))
 
 
 def open_sprites(settings: SourceSettings) -> Sprites | None:

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip, Skipped
+from fire_atlas.core.memory import remembering
 from fire_atlas.core.picture import Picture
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.core.workers import Workers
-from fire_atlas.timeline.memory import remembering
 from fire_atlas.vision.flow import SMALL, flow_size, optical_flow, thumbnail
 from fire_atlas.vision.thumbnails import distance
 from fire_atlas.vision.warp import (

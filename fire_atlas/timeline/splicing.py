@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.memory import remembering
 from fire_atlas.core.picture import Picture
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.core.workers import Workers
-from fire_atlas.timeline.memory import remembering
 from fire_atlas.timeline.seam import plan_seam
 from fire_atlas.timeline.takes import Edit
 from fire_atlas.vision.thumbnails import Thumbnails

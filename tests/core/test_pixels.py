@@ -6,6 +6,7 @@ import pytest
 from fire_atlas.core.pixels import (
     brightness,
     decode_bytes,
+    decode_unit,
     encode_bytes,
     encode_unit,
     linear_to_srgb,
@@ -57,3 +58,9 @@ def test_grey_has_the_brightness_of_its_byte(space: str) -> None:
 def test_half_covered_white_is_as_bright_as_the_client_shows_it(space: str, shown: float) -> None:
     pixels = np.full((2, 2, 4), 0.5, np.float32)
     assert brightness(pixels, space) == pytest.approx(shown, abs=0.1)
+
+
+def test_a_picture_without_pixels_is_encoded_to_one_without_bytes() -> None:
+    none = np.empty((1, 0, 3), np.float32)
+    assert encode_bytes(none).shape == decode_unit(none).shape == (1, 0, 3)
+    assert encode_bytes(none).dtype == np.uint8
