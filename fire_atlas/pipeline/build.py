@@ -1,6 +1,6 @@
 """The whole tool in one function: recipe in, finished assets out."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -14,6 +14,7 @@ from fire_atlas.channels.page import draw_motion_page
 from fire_atlas.channels.sheet import margin_of, with_maps
 from fire_atlas.core.clock import Clock
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.output_file import Role
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
@@ -21,15 +22,15 @@ from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.pages.page_file import write_page
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.tracks.light import write_light
+from fire_atlas.outputs.digest import HashedFile, request_digest, text_digest, tool_digest
 from fire_atlas.outputs.manifest import (
-    Input,
-    Output,
-    describe,
-    maker,
+    InputEntry,
+    Manifest,
+    OutputEntry,
+    encode_manifest,
     manifest_name,
-    refuse_others,
-    stale_outputs,
 )
+from fire_atlas.outputs.ownership import refuse_overwriting_others, stale_outputs
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.describe import describe_product
 from fire_atlas.pipeline.interruption import Interruptible
@@ -71,8 +72,8 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
         if missing := missing_extra(recipe.atlas):
             raise OutputError(missing)
         stage = Stage(workers, staging, progress, clock)
-        made_by = workers.start(maker)
-        templates = [Input.of(path) for path in loaded.templates.values()]
+        tool = workers.start(tool_digest)
+        templates = [HashedFile.of(path) for path in loaded.templates.values()]
         staging.keep([*loaded.templates.values(), *loaded.tree.files])
         parts = [make_part(each, stage) for each in loaded.parts]
         with clock.measure("pack"):
@@ -91,14 +92,32 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
             outputs += _write_lights(product, staging)
             inputs = [each for part in parts for each in part.inputs] + templates
             statistics = _statistics(parts, sheets[0])
-            manifest = describe(
-                loaded.tree, _resolved(loaded), inputs, outputs, statistics, made_by.result()
-            )
-            outputs.append(_write(staging, manifest_name(recipe.name), "manifest", manifest))
+            manifest = _manifest(loaded, tool.result(), inputs, outputs, statistics)
+            data = encode_manifest(manifest)
+            outputs.append(_write(staging, manifest_name(recipe.name), "manifest", data))
             names = [output.name for output in outputs]
-            refuse_others(out, recipe.name, outputs)
+            refuse_overwriting_others(out, recipe.name, outputs)
             staging.commit(stale_outputs(out, recipe.name, names))
     return BuildReport(tuple(out / name for name in names), clock.seconds, statistics)
+
+
+def _manifest(
+    loaded: LoadedRecipe,
+    tool: str,
+    inputs: Iterable[HashedFile],
+    outputs: Iterable[OutputEntry],
+    statistics: dict[str, Any],
+) -> Manifest:
+    """Return what the build was made from and what it wrote; ``tool`` is the tool's digest."""
+    return Manifest(
+        name=loaded.recipe.name,
+        request_digest=request_digest(loaded.tree),
+        recipe_digest=text_digest(_resolved(loaded)),
+        tool_digest=tool,
+        inputs=tuple(InputEntry.of(file, loaded.base) for file in inputs),
+        outputs=tuple(outputs),
+        statistics=statistics,
+    )
 
 
 def _resolved(loaded: LoadedRecipe) -> str:
@@ -157,7 +176,7 @@ def _lay_out(
 
 def _write_pages(
     sheets: Sequence[AtlasSheet], parts: Sequence[Part], recipe: Recipe, stage: Stage
-) -> list[Output]:
+) -> list[OutputEntry]:
     """Draw and write one page after the other, so that only one is in memory."""
     images = [image for sheet in sheets for image in _images(sheet, sheets, parts, recipe)]
     stage.progress.stage("write", len(images))
@@ -165,14 +184,14 @@ def _write_pages(
     for name, role, draw in images:
         with stage.staging.open(name) as file:
             write_page(file, draw(), recipe.atlas, stage.workers)
-        outputs.append(Output(name, role, stage.staging.path(name)))
+        outputs.append(OutputEntry.of(name, role, stage.staging.path(name)))
         stage.progress.advance()
     return outputs
 
 
 def _images(
     sheet: AtlasSheet, sheets: Sequence[AtlasSheet], parts: Sequence[Part], recipe: Recipe
-) -> Iterator[tuple[str, str, Callable[[], Bytes]]]:
+) -> Iterator[tuple[str, Role, Callable[[], Bytes]]]:
     """Yield the name and role of every image of a sheet, and what draws it: pages, then maps."""
     edges, scale = Edges.of(recipe.atlas, sheet.scale), sheets.index(sheet)
     drawn = [frame[scale] for part in parts for frame in part.sprites]
@@ -189,12 +208,12 @@ def _images(
             yield name, "map", partial(draw_motion_page, sheet, i, moving, reading, edges)
 
 
-def _write_exports(loaded: LoadedRecipe, product: Product, staging: Staging) -> list[Output]:
+def _write_exports(loaded: LoadedRecipe, product: Product, staging: Staging) -> list[OutputEntry]:
     files = describe_product(loaded.recipe.exports, product, loaded.templates)
     return [_write(staging, file.name, file.role, file.data) for file in files]
 
 
-def _write_tracks(recipe: Recipe, product: Product, staging: Staging) -> list[Output]:
+def _write_tracks(recipe: Recipe, product: Product, staging: Staging) -> list[OutputEntry]:
     """Write the flakes of each animation."""
     files = (
         track_writer(kind)(product.stem(animation), tracks)
@@ -205,7 +224,7 @@ def _write_tracks(recipe: Recipe, product: Product, staging: Staging) -> list[Ou
     return [_write(staging, file.name, file.role, file.data) for file in files]
 
 
-def _write_lights(product: Product, staging: Staging) -> list[Output]:
+def _write_lights(product: Product, staging: Staging) -> list[OutputEntry]:
     """Write the light of each animation, where it is asked for."""
     files = (
         write_light(product.stem(animation), light) for animation, light in product.lights.items()
@@ -213,10 +232,10 @@ def _write_lights(product: Product, staging: Staging) -> list[Output]:
     return [_write(staging, file.name, file.role, file.data) for file in files]
 
 
-def _write(staging: Staging, name: str, role: str, data: bytes) -> Output:
+def _write(staging: Staging, name: str, role: Role, data: bytes) -> OutputEntry:
     with staging.open(name) as file:
         file.write(data)
-    return Output(name, role, staging.path(name))
+    return OutputEntry.of(name, role, staging.path(name))
 
 
 def _statistics(parts: Sequence[Part], sheet: AtlasSheet) -> dict[str, Any]:

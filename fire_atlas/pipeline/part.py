@@ -25,7 +25,7 @@ from fire_atlas.effect.composition.light import ClipLight
 from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flakes.tracks import Tracks, first_frames, glowing
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
-from fire_atlas.outputs.manifest import Input
+from fire_atlas.outputs.digest import HashedFile
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.analyse import Analysis, analyse
 from fire_atlas.pipeline.effect import Layers, fly_flakes, layers
@@ -65,7 +65,7 @@ class Part:
     motions: tuple[Motion, ...]
     tracks: Mapping[str, Tracks]
     lights: Mapping[str, ClipLight]
-    inputs: list[Input]
+    inputs: list[HashedFile]
     statistics: dict[str, Any]
 
 
@@ -86,7 +86,7 @@ def make_part(loaded: LoadedRecipe, stage: Stage) -> Part:
         first = opened if isinstance(opened, Sprites) else next(iter(opened.values()))
         stage.progress.note(f"{first.matte} matte: {first.matte_reason}")
         # Hashed before they are read: what changes meanwhile is not up to date afterwards.
-        inputs = list(stage.workers.map(Input.of, first.inputs))
+        inputs = list(stage.workers.map(HashedFile.of, first.inputs))
         stage.staging.keep([*first.inputs, *loaded.tree.files])
     if isinstance(opened, Sprites):
         return _plain_part(loaded.recipe, opened, inputs, stage)
@@ -101,7 +101,7 @@ def open_input(loaded: LoadedRecipe, workers: Workers) -> Mapping[str, Clip] | S
 
 
 def _effect_part(
-    recipe: Recipe, clips: Mapping[str, Clip], inputs: list[Input], stage: Stage
+    recipe: Recipe, clips: Mapping[str, Clip], inputs: list[HashedFile], stage: Stage
 ) -> Part:
     """Make the effect of each clip, a side of the same fire: an animation of its name."""
     made = {}
@@ -130,7 +130,7 @@ class _Animation:
 def _part(
     recipe: Recipe,
     made: Mapping[str, _Animation],
-    inputs: list[Input],
+    inputs: list[HashedFile],
     statistics: dict[str, Any],
 ) -> Part:
     """Join animations, by their names, to a part."""
@@ -179,7 +179,7 @@ def _animation(name: str, recipe: Recipe, clip: Clip, stage: Stage) -> _Animatio
     return _Animation(strip, frames, motion, tracks, light, statistics)
 
 
-def _plain_part(recipe: Recipe, opened: Sprites, inputs: list[Input], stage: Stage) -> Part:
+def _plain_part(recipe: Recipe, opened: Sprites, inputs: list[HashedFile], stage: Stage) -> Part:
     """Make the part of a recipe that only packs images, of any sizes, in named animations.
 
     Raises:
