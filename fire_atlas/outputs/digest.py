@@ -50,7 +50,7 @@ def text_digest(text: str) -> str:
 def request_digest(tree: RecipeTree) -> str:
     """Return the SHA-256 of all that a recipe, its members, what they extend and ``--set`` say.
 
-    Comments, the order of files and where a key was written are no part of it.
+    Comments, and the file and line in which a key stands, make no difference.
     """
     return text_digest(json.dumps([[each.name, each.values] for each in (tree, *tree.members)]))
 
@@ -62,11 +62,9 @@ def tool_digest() -> str:
     Looked at once: what is changed while the tool runs is not what it runs.
     """
     digest = hashlib.sha256()
-    package, templates = Path(__file__).resolve().parents[1], shipped("templates")
-    code = sorted(package.rglob("*.py"))
-    shaped = sorted(path for path in templates.rglob("*") if path.is_file())
-    for folder, paths in ((package, code), (templates, shaped)):
-        for path in paths:
+    package = Path(__file__).resolve().parents[1]
+    for folder, pattern in ((package, "*.py"), (shipped("templates"), "*")):
+        for path in sorted(path for path in folder.rglob(pattern) if path.is_file()):
             digest.update(path.relative_to(folder).as_posix().encode())
             digest.update(path.read_bytes())
     for library in _LIBRARIES:

@@ -29,18 +29,18 @@ def why_stale(tree: RecipeTree, out: Path) -> str | None:
         return "the recipe says something else now"
     if manifest.tool_digest != tool_digest():
         return "fire-atlas or one of its libraries is another version"
-    reason = _why_other_inputs(manifest.inputs, inputs_of(tree), tree.path.parent)
-    return reason or _why_other_outputs(manifest.outputs, out)
+    reason = _why_inputs_differ(manifest.inputs, inputs_of(tree), tree.path.parent)
+    return reason or _why_outputs_differ(manifest.outputs, out)
 
 
-def _why_other_inputs(
+def _why_inputs_differ(
     before: Sequence[InputEntry], inputs: Sequence[Path], folder: Path
 ) -> str | None:
     names = [input_path(path, folder) for path in inputs]
     if names != [entry.path for entry in before]:
         return f"there are other inputs: {_first_difference(before, names)}"
     for path, entry in zip(inputs, before, strict=True):
-        if not _holds(path, entry.sha256):
+        if not _is_unchanged(path, entry.sha256):
             return f"{entry.path} has changed"
     return None
 
@@ -57,21 +57,21 @@ def _first_difference(before: Sequence[InputEntry], names: Sequence[str]) -> str
     return "in another order"
 
 
-def _holds(path: Path, sha256: str) -> bool:
-    """Whether ``path`` is as it was; if it cannot be read, the build will say why."""
+def _is_unchanged(path: Path, sha256: str) -> bool:
+    """Return whether ``path`` is as it was; if it cannot be read, the build will say why."""
     try:
         return file_digest(path) == sha256
     except OSError:
         return False
 
 
-def _why_other_outputs(outputs: Sequence[OutputEntry], out: Path) -> str | None:
+def _why_outputs_differ(outputs: Sequence[OutputEntry], out: Path) -> str | None:
     for entry in outputs:
-        if not _stands(entry, out):
+        if not _is_current(entry, out):
             return f"{out / entry.name} is missing, or not as it was written"
     return None
 
 
-def _stands(entry: OutputEntry, out: Path) -> bool:
-    """Whether an output need not be written again: engines may write on in import settings."""
+def _is_current(entry: OutputEntry, out: Path) -> bool:
+    """Return whether an output need not be written again: engines write on in import settings."""
     return (out / entry.name).is_file() if entry.role == "import" else entry.is_intact(out)

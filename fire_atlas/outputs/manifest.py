@@ -23,7 +23,7 @@ class InputEntry:
 
     Attributes:
         path: Relative to the recipe's folder, with ``/`` between folders.
-        sha256: Before it was read.
+        sha256: Of its bytes before they were read, as hexadecimal digits.
     """
 
     path: str
@@ -43,7 +43,7 @@ class OutputEntry:
         name: File name in the output folder.
         role: What it is for: one of ``Role``, or what another version of the tool calls it.
         size: In bytes.
-        sha256: As it was written.
+        sha256: Of its bytes as they were written, as hexadecimal digits.
     """
 
     name: str
@@ -53,7 +53,7 @@ class OutputEntry:
 
     @classmethod
     def of(cls, name: str, role: Role, path: Path) -> Self:
-        """Return the entry of the output ``name``, which lies at ``path`` as long as it waits."""
+        """Return the entry of the output ``name``, which lies at ``path`` until it is put in place."""
         return cls(name, role, path.stat().st_size, file_digest(path))
 
     def is_intact(self, out: Path) -> bool:
@@ -147,14 +147,14 @@ def decode_manifest(data: bytes) -> Manifest:
             "statistics": dict(statistics),
         } if (format_, version) == (_FORMAT, _VERSION):
             return Manifest(
-                name,
-                request_digest,
-                recipe_digest,
-                tool_digest,
-                tuple(map(_decode_input, inputs)),
-                tuple(map(_decode_output, outputs)),
-                statistics,
-                tool,
+                name=name,
+                request_digest=request_digest,
+                recipe_digest=recipe_digest,
+                tool_digest=tool_digest,
+                inputs=tuple(map(_decode_input, inputs)),
+                outputs=tuple(map(_decode_output, outputs)),
+                statistics=statistics,
+                tool=tool,
             )
     raise ValueError("a key is missing, or is not what it should be")
 
