@@ -11,8 +11,9 @@ import numpy as np
 
 from fire_atlas.atlas.layout import Sprite, Strip
 from fire_atlas.channels.conventions import convention
-from fire_atlas.channels.evidence import spread
+from fire_atlas.channels.cross_validation import motion_statistics
 from fire_atlas.channels.flow import picture
+from fire_atlas.channels.held_out import choose_held_out
 from fire_atlas.channels.motion import Motion, learn_motion
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.clock import Clock
@@ -276,7 +277,7 @@ def _skipped(
         seen = layers(i, between, recipe, analysis, None).flame
         return clip.skipped[i].part, picture(as_light(seen), recipe.atlas.blend_space)
 
-    chosen = spread(sorted(clip.skipped))
+    chosen = choose_held_out(sorted(clip.skipped))
     return dict(zip(chosen, workers.map(flame, chosen), strict=True))
 
 
@@ -310,9 +311,7 @@ def _motion(
 
 
 def _motion_figures(motion: Motion | None) -> dict[str, Any]:
-    if motion is None:
-        return {}
-    return {"motion": None if motion.proof is None else motion.proof.figures()}
+    return {} if motion is None else motion_statistics(motion.validation)
 
 
 def _light(frames: Sequence[Finished], fps: float, loop: bool) -> ClipLight | None:
