@@ -28,7 +28,7 @@ def joined(before: Halfway | None, after: Halfway | None) -> Vectors:
 def cell_vectors(
     steps: tuple[Halfway | None, Halfway | None],
     pictures: tuple[Bytes, Bytes, Bytes],
-    trust: Plane,
+    reliability: Plane,
     pad: float,
 ) -> Vectors:
     """Return the vectors (h, w, 2) that go into a frame's cell, px of the picture a frame.
@@ -36,11 +36,11 @@ def cell_vectors(
     Args:
         steps: The motions into the frame and out of it.
         pictures: The frame before, the frame, the frame after.
-        trust: (h, w), 0..1, how far this clip's motion may be believed.
+        reliability: (h, w), 0..1, the share of a vector that is used.
         pad: px beyond the flame at which vectors begin to fade.
     """
     before, here, after = pictures
     wanted = np.maximum(restless(before, here), restless(here, after))
-    vectors = as_plane(joined(*steps) * (trust * wanted)[..., None])
+    vectors = as_plane(joined(*steps) * (reliability * wanted)[..., None])
     flame = visible(np.asarray(cv2.max(cv2.max(before, here), after), np.uint8))
     return padded(vectors, flame, pad)

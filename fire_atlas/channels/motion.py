@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from fire_atlas.channels.cells import cell_vectors
 from fire_atlas.channels.conventions import Convention
-from fire_atlas.channels.evidence import hold_out, trust
+from fire_atlas.channels.cross_validation import ValidationReport, cross_validate
 from fire_atlas.channels.flow import Halfway, halfway
+from fire_atlas.channels.held_out import hold_out, reliability
 from fire_atlas.channels.margin import PAD, PAD_SHARE
-from fire_atlas.channels.proof import Proof, prove
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
 
@@ -29,14 +29,15 @@ class Motion:
         cells: (h, w, 2) of each frame, px of the frame a frame; its place in the whole frame as in
             a picture of another size.
         reach: How far vectors go along x and along y, px a frame, save for the odd one.
-        proof: How near held out frames are met; None where the animation is too short to tell.
+        validation: How close the vectors come to held-out frames; None where the animation is too
+            short to hold one out.
     """
 
     width: int
     height: int
     cells: tuple[NDArray[np.float16], ...]
     reach: tuple[float, float]
-    proof: Proof | None
+    validation: ValidationReport | None
 
     def frames(self) -> "list[Moving]":
         """Return the frames, in playing order."""
@@ -59,7 +60,7 @@ def learn_motion(
     workers: Workers,
     advance: Callable[[], None],
 ) -> Motion:
-    """Return the motion of an animation; none at all where the proof does not bear it out.
+    """Return the motion of an animation; all 0 where it does not help on held-out frames.
 
     Args:
         pictures: Every frame, small: see ``flow.picture``.
@@ -67,18 +68,18 @@ def learn_motion(
             after how much of the step.
         size: Width and height of a frame, px.
         loop: Whether the first frame follows the last.
-        convention: How the engine reads vectors, for the proof.
+        convention: How the engine reads vectors, for the validation.
         workers: The pool.
         advance: Called as often as there are frames.
     """
     height, width = pictures[0].shape[:2]
     count = len(pictures)
     pad = max(PAD, PAD_SHARE * max(size)) * max(width / size[0], height / size[1])
-    held = hold_out(pictures, skipped, loop, pad, workers)
-    proof = prove(held, convention)
-    trusted = trust(held, (height, width))
-    if proof is None or not proof.helps:
-        trusted[:] = 0
+    held_out = hold_out(pictures, skipped, loop, pad, workers)
+    validation = cross_validate(held_out, convention)
+    reliable = reliability(held_out, (height, width))
+    if validation is None or not validation.helps:
+        reliable[:] = 0
     unit = np.array([size[0] / width, size[1] / height], np.float32)
     closes = loop and count > 1
     last = count if closes else count - 1
@@ -95,10 +96,10 @@ def learn_motion(
             return np.zeros((height, width, 2), np.float16)
         before = steps[i - 1]  # of the first frame the last step: none, unless the clip closes
         near = pictures[i if before is None else i - 1], pictures[i], pictures[(i + 1) % count]
-        return (cell_vectors((before, steps[i]), near, trusted, pad) * unit).astype(np.float16)
+        return (cell_vectors((before, steps[i]), near, reliable, pad) * unit).astype(np.float16)
 
     cells = tuple(workers.map(cell, range(count)))
-    return Motion(*size, cells, _reach(cells), proof)
+    return Motion(*size, cells, _reach(cells), validation)
 
 
 def _reach(cells: Sequence[NDArray[np.float16]]) -> tuple[float, float]:

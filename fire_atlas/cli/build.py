@@ -5,7 +5,8 @@ from pathlib import Path
 
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import Outcome, Quiet, view_for
-from fire_atlas.outputs.manifest import default_folder, why_stale
+from fire_atlas.outputs.folder import default_folder
+from fire_atlas.outputs.freshness import why_stale
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
 from fire_atlas.recipe.tree import RecipeTree, read_tree
 

@@ -7,10 +7,11 @@ from pathlib import Path
 from fire_atlas.cli.build import folder_of
 from fire_atlas.cli.failure import Failures
 from fire_atlas.core.errors import OutputError
-from fire_atlas.outputs.manifest import manifest_name, read_manifest, stale_outputs
+from fire_atlas.outputs.manifest import manifest_name, read_manifest
+from fire_atlas.outputs.ownership import stale_outputs
 from fire_atlas.outputs.staging import explained
 from fire_atlas.recipe.find import find_recipes
-from fire_atlas.recipe.tree import RecipeTree, read_tree
+from fire_atlas.recipe.tree import RecipeTree, read_without_members
 
 
 def run(args: Namespace) -> int:
@@ -19,7 +20,7 @@ def run(args: Namespace) -> int:
     with failures.caught():
         for path in find_recipes(args.recipes):
             with failures.caught():
-                tree = read_tree(path, args.overrides)
+                tree = read_without_members(path, args.overrides)
                 for line in _cleaned(tree, folder_of(tree, args)):
                     if not args.quiet:
                         print(f"{path}: {line}")

@@ -2,18 +2,21 @@
 
 import json
 from argparse import Namespace
+from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
+from fire_atlas.channels.cross_validation import ValidationReport, read_reports
+from fire_atlas.core.errors import SourceError
 from fire_atlas.effect.flakes.statistics import ember_figures
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.atlas_file import AtlasFile, read_atlas
 from fire_atlas.formats.templates.context import context_of
 from fire_atlas.formats.tracks.tracks_file import read_all_tracks
+from fire_atlas.outputs.manifest import decode_manifest, manifest_name
 from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted
 from fire_atlas.preview.loops import loops_of
-from fire_atlas.preview.proof_file import read_proofs
 
 
 def run(args: Namespace) -> int:
@@ -30,8 +33,8 @@ def run(args: Namespace) -> int:
         console.print(loops)
     if atlas.sheet.maps:
         console.print(_maps(atlas))
-        for proven in read_proofs(args.atlas.parent, atlas.sheet.title):
-            console.print(proven.sentence())
+        for animation, report in _reports(args.atlas.parent, atlas.sheet.title).items():
+            console.print(_motion_vectors(animation, report))
     for name, flown in tracks.items():
         console.print(_flakes(flown, "flakes" if len(tracks) == 1 else f"flakes of {name}"))
     return 0
@@ -112,6 +115,40 @@ def _maps(atlas: AtlasFile) -> Table:
             strength = f"{how.scale:g} {unit} a frame ({x:.3g} x {y:.3g} px)"
         table.add_row(each.kind, ", ".join(each.files), how.engine if how else "", strength)
     return table
+
+
+def _reports(folder: Path, title: str) -> dict[str, ValidationReport | None]:
+    """Return what the manifest of the build ``title`` says of its motion vectors, by animation.
+
+    Nothing where there is no manifest: an atlas may be looked at without it.
+
+    Raises:
+        SourceError: It is broken.
+    """
+    path = folder / manifest_name(title)
+    if not path.is_file():
+        return {}
+    try:
+        return read_reports(decode_manifest(path.read_bytes()).statistics)
+    except ValueError as error:
+        raise SourceError(
+            f"{path}: is no manifest that fire-atlas wrote ({type(error).__name__}: {error}); "
+            f"build the recipe again"
+        ) from error
+
+
+def _motion_vectors(animation: str, report: ValidationReport | None) -> str:
+    """Say how much motion vectors help; the name is empty where there is one animation."""
+    vectors = f"motion vectors of {animation}" if animation else "motion vectors"
+    if report is None:
+        return f"{vectors}: none, the animation is too short to test them"
+    if not report.helps:
+        return f"{vectors}: none, plain blending is as close to frames that were held out"
+    gain, *wrong = report.gains
+    sign = "right" if report.sign_right else "WRONG"
+    others = ", ".join(f"{100 * each:+.0f} %" for each in wrong)
+    gained = f"{100 * gain:.0f} % closer than plain blending"
+    return f"{vectors}: {gained}; sign {sign} (others {others})"
 
 
 def _flakes(tracks: Tracks, title: str) -> Table:

@@ -15,7 +15,7 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.progress import Silent
 from fire_atlas.formats.atlas.atlas_file import read_atlas
 from fire_atlas.formats.tracks.tracks_file import read_all_tracks, read_tracks
-from fire_atlas.outputs.manifest import default_folder
+from fire_atlas.outputs.folder import default_folder
 from fire_atlas.outputs.staging import explained, write_whole
 from fire_atlas.preview.page import preview_page
 from fire_atlas.preview.pictures import Color, animation, contact_sheet

@@ -11,7 +11,7 @@ from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import Quiet, view_for
 from fire_atlas.core.errors import SourceError
 from fire_atlas.outputs.dependencies import files_of, folders_of, recipe_files
-from fire_atlas.outputs.manifest import why_stale
+from fire_atlas.outputs.freshness import why_stale
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.tree import RecipeTree, read_tree
 from fire_atlas.sources.listing import STILLS

@@ -1,6 +1,28 @@
-"""What an exporter hands over: a file that is not written yet."""
+"""What a writer hands over: a file that is not on the disk yet, and what it is for."""
 
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+Role: TypeAlias = Literal[
+    "page",
+    "map",
+    "atlas",
+    "tracks",
+    "light",
+    "template",
+    "engine",
+    "scene",
+    "script",
+    "import",
+    "manifest",
+]
+"""What an output is for, as the manifest states it.
+
+``page`` and ``map`` are images; ``atlas``, ``tracks`` and ``light`` describe them to any client,
+``template`` to that of the user's own template; ``engine``, ``scene`` and ``script`` are one
+engine's. ``import`` says how an engine imports another file: the engine and people go on writing
+in it, so other bytes there are no reason to build again, and it goes with the file it is about.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -9,11 +31,10 @@ class OutputFile:
 
     Attributes:
         name: File name, without a folder.
-        role: What it is to the manifest, e.g. ``atlas`` or ``tracks``; ``import`` for files
-            that their engine and people go on writing in.
+        role: What it is for.
         data: Its content.
     """
 
     name: str
-    role: str
+    role: Role
     data: bytes

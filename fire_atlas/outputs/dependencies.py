@@ -1,9 +1,12 @@
-"""Which files a build reads, for build systems and ``watch``. Imports nothing heavy."""
+"""Which files a build reads, for its freshness, for build systems and for ``watch``.
+
+Nothing heavy is imported here: an up-to-date build asks no more than this.
+"""
 
 from pathlib import Path
 
-from fire_atlas.outputs.manifest import inputs_of
-from fire_atlas.recipe.tree import RecipeTree, member_trees, source_files
+from fire_atlas.recipe.tree import RecipeTree, source_files, templates
+from fire_atlas.sources.listing import Chosen, list_inputs
 
 
 def files_of(tree: RecipeTree) -> list[Path]:
@@ -17,14 +20,32 @@ def files_of(tree: RecipeTree) -> list[Path]:
 
 def recipe_files(tree: RecipeTree) -> list[Path]:
     """Return the recipe, what it extends, and its members with theirs."""
-    return [file for part in (tree, *member_trees(tree)) for file in part.files]
+    return [file for each in (tree, *tree.members) for file in each.files]
+
+
+def inputs_of(tree: RecipeTree) -> list[Path]:
+    """Return the files that the sources and the templates of a sound recipe stand for now, in the
+    order of the manifest.
+
+    Raises:
+        SourceError: The source is missing, or has not the frames that the recipe asks for.
+    """
+    own = [tree] if "source" in tree.values else []
+    frames = [path for each in (*own, *tree.members) for path in _source_inputs(each)]
+    return [*frames, *templates(tree).values()]
+
+
+def _source_inputs(tree: RecipeTree) -> list[Path]:
+    start, count = (tree.value(("source", key)) for key in ("start", "count"))
+    cut = Chosen(start if isinstance(start, int) else 0, count if isinstance(count, int) else None)
+    return [path for files in source_files(tree).values() for path in list_inputs(cut, files)]
 
 
 def folders_of(tree: RecipeTree) -> list[Path]:
     """Return the folders whose images are frames, of sources that are not a single file."""
     folders: dict[Path, None] = {}
-    for part in (tree, *member_trees(tree)):
-        for source in source_files(part).values():
+    for each in (tree, *tree.members):
+        for source in source_files(each).values():
             if not source.is_file():
                 folders |= dict.fromkeys([_existing(source)])
     return list(folders)

@@ -10,7 +10,7 @@ from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flakes.tracks import Tracks, first_frames, glowing
 from fire_atlas.effect.flame.study import study_flame
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
-from fire_atlas.pipeline.channels import measure_motion, motion_figures
+from fire_atlas.pipeline.channels import measure_motion
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip
@@ -29,7 +29,7 @@ def animate_views(recipe: Recipe, clips: Mapping[str, Clip], context: BuildConte
     for k, (name, clip) in enumerate(clips.items()):
         wind = recipe.wind.seen_from(360 * k / len(clips))
         animations[name] = animate(recipe.model_copy(update={"wind": wind}), clip, context)
-    statistics = {name: dict(each.statistics) for name, each in animations.items()}
+    statistics = {name: each.figures() for name, each in animations.items()}
     figures = statistics.popitem()[1] if len(animations) == 1 else {"animations": statistics}
     return Contribution(recipe.name, animations, figures)
 
@@ -63,7 +63,7 @@ def animate(recipe: Recipe, clip: Clip, context: BuildContext) -> FinishedAnimat
         motion=motion,
         tracks=tracks,
         bakes_flakes=bakes_flakes,
-        statistics={**_statistics(clip, tracks), **motion_figures(motion)},
+        statistics=_statistics(clip, tracks),
     )
 
 

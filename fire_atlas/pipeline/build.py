@@ -1,32 +1,24 @@
 """The whole line in one function: recipe in, finished files out."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from fire_atlas.core.clock import Clock
 from fire_atlas.core.errors import OutputError
-from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
-from fire_atlas.outputs.manifest import (
-    Input,
-    describe,
-    maker,
-    manifest_name,
-    refuse_others,
-    stale_outputs,
-)
+from fire_atlas.outputs.digest import tool_digest
+from fire_atlas.outputs.ownership import refuse_overwriting_others, stale_outputs
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.animate import animate_views
 from fire_atlas.pipeline.context import BuildContext
-from fire_atlas.pipeline.contribution import Contribution, build_statistics, named
+from fire_atlas.pipeline.contribution import build_statistics, named
 from fire_atlas.pipeline.interruption import Interruptible
-from fire_atlas.pipeline.open import files_of, open_input
+from fire_atlas.pipeline.open import hash_inputs, hash_templates, open_input
 from fire_atlas.pipeline.pack_only import pack_only
 from fire_atlas.pipeline.pages import images, pack
-from fire_atlas.pipeline.write import product_of, write_file, write_files, write_images
+from fire_atlas.pipeline.write import product_of, write_files, write_images, write_manifest
 from fire_atlas.pipeline.writers import exported_files, light_files, track_files
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.output import missing_extra
@@ -60,14 +52,13 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
         raise OutputError(missing)
     with Interruptible(progress) as progress, Workers(jobs) as workers, Staging(out) as staging:
         context = BuildContext(workers, progress, clock)
-        made_by = workers.start(maker)
-        templates = loaded.templates
-        template_inputs = _hashed([*templates.values()], loaded, staging, workers)
-        contributions, inputs = list[Contribution](), list[Input]()
+        tool = workers.start(tool_digest)
+        templates = hash_templates(loaded, staging, workers)
+        contributions, inputs = [], []
         for part in loaded.parts:
             with clock.measure("study"):
                 opened = open_input(part, context)
-                inputs += _hashed(files_of(opened), part, staging, workers)
+                inputs += hash_inputs(opened, part, staging, workers)
             if isinstance(opened, Sprites):
                 contributions.append(pack_only(part.recipe, opened, context))
             else:
@@ -79,34 +70,16 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
             drawn = images(sheets, animations.values(), recipe.atlas, recipe.maps)
             outputs = write_images(list(drawn), recipe.atlas, staging, context)
             product = product_of(sheets, animations, recipe.tracks, staging)
-            outputs += write_files(exported_files(recipe.exports, product, templates), staging)
+            described = exported_files(recipe.exports, product, loaded.templates)
+            outputs += write_files(described, staging)
             outputs += write_files(track_files(recipe.tracks, product), staging)
             outputs += write_files(light_files(product), staging)
             statistics = build_statistics(contributions, sheets[0])
-            manifest = describe(
-                loaded.tree, _resolved(loaded), inputs + template_inputs, outputs, statistics,
-                made_by.result(),
-            )  # fmt: skip
-            name = manifest_name(recipe.name)
-            outputs.append(write_file(OutputFile(name, "manifest", manifest), staging))
+            read = [*inputs, *templates]
+            outputs.append(
+                write_manifest(loaded, tool.result(), read, outputs, statistics, staging)
+            )
             names = [output.name for output in outputs]
-            refuse_others(out, recipe.name, outputs)
+            refuse_overwriting_others(out, recipe.name, outputs)
             staging.commit(stale_outputs(out, recipe.name, names))
     return BuildReport(tuple(out / name for name in names), clock.seconds, statistics)
-
-
-def _hashed(
-    files: Sequence[Path], part: LoadedRecipe, staging: Staging, workers: Workers
-) -> list[Input]:
-    """Hash files that the build reads, and refuse to write over them or the recipe's own files.
-
-    Before they are read in full: what changes meanwhile is not up to date afterwards.
-    """
-    staging.keep([*files, *part.tree.files])
-    return list(workers.map(Input.of, files))
-
-
-def _resolved(loaded: LoadedRecipe) -> str:
-    """Return the recipe with all its defaults, and its members with theirs."""
-    recipes = (loaded.recipe, *(member.recipe for member in loaded.members))
-    return "\n".join(recipe.model_dump_json() for recipe in recipes)

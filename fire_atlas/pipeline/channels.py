@@ -1,7 +1,6 @@
 """What a frame holds besides its colours: how the flame in it moves."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from fire_atlas.channels.conventions import convention
 from fire_atlas.channels.motion import Motion, learn_motion
@@ -51,10 +50,3 @@ def measure_motion(
             context.workers,
             context.progress.advance,
         )
-
-
-def motion_figures(motion: Motion | None) -> dict[str, Any]:
-    """Return what the manifest says of an animation's motion vectors; nothing without any."""
-    if motion is None:
-        return {}
-    return {"motion": None if motion.proof is None else motion.proof.figures()}

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from fire_atlas.atlas.layout import AtlasSheet, Strip
+from fire_atlas.channels.cross_validation import motion_statistics
 from fire_atlas.channels.motion import Motion
 from fire_atlas.effect.composition.light import ClipLight
 from fire_atlas.effect.flakes.tracks import Tracks
@@ -27,7 +28,7 @@ class FinishedAnimation:
         motion: How the flame moves, where that is asked for.
         tracks: The flakes, where there are any.
         bakes_flakes: Whether the flakes are in the frames too.
-        statistics: Figures about it, for the manifest.
+        statistics: Figures about the clip and its flakes, for the manifest.
     """
 
     frames: Sequence[RenderedFrame]
@@ -43,6 +44,11 @@ class FinishedAnimation:
         """Return what goes onto the pages, of the largest scale, under the name ``name``."""
         sprites = tuple(frame.sprites[0] for frame in self.frames)
         return Strip(name, sprites, 1000 / self.fps, self.loop, self.foot)
+
+    def figures(self) -> dict[str, Any]:
+        """Return what the manifest states of the animation."""
+        motion = {} if self.motion is None else motion_statistics(self.motion.validation)
+        return {**self.statistics, **motion}
 
     @property
     def light(self) -> ClipLight | None:

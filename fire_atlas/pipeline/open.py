@@ -1,9 +1,11 @@
 """Open what a recipe names as its source: footage, sprites, or fire that is generated."""
 
 from collections.abc import Mapping
-from pathlib import Path
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.workers import Workers
+from fire_atlas.outputs.digest import HashedFile
+from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.animate import has_effect
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.load import LoadedRecipe
@@ -26,9 +28,24 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Mapping[str, Clip
     return opened
 
 
-def files_of(opened: Mapping[str, Clip] | Sprites) -> tuple[Path, ...]:
-    """Return the files that were opened, in order."""
-    return _first(opened).inputs
+def hash_inputs(
+    opened: Mapping[str, Clip] | Sprites, loaded: LoadedRecipe, staging: Staging, workers: Workers
+) -> list[HashedFile]:
+    """Hash the files of an opened source, which no output may overwrite, nor the recipe's own.
+
+    They are hashed before their frames are read: what changes meanwhile is not up to date
+    afterwards.
+    """
+    files = _first(opened).inputs
+    staging.keep([*files, *loaded.tree.files])
+    return list(workers.map(HashedFile.of, files))
+
+
+def hash_templates(loaded: LoadedRecipe, staging: Staging, workers: Workers) -> list[HashedFile]:
+    """Hash the user's own templates, which no output may overwrite, nor the recipe's own files."""
+    files = list(loaded.templates.values())
+    staging.keep([*files, *loaded.tree.files])
+    return list(workers.map(HashedFile.of, files))
 
 
 def _first(opened: Mapping[str, Clip] | Sprites) -> Clip | Sprites:

@@ -1,7 +1,7 @@
 """Pack images as they are, of any sizes, in named animations: no effect is added."""
 
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.pipeline.channels import measure_motion, motion_figures
+from fire_atlas.pipeline.channels import measure_motion
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.layers import Layers, RenderSettings
@@ -33,9 +33,7 @@ def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contri
     for name, played in sprites.animations.items():
         shown = [frames[i] for i in played]
         motion = measure_motion(shown, {}, loop, recipe.maps, context)
-        animations[name] = FinishedAnimation(
-            shown, sprites.fps, loop, motion=motion, statistics=motion_figures(motion)
-        )
+        animations[name] = FinishedAnimation(shown, sprites.fps, loop, motion=motion)
     statistics = {
         "frames": len(numbers),
         "animations": len(animations),
@@ -43,5 +41,5 @@ def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contri
         "matte": sprites.matte,
     }
     if recipe.maps.motion != "none":
-        statistics["motions"] = {name: dict(a.statistics) for name, a in animations.items()}
+        statistics["motions"] = {name: each.figures() for name, each in animations.items()}
     return Contribution(recipe.name, animations, statistics)

@@ -10,12 +10,13 @@ from fire_atlas.atlas.pages import lay_out
 from fire_atlas.channels.conventions import convention
 from fire_atlas.channels.page import draw_motion_page
 from fire_atlas.channels.sheet import margin_of, with_maps
+from fire_atlas.core.output_file import Role
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.progress import Progress
 from fire_atlas.pipeline.contribution import FinishedAnimation
 from fire_atlas.recipe.output import Atlas, Maps
 
-Image: TypeAlias = tuple[str, str, Callable[[], Bytes]]
+Image: TypeAlias = tuple[str, Role, Callable[[], Bytes]]
 """Name and role of an image, and what draws it: (H, W, 4) uint8."""
 
 
@@ -79,7 +80,7 @@ def images(
 
 
 def _sprite_pages(
-    sheet: AtlasSheet, files: Sequence[str], role: str, sprites: Sequence[Sprite], edges: Edges
+    sheet: AtlasSheet, files: Sequence[str], role: Role, sprites: Sequence[Sprite], edges: Edges
 ) -> Iterator[Image]:
     """Yield the images that show ``sprites`` in the layout of a sheet."""
     for i, file in enumerate(files):

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from fire_atlas.atlas.encode import encode_sprites
 from fire_atlas.atlas.layout import Sprite
 from fire_atlas.atlas.trim import around
-from fire_atlas.channels.evidence import spread
 from fire_atlas.channels.flow import picture
+from fire_atlas.channels.held_out import choose_held_out
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Bytes, brightness
 from fire_atlas.effect.composition.light import FrameLight
@@ -137,5 +137,5 @@ def flames_between(
         seen = flame_of(i, skipped[i].read(), simulated, settings)
         return skipped[i].part, picture(as_light(seen), settings.atlas.blend_space)
 
-    chosen = spread(sorted(skipped))
+    chosen = choose_held_out(sorted(skipped))
     return dict(zip(chosen, context.workers.map(flame, chosen), strict=True))

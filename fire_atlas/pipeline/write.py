@@ -1,43 +1,83 @@
 """Write what was made: pages, the files that describe them, and the manifest."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from fire_atlas.atlas.layout import AtlasSheet
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.formats.pages.page_file import write_page
 from fire_atlas.formats.product import Product
-from fire_atlas.outputs.manifest import Output
+from fire_atlas.outputs.digest import HashedFile, request_digest, text_digest
+from fire_atlas.outputs.manifest import (
+    InputEntry,
+    Manifest,
+    OutputEntry,
+    encode_manifest,
+    manifest_name,
+)
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import FinishedAnimation
 from fire_atlas.pipeline.pages import Image
+from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.output import Atlas, TrackName
 
 
 def write_images(
     images: Sequence[Image], atlas: Atlas, staging: Staging, context: BuildContext
-) -> list[Output]:
+) -> list[OutputEntry]:
     """Draw and write one image after the other, so that only one is in memory."""
     context.progress.stage("write", len(images))
     outputs = []
     for name, role, draw in images:
         with staging.open(name) as file:
             write_page(file, draw(), atlas, context.workers)
-        outputs.append(Output(name, role, staging.path(name)))
+        outputs.append(OutputEntry.of(name, role, staging.path(name)))
         context.progress.advance()
     return outputs
 
 
-def write_files(files: Iterable[OutputFile], staging: Staging) -> list[Output]:
+def write_files(files: Iterable[OutputFile], staging: Staging) -> list[OutputEntry]:
     """Write files as they are made."""
-    return [write_file(file, staging) for file in files]
+    return [_write(file, staging) for file in files]
 
 
-def write_file(file: OutputFile, staging: Staging) -> Output:
-    """Write one file."""
+def _write(file: OutputFile, staging: Staging) -> OutputEntry:
     with staging.open(file.name) as target:
         target.write(file.data)
-    return Output(file.name, file.role, staging.path(file.name))
+    return OutputEntry.of(file.name, file.role, staging.path(file.name))
+
+
+def write_manifest(
+    loaded: LoadedRecipe,
+    tool_digest: str,
+    inputs: Iterable[HashedFile],
+    outputs: Iterable[OutputEntry],
+    statistics: dict[str, Any],
+    staging: Staging,
+) -> OutputEntry:
+    """Write what the build was made from and what it wrote.
+
+    Args:
+        loaded: The recipe.
+        tool_digest: Of the tool that made the outputs, taken before it made them.
+        inputs: Files that were read.
+        outputs: Files that were written.
+        statistics: Figures about the result.
+        staging: Where the manifest is written.
+    """
+    resolved = (loaded.recipe, *(member.recipe for member in loaded.members))
+    manifest = Manifest(
+        name=loaded.recipe.name,
+        request_digest=request_digest(loaded.tree),
+        recipe_digest=text_digest("\n".join(recipe.model_dump_json() for recipe in resolved)),
+        tool_digest=tool_digest,
+        inputs=tuple(InputEntry.of(file, loaded.base) for file in inputs),
+        outputs=tuple(outputs),
+        statistics=statistics,
+    )
+    name = manifest_name(loaded.recipe.name)
+    return _write(OutputFile(name, "manifest", encode_manifest(manifest)), staging)
 
 
 def product_of(

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.tree import RecipeTree, member_trees, read_tree, source_files, templates
+from fire_atlas.recipe.tree import RecipeTree, read_tree, source_files, templates
 from fire_atlas.recipe.validate import validate
 
 
@@ -47,7 +47,7 @@ def load(path: Path, overrides: Sequence[str] = ()) -> LoadedRecipe:
 def load_tree(tree: RecipeTree) -> LoadedRecipe:
     """Validate a recipe that has been read."""
     recipe = validate(tree).model_copy(update={"name": tree.name})
-    members = tuple(_member(each, recipe) for each in member_trees(tree))
+    members = tuple(_member(each, recipe) for each in tree.members)
     return LoadedRecipe(
         recipe, tree.path, tree.path.parent, tree, source_files(tree), templates(tree), members
     )

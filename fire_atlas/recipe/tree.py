@@ -1,7 +1,7 @@
 """A recipe as it was written: merged, not yet validated. Needs no pydantic."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fire_atlas.core.errors import RecipeError
@@ -21,12 +21,14 @@ class RecipeTree:
         values: Plain values by key; ``extends`` is used up.
         origins: Key path → where the value was written.
         files: Every recipe file that was read, ``path`` first.
+        members: The recipes whose effects share its pages (``atlas.members``); they have none.
     """
 
     path: Path
     values: dict[str, Value]
     origins: dict[KeyPath, Origin]
     files: tuple[Path, ...]
+    members: tuple["RecipeTree", ...] = ()
 
     @property
     def name(self) -> str:
@@ -64,13 +66,55 @@ class RecipeTree:
         return (folder / text).resolve()
 
 
+MEMBERS = ("atlas", "members")
+"""The key that names recipes whose effects share the pages of another."""
+
+
 def read_tree(path: Path, overrides: Sequence[str] = ()) -> RecipeTree:
-    """Return the recipe ``path`` with ``overrides`` (``key=value``) and all it extends."""
+    """Return the recipe ``path`` with ``overrides`` (``key=value``), all it extends, and members.
+
+    This is where members are read, once: whoever needs one finds it in ``members``.
+
+    Raises:
+        RecipeError: A file cannot be read, or a member has members itself or another's name.
+    """
+    tree = read_without_members(path, overrides)
+    return replace(tree, members=_read_members(tree))
+
+
+def read_without_members(path: Path, overrides: Sequence[str] = ()) -> RecipeTree:
+    """Return the recipe ``path`` as far as its own keys go, whatever its members may be.
+
+    That is enough to know its name, and so which files its builds wrote.
+    """
     document = read_document(path)
     for text in overrides:
         document = merge(document, parse_override(text))
     document, files = inherit(document, path)
     return RecipeTree(path, document.values, document.origins, files)
+
+
+def _read_members(tree: RecipeTree) -> tuple[RecipeTree, ...]:
+    members = tree.value(MEMBERS)
+    if not members or not isinstance(members, list):
+        return ()
+    found: list[RecipeTree] = []
+    taken = {tree.name} if "source" in tree.values else set[str]()
+    for i, name in enumerate(members):
+        where = tree.origin((*MEMBERS, i)).locate((*MEMBERS, i))
+        if not isinstance(name, str) or not name or "\0" in name:
+            raise RecipeError(f"{where}: must be the path of a recipe")
+        member = read_without_members(tree.file_at((*MEMBERS, i), name))
+        if member.value(MEMBERS):
+            raise RecipeError(f"{where}: has members itself; name those here instead")
+        if member.name in taken:
+            raise RecipeError(
+                f"{where}: another effect on these pages is called {member.name} too; give one of "
+                f"them another `name`"
+            )
+        taken.add(member.name)
+        found.append(member)
+    return tuple(found)
 
 
 SOURCE_PATHS = (("source", "path"), ("source", "side_path"), ("source", "texture", "path"))
@@ -81,36 +125,6 @@ def source_files(tree: RecipeTree) -> dict[tuple[str, ...], Path]:
     """Return the absolute path (or glob) of each file that the source names, by its key."""
     stated = {key: tree.value(key) for key in SOURCE_PATHS}
     return {key: tree.file_at(key, text) for key, text in stated.items() if isinstance(text, str)}
-
-
-MEMBERS = ("atlas", "members")
-"""The key that names recipes whose effects share the pages of another."""
-
-
-def member_trees(tree: RecipeTree) -> list[RecipeTree]:
-    """Return the recipes that share the pages of ``tree``, as they are written.
-
-    Raises:
-        RecipeError: One cannot be read, has members itself, or the name of another.
-    """
-    members = tree.value(MEMBERS)
-    found: list[RecipeTree] = []
-    taken = {tree.name} if "source" in tree.values else set[str]()
-    for i, name in enumerate(members if isinstance(members, list) else []):
-        where = tree.origin((*MEMBERS, i)).locate((*MEMBERS, i))
-        if not isinstance(name, str) or not name or "\0" in name:
-            raise RecipeError(f"{where}: must be the path of a recipe")
-        member = read_tree(tree.file_at((*MEMBERS, i), name))
-        if member.value(MEMBERS):
-            raise RecipeError(f"{where}: has members itself; name those here instead")
-        if member.name in taken:
-            raise RecipeError(
-                f"{where}: another effect on these pages is called {member.name} too; give one of "
-                f"them another `name`"
-            )
-        taken.add(member.name)
-        found.append(member)
-    return found
 
 
 def templates(tree: RecipeTree) -> dict[str, Path]:

@@ -9,7 +9,7 @@ the root mean square error against that of plain blending: 20 % means a fifth cl
 the best of the three wrong choices of signs; what the build itself says of its vectors, from
 frames that it held out of the half it had; and the same for the whole clip. ``seen`` is Unity's
 gain where the build has the whole clip and drops every other frame itself, at half the rate
-(``timeline.fps``), so that some of the frames that are predicted were its evidence.
+(``timeline.fps``), so that some of the frames that are predicted are those it held out.
 
 Vectors must never be worse than plain blending where the build has the whole clip. Where it has
 only half of it, a light that alternates with every frame, as that of the candle does, looks like

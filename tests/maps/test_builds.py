@@ -4,6 +4,7 @@ import contextlib
 import io
 import json
 import math
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -75,9 +76,9 @@ def test_wrong_signs_are_further_from_what_the_right_one_shows(
 ) -> None:
     """Where the steps of two frames meet: frame 5 from frames 4 and 6, played at half rate."""
     statistics = json.loads((books[engine] / "fire.manifest.json").read_text())["statistics"]
-    proof = statistics["motion"]
-    assert proof["sign_right"] and proof["gain"] > 0.1
-    assert max(proof["other_signs"]) < proof["gain"]
+    motion = statistics["motion"]
+    assert motion["sign_right"] and motion["gain"] > 0.1
+    assert max(motion["other_signs"]) < motion["gain"]
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -153,6 +154,77 @@ def test_inspect_and_templates_know_them(
     assert context["pages"][0]["maps"] == {"motion": "fire.motion.png"}
     assert context["motion"]["scale"] == meta(books["unity"])["maps"][0]["scale"]
     assert context["motion"]["green"] == "up"
+
+
+FIGURES = {"held_out": 8, "written": True, "gain": 0.3149, "other_signs": [-0.2, 0.049, -0.517],
+           "sign_right": True}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("statistics", "sentences"),
+    [
+        (
+            {"motion": FIGURES},
+            "motion vectors: 31 % closer than plain blending; sign right "
+            "(others -20 %, +5 %, -52 %)",
+        ),
+        (
+            {"motion": {**FIGURES, "gain": 0.01}},
+            "motion vectors: 1 % closer than plain blending; sign WRONG "
+            "(others -20 %, +5 %, -52 %)",
+        ),
+        (
+            {"members": {"a": {"animations": {"left": {"motion": {**FIGURES, "written": False}}}},
+                         "b": {"animations": 1, "motions": {"run": {"motion": None}}}}},
+            "motion vectors of a/left: none, plain blending is as close to frames that were held "
+            "out motion vectors of b/run: none, the animation is too short to test them",
+        ),
+    ],
+)  # fmt: skip
+def test_inspect_says_what_the_build_found_out_about_vectors(
+    books: dict[str, Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    statistics: dict[str, Any],
+    sentences: str,
+) -> None:
+    out = shutil.copytree(books["unity"], tmp_path / "build")
+    manifest = out / "fire.manifest.json"
+    document = json.loads(manifest.read_text(encoding="utf-8"))
+    manifest.write_text(json.dumps({**document, "statistics": statistics}), encoding="utf-8")
+    assert main(["inspect", str(out / "fire.json")]) == 0
+    assert sentences in " ".join(capsys.readouterr().out.split())
+    manifest.unlink()
+    assert main(["inspect", str(out / "fire.json")]) == 0
+    assert "motion vectors" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("{", "JSONDecodeError: Expecting property name"),
+        ("{}", "ValueError: a key is missing"),
+        ('{"statistics": {"motion": {}}}', "ValueError: {} are no figures of motion vectors"),
+        ('{"statistics": {"members": {"a": 1}}}', "ValueError: 1 are no statistics"),
+    ],
+)
+def test_inspect_refuses_a_broken_manifest(
+    books: dict[str, Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    text: str,
+    reason: str,
+) -> None:
+    out = shutil.copytree(books["unity"], tmp_path / "build")
+    manifest = out / "fire.manifest.json"
+    if "statistics" in text:
+        document = json.loads(manifest.read_text(encoding="utf-8"))
+        text = json.dumps({**document, **json.loads(text)})
+    manifest.write_text(text, encoding="utf-8")
+    assert main(["inspect", str(out / "fire.json")]) == 1
+    said = capsys.readouterr().err
+    assert f"fire.manifest.json: is no manifest that fire-atlas wrote ({reason}" in said
+    assert "); build the recipe again" in said
 
 
 def test_a_scale_has_the_same_motion_in_cells_and_half_of_it_in_pixels(tmp_path: Path) -> None:
@@ -267,7 +339,7 @@ def test_off_is_a_choice_and_writes_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("name", "least"), [("real_candle_red", None), ("sim_unity_flame02", 0.5)])
-def test_frames_that_are_left_out_are_the_evidence(
+def test_frames_that_the_build_drops_from_its_source_validate_the_vectors(
     clips: Path, tmp_path: Path, name: str, least: float | None
 ) -> None:
     """The candle flickers once in two of its frames: every other one tells nothing of the rest."""

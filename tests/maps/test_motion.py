@@ -92,7 +92,7 @@ def test_noise_that_cannot_be_foretold_has_no_vectors() -> None:
         noise = cv2.GaussianBlur(rng.normal(128, 300, (SIZE, SIZE)), (0, 0), 4)
         frames.append(np.dstack([np.clip(noise, 0, 255)] * 3 + [np.full_like(noise, 255)]))
     motion = learned([frame.astype(np.uint8) for frame in frames])
-    assert motion.proof is not None
+    assert motion.validation is not None
     assert np.mean([np.abs(cell).mean() for cell in motion.cells]) < 0.2
 
 
@@ -100,7 +100,7 @@ def test_noise_that_cannot_be_foretold_has_no_vectors() -> None:
 def test_without_a_frame_to_hold_out_nothing_is_claimed(count: int) -> None:
     for loop in (False, True):
         motion = learned(clip(lambda x, y, i: (x - 2 * i, y), count), loop=loop)
-        assert motion.proof is None
+        assert motion.validation is None
         assert len(motion.cells) == count and not np.any(motion.cells)
 
 
@@ -123,12 +123,12 @@ def test_a_loop_moves_from_its_last_frame_into_its_first() -> None:
         assert motion.cells[i][middle].mean(axis=(0, 1)) == pytest.approx(true, abs=0.15)
 
 
-def test_the_proof_finds_the_sign_and_how_much_closer_it_is() -> None:
-    proof = learned(clip(lambda x, y, i: (x - 3 * (i - 4), y + 3 * (i - 4)), 9)).proof
-    assert proof is not None
-    assert proof.sign_right
-    assert proof.gains[0] > 0.5
-    assert max(proof.gains[1:]) < 0.1
+def test_cross_validation_finds_the_sign_and_how_much_closer_it_is() -> None:
+    report = learned(clip(lambda x, y, i: (x - 3 * (i - 4), y + 3 * (i - 4)), 9)).validation
+    assert report is not None
+    assert report.sign_right
+    assert report.gains[0] > 0.5
+    assert max(report.gains[1:]) < 0.1
 
 
 def test_motion_that_the_frames_left_out_do_not_make_is_not_written() -> None:
@@ -136,12 +136,12 @@ def test_motion_that_the_frames_left_out_do_not_make_is_not_written() -> None:
     all_frames = clip(lambda x, y, i: (x - 2 * (i - 8) - 30 * (i % 2), y), 17)
     shown = all_frames[::2]
     between = {i: (0.5, frame) for i, frame in enumerate(all_frames[1::2])}
-    trusting, knowing = learned(shown), learned(shown, between)
-    assert trusting.proof is not None and trusting.proof.helps
-    assert any(cell.any() for cell in trusting.cells)
-    assert knowing.proof is not None and not knowing.proof.helps
-    assert knowing.proof.held_out == 8
-    assert not any(cell.any() for cell in knowing.cells)
+    alone, informed = learned(shown), learned(shown, between)
+    assert alone.validation is not None and alone.validation.helps
+    assert any(cell.any() for cell in alone.cells)
+    assert informed.validation is not None and not informed.validation.helps
+    assert informed.validation.held_out == 8
+    assert not any(cell.any() for cell in informed.cells)
 
 
 def test_motion_that_the_frames_left_out_make_too_is_written_in_full() -> None:
@@ -149,8 +149,8 @@ def test_motion_that_the_frames_left_out_make_too_is_written_in_full() -> None:
     all_frames = clip(lambda x, y, i: (x - (i - 16), y + 0.75 * (i - 16)), 33)
     between = {i: (part / 4, all_frames[4 * i + part]) for i, part in ((0, 2), (3, 1), (6, 3))}
     motion = learned(all_frames[::4], between)
-    assert motion.proof is not None
-    assert motion.proof.held_out == 3 and motion.proof.gains[0] > 0.7
+    assert motion.validation is not None
+    assert motion.validation.held_out == 3 and motion.validation.gains[0] > 0.7
     for i in range(1, 8):
         off = error_inside(motion.cells[i], np.array((4.0, -3.0)), all_frames[4 * i])
         assert np.percentile(off, 99) < 0.5
@@ -209,4 +209,4 @@ def test_the_number_of_workers_changes_nothing() -> None:
     frames = clip(lambda x, y, i: (x - 2 * (i - 3), y - i))
     one, three = learned(frames, jobs=1), learned(frames, jobs=3)
     assert np.array_equal(one.cells, three.cells)
-    assert one.proof == three.proof
+    assert one.validation == three.validation

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from fire_atlas.atlas.layout import AtlasSheet
-from fire_atlas.core.output_file import OutputFile
+from fire_atlas.core.output_file import OutputFile, Role
 from fire_atlas.engines.unity.flake_tracks import Flight, flake_bytes
 from fire_atlas.engines.unity.geometry import max_texture_size, pivot_px
 from fire_atlas.engines.unity.identity import guid_of, guids_in, part_id
@@ -20,7 +20,6 @@ from fire_atlas.engines.unity.sprites import SpriteOfPage, sprites_of
 from fire_atlas.engines.unity.yaml_text import scalar, single
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
-from fire_atlas.outputs.manifest import IMPORT
 from fire_atlas.recipe.unity import UnityOptions
 
 _FILTERS = (scalar, single)
@@ -88,7 +87,7 @@ class _Export:
         old = read_meta(meta, self.product.existing(meta))
         return guids_in(old)[0] if old else guid_of(self.options.namespace, file)
 
-    def asset(self, file: str, data: bytes, role: str = "engine") -> Iterator[OutputFile]:
+    def asset(self, file: str, data: bytes, role: Role = "engine") -> Iterator[OutputFile]:
         """Yield a file and its ``.meta``."""
         kind = _KINDS[file[file.rindex(".") :]]
         yield OutputFile(file, role, data)
@@ -99,7 +98,7 @@ class _Export:
             main_id=kind.main_id,
         )
         old = read_meta(f"{file}.meta", self.product.existing(f"{file}.meta"))
-        yield OutputFile(f"{file}.meta", IMPORT, merged(old, fresh, ()).encode())
+        yield OutputFile(f"{file}.meta", "import", merged(old, fresh, ()).encode())
 
     def text(self, file: str, template: str, **context: object) -> Iterator[OutputFile]:
         """Yield what a template makes, and its ``.meta``."""
@@ -125,7 +124,7 @@ class _Export:
                 floats=floats,
             ).encode()
         )
-        yield from self.asset(f"{stem}.mat", material, IMPORT)
+        yield from self.asset(f"{stem}.mat", material, "import")
 
     def flakes(self) -> Iterator[OutputFile]:
         """Yield the flakes' tracks and what plays them."""
@@ -185,7 +184,7 @@ class _Export:
         old = read_meta(file, self.product.existing(file))
         owned = (*TEXTURE_KEYS, *((SECONDARY,) if beside else ()))
         meta = with_max_size(merged(old, fresh, owned), size)
-        return OutputFile(file, IMPORT, meta.encode())
+        return OutputFile(file, "import", meta.encode())
 
     def clips(self, sheet: AtlasSheet, sprites: dict[str, SpriteOfPage]) -> Iterator[OutputFile]:
         """Yield an animation clip for each animation, and the controller of them."""

@@ -1,0 +1,172 @@
+"""Hold frames out of a clip, and measure on them how reliable its motion vectors are.
+
+Where the source has frames between those that are shown, they are held out, and nothing else is as
+good a witness: a flame that sways to and fro between two frames looks calm in them. Else frame m is
+held out and predicted from m − 1 and m + 1, by vectors that were found without it, over steps of
+two frames. In that the clip is twice as fast as it will be played.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.channels.cells import cell_vectors
+from fire_atlas.channels.flow import Halfway, Vectors, halfway, warped
+from fire_atlas.core.pixels import Bytes, Plane, as_plane
+from fire_atlas.core.workers import Workers
+
+_MAX_HELD_OUT = 8
+"""Most frames of a clip that are held out."""
+
+_BLOCK_SIZE = 1 / 16
+"""Size of the blocks in which errors are averaged, as a share of the longer side."""
+
+_SHARES = 5
+"""Shares of a vector that are tried, evenly spread from none to all of it."""
+
+_PRIOR_WEIGHT = 0.5
+"""The error of the whole picture counts in every block like so many blocks of average error."""
+
+_HALF_STEP_GAIN = 2.0
+"""Vectors of a step are so many times as reliable as those of twice that step, 1 at most: fire
+loses its coherence with the time that passes."""
+
+
+class HeldOutFrame(NamedTuple):
+    """A frame that was held out, and the frames beside it with their vectors.
+
+    Attributes:
+        before, actual, after: (h, w, 4) uint8; ``actual`` is the frame that was held out.
+        vectors: Of ``before`` and of ``after``: (h, w, 2), px of the picture from the one to the
+            other, as if they were fully reliable.
+        span: Frames of the clip from ``before`` to ``after``, 1 or 2.
+        blend: The client's blend factor at the time of ``actual``: 0 at ``before``, 1 at ``after``.
+    """
+
+    before: Bytes
+    actual: Bytes
+    after: Bytes
+    vectors: tuple[Vectors, Vectors]
+    span: int
+    blend: float
+
+    def predicted(self, vectors: tuple[Vectors, Vectors]) -> NDArray[np.float32]:
+        """Return the frame that the client's formula shows there, (h, w, 4), 0..255."""
+        one = warped(self.before.astype(np.float32), vectors[0], -self.blend)
+        other = warped(self.after.astype(np.float32), vectors[1], 1 - self.blend)
+        return self.blended(one, other)
+
+    def blended(self, one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return what two pictures blend to at that time."""
+        return as_plane(one + (other - one) * np.float32(self.blend))
+
+
+def choose_held_out(numbers: Sequence[int]) -> list[int]:
+    """Return those of ``numbers`` that are held out, evenly spread, in order."""
+    at = np.linspace(0, len(numbers) - 1, min(_MAX_HELD_OUT, len(numbers)))
+    return sorted({numbers[round(n)] for n in at})
+
+
+def hold_out(
+    pictures: Sequence[Bytes],
+    skipped: Mapping[int, tuple[float, Bytes]],
+    loop: bool,
+    pad: float,
+    workers: Workers,
+) -> list[HeldOutFrame]:
+    """Hold out frames evenly spread over the clip; none where it has fewer than three.
+
+    Args:
+        pictures: Every frame of the clip, (h, w, 4) uint8.
+        skipped: By frame, what the source shows between it and the next, and after how much of
+            the step (0..1); these are held out, if there are any.
+        loop: Whether the first frame follows the last.
+        pad: px beyond the flame at which vectors begin to fade.
+        workers: The pool.
+    """
+    if skipped:
+        return list(workers.map(
+            lambda i: _held_out(*skipped[i], i, 1, pictures, loop, pad), sorted(skipped)
+        ))  # fmt: skip
+    count = len(pictures)
+    middles = range(count if count > 2 else 0) if loop else range(1, count - 1)
+    return list(workers.map(
+        lambda m: _held_out(0.5, pictures[m], m - 1, 2, pictures, loop, pad),
+        choose_held_out(middles),
+    ))  # fmt: skip
+
+
+def reliability(held_out: Sequence[HeldOutFrame], shape: tuple[int, int]) -> Plane:
+    """Return the share of a vector, (h, w), 0..1, that predicts held-out frames best in each place.
+
+    Of the errors with several shares the least is taken, and the lowest point of the parabola
+    through it and its neighbours. Without a frame that was held out nothing is reliable.
+    """
+    if not held_out:
+        return np.zeros(shape, np.float32)
+    totals = np.zeros((_SHARES, *shape), np.float32)
+    for frame in held_out:
+        for total, share in zip(totals, np.linspace(0, 1, _SHARES, dtype=np.float32), strict=True):
+            vectors = frame.vectors[0] * share, frame.vectors[1] * share
+            total += squared_error(frame.predicted(vectors), frame.actual)
+    sigma = _BLOCK_SIZE * max(shape)
+    errors = np.stack([
+        cv2.GaussianBlur(total, (0, 0), sigma)
+        + np.float32(_PRIOR_WEIGHT * total.mean(dtype=np.float64))
+        for total in totals
+    ])  # fmt: skip
+    gain = _HALF_STEP_GAIN if held_out[0].span == 2 else 1.0
+    return as_plane(np.clip(gain * _best_share(errors), 0, 1))
+
+
+def _best_share(errors: NDArray[np.float32]) -> Plane:
+    """Return the share, 0..1, at which each place of ``errors`` (shares, h, w) is least."""
+    last = len(errors) - 1
+    least = np.argmin(errors, axis=0)
+    middle = np.clip(least, 1, last - 1)
+    low, here, high = (
+        np.take_along_axis(errors, (middle + n)[None], axis=0)[0] for n in (-1, 0, 1)
+    )
+    curve = low - 2 * here + high
+    bent = curve > 1e-6 * here
+    beside = np.where(bent, (low - high) / (2 * np.where(bent, curve, 1)), least - middle)
+    at_end = least != middle  # beyond the ends nothing was tried
+    return as_plane(np.where(at_end, least, middle + np.clip(beside, -1, 1)) / np.float32(last))
+
+
+def squared_error(predicted: NDArray[np.float32], actual: Bytes) -> Plane:
+    """Return the mean squared difference (h, w) over the channels."""
+    return as_plane(np.mean((predicted - actual) ** 2, axis=2))
+
+
+def _held_out(
+    blend: float,
+    actual: Bytes,
+    first: int,
+    span: int,
+    pictures: Sequence[Bytes],
+    loop: bool,
+    pad: float,
+) -> HeldOutFrame:
+    """Return ``actual`` with the frames ``first`` and ``first + span`` beside it."""
+    count = len(pictures)
+
+    def shown(i: int) -> Bytes:
+        return pictures[i % count if loop else min(max(i, 0), count - 1)]
+
+    def step(i: int) -> Halfway | None:
+        known = loop or (i >= 0 and i + span < count)
+        return halfway(shown(i), shown(i + span)) if known else None
+
+    at = first - span, first, first + span, first + 2 * span
+    into, across, out = (step(i) for i in at[:3])
+    earlier, before, after, later = (shown(i) for i in at)
+    everywhere = np.ones(actual.shape[:2], np.float32)
+    vectors = (
+        cell_vectors((into, across), (earlier, before, after), everywhere, pad),
+        cell_vectors((across, out), (before, after, later), everywhere, pad),
+    )
+    return HeldOutFrame(before, actual, after, vectors, span, blend)

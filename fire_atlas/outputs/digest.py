@@ -1,0 +1,79 @@
+"""SHA-256 of what a manifest remembers: of files, of what a recipe asks for, of this tool."""
+
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Self
+
+from fire_atlas.core.shipped import shipped
+from fire_atlas.recipe.tree import RecipeTree
+
+_LIBRARIES = (
+    "numpy",
+    "opencv-contrib-python-headless",
+    "Pillow",
+    "pydantic",
+    "Jinja2",
+    "av",
+    "pyoxipng",
+)
+"""Distributions whose version may change the bytes of an output."""
+
+
+@dataclass(frozen=True, slots=True)
+class HashedFile:
+    """A file that a build reads, and its SHA-256 before it was read."""
+
+    path: Path
+    sha256: str
+
+    @classmethod
+    def of(cls, path: Path) -> Self:
+        """Look at the file as it is now."""
+        return cls(path, file_digest(path))
+
+
+def file_digest(path: Path) -> str:
+    """Return the SHA-256 of a file, as hexadecimal digits."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def text_digest(text: str) -> str:
+    """Return the SHA-256 of a text in UTF-8."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def request_digest(tree: RecipeTree) -> str:
+    """Return the SHA-256 of all that a recipe, its members, what they extend and ``--set`` say.
+
+    Comments, and the file and line in which a key stands, make no difference.
+    """
+    return text_digest(json.dumps([[each.name, each.values] for each in (tree, *tree.members)]))
+
+
+@cache
+def tool_digest() -> str:
+    """Return the SHA-256 of what makes the bytes: this tool's code and its libraries' versions.
+
+    Looked at once: what is changed while the tool runs is not what it runs.
+    """
+    digest = hashlib.sha256()
+    package = Path(__file__).resolve().parents[1]
+    for folder, pattern in ((package, "*.py"), (shipped("templates"), "*")):
+        for path in sorted(path for path in folder.rglob(pattern) if path.is_file()):
+            digest.update(path.relative_to(folder).as_posix().encode())
+            digest.update(path.read_bytes())
+    for library in _LIBRARIES:
+        digest.update(f"{library} {_version(library)}\n".encode())
+    return digest.hexdigest()
+
+
+def _version(library: str) -> str:
+    try:
+        return metadata.version(library)
+    except metadata.PackageNotFoundError:
+        return "absent"  # some only come with an extra

@@ -1,0 +1,77 @@
+"""Whether a build would write anything else than what an earlier one wrote, and why."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from fire_atlas.outputs.dependencies import inputs_of
+from fire_atlas.outputs.digest import file_digest, request_digest, tool_digest
+from fire_atlas.outputs.manifest import (
+    InputEntry,
+    OutputEntry,
+    input_path,
+    manifest_name,
+    read_manifest,
+)
+from fire_atlas.recipe.tree import RecipeTree
+
+
+def why_stale(tree: RecipeTree, out: Path) -> str | None:
+    """Say why building ``tree`` now would write other outputs than those in ``out``; None if it
+    would not.
+
+    Raises:
+        SourceError: The source is missing, or has not the frames that the recipe asks for.
+    """
+    manifest = read_manifest(out, tree.name)
+    if manifest is None:
+        return f"{out} holds no sound {manifest_name(tree.name)}"
+    if manifest.request_digest != request_digest(tree):
+        return "the recipe says something else now"
+    if manifest.tool_digest != tool_digest():
+        return "fire-atlas or one of its libraries is another version"
+    reason = _why_inputs_differ(manifest.inputs, inputs_of(tree), tree.path.parent)
+    return reason or _why_outputs_differ(manifest.outputs, out)
+
+
+def _why_inputs_differ(
+    before: Sequence[InputEntry], inputs: Sequence[Path], folder: Path
+) -> str | None:
+    names = [input_path(path, folder) for path in inputs]
+    if names != [entry.path for entry in before]:
+        return f"there are other inputs: {_first_difference(before, names)}"
+    for path, entry in zip(inputs, before, strict=True):
+        if not _is_unchanged(path, entry.sha256):
+            return f"{entry.path} has changed"
+    return None
+
+
+def _first_difference(before: Sequence[InputEntry], names: Sequence[str]) -> str:
+    """Name an input that is new or gone, and say which; or that their order is another."""
+    known, found = {entry.path for entry in before}, set(names)
+    for name in names:
+        if name not in known:
+            return f"{name} is new"
+    for entry in before:
+        if entry.path not in found:
+            return f"{entry.path} is gone"
+    return "in another order"
+
+
+def _is_unchanged(path: Path, sha256: str) -> bool:
+    """Return whether ``path`` is as it was; if it cannot be read, the build will say why."""
+    try:
+        return file_digest(path) == sha256
+    except OSError:
+        return False
+
+
+def _why_outputs_differ(outputs: Sequence[OutputEntry], out: Path) -> str | None:
+    for entry in outputs:
+        if not _is_current(entry, out):
+            return f"{out / entry.name} is missing, or not as it was written"
+    return None
+
+
+def _is_current(entry: OutputEntry, out: Path) -> bool:
+    """Return whether an output need not be written again: engines write on in import settings."""
+    return (out / entry.name).is_file() if entry.role == "import" else entry.is_intact(out)

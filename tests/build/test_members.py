@@ -1,0 +1,126 @@
+"""Recipes that share the pages of another: each is read once, and errors are located in it."""
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from .desk import Desk
+
+MEMBERS = ("torch.yaml", "candle.yaml")
+
+
+@pytest.fixture
+def host(desk: Desk) -> Path:
+    """Return a recipe with two members, one of which extends a third file."""
+    desk.clip()
+    desk.recipe("torch.yaml", flakes="none")
+    desk.recipe("base.yaml")
+    (desk.folder / "candle.yaml").write_text("extends: base.yaml\nflakes: none\n")
+    return desk.recipe("fire.yaml", flakes="none", atlas={"members": list(MEMBERS)})
+
+
+@pytest.fixture
+def reads(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
+    """Count how often each file is opened, by its name."""
+    count: Counter[str] = Counter()
+    opened = Path.open
+
+    def counting(path: Path, *arguments: Any, **options: Any) -> Any:
+        count[path.name] += 1
+        return opened(path, *arguments, **options)
+
+    monkeypatch.setattr(Path, "open", counting)
+    return count
+
+
+def assert_read_once(reads: Counter[str]) -> None:
+    names = ("fire.yaml", "base.yaml", *MEMBERS)
+    assert {name: reads[name] for name in names} == dict.fromkeys(names, 1)
+
+
+def test_a_first_build_reads_each_recipe_once(desk: Desk, host: Path, reads: Counter[str]) -> None:
+    assert desk.run("build", host).code == 0
+    assert_read_once(reads)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "is_up_to_date"),
+    [
+        ([], True),
+        (["--dry-run"], True),
+        (["--depfile", "fire.d"], True),
+        (["--force"], False),
+        (["--force", "--dry-run"], False),
+        (["--set", "seed=2"], False),
+    ],
+)
+def test_a_build_after_a_build_reads_each_recipe_once(
+    desk: Desk,
+    host: Path,
+    reads: Counter[str],
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[str],
+    is_up_to_date: bool,
+) -> None:
+    monkeypatch.chdir(desk.folder)
+    desk.built(host)
+    reads.clear()
+    ran = desk.run("build", host, *arguments)
+    assert (ran.code, ran.is_up_to_date) == (0, is_up_to_date)
+    assert_read_once(reads)
+
+
+def test_a_check_reads_each_recipe_once(desk: Desk, host: Path, reads: Counter[str]) -> None:
+    assert desk.run("check", host).code == 0
+    assert_read_once(reads)
+
+
+@pytest.mark.parametrize("is_built", [False, True])
+def test_a_pass_of_watch_reads_each_recipe_once(
+    desk: Desk, host: Path, reads: Counter[str], monkeypatch: pytest.MonkeyPatch, is_built: bool
+) -> None:
+    def interrupted(*_: Any, **__: Any) -> None:
+        raise KeyboardInterrupt
+
+    if is_built:
+        desk.built(host)
+    reads.clear()
+    monkeypatch.setattr("watchfiles.watch", interrupted)
+    assert desk.run("watch", host).code == 130
+    assert_read_once(reads)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (None, "torch.yaml: there is no such recipe file"),
+        ("source: {path: clip}\nseed: [", "torch.yaml:3: is no valid YAML"),
+        ("source: {path: clip}\n\nsede: 1", "torch.yaml:3: sede: unknown key; did you mean seed?"),
+        ("extends: gone.yaml", "torch.yaml:1: extends: there is no recipe file"),
+        ("atlas: {members: [base.yaml]}", "fire.yaml:1: atlas.members.0: has members itself"),
+        ("source: {path: clip}\nname: candle", "fire.yaml:1: atlas.members.1: another effect"),
+    ],
+)
+@pytest.mark.parametrize("is_built", [False, True])
+def test_what_is_wrong_in_a_member_is_located(
+    desk: Desk, host: Path, is_built: bool, text: str | None, message: str
+) -> None:
+    if is_built:
+        desk.built(host)
+    member = desk.folder / "torch.yaml"
+    member.unlink()
+    if text is not None:
+        member.write_text(text)
+    for command in (["build"], ["build", "--dry-run"], ["check"]):
+        ran = desk.run(*command, host)
+        assert ran.code == 2
+        assert message in ran.err
+
+
+def test_a_recipe_whose_member_is_gone_can_still_be_cleaned(desk: Desk, host: Path) -> None:
+    assert "fire.png" in desk.built(host)
+    (desk.folder / "torch.yaml").unlink()
+    assert desk.run("clean", host).code == 0
+    assert not any(desk.build.iterdir())
