@@ -9,6 +9,7 @@ from fire_atlas.core.pixels import (
     encode_bytes,
     encode_unit,
     linear_to_srgb,
+    magnitude,
     premultiply,
     srgb_to_linear,
     unpremultiply,
@@ -57,3 +58,15 @@ def test_grey_has_the_brightness_of_its_byte(space: str) -> None:
 def test_half_covered_white_is_as_bright_as_the_client_shows_it(space: str, shown: float) -> None:
     pixels = np.full((2, 2, 4), 0.5, np.float32)
     assert brightness(pixels, space) == pytest.approx(shown, abs=0.1)
+
+
+def test_a_magnitude_is_the_length_of_its_vector() -> None:
+    x, y = np.array([[3.0, -5.0, 0.0]], np.float32), np.array([[4.0, 12.0, 0.0]], np.float32)
+    assert magnitude(x, y).tolist() == [[5.0, 13.0, 0.0]]
+
+
+def test_a_magnitude_has_the_same_bits_wherever_in_memory_it_lies() -> None:
+    rng = np.random.default_rng(1)
+    x, y = (rng.normal(size=(37, 29)).astype(np.float32) for _ in range(2))
+    found = [magnitude(x, y) for _ in range(64)]  # all kept, so that each lies elsewhere
+    assert len({plane.tobytes() for plane in found}) == 1
