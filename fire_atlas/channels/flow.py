@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import BlendSpace, encode_frame
-from fire_atlas.core.pixels import Bytes, Pixels, Plane, as_plane
+from fire_atlas.core.pixels import Bytes, Pixels, Plane, as_plane, magnitude
 
 Vectors = NDArray[np.float32]
 """(h, w, 2) float32: x right, y down, px a frame."""
@@ -78,7 +78,7 @@ def warped(image: NDArray[np.float32], vectors: Vectors, share: float) -> NDArra
 
 def length_of(vectors: Vectors) -> Plane:
     """Return the lengths (h, w) of vectors."""
-    return as_plane(cv2.magnitude(*cv2.split(vectors)))
+    return magnitude(vectors[..., 0], vectors[..., 1])
 
 
 def _seen(shown: Bytes) -> Bytes:

@@ -32,6 +32,15 @@ def as_plane(array: NDArray[Any]) -> NDArray[np.float32]:
     return np.asarray(array, np.float32)
 
 
+def magnitude(x: Plane, y: Plane) -> Plane:
+    """Lengths of the vectors (x, y), float32; any shape.
+
+    Not ``cv2.magnitude``: in builds with Intel IPP the last bits of its results depend on where in
+    memory these lie, and the same recipe would not always give the same files.
+    """
+    return as_plane(np.sqrt(x * x + y * y))
+
+
 def srgb_to_linear(value: NDArray[np.floating]) -> NDArray[np.float32]:
     """Linear light of sRGB values in 0..1, by the exact curve (IEC 61966-2-1); any shape."""
     v = np.asarray(value, np.float64)

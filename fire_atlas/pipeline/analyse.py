@@ -7,13 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, Self
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip, Window, cropped
 from fire_atlas.core.picture import as_light, brightness_of
-from fire_atlas.core.pixels import Bytes, Plane, as_plane
+from fire_atlas.core.pixels import Bytes, Plane, magnitude
 from fire_atlas.effect.field.air import grid_shape
 from fire_atlas.effect.field.buoyancy import Drive
 from fire_atlas.effect.field.carry import driving_order, record_field
@@ -188,7 +187,7 @@ class _FrameAnalyser:
             *feature_vectors(bright, features.sigma, study.epsilon, study.kappa),
             study.buoyancy, features.beta, features.clamp,
         )  # fmt: skip
-        strength = as_plane(cv2.magnitude(fx, fy))
+        strength = magnitude(fx, fy)
         if features.preset == "auto":
             strength = strength * mask
         unit = np.float32(1 / study.typical)

@@ -4,9 +4,7 @@ Each format's module finds the patches without decoding them and can wrap each a
 its format; timing, disposal and blending are then the same code for all three.
 """
 
-from collections.abc import Callable, Generator
-from dataclasses import dataclass
-from enum import Enum
+from collections.abc import Generator
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -15,66 +13,16 @@ import numpy as np
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture, white, with_alpha
+from fire_atlas.sources import apng, gif, webp
 from fire_atlas.sources.broken import BrokenFileError
 from fire_atlas.sources.images import check_size, decode_bytes, read_bytes
 from fire_atlas.sources.listing import MAX_FRAMES
+from fire_atlas.sources.patches import Animation, Disposal, Patch
 from fire_atlas.sources.reel import Reel, played
 from fire_atlas.sources.timing import resample
 
 _UNSAID_DELAY = Fraction(1, 10)
 """A delay of 0 is shown for 100 ms, as browsers do."""
-
-
-class Disposal(Enum):
-    """What happens to a patch's rectangle after its time."""
-
-    KEEP = "keep"
-    CLEAR = "clear"
-    RESTORE = "restore"
-
-
-@dataclass(frozen=True, slots=True)
-class Patch:
-    """One drawing step of an animation.
-
-    Attributes:
-        x, y: Where its top-left corner goes on the canvas, px.
-        width, height: px.
-        delay: How long it is shown, s; 0 if the file does not say.
-        disposal: What happens to its rectangle afterwards.
-        blend: True if it is laid over the canvas, False if it replaces it.
-        start, stop: Where its data lie in the file, bytes.
-        extra: What else is needed to wrap it as a still.
-    """
-
-    x: int
-    y: int
-    width: int
-    height: int
-    delay: Fraction
-    disposal: Disposal
-    blend: bool
-    start: int
-    stop: int
-    extra: bytes = b""
-
-
-@dataclass(frozen=True, slots=True)
-class Animation:
-    """The patches of a file, and how to make a still image file of each.
-
-    Attributes:
-        format: ``gif``, ``png`` or ``webp``.
-        width, height: Canvas, px.
-        patches: At least one.
-        wrap: Gives the bytes of a still image from a patch and its bytes in the file.
-    """
-
-    format: str
-    width: int
-    height: int
-    patches: list[Patch]
-    wrap: Callable[[Patch, bytes], bytes]
 
 
 def open_animation(path: Path, kind: str, fps: float | None) -> Reel:
@@ -95,8 +43,6 @@ def open_animation(path: Path, kind: str, fps: float | None) -> Reel:
 
 
 def _parse(path: Path, kind: str) -> Animation:
-    from fire_atlas.sources import apng, gif, webp
-
     parse = {"gif": gif.parse, "png": apng.parse, "webp": webp.parse}[kind]
     data = read_bytes(path)
     try:

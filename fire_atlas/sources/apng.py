@@ -4,8 +4,8 @@ import struct
 from fractions import Fraction
 
 from fire_atlas.sources import png
-from fire_atlas.sources.animated import Animation, Disposal, Patch
 from fire_atlas.sources.broken import BrokenFileError
+from fire_atlas.sources.patches import Animation, Disposal, Patch
 from fire_atlas.sources.png import Chunk
 
 _DISPOSALS = (Disposal.KEEP, Disposal.CLEAR, Disposal.RESTORE)

@@ -3,8 +3,8 @@
 import struct
 from fractions import Fraction
 
-from fire_atlas.sources.animated import Animation, Disposal, Patch
 from fire_atlas.sources.broken import BrokenFileError
+from fire_atlas.sources.patches import Animation, Disposal, Patch
 
 _EXTENSION, _IMAGE, _TRAILER, _CONTROL = 0x21, 0x2C, 0x3B, 0xF9
 _NO_CONTROL = bytes(4)

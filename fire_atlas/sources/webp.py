@@ -4,9 +4,9 @@ import struct
 from collections.abc import Iterator
 from fractions import Fraction
 
-from fire_atlas.sources.animated import Animation, Disposal, Patch
 from fire_atlas.sources.broken import BrokenFileError
 from fire_atlas.sources.images import webp_size
+from fire_atlas.sources.patches import Animation, Disposal, Patch
 
 _ALPHA_FLAG = 0x10
 

@@ -10,6 +10,7 @@ from fire_atlas.core.pixels import (
     encode_bytes,
     encode_unit,
     linear_to_srgb,
+    magnitude,
     premultiply,
     srgb_to_linear,
     unpremultiply,
@@ -64,3 +65,15 @@ def test_a_picture_without_pixels_is_encoded_to_one_without_bytes() -> None:
     none = np.empty((1, 0, 3), np.float32)
     assert encode_bytes(none).shape == decode_unit(none).shape == (1, 0, 3)
     assert encode_bytes(none).dtype == np.uint8
+
+
+def test_a_magnitude_is_the_length_of_its_vector() -> None:
+    x, y = np.array([[3.0, -5.0, 0.0]], np.float32), np.array([[4.0, 12.0, 0.0]], np.float32)
+    assert magnitude(x, y).tolist() == [[5.0, 13.0, 0.0]]
+
+
+def test_a_magnitude_has_the_same_bits_wherever_in_memory_it_lies() -> None:
+    rng = np.random.default_rng(1)
+    x, y = (rng.normal(size=(37, 29)).astype(np.float32) for _ in range(2))
+    found = [magnitude(x, y) for _ in range(64)]  # all kept, so that each lies elsewhere
+    assert len({plane.tobytes() for plane in found}) == 1

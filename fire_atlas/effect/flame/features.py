@@ -10,7 +10,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from fire_atlas.core.pixels import Plane, as_plane
+from fire_atlas.core.pixels import Plane, as_plane, magnitude
 
 
 class Box(NamedTuple):
@@ -52,7 +52,7 @@ def gradient(plane: Plane) -> tuple[Plane, Plane]:
 
 def slope_of(brightness: Plane, sigma: tuple[float, float]) -> Plane:
     """‖∇f‖ of a picture's edges (H, W), which eq. 2 compares with ε."""
-    return as_plane(cv2.magnitude(*gradient(difference_of_gaussians(brightness, sigma))))
+    return magnitude(*gradient(difference_of_gaussians(brightness, sigma)))
 
 
 def kappa(shape: tuple[int, int], box: Box, buoyancy: tuple[float, float], n: float) -> Plane:
@@ -92,7 +92,7 @@ def feature_vectors(
 ) -> tuple[Plane, Plane]:
     """Return Fv = ∇f κ where ‖∇f‖ > ε, else 0 (eq. 2): x and y, each (H, W)."""
     gx, gy = gradient(difference_of_gaussians(brightness, sigma))
-    weight = kappa * (cv2.magnitude(gx, gy) > epsilon)
+    weight = kappa * (magnitude(gx, gy) > epsilon)
     return gx * weight, gy * weight
 
 
@@ -107,11 +107,11 @@ def refine(
         beta: β.
         clamp: Vectors shorter than this become 0 (the paper's Figure 23; 0 keeps all).
     """
-    length = cv2.magnitude(fx, fy)
+    length = magnitude(fx, fy)
     rx = fx + length * np.float32(buoyancy[0] * beta)
     ry = fy + length * np.float32(buoyancy[1] * beta)
     if clamp > 0:
-        kept = cv2.magnitude(rx, ry) >= clamp
+        kept = magnitude(rx, ry) >= clamp
         rx, ry = rx * kept, ry * kept
     return rx, ry
 

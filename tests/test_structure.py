@@ -1,0 +1,182 @@
+"""The shape of the source: its rooms, who imports whom, and how long its functions are.
+
+Read from the files alone, without an import of the package. The rooms and their order are those of
+the contracts in ``pyproject.toml``, which ``lint-imports`` holds the package to as well.
+"""
+
+import ast
+import statistics
+import tomllib
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+PROJECT = Path(__file__).parents[1]
+PACKAGE = "fire_atlas"
+
+MOST_IMPORTS = 16
+DISPATCHERS = {f"{PACKAGE}.pipeline.writers"}
+"""Modules that only say which function does what a recipe names: they import all of these."""
+
+LONGEST, MEDIAN, NINE_OF_TEN = 50, 8, 20
+"""Lines of a function: of the longest, the median, and what nine of ten have at most."""
+
+FEWER_ARROWS_THAN = 85
+COUNTED_BY_THEIR_PARTS = {f"{PACKAGE}.effect", f"{PACKAGE}.generators"}
+"""Rooms that are too large to be counted as one: arrows begin and end at the rooms within them."""
+
+
+class Taken(NamedTuple):
+    """A name that a module imports from another one, under its own name for it."""
+
+    module: str
+    name: str
+    alias: str
+
+
+@cache
+def modules() -> dict[str, ast.Module]:
+    """Return every module of the package by its dotted name."""
+    found = {}
+    for path in sorted((PROJECT / PACKAGE).rglob("*.py")):
+        name = ".".join(path.relative_to(PROJECT).with_suffix("").parts)
+        found[name.removesuffix(".__init__")] = ast.parse(path.read_text(encoding="utf-8"))
+    return found
+
+
+@cache
+def taken_by(module: str) -> list[Taken]:
+    """Return what a module imports from the project, at its top or inside its functions."""
+    return [
+        Taken(node.module, alias.name, alias.asname or alias.name)
+        for node in ast.walk(modules()[module])
+        if isinstance(node, ast.ImportFrom) and node.module and is_own(node.module)
+        for alias in node.names
+    ]
+
+
+def is_own(module: str) -> bool:
+    """Return whether a module is one of the project."""
+    return module.split(".")[0] == PACKAGE
+
+
+def origin(module: str, name: str) -> str:
+    """Return the module that ``name``, imported from ``module``, comes from."""
+    if f"{module}.{name}" in modules():
+        return f"{module}.{name}"
+    passed_on = [each for each in taken_by(module) if each.alias == name]
+    return origin(passed_on[0].module, passed_on[0].name) if passed_on else module
+
+
+@cache
+def imports() -> dict[str, set[str]]:
+    """Return which modules each module imports."""
+    return {
+        module: {origin(each.module, each.name) for each in taken_by(module)} - {module}
+        for module in modules()
+    }
+
+
+@cache
+def floors() -> dict[str, tuple[int, ...]]:
+    """Return on which floor each room of the contracts is, counted from the top.
+
+    A room within a room is on a floor of the house, and on one of those between.
+    """
+    contracts = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))
+    floor = {
+        f"{container}.{room.strip()}": number
+        for contract in contracts["tool"]["importlinter"]["contracts"]
+        if contract["type"] == "layers"
+        for container in contract["containers"]
+        for number, layer in enumerate(contract["layers"])
+        for room in layer.split("|")
+    }
+    around = {room: room.rpartition(".")[0] for room in floor}
+    return {
+        room: (floor[around[room]], floor[room]) if around[room] in floor else (floor[room],)
+        for room in floor
+    }
+
+
+def room_of(module: str) -> str:
+    """Return the innermost room that a module lies in."""
+    rooms = [room for room in floors() if f"{module}.".startswith(f"{room}.")]
+    assert rooms, f"{module} lies in no room of the contracts in pyproject.toml"
+    return max(rooms, key=len)
+
+
+@cache
+def arrows() -> set[tuple[str, str]]:
+    """Return from which room to which other there are imports; the package itself is none."""
+    return {
+        (room_of(module), room_of(imported))
+        for module in imports().keys() - {PACKAGE}
+        for imported in imports()[module] - {PACKAGE}
+        if room_of(module) != room_of(imported)
+    }
+
+
+def counted_as(room: str) -> str:
+    """Return where the arrows of a room are counted: most rooms within a room as that one."""
+    around = room.rpartition(".")[0]
+    return room if around in {PACKAGE, *COUNTED_BY_THEIR_PARTS} else around
+
+
+@cache
+def function_lengths() -> dict[str, int]:
+    """Return the lines of each function, method or function within these, by where it begins."""
+    return {
+        f"{module}:{node.lineno} {node.name}": (node.end_lineno or node.lineno) - node.lineno + 1
+        for module, tree in modules().items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    }
+
+
+def test_every_module_but_the_way_in_lies_in_a_room() -> None:
+    loose = {path.name for path in (PROJECT / PACKAGE).glob("*.py")}
+    assert loose == {"__init__.py", "__main__.py"}
+
+
+def test_the_project_imports_its_own_modules_by_their_full_names() -> None:
+    for module, tree in modules().items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom):
+                assert node.level == 0, module
+            if isinstance(node, ast.Import):
+                assert not any(is_own(alias.name) for alias in node.names), module
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    try:
+        TopologicalSorter(imports()).prepare()
+    except CycleError as error:
+        pytest.fail(" <- ".join(error.args[1]))
+
+
+def test_no_module_needs_more_than_sixteen_others() -> None:
+    many = {module: len(known) for module, known in imports().items() if len(known) > MOST_IMPORTS}
+    assert {module: count for module, count in many.items() if module not in DISPATCHERS} == {}
+
+
+def test_no_function_is_long() -> None:
+    assert {name: n for name, n in function_lengths().items() if n > LONGEST} == {}
+
+
+def test_most_functions_are_short() -> None:
+    lengths = list(function_lengths().values())
+    assert statistics.median(lengths) <= MEDIAN
+    assert statistics.quantiles(lengths, n=10)[-1] <= NINE_OF_TEN
+
+
+def test_rooms_import_downwards() -> None:
+    assert {(a, b) for a, b in arrows() if floors()[a] >= floors()[b]} == set()
+
+
+def test_rooms_know_few_others() -> None:
+    between = {(counted_as(a), counted_as(b)) for a, b in arrows()}
+    assert sum(a != b for a, b in between) < FEWER_ARROWS_THAN
