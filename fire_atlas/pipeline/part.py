@@ -23,6 +23,7 @@ from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.composition.light import ClipLight
 from fire_atlas.effect.field.buoyancy import lift_direction
+from fire_atlas.effect.field.wind import wind_in_view
 from fire_atlas.effect.flakes.tracks import Tracks, first_frames, glowing
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
 from fire_atlas.outputs.manifest import Input
@@ -106,7 +107,7 @@ def _effect_part(
     """Make the effect of each clip, a side of the same fire: an animation of its name."""
     made = {}
     for k, (name, clip) in enumerate(clips.items()):
-        wind = recipe.wind.seen_from(360 * k / len(clips))
+        wind = wind_in_view(recipe.wind, 360 * k / len(clips))
         seen = recipe.model_copy(update={"wind": wind})
         made[name] = _animation(name, seen, clip, stage)
     statistics = {name: each.statistics for name, each in made.items()}
