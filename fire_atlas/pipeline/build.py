@@ -13,7 +13,6 @@ from fire_atlas.channels.conventions import convention
 from fire_atlas.channels.page import draw_motion_page
 from fire_atlas.channels.sheet import margin_of, with_maps
 from fire_atlas.core.clock import Clock
-from fire_atlas.core.errors import OutputError
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
@@ -31,13 +30,14 @@ from fire_atlas.outputs.manifest import (
     stale_outputs,
 )
 from fire_atlas.outputs.staging import Staging
+from fire_atlas.pipeline.check import CheckedRecipe
 from fire_atlas.pipeline.describe import describe_product
 from fire_atlas.pipeline.interruption import Interruptible
 from fire_atlas.pipeline.part import Part, Stage, make_part
 from fire_atlas.pipeline.writers import track_writer
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.output import Maps, missing_extra
+from fire_atlas.recipe.output import Maps
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class BuildReport:
     statistics: dict[str, Any]
 
 
-def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> BuildReport:
+def build(loaded: CheckedRecipe, out: Path, jobs: int, progress: Progress) -> BuildReport:
     """Build one recipe into the folder ``out``: everything is written, or nothing is.
 
     Raises:
@@ -68,8 +68,6 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
         Workers(jobs) as workers,
         Staging(out) as staging,
     ):
-        if missing := missing_extra(recipe.atlas):
-            raise OutputError(missing)
         stage = Stage(workers, staging, progress, clock)
         made_by = workers.start(maker)
         templates = [Input.of(path) for path in loaded.templates.values()]

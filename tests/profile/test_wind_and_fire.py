@@ -13,7 +13,8 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.effect.field.wind import fit_gusts, wind_in_view, wind_velocity
 from fire_atlas.generators.profile.force import PER_LEVEL, Weather
 from fire_atlas.generators.profile.model import Profile
-from fire_atlas.recipe.load import load
+from fire_atlas.recipe.load import load_tree
+from fire_atlas.recipe.tree import read_tree
 from fire_atlas.recipe.wind import Wind
 from fire_atlas.sources.registry import open_source
 
@@ -81,7 +82,7 @@ def test_under_a_sustained_force_the_fire_sways_less_and_less() -> None:
 def test_gusts_close_with_the_loop(preset: str, seed: int | None) -> None:
     """From the front with any seed, for a loop begins where its front does not jump; of the ready
     recipes, every side."""
-    loaded = load(shipped("recipes") / f"{preset}.yaml")
+    loaded = load_tree(read_tree(shipped("recipes") / f"{preset}.yaml"))
     if seed is not None:
         loaded = replace(loaded, recipe=loaded.recipe.model_copy(update={"seed": seed}))
     with Workers(2) as workers:
