@@ -64,9 +64,9 @@ def _plan(tree: RecipeTree, args: Namespace) -> str | None:
     """Say why a recipe would be built; None if it would not."""
     reason = why_stale(tree, folder_of(tree, args))
     if reason is not None or args.force:
-        from fire_atlas.recipe.load import load_tree
+        from fire_atlas.pipeline.check import load_checked
 
-        load_tree(tree)  # what is wrong in it would be told as well
+        load_checked(tree)  # a build would report what is wrong in it as well
     return reason or ("--force" if args.force else None)
 
 
@@ -78,7 +78,7 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: Quiet) -> Outcome:
 
     from fire_atlas.core.workers import default_jobs
     from fire_atlas.pipeline.build import build
-    from fire_atlas.recipe.load import load_tree
+    from fire_atlas.pipeline.check import load_checked
 
-    report = build(load_tree(tree), out, args.jobs or default_jobs(), view)
+    report = build(load_checked(tree), out, args.jobs or default_jobs(), view)
     return Outcome(list(report.files), report.timings, report.statistics)

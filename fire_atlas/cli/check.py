@@ -3,25 +3,24 @@
 from argparse import Namespace
 
 from fire_atlas.cli.failure import Failures
-from fire_atlas.core.errors import OutputError, SourceError
+from fire_atlas.core.errors import SourceError
+from fire_atlas.pipeline.check import load_checked
 from fire_atlas.recipe.find import find_recipes
-from fire_atlas.recipe.load import LoadedRecipe, load
-from fire_atlas.recipe.output import missing_extra
+from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.resolved import resolved_yaml
 from fire_atlas.recipe.source import Footage
+from fire_atlas.recipe.tree import read_tree
 from fire_atlas.sources.listing import WHOLE, list_inputs
 
 
 def run(args: Namespace) -> int:
-    """Validate every recipe named, and that its input is there; return the worst exit code."""
+    """Check every recipe named, and that its input is there; return the worst exit code."""
     failures = Failures(args.verbose > 1)
     with failures.caught():
         for path in find_recipes(args.recipes):
             with failures.caught():
-                loaded = load(path, args.overrides)
+                loaded = load_checked(read_tree(path, args.overrides))
                 _find_inputs(loaded)
-                if missing := missing_extra(loaded.recipe.atlas):
-                    raise OutputError(missing)
                 if args.resolved:
                     print(resolved_yaml(loaded), end="")
                 elif not args.quiet:

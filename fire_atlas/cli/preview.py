@@ -81,11 +81,13 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
 
     from fire_atlas.core.workers import Workers, default_jobs
     from fire_atlas.pipeline.build import build
+    from fire_atlas.pipeline.check import load_checked
     from fire_atlas.pipeline.context import BuildContext
     from fire_atlas.pipeline.open import open_input
-    from fire_atlas.recipe.load import load
+    from fire_atlas.recipe.tree import read_tree
 
-    loaded = load(args.subject, [*args.overrides, "exports=[json]", "tracks=[json]"])
+    overrides = [*args.overrides, "exports=[json]", "tracks=[json]"]
+    loaded = load_checked(read_tree(args.subject, overrides))
     view = view_for(json_lines=False, quiet=args.quiet, verbose=False)
     view.begin(args.subject)
     with TemporaryDirectory(prefix="fire-atlas-") as folder:

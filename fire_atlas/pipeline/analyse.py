@@ -5,7 +5,7 @@ Frames are looked at in the pool; the air is carried from one to the next in one
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +18,12 @@ from fire_atlas.effect.field.buoyancy import Drive
 from fire_atlas.effect.field.carry import driving_order, record_field
 from fire_atlas.effect.field.drive import cell_means, flow_on_grid, rising
 from fire_atlas.effect.field.record import FieldRecord
+from fire_atlas.effect.field.wind import wind_in_view
 from fire_atlas.effect.flakes.emission import EmitterSettings, Spawns, emit
 from fire_atlas.effect.flame.features import feature_vectors, refine
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.context import BuildContext
-from fire_atlas.recipe.effect import Buoyancy, Features, Flakes
+from fire_atlas.recipe.effect import Buoyancy, Features, Flakes, FlakesOrNone
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.wind import Wind
 from fire_atlas.vision.flow import SMALL, optical_flow, shrunk_flow, thumbnail
@@ -33,18 +34,26 @@ _MANY = 5
 
 @dataclass(frozen=True, slots=True)
 class AnalysisSettings:
-    """The sections of a recipe that the analysis reads."""
+    """The sections of a recipe that the analysis reads.
+
+    Attributes:
+        wind: As it blows in the clip's own view.
+    """
 
     seed: int
     features: Features
     buoyancy: Buoyancy
-    flakes: Flakes | Literal["none"]
+    flakes: FlakesOrNone
     wind: Wind
 
     @classmethod
-    def of(cls, recipe: Recipe) -> Self:
-        """Take the sections from a recipe."""
-        return cls(recipe.seed, recipe.features, recipe.buoyancy, recipe.flakes, recipe.wind)
+    def of(cls, recipe: Recipe, azimuth: float = 0.0) -> Self:
+        """Take the sections from a recipe.
+
+        ``azimuth`` is the direction of the clip's view, degrees counter-clockwise from above.
+        """
+        wind = wind_in_view(recipe.wind, azimuth)
+        return cls(recipe.seed, recipe.features, recipe.buoyancy, recipe.flakes, wind)
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,17 +25,25 @@ from fire_atlas.timeline.tail import shortened
 
 def animate_views(recipe: Recipe, clips: Mapping[str, Clip], context: BuildContext) -> Contribution:
     """Animate each of ``clips``, by name: views of one fire, evenly around it."""
-    animations = {}
-    for k, (name, clip) in enumerate(clips.items()):
-        wind = recipe.wind.seen_from(360 * k / len(clips))
-        animations[name] = animate(recipe.model_copy(update={"wind": wind}), clip, context)
+    animations = {
+        name: animate(recipe, clip, 360 * k / len(clips), context)
+        for k, (name, clip) in enumerate(clips.items())
+    }
     statistics = {name: each.figures() for name, each in animations.items()}
     figures = statistics.popitem()[1] if len(animations) == 1 else {"animations": statistics}
     return Contribution(recipe.name, animations, figures)
 
 
-def animate(recipe: Recipe, clip: Clip, context: BuildContext) -> FinishedAnimation:
-    """Make a finished animation of a clip: arrange, study, analyse, simulate, render, channels."""
+def animate(recipe: Recipe, clip: Clip, azimuth: float, context: BuildContext) -> FinishedAnimation:
+    """Make a finished animation of a clip: arrange, study, analyse, simulate, render, channels.
+
+    Args:
+        recipe: What is to be made.
+        clip: As its source gives it.
+        azimuth: Direction of the view, degrees counter-clockwise seen from above: the wind comes
+            from another side there.
+        context: The pool, and who hears of the progress.
+    """
     clock = context.clock
     with clock.measure("study"):
         clip = _arranged(clip, recipe, context)
@@ -43,7 +51,7 @@ def animate(recipe: Recipe, clip: Clip, context: BuildContext) -> FinishedAnimat
     analysis = tracks = None
     with clock.measure("analyse"):
         if has_effect(recipe):
-            analysis = analyse(clip, study, AnalysisSettings.of(recipe), context)
+            analysis = analyse(clip, study, AnalysisSettings.of(recipe, azimuth), context)
     with clock.measure("fly"):
         if analysis is not None and recipe.flakes != "none":
             tracks = simulate(clip, study, analysis, SimulationSettings.of(recipe), context)

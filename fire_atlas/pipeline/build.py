@@ -5,23 +5,20 @@ from pathlib import Path
 from typing import Any
 
 from fire_atlas.core.clock import Clock
-from fire_atlas.core.errors import OutputError
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.digest import tool_digest
-from fire_atlas.outputs.ownership import refuse_overwriting_others, stale_outputs
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.animate import animate_views
+from fire_atlas.pipeline.check import CheckedRecipe
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import build_statistics, named
 from fire_atlas.pipeline.interruption import Interruptible
 from fire_atlas.pipeline.open import hash_inputs, hash_templates, open_input
 from fire_atlas.pipeline.pack_only import pack_only
 from fire_atlas.pipeline.pages import images, pack
-from fire_atlas.pipeline.write import product_of, write_files, write_images, write_manifest
+from fire_atlas.pipeline.write import commit, product_of, write_files, write_images, write_manifest
 from fire_atlas.pipeline.writers import exported_files, light_files, track_files
-from fire_atlas.recipe.load import LoadedRecipe
-from fire_atlas.recipe.output import missing_extra
 from fire_atlas.sources.sprites import Sprites
 
 
@@ -40,7 +37,7 @@ class BuildReport:
     statistics: dict[str, Any]
 
 
-def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> BuildReport:
+def build(loaded: CheckedRecipe, out: Path, jobs: int, progress: Progress) -> BuildReport:
     """Build one recipe into the folder ``out``: everything is written, or nothing is.
 
     Raises:
@@ -48,8 +45,6 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
         KeyboardInterrupt: A signal came. The previous outputs are whole, or the new ones are.
     """
     recipe, clock = loaded.recipe, Clock()
-    if missing := missing_extra(recipe.atlas):
-        raise OutputError(missing)
     with Interruptible(progress) as progress, Workers(jobs) as workers, Staging(out) as staging:
         context = BuildContext(workers, progress, clock)
         tool = workers.start(tool_digest)
@@ -79,7 +74,5 @@ def build(loaded: LoadedRecipe, out: Path, jobs: int, progress: Progress) -> Bui
             outputs.append(
                 write_manifest(loaded, tool.result(), read, outputs, statistics, staging)
             )
-            names = [output.name for output in outputs]
-            refuse_overwriting_others(out, recipe.name, outputs)
-            staging.commit(stale_outputs(out, recipe.name, names))
-    return BuildReport(tuple(out / name for name in names), clock.seconds, statistics)
+            commit(recipe.name, outputs, staging)
+    return BuildReport(tuple(out / each.name for each in outputs), clock.seconds, statistics)

@@ -15,6 +15,7 @@ from fire_atlas.outputs.manifest import (
     encode_manifest,
     manifest_name,
 )
+from fire_atlas.outputs.ownership import refuse_overwriting_others, stale_outputs
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import FinishedAnimation
@@ -78,6 +79,16 @@ def write_manifest(
     )
     name = manifest_name(loaded.recipe.name)
     return _write(OutputFile(name, "manifest", encode_manifest(manifest)), staging)
+
+
+def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> None:
+    """Put all outputs of the build ``name`` in place, and remove what it no longer writes.
+
+    Raises:
+        OutputError: One of them would replace a file of another build.
+    """
+    refuse_overwriting_others(staging.out, name, outputs)
+    staging.commit(stale_outputs(staging.out, name, [output.name for output in outputs]))
 
 
 def product_of(

@@ -1,11 +1,10 @@
 """A recipe file → everything a build has to know."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.tree import RecipeTree, read_tree, source_files, templates
+from fire_atlas.recipe.tree import RecipeTree, source_files, templates
 from fire_atlas.recipe.validate import validate
 
 
@@ -37,11 +36,6 @@ class LoadedRecipe:
     def parts(self) -> "tuple[LoadedRecipe, ...]":
         """The recipes that bring frames: this one, if it has a source, and its members."""
         return ((self,) if self.recipe.source else ()) + self.members
-
-
-def load(path: Path, overrides: Sequence[str] = ()) -> LoadedRecipe:
-    """Read and validate the recipe ``path``, changed by ``overrides`` (``key=value``)."""
-    return load_tree(read_tree(path, overrides))
 
 
 def load_tree(tree: RecipeTree) -> LoadedRecipe:

@@ -1,5 +1,6 @@
 """The recipe as a whole."""
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
@@ -16,14 +17,8 @@ from fire_atlas.recipe.effect import (
     MotionBlurOrNone,
 )
 from fire_atlas.recipe.name import MAX_NAME, NAME_PATTERN
-from fire_atlas.recipe.output import (
-    Atlas,
-    Export,
-    Maps,
-    TrackName,
-    export_problem,
-    maps_problem,
-)
+from fire_atlas.recipe.output import Atlas, Export, Maps, TrackName
+from fire_atlas.recipe.problem import ContradictionError, Problem
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource, ProfileSource, Source
 from fire_atlas.recipe.timeline import Timeline
@@ -71,24 +66,24 @@ class Recipe(Settings):
 
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> Self:
-        has_flakes = self.flakes != "none" or bool(self.atlas.members)
-        problem = export_problem(self.atlas, self.exports, self.tracks)
-        problem = problem or maps_problem(self.maps, self.atlas, has_flakes)
-        if problem:
-            raise ValueError(problem)
+        if problems := tuple(self._contradictions()):
+            raise ContradictionError(*problems)
+        return self
+
+    def _contradictions(self) -> Iterator[Problem]:
         if self.timeline.tail and self.flakes == "none":
-            raise ValueError(
-                "timeline.tail waits for flakes to burn out, but flakes is none; drop one of them"
+            yield Problem(
+                ("timeline", "tail"),
+                "waits for flakes to burn out, but flakes is none; drop one of them",
             )
         if isinstance(self.source, FramesSource) and self.views != Views():
-            raise ValueError(
-                "views: frames have one side only; take it out, or make the fire in 3D with "
-                "source.kind: silk, or learn it with source.kind: profile"
+            yield Problem(
+                ("views",),
+                "frames have one side only; take it out, or make the fire in 3D with "
+                "source.kind: silk, or learn it with source.kind: profile",
             )
-        is_made = isinstance(self.source, ProfileSource | SilkSource)
-        if is_made and (problem := self.timeline.problem_if_made):
-            raise ValueError(problem)
-        return self
+        if isinstance(self.source, ProfileSource | SilkSource):
+            yield from _meant_for_footage(self.timeline)
 
     @model_validator(mode="before")
     @classmethod
@@ -101,3 +96,18 @@ class Recipe(Settings):
         if is_paper and isinstance(flakes, dict):
             return {**given, "flakes": {"alpha": PAPER_ALPHA, **flakes}}
         return given
+
+
+def _meant_for_footage(timeline: Timeline) -> Iterator[Problem]:
+    """Yield what generated fire cannot do: it is no clip that is cut and joined."""
+    if timeline.loop in ("crossfade", "pingpong"):
+        yield Problem(
+            ("timeline", "loop"),
+            f"{timeline.loop} joins the ends of a clip, but generated fire needs no joining; use "
+            f"auto, or none to play once",
+        )
+    for key, is_set in (("overlap", timeline.overlap != "auto"), ("tail", bool(timeline.tail))):
+        if is_set:
+            yield Problem(
+                ("timeline", key), "is for clips, but this fire is generated; leave it out"
+            )

@@ -1,7 +1,6 @@
 """Recipe blocks of the asset half: atlas, exports, tracks."""
 
-from collections.abc import Sequence
-from importlib.util import find_spec
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, Literal, Self, TypeAlias
 
 from pydantic import AfterValidator, Discriminator, Field, model_validator
@@ -20,6 +19,8 @@ from fire_atlas.recipe.base import (
     either,
 )
 from fire_atlas.recipe.godot import GodotOptions
+from fire_atlas.recipe.origin import KeyPath
+from fire_atlas.recipe.problem import ContradictionError, Problem
 from fire_atlas.recipe.unity import UnityOptions
 
 ExportName = Literal[
@@ -43,12 +44,6 @@ Pivot = Annotated[
     either("`base`, `bottom`, `center`, `top` or two numbers: [x, y]"),
 ]
 
-UPRIGHT_ONLY: frozenset[ExportName] = frozenset(
-    {"phaser", "aseprite", "css", "tpsheet", "godot", "unity"}
-)
-"""Exports whose clients cannot show a frame that lies turned on its page."""
-
-_WEBP_SIDE = 16383
 _SMALLER = (0.5, 0.25, 0.125)
 
 
@@ -129,8 +124,8 @@ class Atlas(Settings):
 
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> Self:
-        if problem := _grid_problem(self) or _pixel_problem(self):
-            raise ValueError(problem)
+        if problems := (*_grid_contradictions(self), *_pixel_contradictions(self)):
+            raise ContradictionError(*problems)
         return self
 
 
@@ -218,96 +213,42 @@ def export_name(export: Export) -> str:
     return export if isinstance(export, str) else next(iter(type(export).model_fields))
 
 
-def export_problem(
-    atlas: Atlas, exports: Sequence[Export], tracks: Sequence[TrackName]
-) -> str | None:
-    """Say which export cannot describe such pages or live beside such files, and why."""
-    for export in exports:
-        name = export_name(export)
-        if atlas.rotate and name in UPRIGHT_ONLY:
-            return (
-                f"exports: {name} cannot be had with atlas.rotate: its clients show frames as "
-                f"they lie on the page; set atlas.rotate to false"
-            )
-        if name == "css" and (atlas.alpha, atlas.blend_space) != ("straight", "srgb"):
-            return (
-                f"exports: css cannot be had with atlas.alpha {atlas.alpha} and blend_space "
-                f"{atlas.blend_space}: browsers blend images with straight alpha in sRGB"
-            )
-        if name == "unity" and atlas.format == "webp":
-            return "exports: unity cannot be had with atlas.format webp: Unity imports PNG"
-        is_godot_3 = isinstance(export, GodotExport) and export.godot.version == 3
-        if is_godot_3 and (problem := _godot_3_problem(atlas, tracks)):
-            return problem
-    return None
+def exports_called(
+    exports: Sequence[Export], *names: ExportName
+) -> Iterator[tuple[KeyPath, Export]]:
+    """Yield the exports that have one of ``names``, each with its key path in the recipe."""
+    for i, export in enumerate(exports):
+        if export_name(export) in names:
+            yield ("exports", i), export
 
 
-def _godot_3_problem(atlas: Atlas, tracks: Sequence[TrackName]) -> str | None:
-    if atlas.blend_space == "linear":
-        return (
-            "exports: Godot 3 draws its 2D in sRGB, so that pages cannot have atlas.blend_space "
-            "linear; use srgb, or version 4 in a project with HDR 2D"
-        )
-    if "csv" in tracks:
-        return (
-            "exports: Godot 3 takes every CSV file for translations and fails to import it; leave "
-            "csv out of tracks, which the scene does not need"
-        )
-    return None
-
-
-def maps_problem(maps: Maps, atlas: Atlas, has_flakes: bool) -> str | None:
-    """Say which map cannot be had with such pages, and why."""
-    if maps.motion in ("unity", "unreal") and atlas.layout != "grid":
-        return (
-            f"maps.motion: {maps.motion} moves one cell into the next, and in a packed layout no "
-            f"two are alike; set atlas.layout to grid"
-        )
-    if maps.motion != "none" and atlas.rotate:
-        return "maps.motion: vectors cannot be read from frames that lie turned; leave out rotate"
-    if (maps.flame or maps.flakes) and not has_flakes:
-        layer = "flame" if maps.flame else "flakes"
-        return f"maps.{layer}: with flakes none the page itself is the flame; leave it out"
-    if maps != Maps() and atlas.dedupe and "dedupe" in atlas.model_fields_set:
-        return (
-            "maps: frames that look alike may differ in their maps, so each has a place of its "
-            "own; leave out atlas.dedupe, or set it to false"
-        )
-    return None
-
-
-def missing_extra(atlas: Atlas) -> str | None:
-    """Say what has to be installed before such pages can be written, if anything."""
-    if (atlas.format, atlas.compression) != ("png", "small") or find_spec("oxipng"):
-        return None
-    return (
-        "atlas.compression: small needs oxipng for PNG pages: pip install 'fire-atlas[small]', or "
-        "set atlas.compression to fast, or atlas.format to webp"
-    )
-
-
-def _grid_problem(atlas: Atlas) -> str | None:
+def _grid_contradictions(atlas: Atlas) -> Iterator[Problem]:
     if atlas.layout != "grid":
-        return None
+        return
     if atlas.rotate:
-        return "rotate: a grid shows every frame upright; use layout packed, or leave rotate out"
+        yield Problem(
+            ("rotate",), "a grid shows every frame upright; use layout packed, or leave rotate out"
+        )
     if atlas.border:
-        return "border: the cells of a grid divide the page evenly; padding is their gutter"
+        yield Problem(
+            ("border",), "the cells of a grid divide the page evenly; padding is their gutter"
+        )
     if atlas.dedupe and "dedupe" in atlas.model_fields_set:
-        return "dedupe: a grid has one cell for every frame; use layout packed, or leave it out"
-    return None
+        yield Problem(
+            ("dedupe",), "a grid has one cell for every frame; use layout packed, or leave it out"
+        )
 
 
-def _pixel_problem(atlas: Atlas) -> str | None:
+def _pixel_contradictions(atlas: Atlas) -> Iterator[Problem]:
     if 2 * atlas.border >= atlas.max_size:
-        return f"border: two of {atlas.border} px leave nothing of max_size {atlas.max_size}"
+        yield Problem(
+            ("border",), f"two of {atlas.border} px leave nothing of max_size {atlas.max_size}"
+        )
     if atlas.bleed and atlas.alpha != "straight":
-        return (
-            f"bleed: alpha {atlas.alpha} needs none; colour under transparent pixels would be "
-            f"added to the picture"
+        yield Problem(
+            ("bleed",),
+            f"alpha {atlas.alpha} needs none; colour under transparent pixels would be added to "
+            f"the picture",
         )
     if atlas.trim_threshold and atlas.trim == "none":
-        return "trim_threshold: nothing is cut with trim none; leave one of them out"
-    if atlas.format == "webp" and atlas.max_size > _WEBP_SIDE:
-        return f"max_size: a WebP has at most {_WEBP_SIDE} px a side; got {atlas.max_size}"
-    return None
+        yield Problem(("trim_threshold",), "nothing is cut with trim none; leave one of them out")

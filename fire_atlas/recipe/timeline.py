@@ -1,10 +1,12 @@
 """Recipe block ``timeline``: how the clip plays."""
 
+from collections.abc import Iterator
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from fire_atlas.recipe.base import NUMBER, OFF, SWITCH, Auto, Settings, either
+from fire_atlas.recipe.problem import ContradictionError, Problem
 
 Overlap = Annotated[
     Auto | Annotated[int, Field(ge=1, le=240), NUMBER], either("`auto` or a whole number")
@@ -40,35 +42,29 @@ class Timeline(Settings):
 
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> Self:
-        if self.tail and self.loop in ("crossfade", "pingpong"):
-            raise ValueError(
-                f"tail lets flakes burn out after a clip that plays once, and loop: {self.loop} "
-                "never ends; leave tail out, or use loop: none"
-            )
-        if self.overlap != "auto" and self.loop in ("none", "pingpong") and not self._goes_on:
-            raise ValueError(
-                f"overlap is for an end that is faded into a beginning, which loop: {self.loop} "
-                "does not do; leave overlap out, or use loop: crossfade"
-            )
-        if self.loop == "pingpong" and self.fps is None and self.frames and self.frames % 2:
-            raise ValueError(
-                f"a pingpong has an even number of frames; frames: {self.frames + 1} or "
-                f"{max(self.frames - 1, 2)} would be one"
-            )
+        if problems := tuple(self._contradictions()):
+            raise ContradictionError(*problems)
         return self
 
-    @property
-    def problem_if_made(self) -> str | None:
-        """What of this fire that is made cannot do: it is no clip that is cut and joined."""
-        if self.loop in ("crossfade", "pingpong"):
-            return (
-                f"timeline.loop: {self.loop} joins the ends of a clip, but this fire is made and "
-                "closes by itself; use auto, or none to play once"
+    def _contradictions(self) -> Iterator[Problem]:
+        if self.tail and self.loop in ("crossfade", "pingpong"):
+            yield Problem(
+                ("tail",),
+                f"lets flakes burn out after a clip that plays once, and loop: {self.loop} never "
+                f"ends; leave tail out, or use loop: none",
             )
-        for key, given in (("overlap", self.overlap != "auto"), ("tail", bool(self.tail))):
-            if given:
-                return f"timeline.{key} is for clips, but this fire is made; leave it out"
-        return None
+        if self.overlap != "auto" and self.loop in ("none", "pingpong") and not self._goes_on:
+            yield Problem(
+                ("overlap",),
+                f"is for an end that is faded into a beginning, which loop: {self.loop} does not "
+                f"do; leave overlap out, or use loop: crossfade",
+            )
+        if self.loop == "pingpong" and self.fps is None and self.frames and self.frames % 2:
+            yield Problem(
+                ("frames",),
+                f"a pingpong has an even number of frames; {self.frames + 1} or "
+                f"{max(self.frames - 1, 2)} would be one",
+            )
 
     @property
     def keeps_frames(self) -> bool:

@@ -5,6 +5,7 @@ from typing import Annotated, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from fire_atlas.recipe.base import Settings
+from fire_atlas.recipe.problem import ContradictionError, Problem
 
 DEFAULT_NAMESPACE = "FireAtlas"
 
@@ -56,8 +57,10 @@ class UnityOptions(Settings):
     @model_validator(mode="after")
     def _name_the_assembly(self) -> Self:
         if self.assembly and self.namespace == DEFAULT_NAMESPACE:
-            raise ValueError(
-                "assembly: needs a `namespace` of your own, another for each folder: Unity "
-                "allows an assembly's name once in a project"
+            problem = Problem(
+                ("assembly",),
+                "needs a `namespace` of your own, another for each folder: Unity allows an "
+                "assembly's name once in a project",
             )
+            raise ContradictionError(problem)
         return self

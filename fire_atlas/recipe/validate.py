@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from pydantic import ValidationError
@@ -15,6 +15,7 @@ from fire_atlas.recipe.keys import all_keys, blocks_at, keys_at
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.name import NAME_ADVICE, NAME_PATTERN
 from fire_atlas.recipe.origin import KeyPath, dotted
+from fire_atlas.recipe.problem import ContradictionError, Problem
 from fire_atlas.recipe.suggest import did_you_mean
 from fire_atlas.recipe.tree import MEMBERS, RecipeTree
 from fire_atlas.recipe.unity import NAMESPACE_PATTERN
@@ -31,13 +32,21 @@ def validate(tree: RecipeTree) -> Recipe:
     try:
         return Recipe.model_validate(_with_source(tree))
     except ValidationError as error:
-        found = [(_key_path(details), details) for details in error.errors(include_url=False)]
-    lines = [
-        (tree.origin(path).line, f"{tree.origin(path).locate(path)}: {_advice(details)}")
-        for path, details in found
-        if not any(_inside(other, path) for other, _ in found)
-    ]
-    raise RecipeError("\n".join(text for _, text in sorted(lines, key=lambda line: line[0])))
+        found = [each for one in error.errors(include_url=False) for each in _problems(one)]
+    causes = [each for each in found if not any(_inside(other.path, each.path) for other in found)]
+    raise refusal(tree, causes)
+
+
+def refusal(tree: RecipeTree, problems: Iterable[Problem]) -> RecipeError:
+    """Return the error that reports ``problems`` of a recipe: a line each, in order of the file.
+
+    Each begins with where its key was written: ``campfire.yaml:12: flakes.alpha: ``.
+    """
+    placed = [(tree.origin(problem.path), problem) for problem in problems]
+    placed.sort(key=lambda each: each[0].line)
+    return RecipeError(
+        "\n".join(f"{origin.locate(each.path)}: {each.message}" for origin, each in placed)
+    )
 
 
 def _with_source(tree: RecipeTree) -> dict[str, Any]:
@@ -45,6 +54,15 @@ def _with_source(tree: RecipeTree) -> dict[str, Any]:
     if "source" in tree.values or tree.value(MEMBERS):
         return tree.values
     raise RecipeError(f"{tree.origin(('source',)).locate(('source',))}: {_missing(('source',))}")
+
+
+def _problems(details: ErrorDetails) -> list[Problem]:
+    """Return what one of pydantic's errors says, by the keys of the recipe."""
+    path = _key_path(details)
+    match details.get("ctx"):
+        case {"error": ContradictionError(problems=problems)}:
+            return [Problem((*path, *each.path), each.message) for each in problems]
+    return [Problem(path, _advice(details))]
 
 
 def _key_path(details: ErrorDetails) -> KeyPath:

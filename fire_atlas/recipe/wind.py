@@ -1,15 +1,10 @@
 """Recipe block ``wind``: one wind for every source."""
 
-import math
-from itertools import pairwise
 from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
 from fire_atlas.recipe.base import LIST, Settings
-
-LEVEL = 0.15
-"""One level of wind, frame heights per second."""
 
 Level = Annotated[float, Field(ge=0, le=5)]
 """Strength; one level is 0.15 frame heights per second."""
@@ -76,56 +71,3 @@ class Wind(Settings):
         if times != sorted(times):
             raise ValueError("keyframes must be in order of t")
         return self
-
-    def at(self, time: float) -> tuple[float, float]:
-        """Where the air goes at ``time`` s, seen from above: (to the right, away), levels."""
-        if self.keyframes:
-            return _between(self.keyframes, time)
-        level = self.level
-        if self.gusts is not None:
-            # Two harmonics, whose highest sum is 1.2147: a gust swells faster than it falls.
-            # It begins, and a loop closes, in the lull.
-            turn = 2 * math.pi * time / self.gusts.period - 1.0921
-            swell = (math.sin(turn) + 0.4 * math.sin(2 * turn)) / 1.2147
-            level = max(self.gusts.mean + self.gusts.strength * swell, 0.0)
-        return _parts(level, self.direction)
-
-    def strongest(self) -> float:
-        """Return the highest level the wind ever has."""
-        if self.keyframes:
-            return max(keyframe.level for keyframe in self.keyframes)
-        return self.gusts.mean + self.gusts.strength if self.gusts else self.level
-
-    def fitted(self, seconds: float) -> Self:
-        """Return the wind with a whole number of gusts in ``seconds``, so that it closes."""
-        if self.gusts is None:
-            return self
-        period = seconds / max(round(seconds / self.gusts.period), 1)
-        return self.model_copy(update={"gusts": self.gusts.model_copy(update={"period": period})})
-
-    def seen_from(self, azimuth: float) -> Self:
-        """Return this wind as an eye sees it that has gone ``azimuth`` degrees round the fire,
-        counter-clockwise."""
-        keyframes = tuple(
-            k.model_copy(update={"direction": k.direction - azimuth}) for k in self.keyframes
-        )
-        turned = {"direction": self.direction - azimuth, "keyframes": keyframes}
-        return self.model_copy(update=turned)
-
-
-def _parts(level: float, direction: float) -> tuple[float, float]:
-    """Split a wind into its parts to the right and away."""
-    angle = math.radians(direction)
-    return level * math.cos(angle), level * math.sin(angle)
-
-
-def _between(keyframes: tuple[WindKeyframe, ...], time: float) -> tuple[float, float]:
-    """Wind between keyframes, each part changing evenly; before and after, that of the nearest."""
-    for before, after in pairwise(keyframes):
-        if before.t <= time < after.t:
-            share = (time - before.t) / (after.t - before.t)
-            x, y = _parts(before.level, before.direction)
-            to_x, to_y = _parts(after.level, after.direction)
-            return x + share * (to_x - x), y + share * (to_y - y)
-    nearest = keyframes[0] if time < keyframes[0].t else keyframes[-1]
-    return _parts(nearest.level, nearest.direction)

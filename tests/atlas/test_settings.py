@@ -64,11 +64,13 @@ def test_a_contradiction_is_refused_with_its_reason(
 def test_a_missing_extra_is_told_before_any_work(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fire_atlas.recipe.output.find_spec", lambda name: None)
+    monkeypatch.setattr("fire_atlas.formats.pages.limits.find_spec", lambda name: None)
     code, said = checked(tmp_path, capsys, atlas={"compression": "small"})
     assert (code, "pip install 'fire-atlas[small]'" in said) == (1, True)
-    assert main(["build", str(tmp_path / "fire.yaml")]) == 1
-    assert "pip install 'fire-atlas[small]'" in capsys.readouterr().err
+    for command in (["build"], ["build", "--dry-run"], ["preview"]):
+        assert main([*command, str(tmp_path / "fire.yaml")]) == 1
+        assert capsys.readouterr().err == said
+    assert not (tmp_path / "build").exists()
 
 
 @pytest.mark.parametrize(

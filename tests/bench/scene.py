@@ -11,7 +11,8 @@ import yaml
 from fire_atlas.core.progress import Silent
 from fire_atlas.core.shipped import shipped
 from fire_atlas.pipeline.build import BuildReport, build
-from fire_atlas.recipe.load import load
+from fire_atlas.pipeline.check import load_checked
+from fire_atlas.recipe.tree import read_tree
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +71,7 @@ def make_recipe(clip: Path, rate: float) -> Path:
 
 def run(recipe: Path, jobs: int) -> BuildReport:
     """Build ``recipe`` in this process."""
-    return build(load(recipe), recipe.parent / "build", jobs, Silent())
+    return build(load_checked(read_tree(recipe)), recipe.parent / "build", jobs, Silent())
 
 
 def alive(report: BuildReport) -> float:

@@ -47,11 +47,19 @@ BAD = {
         b"seed: 1\nsource: {path: clip}\nseed: 2\n",
         "error: bad.yaml:3: seed: stands here a second time, after line 1; keep one\n",
     ),
+    "keys that exclude each other": (
+        b"source: {path: clip}\natlas:\n  layout: grid\n  rotate: true\n",
+        "error: bad.yaml:4: atlas.rotate: a grid shows every frame upright; use layout packed",
+    ),
+    "beyond a limit of what is written": (
+        b"source: {path: clip}\nmaps:\n  motion: unity\n",
+        "error: bad.yaml:3: maps.motion: unity moves one cell into the next",
+    ),
     "broken yaml": (b"source: {path: clip\n", "error: bad.yaml:2: is no valid YAML"),
 }
 
 
-@pytest.mark.parametrize("command", ["build", "check"])
+@pytest.mark.parametrize("command", ["build", "build --dry-run", "check", "preview"])
 @pytest.mark.parametrize(("text", "message"), BAD.values(), ids=BAD)
 def test_a_bad_recipe_gets_advice_and_writes_nothing(
     run: Run, campfire: Path, command: str, text: bytes, message: str
@@ -60,7 +68,7 @@ def test_a_bad_recipe_gets_advice_and_writes_nothing(
     bad.write_bytes(text)
     before = sorted(campfire.parent.rglob("*"))
     started = time.perf_counter()
-    result = run(command, "bad.yaml")
+    result = run(*command.split(), "bad.yaml")
     assert time.perf_counter() - started < 5
     assert result.returncode == 2
     assert message in result.stderr
@@ -77,6 +85,7 @@ def test_a_bad_recipe_gets_advice_and_writes_nothing(
         ("flakes.rtae=3", "error: --set flakes.rtae: unknown key; did you mean flakes.rate?"),
         ("flakes.rate=[", "error: --set flakes.rate: is no valid YAML"),
         ("name=../x", "error: --set name: must be a plain file name"),
+        ("maps.motion=unity", "error: --set maps.motion: unity moves one cell into the next"),
     ],
 )
 def test_a_bad_set_is_named(run: Run, campfire: Path, override: str, message: str) -> None:

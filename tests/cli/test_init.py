@@ -7,7 +7,8 @@ import pytest
 from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from fire_atlas.recipe import inherit
-from fire_atlas.recipe.load import load
+from fire_atlas.recipe.load import load_tree
+from fire_atlas.recipe.tree import read_tree
 
 RECIPE = (
     "# yaml-language-server: $schema=x\n# Torch: burns.\nsource:\n  path: {}   # why\nseed: 3\n"
@@ -61,7 +62,7 @@ def test_a_recipe_is_copied_with_its_folder_of_frames(
 
 def test_a_recipe_is_copied_with_its_file_into_a_new_folder(presets: Path, elsewhere: Path) -> None:
     assert main(["init", "torch", "game/fx"]) == 0
-    loaded = load(elsewhere / "game" / "fx" / "torch.yaml")
+    loaded = load_tree(read_tree(elsewhere / "game" / "fx" / "torch.yaml"))
     (sample,) = loaded.source_files.values()
     assert sample == elsewhere / "game" / "fx" / "samples" / "torch.gif"
     assert sample.read_bytes() == b"torch.gif"
@@ -71,7 +72,7 @@ def test_a_recipe_that_inherits_its_source_goes_on_inheriting_it(
     presets: Path, elsewhere: Path
 ) -> None:
     assert main(["init", "child"]) == 0
-    (sample,) = load(elsewhere / "child.yaml").source_files.values()
+    (sample,) = load_tree(read_tree(elsewhere / "child.yaml")).source_files.values()
     assert sample == presets.parent / "samples" / "torch.gif"
 
 

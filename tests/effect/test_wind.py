@@ -9,7 +9,14 @@ from fires import Burnt, X, burn, campfire
 
 from fire_atlas.effect.field.ambient import Ambient
 from fire_atlas.effect.field.eddies import Eddies
-from fire_atlas.recipe.wind import LEVEL, Wind
+from fire_atlas.effect.field.wind import (
+    LEVEL_SPEED,
+    fit_gusts,
+    peak_level,
+    wind_in_view,
+    wind_velocity,
+)
+from fire_atlas.recipe.wind import Wind
 
 
 def _wind(**keys: Any) -> Wind:
@@ -31,7 +38,7 @@ def _wind(**keys: Any) -> Wind:
 def test_a_steady_wind_is_what_the_image_shows_of_it(direction: str | float, share: float) -> None:
     wind = _wind(level=4.0, direction=direction)
     for time in (-2.0, 0.0, 17.3):
-        assert wind.at(time)[0] == pytest.approx(4 * share, abs=1e-9)
+        assert wind_velocity(wind, time)[0] == pytest.approx(4 * share, abs=1e-9)
 
 
 def test_keyframes_change_evenly_and_hold_before_and_after() -> None:
@@ -44,18 +51,18 @@ def test_keyframes_change_evenly_and_hold_before_and_after() -> None:
     )
     known = {-1.0: 1.0, 1.0: 1.0, 2.0: 3.0, 3.0: 5.0, 3.5: 1.5, 4.0: -2.0, 90.0: -2.0}
     for time, level in known.items():
-        assert wind.at(time)[0] == pytest.approx(level)
+        assert wind_velocity(wind, time)[0] == pytest.approx(level)
 
 
 def test_keyframes_at_one_moment_are_a_jump() -> None:
     wind = _wind(keyframes=[{"t": 0, "level": 1}, {"t": 1, "level": 1}, {"t": 1, "level": 4}])
-    assert wind.at(0.999)[0] == pytest.approx(1.0, abs=0.01)
-    assert wind.at(1.001)[0] == pytest.approx(4.0, abs=0.01)
+    assert wind_velocity(wind, 0.999)[0] == pytest.approx(1.0, abs=0.01)
+    assert wind_velocity(wind, 1.001)[0] == pytest.approx(4.0, abs=0.01)
 
 
 def _gusts(mean: float, strength: float, period: float = 2.0) -> np.ndarray[Any, Any]:
     wind = _wind(gusts={"mean": mean, "strength": strength, "period": period})
-    return np.array([wind.at(t)[0] for t in np.linspace(0, period, 2001)])
+    return np.array([wind_velocity(wind, t)[0] for t in np.linspace(0, period, 2001)])
 
 
 def test_gusts_swing_around_their_mean_by_their_strength() -> None:
@@ -74,18 +81,42 @@ def test_a_gust_swells_faster_than_it_falls() -> None:
 def test_gusts_begin_anew_every_period_and_never_blow_back() -> None:
     wind = _wind(gusts={"mean": 0.5, "strength": 4.0, "period": 1.3})
     for time in np.linspace(0, 1.3, 40):
-        assert wind.at(time + 3 * 1.3)[0] == pytest.approx(wind.at(time)[0])
-        assert wind.at(time)[0] >= 0
+        assert wind_velocity(wind, time + 3 * 1.3)[0] == pytest.approx(wind_velocity(wind, time)[0])
+        assert wind_velocity(wind, time)[0] >= 0
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"level": 3.5, "direction": 120.0},
+        {"gusts": {"mean": 2.0, "strength": 1.5, "period": 1.0}, "direction": -40.0},
+        {"keyframes": [{"t": 0, "level": 1.0}, {"t": 1, "level": 4.0, "direction": "left"}]},
+        {},
+    ],
+)
+def test_the_peak_level_is_reached_and_never_exceeded(keys: dict[str, Any]) -> None:
+    wind = _wind(**keys)
+    levels = [float(np.hypot(*wind_velocity(wind, t))) for t in np.linspace(0, 2, 2001)]
+    assert max(levels) == pytest.approx(peak_level(wind), abs=1e-3)
+
+
+@pytest.mark.parametrize(("duration", "gusts"), [(4.0, 3), (2.0, 2), (0.4, 1)])
+def test_gusts_that_are_fitted_close_with_their_loop(duration: float, gusts: int) -> None:
+    wind = fit_gusts(_wind(gusts={"mean": 1.0, "strength": 1.0, "period": 1.3}), duration)
+    assert wind.gusts is not None
+    assert wind.gusts.period == pytest.approx(duration / gusts)
+    assert wind_velocity(wind, duration) == pytest.approx(wind_velocity(wind, 0.0))
+    assert fit_gusts(_wind(level=2.0), duration) == _wind(level=2.0)
 
 
 def test_calm_air_is_the_default() -> None:
-    assert Wind().at(1.0) == (0.0, 0.0)
+    assert wind_velocity(Wind(), 1.0) == (0.0, 0.0)
 
 
 def test_a_level_is_a_known_speed_of_the_air_around() -> None:
     still = Eddies.random(0, 50, 0.0)
     u, v = Ambient(still, _wind(level=2.0), 200).velocity(0.5, (50, 40))
-    assert np.allclose(u, 2 * LEVEL * 200) and not v.any()
+    assert np.allclose(u, 2 * LEVEL_SPEED * 200) and not v.any()
 
 
 @cache
@@ -123,4 +154,6 @@ def test_an_eye_that_walks_round_the_fire_sees_the_wind_turn(
     """At 90° it stands to the right, where a wind from the left blows into its face."""
     keyframes = [{"t": 0, "level": 3.0}, {"t": 1, "level": 3.0}]
     for wind in (_wind(level=3.0), _wind(keyframes=keyframes)):
-        assert wind.seen_from(azimuth).at(0.5) == pytest.approx((right, away), abs=1e-9)
+        assert wind_velocity(wind_in_view(wind, azimuth), 0.5) == pytest.approx(
+            (right, away), abs=1e-9
+        )

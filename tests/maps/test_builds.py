@@ -318,7 +318,7 @@ def test_cells_are_needed_where_an_engine_counts_them(tmp_path: Path, engine: st
 @pytest.mark.parametrize(
     ("maps", "keys", "advice"),
     [
-        ({"motion": "godot"}, {"atlas": {"rotate": True}}, "leave out rotate"),
+        ({"motion": "godot"}, {"atlas": {"rotate": True}}, "leave out atlas.rotate"),
         ({"motion": "godot"}, {"atlas": {"dedupe": True}}, "leave out atlas.dedupe"),
         ({"flakes": True}, {"flakes": "none"}, "maps.flakes: with flakes none"),
         ({"flame": True}, {"flakes": "none"}, "the page itself is the flame"),

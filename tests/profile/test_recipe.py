@@ -141,8 +141,8 @@ def test_mistakes_in_a_recipe_are_told_with_advice(
     [
         ({"loop": "pingpong"}, "timeline.loop: pingpong joins the ends of a clip"),
         ({"loop": "crossfade"}, "timeline.loop: crossfade joins the ends of a clip"),
-        ({"overlap": 4}, "timeline.overlap is for clips"),
-        ({"loop": "none", "tail": True}, "timeline.tail is for clips"),
+        ({"overlap": 4}, "timeline.overlap: is for clips"),
+        ({"loop": "none", "tail": True}, "timeline.tail: is for clips"),
     ],
 )
 def test_what_is_for_footage_is_refused(desk: Path, timeline: dict[str, Any], told: str) -> None:

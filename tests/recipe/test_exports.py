@@ -7,17 +7,18 @@ import pytest
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.recipe.godot import GodotOptions
-from fire_atlas.recipe.load import load
+from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import GodotExport, TemplateExport
 from fire_atlas.recipe.schema import recipe_schema
+from fire_atlas.recipe.tree import read_tree
 
 Write = Callable[..., Path]
 SOURCE = "source: {path: x}\n"
 
 
 def exports(write: Write, text: str) -> Recipe:
-    return load(write(f"{SOURCE}{text}")).recipe
+    return load_tree(read_tree(write(f"{SOURCE}{text}"))).recipe
 
 
 def test_an_engine_is_named_alone_or_with_options(write: Write) -> None:
@@ -52,13 +53,6 @@ def test_an_engine_is_named_alone_or_with_options(write: Write) -> None:
             "exports.0.too: unknown key; did you mean exports.0.to?",
         ),
         ("exports: [{template: a, to: b, godot: {}}]", "exports.0.to: unknown key; it does not go"),
-        ("exports: [godot]\natlas: {rotate: true}", "godot cannot be had with atlas.rotate"),
-        ("exports: [{godot: {}}]\natlas: {rotate: true}", "godot cannot be had with atlas.rotate"),
-        (
-            "exports: [{godot: {version: 3}}]\natlas: {blend_space: linear}",
-            "Godot 3 draws its 2D in sRGB",
-        ),
-        ("exports: [{godot: {version: 3}}]\ntracks: [csv]", "leave csv out of tracks"),
     ],
 )
 def test_mistakes_are_told_where_they_are(text: str, told: str, write: Write) -> None:
@@ -66,18 +60,6 @@ def test_mistakes_are_told_where_they_are(text: str, told: str, write: Write) ->
         exports(write, text)
     assert told in str(caught.value)
     assert "<" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "exports: [godot]\natlas: {blend_space: linear}\ntracks: [csv]",
-        "exports: [godot]\natlas: {layout: grid, format: webp, alpha: additive, scales: [1, 0.5]}",
-        "exports: [{godot: {version: 3}}]\natlas: {alpha: additive, max_size: 64}",
-    ],
-)
-def test_all_else_can_be_had(text: str, write: Write) -> None:
-    assert exports(write, text).exports
 
 
 def test_the_schema_knows_words_options_and_templates() -> None:

@@ -8,7 +8,7 @@ import yaml
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
-from fire_atlas.recipe.load import load
+from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.resolved import resolved_yaml
 from fire_atlas.recipe.tree import read_tree
 
@@ -17,27 +17,27 @@ SOURCE = "source: {path: clips/fire.gif}\n"
 
 
 def test_the_name_is_the_stem_of_the_recipe_unless_it_is_given(write: Write) -> None:
-    assert load(write(SOURCE, "torch.v2.yaml")).recipe.name == "torch.v2"
-    assert load(write(SOURCE + "name: hearth")).recipe.name == "hearth"
-    assert load(write(SOURCE), ["name=hearth"]).recipe.name == "hearth"
+    assert load_tree(read_tree(write(SOURCE, "torch.v2.yaml"))).recipe.name == "torch.v2"
+    assert load_tree(read_tree(write(SOURCE + "name: hearth"))).recipe.name == "hearth"
+    assert load_tree(read_tree(write(SOURCE), ["name=hearth"])).recipe.name == "hearth"
 
 
 def test_a_stem_that_is_no_good_name_is_refused_with_a_better_one(write: Write) -> None:
     with pytest.raises(RecipeError, match=r"add a line `name: my_camp_fire`"):
-        load(write(SOURCE, "my camp fire!.yaml"))
+        load_tree(read_tree(write(SOURCE, "my camp fire!.yaml")))
 
 
 def test_the_source_is_found_beside_the_recipe(write: Write, tmp_path: Path) -> None:
-    loaded = load(write(SOURCE, "game/campfire.yaml"))
+    loaded = load_tree(read_tree(write(SOURCE, "game/campfire.yaml")))
     assert loaded.source_files[("source", "path")] == (tmp_path / "game/clips/fire.gif").resolve()
     assert loaded.base == tmp_path / "game"
 
 
 def test_the_resolved_recipe_builds_the_same(write: Write) -> None:
     write(SOURCE + "flakes: {rate: 7, life: [1, 2]}", "studio/base.yaml")
-    loaded = load(write("extends: studio/base.yaml\nmotion_blur: off\nseed: 5"))
+    loaded = load_tree(read_tree(write("extends: studio/base.yaml\nmotion_blur: off\nseed: 5")))
     text = resolved_yaml(loaded)
-    again = load(write(text, "campfire.yaml"))
+    again = load_tree(read_tree(write(text, "campfire.yaml")))
     assert again.recipe.model_dump(exclude={"source"}) == loaded.recipe.model_dump(
         exclude={"source"}
     )
@@ -45,7 +45,7 @@ def test_the_resolved_recipe_builds_the_same(write: Write) -> None:
 
 
 def test_the_resolved_recipe_has_every_key_in_model_order(write: Write) -> None:
-    loaded = load(write(SOURCE))
+    loaded = load_tree(read_tree(write(SOURCE)))
     values = yaml.safe_load(resolved_yaml(loaded))
     assert list(values) == list(type(loaded.recipe).model_fields)
     assert list(values["flakes"])[:3] == ["bake", "alpha", "rate"]

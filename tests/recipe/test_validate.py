@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.recipe.load import load
+from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.source import FramesSource
+from fire_atlas.recipe.tree import read_tree
 
 Write = Callable[..., Path]
 SOURCE = "source: {path: x}\n"
@@ -16,7 +17,7 @@ SOURCE = "source: {path: x}\n"
 def advice(path: Path, *overrides: str) -> list[str]:
     """Return the lines of advice, without the folder in front."""
     with pytest.raises(RecipeError) as caught:
-        load(path, overrides)
+        load_tree(read_tree(path, overrides))
     assert caught.value.exit_code == 2
     lines = str(caught.value).splitlines()
     assert not any("literal" in line or "pydantic" in line or "<" in line for line in lines)
@@ -104,6 +105,71 @@ def advice(path: Path, *overrides: str) -> list[str]:
             "2: tracks.0",
             'must be one of json, csv, pcache, hjson, light; got "pcahe"; did you mean pcache?',
         ),
+        (
+            "atlas:\n  layout: grid\n  rotate: true",
+            "4: atlas.rotate",
+            "a grid shows every frame upright; use layout packed, or leave rotate out",
+        ),
+        (
+            "atlas:\n  border: 2\n  layout: grid",
+            "3: atlas.border",
+            "the cells of a grid divide the page evenly; padding is their gutter",
+        ),
+        (
+            "atlas:\n  layout: grid\n  dedupe: true",
+            "4: atlas.dedupe",
+            "a grid has one cell for every frame; use layout packed, or leave it out",
+        ),
+        (
+            "atlas:\n  border: 8\n  max_size: 16",
+            "3: atlas.border",
+            "two of 8 px leave nothing of max_size 16",
+        ),
+        (
+            "atlas:\n  alpha: additive\n  bleed: 2",
+            "4: atlas.bleed",
+            "alpha additive needs none; colour under transparent pixels would be added to the "
+            "picture",
+        ),
+        (
+            "atlas:\n  trim: none\n  trim_threshold: 3",
+            "4: atlas.trim_threshold",
+            "nothing is cut with trim none; leave one of them out",
+        ),
+        (
+            "timeline:\n  loop: pingpong\n  tail: true",
+            "4: timeline.tail",
+            "lets flakes burn out after a clip that plays once, and loop: pingpong never ends; "
+            "leave tail out, or use loop: none",
+        ),
+        (
+            "timeline:\n  loop: pingpong\n  overlap: 3",
+            "4: timeline.overlap",
+            "is for an end that is faded into a beginning, which loop: pingpong does not do; "
+            "leave overlap out, or use loop: crossfade",
+        ),
+        (
+            "timeline:\n  loop: pingpong\n  frames: 5",
+            "4: timeline.frames",
+            "a pingpong has an even number of frames; 6 or 4 would be one",
+        ),
+        (
+            "flakes: none\ntimeline:\n  tail: true",
+            "4: timeline.tail",
+            "waits for flakes to burn out, but flakes is none; drop one of them",
+        ),
+        (
+            "seed: 1\nviews: {count: 2}",
+            "3: views",
+            "frames have one side only; take it out, or make the fire in 3D with source.kind: "
+            "silk, or learn it with source.kind: profile",
+        ),
+        (
+            "exports:\n  - json\n  - unity:\n      assembly: true",
+            "5: exports.1.unity.assembly",
+            "needs a `namespace` of your own, another for each folder: Unity allows an assembly's "
+            "name once in a project",
+        ),
         ("version: 2", "2: version", "must be 1; got 2"),
         ("seed: -1", "2: seed", "must be at least 0; got -1"),
         ("name: 7", "2: name", "must be text (put it in quotes if it is meant to be); got 7"),
@@ -144,6 +210,18 @@ def test_all_mistakes_are_listed_in_the_order_of_their_lines(write: Write) -> No
     assert keys == ["zzz", "atlas.layuot", "seed", "source.start"]
 
 
+def test_all_contradictions_of_a_recipe_are_listed(write: Write) -> None:
+    text = "timeline: {loop: none, tail: true, overlap: 3, frames: 9}\nsource: {kind: silk}"
+    assert [line.split(": ")[1] for line in advice(write(text))] == [
+        "timeline.overlap",
+        "timeline.tail",
+    ]
+    text = SOURCE + "atlas: {layout: grid, rotate: true, border: 2}\ntimeline: {loop: pingpong}"
+    lines = advice(write(text), "timeline.tail=true")
+    assert [line.split(": ")[1] for line in lines[1:]] == ["atlas.rotate", "atlas.border"]
+    assert lines[0].startswith("--set timeline.tail: lets flakes burn out")
+
+
 def test_a_mistake_of_set_names_the_option(write: Write) -> None:
     assert advice(write(SOURCE), "flakes.rate=fast", "flakes.alhpa=3") == [
         '--set flakes.rate: must be `auto` or a number; got "fast"',
@@ -167,12 +245,14 @@ def test_long_values_are_shortened(write: Write) -> None:
 def test_effects_can_be_switched_off_in_any_way_yaml_knows(write: Write, off: str) -> None:
     source = f"source: {{path: x, matte: {off}}}"
     effects = f"flakes: {off}\nmotion_blur: {off}\natlas: {{trim: {off}}}"
-    recipe = load(write(f"{source}\n{effects}")).recipe
+    recipe = load_tree(read_tree(write(f"{source}\n{effects}"))).recipe
     assert (recipe.flakes, recipe.motion_blur) == ("none", "none")
     assert isinstance(recipe.source, FramesSource)
     assert (recipe.atlas.trim, recipe.source.matte) == ("none", "none")
 
 
 def test_whole_numbers_are_good_where_numbers_are_asked_for(write: Write) -> None:
-    recipe = load(write(SOURCE + "buoyancy: {lift: [0, 1]}\nflakes: {alpha: 1}")).recipe
+    recipe = load_tree(
+        read_tree(write(SOURCE + "buoyancy: {lift: [0, 1]}\nflakes: {alpha: 1}"))
+    ).recipe
     assert recipe.buoyancy.lift == (0.0, 1.0)

@@ -12,8 +12,9 @@ from fire_atlas.core.pixels import encode_bytes
 from fire_atlas.core.shipped import shipped
 from fire_atlas.generators.silk.produce import Take, produce
 from fire_atlas.generators.silk.render import Film
-from fire_atlas.recipe.load import load
+from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.silk import SilkSource
+from fire_atlas.recipe.tree import read_tree
 
 from .takes import camera, film, lean, torch
 
@@ -158,7 +159,7 @@ def test_velocities_are_those_of_the_nodes_and_of_the_gas_that_rises() -> None:
 
 @cache
 def match() -> Film:
-    recipe = load(shipped("recipes") / "match.yaml").recipe
+    recipe = load_tree(read_tree(shipped("recipes") / "match.yaml")).recipe
     assert isinstance(recipe.source, SilkSource)
     small = recipe.source.model_copy(update={"width": 96, "height": 96})
     frames, fps = recipe.timeline.frames, recipe.timeline.fps

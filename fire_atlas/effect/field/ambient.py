@@ -6,7 +6,8 @@ import numpy as np
 
 from fire_atlas.core.pixels import Plane
 from fire_atlas.effect.field.eddies import Eddies
-from fire_atlas.recipe.wind import LEVEL, Wind
+from fire_atlas.effect.field.wind import LEVEL_SPEED, wind_velocity
+from fire_atlas.recipe.wind import Wind
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +27,6 @@ class Ambient:
     def velocity(self, time: float, shape: tuple[int, int]) -> tuple[Plane, Plane]:
         """u and v, each (rows, columns), px/s, at ``time`` s."""
         u, v = self.eddies.velocity(time, shape)
-        # What blows away from the eye is not seen.
-        along, _ = self.wind.at(time)
-        return u + np.float32(along * LEVEL * self.height), v
+        # What blows away from the camera is not seen.
+        right, _ = wind_velocity(self.wind, time)
+        return u + np.float32(right * LEVEL_SPEED * self.height), v

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.workers import Workers
+from fire_atlas.effect.field.wind import peak_level
 from fire_atlas.generators.profile.blaze import Blaze, Burning
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.generators.profile.trial import tried
@@ -56,7 +57,7 @@ def _unhurried(blaze: Blaze, workers: Workers) -> Blaze:
     # Of a clip played faster than the result every so many frames are seen. A cartoon that is held
     # jumps as its clip does, and so does a fire that is blown about.
     most = blaze.profile.front.statistics.step * max(reel.rate, 1.0)
-    if reel.holds or asked.wind.strongest() > 0:
+    if reel.holds or peak_level(asked.wind) > 0:
         most = math.inf
     best, least = blaze, math.inf
     for _ in range(_ROUNDS):

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Pixels, as_plane
+from fire_atlas.effect.field.wind import peak_level
 from fire_atlas.generators.profile.blaze import Blaze
 from fire_atlas.generators.profile.force import PER_LEVEL
 from fire_atlas.generators.profile.pose import along
@@ -54,7 +55,7 @@ def camera_for(blaze: Blaze, height: int | None, elevation: float) -> Camera:
     sway = max(float(np.abs(side.face.pose.offset).max()) for side in profile.sides)
     sway *= max(blaze.gain, 1.0)
     broad = max(float(side.face.pose.ratio.max()) for side in profile.sides)
-    lean = math.radians(PER_LEVEL * blaze.asked.wind.strongest() + abs(blaze.bias))
+    lean = math.radians(PER_LEVEL * peak_level(blaze.asked.wind) + abs(blaze.bias))
     up = grid.up / grid.per_height
     side = grid.side / grid.per_half * half * broad + sway + math.sin(lean) * bend(np.array(up))
     depth = half * abs(math.sin(tilt))

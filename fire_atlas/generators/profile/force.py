@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.effect.field.wind import fit_gusts, wind_velocity
 from fire_atlas.generators.profile.states import Period
 from fire_atlas.recipe.wind import Wind
 
@@ -38,8 +39,8 @@ class Weather:
     def of(cls, wind: Wind, frames: int, fps: float, loop: bool) -> "Weather":
         """Return the weather of ``frames`` frames; that of a loop closes."""
         if loop:
-            wind = wind.fitted(frames / fps)
-        blows = np.array([wind.at(i / fps) for i in range(frames)])
+            wind = fit_gusts(wind, frames / fps)
+        blows = np.array([wind_velocity(wind, i / fps) for i in range(frames)])
         force = _followed(blows, _INERTIA * fps, loop)
         mean = _followed(force, _PATIENCE * fps, loop)
         calm = np.exp(-2.0 * np.hypot(*(force - mean).T))

@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.chance import Stage, generator
+from fire_atlas.effect.field.wind import LEVEL_SPEED, wind_velocity
 from fire_atlas.generators.silk.fuel import Fuel
 from fire_atlas.generators.silk.mechanics import normals
 from fire_atlas.generators.silk.mesh import Vectors
-from fire_atlas.recipe.wind import LEVEL, Wind
+from fire_atlas.recipe.wind import Wind
 
 _WAVES = 7
 """Waves of flutter on a sheet, and of the sway."""
@@ -95,7 +96,7 @@ class Air:
 
     def velocity(self, time: float, x: Vectors) -> Vectors:
         """Speed of the air at every node, heights/s: the wind, and a sway that swells upwards."""
-        right, away = self.wind.at(time)
+        right, away = wind_velocity(self.wind, time)
         gusty = 1 + _GUSTINESS * np.hypot(right, away)
         above = np.maximum(x[..., 2], 0.0)
         grown = above / (above + _GROUND)
@@ -105,8 +106,8 @@ class Air:
         swing = np.sin(phase + frequency * time - late * above[..., None])
         swing *= self.fuel.sway * gusty * np.sqrt(2 / len(phase))
         u = np.zeros_like(x)
-        u[..., 0] = grown * (right * LEVEL + np.einsum("srcw,w->src", swing, np.cos(heading)))
-        u[..., 1] = grown * (away * LEVEL + np.einsum("srcw,w->src", swing, np.sin(heading)))
+        u[..., 0] = grown * (right * LEVEL_SPEED + np.einsum("srcw,w->src", swing, np.cos(heading)))
+        u[..., 1] = grown * (away * LEVEL_SPEED + np.einsum("srcw,w->src", swing, np.sin(heading)))
         return u
 
     def acceleration(self, time: float, x: Vectors, v: Vectors) -> Vectors:
@@ -118,7 +119,7 @@ class Air:
 
     def _flutter(self, time: float) -> NDArray[np.float64]:
         """Acceleration (sheets, rows, columns, 1) along the normals."""
-        gusty = 1 + _GUSTINESS * float(np.hypot(*self.wind.at(time)))
+        gusty = 1 + _GUSTINESS * float(np.hypot(*wind_velocity(self.wind, time)))
         rows = self.rows - (self.swing * time)[:, None]
         waves = np.einsum("srw,scw->src", np.sin(rows), np.cos(self.columns))
         waves += np.einsum("srw,scw->src", np.cos(rows), np.sin(self.columns))

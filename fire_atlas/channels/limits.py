@@ -1,0 +1,35 @@
+"""What maps cannot be had with, and when there is nothing to show in them."""
+
+from collections.abc import Iterator
+
+from fire_atlas.recipe.output import Atlas, Maps
+from fire_atlas.recipe.problem import Problem
+
+
+def map_limits(maps: Maps, atlas: Atlas, has_flakes: bool) -> Iterator[Problem]:
+    """Yield the maps that such pages cannot have beside them.
+
+    ``has_flakes``: whether any effect on the pages may have flakes.
+    """
+    if maps.motion in ("unity", "unreal") and atlas.layout != "grid":
+        yield Problem(
+            ("maps", "motion"),
+            f"{maps.motion} moves one cell into the next, and in a packed layout no two are "
+            f"alike; set atlas.layout to grid",
+        )
+    if maps.motion != "none" and atlas.rotate:
+        yield Problem(
+            ("maps", "motion"),
+            "vectors cannot be read from frames that lie rotated; leave out atlas.rotate",
+        )
+    if not has_flakes:
+        for layer in maps.layers:
+            yield Problem(
+                ("maps", layer), "with flakes none the page itself is the flame; leave it out"
+            )
+    if maps != Maps() and atlas.dedupe and "dedupe" in atlas.model_fields_set:
+        yield Problem(
+            ("maps",),
+            "frames that look alike may differ in their maps, so each has a place of its own; "
+            "leave out atlas.dedupe, or set it to false",
+        )
