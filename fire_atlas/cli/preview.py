@@ -10,9 +10,7 @@ from PIL import ImageColor
 
 from fire_atlas.cli.progress import view_for
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.clock import Clock
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.core.progress import Silent
 from fire_atlas.formats.atlas.atlas_file import read_atlas
 from fire_atlas.formats.tracks.tracks_file import read_all_tracks, read_tracks
 from fire_atlas.outputs.folder import default_folder
@@ -96,7 +94,7 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
         finally:
             view.close()
         with Workers(1) as workers:
-            context = BuildContext(workers, Silent(), Clock())
+            context = BuildContext.silent(workers)
             shown = open_input(loaded, context) if not loaded.members else None
         clips = list(shown.values()) if isinstance(shown, Mapping) else []
         clip = clips[0] if len(clips) == 1 else None

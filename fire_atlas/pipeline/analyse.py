@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip, Window, cropped
 from fire_atlas.core.picture import as_light, brightness_of
 from fire_atlas.core.pixels import Bytes, Plane, magnitude
-from fire_atlas.effect.field.air import grid_shape
 from fire_atlas.effect.field.buoyancy import Drive
 from fire_atlas.effect.field.carry import driving_order, record_field
-from fire_atlas.effect.field.drive import cell_means, flow_on_grid, rising
+from fire_atlas.effect.field.drive import cell_means, flow_on_grid, on_whole_grid, rising
 from fire_atlas.effect.field.record import FieldRecord
 from fire_atlas.effect.field.wind import wind_in_view
 from fire_atlas.effect.flakes.emission import EmitterSettings, Spawns, emit
@@ -160,11 +159,10 @@ def _frames(
     )
     order = driving_order(clip)
     pairs = _pairs(context.workers.map(analyser.frame, order), clip.loop)
-    row, column = window.top // cell, window.left // cell
-    shape = grid_shape(clip.width, clip.height, cell)
+    size = clip.width, clip.height
     driven = context.workers.map(lambda pair: (pair[0].spawns, analyser.drive(*pair)), pairs)
     for i, (spawns, drive) in zip(order, driven, strict=True):
-        yield i, spawns.moved(window.left, window.top), drive.placed(row, column, shape)
+        yield i, spawns.moved(window.left, window.top), on_whole_grid(drive, window, size, cell)
 
 
 @dataclass(frozen=True, slots=True)

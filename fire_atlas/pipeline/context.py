@@ -1,9 +1,10 @@
 """What every step of a build shares besides its data."""
 
 from dataclasses import dataclass
+from typing import Self
 
 from fire_atlas.core.clock import Clock
-from fire_atlas.core.progress import Progress
+from fire_atlas.core.progress import Progress, Silent
 from fire_atlas.core.workers import Workers
 
 
@@ -20,3 +21,8 @@ class BuildContext:
     workers: Workers
     progress: Progress
     clock: Clock
+
+    @classmethod
+    def silent(cls, workers: Workers) -> Self:
+        """Return the context of a step that is run on its own: nobody hears of it."""
+        return cls(workers, Silent(), Clock())

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.clock import Clock
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.progress import Progress, Silent
@@ -96,7 +95,8 @@ def recipe_of(keys: Mapping[str, Any]) -> Recipe:
 
 def context_of(workers: Workers, progress: Progress | None = None) -> BuildContext:
     """Return the context of steps that are run without a build."""
-    return BuildContext(workers, progress or Silent(), Clock())
+    context = BuildContext.silent(workers)
+    return replace(context, progress=progress) if progress else context
 
 
 def burn(clip: Clip, keys: Mapping[str, Any] | None = None, jobs: int = 2) -> Burnt:

@@ -1,7 +1,7 @@
 """The buoyancy field Bv: equation 12 carried from frame to frame on a coarse grid."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -45,16 +45,6 @@ class Drive:
     flow_y: Plane
     feature_x: Plane
     feature_y: Plane
-
-    def placed(self, row: int, column: int, shape: tuple[int, int]) -> "Drive":
-        """Put a part of the grid, whose first cell is (row, column), into still surroundings."""
-
-        def put(plane: Plane) -> Plane:
-            whole = np.zeros(shape, np.float32)
-            whole[row : row + plane.shape[0], column : column + plane.shape[1]] = plane
-            return whole
-
-        return Drive(*(put(getattr(self, field.name)) for field in fields(self)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,11 +1,15 @@
 """From the pixels of a frame to what they do to the air on the grid."""
 
+from dataclasses import fields
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.clip import Window
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.effect.field.air import grid_shape
+from fire_atlas.effect.field.buoyancy import Drive
 
 
 def cell_means(plane: Plane, cell: int) -> Plane:
@@ -66,3 +70,23 @@ def flow_on_grid(
         as_plane(u / total * np.float32(fps / scale_x)),
         as_plane(v / total * np.float32(fps / scale_y)),
     )
+
+
+def on_whole_grid(drive: Drive, window: Window, size: tuple[int, int], cell: int) -> Drive:
+    """Return the drive of a part of the frame as one of the whole grid, with still surroundings.
+
+    Args:
+        drive: Of the cells in the window.
+        window: The part, on multiples of ``cell`` px.
+        size: Width and height of the frame, px.
+        cell: Side of a cell, px.
+    """
+    shape = grid_shape(*size, cell)
+    row, column = window.top // cell, window.left // cell
+
+    def placed(plane: Plane) -> Plane:
+        whole = np.zeros(shape, np.float32)
+        whole[row : row + plane.shape[0], column : column + plane.shape[1]] = plane
+        return whole
+
+    return Drive(*(placed(getattr(drive, field.name)) for field in fields(drive)))

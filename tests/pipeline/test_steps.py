@@ -1,0 +1,187 @@
+"""Each step of the line reads just what the table says: so it can be kept while that is the same.
+
+What a step reads is observed, not declared: every key of a recipe that is looked up while the step
+runs, or while its arguments are put together.
+"""
+
+import json
+from collections import defaultdict
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fire_atlas.core.progress import Silent
+from fire_atlas.core.shipped import shipped
+from fire_atlas.pipeline import animate, build
+from fire_atlas.pipeline.check import load_checked
+from fire_atlas.recipe.base import Settings
+from fire_atlas.recipe.keys import all_keys, blocks_at
+from fire_atlas.recipe.tree import read_tree
+
+STEPS = {
+    "open_input": build, "arrange": animate, "study_flame": animate, "analyse": animate,
+    "simulate": animate, "render": animate, "flames_between": animate, "measure_motion": animate,
+    "pack_only": build, "pack": build, "write_images": build, "product_of": build,
+}  # fmt: skip
+"""Steps, each in the module that calls it."""
+
+WHOLE = ("source", "views", "wind")
+"""Sections that are read as a whole."""
+
+ENCODING = {"atlas.alpha", "atlas.blend_space", "atlas.scales", "atlas.trim_threshold"}
+BLUR = {"motion_blur.flame", "motion_blur.shutter", "motion_blur.samples"}
+MAPS = {"maps.motion", "maps.flame", "maps.flakes"}
+
+TABLE = {
+    # Whether a recipe only packs decides what its source may be.
+    "open_input": {
+        "name", "seed", "source", "views", "wind", "flakes", "motion_blur", "motion_blur.flame",
+        "timeline.frames", "timeline.fps", "timeline.loop", "atlas.blend_space",
+    },
+    "arrange": {
+        "timeline.loop", "timeline.frames", "timeline.fps", "timeline.overlap", "timeline.tail",
+        "flakes.life",
+    },
+    "study_flame": {
+        "features.sigma", "features.epsilon", "features.n", "features.kappa_over", "buoyancy.lift",
+    },
+    "analyse": {
+        "seed", "wind", "motion_blur.flame",
+        "features.preset", "features.sigma", "features.beta", "features.clamp",
+        "buoyancy.motion", "buoyancy.cell", "buoyancy.coupling", "buoyancy.feature_force",
+        "buoyancy.lift", "buoyancy.gravity", "buoyancy.drag", "buoyancy.viscosity",
+        "buoyancy.turbulence", "buoyancy.projection",
+        "flakes.rate", "flakes.bursts", "flakes.alpha", "flakes.life", "flakes.size",
+        "flakes.sprite",
+    },
+    "simulate": {
+        "seed", "buoyancy.gravity", "buoyancy.turbulence", "composite.intensity",
+        "motion_blur.shutter",
+        "flakes.colors", "flakes.edge", "flakes.intensity", "flakes.lag", "flakes.life",
+        "flakes.max", "flakes.scatter", "flakes.sprite", "flakes.stretch",
+    },
+    # The loop, only to say whether a tail would let flakes burn out.
+    "render": {
+        *ENCODING, *BLUR, *MAPS, "timeline.loop", "tracks", "composite.blend", "composite.palette",
+        "flakes.bake", "flakes.edge", "flakes.glow", "flakes.sprite",
+    },
+    "flames_between": {*BLUR, "maps.motion", "atlas.blend_space"},
+    "measure_motion": {"maps.motion"},
+    "pack_only": {
+        *ENCODING, *MAPS, "tracks", "flakes", "motion_blur", "name", "timeline.loop",
+        "timeline.overlap", "timeline.tail",
+    },
+    "pack": {
+        *MAPS, "name", "atlas.alpha", "atlas.blend_space", "atlas.border", "atlas.compression",
+        "atlas.dedupe", "atlas.extrude", "atlas.format", "atlas.layout", "atlas.max_size",
+        "atlas.multiple_of", "atlas.padding", "atlas.pivot", "atlas.pot", "atlas.rotate",
+        "atlas.scales", "atlas.square", "atlas.trim",
+    },
+    "write_images": {
+        *MAPS, "atlas.bleed", "atlas.compression", "atlas.extrude", "atlas.format",
+        "atlas.padding",
+    },
+    "product_of": {"tracks"},
+}  # fmt: skip
+
+SHIPPED = shipped("samples")
+CLIP = {"path": str(SHIPPED / "campfire"), "count": 8, "height": 64}
+RECIPES: dict[str, dict[str, Any]] = {
+    "plain": {"source": {**CLIP, "sampling": "nearest"}},
+    "everything": {
+        "source": CLIP,
+        "wind": {"keyframes": [{"t": 0.0, "level": 1.0}]},
+        "timeline": {"fps": 12, "tail": True, "loop": "none"},
+        "flakes": {"glow": 1.0, "edge": "crop"},
+        "motion_blur": {"flame": True},
+        "composite": {"palette": "clip"},
+        "atlas": {"layout": "grid", "scales": [1, 0.5], "bleed": 2},
+        "maps": {"motion": "godot", "flame": True, "flakes": True},
+        "tracks": ["light", "json"],
+    },
+    "crossfaded": {"source": CLIP, "timeline": {"loop": "crossfade"}, "wind": {"gusts": {}}},
+    "silk": {
+        "source": {"kind": "silk", "width": 48, "height": 64},
+        "views": {"count": 2},
+        "timeline": {"frames": 4},
+    },
+    "learnt": {
+        "source": {"kind": "profile", "path": str(SHIPPED / "torch.gif"), "height": 64},
+        "timeline": {"frames": 4},
+    },
+    "sprites": {
+        "source": {"path": "art"},
+        "flakes": "none",
+        "motion_blur": "none",
+        "maps": {"motion": "godot"},
+    },
+}
+"""Recipes that take every branch."""
+
+
+class Reads:
+    """The keys of a recipe that each step reads."""
+
+    def __init__(self) -> None:
+        self.of = defaultdict[str, set[str]](set)
+        self._step: str | None = None
+        self._between = set[str]()
+
+    def forget(self) -> None:
+        """Forget what was read outside of all steps."""
+        self._between.clear()
+
+    def key(self, key: str) -> None:
+        """Note a key for the step that runs, or else for the next one: it is an argument."""
+        (self._between if self._step is None else self.of[self._step]).add(key)
+
+    def watched(self, name: str, step: Callable[..., Any]) -> Callable[..., Any]:
+        """Return a step whose reads are noted."""
+
+        def run(*arguments: Any, **named: Any) -> Any:
+            self.of[name] |= self._between
+            self._between, self._step = set(), name
+            try:
+                return step(*arguments, **named)
+            finally:
+                self._step = None
+
+        return run
+
+
+@pytest.fixture
+def reads(monkeypatch: pytest.MonkeyPatch) -> Reads:
+    """Watch what the steps of the builds of this test read."""
+    seen, look_up = Reads(), Settings.__getattribute__
+    places = {block: ".".join(path) for path in all_keys() for block in blocks_at(path)}
+
+    def watched(block: Settings, name: str) -> Any:
+        value = look_up(block, name)
+        if name in type(block).model_fields and not isinstance(value, Settings):
+            seen.key(f"{places.get(type(block), '')}.{name}".lstrip("."))
+        return value
+
+    monkeypatch.setattr(Settings, "__getattribute__", watched)
+    for name, module in STEPS.items():
+        monkeypatch.setattr(module, name, seen.watched(name, getattr(module, name)))
+    return seen
+
+
+def test_each_step_reads_just_its_keys(reads: Reads, tmp_path: Path) -> None:
+    art = tmp_path / "art"
+    art.mkdir()
+    for i, frame in enumerate(sorted((SHIPPED / "campfire").glob("*.png"))[:4]):
+        (art / f"{'ab'[i % 2]}_{i}.png").write_bytes(frame.read_bytes())
+    for name, keys in RECIPES.items():
+        recipe = tmp_path / f"{name}.yaml"
+        recipe.write_text(json.dumps(keys), encoding="utf-8")
+        loaded = load_checked(read_tree(recipe))
+        reads.forget()
+        build.build(loaded, tmp_path / "out", 2, Silent())
+    found = {
+        step: {key.partition(".")[0] if key.startswith(WHOLE) else key for key in keys}
+        for step, keys in reads.of.items()
+    }
+    assert found == TABLE
