@@ -81,15 +81,7 @@ def learn_motion(
     if validation is None or not validation.helps:
         reliable[:] = 0
     unit = np.array([size[0] / width, size[1] / height], np.float32)
-    closes = loop and count > 1
-    last = count if closes else count - 1
-    steps: list[Halfway | None] = []
-    for step in workers.map(lambda i: halfway(pictures[i], pictures[(i + 1) % count]), range(last)):
-        steps.append(step)
-        advance()
-    if not closes:
-        steps.append(None)
-        advance()
+    steps = _steps(pictures, loop, workers, advance)
 
     def cell(i: int) -> NDArray[np.float16]:
         if steps[i] is None:  # nothing follows: a client that stays here must find it still
@@ -100,6 +92,23 @@ def learn_motion(
 
     cells = tuple(workers.map(cell, range(count)))
     return Motion(*size, cells, _reach(cells), validation)
+
+
+def _steps(
+    pictures: Sequence[Bytes], loop: bool, workers: Workers, advance: Callable[[], None]
+) -> list[Halfway | None]:
+    """Return the motion from each picture to the one that follows; None where none does."""
+    count = len(pictures)
+    closes = loop and count > 1
+    last = count if closes else count - 1
+    steps: list[Halfway | None] = []
+    for step in workers.map(lambda i: halfway(pictures[i], pictures[(i + 1) % count]), range(last)):
+        steps.append(step)
+        advance()
+    if not closes:
+        steps.append(None)
+        advance()
+    return steps
 
 
 def _reach(cells: Sequence[NDArray[np.float16]]) -> tuple[float, float]:

@@ -32,7 +32,7 @@ def remembering(reel: Reel) -> Reel:
 
 @dataclass(frozen=True, slots=True)
 class _Kept:
-    """A picture without the transparent border that most sprites of fire have.
+    """A picture; of straight colours, without the transparent border that most sprites have.
 
     Attributes:
         part: What is not border.
@@ -47,7 +47,8 @@ class _Kept:
 
     @classmethod
     def of(cls, picture: Picture) -> "_Kept":
-        if picture.shape[2] < 4:
+        is_stored = picture.dtype.kind == "u"
+        if picture.shape[2] < 4 or not is_stored:  # light may shine where nothing is covered
             return cls(picture, 0, 0, picture.shape)
         part = where_covered(picture)
         return cls(picture[part].copy(), part[0].start, part[1].start, picture.shape)

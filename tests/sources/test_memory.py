@@ -53,3 +53,11 @@ def test_an_empty_picture_is_remembered_as_empty() -> None:
     remembered = memory.remembering(reel)
     for _ in range(2):
         assert remembered.read(0).shape == (4, 5, 4)
+
+
+def test_light_without_coverage_is_remembered_as_it_is() -> None:
+    light = np.zeros((4, 5, 4), np.float32)
+    light[1, 2, :3] = 0.5, 0.25, 0.125
+    remembered = memory.remembering(Reel(5, 4, None, 1, lambda _: light.copy(), ()))
+    for _ in range(2):
+        assert np.array_equal(remembered.read(0), light)

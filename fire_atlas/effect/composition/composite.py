@@ -43,12 +43,7 @@ def compose(
         cover = shown
         alone = decode_unit(as_plane(encode_unit(light) / np.maximum(cover, _LEAST))) * cover
         light = as_plane(alone + (light - alone) * under[:, 3:])
-    if blend == "add":
-        joined = under[:, :3] + light
-    elif blend == "screen":
-        joined = under[:, :3] + light - np.minimum(under[:, :3], 1.0) * light
-    else:
-        joined = light + under[:, :3] * (1 - brightest)
+    joined = _joined(under[:, :3], light, brightest, blend)
     needed = np.minimum(_brightest(joined)[:, 0], 1.0)
     pixels = np.empty_like(under)
     pixels[:, :3] = joined
@@ -59,6 +54,17 @@ def compose(
         faint = shown[:, 0] < _SEEN
         pixels[faint] = under[faint]
     return pixels
+
+
+def _joined(
+    under: NDArray[np.float32], light: NDArray[np.float32], cover: NDArray[np.float32], blend: str
+) -> NDArray[np.float32]:
+    """Light (pixels, 3) of the flame ``under`` and of the flakes, which ``cover`` (pixels, 1)."""
+    if blend == "add":
+        return under + light
+    if blend == "screen":
+        return as_plane(under + light - np.minimum(under, 1.0) * light)
+    return light + under * (1 - cover)
 
 
 def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:

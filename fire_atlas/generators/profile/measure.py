@@ -99,16 +99,7 @@ def measure(clip: Clip, fire: Fire, workers: Workers, name: str) -> Measures:
     Raises:
         SourceError: There is no single, upright, whole flame in it to learn from.
     """
-    if clip.count < LEAST_FRAMES:
-        raise SourceError(
-            f"{name}: has {clip.count} frame{'s' * (clip.count > 1)}; how a fire moves is learnt "
-            f"from at least {LEAST_FRAMES}, best from 8 to 60"
-        )
-    if clip.count > MOST_FRAMES:
-        raise SourceError(
-            f"{name}: has {clip.count} frames; a profile is learnt from at most {MOST_FRAMES}, and "
-            f"8 to 60 are enough: choose some with source.start and source.count"
-        )
+    _refuse_length(name, clip.count)
     found: list[_Look] = []
     steps: list[float] = []
     first: Pixels | None = None
@@ -206,6 +197,19 @@ def _no_fire(name: str, fire: Fire, seen: int, count: int) -> str:
         f"brighter than {fire.threshold:.0f} of 255; set source.threshold lower, or choose other "
         f"frames with source.start and source.count"
     )
+
+
+def _refuse_length(name: str, count: int) -> None:
+    if count < LEAST_FRAMES:
+        raise SourceError(
+            f"{name}: has {count} frame{'s' * (count > 1)}; how a fire moves is learnt "
+            f"from at least {LEAST_FRAMES}, best from 8 to 60"
+        )
+    if count > MOST_FRAMES:
+        raise SourceError(
+            f"{name}: has {count} frames; a profile is learnt from at most {MOST_FRAMES}, and "
+            f"8 to 60 are enough: choose some with source.start and source.count"
+        )
 
 
 def _refuse_rivals(name: str, looks: list[_Look]) -> None:
