@@ -8,7 +8,7 @@ from rich.table import Table
 
 from fire_atlas.effect.flakes.statistics import ember_figures
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.formats.atlas.atlas_file import AtlasFile, read_atlas
+from fire_atlas.formats.atlas.json_hash import AtlasFile, read_atlas
 from fire_atlas.formats.templates.context import context_of
 from fire_atlas.formats.tracks.tracks_file import read_all_tracks
 from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted

@@ -11,7 +11,7 @@ from PIL import ImageColor
 from fire_atlas.cli.progress import view_for
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.formats.atlas.atlas_file import read_atlas
+from fire_atlas.formats.atlas.json_hash import read_atlas
 from fire_atlas.formats.tracks.tracks_file import read_all_tracks, read_tracks
 from fire_atlas.outputs.manifest import default_folder
 from fire_atlas.outputs.staging import explained, write_whole

@@ -1,6 +1,7 @@
 """What an exporter hands over: a file that is not written yet."""
 
 from dataclasses import dataclass
+from pathlib import PureWindowsPath
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,3 +18,14 @@ class OutputFile:
     name: str
     role: str
     data: bytes
+
+
+def plain_name(name: str) -> str:
+    """Return ``name``, which has to be that of a file without a folder, on any system.
+
+    Raises:
+        ValueError: It may lead elsewhere.
+    """
+    if PureWindowsPath(name).name != name or not name.strip("."):
+        raise ValueError(f"{name!r} is no plain file name")
+    return name

@@ -7,7 +7,6 @@ blends the very bytes that a client loads.
 import base64
 import json
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,9 +16,11 @@ from fire_atlas.atlas.layout import Animation, MotionReading, Region
 from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.statistics import Figure, ember_figures
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
-from fire_atlas.formats.atlas.atlas_file import AtlasFile, read_page_file, stage
+from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.pages.page_file import read_page_file
 from fire_atlas.formats.templates.jinja import environment
 from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted
+from fire_atlas.preview.frames import stage
 from fire_atlas.preview.loops import loops_of
 from fire_atlas.preview.pictures import Color
 
@@ -232,7 +233,9 @@ def _sheets(atlas: AtlasFile) -> dict[str, list[str]]:
     kinds |= {each.kind: each.files for each in atlas.sheet.maps}
     return {
         kind: [
-            base64.b64encode(read_page_file(atlas.path, replace(page, file=file))).decode()
+            base64.b64encode(
+                read_page_file(atlas.path.with_name(file), page.width, page.height)
+            ).decode()
             for page, file in zip(pages, files, strict=True)
         ]
         for kind, files in kinds.items()

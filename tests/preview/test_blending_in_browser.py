@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fire_atlas.core.pixels import decode_bytes, encode_bytes
-from fire_atlas.formats.atlas.atlas_file import read_atlas, staged_frames
+from fire_atlas.formats.atlas.json_hash import read_atlas
+from fire_atlas.preview.frames import staged_frames
 
 from .browser import Browser, Seen, assert_quiet, built, picture
 

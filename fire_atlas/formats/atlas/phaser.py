@@ -7,7 +7,7 @@ from fire_atlas import __version__
 from fire_atlas.atlas.layout import AtlasSheet, Region
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.formats.atlas.entries import about, compact, frame_entry, page_entry
-from fire_atlas.formats.atlas.map_entries import map_entries
+from fire_atlas.formats.atlas.maps import map_entries
 from fire_atlas.formats.decimals import plain
 
 

@@ -4,7 +4,7 @@ from typing import Any
 
 from fire_atlas import __version__
 from fire_atlas.atlas.layout import Animation, AtlasSheet, Region
-from fire_atlas.formats.atlas.map_entries import strengths
+from fire_atlas.formats.atlas.maps import strengths
 from fire_atlas.formats.decimals import plain
 
 

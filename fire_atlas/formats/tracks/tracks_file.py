@@ -8,7 +8,7 @@ import numpy as np
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
-from fire_atlas.formats.atlas.atlas_file import AtlasFile
+from fire_atlas.formats.atlas.json_hash import AtlasFile
 from fire_atlas.formats.product import stem_of
 
 
