@@ -10,7 +10,7 @@ from fire_atlas.effect.flakes.statistics import ember_figures
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.json_hash import AtlasFile, read_atlas
 from fire_atlas.formats.templates.context import context_of
-from fire_atlas.formats.tracks.tracks_file import read_all_tracks
+from fire_atlas.formats.tracks.tracks_json import read_all_tracks
 from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted
 from fire_atlas.preview.loops import loops_of
 from fire_atlas.preview.proof_file import read_proofs

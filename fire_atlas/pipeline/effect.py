@@ -59,21 +59,13 @@ def fly_flakes(
         fps=clip.fps,
     )
     frames = list(rows_of(flying(), spawns, look, workers))
-    births = spawn_table(swarms, spawns, look.pixel)
+    births, size = spawn_table(swarms, spawns, look.pixel), (clip.width, clip.height)
+    tracks = Tracks.once(clip.fps, size, recipe.seed, births, frames, look.pixel)
     if clip.loop:
-        births, frames = wrapped(births, frames, clip.count, clip.fps)
-    elif recipe.timeline.loop == "auto" and not clip.tail and (left := glowing(frames[-1])):
+        return wrapped(tracks, clip.count)
+    if recipe.timeline.loop == "auto" and not clip.tail and (left := glowing(frames[-1])):
         progress.note(f"flakes in the last frame: {left}; timeline.tail: true lets them burn out")
-    return Tracks(
-        fps=clip.fps,
-        width=clip.width,
-        height=clip.height,
-        loop=clip.loop,
-        seed=recipe.seed,
-        spawns=births,
-        frames=tuple(frames),
-        hard=look.pixel,
-    )
+    return tracks
 
 
 def _flight(clip: Clip, recipe: Recipe, flakes: Flakes, shutter: float) -> Flight:

@@ -25,22 +25,22 @@ PROPERTIES = [
 
 def flying(births: list[tuple[float, float]], *, loop: bool = True, first_id: int = 0) -> Tracks:
     """Flakes born at t that live so long, s; they rise, and brighten until half their life."""
-    spawns, tables = [], [list[list[float]]() for _ in range(FRAMES)]
+    spawns, tables = [], [list[list[float]]() for _ in range(FRAMES * (2 if loop else 1))]
     for i, (t, life) in enumerate(births):
         x, y, vx, vy, size = 300.0 + 10 * i, 400.0 - i, 12.0 + i, -96.0, 4.8
-        wraps = loop and t + life > PERIOD
-        spawns.append([first_id + i, t, life, x, y, vx, vy, size, wraps])
-        for frame in range(FRAMES * (2 if loop else 1)):
+        spawns.append([first_id + i, t, life, x, y, vx, vy, size, 0])
+        for frame in range(len(tables)):
             age = frame / FPS - t
             if 0 <= age < life and age < PERIOD - 1 / FPS:
                 light = 1 - abs(2 * age / life - 1)
-                tables[frame % FRAMES].append([
+                tables[frame].append([
                     first_id + i, x + vx * age, y + vy * age, vx, vy, size, 2.0,
                     np.arctan2(vy, vx), 6.0, 0.5, 0.1, light, age, life,
                 ])  # fmt: skip
-    frames = tuple(np.array(sorted(t)).reshape(-1, len(COLUMNS)) for t in tables)
+    frames = [np.array(table).reshape(-1, len(COLUMNS)) for table in tables]
     table = np.array(spawns).reshape(-1, len(SPAWN_COLUMNS))
-    return Tracks(FPS, WIDTH, HEIGHT, loop, 7, table, frames)
+    tracks = Tracks.once(FPS, (WIDTH, HEIGHT), 7, table, frames)
+    return wrapped(tracks, FRAMES) if loop else tracks
 
 
 BIRTHS = [(0.0, 0.2), (0.1, 0.3), (0.35, 0.4), (0.4, 0.05), (0.44, 0.3)]
@@ -168,8 +168,7 @@ def test_a_flake_that_meets_itself_flies_on_under_ids_of_its_own() -> None:
     ages = np.arange(3 * FPS) / FPS
     rows = [np.array([[*row[:12], age, 3.0]]) for age in ages]
     spawns = np.array([[0, 0.0, 3.0, 300, 400, 0, -50, 3, 0.0]])
-    spawns, frames = wrapped(spawns, rows, FRAMES, FPS)
-    tracks = Tracks(FPS, WIDTH, HEIGHT, True, 7, spawns, tuple(frames))
+    tracks = wrapped(Tracks.once(FPS, (WIDTH, HEIGHT), 7, spawns, rows), FRAMES)
     assert [len(each) for each in hjson(tracks)] == [6] * FRAMES + [0]
 
 

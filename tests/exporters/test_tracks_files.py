@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from dataclasses import replace
 from typing import Any, NoReturn
 
 import numpy as np
@@ -27,7 +28,7 @@ def some_tracks(flakes: int = 5, frames: int = 3) -> Tracks:
     tables = [rng.normal(0, 50, (max(flakes - i, 0), len(COLUMNS))) for i in range(frames)]
     for table in tables:
         table[:, 0] = np.arange(len(table))
-    return Tracks(24.0, 640, 480, True, 7, spawns, tuple(tables))
+    return replace(Tracks.once(24.0, (640, 480), 7, spawns, tables), loop=True)
 
 
 def strict_json(data: bytes) -> Any:

@@ -16,6 +16,7 @@ from fire_atlas.engines.godot.text import node_name, number, quoted, real, title
 from fire_atlas.engines.godot.uids import uid_of
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
+from fire_atlas.formats.tracks.names import flakes_file
 from fire_atlas.recipe.godot import GodotOptions
 
 _PLAYER, _TRACKS, _TABLES = "_flakes.gd", "_flake_tracks.gd", "_flakes.tres"
@@ -40,7 +41,8 @@ def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile
     if "csv" in product.track_formats and options.version == 4:
         for animation in product.tracks:
             # The engine takes every table for translations.
-            yield OutputFile(f"{product.stem(animation)}.flakes.csv.import", "import", KEEP)
+            table = flakes_file(product.stem(animation), "csv")
+            yield OutputFile(f"{table}.import", "import", KEEP)
 
 
 def _played(product: Product) -> dict[str, Tracks]:

@@ -1,6 +1,7 @@
 """The player, in the engine, flies the flakes as the tracks say."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -135,7 +136,7 @@ def some_tracks(*, hard: bool = False) -> Tracks:
     if hard:
         column |= {"size": np.array([1.0, 2.0, 2.0]), "stretch": np.ones(3)}
     frame = np.column_stack([column[name] for name in COLUMNS])
-    return Tracks(24, 60, 60, True, 0, spawns_of(3), (frame,) * 9, hard)
+    return replace(Tracks.once(24, (60, 60), 0, spawns_of(3), [frame] * 9, hard), loop=True)
 
 
 def spawns_of(count: int) -> Table:
@@ -203,7 +204,10 @@ def test_rows_are_joined_where_the_same_flake_goes_on() -> None:
 
     def tracks(*, loop: bool) -> Tracks:
         frames = (table(f1=1, f2=3), table(), table(f2=5, f3=0), table(f3=1, f1=0))
-        return Tracks(24, 60, 60, loop, 0, spawns_of(4), frames)
+        flights = tuple(frame[:, 0].astype(np.int64) for frame in frames)
+        ages = (frame[:, COLUMNS.index("age")] * 24 for frame in frames)
+        moments = tuple(np.rint(age).astype(np.int64) for age in ages)
+        return Tracks(24, 60, 60, loop, 0, spawns_of(4), frames, flights, moments)
 
     both = {"a": tracks(loop=True), "b": tracks(loop=False)}
     made = flake_arrays(both, {"a": (0, 0), "b": (10, 0)})
@@ -225,8 +229,7 @@ def test_a_flake_that_outlives_its_loop_goes_on_whatever_its_id() -> None:
         frame[:, COLUMNS.index("x")] = [age, 100 + age][: len(frame)]
         frame[:, COLUMNS.index("age")] = np.array([age + 0.4, age - 0.7][: len(frame)]) / 24
         rows.append(frame)
-    spawns, frames = wrapped(spawns_of(2), rows, 4, 24)
-    tracks = Tracks(24, 60, 60, True, 0, spawns, tuple(frames))
+    tracks = wrapped(Tracks.once(24, (60, 60), 0, spawns_of(2), rows), 4)
     made = flake_arrays({"a": tracks}, {"a": (0, 0)})
     (start,) = (i for i, x in enumerate(made.rows[:, 0]) if x == 0)
     seen = []
