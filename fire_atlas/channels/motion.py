@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.channels.cells import cell_vectors
-from fire_atlas.channels.conventions import Convention
+from fire_atlas.channels.encoding import MotionEncoding
 from fire_atlas.channels.evidence import hold_out, trust
 from fire_atlas.channels.flow import Halfway, halfway
 from fire_atlas.channels.margin import PAD, PAD_SHARE
@@ -55,7 +55,7 @@ def learn_motion(
     skipped: Mapping[int, tuple[float, Bytes]],
     size: tuple[int, int],
     loop: bool,
-    convention: Convention,
+    encoding: MotionEncoding,
     workers: Workers,
     advance: Callable[[], None],
 ) -> Motion:
@@ -67,7 +67,7 @@ def learn_motion(
             after how much of the step.
         size: Width and height of a frame, px.
         loop: Whether the first frame follows the last.
-        convention: How the engine reads vectors, for the proof.
+        encoding: How the engine encodes vectors, for the proof.
         workers: The pool.
         advance: Called as often as there are frames.
     """
@@ -75,7 +75,7 @@ def learn_motion(
     count = len(pictures)
     pad = max(PAD, PAD_SHARE * max(size)) * max(width / size[0], height / size[1])
     held = hold_out(pictures, skipped, loop, pad, workers)
-    proof = prove(held, convention)
+    proof = prove(held, encoding)
     trusted = trust(held, (height, width))
     if proof is None or not proof.helps:
         trusted[:] = 0

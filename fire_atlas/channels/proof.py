@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.channels.conventions import Convention
+from fire_atlas.channels.encoding import MotionEncoding
 from fire_atlas.channels.evidence import HeldOut, square_error, trust
 from fire_atlas.channels.flow import Vectors
 from fire_atlas.core.pixels import Bytes, Plane, as_plane
@@ -57,7 +57,7 @@ class Proof:
         }
 
 
-def prove(held: Sequence[HeldOut], convention: Convention) -> Proof | None:
+def prove(held: Sequence[HeldOut], encoding: MotionEncoding) -> Proof | None:
     """Blend held out frames as the engine would; None where there are none.
 
     Every other frame is met with the trust that the ones between them earned.
@@ -68,25 +68,23 @@ def prove(held: Sequence[HeldOut], convention: Convention) -> Proof | None:
     for tested, learned in ((held[::2], held[1::2]), (held[1::2], held[::2])):
         earned = trust(learned, held[0].held.shape[:2])
         for one in tested:
-            errors += _errors(one, earned, convention)
+            errors += _errors(one, earned, encoding)
     plain = max(errors[0], 1e-12)
     gains = tuple(float(1 - np.sqrt(each / plain)) for each in errors[1:])
     return Proof(len(held), gains, _CHANCE if held[0].frames == 1 else 0.0)
 
 
-def _errors(one: HeldOut, earned: Plane, convention: Convention) -> NDArray[np.float64]:
+def _errors(one: HeldOut, earned: Plane, encoding: MotionEncoding) -> NDArray[np.float64]:
     """Return the mean square errors of plain blending and with each choice of signs."""
     height, width = earned.shape
-    unit = np.array([width, height], np.float32)
-    if convention.unit == "pixel":
-        unit[:] = 1
+    unit = np.array(encoding.unit_pixels((width, height)), np.float32)
     share = [as_plane(each * earned[..., None] / unit) for each in one.vectors]
     scale = max(float(max(np.abs(each).max() for each in share)), 1e-6)
-    maps = [convention.encode(as_plane(each / np.float32(scale))) for each in share]
+    maps = [encoding.encode(as_plane(each / np.float32(scale))) for each in share]
     plain = one.blended(one.before.astype(np.float32), one.after.astype(np.float32))
     errors = [square_error(plain, one.held)]
     for signs in SIGNS:
-        seen = _blended(one, (maps[0], maps[1]), convention, unit * scale, signs)
+        seen = _blended(one, (maps[0], maps[1]), encoding, unit * scale, signs)
         errors.append(square_error(seen, one.held))
     return np.array([np.mean(each, dtype=np.float64) for each in errors])
 
@@ -94,7 +92,7 @@ def _errors(one: HeldOut, earned: Plane, convention: Convention) -> NDArray[np.f
 def _blended(
     one: HeldOut,
     maps: tuple[Bytes, Bytes],
-    convention: Convention,
+    encoding: MotionEncoding,
     scale: NDArray[np.float32],
     signs: tuple[int, int],
 ) -> NDArray[np.float32]:
@@ -103,12 +101,12 @@ def _blended(
     columns, rows = np.meshgrid(
         np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)
     )
-    upwards = convention.green == "up"
+    upwards = encoding.green == "up"
     place = np.stack([columns, height - 1 - rows if upwards else rows], axis=2)
     seen = []
     ways = -one.part, 1 - one.part
     for image, data, way in zip((one.before, one.after), maps, ways, strict=True):
-        motion: Vectors = convention.decoded(data) * np.array(signs, np.float32)
+        motion: Vectors = encoding.decoded(data) * np.array(signs, np.float32)
         at = as_plane(place + motion * scale * np.float32(way))
         y = height - 1 - at[..., 1] if upwards else at[..., 1]
         seen.append(as_plane(cv2.remap(

@@ -6,6 +6,7 @@ from argparse import Namespace
 from rich.console import Console
 from rich.table import Table
 
+from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.effect.flakes.statistics import ember_figures
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.json_hash import AtlasFile, read_atlas
@@ -104,13 +105,12 @@ def _loops(atlas: AtlasFile) -> Table | None:
 def _maps(atlas: AtlasFile) -> Table:
     table = Table("map", "files", "for", "strength", title="maps")
     for each in atlas.sheet.maps:
-        how = each.motion
-        strength = ""
-        if how is not None:
-            x, y = how.pixels
-            unit = "of a cell" if how.unit == "cell" else "px"
-            strength = f"{how.scale:g} {unit} a frame ({x:.3g} x {y:.3g} px)"
-        table.add_row(each.kind, ", ".join(each.files), how.engine if how else "", strength)
+        engine, strength = "", ""
+        if each.motion is not None:
+            engine, (x, y) = each.motion.engine, each.motion.pixels
+            unit = "of a cell" if motion_encoding(engine).unit == "cell" else "px"
+            strength = f"{each.motion.scale:g} {unit} a frame ({x:.3g} x {y:.3g} px)"
+        table.add_row(each.kind, ", ".join(each.files), engine, strength)
     return table
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.layout import AtlasSheet, Strip
 from fire_atlas.atlas.pages import lay_out
-from fire_atlas.channels.conventions import convention
+from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.channels.page import draw_motion_page
 from fire_atlas.channels.sheet import margin_of, with_maps
 from fire_atlas.core.clock import Clock
@@ -148,11 +148,11 @@ def _lay_out(
 ) -> tuple[AtlasSheet, ...]:
     """Decide where every frame goes, on the pages and on what lies beside them."""
     motions = [motion for part in parts for motion in part.motions]
-    reading = None if recipe.maps.motion == "none" else convention(recipe.maps.motion)
+    encoding = None if recipe.maps.motion == "none" else motion_encoding(recipe.maps.motion)
     sheets = lay_out(
         recipe.name, strips, recipe.atlas, margin=margin_of(motions), shares=recipe.maps == Maps()
     )
-    return tuple(with_maps(sheet, recipe.maps.layers, motions, reading) for sheet in sheets)
+    return tuple(with_maps(sheet, recipe.maps.layers, motions, encoding) for sheet in sheets)
 
 
 def _write_pages(
@@ -183,10 +183,10 @@ def _images(
         for i, name in enumerate(sheet.map(layer).files):
             yield name, "map", partial(draw_page, sheet, i, drawn, edges)
     if recipe.maps.motion != "none":
-        reading = convention(recipe.maps.motion)
+        encoding = motion_encoding(recipe.maps.motion)
         moving = [each for part in parts for motion in part.motions for each in motion.frames()]
         for i, name in enumerate(sheet.map("motion").files):
-            yield name, "map", partial(draw_motion_page, sheet, i, moving, reading, edges)
+            yield name, "map", partial(draw_motion_page, sheet, i, moving, encoding, edges)
 
 
 def _write_exports(loaded: LoadedRecipe, product: Product, staging: Staging) -> list[Output]:

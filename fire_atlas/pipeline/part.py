@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fire_atlas.atlas.layout import Sprite, Strip
-from fire_atlas.channels.conventions import convention
+from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.channels.evidence import spread
 from fire_atlas.channels.flow import picture
 from fire_atlas.channels.motion import Motion, learn_motion
@@ -303,9 +303,9 @@ def _motion(
     pictures = [frame.picture for frame in frames if frame.picture is not None]
     with stage.clock.measure("motion"):
         stage.progress.stage("motion", len(frames))
-        reading = convention(recipe.maps.motion)
+        encoding = motion_encoding(recipe.maps.motion)
         return learn_motion(
-            pictures, skipped, sizes.pop(), loop, reading, stage.workers, stage.progress.advance
+            pictures, skipped, sizes.pop(), loop, encoding, stage.workers, stage.progress.advance
         )
 
 

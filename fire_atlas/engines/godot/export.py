@@ -74,12 +74,11 @@ def _image_uid(product: Product, file: str) -> str:
 
 def _flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iterator[OutputFile]:
     """Yield a material that plays a grid along its motion vectors, where one page holds it all."""
-    moving = next((each for each in sheet.maps if each.motion), None)
-    if moving is None or moving.motion is None or moving.motion.engine != "godot":
+    if sheet.motion is None or sheet.motion.engine != "godot":
         return
     if options.version == 3 or len(sheet.pages) > 1 or len(sheet.animations) > 1 or not sheet.grid:
         return
-    vectors = moving.files[0]
+    vectors = sheet.map("motion").files[0]
     yield _resource(
         "motion.tres",
         f"{sheet.name}_motion.tres",
@@ -88,7 +87,7 @@ def _flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Ite
         sheet=sheet,
         shader=f"{product.name}{_FLIPBOOK}",
         vectors=(vectors, _image_uid(product, vectors)),
-        scale=moving.motion.scale,
+        scale=sheet.motion.scale,
     )
     if sheet.scale == 1:
         text = (shipped("templates") / "godot" / "flipbook_motion.gdshader").read_bytes()

@@ -4,11 +4,13 @@ What is written is read by the function next to its writer.
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, get_args
 
-from fire_atlas.atlas.layout import AtlasSheet, MotionReading, SheetMap
+from fire_atlas.atlas.layout import AtlasSheet, MotionScale, SheetMap
+from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.output_file import plain_name
 from fire_atlas.formats.decimals import plain
+from fire_atlas.recipe.output import Engine
 
 
 def map_entries(sheet: AtlasSheet, page: int) -> list[dict[str, Any]]:
@@ -35,36 +37,33 @@ def maps_of(pages: Sequence[Sequence[dict[str, Any]]]) -> tuple[SheetMap, ...]:
     )
 
 
-def _motion_entry(reading: MotionReading, fps: float) -> dict[str, Any]:
+def _motion_entry(motion: MotionScale, fps: float) -> dict[str, Any]:
     """Return how motion vectors are read: channels, formula, and how strong they are."""
+    encoding = motion_encoding(motion.engine)
     return {
-        "engine": reading.engine,
+        "engine": encoding.engine,
         "red": "right",
-        "green": reading.green,
+        "green": encoding.green,
         "srgb": False,
-        "neutral": reading.neutral,
-        "decode": reading.decode,
-        "scale": plain(reading.scale, 9),
-        "unit": reading.unit,
-        "this": reading.this,
-        "next": reading.following,
-        "strength": strengths(reading, fps),
-        "reach": _pair(reading.reach, 3),
-        "gutter": reading.gutter and list(reading.gutter),
+        "neutral": encoding.neutral,
+        "decode": encoding.decode,
+        "scale": plain(motion.scale, 9),
+        "unit": encoding.unit,
+        "this": encoding.this,
+        "next": encoding.following,
+        "strength": strengths(motion, fps),
+        "reach": _pair(motion.reach, 3),
+        "gutter": motion.gutter and list(motion.gutter),
     }
 
 
-def _motion_of(entry: dict[str, Any]) -> MotionReading:
-    """Return how motion vectors are read, as ``_motion_entry`` wrote it."""
-    strength, gutter = entry["strength"], entry["gutter"]
-    return MotionReading(
-        engine=str(entry["engine"]),
-        green=str(entry["green"]),
-        neutral=int(entry["neutral"]),
-        decode=str(entry["decode"]),
-        this=str(entry["this"]),
-        following=str(entry["next"]),
-        unit=str(entry["unit"]),
+def _motion_of(entry: dict[str, Any]) -> MotionScale:
+    """Return how strong motion vectors are; by the engine's name all else of them is known."""
+    engine, strength, gutter = entry["engine"], entry["strength"], entry["gutter"]
+    if engine not in get_args(Engine):
+        raise ValueError(f"{engine!r} is no engine whose motion vectors are known")
+    return MotionScale(
+        engine=engine,
         scale=float(entry["scale"]),
         pixels=_pair_of(strength["pixels"]),
         cell_uv=None if strength["cellUv"] is None else _pair_of(strength["cellUv"]),
@@ -73,15 +72,15 @@ def _motion_of(entry: dict[str, Any]) -> MotionReading:
     )
 
 
-def strengths(reading: MotionReading, fps: float) -> dict[str, Any]:
+def strengths(motion: MotionScale, fps: float) -> dict[str, Any]:
     """Return what a decoded 1 means in the units that tools call "strength", along x and y.
 
     Without cells there is nothing to count in UV.
     """
-    cell = reading.cell_uv
+    cell = motion.cell_uv
     return {
         "cellUv": cell and _pair(cell, 9),
-        "pixels": _pair(reading.pixels, 6),
+        "pixels": _pair(motion.pixels, 6),
         "cellUvPerSecond": cell and _pair((cell[0] * fps, cell[1] * fps), 9),
     }
 
