@@ -7,11 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
 from numpy.typing import NDArray
 
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 from fire_atlas.effect.flakes.wrapping import wrapped
 from fire_atlas.pipeline.writers import track_writer
+
+from .any_tracks import any_tracks, flights_of
 
 WIDTH, HEIGHT, FPS = 640, 480, 24
 FRAMES = 12
@@ -151,6 +154,41 @@ def test_a_niagara_cache_holds_every_row(loop: bool) -> None:
         assert read[:, 7:11] == pytest.approx(by_age[:, 8:12], abs=1e-4)
         assert read[:, 11] == pytest.approx(by_age[:, 5] / 480, abs=1e-6)
         assert not read[:, [3, 6]].any()
+
+
+@given(tracks=any_tracks())
+def test_a_niagara_cache_gives_each_flight_back_in_unbroken_runs(tracks: Tracks) -> None:
+    runs = defaultdict[int, list[float]](list)
+    for rows in hjson(tracks):
+        for row in rows:
+            if row[11] > 0:
+                runs[int(row[0])].append(row[1] * tracks.height + tracks.width / 2)
+    flights = [np.array(places) for places in flights_of(tracks).values()]
+    assert sum(map(len, runs.values())) == sum(map(len, flights))
+    for run in runs.values():
+        begins = [(flight, i) for flight in flights for i in np.flatnonzero(near(flight, run[0]))]
+        assert any(near(flight[i : i + len(run)], run).all() for flight, i in begins)
+
+
+def near(places: NDArray[np.float64], others: Any) -> NDArray[np.bool_]:
+    """Whether places, px, are those of a cache, whose positions have six decimals of a metre."""
+    return np.asarray(np.abs(places - others) < 1e-3)
+
+
+@given(tracks=any_tracks())
+def test_a_point_cache_gives_every_birth_back(tracks: Tracks) -> None:
+    births, points = dict(zip(SPAWN_COLUMNS, tracks.spawns.T, strict=True)), pcache(tracks)
+    assert points["flakeId"].tolist() == births["id"].tolist()
+    for name, values in {
+        "position.x": (births["x"] - tracks.width / 2) / tracks.height,
+        "position.y": 1 - births["y"] / tracks.height,
+        "velocity.x": births["vx"] / tracks.height,
+        "velocity.y": -births["vy"] / tracks.height,
+        "size": births["size"] / tracks.height,
+        "lifetime": births["life"],
+        "spawnTime": births["t"],
+    }.items():
+        assert points[name] == pytest.approx(values, abs=6e-4 if name == "lifetime" else 6e-6)
 
 
 def test_a_flake_that_flies_into_the_next_round_has_a_second_id() -> None:

@@ -19,6 +19,8 @@ from fire_atlas.formats.tracks.columns import DECIMALS
 from fire_atlas.pipeline.writers import track_writer
 from fire_atlas.recipe.output import FlakeTrackName
 
+from .any_tracks import any_tracks
+
 
 def some_tracks(flakes: int = 5, frames: int = 3) -> Tracks:
     """Random flakes; one fewer in every next frame, so that the last may be empty."""
@@ -94,6 +96,18 @@ def test_the_csv_holds_the_numbers_of_the_json() -> None:
     frames = written_json(tracks)["frames"]
     expected = [[f["i"], f["t"], *row] for f in frames for row in f["rows"]]
     assert [[float(cell) for cell in row] for row in rows] == expected
+
+
+@given(tracks=any_tracks())
+def test_the_csv_gives_every_row_back(tracks: Tracks) -> None:
+    text = track_writer("csv")("campfire", tracks).data.decode()
+    read = np.array(list(csv.reader(io.StringIO(text)))[1:], np.float64)
+    rows = np.concatenate(tracks.frames)
+    frame = np.repeat(np.arange(len(tracks.frames)), [len(each) for each in tracks.frames])
+    read = read.reshape(-1, 2 + len(COLUMNS))
+    assert read[:, 0].tolist() == frame.tolist()
+    assert read[:, 1] == pytest.approx(frame / tracks.fps, abs=1e-6)
+    assert (np.abs(read[:, 2:] - rows) <= rounding_of(COLUMNS)).all()
 
 
 @pytest.mark.parametrize("flakes", [0, 1])

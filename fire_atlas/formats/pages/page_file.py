@@ -4,8 +4,8 @@ import io
 from pathlib import Path
 from typing import BinaryIO
 
-import cv2
 import numpy as np
+from PIL import Image
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Bytes
@@ -30,23 +30,23 @@ def read_page(path: Path, width: int, height: int) -> Bytes:
     """Return the pixels of a page, (H, W, 4) uint8 RGBA as they were written.
 
     Raises:
-        SourceError: The file is missing, or no 8-bit image of ``width`` x ``height`` px.
+        SourceError: The file is missing, damaged, or no image of ``width`` x ``height`` px.
     """
-    data = np.frombuffer(read_page_file(path, width, height), np.uint8)
-    image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
-    if image is None or image.dtype != np.uint8:
-        raise SourceError(f"{path}: is no 8-bit image; build the recipe again")
-    return _rgba(np.asarray(image, np.uint8))
+    data = read_page_file(path, width, height)
+    try:
+        with Image.open(io.BytesIO(data)) as image:
+            # A small file has no channels that say nothing.
+            return np.array(image.convert("RGBA"))
+    except (OSError, SyntaxError) as error:
+        raise SourceError(f"{path}: is damaged ({error}); build the recipe again") from error
 
 
 def read_page_file(path: Path, width: int, height: int) -> bytes:
-    """Return the bytes of a page's file; of the image only the header is looked at.
+    """Return the bytes of a page's file, of whose image only the header is looked at.
 
     Raises:
         SourceError: The file is missing, or no image of ``width`` x ``height`` px.
     """
-    from PIL import Image
-
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -62,11 +62,3 @@ def read_page_file(path: Path, width: int, height: int) -> bytes:
             f"build the recipe again"
         )
     return data
-
-
-def _rgba(image: Bytes) -> Bytes:
-    """Return what OpenCV decoded as RGBA; a small file has no channels that say nothing."""
-    if image.ndim == 2:
-        return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGBA), np.uint8)
-    order = cv2.COLOR_BGRA2RGBA if image.shape[2] == 4 else cv2.COLOR_BGR2RGBA
-    return np.asarray(cv2.cvtColor(image, order), np.uint8)

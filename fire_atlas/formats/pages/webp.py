@@ -2,6 +2,8 @@
 
 from typing import BinaryIO, Literal
 
+from PIL import Image
+
 from fire_atlas.core.pixels import Bytes
 
 _EFFORT = {"fast": (0, 50), "small": (6, 100)}
@@ -10,8 +12,6 @@ _EFFORT = {"fast": (0, 50), "small": (6, 100)}
 
 def write_webp(file: BinaryIO, image: Bytes, compression: Literal["fast", "small"]) -> None:
     """Write an (H, W, 4) uint8 RGBA image to ``file``."""
-    from PIL import Image
-
     method, quality = _EFFORT[compression]
     # Exact: light and colour under alpha 0 are part of the picture.
     Image.fromarray(image).save(

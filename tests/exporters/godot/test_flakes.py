@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -22,6 +23,7 @@ from fire_atlas.formats.product import Product
 from fire_atlas.pipeline.describe import describe_product
 from fire_atlas.recipe.output import GodotExport
 
+from ..any_tracks import any_tracks, flights_of
 from ..marked import marked
 from ..sheets import sheet_of_fire
 from .engine import Game
@@ -238,6 +240,20 @@ def test_a_flake_that_outlives_its_loop_goes_on_whatever_its_id() -> None:
         start = made.next[start]
     assert seen == list(range(11))
     assert sorted(made.next).count(-1) == 2
+
+
+@given(tracks=any_tracks())
+def test_rows_are_joined_into_the_flights_of_the_tracks(tracks: Tracks) -> None:
+    assume(any(len(frame) for frame in tracks.frames))
+    made = flake_arrays({"a": tracks}, {"a": (0, 0)})
+    chains = []
+    for start in set(range(len(made.next))) - set(made.next):
+        chain, row = [], start
+        while row >= 0:
+            chain.append(float(made.rows[row, 0]))
+            row = made.next[row]
+        chains.append(chain)
+    assert sorted(chains) == sorted(flights_of(tracks).values())
 
 
 def test_flakes_that_the_pixels_show_are_not_played_as_well() -> None:
