@@ -74,9 +74,8 @@ class Tracks:
         ``size`` is the width and height of a frame, px; the rest as the attributes.
         """
         flights = tuple(rows[:, 0].astype(np.int64) for rows in frames)
-        return cls(
-            fps, *size, False, seed, spawns, tuple(frames), flights, _moments(flights), hard
-        )  # fmt: skip
+        moments = _moments(flights)
+        return cls(fps, *size, False, seed, spawns, tuple(frames), flights, moments, hard)
 
 
 def _moments(flights: RowNumbers) -> RowNumbers:

@@ -73,12 +73,12 @@ def meta_entry(sheet: AtlasSheet, page: int, regions: Sequence[Region]) -> dict[
         **page_entry(sheet, page),
         "frameTags": frame_tags(sheet, regions),
         **({"maps": map_entries(sheet, page)} if sheet.maps else {}),
-        "fireAtlas": about(sheet, page),
+        "fireAtlas": about_entry(sheet, page),
     }
 
 
 def page_of(meta: dict[str, Any]) -> Page:
-    """Return a page, of which ``meta_entry`` tells."""
+    """Return a page, as ``meta_entry`` wrote it."""
     size, safe_mip = meta["size"], meta.get("fireAtlas", {}).get("safeMipLevel")
     return Page(
         file=plain_name(meta["image"]),
@@ -88,8 +88,8 @@ def page_of(meta: dict[str, Any]) -> Page:
     )
 
 
-def about(sheet: AtlasSheet, page: int) -> dict[str, Any]:
-    """Return what only this tool tells: how to draw the page, and how far to filter it."""
+def about_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
+    """Return what only this tool writes: how to draw the page, and how far to filter it."""
     return {
         "alpha": sheet.alpha,
         "blendSpace": sheet.blend_space,
@@ -110,7 +110,7 @@ def _grid_entry(grid: Grid) -> dict[str, Any]:
 
 
 def grid_of(about: dict[str, Any]) -> Grid | None:
-    """Return how the page divides into cells, of which ``about`` tells where it does."""
+    """Return how the page divides into cells, as ``about_entry`` wrote it; None if it does not."""
     entry = about.get("grid")
     if entry is None:
         return None

@@ -1,6 +1,6 @@
 """TexturePacker's JSON hash, as PixiJS, Phaser and most engines read it: one file a page.
 
-The form in which this tool reads its own atlases back, to show them and to tell of them.
+The form from which this tool reads its own atlases back, for ``preview`` and ``inspect``.
 """
 
 import json
@@ -106,7 +106,7 @@ def _read_json(path: Path) -> dict[str, Any]:
 
 
 def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
-    """Return the sheet that the JSON of each page tells of, as it was when they were written."""
+    """Return the sheet, from the JSON of each of its pages, as it was when they were written."""
     meta = documents[0]["meta"]
     about = meta["fireAtlas"]
     loops = about.get("loops", {})
@@ -139,7 +139,7 @@ def _played(
 ) -> dict[str, tuple[Region, ...]]:
     """Return the frames of each animation, joined over the pages, in playing order.
 
-    ``order`` is that of the animations: pages tell only of those that have frames there.
+    ``order`` is that of all animations; a page has only those whose frames it holds.
     """
     played: dict[str, tuple[Region, ...]] = dict.fromkeys(order, ())
     for page, document in enumerate(documents):

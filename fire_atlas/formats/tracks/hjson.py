@@ -75,7 +75,7 @@ def _points(tracks: Tracks) -> list[_Rows]:
     began = frame - np.concatenate(tracks.moments)
     end = (len(counts) - 0.5) / tracks.fps
     points = np.column_stack([
-        _unbroken(row["id"], began),
+        _run_ids(row["id"], began),
         place(tracks, row["x"], row["y"]),
         velocity(tracks, row["vx"], row["vy"]),
         row["r"], row["g"], row["b"], row["a"],
@@ -87,7 +87,7 @@ def _points(tracks: Tracks) -> list[_Rows]:
     return np.split(points[order], np.cumsum(counts)[:-1])
 
 
-def _unbroken(ids: NDArray[np.float64], began: NDArray[np.int64]) -> NDArray[np.float64]:
+def _run_ids(ids: NDArray[np.float64], began: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return an id for each unbroken run of frames: rows that come from before frame 0 have others.
 
     Args:

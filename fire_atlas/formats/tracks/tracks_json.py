@@ -1,6 +1,6 @@
 """Flake tracks as JSON: spawns to emit the flakes again, and every flake in every frame.
 
-The form in which this tool reads tracks back, to show them and to tell of them.
+The form from which this tool reads tracks back, for ``preview`` and ``inspect``.
 """
 
 import json
@@ -76,7 +76,10 @@ def read_all_tracks(atlas: AtlasFile) -> dict[str, Tracks]:
 
 
 def read_tracks(path: Path) -> Tracks | None:
-    """Return the tracks in a file, whether drawn hard or soft it does not say; None without one.
+    """Return the tracks in a file; None where there is no such file.
+
+    Whether flakes are drawn as squares is not written, nor which flight a row belongs to: this is
+    derived from births and ages.
 
     Raises:
         SourceError: The file is none that ``write_tracks_json`` made.
@@ -125,9 +128,9 @@ def _table(rows: Sequence[Any], columns: int) -> NDArray[np.float64]:
 
 
 def _flights(ids: NDArray[np.float64], spawns: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return which flight each row belongs to, which the file says by births alone.
+    """Return which flight each row belongs to: the first id of its flake.
 
-    All ids of a flake have the same birth but for its time; the first of them is the least.
+    All ids of one flake have the same birth but for the time, and the first of them is the least.
 
     Args:
         ids: (rows,) of all frames.
