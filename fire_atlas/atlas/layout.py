@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
 
 from fire_atlas.core.pixels import Bytes
+from fire_atlas.recipe.output import Engine
 
 
 class Box(NamedTuple):
@@ -136,30 +137,19 @@ class Grid:
 
 
 @dataclass(frozen=True, slots=True)
-class MotionReading:
-    """How a client reads motion vectors.
+class MotionScale:
+    """How strong the motion vectors of a sheet are.
 
     Attributes:
-        engine: Whose formula it is: ``unity``, ``unreal`` or ``godot``.
-        green: What more than neutral means in G, ``up`` or ``down``; in R it always is "right".
-        neutral: The byte, in R and G, that means "no motion".
-        decode: How a sample, 0..1, becomes -1..1.
-        this, following: Where the frame that goes and the one that comes are sampled.
-        unit: What ``scale`` counts: ``cell`` (the UV of one cell) or ``pixel`` (px of this sheet).
-        scale: Motion of a decoded 1.
+        engine: Whose encoding they are in: ``channels.encoding`` knows its formula and units.
+        scale: Motion of a decoded 1, in the unit of that encoding.
         pixels: The same along x and y, px of this sheet a frame.
         cell_uv: The same in the UV of one cell; None where there are no cells.
         reach: The longest motion along x and y, px of this sheet.
         gutter: Px beyond its frame that every cell has, along x and y; None where there are none.
     """
 
-    engine: str
-    green: str
-    neutral: int
-    decode: str
-    this: str
-    following: str
-    unit: str
+    engine: Engine
     scale: float
     pixels: tuple[float, float]
     cell_uv: tuple[float, float] | None
@@ -174,12 +164,12 @@ class SheetMap:
     Attributes:
         kind: ``motion``, ``flame`` or ``flakes``.
         files: File name beside each page.
-        motion: How to read motion vectors; None for the others, which are encoded as the pages.
+        motion: Scale of motion vectors; None for the others, which are encoded as the pages.
     """
 
     kind: str
     files: tuple[str, ...]
-    motion: MotionReading | None = None
+    motion: MotionScale | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,6 +208,11 @@ class AtlasSheet:
         """All images, the pages first."""
         maps = [file for each in self.maps for file in each.files]
         return [page.file for page in self.pages] + maps
+
+    @property
+    def motion(self) -> MotionScale | None:
+        """Scale of the motion vectors, where there are any."""
+        return next((each.motion for each in self.maps if each.motion), None)
 
     def map(self, kind: str) -> SheetMap:
         """Return the maps of that kind, of which there are some."""

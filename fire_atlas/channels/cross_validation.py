@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.channels.conventions import Convention
+from fire_atlas.channels.encoding import MotionEncoding
 from fire_atlas.channels.flow import Vectors
 from fire_atlas.channels.held_out import HeldOutFrame, reliability, squared_error
 from fire_atlas.core.pixels import Bytes, Plane, as_plane
@@ -46,7 +46,7 @@ class ValidationReport:
 
 
 def cross_validate(
-    held_out: Sequence[HeldOutFrame], convention: Convention
+    held_out: Sequence[HeldOutFrame], encoding: MotionEncoding
 ) -> ValidationReport | None:
     """Blend held-out frames as the engine would, and compare; None where there are none.
 
@@ -59,26 +59,24 @@ def cross_validate(
     for tested, others in ((held_out[::2], held_out[1::2]), (held_out[1::2], held_out[::2])):
         weight = reliability(others, held_out[0].actual.shape[:2])
         for frame in tested:
-            errors += _errors(frame, weight, convention)
+            errors += _errors(frame, weight, encoding)
     plain = max(errors[0], 1e-12)
     gains = tuple(float(1 - np.sqrt(each / plain)) for each in errors[1:])
     least = _MIN_GAIN if held_out[0].span == 1 else 0.0
     return ValidationReport(len(held_out), gains, gains[0] > least)
 
 
-def _errors(frame: HeldOutFrame, weight: Plane, convention: Convention) -> NDArray[np.float64]:
+def _errors(frame: HeldOutFrame, weight: Plane, encoding: MotionEncoding) -> NDArray[np.float64]:
     """Return the mean squared errors of plain blending and with each choice of signs."""
     height, width = weight.shape
-    unit = np.array([width, height], np.float32)
-    if convention.unit == "pixel":
-        unit[:] = 1
+    unit = np.array(encoding.unit_pixels((width, height)), np.float32)
     share = [as_plane(each * weight[..., None] / unit) for each in frame.vectors]
     scale = max(float(max(np.abs(each).max() for each in share)), 1e-6)
-    maps = [convention.encode(as_plane(each / np.float32(scale))) for each in share]
+    maps = [encoding.encode(as_plane(each / np.float32(scale))) for each in share]
     plain = frame.blended(frame.before.astype(np.float32), frame.after.astype(np.float32))
     errors = [squared_error(plain, frame.actual)]
     for signs in SIGNS:
-        seen = _blended(frame, (maps[0], maps[1]), convention, unit * scale, signs)
+        seen = _blended(frame, (maps[0], maps[1]), encoding, unit * scale, signs)
         errors.append(squared_error(seen, frame.actual))
     return np.array([np.mean(each, dtype=np.float64) for each in errors])
 
@@ -86,7 +84,7 @@ def _errors(frame: HeldOutFrame, weight: Plane, convention: Convention) -> NDArr
 def _blended(
     frame: HeldOutFrame,
     maps: tuple[Bytes, Bytes],
-    convention: Convention,
+    encoding: MotionEncoding,
     scale: NDArray[np.float32],
     signs: tuple[int, int],
 ) -> NDArray[np.float32]:
@@ -95,12 +93,12 @@ def _blended(
     columns, rows = np.meshgrid(
         np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)
     )
-    upwards = convention.green == "up"
+    upwards = encoding.green == "up"
     place = np.stack([columns, height - 1 - rows if upwards else rows], axis=2)
     seen = []
     ways = -frame.blend, 1 - frame.blend
     for image, data, way in zip((frame.before, frame.after), maps, ways, strict=True):
-        motion: Vectors = convention.decoded(data) * np.array(signs, np.float32)
+        motion: Vectors = encoding.decoded(data) * np.array(signs, np.float32)
         at = as_plane(place + motion * scale * np.float32(way))
         y = height - 1 - at[..., 1] if upwards else at[..., 1]
         seen.append(as_plane(cv2.remap(

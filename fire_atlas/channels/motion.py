@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.channels.cells import cell_vectors
-from fire_atlas.channels.conventions import Convention
 from fire_atlas.channels.cross_validation import ValidationReport, cross_validate
+from fire_atlas.channels.encoding import MotionEncoding
 from fire_atlas.channels.flow import Halfway, halfway
 from fire_atlas.channels.held_out import hold_out, reliability
 from fire_atlas.channels.margin import PAD, PAD_SHARE
@@ -56,7 +56,7 @@ def learn_motion(
     skipped: Mapping[int, tuple[float, Bytes]],
     size: tuple[int, int],
     loop: bool,
-    convention: Convention,
+    encoding: MotionEncoding,
     workers: Workers,
     advance: Callable[[], None],
 ) -> Motion:
@@ -68,7 +68,7 @@ def learn_motion(
             after how much of the step.
         size: Width and height of a frame, px.
         loop: Whether the first frame follows the last.
-        convention: How the engine reads vectors, for the validation.
+        encoding: How the engine encodes vectors, for the validation.
         workers: The pool.
         advance: Called as often as there are frames.
     """
@@ -76,7 +76,7 @@ def learn_motion(
     count = len(pictures)
     pad = max(PAD, PAD_SHARE * max(size)) * max(width / size[0], height / size[1])
     held_out = hold_out(pictures, skipped, loop, pad, workers)
-    validation = cross_validate(held_out, convention)
+    validation = cross_validate(held_out, encoding)
     reliable = reliability(held_out, (height, width))
     if validation is None or not validation.helps:
         reliable[:] = 0

@@ -7,14 +7,14 @@ import numpy as np
 
 from fire_atlas.atlas.drawing import Edges
 from fire_atlas.atlas.layout import AtlasSheet, Box, Region
-from fire_atlas.channels.conventions import Convention
+from fire_atlas.channels.encoding import MotionEncoding
 from fire_atlas.channels.flow import Vectors
 from fire_atlas.channels.motion import Moving
 from fire_atlas.core.pixels import Bytes, as_plane
 
 
 def draw_motion_page(
-    sheet: AtlasSheet, page: int, frames: Sequence[Moving], convention: Convention, edges: Edges
+    sheet: AtlasSheet, page: int, frames: Sequence[Moving], encoding: MotionEncoding, edges: Edges
 ) -> Bytes:
     """Draw one page, (H, W, 4) uint8: R and G are the vectors of the sheet's regions, in order.
 
@@ -22,16 +22,15 @@ def draw_motion_page(
         sheet: With its ``motion``.
         page: Its number.
         frames: How the frame of each region moves.
-        convention: How the engine reads R and G. B is 0 and A 255: importers change colours that
+        encoding: How the engine encodes R and G. B is 0 and A 255: importers change colours that
             are transparent.
         edges: What goes around a frame on its page.
     """
-    reading = sheet.map("motion").motion
-    assert reading is not None, "motion vectors say how they are read"
-    unit = np.array(reading.pixels, np.float32)
+    assert sheet.motion is not None, "vectors are drawn where the sheet has their scale"
+    unit = np.array(sheet.motion.pixels, np.float32)
     size = sheet.pages[page].height, sheet.pages[page].width
     image = np.empty((*size, 4), np.uint8)
-    image[:] = (convention.neutral, convention.neutral, 0, 255)
+    image[:] = (encoding.neutral, encoding.neutral, 0, 255)
     for region, moving in zip(sheet.regions, frames, strict=True):
         if region.page == page:
             place = _place(sheet, region, edges.margin)
@@ -39,7 +38,7 @@ def draw_motion_page(
             if sheet.grid is not None:
                 vectors = _kept_in(vectors, place, _owned(region, edges.extrude))
             part = slice(place.y, place.y + place.height), slice(place.x, place.x + place.width)
-            image[part][..., :2] = convention.encode(as_plane(vectors / unit))
+            image[part][..., :2] = encoding.encode(as_plane(vectors / unit))
     return image
 
 

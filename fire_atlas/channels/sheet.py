@@ -1,11 +1,11 @@
-"""Which maps lie beside the pages of a sheet, and how vectors are to be read there."""
+"""Which maps lie beside the pages of a sheet, and how strong the vectors are there."""
 
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from fire_atlas.atlas.layout import AtlasSheet, MotionReading, SheetMap
-from fire_atlas.channels.conventions import Convention
+from fire_atlas.atlas.layout import AtlasSheet, MotionScale, SheetMap
+from fire_atlas.channels.encoding import MotionEncoding
 from fire_atlas.channels.motion import Motion
 from fire_atlas.recipe.output import Layer
 
@@ -25,13 +25,13 @@ def with_maps(
     sheet: AtlasSheet,
     layers: Sequence[Layer],
     motions: Sequence[Motion],
-    convention: Convention | None,
+    encoding: MotionEncoding | None,
 ) -> AtlasSheet:
     """Return ``sheet`` with what lies beside its pages; one scale for all ``motions`` on them."""
     maps = []
-    if convention is not None:
-        reading = _reading(sheet, motions, convention)
-        maps.append(SheetMap("motion", _files(sheet, "motion"), reading))
+    if encoding is not None:
+        scale = _motion_scale(sheet, motions, encoding)
+        maps.append(SheetMap("motion", _files(sheet, "motion"), scale))
     maps += [SheetMap(layer, _files(sheet, layer)) for layer in layers]
     return replace(sheet, maps=tuple(maps))
 
@@ -41,25 +41,17 @@ def _files(sheet: AtlasSheet, kind: str) -> tuple[str, ...]:
     return tuple(sheet.file(page, ending) for page in range(len(sheet.pages)))
 
 
-def _reading(sheet: AtlasSheet, motions: Sequence[Motion], convention: Convention) -> MotionReading:
+def _motion_scale(
+    sheet: AtlasSheet, motions: Sequence[Motion], encoding: MotionEncoding
+) -> MotionScale:
     x, y = (max(motion.reach[axis] for motion in motions) for axis in (0, 1))
     reach = max(x, _LEAST) * sheet.scale, max(y, _LEAST) * sheet.scale
     cell = (sheet.grid.cell_width, sheet.grid.cell_height) if sheet.grid else None
-    if convention.unit == "cell":
-        assert cell is not None, "the recipe saw to it"
-        scale = _rounded_up(max(reach[0] / cell[0], reach[1] / cell[1]))
-        pixels = scale * cell[0], scale * cell[1]
-    else:
-        scale = _rounded_up(max(reach))
-        pixels = scale, scale
-    return MotionReading(
-        engine=convention.engine,
-        green=convention.green,
-        neutral=convention.neutral,
-        decode=convention.decode,
-        this=convention.this,
-        following=convention.following,
-        unit=convention.unit,
+    unit = encoding.unit_pixels(cell)
+    scale = _rounded_up(max(reach[0] / unit[0], reach[1] / unit[1]))
+    pixels = scale * unit[0], scale * unit[1]
+    return MotionScale(
+        engine=encoding.engine,
         scale=scale,
         pixels=pixels,
         cell_uv=(pixels[0] / cell[0], pixels[1] / cell[1]) if cell else None,

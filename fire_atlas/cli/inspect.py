@@ -8,12 +8,13 @@ from rich.console import Console
 from rich.table import Table
 
 from fire_atlas.channels.cross_validation import ValidationReport, read_reports
+from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.errors import SourceError
 from fire_atlas.effect.flakes.statistics import ember_figures
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.formats.atlas.atlas_file import AtlasFile, read_atlas
+from fire_atlas.formats.atlas.json_hash import AtlasFile, read_atlas
 from fire_atlas.formats.templates.context import context_of
-from fire_atlas.formats.tracks.tracks_file import read_all_tracks
+from fire_atlas.formats.tracks.tracks_json import read_all_tracks
 from fire_atlas.outputs.manifest import decode_manifest, manifest_name
 from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted
 from fire_atlas.preview.loops import loops_of
@@ -107,13 +108,12 @@ def _loops(atlas: AtlasFile) -> Table | None:
 def _maps(atlas: AtlasFile) -> Table:
     table = Table("map", "files", "for", "strength", title="maps")
     for each in atlas.sheet.maps:
-        how = each.motion
-        strength = ""
-        if how is not None:
-            x, y = how.pixels
-            unit = "of a cell" if how.unit == "cell" else "px"
-            strength = f"{how.scale:g} {unit} a frame ({x:.3g} x {y:.3g} px)"
-        table.add_row(each.kind, ", ".join(each.files), how.engine if how else "", strength)
+        engine, strength = "", ""
+        if each.motion is not None:
+            engine, (x, y) = each.motion.engine, each.motion.pixels
+            unit = "of a cell" if motion_encoding(engine).unit == "cell" else "px"
+            strength = f"{each.motion.scale:g} {unit} a frame ({x:.3g} x {y:.3g} px)"
+        table.add_row(each.kind, ", ".join(each.files), engine, strength)
     return table
 
 

@@ -11,8 +11,9 @@ from PIL import ImageColor
 from fire_atlas.cli.progress import view_for
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.formats.atlas.atlas_file import read_atlas
-from fire_atlas.formats.tracks.tracks_file import read_all_tracks, read_tracks
+from fire_atlas.formats.atlas.json_hash import read_atlas
+from fire_atlas.formats.tracks.names import flakes_file
+from fire_atlas.formats.tracks.tracks_json import read_all_tracks, read_tracks
 from fire_atlas.outputs.folder import default_folder
 from fire_atlas.outputs.staging import explained, write_whole
 from fire_atlas.preview.page import preview_page
@@ -30,7 +31,8 @@ def run(args: Namespace) -> int:
             case "page":
                 data = preview_page(atlas, read_all_tracks(atlas), background)
             case "sheet":
-                data = contact_sheet(atlas, read_tracks(path), clip, background)
+                tracks = read_tracks(path.with_name(flakes_file(path.stem, "json")))
+                data = contact_sheet(atlas, tracks, clip, background)
             case _:
                 data = animation(atlas, args.kind, background)
         target = args.out or _default_target(args, path.stem)

@@ -1,6 +1,7 @@
 """What a writer hands over: a file that is not on the disk yet, and what it is for."""
 
 from dataclasses import dataclass
+from pathlib import PureWindowsPath
 from typing import Literal, TypeAlias
 
 Role: TypeAlias = Literal[
@@ -38,3 +39,16 @@ class OutputFile:
     name: str
     role: Role
     data: bytes
+
+
+def plain_name(name: str) -> str:
+    """Return ``name``, which has to be that of a file without a folder, on any system.
+
+    ``a/b``, ``a\\b``, ``C:b`` and ``..`` are none, whatever system wrote them.
+
+    Raises:
+        ValueError: It may lead elsewhere.
+    """
+    if PureWindowsPath(name).name != name or not name.strip("."):
+        raise ValueError(f"{name!r} is no plain file name")
+    return name

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from fire_atlas.atlas.layout import AtlasSheet
 from fire_atlas.effect.composition.light import ClipLight
 from fire_atlas.effect.flakes.tracks import Tracks
+from fire_atlas.formats.tracks.names import stem_of
 from fire_atlas.recipe.output import TrackName
 
 
@@ -40,10 +41,3 @@ class Product:
     def stem(self, animation: str) -> str:
         """File stem of what belongs to one animation: the outputs' own where it is the only one."""
         return stem_of(self.name, animation)
-
-
-def stem_of(name: str, animation: str) -> str:
-    """File stem of what belongs to one animation of the build ``name``."""
-    if animation == name:
-        return name
-    return f"{name}.{animation.removeprefix(f'{name}/').replace('/', '.')}"

@@ -7,11 +7,11 @@ is imported here, because an up-to-date build reads a recipe, this file and some
 import json
 import os
 from dataclasses import dataclass
-from pathlib import Path, PureWindowsPath
+from pathlib import Path
 from typing import Any, Self
 
 from fire_atlas import __version__
-from fire_atlas.core.output_file import Role
+from fire_atlas.core.output_file import Role, plain_name
 from fire_atlas.outputs.digest import HashedFile, file_digest
 
 _FORMAT, _VERSION = "fire-atlas/manifest", 1
@@ -176,8 +176,5 @@ def _decode_input(entry: Any) -> InputEntry:
 def _decode_output(entry: Any) -> OutputEntry:
     match entry:
         case {"path": str(name), "role": str(role), "bytes": int(size), "sha256": str(sha256)}:
-            # By this rule a/b, a\\b, C:b and .. are no file names, whatever system wrote them.
-            if PureWindowsPath(name).name != name or not name.strip("."):
-                raise ValueError(f"{name!r} is not a plain file name")
-            return OutputEntry(name, role, size, sha256)
+            return OutputEntry(plain_name(name), role, size, sha256)
     raise ValueError(f"{entry!r} is no output")

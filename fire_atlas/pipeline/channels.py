@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from fire_atlas.channels.conventions import convention
+from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.channels.motion import Motion, learn_motion
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Bytes
@@ -46,7 +46,7 @@ def measure_motion(
             between,
             sizes.pop(),
             loop,
-            convention(maps.motion),
+            motion_encoding(maps.motion),
             context.workers,
             context.progress.advance,
         )

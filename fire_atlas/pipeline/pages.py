@@ -7,7 +7,7 @@ from typing import TypeAlias
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.layout import AtlasSheet, Sprite
 from fire_atlas.atlas.pages import lay_out
-from fire_atlas.channels.conventions import convention
+from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.channels.page import draw_motion_page
 from fire_atlas.channels.sheet import margin_of, with_maps
 from fire_atlas.core.output_file import Role
@@ -44,7 +44,7 @@ def pack(
             f"needs {len(sheets[0].pages)} pages; a larger atlas.max_size, a smaller source.height "
             f"or fewer frames would spare clients from loading several"
         )
-    encoding = None if maps.motion == "none" else convention(maps.motion)
+    encoding = None if maps.motion == "none" else motion_encoding(maps.motion)
     return tuple(with_maps(sheet, maps.layers, motions, encoding) for sheet in sheets)
 
 
@@ -74,7 +74,7 @@ def images(
             yield from _sprite_pages(sheet, sheet.map(layer).files, "map", sprites, edges)
         if maps.motion != "none":
             moving = [each for motion in motions for each in motion.frames()]
-            encoding = convention(maps.motion)
+            encoding = motion_encoding(maps.motion)
             for i, file in enumerate(sheet.map("motion").files):
                 yield file, "map", partial(draw_motion_page, sheet, i, moving, encoding, edges)
 

@@ -75,19 +75,9 @@ def simulate(
 
     look = _appearance(clip, study, settings)
     frames = list(rows_of(flying(), spawns, look, context.workers))
-    births = spawn_table(swarms, spawns, look.pixel)
-    if clip.loop:
-        births, frames = wrapped(births, frames, clip.count, clip.fps)
-    return Tracks(
-        fps=clip.fps,
-        width=clip.width,
-        height=clip.height,
-        loop=clip.loop,
-        seed=settings.seed,
-        spawns=births,
-        frames=tuple(frames),
-        hard=look.pixel,
-    )
+    births, size = spawn_table(swarms, spawns, look.pixel), (clip.width, clip.height)
+    tracks = Tracks.once(clip.fps, size, settings.seed, births, frames, look.pixel)
+    return wrapped(tracks, clip.count) if clip.loop else tracks
 
 
 def _flight(clip: Clip, settings: SimulationSettings) -> Flight:

@@ -112,7 +112,7 @@ def exporter(export: ExportName | EngineExport) -> Exporter:
 
             return _of_each_sheet(export_phaser)
         case "aseprite":
-            from fire_atlas.formats.atlas.json_array import export_aseprite
+            from fire_atlas.formats.atlas.aseprite import export_aseprite
 
             return _of_each_sheet(export_aseprite)
         case "css":

@@ -7,19 +7,21 @@ blends the very bytes that a client loads.
 import base64
 import json
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fire_atlas import __version__
-from fire_atlas.atlas.layout import Animation, MotionReading, Region
+from fire_atlas.atlas.layout import Animation, MotionScale, Region
+from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.statistics import Figure, ember_figures
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
-from fire_atlas.formats.atlas.atlas_file import AtlasFile, read_page_file, stage
+from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.pages.page_file import read_page_file
 from fire_atlas.formats.templates.jinja import environment
 from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted
+from fire_atlas.preview.frames import stage
 from fire_atlas.preview.loops import loops_of
 from fire_atlas.preview.pictures import Color
 
@@ -80,7 +82,7 @@ def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Col
     parts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
     first = "#{:02x}{:02x}{:02x}".format(*background)
     loops = loops_of(atlas)
-    sheets = _sheets(atlas)
+    motion, sheets = atlas.sheet.motion, _sheets(atlas)
     html = environment().from_string(parts["page.html.j2"]).render(
         version=__version__,
         title=atlas.sheet.name,
@@ -99,7 +101,8 @@ def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Col
         sheets=sheets,
         layers=_LAYERS,
         absent=[layer for layer in _LAYERS if layer not in sheets],
-        reading=_reading(atlas),
+        motion=motion,
+        encoding=motion and motion_encoding(motion.engine),
         alpha=atlas.alpha,
         space=_SPACES[atlas.blend_space],
         formula=_FORMULAS[atlas.alpha],
@@ -125,13 +128,13 @@ def _data(
     atlas: AtlasFile, tracks: Mapping[str, Tracks], sheets: Mapping[str, list[str]]
 ) -> dict[str, Any]:
     """Return what the script plays."""
-    reading = _reading(atlas)
+    motion = atlas.sheet.motion
     return {
         "alpha": atlas.alpha,
         "blendSpace": atlas.blend_space,
         "scale": atlas.sheet.scale,
         "hasCells": atlas.sheet.grid is not None,
-        "motion": reading and {"engine": reading.engine, "pixels": _downwards(reading)},
+        "motion": motion and _vectors(motion),
         "sheets": list(sheets),
         "pages": [
             {
@@ -213,15 +216,14 @@ def _rows(tracks: Tracks) -> str:
     return base64.b64encode(rows.astype("<f4").tobytes()).decode()
 
 
-def _reading(atlas: AtlasFile) -> MotionReading | None:
-    """Return how the motion vectors beside the pages are read, where there are any."""
-    return next((each.motion for each in atlas.sheet.maps if each.motion), None)
-
-
-def _downwards(reading: MotionReading) -> tuple[float, float]:
-    """Return what a decoded 1 of R and of G stands for, px a frame to the right and down."""
-    across, along = reading.pixels
-    return across, -along if reading.green == "up" else along
+def _vectors(motion: MotionScale) -> dict[str, Any]:
+    """Return what bytes of R and G stand for: (byte - zero) / span of px to the right and down."""
+    encoding, (across, along) = motion_encoding(motion.engine), motion.pixels
+    return {
+        "zero": encoding.zero,
+        "span": encoding.span,
+        "pixels": (across, encoding.green_of_down * along),
+    }
 
 
 def _sheets(atlas: AtlasFile) -> dict[str, list[str]]:
@@ -232,7 +234,9 @@ def _sheets(atlas: AtlasFile) -> dict[str, list[str]]:
     kinds |= {each.kind: each.files for each in atlas.sheet.maps}
     return {
         kind: [
-            base64.b64encode(read_page_file(atlas.path, replace(page, file=file))).decode()
+            base64.b64encode(
+                read_page_file(atlas.path.with_name(file), page.width, page.height)
+            ).decode()
             for page, file in zip(pages, files, strict=True)
         ]
         for kind, files in kinds.items()

@@ -88,7 +88,7 @@ class Painter {
     bind("flakes", 2, flakes ? this.flakes.light : null);
     gl.uniform1f(program.place("part"), between.part);
     gl.uniform2f(program.place("scale"), ...(between.vectors ? this.motion.pixels : [0, 0]));
-    program.integers("exactZero", this.motion?.engine === "godot" ? 1 : 0);
+    gl.uniform2f(program.place("bytes"), this.motion?.zero ?? 0, this.motion?.span ?? 1);
     program.integers("lit", flakes ? 1 : 0);
     program.integers("mode", Painter.MODE[mode]);
     program.integers("alphaMode", this.blend.alpha);
@@ -112,9 +112,9 @@ class Painter {
     struct Cell { ivec4 place, bounds; ivec2 offset; int turned; };
     uniform Cell cells[2];
     uniform sampler2D page0, page1, flakes, motion0, motion1;
-    uniform int mode, alphaMode, linear, lit, square, exactZero;
+    uniform int mode, alphaMode, linear, lit, square;
     uniform float part;
-    uniform vec2 scale;
+    uniform vec2 scale, bytes;
     uniform ivec2 canvas;
     uniform vec3 colour;
     out vec4 shown;
@@ -159,7 +159,7 @@ class Painter {
     vec4 moved(sampler2D page, sampler2D motion, Cell cell, ivec2 p, float way) {
       if (!covers(cell, p)) return vec4(0.0);
       vec2 rg = texelFetch(motion, cell.place.xy + p - cell.offset, 0).rg;
-      vec2 mv = exactZero == 1 ? (rg * 255.0 - 128.0) / 127.0 : rg * 2.0 - 1.0;
+      vec2 mv = (rg * 255.0 - bytes.x) / bytes.y;
       vec2 at = vec2(p) + mv * scale * way;
       ivec2 q = ivec2(floor(at));
       vec2 f = at - vec2(q);

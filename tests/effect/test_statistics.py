@@ -1,7 +1,5 @@
 """Figures about embers, of tracks whose answer is known."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from fires import AGE, ID, LIFE, SIZE, STRETCH, VX, VY, Array, X, Y
@@ -9,6 +7,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.effect.flakes.statistics import Figure, ember_figures
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from fire_atlas.effect.flakes.wrapping import wrapped
 
 FPS = 10.0
 FRAMES = 12
@@ -35,8 +34,8 @@ def _birth(frame: int, row: Array) -> Array:
     return np.array([known[name] for name in SPAWN_COLUMNS])
 
 
-def _tracks(*flights: list[tuple[int, Array]]) -> Tracks:
-    frames: list[list[Array]] = [[] for _ in range(FRAMES)]
+def _tracks(*flights: list[tuple[int, Array]], frames_seen: int = FRAMES) -> Tracks:
+    frames: list[list[Array]] = [[] for _ in range(frames_seen)]
     for flight in flights:
         for frame, row in flight:
             frames[frame].append(row)
@@ -44,7 +43,7 @@ def _tracks(*flights: list[tuple[int, Array]]) -> Tracks:
         np.array(table).reshape(-1, len(COLUMNS)) for table in frames
     )
     spawns = np.array([_birth(*flight[0]) for flight in flights]).reshape(-1, len(SPAWN_COLUMNS))
-    return Tracks(FPS, 100, 200, False, 0, spawns, tables)
+    return Tracks.once(FPS, (100, 200), 0, spawns, tables)
 
 
 UP = _flight(0, (50, 30), (0, -100), 3, life=9.0)  # y 30, 20, 10; the next is 0
@@ -133,12 +132,8 @@ def test_no_flakes_have_no_figures() -> None:
 def test_a_flake_of_a_loop_has_one_fate_even_where_its_id_is_split() -> None:
     """A flake seen longer than a short loop lasts changes its id: that is not its end."""
     long = _flight(0, (50, 190), (0, -60), 18, life=1.81)
-    early = [(frame, row) for frame, row in long if frame < 11]
-    late = [(frame % FRAMES, row.copy()) for frame, row in long if frame >= 11]
-    for _, row in late:
-        row[ID] = 1  # as ``flakes.wrapping`` does
-    tracks = replace(_tracks(early, late), loop=True)
-    tracks.spawns[1, 1:] = tracks.spawns[0, 1:]  # it was born once
+    tracks = wrapped(_tracks(long, frames_seen=2 * FRAMES), FRAMES)
+    assert len(tracks.spawns) == 2
     told = _figures(tracks)
     assert told["burnt out"] == 1.0
     assert told["born"] == 1

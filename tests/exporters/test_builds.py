@@ -12,7 +12,8 @@ from PIL import Image
 
 from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
-from fire_atlas.formats.atlas.atlas_file import cut_frames, read_atlas
+from fire_atlas.formats.atlas.json_hash import read_atlas
+from fire_atlas.preview.frames import cut_frames
 
 
 def desk(folder: Path, count: int = 7, shuffle: int = 0) -> Path:

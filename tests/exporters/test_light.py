@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -68,6 +70,28 @@ def test_intensity_times_colour_is_in_proportion_to_the_light() -> None:
     assert lamp / lamp[0, 0] == pytest.approx(np.array(colours) / 4, abs=1e-3)
     # 1 is the brightest channel of the mean frame: red, (4 + 0.3 + 1) / 3.
     assert lamp[0, 0] == pytest.approx(4 / (5.3 / 3), abs=1e-3)
+
+
+spots = st.builds(
+    spot,
+    st.integers(0, WIDTH - 9),
+    st.integers(0, HEIGHT - 9),
+    st.integers(3, 9),
+    st.tuples(st.floats(0.5, 9), st.floats(0, 9), st.floats(0, 9)),
+)
+
+
+@given(frames=st.lists(spots, min_size=1, max_size=5))
+def test_the_light_of_every_frame_can_be_told_from_the_file(
+    frames: list[NDArray[np.float32]],
+) -> None:
+    document = told(*frames)
+    brightest = document["mean"]["light"] * WIDTH * HEIGHT
+    for frame, pixels in zip(document["frames"], frames, strict=True):
+        light = np.array([frame[c] for c in "rgb"]) * frame["intensity"] * brightest
+        assert light == pytest.approx(pixels[..., :3].sum(axis=(0, 1)), rel=1e-2, abs=0.1)
+        y, x = np.nonzero(pixels[..., 0])
+        assert (frame["x"], frame["y"]) == pytest.approx((x.mean() + 0.5, y.mean() + 0.5), abs=6e-3)
 
 
 def test_light_of_layers_adds_up() -> None:

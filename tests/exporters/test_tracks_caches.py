@@ -7,11 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
 from numpy.typing import NDArray
 
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 from fire_atlas.effect.flakes.wrapping import wrapped
 from fire_atlas.pipeline.writers import track_writer
+
+from .any_tracks import any_tracks, flights_of
 
 WIDTH, HEIGHT, FPS = 640, 480, 24
 FRAMES = 12
@@ -25,22 +28,22 @@ PROPERTIES = [
 
 def flying(births: list[tuple[float, float]], *, loop: bool = True, first_id: int = 0) -> Tracks:
     """Flakes born at t that live so long, s; they rise, and brighten until half their life."""
-    spawns, tables = [], [list[list[float]]() for _ in range(FRAMES)]
+    spawns, tables = [], [list[list[float]]() for _ in range(FRAMES * (2 if loop else 1))]
     for i, (t, life) in enumerate(births):
         x, y, vx, vy, size = 300.0 + 10 * i, 400.0 - i, 12.0 + i, -96.0, 4.8
-        wraps = loop and t + life > PERIOD
-        spawns.append([first_id + i, t, life, x, y, vx, vy, size, wraps])
-        for frame in range(FRAMES * (2 if loop else 1)):
+        spawns.append([first_id + i, t, life, x, y, vx, vy, size, 0])
+        for frame in range(len(tables)):
             age = frame / FPS - t
             if 0 <= age < life and age < PERIOD - 1 / FPS:
                 light = 1 - abs(2 * age / life - 1)
-                tables[frame % FRAMES].append([
+                tables[frame].append([
                     first_id + i, x + vx * age, y + vy * age, vx, vy, size, 2.0,
                     np.arctan2(vy, vx), 6.0, 0.5, 0.1, light, age, life,
                 ])  # fmt: skip
-    frames = tuple(np.array(sorted(t)).reshape(-1, len(COLUMNS)) for t in tables)
+    frames = [np.array(table).reshape(-1, len(COLUMNS)) for table in tables]
     table = np.array(spawns).reshape(-1, len(SPAWN_COLUMNS))
-    return Tracks(FPS, WIDTH, HEIGHT, loop, 7, table, frames)
+    tracks = Tracks.once(FPS, (WIDTH, HEIGHT), 7, table, frames)
+    return wrapped(tracks, FRAMES) if loop else tracks
 
 
 BIRTHS = [(0.0, 0.2), (0.1, 0.3), (0.35, 0.4), (0.4, 0.05), (0.44, 0.3)]
@@ -153,6 +156,41 @@ def test_a_niagara_cache_holds_every_row(loop: bool) -> None:
         assert not read[:, [3, 6]].any()
 
 
+@given(tracks=any_tracks())
+def test_a_niagara_cache_gives_each_flight_back_in_unbroken_runs(tracks: Tracks) -> None:
+    runs = defaultdict[int, list[float]](list)
+    for rows in hjson(tracks):
+        for row in rows:
+            if row[11] > 0:
+                runs[int(row[0])].append(row[1] * tracks.height + tracks.width / 2)
+    flights = [np.array(places) for places in flights_of(tracks).values()]
+    assert sum(map(len, runs.values())) == sum(map(len, flights))
+    for run in runs.values():
+        begins = [(flight, i) for flight in flights for i in np.flatnonzero(near(flight, run[0]))]
+        assert any(near(flight[i : i + len(run)], run).all() for flight, i in begins)
+
+
+def near(places: NDArray[np.float64], others: Any) -> NDArray[np.bool_]:
+    """Whether places, px, are those of a cache, whose positions have six decimals of a metre."""
+    return np.asarray(np.abs(places - others) < 1e-3)
+
+
+@given(tracks=any_tracks())
+def test_a_point_cache_gives_every_birth_back(tracks: Tracks) -> None:
+    births, points = dict(zip(SPAWN_COLUMNS, tracks.spawns.T, strict=True)), pcache(tracks)
+    assert points["flakeId"].tolist() == births["id"].tolist()
+    for name, values in {
+        "position.x": (births["x"] - tracks.width / 2) / tracks.height,
+        "position.y": 1 - births["y"] / tracks.height,
+        "velocity.x": births["vx"] / tracks.height,
+        "velocity.y": -births["vy"] / tracks.height,
+        "size": births["size"] / tracks.height,
+        "lifetime": births["life"],
+        "spawnTime": births["t"],
+    }.items():
+        assert points[name] == pytest.approx(values, abs=6e-4 if name == "lifetime" else 6e-6)
+
+
 def test_a_flake_that_flies_into_the_next_round_has_a_second_id() -> None:
     tracks = flying(BIRTHS)
     frames = hjson(tracks)
@@ -168,8 +206,7 @@ def test_a_flake_that_meets_itself_flies_on_under_ids_of_its_own() -> None:
     ages = np.arange(3 * FPS) / FPS
     rows = [np.array([[*row[:12], age, 3.0]]) for age in ages]
     spawns = np.array([[0, 0.0, 3.0, 300, 400, 0, -50, 3, 0.0]])
-    spawns, frames = wrapped(spawns, rows, FRAMES, FPS)
-    tracks = Tracks(FPS, WIDTH, HEIGHT, True, 7, spawns, tuple(frames))
+    tracks = wrapped(Tracks.once(FPS, (WIDTH, HEIGHT), 7, spawns, rows), FRAMES)
     assert [len(each) for each in hjson(tracks)] == [6] * FRAMES + [0]
 
 

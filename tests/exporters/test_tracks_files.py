@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from dataclasses import replace
 from typing import Any, NoReturn
 
 import numpy as np
@@ -18,6 +19,8 @@ from fire_atlas.formats.tracks.columns import DECIMALS
 from fire_atlas.pipeline.writers import track_writer
 from fire_atlas.recipe.output import FlakeTrackName
 
+from .any_tracks import any_tracks
+
 
 def some_tracks(flakes: int = 5, frames: int = 3) -> Tracks:
     """Random flakes; one fewer in every next frame, so that the last may be empty."""
@@ -27,7 +30,7 @@ def some_tracks(flakes: int = 5, frames: int = 3) -> Tracks:
     tables = [rng.normal(0, 50, (max(flakes - i, 0), len(COLUMNS))) for i in range(frames)]
     for table in tables:
         table[:, 0] = np.arange(len(table))
-    return Tracks(24.0, 640, 480, True, 7, spawns, tuple(tables))
+    return replace(Tracks.once(24.0, (640, 480), 7, spawns, tables), loop=True)
 
 
 def strict_json(data: bytes) -> Any:
@@ -93,6 +96,18 @@ def test_the_csv_holds_the_numbers_of_the_json() -> None:
     frames = written_json(tracks)["frames"]
     expected = [[f["i"], f["t"], *row] for f in frames for row in f["rows"]]
     assert [[float(cell) for cell in row] for row in rows] == expected
+
+
+@given(tracks=any_tracks())
+def test_the_csv_gives_every_row_back(tracks: Tracks) -> None:
+    text = track_writer("csv")("campfire", tracks).data.decode()
+    read = np.array(list(csv.reader(io.StringIO(text)))[1:], np.float64)
+    rows = np.concatenate(tracks.frames)
+    frame = np.repeat(np.arange(len(tracks.frames)), [len(each) for each in tracks.frames])
+    read = read.reshape(-1, 2 + len(COLUMNS))
+    assert read[:, 0].tolist() == frame.tolist()
+    assert read[:, 1] == pytest.approx(frame / tracks.fps, abs=1e-6)
+    assert (np.abs(read[:, 2:] - rows) <= rounding_of(COLUMNS)).all()
 
 
 @pytest.mark.parametrize("flakes", [0, 1])

@@ -6,11 +6,13 @@ from numpy.typing import NDArray
 
 from fire_atlas.effect.field.eddies import Eddies
 from fire_atlas.effect.field.record import FieldRecord
-from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS
+from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, first_frames
 from fire_atlas.effect.flakes.wrapping import wrapped
 
 FPS = 10.0
 LOOP = 6
+
+Table = NDArray[np.float64]
 
 
 def _flight(flake: int, first: int, frames: int) -> dict[int, list[float]]:
@@ -22,9 +24,12 @@ def _flight(flake: int, first: int, frames: int) -> dict[int, list[float]]:
     return rows
 
 
-def _fold(
-    *flights: tuple[int, int, int],
-) -> tuple[NDArray[np.float64], list[NDArray[np.float64]]]:
+def _folded(births: list[dict[str, float]], tables: list[Table], count: int = LOOP) -> Tracks:
+    spawns = np.array([[born[name] for name in SPAWN_COLUMNS] for born in births])
+    return wrapped(Tracks.once(FPS, (100, 100), 0, spawns, tables), count)
+
+
+def _fold(*flights: tuple[int, int, int]) -> Tracks:
     """Fold flights (id, first frame, frames seen) onto a loop of ``LOOP`` frames."""
     tables: list[list[list[float]]] = [[] for _ in range(5 * LOOP)]
     births = []
@@ -36,41 +41,41 @@ def _fold(
             "t": first / FPS,
             "life": frames / FPS,
         }
-        births.append([born[name] for name in SPAWN_COLUMNS])
-    rows = [np.array(table).reshape(-1, len(COLUMNS)) for table in tables]
-    return wrapped(np.array(births), rows, LOOP, FPS)
+        births.append(born)
+    return _folded(births, [np.array(table).reshape(-1, len(COLUMNS)) for table in tables])
 
 
 def test_a_flake_that_outlives_the_end_goes_on_at_the_beginning_under_its_id() -> None:
-    spawns, frames = _fold((3, 4, 4))
-    assert [[row[0] for row in frame] for frame in frames] == [[3], [3], [], [], [3], [3]]
-    assert spawns[0, SPAWN_COLUMNS.index("wraps")] == 1
+    tracks = _fold((3, 4, 4))
+    assert [[row[0] for row in frame] for frame in tracks.frames] == [[3], [3], [], [], [3], [3]]
+    assert tracks.spawns[0, SPAWN_COLUMNS.index("wraps")] == 1
 
 
 def test_a_flake_that_dies_in_time_does_not_wrap() -> None:
-    spawns, frames = _fold((0, 1, 4))
-    assert [len(frame) for frame in frames] == [0, 1, 1, 1, 1, 0]
-    assert spawns[0, SPAWN_COLUMNS.index("wraps")] == 0
+    tracks = _fold((0, 1, 4))
+    assert [len(frame) for frame in tracks.frames] == [0, 1, 1, 1, 1, 0]
+    assert tracks.spawns[0, SPAWN_COLUMNS.index("wraps")] == 0
 
 
 def test_a_flake_that_leaves_in_time_does_not_wrap_though_it_could_live_longer() -> None:
     born = dict.fromkeys(SPAWN_COLUMNS, 0.0) | {"id": 0, "t": 0.1, "life": 9.0}
     tables = [np.array([_flight(0, 0, 3)[n]] if n < 3 else []).reshape(-1, len(COLUMNS))
               for n in range(3 * LOOP)]  # fmt: skip
-    spawns, _ = wrapped(np.array([[born[name] for name in SPAWN_COLUMNS]]), tables, LOOP, FPS)
-    assert spawns[0, SPAWN_COLUMNS.index("wraps")] == 0
+    tracks = _folded([born], tables)
+    assert tracks.spawns[0, SPAWN_COLUMNS.index("wraps")] == 0
 
 
 def test_in_a_loop_of_one_frame_every_row_has_an_id_of_its_own() -> None:
     born = dict.fromkeys(SPAWN_COLUMNS, 0.0) | {"life": 1.0}
     tables = [np.array([_flight(0, 0, 4)[n]]) for n in range(4)]
-    spawns, (frame,) = wrapped(np.array([[born[name] for name in SPAWN_COLUMNS]]), tables, 1, FPS)
-    assert len(np.unique(frame[:, 0])) == len(frame) == len(spawns) == 4
+    tracks = _folded([born], tables, 1)
+    (frame,) = tracks.frames
+    assert len(np.unique(frame[:, 0])) == len(frame) == len(tracks.spawns) == 4
 
 
 @pytest.mark.parametrize("seen", [5, 6, 7, 11, 12, 13, 17])
 def test_no_id_is_in_a_frame_twice_and_every_row_is_kept(seen: int) -> None:
-    _, frames = _fold((0, 0, seen), (1, 3, seen))
+    frames = _fold((0, 0, seen), (1, 3, seen)).frames
     assert sum(map(len, frames)) == 2 * seen
     for frame in frames:
         assert len(set(frame[:, 0])) == len(frame)
@@ -78,7 +83,7 @@ def test_no_id_is_in_a_frame_twice_and_every_row_is_kept(seen: int) -> None:
 
 @pytest.mark.parametrize("seen", [6, 7, 13, 17])
 def test_the_same_id_in_neighbouring_frames_is_the_same_flake(seen: int) -> None:
-    _, frames = _fold((0, 0, seen), (1, 5, seen))
+    frames = _fold((0, 0, seen), (1, 5, seen)).frames
     for here, there in zip(frames, [*frames[1:], frames[0]], strict=True):
         for row in here:
             for following in there[there[:, 0] == row[0]]:
@@ -86,8 +91,42 @@ def test_the_same_id_in_neighbouring_frames_is_the_same_flake(seen: int) -> None
 
 
 def test_every_id_has_a_spawn() -> None:
-    spawns, frames = _fold((0, 0, 14), (1, 2, 3))
-    assert set(spawns[:, 0]) == set(np.concatenate(frames)[:, 0])
+    tracks = _fold((0, 0, 14), (1, 2, 3))
+    assert set(tracks.spawns[:, 0]) == set(np.concatenate(tracks.frames)[:, 0])
+
+
+@pytest.mark.parametrize("seen", [5, 6, 7, 13, 17])
+@pytest.mark.parametrize("count", [1, 2, LOOP])
+def test_every_row_knows_its_flight_and_its_moment_there(count: int, seen: int) -> None:
+    """Whatever its id: the flakes are told apart by the px that they are at as they move."""
+    tables, births = [list[list[float]]() for _ in range(24)], []
+    for flake, first in ((0, 0), (1, 5)):
+        for n, row in _flight(flake, first, seen).items():
+            row[COLUMNS.index("y")] = flake
+            tables[n].append(row)
+        births.append(dict.fromkeys(SPAWN_COLUMNS, 0.0) | {"id": flake})
+    tracks = _folded(births, [np.array(t).reshape(-1, len(COLUMNS)) for t in tables], count)
+    rows = zip(tracks.frames, tracks.flights, tracks.moments, strict=True)
+    for frame, flights, moments in rows:
+        column = dict(zip(COLUMNS, frame.T, strict=True))
+        assert flights.tolist() == column["y"].tolist()
+        assert moments.tolist() == (column["x"] - 5 * column["y"]).tolist()
+
+
+def test_what_is_cut_off_leaves_flights_as_they_began() -> None:
+    tables = [list[list[float]]() for _ in range(9)]
+    for flake, first, frames in ((0, 1, 5), (1, 3, 4), (2, 6, 2)):
+        for n, row in _flight(flake, first, frames).items():
+            tables[n].append(row)
+    spawns = np.zeros((3, len(SPAWN_COLUMNS)))
+    spawns[:, 0] = range(3)
+    whole = Tracks.once(
+        FPS, (9, 9), 0, spawns, [np.array(t).reshape(-1, len(COLUMNS)) for t in tables]
+    )
+    cut = first_frames(whole, 5)
+    assert [each.tolist() for each in cut.flights] == [[], [0], [0], [0, 1], [0, 1]]
+    assert [each.tolist() for each in cut.moments] == [[], [0], [1], [2, 0], [3, 1]]
+    assert cut.spawns[:, 0].tolist() == [0, 1]
 
 
 def test_a_looping_field_is_continuous_across_its_end() -> None:

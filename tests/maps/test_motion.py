@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fire_atlas.channels.conventions import convention
+from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.channels.flow import halfway, picture
 from fire_atlas.channels.margin import padded, restless
 from fire_atlas.channels.motion import Motion, learn_motion
@@ -44,7 +44,7 @@ def learned(
     jobs: int = 2,
 ) -> Motion:
     with Workers(jobs) as workers:
-        reads, size = convention("unity"), (SIZE, SIZE)
+        reads, size = motion_encoding("unity"), (SIZE, SIZE)
         return learn_motion(pictures, skipped or {}, size, loop, reads, workers, lambda: None)
 
 
@@ -182,7 +182,7 @@ def test_padding_is_a_tenth_of_the_frame_or_eight_pixels(side: int, pad: int) ->
     with Workers(1) as workers:
         motion = learn_motion(
             [picture(as_plane(frame), "srgb") for frame in frames], {}, (side, side), False,
-            convention("unity"), workers, lambda: None,
+            motion_encoding("unity"), workers, lambda: None,
         )  # fmt: skip
     cell = cv2.resize(motion.cells[3].astype(np.float32), (side, side))
     edge = side // 2 - round(side / 5)  # the disc's top, above which nothing is

@@ -10,8 +10,10 @@ from flipbook import ENGINES, Picture, plain, read_flipbook, tent
 from numpy.typing import NDArray
 from PIL import Image
 
+from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.pixels import decode_bytes, encode_bytes
-from fire_atlas.formats.atlas.atlas_file import read_atlas, staged_frames
+from fire_atlas.formats.atlas.json_hash import read_atlas
+from fire_atlas.preview.frames import staged_frames
 
 from .browser import Browser, Seen, assert_quiet, built, picture
 
@@ -236,8 +238,9 @@ def test_the_bar_has_half_steps_where_frames_pass_into_one_another(
 
 def test_a_page_says_how_its_vectors_are_read(grids: dict[str, Path], browser: Browser) -> None:
     for engine, page in grids.items():
-        reading = read_atlas(page.with_name("fire.json")).sheet.map("motion").motion
-        assert reading is not None
+        motion = read_atlas(page.with_name("fire.json")).sheet.motion
+        assert motion is not None
+        encoding = motion_encoding(motion.engine)
         (text,) = browser.visit(page, ("run", "document.body.innerText")).results
-        for word in (engine.capitalize(), reading.decode, reading.this, str(reading.scale)):
+        for word in (engine.capitalize(), encoding.decode, encoding.this, str(motion.scale)):
             assert word in text

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fire_atlas.formats.atlas.atlas_file import AtlasFile, read_atlas, staged_frames
+from fire_atlas.formats.atlas.json_hash import AtlasFile, read_atlas
 from fire_atlas.preview.blend import blend
+from fire_atlas.preview.frames import staged_frames
 
 from .browser import COUNT, Browser, assert_quiet, built, picture, previewed
 

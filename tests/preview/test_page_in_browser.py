@@ -13,9 +13,10 @@ from fire_atlas.cli import main
 from fire_atlas.core.pixels import decode_bytes, encode_bytes
 from fire_atlas.effect.composition.composite import expose
 from fire_atlas.effect.flakes.drawing import draw_flakes
-from fire_atlas.formats.atlas.atlas_file import read_atlas, staged_frames
-from fire_atlas.formats.tracks.tracks_file import read_tracks
+from fire_atlas.formats.atlas.json_hash import read_atlas
+from fire_atlas.formats.tracks.tracks_json import read_tracks
 from fire_atlas.preview.blend import blend
+from fire_atlas.preview.frames import staged_frames
 
 from .browser import COUNT, Browser, assert_quiet, built, picture, previewed
 
@@ -211,7 +212,7 @@ def test_flakes_are_marked_where_the_tracks_say(browser: Browser, page: Path) ->
                          ("pixels", "#marks"), LOOK)  # fmt: skip
     without, marked, told = seen.results
     assert not picture(without)[..., 3].any()
-    tracks = read_tracks(page.with_name("fire.json"))
+    tracks = read_tracks(page.with_name("fire.flakes.json"))
     assert tracks is not None
     rows = tracks.frames[1]
     assert told["caption"] == f"fire/0001 · {len(rows)} flakes"
@@ -236,7 +237,7 @@ def test_flakes_can_be_drawn_from_the_tracks(browser: Browser, tmp_path: Path) -
         page, ("press", "End"), ("press", "f"), ("press", "f"), ("pixels", "#picture")
     )
     assert_quiet(seen, page)
-    tracks = read_tracks(page.with_name("fire.json"))
+    tracks = read_tracks(page.with_name("fire.flakes.json"))
     assert tracks is not None
     flame = decode_bytes(blend(frames_of(page)[-1], (16, 16, 20), "straight", "srgb"))
     light = draw_flakes(tracks.frames[-1], tracks.height, tracks.width)
@@ -352,7 +353,7 @@ def test_figures_of_embers_are_those_that_inspect_prints(browser: Browser, page:
     told = {
         row[0]: row[1:] for row in browser.visit(page, ("run", rows)).results[0] if len(row) > 1
     }
-    tracks = read_tracks(page.with_name("fire.json"))
+    tracks = read_tracks(page.with_name("fire.flakes.json"))
     assert tracks is not None
     assert told["born"] == [str(len(tracks.spawns))]
     assert told["end higher than born"][1].endswith("at least 0.95")

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 
 _ID, _X, _Y, _VX, _VY, _SIZE, _STRETCH = range(7)
 _AGE, _LIFE = COLUMNS.index("age"), COLUMNS.index("life")
-_BIRTH = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
 
 _FEW = 20
 """The spread of fewer flakes tells nothing."""
@@ -78,20 +77,12 @@ def ember_figures(tracks: Tracks) -> list[Figure]:
 
 
 def _flights(tracks: Tracks) -> list[NDArray[np.float64]]:
-    """All rows of each flake, in the order of its life.
-
-    In a short loop a flake changes its id; that it is the same is told by its birth.
-    """
-    tables = [frame for frame in tracks.frames if len(frame)]
-    if not tables:
+    """Return all rows of each flight, (rows, 14), in the order of its moments."""
+    rows, flight = np.concatenate(tracks.frames), np.concatenate(tracks.flights)
+    if not len(rows):
         return []
-    rows = np.concatenate(tables)
-    ids, births = tracks.spawns[:, 0], tracks.spawns[:, _BIRTH]
-    _, flake = np.unique(births, axis=0, return_inverse=True)
-    order = np.argsort(ids)
-    owner = flake.ravel()[order][np.searchsorted(ids[order], rows[:, _ID])]
-    sequence = np.lexsort((rows[:, _AGE], owner))
-    return np.split(rows[sequence], np.flatnonzero(np.diff(owner[sequence])) + 1)
+    order = np.lexsort((np.concatenate(tracks.moments), flight))
+    return np.split(rows[order], np.flatnonzero(np.diff(flight[order])) + 1)
 
 
 def _fates(flights: list[NDArray[np.float64]], tracks: Tracks) -> list[Figure]:

@@ -1,6 +1,8 @@
 """Flake tracks: what every flake does in every frame, as tables."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,9 @@ COLUMNS = (
 
 SPAWN_COLUMNS = ("id", "t", "life", "x", "y", "vx", "vy", "size", "wraps")
 """Columns of ``Tracks.spawns``. px, px/s, s; ``wraps`` 0 or 1."""
+
+RowNumbers = tuple[NDArray[np.int64], ...]
+"""A number for each row of each frame: (rows,) a frame."""
 
 _SEEN = 0.001
 """Light that is next to none: 3 of 255 in sRGB."""
@@ -26,13 +31,20 @@ class Tracks:
     its light at the centre is rgb·a, linear. Or as a hard square of ``size`` whole px, all of it
     that bright, at the px nearest to its place.
 
+    A flight is the unbroken life of one flake, from the first frame that shows it to the last. In a
+    loop it goes on from the last frame into frame 0. A loop that is not longer than a flight shows
+    several of its moments in a frame: the flake changes its id on the way, so that no id is in a
+    frame twice (``wrapping.wrapped``).
+
     Attributes:
         fps: Frames per second of the animation.
         width, height: Frame size, px.
         loop: Whether frame 0 follows the last frame.
         seed: The recipe's seed.
-        spawns: (flakes, 9) float64, columns ``SPAWN_COLUMNS``, by id.
+        spawns: (ids, 9) float64, columns ``SPAWN_COLUMNS``, by id.
         frames: One (rows, 14) float64 table a frame, columns ``COLUMNS``, by id.
+        flights: Which flight each row belongs to, (rows,) a frame: the first id of its flake.
+        moments: Where in its flight each row is, (rows,) a frame: frames since the flight began.
         hard: Whether flakes are squares.
     """
 
@@ -43,7 +55,35 @@ class Tracks:
     seed: int
     spawns: NDArray[np.float64]
     frames: tuple[NDArray[np.float64], ...]
+    flights: RowNumbers
+    moments: RowNumbers
     hard: bool = False
+
+    @classmethod
+    def once(
+        cls,
+        fps: float,
+        size: tuple[int, int],
+        seed: int,
+        spawns: NDArray[np.float64],
+        frames: Sequence[NDArray[np.float64]],
+        hard: bool = False,
+    ) -> Self:
+        """Return tracks that play once: each id is one flight, in frames that follow one another.
+
+        ``size`` is the width and height of a frame, px; the rest as the attributes.
+        """
+        flights = tuple(rows[:, 0].astype(np.int64) for rows in frames)
+        moments = _moments(flights)
+        return cls(fps, *size, False, seed, spawns, tuple(frames), flights, moments, hard)
+
+
+def _moments(flights: RowNumbers) -> RowNumbers:
+    """Return how many frames each row comes after the first of its flight."""
+    counts = [len(rows) for rows in flights]
+    frame = np.repeat(np.arange(len(counts)), counts)
+    _, first, flight = np.unique(np.concatenate(flights), return_index=True, return_inverse=True)
+    return tuple(np.split(frame - frame[first][flight], np.cumsum(counts)[:-1]))
 
 
 def glowing(rows: NDArray[np.float64]) -> int:
@@ -57,7 +97,13 @@ def first_frames(tracks: Tracks, count: int) -> Tracks:
     """Tracks of the first ``count`` frames, and of the flakes that are seen there."""
     frames = tracks.frames[:count]
     seen = np.isin(tracks.spawns[:, 0], np.concatenate([rows[:, 0] for rows in frames]))
-    return replace(tracks, frames=frames, spawns=tracks.spawns[seen])
+    return replace(
+        tracks,
+        spawns=tracks.spawns[seen],
+        frames=frames,
+        flights=tracks.flights[:count],
+        moments=tracks.moments[:count],
+    )
 
 
 def as_drawn(tracks: Tracks) -> Tracks:

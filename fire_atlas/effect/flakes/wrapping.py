@@ -1,11 +1,13 @@
 """Flakes of a loop that outlive its end are seen at its beginning."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.chance import Stage, generator
 from fire_atlas.effect.flakes.emission import TICK, Spawns
-from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS
+from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 
 _ID = COLUMNS.index("id")
 _T, _WRAPS = SPAWN_COLUMNS.index("t"), SPAWN_COLUMNS.index("wraps")
@@ -38,35 +40,35 @@ def thinned(spawns: Spawns, most: int, count: int, fps: float, seed: int) -> Spa
     return spawns.where(np.sort(order[:kept]))
 
 
-def wrapped(
-    spawns: NDArray[np.float64], rows: list[NDArray[np.float64]], count: int, fps: float
-) -> tuple[NDArray[np.float64], list[NDArray[np.float64]]]:
-    """Fold tables of one period and what flies on after it onto the ``count`` frames of a loop.
+def wrapped(tracks: Tracks, count: int) -> Tracks:
+    """Fold tracks of one period and what flies on after it onto the ``count`` frames of a loop.
 
     A flake keeps its id across the end of the loop. One that is seen in as many frames as the loop
     has, or more, would meet itself; it changes its id every ``count - 1`` frames, so that an id is
     never in a frame twice, nor passed on from one flake to another in neighbouring frames.
 
     Args:
-        spawns: (flakes, 9) births, columns ``SPAWN_COLUMNS``, by id.
-        rows: More than ``count`` tables, (flakes, 14) each, columns ``COLUMNS``.
+        tracks: Of a clip played once, with more than ``count`` frames.
         count: Frames of the loop.
-        fps: Frames per second.
     """
-    frame = np.repeat(np.arange(len(rows)), [len(table) for table in rows])
-    every = np.concatenate(rows)
-    _, first, owner = np.unique(every[:, _ID], return_index=True, return_inverse=True)
-    late = np.unique(every[frame >= count, _ID])
-    spawns = spawns.copy()
-    spawns[:, _WRAPS] = np.isin(spawns[:, 0], late)
-    part = (frame - frame[first][owner]) // max(count - 1, 1)
-    step = every[:, _ID].max(initial=0) + 1  # parts are apart from all ids
-    every[:, _ID] += part * step
-    order = np.lexsort((every[:, _ID], frame % count))
+    frame = np.repeat(np.arange(len(tracks.frames)), [len(rows) for rows in tracks.frames])
+    rows, moments = np.concatenate(tracks.frames), np.concatenate(tracks.moments)
+    spawns = tracks.spawns.copy()
+    spawns[:, _WRAPS] = np.isin(spawns[:, 0], rows[frame >= count, _ID])
+    part = moments // max(count - 1, 1)
+    step = rows[:, _ID].max(initial=0) + 1  # parts are apart from all ids
+    rows[:, _ID] += part * step
+    spawns = _with_parts(spawns, int(part.max(initial=0)), step, count / tracks.fps)
+    order = np.lexsort((rows[:, _ID], frame % count))
     bounds = np.searchsorted(frame[order] % count, np.arange(1, count))
-    spawns = _with_parts(spawns, int(part.max(initial=0)), step, count / fps)
-    seen = np.isin(spawns[:, 0], every[:, _ID])
-    return spawns[seen], np.split(every[order], bounds)
+    return replace(
+        tracks,
+        loop=True,
+        spawns=spawns[np.isin(spawns[:, 0], rows[:, _ID])],
+        frames=tuple(np.split(rows[order], bounds)),
+        flights=tuple(np.split(np.concatenate(tracks.flights)[order], bounds)),
+        moments=tuple(np.split(moments[order], bounds)),
+    )
 
 
 def _with_parts(

@@ -16,6 +16,7 @@ from fire_atlas.engines.godot.text import node_name, number, quoted, real, title
 from fire_atlas.engines.godot.uids import uid_of
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
+from fire_atlas.formats.tracks.names import flakes_file
 from fire_atlas.recipe.godot import GodotOptions
 
 _PLAYER, _TRACKS, _TABLES = "_flakes.gd", "_flake_tracks.gd", "_flakes.tres"
@@ -40,7 +41,8 @@ def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile
     if "csv" in product.track_formats and options.version == 4:
         for animation in product.tracks:
             # The engine takes every table for translations.
-            yield OutputFile(f"{product.stem(animation)}.flakes.csv.import", "import", KEEP)
+            table = flakes_file(product.stem(animation), "csv")
+            yield OutputFile(f"{table}.import", "import", KEEP)
 
 
 def _played(product: Product) -> dict[str, Tracks]:
@@ -72,12 +74,11 @@ def _image_uid(product: Product, file: str) -> str:
 
 def _flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iterator[OutputFile]:
     """Yield a material that plays a grid along its motion vectors, where one page holds it all."""
-    moving = next((each for each in sheet.maps if each.motion), None)
-    if moving is None or moving.motion is None or moving.motion.engine != "godot":
+    if sheet.motion is None or sheet.motion.engine != "godot":
         return
     if options.version == 3 or len(sheet.pages) > 1 or len(sheet.animations) > 1 or not sheet.grid:
         return
-    vectors = moving.files[0]
+    vectors = sheet.map("motion").files[0]
     yield _resource(
         "motion.tres",
         f"{sheet.name}_motion.tres",
@@ -86,7 +87,7 @@ def _flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Ite
         sheet=sheet,
         shader=f"{product.name}{_FLIPBOOK}",
         vectors=(vectors, _image_uid(product, vectors)),
-        scale=moving.motion.scale,
+        scale=sheet.motion.scale,
     )
     if sheet.scale == 1:
         text = (shipped("templates") / "godot" / "flipbook_motion.gdshader").read_bytes()

@@ -6,13 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, as_drawn
+from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks, as_drawn
 from fire_atlas.formats.decimals import table_text
 from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite
-
-_ID, _AGE = COLUMNS.index("id"), COLUMNS.index("age")
-_SPAWN_ID = SPAWN_COLUMNS.index("id")
-_BIRTH = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
 
 _DECIMALS = [
     DECIMALS["x"], DECIMALS["y"], 4, 4, DECIMALS["size"], DECIMALS["size"], DECIMALS["rotation"],
@@ -97,33 +93,20 @@ def _following(tracks: Tracks, first: int) -> Iterator[int]:
     ``first`` is the index of the first row.
     """
     begins = first + np.cumsum([0, *(len(frame) for frame in tracks.frames)])
-    moments = _moments(tracks)
+    # One number for each row; the same flake's row a frame later has the next one.
+    numbers = [
+        (flights << 32) + moments
+        for flights, moments in zip(tracks.flights, tracks.moments, strict=True)
+    ]
     for i, frame in enumerate(tracks.frames):
         after = (i + 1) % len(tracks.frames)
         row = np.full(len(frame), -1)
         if after > 0 or tracks.loop:
             _, here, there = np.intersect1d(
-                moments[i] + 1, moments[after], assume_unique=True, return_indices=True
+                numbers[i] + 1, numbers[after], assume_unique=True, return_indices=True
             )
             row[here] = begins[after] + there
         yield from row.tolist()
-
-
-def _moments(tracks: Tracks) -> list[NDArray[np.int64]]:
-    """Return a number for each row of each frame; its flake's row a frame later has the next one.
-
-    In a loop shorter than its life a flake changes its id, and is in a frame more than once; its
-    birth and its age tell which row is which.
-    """
-    ids, births = tracks.spawns[:, _SPAWN_ID], tracks.spawns[:, _BIRTH]
-    _, flight = np.unique(births, axis=0, return_inverse=True)
-    order = np.argsort(ids)
-    made = []
-    for frame in tracks.frames:
-        born = flight.ravel()[order][np.searchsorted(ids[order], frame[:, _ID])]
-        frames_old = np.floor(frame[:, _AGE] * tracks.fps + 1e-6).astype(np.int64)
-        made.append((born.astype(np.int64) << 32) + frames_old)
-    return made
 
 
 def _bounds(rows: NDArray[np.float64]) -> tuple[int, int, int, int]:

@@ -1,12 +1,17 @@
-"""What TexturePacker's JSON says of frames and pages, in every arrangement of it."""
+"""What TexturePacker's JSON says of frames and pages, in every arrangement of it.
+
+What is written is read by the function next to its writer. Readers raise KeyError, TypeError or
+ValueError where an entry is not what its writer makes.
+"""
 
 import json
 from collections.abc import Sequence
 from typing import Any
 
 from fire_atlas import __version__
-from fire_atlas.atlas.layout import AtlasSheet, Region
-from fire_atlas.formats.atlas.map_entries import map_entries
+from fire_atlas.atlas.layout import AtlasSheet, Grid, Page, Region
+from fire_atlas.core.output_file import plain_name
+from fire_atlas.formats.atlas.maps import map_entries
 from fire_atlas.formats.decimals import plain
 
 
@@ -29,6 +34,27 @@ def frame_entry(region: Region) -> dict[str, Any]:
     }
 
 
+def region_of(name: str, page: int, entry: dict[str, Any]) -> Region:
+    """Return the frame ``name`` on the page of that number, as ``frame_entry`` wrote it."""
+    place, trim, full = entry["frame"], entry["spriteSourceSize"], entry["sourceSize"]
+    anchor = entry.get("anchor", {"x": 0.5, "y": 0.5})
+    return Region(
+        name=name,
+        page=page,
+        x=int(place["x"]),
+        y=int(place["y"]),
+        width=int(place["w"]),
+        height=int(place["h"]),
+        turned=bool(entry.get("rotated")),
+        trim_x=int(trim["x"]),
+        trim_y=int(trim["y"]),
+        frame_width=int(full["w"]),
+        frame_height=int(full["h"]),
+        anchor=(float(anchor["x"]), float(anchor["y"])),
+        duration=float(entry["duration"]),
+    )
+
+
 def page_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
     """Return what says which image a page is."""
     return {
@@ -37,6 +63,63 @@ def page_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
         "size": {"w": sheet.pages[page].width, "h": sheet.pages[page].height},
         "scale": f"{sheet.scale:g}",
     }
+
+
+def meta_entry(sheet: AtlasSheet, page: int, regions: Sequence[Region]) -> dict[str, Any]:
+    """Return what holds for a whole page with these frames."""
+    return {
+        "app": "fire-atlas",
+        "version": __version__,
+        **page_entry(sheet, page),
+        "frameTags": frame_tags(sheet, regions),
+        **({"maps": map_entries(sheet, page)} if sheet.maps else {}),
+        "fireAtlas": about_entry(sheet, page),
+    }
+
+
+def page_of(meta: dict[str, Any]) -> Page:
+    """Return a page, as ``meta_entry`` wrote it."""
+    size, safe_mip = meta["size"], meta.get("fireAtlas", {}).get("safeMipLevel")
+    return Page(
+        file=plain_name(meta["image"]),
+        width=int(size["w"]),
+        height=int(size["h"]),
+        safe_mip=None if safe_mip is None else int(safe_mip),
+    )
+
+
+def about_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
+    """Return what only this tool writes: how to draw the page, and how far to filter it."""
+    return {
+        "alpha": sheet.alpha,
+        "blendSpace": sheet.blend_space,
+        "fps": plain(sheet.fps, 6),
+        "loops": {animation.name: animation.loop for animation in sheet.animations},
+        "safeMipLevel": sheet.pages[page].safe_mip,
+        **({"grid": _grid_entry(sheet.grid)} if sheet.grid else {}),
+    }
+
+
+def _grid_entry(grid: Grid) -> dict[str, Any]:
+    return {
+        "columns": grid.columns,
+        "rows": grid.rows,
+        "cellWidth": grid.cell_width,
+        "cellHeight": grid.cell_height,
+    }
+
+
+def grid_of(about: dict[str, Any]) -> Grid | None:
+    """Return how the page divides into cells, as ``about_entry`` wrote it; None if it does not."""
+    entry = about.get("grid")
+    if entry is None:
+        return None
+    return Grid(
+        columns=int(entry["columns"]),
+        rows=int(entry["rows"]),
+        cell_width=int(entry["cellWidth"]),
+        cell_height=int(entry["cellHeight"]),
+    )
 
 
 def animations_on(sheet: AtlasSheet, regions: Sequence[Region]) -> dict[str, list[str]]:
@@ -69,31 +152,3 @@ def frame_tags(sheet: AtlasSheet, regions: Sequence[Region]) -> list[dict[str, A
             once = {} if animation.loop else {"repeat": "1"}
             tags.append({**tag, "direction": "forward", **once})
     return tags
-
-
-def meta_entry(sheet: AtlasSheet, page: int, regions: Sequence[Region]) -> dict[str, Any]:
-    """Return what holds for a whole page with these frames."""
-    return {
-        "app": "fire-atlas",
-        "version": __version__,
-        **page_entry(sheet, page),
-        "frameTags": frame_tags(sheet, regions),
-        **({"maps": map_entries(sheet, page)} if sheet.maps else {}),
-        "fireAtlas": about(sheet, page),
-    }
-
-
-def about(sheet: AtlasSheet, page: int) -> dict[str, Any]:
-    """Return what only this tool tells: how to draw the page, and how far to filter it."""
-    grid = sheet.grid
-    return {
-        "alpha": sheet.alpha,
-        "blendSpace": sheet.blend_space,
-        "fps": plain(sheet.fps, 6),
-        "loops": {animation.name: animation.loop for animation in sheet.animations},
-        "safeMipLevel": sheet.pages[page].safe_mip,
-        **({"grid": {
-            "columns": grid.columns, "rows": grid.rows,
-            "cellWidth": grid.cell_width, "cellHeight": grid.cell_height,
-        }} if grid else {}),
-    }  # fmt: skip

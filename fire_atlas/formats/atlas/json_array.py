@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Sequence
 
 from fire_atlas.atlas.layout import AtlasSheet, Region
-from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.formats.atlas.entries import animations_on, compact, frame_entry, meta_entry
 
@@ -12,27 +11,13 @@ def export_json_array(sheet: AtlasSheet) -> Iterator[OutputFile]:
     """Yield ``name.array.json``, ``name-1.array.json``, ...: each describes one page."""
     for page in range(len(sheet.pages)):
         regions = sheet.regions_of(page)
-        text = _text(sheet, page, regions, [region.name for region in regions])
+        text = array_text(sheet, page, regions, [region.name for region in regions])
         yield OutputFile(sheet.file(page, ".array.json"), "atlas", text.encode())
 
 
-def export_aseprite(sheet: AtlasSheet) -> Iterator[OutputFile]:
-    """Yield ``name.aseprite.json``: frames called "0", "1", ..., as Phaser's Aseprite loader wants.
-
-    Raises:
-        OutputError: There are several pages, of which that loader knows but one.
-    """
-    if len(sheet.pages) > 1:
-        raise OutputError(
-            f"exports: aseprite describes one page, but {sheet.name} needs {len(sheet.pages)}; "
-            f"raise atlas.max_size, or export phaser instead"
-        )
-    numbers = [str(i) for i in range(len(sheet.regions))]
-    text = _text(sheet, 0, sheet.regions, numbers)
-    yield OutputFile(sheet.file(0, ".aseprite.json"), "atlas", text.encode())
-
-
-def _text(sheet: AtlasSheet, page: int, regions: Sequence[Region], names: Sequence[str]) -> str:
+def array_text(
+    sheet: AtlasSheet, page: int, regions: Sequence[Region], names: Sequence[str]
+) -> str:
     """Return the JSON of a page whose frames are called ``names``."""
     frames = ",\n".join(
         compact({"filename": name, **frame_entry(region)})

@@ -1,10 +1,27 @@
-"""TexturePacker's JSON hash, as PixiJS, Phaser and most engines read it: one file a page."""
+"""TexturePacker's JSON hash, as PixiJS, Phaser and most engines read it: one file a page.
 
-from collections.abc import Iterator
+The form from which this tool reads its own atlases back, for ``preview`` and ``inspect``.
+"""
 
-from fire_atlas.atlas.layout import AtlasSheet
-from fire_atlas.core.output_file import OutputFile
-from fire_atlas.formats.atlas.entries import animations_on, compact, frame_entry, meta_entry
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fire_atlas.atlas.layout import Animation, AtlasSheet, Region
+from fire_atlas.core.errors import RecipeError, SourceError
+from fire_atlas.core.output_file import OutputFile, plain_name
+from fire_atlas.formats.atlas.entries import (
+    animations_on,
+    compact,
+    frame_entry,
+    grid_of,
+    meta_entry,
+    page_of,
+    region_of,
+)
+from fire_atlas.formats.atlas.maps import maps_of
 
 
 def export_json_hash(sheet: AtlasSheet) -> Iterator[OutputFile]:
@@ -28,3 +45,109 @@ def _page_text(sheet: AtlasSheet, page: int) -> str:
         f'"animations":{compact(animations_on(sheet, regions))},\n'
         f'"meta":{compact(meta)}}}\n'
     )
+
+
+@dataclass(frozen=True, slots=True)
+class AtlasFile:
+    """A whole atlas, and its (first) JSON file; pages lie beside that."""
+
+    path: Path
+    sheet: AtlasSheet
+
+    @property
+    def alpha(self) -> str:
+        """``straight``, ``premultiplied`` or ``additive``."""
+        return self.sheet.alpha
+
+    @property
+    def blend_space(self) -> str:
+        """``srgb`` or ``linear``: where its client blends."""
+        return self.sheet.blend_space
+
+    @property
+    def frames(self) -> tuple[Region, ...]:
+        """The frames of all animations, one animation after the other."""
+        return self.sheet.regions
+
+
+def read_atlas(path: Path) -> AtlasFile:
+    """Read the JSON of the first page of an atlas, and those of its further pages beside it.
+
+    Raises:
+        RecipeError: There is no such file, or it is a recipe.
+        SourceError: It is no JSON hash that this tool wrote.
+    """
+    first = _read_json(path)
+    try:
+        names = first["meta"].get("related_multi_packs", [])
+        others = [_read_json(path.parent / plain_name(name)) for name in names]
+        return AtlasFile(path, _sheet([first, *others]))
+    except (
+        KeyError, TypeError, AttributeError, ValueError, ArithmeticError, IndexError
+    ) as error:  # fmt: skip
+        raise SourceError(
+            f"{path}: is no atlas that fire-atlas wrote ({type(error).__name__}: {error});"
+            " name the .json beside the pages"
+        ) from error
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    if path.suffix in {".yaml", ".yml"}:
+        raise RecipeError(f"{path}: is a recipe; build it and name the .json it writes")
+    try:
+        document = json.loads(path.read_bytes())
+    except OSError as error:
+        raise RecipeError(f"{path}: cannot be read ({error.strerror})") from None
+    except (ValueError, RecursionError) as error:
+        raise SourceError(f"{path}: is no JSON ({error})") from None
+    if not isinstance(document, dict) or not {"frames", "meta"} <= document.keys():
+        raise SourceError(f"{path}: is no atlas (`frames` and `meta`); name the .json of a build")
+    return document
+
+
+def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
+    """Return the sheet, from the JSON of each of its pages, as it was when they were written."""
+    meta = documents[0]["meta"]
+    about = meta["fireAtlas"]
+    loops = about.get("loops", {})
+    played = _played(documents, loops)
+    regions = tuple(region for frames in played.values() for region in frames)
+    if not regions:
+        raise ValueError("it has no frames")
+    image = Path(plain_name(meta["image"]))
+    return AtlasSheet(
+        name=image.stem,
+        title=image.stem.partition("@")[0],
+        scale=float(meta.get("scale", 1)),
+        fps=float(about.get("fps") or 1000 / regions[0].duration),
+        alpha=about["alpha"],
+        blend_space=about["blendSpace"],
+        image_format=image.suffix[1:],
+        pages=tuple(page_of(document["meta"]) for document in documents),
+        regions=regions,
+        animations=tuple(
+            Animation(name, tuple(region.name for region in frames), bool(loops.get(name)))
+            for name, frames in played.items()
+        ),
+        grid=grid_of(about),
+        maps=maps_of([document["meta"].get("maps", []) for document in documents]),
+    )
+
+
+def _played(
+    documents: Sequence[dict[str, Any]], order: Iterable[str]
+) -> dict[str, tuple[Region, ...]]:
+    """Return the frames of each animation, joined over the pages, in playing order.
+
+    ``order`` is that of all animations; a page has only those whose frames it holds.
+    """
+    played: dict[str, tuple[Region, ...]] = dict.fromkeys(order, ())
+    for page, document in enumerate(documents):
+        for name, frames in document["animations"].items():
+            regions = (region_of(frame, page, document["frames"][frame]) for frame in frames)
+            played[name] = (*played.get(name, ()), *regions)
+    return {
+        name: tuple(sorted(frames, key=lambda region: region.name))
+        for name, frames in played.items()
+        if frames
+    }

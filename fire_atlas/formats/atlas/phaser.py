@@ -6,8 +6,8 @@ from typing import Any
 from fire_atlas import __version__
 from fire_atlas.atlas.layout import AtlasSheet, Region
 from fire_atlas.core.output_file import OutputFile
-from fire_atlas.formats.atlas.entries import about, compact, frame_entry, page_entry
-from fire_atlas.formats.atlas.map_entries import map_entries
+from fire_atlas.formats.atlas.entries import about_entry, compact, frame_entry, page_entry
+from fire_atlas.formats.atlas.maps import map_entries
 from fire_atlas.formats.decimals import plain
 
 
@@ -21,7 +21,7 @@ def export_phaser(sheet: AtlasSheet) -> Iterator[OutputFile]:
     meta: dict[str, Any] = {
         "app": "fire-atlas",
         "version": __version__,
-        "fireAtlas": about(sheet, 0),
+        "fireAtlas": about_entry(sheet, 0),
     }
     meta |= {"maps": maps} if maps else {}
     text = (

@@ -1,49 +1,64 @@
-"""Write a page in the format a recipe asks for. Nothing is lost in any of them."""
+"""Page images: written in the format a recipe asks for, and read back. Nothing is lost in any."""
 
 import io
-from importlib import import_module
+from pathlib import Path
 from typing import BinaryIO
 
+import numpy as np
+from PIL import Image
+
+from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
-from fire_atlas.formats.pages.png import write_png
+from fire_atlas.formats.pages.png import write_png, write_small_png
+from fire_atlas.formats.pages.webp import write_webp
 from fire_atlas.recipe.output import Atlas
-
-_WEBP_EFFORT = {"fast": (0, 50), "small": (6, 100)}
-"""Pillow's ``method`` and ``quality``; both are lossless, and only take longer."""
-
-_OXIPNG_LEVEL, _OXIPNG_FILTERS = 2, ("NoOp", "Sub", "MinSum", "Entropy", "Bigrams", "Brute")
-"""On fire as small as level 4 to within 0.5 %, in a quarter of its time: more ways to filter rows
-pay, more ways to deflate them do not."""
 
 
 def write_page(file: BinaryIO, image: Bytes, settings: Atlas, workers: Workers) -> None:
     """Write an (H, W, 4) uint8 RGBA page."""
     match settings.format, settings.compression:
-        case "webp", _:
-            file.write(_webp(image, settings))
+        case "webp", compression:
+            write_webp(file, image, compression)
         case "png", "small":
-            whole = io.BytesIO()
-            write_png(whole, image, workers)
-            file.write(_smallest_png(whole.getvalue()))
+            write_small_png(file, image, workers)
         case _:
             write_png(file, image, workers)
 
 
-def _webp(image: Bytes, settings: Atlas) -> bytes:
-    from PIL import Image
+def read_page(path: Path, width: int, height: int) -> Bytes:
+    """Return the pixels of a page, (H, W, 4) uint8 RGBA as they were written.
 
-    method, quality = _WEBP_EFFORT[settings.compression]
-    whole = io.BytesIO()
-    # Exact: light and colour under alpha 0 are part of the picture.
-    Image.fromarray(image).save(
-        whole, "WEBP", lossless=True, exact=True, method=method, quality=quality
-    )
-    return whole.getvalue()
+    Raises:
+        SourceError: The file is missing, damaged, or no image of ``width`` x ``height`` px.
+    """
+    data = read_page_file(path, width, height)
+    try:
+        with Image.open(io.BytesIO(data)) as image:
+            # A small file has no channels that say nothing.
+            return np.array(image.convert("RGBA"))
+    except (OSError, SyntaxError) as error:
+        raise SourceError(f"{path}: is damaged ({error}); build the recipe again") from error
 
 
-def _smallest_png(png: bytes) -> bytes:
-    oxipng = import_module("oxipng")
-    filters = [getattr(oxipng.RowFilter, name) for name in _OXIPNG_FILTERS]
-    smaller: bytes = oxipng.optimize_from_memory(png, level=_OXIPNG_LEVEL, filter=filters)
-    return smaller
+def read_page_file(path: Path, width: int, height: int) -> bytes:
+    """Return the bytes of a page's file, of whose image only the header is looked at.
+
+    Raises:
+        SourceError: The file is missing, or no image of ``width`` x ``height`` px.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise SourceError(f"{path}: the page cannot be read ({error.strerror})") from None
+    try:
+        with Image.open(io.BytesIO(data), formats=["PNG", "WEBP"]) as image:
+            size = image.size
+    except (OSError, Image.DecompressionBombError) as error:
+        raise SourceError(f"{path}: is no PNG or WebP; build the recipe again") from error
+    if size != (width, height):
+        raise SourceError(
+            f"{path}: is {size[0]}x{size[1]}, but the atlas says {width}x{height}; "
+            f"build the recipe again"
+        )
+    return data

@@ -4,7 +4,8 @@ from typing import Any
 
 from fire_atlas import __version__
 from fire_atlas.atlas.layout import Animation, AtlasSheet, Region
-from fire_atlas.formats.atlas.map_entries import strengths
+from fire_atlas.channels.encoding import motion_encoding
+from fire_atlas.formats.atlas.maps import strengths
 from fire_atlas.formats.decimals import plain
 
 
@@ -49,24 +50,24 @@ def _motion(sheet: AtlasSheet) -> dict[str, Any] | None:
 
     ``pixels``, ``cell_uv``, ``cell_uv_per_second`` are [x, y] that a decoded 1 stands for.
     """
-    reading = next((each.motion for each in sheet.maps if each.motion), None)
-    if reading is None:
+    motion = sheet.motion
+    if motion is None:
         return None
-    strong = strengths(reading, sheet.fps)
+    encoding, strong = motion_encoding(motion.engine), strengths(motion, sheet.fps)
     return {
-        "engine": reading.engine,
-        "green": reading.green,
-        "neutral": reading.neutral,
-        "decode": reading.decode,
-        "this": reading.this,
-        "next": reading.following,
-        "unit": reading.unit,
-        "scale": plain(reading.scale, 9),
+        "engine": encoding.engine,
+        "green": encoding.green,
+        "neutral": encoding.neutral,
+        "decode": encoding.decode,
+        "this": encoding.this,
+        "next": encoding.following,
+        "unit": encoding.unit,
+        "scale": plain(motion.scale, 9),
         "pixels": strong["pixels"],
         "cell_uv": strong["cellUv"],
         "cell_uv_per_second": strong["cellUvPerSecond"],
-        "reach": [plain(length, 3) for length in reading.reach],
-        "gutter": reading.gutter and list(reading.gutter),
+        "reach": [plain(length, 3) for length in motion.reach],
+        "gutter": motion.gutter and list(motion.gutter),
     }
 
 

@@ -1,4 +1,4 @@
-"""What all text forms of flake tracks share: how exactly their numbers are told."""
+"""What all text forms of flake tracks share: how exactly their numbers are written."""
 
 import numpy as np
 

@@ -16,6 +16,7 @@ from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.formats.decimals import table_text
 from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite, frame_time
+from fire_atlas.formats.tracks.names import flakes_file
 from fire_atlas.formats.tracks.world import METRES, SPEED, place, velocity
 
 _ATTRIBUTES = {"id": 1, "P": 3, "v": 3, "Cd": 3, "alpha": 1, "pscale": 1, "age": 1, "life": 1}
@@ -54,8 +55,9 @@ def write_tracks_hjson(name: str, tracks: Tracks) -> OutputFile:
         "data_type": "linear",
     }
     body = b",\n".join(_frame(rows, i, frame_time(tracks, i)) for i, rows in enumerate(frames))
-    data = b'{"header": %s,\n"cache_data": {"frames": [\n%s\n]}}\n'
-    return OutputFile(f"{name}.flakes.hjson", "tracks", data % (json.dumps(header).encode(), body))
+    head = json.dumps(header).encode()
+    data = b'{"header": %s,\n"cache_data": {"frames": [\n%s\n]}}\n' % (head, body)
+    return OutputFile(flakes_file(name, "hjson"), "tracks", data)
 
 
 def _frame(rows: _Rows, frame: int, time: float) -> bytes:
@@ -70,9 +72,10 @@ def _points(tracks: Tracks) -> list[_Rows]:
     frame = np.repeat(np.arange(len(counts)), counts)
     row = dict(zip(COLUMNS, np.concatenate(tracks.frames).T, strict=True))
     born = frame / tracks.fps - row["age"]
+    began = frame - np.concatenate(tracks.moments)
     end = (len(counts) - 0.5) / tracks.fps
     points = np.column_stack([
-        _flights(row["id"], born, len(counts) / tracks.fps),
+        _run_ids(row["id"], began),
         place(tracks, row["x"], row["y"]),
         velocity(tracks, row["vx"], row["vy"]),
         row["r"], row["g"], row["b"], row["a"],
@@ -84,21 +87,18 @@ def _points(tracks: Tracks) -> list[_Rows]:
     return np.split(points[order], np.cumsum(counts)[:-1])
 
 
-def _flights(
-    ids: NDArray[np.float64], born: NDArray[np.float64], period: float
-) -> NDArray[np.float64]:
-    """Return an id for each flight: rows of an earlier round than their flake's last have another.
+def _run_ids(ids: NDArray[np.float64], began: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return an id for each unbroken run of frames: rows that come from before frame 0 have others.
 
     Args:
-        ids: (rows,) flakes.
-        born: (rows,) when their flight began, s; a whole period apart from round to round.
-        period: Duration of the loop, s.
+        ids: (rows,) ids of the tracks.
+        began: (rows,) the frame in which their flight began; of rows that have flown on from the
+            loop's last frame into frame 0 it is a whole loop earlier than of their id's others.
     """
-    _, flake = np.unique(ids, return_inverse=True)
-    latest = np.full(len(ids), -np.inf)
-    np.maximum.at(latest, flake, born)
-    earlier = latest[flake] - born > period / 2
-    return np.asarray(ids + earlier * (ids.max(initial=0) + 1), np.float64)
+    _, which = np.unique(ids, return_inverse=True)
+    latest = np.full(len(ids), np.iinfo(np.int64).min)
+    np.maximum.at(latest, which, began)
+    return np.asarray(ids + (began < latest[which]) * (ids.max(initial=0) + 1), np.float64)
 
 
 def _unseen(frames: Sequence[_Rows], fps: float) -> _Rows:

@@ -11,6 +11,7 @@ from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 from fire_atlas.formats.decimals import plain, table_text
 from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite
+from fire_atlas.formats.tracks.names import flakes_file
 from fire_atlas.formats.tracks.world import AXES, METRES, SPEED, place, velocity
 
 _PROPERTIES = {
@@ -52,7 +53,7 @@ def write_tracks_pcache(name: str, tracks: Tracks) -> OutputFile:
         "end_header",
     )
     data = "".join(f"{line}\n" for line in header).encode("ascii") + points
-    return OutputFile(f"{name}.flakes.pcache", "tracks", data)
+    return OutputFile(flakes_file(name, "pcache"), "tracks", data)
 
 
 def _points(tracks: Tracks) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.formats.decimals import table_text
 from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite, frame_time
+from fire_atlas.formats.tracks.names import flakes_file
 
 _DECIMALS = [0, DECIMALS["t"], *(DECIMALS[column] for column in COLUMNS)]
 
@@ -15,7 +16,7 @@ def write_tracks_csv(name: str, tracks: Tracks) -> OutputFile:
     assert_finite(tracks)
     header = ",".join(("frame", "t", *COLUMNS)) + "\n"
     frames = (_frame(tracks, i) for i in range(len(tracks.frames)))
-    return OutputFile(f"{name}.flakes.csv", "tracks", header.encode() + b"".join(frames))
+    return OutputFile(flakes_file(name, "csv"), "tracks", header.encode() + b"".join(frames))
 
 
 def _frame(tracks: Tracks, frame: int) -> bytes:

@@ -1,13 +1,29 @@
-"""Flake tracks as JSON: spawns to emit the flakes again, and every flake in every frame."""
+"""Flake tracks as JSON: spawns to emit the flakes again, and every flake in every frame.
+
+The form from which this tool reads tracks back, for ``preview`` and ``inspect``.
+"""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.errors import SourceError
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from fire_atlas.formats.atlas.json_hash import AtlasFile
 from fire_atlas.formats.decimals import plain, table_text
 from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite, frame_time
+from fire_atlas.formats.tracks.names import flakes_file, stem_of
+
+_AGE = COLUMNS.index("age")
+_BIRTH = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
+
+_LARGEST = 2.0**53
+"""No number of the tables comes near it, and whole ones are exact below."""
 
 
 def write_tracks_json(name: str, tracks: Tracks) -> OutputFile:
@@ -18,7 +34,7 @@ def write_tracks_json(name: str, tracks: Tracks) -> OutputFile:
     columns = json.dumps(COLUMNS).encode()
     frames = b",\n".join(_frame(tracks, i) for i in range(len(tracks.frames)))
     data = b'%s,\n"spawns": [\n%s\n],\n"columns": %s,\n"frames": [\n%s\n]}\n'
-    return OutputFile(f"{name}.flakes.json", "tracks", data % (head, spawns, columns, frames))
+    return OutputFile(flakes_file(name, "json"), "tracks", data % (head, spawns, columns, frames))
 
 
 def _head(name: str, tracks: Tracks) -> dict[str, Any]:
@@ -49,3 +65,87 @@ def _frame(tracks: Tracks, frame: int) -> bytes:
     decimals = [DECIMALS[column] for column in COLUMNS]
     rows = table_text(tracks.frames[frame], decimals, "[", ",", "],\n").removesuffix(b",\n")
     return b'{"i": %d, "t": %a, "rows": [\n%s]}' % (frame, frame_time(tracks, frame), rows)
+
+
+def read_all_tracks(atlas: AtlasFile) -> dict[str, Tracks]:
+    """Return the flakes of each animation of an atlas that lie beside it, by its name."""
+    names = [animation.name for animation in atlas.sheet.animations]
+    files = {name: flakes_file(stem_of(atlas.sheet.title, name), "json") for name in names}
+    found = {name: read_tracks(atlas.path.with_name(file)) for name, file in files.items()}
+    return {name: tracks for name, tracks in found.items() if tracks is not None}
+
+
+def read_tracks(path: Path) -> Tracks | None:
+    """Return the tracks in a file; None where there is no such file.
+
+    Whether flakes are drawn as squares is not written, nor which flight a row belongs to: this is
+    derived from births and ages.
+
+    Raises:
+        SourceError: The file is none that ``write_tracks_json`` made.
+    """
+    if not path.is_file():
+        return None
+    try:
+        return _tracks(json.loads(path.read_bytes()))
+    except (
+        KeyError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError
+    ) as error:  # fmt: skip
+        raise SourceError(
+            f"{path}: are no tracks that fire-atlas wrote ({type(error).__name__}: {error});"
+            " build the recipe again"
+        ) from error
+
+
+def _tracks(document: dict[str, Any]) -> Tracks:
+    order = [document["columns"].index(column) for column in COLUMNS]
+    births = [[spawn[column] for column in SPAWN_COLUMNS] for spawn in document["spawns"]]
+    spawns = _table(births, len(SPAWN_COLUMNS))
+    frames = [_table(frame["rows"], len(COLUMNS))[:, order] for frame in document["frames"]]
+    every, counts = np.concatenate(frames), [len(rows) for rows in frames]
+    flights = _flights(every[:, 0], spawns)
+    moments = _moments(every[:, _AGE] * document["fps"], flights)
+    ends = np.cumsum(counts)[:-1]
+    width, height = document["size"]
+    return Tracks(
+        fps=document["fps"],
+        width=width,
+        height=height,
+        loop=document["loop"],
+        seed=document["seed"],
+        spawns=spawns,
+        frames=tuple(frames),
+        flights=tuple(np.split(flights, ends)),
+        moments=tuple(np.split(moments, ends)),
+    )
+
+
+def _table(rows: Sequence[Any], columns: int) -> NDArray[np.float64]:
+    table = np.array(rows, np.float64).reshape(-1, columns)
+    if not (np.abs(table) < _LARGEST).all():
+        raise ValueError("a number is too large, or is none")
+    return table
+
+
+def _flights(ids: NDArray[np.float64], spawns: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return which flight each row belongs to: the first id of its flake.
+
+    All ids of one flake have the same birth but for the time, and the first of them is the least.
+
+    Args:
+        ids: (rows,) of all frames.
+        spawns: (ids, 9) births, columns ``SPAWN_COLUMNS``, by id.
+    """
+    births = map(tuple, spawns[:, _BIRTH].tolist())
+    first = dict[tuple[float, ...], float]()
+    known = zip(spawns[:, 0].tolist(), births, strict=True)
+    flight = {number: first.setdefault(birth, number) for number, birth in known}
+    return np.array([flight[number] for number in ids.tolist()], np.int64)
+
+
+def _moments(ages: NDArray[np.float64], flights: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return how many frames each row comes after the first of its flight; ``ages`` in frames."""
+    _, flight = np.unique(flights, return_inverse=True)
+    youngest = np.full(len(flights), np.inf)
+    np.minimum.at(youngest, flight, ages)
+    return np.asarray(np.rint(ages - youngest[flight]), np.int64)

@@ -1,11 +1,13 @@
 """The player, in the engine, flies the flakes as the tracks say."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -21,6 +23,7 @@ from fire_atlas.formats.product import Product
 from fire_atlas.pipeline.writers import exported_files
 from fire_atlas.recipe.output import GodotExport
 
+from ..any_tracks import any_tracks, flights_of
 from ..marked import marked
 from ..sheets import sheet_of_fire
 from .engine import Game
@@ -135,7 +138,7 @@ def some_tracks(*, hard: bool = False) -> Tracks:
     if hard:
         column |= {"size": np.array([1.0, 2.0, 2.0]), "stretch": np.ones(3)}
     frame = np.column_stack([column[name] for name in COLUMNS])
-    return Tracks(24, 60, 60, True, 0, spawns_of(3), (frame,) * 9, hard)
+    return replace(Tracks.once(24, (60, 60), 0, spawns_of(3), [frame] * 9, hard), loop=True)
 
 
 def spawns_of(count: int) -> Table:
@@ -203,7 +206,10 @@ def test_rows_are_joined_where_the_same_flake_goes_on() -> None:
 
     def tracks(*, loop: bool) -> Tracks:
         frames = (table(f1=1, f2=3), table(), table(f2=5, f3=0), table(f3=1, f1=0))
-        return Tracks(24, 60, 60, loop, 0, spawns_of(4), frames)
+        flights = tuple(frame[:, 0].astype(np.int64) for frame in frames)
+        ages = (frame[:, COLUMNS.index("age")] * 24 for frame in frames)
+        moments = tuple(np.rint(age).astype(np.int64) for age in ages)
+        return Tracks(24, 60, 60, loop, 0, spawns_of(4), frames, flights, moments)
 
     both = {"a": tracks(loop=True), "b": tracks(loop=False)}
     made = flake_arrays(both, {"a": (0, 0), "b": (10, 0)})
@@ -225,8 +231,7 @@ def test_a_flake_that_outlives_its_loop_goes_on_whatever_its_id() -> None:
         frame[:, COLUMNS.index("x")] = [age, 100 + age][: len(frame)]
         frame[:, COLUMNS.index("age")] = np.array([age + 0.4, age - 0.7][: len(frame)]) / 24
         rows.append(frame)
-    spawns, frames = wrapped(spawns_of(2), rows, 4, 24)
-    tracks = Tracks(24, 60, 60, True, 0, spawns, tuple(frames))
+    tracks = wrapped(Tracks.once(24, (60, 60), 0, spawns_of(2), rows), 4)
     made = flake_arrays({"a": tracks}, {"a": (0, 0)})
     (start,) = (i for i, x in enumerate(made.rows[:, 0]) if x == 0)
     seen = []
@@ -235,6 +240,20 @@ def test_a_flake_that_outlives_its_loop_goes_on_whatever_its_id() -> None:
         start = made.next[start]
     assert seen == list(range(11))
     assert sorted(made.next).count(-1) == 2
+
+
+@given(tracks=any_tracks())
+def test_rows_are_joined_into_the_flights_of_the_tracks(tracks: Tracks) -> None:
+    assume(any(len(frame) for frame in tracks.frames))
+    made = flake_arrays({"a": tracks}, {"a": (0, 0)})
+    chains = []
+    for start in set(range(len(made.next))) - set(made.next):
+        chain, row = [], start
+        while row >= 0:
+            chain.append(float(made.rows[row, 0]))
+            row = made.next[row]
+        chains.append(chain)
+    assert sorted(chains) == sorted(flights_of(tracks).values())
 
 
 def test_flakes_that_the_pixels_show_are_not_played_as_well() -> None:

@@ -1,7 +1,7 @@
 """Products for the exporter, and what it makes of them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,11 +23,13 @@ def some_tracks(frames: int = 3, fps: float = 24.0, *, loop: bool = True) -> Tra
     tables = []
     for i in range(frames):
         table = rng.uniform(0.2, 1, (max(5 - i, 0), len(COLUMNS)))
+        table[:, 0] = np.arange(len(table))
         table[:, 1:5] *= FRAME
         table[:, 5] *= 16
         table[:, 6] += 1
         tables.append(table)
-    return Tracks(fps, FRAME, FRAME, loop, 7, np.zeros((5, len(SPAWN_COLUMNS))), tuple(tables))
+    spawns = np.zeros((5, len(SPAWN_COLUMNS)))
+    return replace(Tracks.once(fps, (FRAME, FRAME), 7, spawns, tables), loop=loop)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from fire_atlas.effect.flakes.drawing import draw_flakes, draw_pixels
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.engines.unity.flake_tracks import Flight, flake_bytes
 from fire_atlas.engines.unity.names import player_name
-from fire_atlas.formats.tracks.tracks_file import read_tracks
+from fire_atlas.formats.tracks.tracks_json import read_tracks
 
 from .products import Fire, exported, some_tracks
 
@@ -138,7 +138,7 @@ def test_flakes_of_real_clips_fly_as_in_the_tracks(
     (tmp_path / "fire.yaml").write_text(json.dumps(recipe))
     assert main(["build", "-q", str(tmp_path / "fire.yaml")]) == 0
     build = tmp_path / "build"
-    tracks = read_tracks(build / "fire.json")
+    tracks = read_tracks(build / "fire.flakes.json")
     assert tracks is not None
     player = Player(compiled(build / "fire_flakes.cs"), build / "fire.flakes.bytes")
     count = len(tracks.frames)

@@ -1,10 +1,12 @@
-"""How each engine reads motion vectors: the signs, the unit, the bytes, the formula.
+"""How each engine's shaders encode motion vectors: the signs, the unit, the bytes, the formula.
 
-Inside the tool y points down; an engine whose V grows upwards has its green turned here.
+The one place that knows: what draws vectors, tests them, writes down how they are read or shows
+them looks it up here by the engine's name. Inside the tool y points down; an engine whose V grows
+upwards has its green turned here.
 """
 
 from dataclasses import dataclass
-from typing import assert_never
+from typing import Literal, assert_never
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,26 +17,26 @@ from fire_atlas.recipe.output import Engine
 
 
 @dataclass(frozen=True, slots=True)
-class Convention:
+class MotionEncoding:
     """What one engine's formula makes of a texel.
 
-    A byte b stands for (b − ``zero``) / ``span`` of the scale.
+    A byte b stands for (b − ``zero``) / ``span`` of the scale, which is the motion of a decoded 1.
 
     Attributes:
         engine: Whose formula it is.
-        green: What more than neutral means in G: ``up`` or ``down``. In R it always is ``right``.
+        green: What more than neutral means in G. In R it always is right.
         zero, span: Of the bytes. Where ``zero`` is no whole number, no byte means "no motion":
             the nearest drifts by half a step, 1/255 of the scale.
-        unit: What the scale counts: ``cell`` (the UV of one cell, 0..1) or ``pixel``.
+        unit: What the scale counts: the UV of one ``cell``, 0..1, or a ``pixel`` of the sheet.
         decode: The formula that turns a sample, 0..1, into -1..1.
         this, following: Where the frame that goes and the one that comes are sampled.
     """
 
-    engine: str
-    green: str
+    engine: Engine
+    green: Literal["up", "down"]
     zero: float
     span: float
-    unit: str
+    unit: Literal["cell", "pixel"]
     decode: str
     this: str
     following: str
@@ -44,9 +46,21 @@ class Convention:
         """The byte that means "no motion", or comes nearest."""
         return int(np.ceil(self.zero))
 
+    @property
+    def green_of_down(self) -> int:
+        """Sign that motion downwards has in G: 1 or -1."""
+        return 1 if self.green == "down" else -1
+
+    def unit_pixels(self, cell: tuple[int, int] | None) -> tuple[float, float]:
+        """Return how many px one unit of the scale is, along x and y, in cells of that size, px."""
+        if self.unit == "pixel":
+            return 1.0, 1.0
+        assert cell is not None, "the recipe saw to it that there are cells"
+        return float(cell[0]), float(cell[1])
+
     def encode(self, share: Vectors) -> Bytes:
         """Return R and G, (h, w, 2) uint8, of vectors as shares of the scale, y down."""
-        turned = share * np.array([1, -1 if self.green == "up" else 1], np.float32)
+        turned = share * np.array([1, self.green_of_down], np.float32)
         clipped = np.clip(turned, -1, 1) * np.float32(self.span) + np.float32(self.zero)
         # Upwards from between two bytes, so that no motion is the neutral byte.
         return np.asarray(np.clip(np.floor(clipped + np.float32(0.5)), 0, 255), np.uint8)
@@ -59,15 +73,15 @@ class Convention:
 _UV = ("rg * 2 - 1", "uv - mv * scale * blend", "uv + mvNext * scale * (1 - blend)")
 
 
-def convention(engine: Engine) -> Convention:
-    """Return how ``engine`` reads motion vectors."""
+def motion_encoding(engine: Engine) -> MotionEncoding:
+    """Return how ``engine`` encodes motion vectors."""
     match engine:
         case "unity":
-            return Convention("unity", "up", 127.5, 127.5, "cell", *_UV)
+            return MotionEncoding("unity", "up", 127.5, 127.5, "cell", *_UV)
         case "unreal":
-            return Convention("unreal", "down", 127.5, 127.5, "cell", *_UV)
+            return MotionEncoding("unreal", "down", 127.5, 127.5, "cell", *_UV)
         case "godot":
-            return Convention(
+            return MotionEncoding(
                 "godot", "down", 128, 127, "pixel", "(rg * 255 - 128) / 127",
                 "position - mv * scale * blend", "position + mvNext * scale * (1 - blend)",
             )  # fmt: skip

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fire_atlas.channels.conventions import convention
+from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.recipe.output import Engine
 
 ENGINES: tuple[Engine, ...] = ("unity", "unreal", "godot")
@@ -13,7 +13,7 @@ ENGINES: tuple[Engine, ...] = ("unity", "unreal", "godot")
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_no_motion_decodes_to_next_to_nothing(engine: Engine) -> None:
-    reads = convention(engine)
+    reads = motion_encoding(engine)
     still = reads.encode(np.zeros((1, 1, 2), np.float32))
     assert still.tolist() == [[[128, 128]]]
     assert reads.neutral == 128
@@ -21,7 +21,7 @@ def test_no_motion_decodes_to_next_to_nothing(engine: Engine) -> None:
 
 
 def test_godot_knows_no_motion_exactly() -> None:
-    reads = convention("godot")
+    reads = motion_encoding("godot")
     assert not reads.decoded(reads.encode(np.zeros((3, 2, 2), np.float32))).any()
 
 
@@ -31,7 +31,7 @@ def test_a_vector_comes_back_in_the_engines_axes(
     engine: Engine, up: int, x: float, y: float
 ) -> None:
     """R is right for all; G is up for Unity only. Half a step of 255 may be lost."""
-    reads = convention(engine)
+    reads = motion_encoding(engine)
     rise = np.float32(-y)  # the tool's y points down
     decoded = reads.decoded(reads.encode(np.array([[[x, y]]], np.float32)))[0, 0]
     assert decoded == pytest.approx([x, up * rise], abs=0.5 / 127 + 1e-5)

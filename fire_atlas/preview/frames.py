@@ -1,0 +1,70 @@
+"""The frames of a finished atlas, cut out of its pages."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from fire_atlas.atlas.layout import Region
+from fire_atlas.core.errors import SourceError
+from fire_atlas.core.pixels import Bytes
+from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.pages.page_file import read_page
+
+
+def cut_frames(atlas: AtlasFile) -> Iterator[Bytes]:
+    """Yield every frame at its full size, (H, W, 4) uint8 RGBA as stored, in playing order.
+
+    Raises:
+        SourceError: A page file is missing, or is not what the atlas says.
+    """
+    pages: dict[int, Bytes] = {}
+    for frame in atlas.frames:
+        if frame.page not in pages:
+            page = atlas.sheet.pages[frame.page]
+            path = atlas.path.with_name(page.file)
+            pages = {frame.page: read_page(path, page.width, page.height)}
+        cut = _cut(pages[frame.page], frame)
+        if cut is None:
+            raise SourceError(
+                f"{atlas.path}: {frame.name} lies outside of its page or of its own frame"
+            )
+        yield cut
+
+
+def staged_frames(atlas: AtlasFile) -> Iterator[Bytes]:
+    """Yield every frame on a canvas that holds all of them, their pivots in one place."""
+    (width, height), places = stage(atlas.frames)
+    for frame, (x, y) in zip(cut_frames(atlas), places, strict=True):
+        canvas = np.zeros((height, width, 4), np.uint8)
+        canvas[y : y + frame.shape[0], x : x + frame.shape[1]] = frame
+        yield canvas
+
+
+def stage(frames: Sequence[Region]) -> tuple[tuple[int, int], list[tuple[int, int]]]:
+    """Return the size of a canvas that holds all ``frames`` with their pivots in one place, and
+    where on it the top-left corner of each whole frame is, px."""
+    pivots = [
+        (round(f.anchor[0] * f.frame_width), round(f.anchor[1] * f.frame_height)) for f in frames
+    ]
+    left, top = max(x for x, _ in pivots), max(y for _, y in pivots)
+    right = max(f.frame_width - x for f, (x, _) in zip(frames, pivots, strict=True))
+    bottom = max(f.frame_height - y for f, (_, y) in zip(frames, pivots, strict=True))
+    return (left + right, top + bottom), [(left - x, top - y) for x, y in pivots]
+
+
+def _cut(page: Bytes, frame: Region) -> Bytes | None:
+    """Return a whole frame; None where it lies outside of its page or of its own size."""
+    full = np.zeros((frame.frame_height, frame.frame_width, 4), np.uint8)
+    cell = _window(page, frame.x, frame.y, *frame.page_size)
+    if frame.turned:
+        cell = np.rot90(cell)
+    target = _window(full, frame.trim_x, frame.trim_y, frame.width, frame.height)
+    if cell.shape != target.shape or cell.shape[:2] != (frame.height, frame.width):
+        return None
+    target[:] = cell
+    return full
+
+
+def _window(image: Bytes, x: int, y: int, width: int, height: int) -> Bytes:
+    """Return the part of ``image`` at (x, y); empty for negative places."""
+    return image[y : y + height, x : x + width] if min(x, y) >= 0 else image[:0, :0]
