@@ -63,7 +63,7 @@ def learn_motion(
     """Return the motion of an animation; all 0 where it does not help on held-out frames.
 
     Args:
-        pictures: Every frame, small: see ``flow.picture``.
+        pictures: Every frame, small: see ``channels.flow.picture``.
         skipped: By frame, of some, what the source shows between it and the next, small, and
             after how much of the step.
         size: Width and height of a frame, px.

@@ -27,10 +27,10 @@ def noisy_flame(width: int, height: int) -> Bytes:
     return image
 
 
-def png_of(image: Bytes, jobs: int = 1, *, is_colour: bool = True) -> bytes:
+def png_of(image: Bytes, jobs: int = 1) -> bytes:
     file = io.BytesIO()
     with Workers(jobs) as workers:
-        write_png(file, image, workers, is_colour=is_colour)
+        write_png(file, image, workers)
     return file.getvalue()
 
 
@@ -77,11 +77,6 @@ def test_every_chunk_and_checksum_is_right(width: int, height: int) -> None:
     assert len(inflate.decompress(stream)) == height * (1 + 4 * width)
     assert inflate.eof
     assert not inflate.unused_data
-
-
-def test_a_map_of_data_is_not_marked_as_srgb() -> None:
-    kinds = [kind for kind, _ in chunks_of(png_of(noisy_flame(4, 4), is_colour=False))]
-    assert b"sRGB" not in kinds
 
 
 def test_a_flame_deflates_about_as_well_as_by_the_slowest_of_opencv() -> None:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from fire_atlas.atlas.layout import AtlasSheet
 from fire_atlas.core.output_file import OutputFile, Role
-from fire_atlas.engines.unity.flake_tracks import Flight, flake_bytes
+from fire_atlas.engines.unity.flake_tracks import AnimationFlakes, flake_bytes
 from fire_atlas.engines.unity.geometry import max_texture_size, pivot_px
 from fire_atlas.engines.unity.identity import guid_of, guids_in, part_id
 from fire_atlas.engines.unity.meta import (
@@ -133,15 +133,15 @@ class _Export:
         if self.options.assembly:
             yield from self.text(f"{self.options.namespace}.asmdef", "assembly.asmdef.j2")
         yield from self.shader(f"{self.name}.flakes", "flakes.shader.j2", ("_Hdr",))
-        yield from self.asset(f"{self.name}.flakes.bytes", flake_bytes(self.flights()))
+        yield from self.asset(f"{self.name}.flakes.bytes", flake_bytes(self.flakes_by_animation()))
 
-    def flights(self) -> Iterator[Flight]:
+    def flakes_by_animation(self) -> Iterator[AnimationFlakes]:
         """Yield the flakes of each animation."""
         sheet = self.product.sheets[0]
         first = {each.name: each.frames[0] for each in sheet.animations}
         pivots = {region.name: pivot_px(region) for region in sheet.regions}
         for animation, tracks in self.product.tracks.items():
-            yield Flight(self.states[animation], pivots[first[animation]], tracks)
+            yield AnimationFlakes(self.states[animation], pivots[first[animation]], tracks)
 
     def effect(self, sheet: AtlasSheet) -> Iterator[OutputFile]:
         """Yield the pages' ``.meta``, animations, controller and prefab of one scale."""

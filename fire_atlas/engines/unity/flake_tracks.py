@@ -15,7 +15,7 @@ rows                  24 bytes a flake and frame, of all frames of all animation
 ====================  =====================================================================
 
 A row is x, y (float32) and dx, dy, size, stretch, rotation, r, g, b (float16): px, y down, as in
-``flakes.tracks``; dx, dy the way to the next frame; r g b the linear light at the centre.
+``effect.flakes.tracks``; dx, dy the way to the next frame; r g b the linear light at the centre.
 """
 
 from collections.abc import Iterable
@@ -39,7 +39,7 @@ _LARGEST = float(np.finfo(np.float16).max)
 
 
 @dataclass(frozen=True, slots=True)
-class Flight:
+class AnimationFlakes:
     """The flakes of one animation.
 
     Attributes:
@@ -53,21 +53,21 @@ class Flight:
     tracks: Tracks
 
 
-def flake_bytes(flights: Iterable[Flight]) -> bytes:
+def flake_bytes(animations: Iterable[AnimationFlakes]) -> bytes:
     """Return the file."""
-    flights = list(flights)
-    heads = [b"FAFL", _ints(_VERSION, len(flights)), *map(_head, flights)]
-    rows = [_rows(flight.tracks).tobytes() for flight in flights]
+    animations = list(animations)
+    heads = [b"FAFL", _ints(_VERSION, len(animations)), *map(_head, animations)]
+    rows = [_rows(animation.tracks).tobytes() for animation in animations]
     return b"".join(heads + rows)
 
 
-def _head(flight: Flight) -> bytes:
-    tracks, state = flight.tracks, flight.state.encode()
+def _head(animation: AnimationFlakes) -> bytes:
+    tracks, state = animation.tracks, animation.state.encode()
     return b"".join([
         _ints(len(state)), state,
         _floats(tracks.fps),
         _ints(tracks.loop, tracks.hard),
-        _floats(*flight.pivot),
+        _floats(*animation.pivot),
         _ints(len(tracks.frames), *map(len, tracks.frames)),
     ])  # fmt: skip
 

@@ -2,7 +2,7 @@
 
 import io
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, assert_never
 
 import numpy as np
 from PIL import Image
@@ -17,13 +17,14 @@ from fire_atlas.recipe.output import Atlas
 
 def write_page(file: BinaryIO, image: Bytes, settings: Atlas, workers: Workers) -> None:
     """Write an (H, W, 4) uint8 RGBA page."""
-    match settings.format, settings.compression:
-        case "webp", compression:
-            write_webp(file, image, compression)
-        case "png", "small":
-            write_small_png(file, image, workers)
+    match settings.format:
+        case "webp":
+            write_webp(file, image, settings.compression)
+        case "png":
+            write = write_small_png if settings.compression == "small" else write_png
+            write(file, image, workers)
         case _:
-            write_png(file, image, workers)
+            assert_never(settings.format)
 
 
 def read_page(path: Path, width: int, height: int) -> Bytes:

@@ -38,17 +38,13 @@ class _Band(NamedTuple):
     """Bytes before deflation."""
 
 
-def write_png(file: BinaryIO, image: Bytes, workers: Workers, *, is_colour: bool = True) -> None:
-    """Write an (H, W, 4) uint8 RGBA image to ``file``, band by band.
-
-    ``is_colour`` marks the picture as sRGB; a map of data, such as motion vectors, is none.
-    """
+def write_png(file: BinaryIO, image: Bytes, workers: Workers) -> None:
+    """Write an (H, W, 4) uint8 RGBA image to ``file``, band by band."""
     image = np.ascontiguousarray(image)
     height, width = image.shape[:2]
     file.write(_SIGNATURE)
     _write_chunk(file, b"IHDR", struct.pack(">II", width, height) + _HEADER_OF_RGBA8)
-    if is_colour:
-        _write_chunk(file, b"sRGB", _PERCEPTUAL)
+    _write_chunk(file, b"sRGB", _PERCEPTUAL)
     _write_chunk(file, b"IDAT", _ZLIB_HEADER)
     adler = 1
     for band in workers.map(lambda top: _deflate_band(image, top), range(0, height, _BAND)):

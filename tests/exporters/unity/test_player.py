@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fire_atlas.cli import main
 from fire_atlas.effect.flakes.drawing import draw_flakes, draw_pixels
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
-from fire_atlas.engines.unity.flake_tracks import Flight, flake_bytes
+from fire_atlas.engines.unity.flake_tracks import AnimationFlakes, flake_bytes
 from fire_atlas.engines.unity.names import player_name
 from fire_atlas.formats.tracks.tracks_json import read_tracks
 
@@ -195,7 +195,7 @@ def test_hard_flakes_are_squares_on_whole_pixels_for_a_frame(tmp_path: Path) -> 
     frame = np.column_stack([column[name] for name in COLUMNS])
     tracks = replace(some_tracks(2), frames=(frame, frame), hard=True)
     player = player_of(Fire({"fire": 2}), tmp_path)
-    player.tracks.write_bytes(flake_bytes([Flight("fire", (30, 54), tracks)]))
+    player.tracks.write_bytes(flake_bytes([AnimationFlakes("fire", (30, 54), tracks)]))
     baked = draw_pixels(frame, tracks.height, tracks.width)
     for quads in player.flakes("show", "fire", [0, 0.7]):
         np.testing.assert_allclose(picture_of(quads, tracks), baked, rtol=2e-3, atol=1e-6)
@@ -246,6 +246,6 @@ def test_numbers_beyond_half_precision_are_held(tmp_path: Path) -> None:
     tracks = some_tracks(2)
     tracks.frames[0][:, COLUMNS.index("r")] = 1e6
     player = player_of(Fire({"fire": 2}), tmp_path)
-    player.tracks.write_bytes(flake_bytes([Flight("fire", (0, 0), tracks)]))
+    player.tracks.write_bytes(flake_bytes([AnimationFlakes("fire", (0, 0), tracks)]))
     (quads,) = player.flakes("show", "fire", [0])
     assert quads[:, 6].max() == 65504
