@@ -35,7 +35,7 @@ _Rows = NDArray[np.float64]
 def write_tracks_hjson(name: str, tracks: Tracks) -> OutputFile:
     """Return ``name.flakes.hjson``: every flake in every frame, the oldest of a frame first.
 
-    Metres with y up, as Houdini has them (``formats.tracks.world``); ``Cd`` is linear light that may
+    Metres with y up, as Houdini has them (``tracks.world``); ``Cd`` is linear light that may
     exceed 1, ``pscale`` the width. Lives of flakes that are cut off by the end are shortened to it.
     The first frame always has a point: where it has no flake, one without size and light.
     """
