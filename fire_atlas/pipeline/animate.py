@@ -58,7 +58,6 @@ def animate(recipe: Recipe, clip: Clip, azimuth: float, context: BuildContext) -
             _note_flakes_left(clip, tracks, recipe.timeline.loop, context)
             clip, tracks = _without_dark_end(clip, tracks)
     simulated, settings = SimulatedClip(clip, study, analysis, tracks), RenderSettings.of(recipe)
-    bakes_flakes = settings.bakes_flakes
     with clock.measure("render"):
         frames = render(simulated, settings, context)
     between = flames_between(simulated, settings, context)
@@ -70,7 +69,7 @@ def animate(recipe: Recipe, clip: Clip, azimuth: float, context: BuildContext) -
         foot=study.base,
         motion=motion,
         tracks=tracks,
-        bakes_flakes=bakes_flakes,
+        bakes_flakes=settings.bakes_flakes,
         statistics=_statistics(clip, tracks),
     )
 

@@ -43,13 +43,19 @@ class SimulatedClip:
 
 @dataclass(frozen=True, slots=True)
 class RenderSettings:
-    """The sections of a recipe that drawing a frame reads, and whether its light is measured."""
+    """The sections of a recipe that drawing a frame reads.
+
+    Attributes:
+        bakes_flakes: Whether flakes are drawn into the pixels of the pages.
+        measures_light: Whether the light of each frame is measured.
+    """
 
     motion_blur: MotionBlurOrNone
     flakes: FlakesOrNone
     composite: Composite
     atlas: Atlas
     maps: Maps
+    bakes_flakes: bool
     measures_light: bool
 
     @classmethod
@@ -61,13 +67,9 @@ class RenderSettings:
             composite=recipe.composite,
             atlas=recipe.atlas,
             maps=recipe.maps,
+            bakes_flakes=recipe.flakes != "none" and recipe.flakes.bake,
             measures_light="light" in recipe.tracks,
         )
-
-    @property
-    def bakes_flakes(self) -> bool:
-        """Whether flakes are in the pixels of the pages."""
-        return self.flakes != "none" and self.flakes.bake
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,9 +91,11 @@ def layers_of(i: int, simulated: SimulatedClip, settings: RenderSettings) -> Lay
     """Return frame ``i`` as flame and flakes."""
     clip, tracks, flakes = simulated.clip, simulated.tracks, settings.flakes
     flame = flame_of(i, clip.picture(i), simulated, settings)
-    if tracks is None or flakes == "none" or not (flakes.bake or settings.maps.flakes):
+    is_seen = settings.bakes_flakes or settings.maps.flakes
+    if tracks is None or flakes == "none" or not is_seen:
         return Layers(flame)
-    return Layers(flame, draw(flakes, tracks.frames[i], clip.height, clip.width), flakes.bake)
+    light = draw(flakes, tracks.frames[i], clip.height, clip.width)
+    return Layers(flame, light, settings.bakes_flakes)
 
 
 def flame_of(
