@@ -62,7 +62,7 @@ class Timeline(Settings):
         if self.loop == "pingpong" and self.fps is None and self.frames and self.frames % 2:
             yield Problem(
                 ("frames",),
-                f"a pingpong has an even number of frames; {self.frames + 1} or "
+                f"a pingpong has an even number of frames; frames: {self.frames + 1} or "
                 f"{max(self.frames - 1, 2)} would be one",
             )
 
