@@ -151,7 +151,7 @@ def advice(path: Path, *overrides: str) -> list[str]:
         (
             "timeline:\n  loop: pingpong\n  frames: 5",
             "4: timeline.frames",
-            "a pingpong has an even number of frames; 6 or 4 would be one",
+            "a pingpong has an even number of frames; frames: 6 or 4 would be one",
         ),
         (
             "flakes: none\ntimeline:\n  tail: true",
