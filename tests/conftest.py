@@ -7,6 +7,10 @@ from pathlib import Path
 from typing import NoReturn
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("untimed", deadline=None)  # timings live in benchmarks
+settings.load_profile("untimed")
 
 # Test files are imported one by one (--import-mode=importlib), so helpers need a place on the path.
 sys.path += [

@@ -39,7 +39,7 @@ class Batch(NamedTuple):
 
     Attributes:
         widths, heights: (B, n), the rectangles as each page takes them.
-        owners: (n,): columns of one owner are one rectangle, upright and turned.
+        owners: (n,): columns of one owner are one rectangle, upright and rotated.
         page_widths, page_heights: (B,), room on each page.
         wishes: (B, n), points every rectangle has of its own; -inf leaves it out.
     """

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TypeAlias
 
-from fire_atlas.atlas.layout import Box, Sprite
+from fire_atlas.atlas.sheet import Box, Sprite
 from fire_atlas.atlas.trim import part, visible_box
 
 _Look: TypeAlias = tuple[int, int, int, int, int, int, bytes]

@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.atlas.layout import Sprite
+from fire_atlas.atlas.sheet import Sprite
 from fire_atlas.atlas.shrink import shrink
 from fire_atlas.atlas.trim import trimmed
 from fire_atlas.core.picture import Picture, as_light, where_covered

@@ -4,9 +4,9 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from fire_atlas.atlas.layout import Grid
 from fire_atlas.atlas.pack import Packing, Place
 from fire_atlas.atlas.page_rules import PageRules, Size, effective_area
+from fire_atlas.atlas.sheet import Grid
 
 _MOST = 512
 """Most columns, and most rows."""

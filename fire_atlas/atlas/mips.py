@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.atlas.sheet import AtlasSheet
 
 _TOGETHER = 256
 """Frames compared with all others at a time."""

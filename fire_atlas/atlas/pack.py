@@ -15,13 +15,13 @@ from fire_atlas.atlas.search import FilledPage, Search
 class Place(NamedTuple):
     """Where a rectangle went: index of the page, and its top-left corner there, px.
 
-    A ``turned`` one takes its height across and its width down.
+    A ``rotated`` one takes its height across and its width down.
     """
 
     page: int
     x: int
     y: int
-    turned: bool = False
+    rotated: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,9 +66,9 @@ _Page = tuple[list[int], FilledPage]
 
 def _packing(pages: list[_Page]) -> Packing:
     places = {
-        numbers[put.number]: Place(page, put.x, put.y, put.turned)
+        numbers[each.number]: Place(page, each.x, each.y, each.rotated)
         for page, (numbers, filled) in enumerate(pages)
-        for put in filled.puts
+        for each in filled.placements
     }
     return Packing(
         tuple(filled.size for _, filled in pages), tuple(places[i] for i in range(len(places)))
@@ -81,7 +81,7 @@ def _by_size(padded: list[Size], rules: PageRules, tries: int) -> list[_Page]:
     while numbers:
         page = Search([padded[i] for i in numbers], rules).best(tries)
         pages.append((numbers, page))
-        placed = {numbers[put.number] for put in page.puts}
+        placed = {numbers[each.number] for each in page.placements}
         numbers = [i for i in numbers if i not in placed]
     return pages
 

@@ -6,36 +6,36 @@ from dataclasses import replace
 
 from fire_atlas.atlas.dedupe import originals
 from fire_atlas.atlas.grid import pack_grid
-from fire_atlas.atlas.layout import Animation, AtlasSheet, Box, Grid, Page, Region, Strip
 from fire_atlas.atlas.mips import safe_mips
 from fire_atlas.atlas.pack import QUICK, THOROUGH, Packing, pack
 from fire_atlas.atlas.page_rules import PageRules
+from fire_atlas.atlas.sheet import Animation, AnimationFrames, AtlasSheet, Box, Grid, Page, Region
 from fire_atlas.atlas.trim import Trim, boxes, up_to
 from fire_atlas.core.errors import OutputError
 from fire_atlas.recipe.output import Atlas, Pivot
 
 
-def lay_out(
+def build_sheets(
     name: str,
-    strips: Sequence[Strip],
+    animations: Sequence[AnimationFrames],
     settings: Atlas,
     *,
     margin: int = 0,
     shares: bool = True,
 ) -> tuple[AtlasSheet, ...]:
-    """Return the sheet of all ``strips`` in each scale, the largest first; all have one layout.
+    """Return the sheet of all ``animations`` in each scale, the largest first; all have one layout.
 
     Args:
         name: File stem of the outputs.
-        strips: The animations.
+        animations: The animations.
         settings: What pages may be like.
         margin: px that are left around a frame where it is cut.
         shares: Whether frames with the same pixels may have one place.
     """
     grid = round(1 / settings.scales[-1])
     trim = _trim_of(settings)
-    parts = [part for strip in strips for part in boxes(strip.sprites, trim, grid, margin)]
-    sprites = [sprite for strip in strips for sprite in strip.sprites]
+    parts = [part for each in animations for part in boxes(each.sprites, trim, grid, margin)]
+    sprites = [sprite for animation in animations for sprite in animation.sprites]
     keeps_all = settings.layout == "grid" or not (settings.dedupe and shares)
     own = list(range(len(parts))) if keeps_all else originals(sprites, parts)
     packing, cells = _packed(parts, own, settings, grid)
@@ -43,29 +43,29 @@ def lay_out(
         name=name,
         title=name,
         scale=1.0,
-        fps=1000 / strips[0].duration,
+        fps=1000 / animations[0].duration,
         alpha=settings.alpha,
         blend_space=settings.blend_space,
         image_format=settings.format,
         pages=tuple(Page("", *size) for size in packing.pages),
-        regions=tuple(_regions(name, strips, parts, packing, settings, grid)),
-        animations=_animations(name, strips),
+        regions=tuple(_regions(name, animations, parts, packing, settings, grid)),
+        animations=_listed(name, animations),
         grid=cells,
     )
     return tuple(_variant(whole, scale, settings) for scale in settings.scales)
 
 
-def _animations(name: str, strips: Sequence[Strip]) -> tuple[Animation, ...]:
+def _listed(name: str, animations: Sequence[AnimationFrames]) -> tuple[Animation, ...]:
     """Name all frames: ``campfire/0000`` where there is one animation, else ``name/walk/0000``."""
-    if [strip.name for strip in strips] == [name]:
-        return (_animation(strips[0], name),)
-    return tuple(_animation(strip, f"{name}/{strip.name}") for strip in strips)
+    if [each.name for each in animations] == [name]:
+        return (_with_frame_names(animations[0], name),)
+    return tuple(_with_frame_names(each, f"{name}/{each.name}") for each in animations)
 
 
-def _animation(strip: Strip, prefix: str) -> Animation:
-    digits = max(4, len(str(len(strip.sprites) - 1)))
-    names = (f"{prefix}/{i:0{digits}}" for i in range(len(strip.sprites)))
-    return Animation(strip.name, tuple(names), strip.loop)
+def _with_frame_names(animation: AnimationFrames, prefix: str) -> Animation:
+    digits = max(4, len(str(len(animation.sprites) - 1)))
+    names = (f"{prefix}/{i:0{digits}}" for i in range(len(animation.sprites)))
+    return Animation(animation.name, tuple(names), animation.loop)
 
 
 def _trim_of(settings: Atlas) -> Trim:
@@ -132,21 +132,21 @@ def _refuse_too_large(parts: Sequence[Box], edges: int, rules: PageRules, grid: 
 
 def _regions(
     title: str,
-    strips: Sequence[Strip],
+    animations: Sequence[AnimationFrames],
     parts: Sequence[Box],
     packing: Packing,
     settings: Atlas,
     grid: int,
 ) -> list[Region]:
     frames = [
-        (strip, sprite, name)
-        for strip, animation in zip(strips, _animations(title, strips), strict=True)
-        for sprite, name in zip(strip.sprites, animation.frames, strict=True)
+        (animation, sprite, name)
+        for animation, listed in zip(animations, _listed(title, animations), strict=True)
+        for sprite, name in zip(animation.sprites, listed.frames, strict=True)
     ]
     regions = []
-    for (strip, sprite, name), part, place in zip(frames, parts, packing.places, strict=True):
+    for (animation, sprite, name), part, place in zip(frames, parts, packing.places, strict=True):
         width, height = up_to(grid, sprite.frame_width), up_to(grid, sprite.frame_height)
-        foot = strip.foot and (_snapped(strip.foot[0], grid), _snapped(strip.foot[1], grid))
+        foot = animation.foot and _snapped(animation.foot, grid)
         x, y = _pivot(settings.pivot, sprite.frame_width, sprite.frame_height, foot)
         regions.append(
             Region(
@@ -156,13 +156,13 @@ def _regions(
                 y=place.y,
                 width=part.width,
                 height=part.height,
-                turned=place.turned,
+                rotated=place.rotated,
                 trim_x=part.x,
                 trim_y=part.y,
                 frame_width=width,
                 frame_height=height,
                 anchor=(x / width, y / height),
-                duration=strip.duration,
+                duration=animation.duration,
             )
         )
     return regions
@@ -184,10 +184,11 @@ def _pivot(
     return pivot[0] * width, pivot[1] * height
 
 
-def _snapped(length: float, grid: int) -> int:
-    """Return the nearest multiple of ``grid`` px: a foot between pixels would blur every frame of
-    a sprite that stands on whole ones."""
-    return math.floor(length / grid + 0.5) * grid
+def _snapped(foot: tuple[float, float], grid: int) -> tuple[float, float]:
+    """Return the nearest point on multiples of ``grid`` px: a foot between pixels would blur every
+    frame of a sprite that stands on whole ones."""
+    x, y = (math.floor(length / grid + 0.5) * grid for length in foot)
+    return x, y
 
 
 def _variant(whole: AtlasSheet, scale: float, settings: Atlas) -> AtlasSheet:

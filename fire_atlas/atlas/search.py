@@ -36,16 +36,16 @@ _NEAR = 1.0005
 _PROBES = 16
 
 
-class Put(NamedTuple):
+class Placement(NamedTuple):
     """A rectangle, by its number, and where its top-left corner went on its page, px.
 
-    A ``turned`` one takes its height across and its width down.
+    A ``rotated`` one takes its height across and its width down.
     """
 
     number: int
     x: int
     y: int
-    turned: bool
+    rotated: bool
 
 
 class Guess(NamedTuple):
@@ -68,12 +68,12 @@ class FilledPage(NamedTuple):
     Attributes:
         missing: Area of what was not placed.
         size: Width and height of the page.
-        puts: What lies where.
+        placements: What lies where.
     """
 
     missing: int
     size: Size
-    puts: tuple[Put, ...]
+    placements: tuple[Placement, ...]
 
 
 class Trial(NamedTuple):
@@ -85,7 +85,8 @@ class Trial(NamedTuple):
         used: Area of the part of it that is taken.
         size: Width and height of the page.
         guess: What it came from.
-        x, y: Where each rectangle went, upright ones before turned ones, px; x is -1 if it did not.
+        x, y: Where each rectangle went, upright ones first, then rotated ones, px; x is -1
+            if it did not.
     """
 
     missing: int
@@ -126,7 +127,7 @@ class Search:
             varied = self._variations(trials[:_PARENTS], together, generation)
             trials = self._sorted(trials + self._try(varied))
         chosen = self._squarest(trials)
-        return FilledPage(chosen.missing, chosen.size, tuple(self._puts(chosen)))
+        return FilledPage(chosen.missing, chosen.size, tuple(self._placements(chosen)))
 
     def leading(self) -> int:
         """Return how many rectangles, from the first on, surely fit on one page together."""
@@ -208,11 +209,11 @@ class Search:
         """Return the best trials: all placed, or the most; then small; then leaving much unused."""
         return sorted(trials, key=lambda t: (t.missing, t.area, t.used, max(t.size)))[:_KEPT]
 
-    def _puts(self, trial: Trial) -> Iterator[Put]:
+    def _placements(self, trial: Trial) -> Iterator[Placement]:
         count, border = len(self._numbers), self._rules.border
         for i in np.flatnonzero(trial.x >= 0).tolist():
             x, y = int(trial.x[i]) + border, int(trial.y[i]) + border
-            yield Put(self._numbers[i % count], x, y, i >= count)
+            yield Placement(self._numbers[i % count], x, y, i >= count)
 
     def _squarest(self, trials: list[Trial]) -> Trial:
         best = trials[0]

@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.atlas.layout import Box, Sprite
+from fire_atlas.atlas.sheet import Box, Sprite
 from fire_atlas.core.pixels import Bytes
 
 Trim = Literal["frame", "animation", "none"]

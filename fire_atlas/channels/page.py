@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from fire_atlas.atlas.drawing import Edges
-from fire_atlas.atlas.layout import AtlasSheet, Box, Region
+from fire_atlas.atlas.sheet import AtlasSheet, Box, Region
 from fire_atlas.channels.encoding import MotionEncoding
 from fire_atlas.channels.flow import Vectors
 from fire_atlas.channels.motion import Moving

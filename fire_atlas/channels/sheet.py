@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from fire_atlas.atlas.layout import AtlasSheet, MotionScale, SheetMap
+from fire_atlas.atlas.sheet import AtlasSheet, MotionScale, SheetMap
 from fire_atlas.channels.encoding import MotionEncoding
 from fire_atlas.channels.motion import Motion
 from fire_atlas.recipe.output import Layer

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from fire_atlas.atlas.layout import AtlasSheet, Strip
+from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet
 from fire_atlas.channels.cross_validation import motion_statistics
 from fire_atlas.channels.motion import Motion
 from fire_atlas.effect.composition.light import ClipLight
@@ -40,10 +40,10 @@ class FinishedAnimation:
     bakes_flakes: bool = False
     statistics: Mapping[str, Any] = field(default_factory=dict)
 
-    def strip(self, name: str) -> Strip:
+    def frames_for_pages(self, name: str) -> AnimationFrames:
         """Return what goes onto the pages, of the largest scale, under the name ``name``."""
         sprites = tuple(frame.sprites[0] for frame in self.frames)
-        return Strip(name, sprites, 1000 / self.fps, self.loop, self.foot)
+        return AnimationFrames(name, sprites, 1000 / self.fps, self.loop, self.foot)
 
     def figures(self) -> dict[str, Any]:
         """Return what the manifest states of the animation."""

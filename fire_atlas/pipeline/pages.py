@@ -5,8 +5,8 @@ from functools import partial
 from typing import TypeAlias
 
 from fire_atlas.atlas.drawing import Edges, draw_page
-from fire_atlas.atlas.layout import AtlasSheet, Sprite
-from fire_atlas.atlas.pages import lay_out
+from fire_atlas.atlas.pages import build_sheets
+from fire_atlas.atlas.sheet import AtlasSheet, Sprite
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.channels.page import draw_motion_page
 from fire_atlas.channels.sheet import margin_of, with_maps
@@ -37,8 +37,8 @@ def pack(
         progress: Hears of it where one page does not do.
     """
     motions = [each.motion for each in animations.values() if each.motion is not None]
-    strips = [animation.strip(title) for title, animation in animations.items()]
-    sheets = lay_out(name, strips, atlas, margin=margin_of(motions), shares=maps == Maps())
+    packed = [animation.frames_for_pages(title) for title, animation in animations.items()]
+    sheets = build_sheets(name, packed, atlas, margin=margin_of(motions), shares=maps == Maps())
     if len(sheets[0].pages) > 1:
         progress.note(
             f"needs {len(sheets[0].pages)} pages; a larger atlas.max_size, a smaller source.height "

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from fire_atlas.atlas.encode import encode_sprites
-from fire_atlas.atlas.layout import Sprite
+from fire_atlas.atlas.sheet import Sprite
 from fire_atlas.atlas.trim import around
 from fire_atlas.channels.flow import picture
 from fire_atlas.channels.held_out import choose_held_out

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.formats.pages.page_file import write_page
 from fire_atlas.formats.product import Product

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TypeAlias, assert_never
 
-from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import Tracks

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from fire_atlas.atlas.layout import Page
+from fire_atlas.atlas.sheet import Page
 from fire_atlas.effect.flakes.statistics import Figure
 from fire_atlas.formats.atlas.json_hash import AtlasFile
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from fire_atlas.atlas.layout import Region
+from fire_atlas.atlas.sheet import Region
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.formats.atlas.json_hash import AtlasFile
@@ -56,7 +56,7 @@ def _cut(page: Bytes, frame: Region) -> Bytes | None:
     """Return a whole frame; None where it lies outside of its page or of its own size."""
     full = np.zeros((frame.frame_height, frame.frame_width, 4), np.uint8)
     cell = _window(page, frame.x, frame.y, *frame.page_size)
-    if frame.turned:
+    if frame.rotated:
         cell = np.rot90(cell)
     target = _window(full, frame.trim_x, frame.trim_y, frame.width, frame.height)
     if cell.shape != target.shape or cell.shape[:2] != (frame.height, frame.width):

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from fire_atlas import __version__
-from fire_atlas.atlas.layout import Animation, MotionScale, Region
+from fire_atlas.atlas.sheet import Animation, MotionScale, Region
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.statistics import Figure, ember_figures
@@ -167,7 +167,7 @@ def _film(animation: Animation, frames: list[Region], tracks: Tracks | None) -> 
                 "y": frame.y,
                 "width": frame.width,
                 "height": frame.height,
-                "turned": frame.turned,
+                "rotated": frame.rotated,
                 "trim": (frame.trim_x, frame.trim_y),
                 "source": (frame.frame_width, frame.frame_height),
                 "stage": place,

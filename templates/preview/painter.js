@@ -57,7 +57,7 @@ class Painter {
   /**
    * Draw one cell, or two over each other or one passing into the other, on a canvas of `size`.
    *
-   * A cell has sheet, page, x, y, width, height, turned and its left and top on the canvas, in px;
+   * A cell has sheet, page, x, y, width, height, rotated and its left and top on the canvas, in px;
    * `bounds` is the part of the page, left, top, right and bottom, that samples of it may come from.
    * `backdrop` is {colour: [r, g, b] in 0..1, square: px of a checkerboard, or 0 for none}.
    * `flakes` is {rows, first, count, offset, scale} to add the light of, or nothing.
@@ -83,7 +83,7 @@ class Painter {
       program.integers(`cells[${i}].bounds`, ...cell.bounds);
       program.integers(`cells[${i}].place`, cell.x, cell.y, cell.width, cell.height);
       program.integers(`cells[${i}].offset`, cell.left, cell.top);
-      program.integers(`cells[${i}].turned`, cell.turned ? 1 : 0);
+      program.integers(`cells[${i}].rotated`, cell.rotated ? 1 : 0);
     });
     bind("flakes", 2, flakes ? this.flakes.light : null);
     gl.uniform1f(program.place("part"), between.part);
@@ -109,7 +109,7 @@ class Painter {
     precision highp int;
     precision highp sampler2D;
 
-    struct Cell { ivec4 place, bounds; ivec2 offset; int turned; };
+    struct Cell { ivec4 place, bounds; ivec2 offset; int rotated; };
     uniform Cell cells[2];
     uniform sampler2D page0, page1, flakes, motion0, motion1;
     uniform int mode, alphaMode, linear, lit, square;
@@ -139,7 +139,7 @@ class Painter {
     /** What the client blends of the page at p; nothing beyond the cell's bounds. */
     vec4 texel(sampler2D page, Cell cell, ivec2 p) {
       ivec2 q = p - cell.offset;
-      if (cell.turned == 1) q = ivec2(cell.place.w - 1 - q.y, q.x);  // it lies turned clockwise
+      if (cell.rotated == 1) q = ivec2(cell.place.w - 1 - q.y, q.x);  // it lies rotated clockwise
       q += cell.place.xy;
       if (!isIn(q, cell.bounds.xy, cell.bounds.zw)) return vec4(0.0);
       vec4 pixel = texelFetch(page, q, 0);

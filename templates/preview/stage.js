@@ -34,7 +34,7 @@ function cellOf(frame) {
 
 /** The size in which a frame lies on its page. */
 function lie(frame) {
-  return frame.turned ? [frame.height, frame.width] : [frame.width, frame.height];
+  return frame.rotated ? [frame.height, frame.width] : [frame.width, frame.height];
 }
 
 /** Draw what the view shows. `picture`: also what stays while the player goes on. */
@@ -80,7 +80,7 @@ function drawPage(scale, picture) {
   const [width, height] = size();
   const whole = {
     sheet: chosen("layer"), page: sheetPage, x: 0, y: 0, width, height, left: 0, top: 0,
-    turned: false, bounds: [0, 0, width, height],
+    rotated: false, bounds: [0, 0, width, height],
   };
   if (picture) painter.draw([whole], "frame", size(), backdrop(scale));
   const outline = (frame, ...how) => marks.box(frame.x, frame.y, ...lie(frame), ...how);

@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.encode import encode_sprites
-from fire_atlas.atlas.layout import AtlasSheet, Region, Sprite, Strip
-from fire_atlas.atlas.pages import lay_out
+from fire_atlas.atlas.pages import build_sheets
+from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet, Region, Sprite
 from fire_atlas.core.pixels import Bytes, Pixels
 from fire_atlas.recipe.output import Atlas
 
@@ -56,10 +56,10 @@ def pages_of(
 ) -> list[tuple[AtlasSheet, list[Bytes], tuple[Sprite, ...]]]:
     """Each scale's sheet, its pages and its sprites."""
     encoded = [encode_sprites(pixels, settings) for pixels in clip]
-    strip = Strip("fire", tuple(each[0] for each in encoded), 1000 / FPS, True, foot)
+    animation = AnimationFrames("fire", tuple(each[0] for each in encoded), 1000 / FPS, True, foot)
     made = []
     for sheet, sprites in zip(
-        lay_out("fire", [strip], settings), zip(*encoded, strict=True), strict=True
+        build_sheets("fire", [animation], settings), zip(*encoded, strict=True), strict=True
     ):
         edges = Edges.of(settings, sheet.scale)
         pages = [draw_page(sheet, i, sprites, edges) for i in range(len(sheet.pages))]
@@ -76,7 +76,7 @@ def lying(region: Region, page: Bytes) -> Bytes:
 def cut(region: Region, pages: list[Bytes]) -> Bytes:
     """The untrimmed frame, cut out of its page by what the region says alone."""
     cell = lying(region, pages[region.page])
-    if region.turned:
+    if region.rotated:
         cell = np.rot90(cell)
     whole = np.zeros((region.frame_height, region.frame_width, 4), np.uint8)
     x, y = region.trim_x, region.trim_y

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.pixels import Bytes, Pixels
 from fire_atlas.recipe.output import Atlas
 

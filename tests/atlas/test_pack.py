@@ -29,7 +29,7 @@ rules_of_pages = st.builds(
 
 
 def extent(place: Place, size: Size) -> Size:
-    return (size[1], size[0]) if place.turned else size
+    return (size[1], size[0]) if place.rotated else size
 
 
 def assert_sound(packing: Packing, sizes: list[Size], rules: PageRules) -> None:
@@ -41,7 +41,7 @@ def assert_sound(packing: Packing, sizes: list[Size], rules: PageRules) -> None:
         page_width, page_height = packing.pages[place.page]
         assert rules.border <= place.x <= page_width - rules.border - width
         assert rules.border <= place.y <= page_height - rules.border - height
-        assert rules.rotate or not place.turned
+        assert rules.rotate or not place.rotated
     gap = rules.padding
     for (a, a_width, a_height), (b, b_width, b_height) in combinations(placed, 2):
         beside = a.x + a_width + gap <= b.x or b.x + b_width + gap <= a.x

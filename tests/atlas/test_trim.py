@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fire_atlas.atlas.layout import Box
+from fire_atlas.atlas.sheet import Box
 from fire_atlas.atlas.trim import boxes, lit_box, trimmed
 from fire_atlas.core.pixels import Bytes
 

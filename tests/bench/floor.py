@@ -10,9 +10,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fire_atlas.atlas.layout import Sprite
 from fire_atlas.atlas.pack import pack
 from fire_atlas.atlas.page_rules import PageRules
+from fire_atlas.atlas.sheet import Sprite
 from fire_atlas.atlas.trim import trimmed
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers

@@ -25,8 +25,8 @@ import cv2
 import numpy as np
 
 from fire_atlas.atlas.drawing import Edges, draw_page
-from fire_atlas.atlas.layout import Strip
-from fire_atlas.atlas.pages import lay_out
+from fire_atlas.atlas.pages import build_sheets
+from fire_atlas.atlas.sheet import AnimationFrames
 from fire_atlas.atlas.trim import trimmed
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers, default_jobs
@@ -50,8 +50,8 @@ def page_of(clip: Path) -> Bytes:
         )
         sprites.append(trimmed(np.asarray(rgba, np.uint8)))
     settings = Atlas()
-    strip = Strip("fire", tuple(sprites), 40, True, (0, 0))
-    (sheet,) = lay_out("fire", [strip], settings)
+    animation = AnimationFrames("fire", tuple(sprites), 40, True, (0, 0))
+    (sheet,) = build_sheets("fire", [animation], settings)
     return draw_page(sheet, 0, sprites, Edges.of(settings, 1))
 
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from fire_atlas.atlas.drawing import Edges, draw_page
-from fire_atlas.atlas.layout import AtlasSheet, Sprite, Strip
-from fire_atlas.atlas.pages import lay_out
+from fire_atlas.atlas.pages import build_sheets
+from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet, Sprite
 from fire_atlas.atlas.trim import trimmed
 from fire_atlas.core.workers import Workers
 from fire_atlas.formats.pages.page_file import write_page
@@ -56,14 +56,16 @@ class Marked:
 def marked(pivot: tuple[float, float] = (0.25, 0.75), **atlas: Any) -> Marked:
     """Make the sprite; ``pivot`` is in widths and heights of a frame, from its top-left corner."""
     settings = Atlas.model_validate({"pivot": list(pivot), **atlas})
-    strips, marks = [], dict[str, list[tuple[float, float]]]()
+    animations, marks = [], dict[str, list[tuple[float, float]]]()
     for name, (width, height) in SIZES.items():
         frames = [_frame(i, width, height) for i in range(COUNT)]
-        strips.append(Strip(name, tuple(sprite for sprite, _ in frames), 40.0, True, None))
+        animations.append(
+            AnimationFrames(name, tuple(sprite for sprite, _ in frames), 40.0, True, None)
+        )
         origin = pivot[0] * width, pivot[1] * height
         marks[name] = [(x + 0.5 - origin[0], y + 0.5 - origin[1]) for _, (x, y) in frames]
-    sheet = lay_out("mark", strips, settings)[0]
-    sprites = tuple(sprite for strip in strips for sprite in strip.sprites)
+    sheet = build_sheets("mark", animations, settings)[0]
+    sprites = tuple(sprite for animation in animations for sprite in animation.sprites)
     return Marked(settings, sheet, sprites, marks)
 
 

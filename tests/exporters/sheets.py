@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from fire_atlas.atlas.layout import AtlasSheet, Sprite, Strip
-from fire_atlas.atlas.pages import lay_out
+from fire_atlas.atlas.pages import build_sheets
+from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet, Sprite
 from fire_atlas.atlas.trim import trimmed
 from fire_atlas.formats.product import Product
 from fire_atlas.recipe.output import Atlas
@@ -23,14 +23,14 @@ def product_of(*sheets: AtlasSheet) -> Product:
     return Product(sheets, {}, frozenset(), lambda name: None)
 
 
-def strip_of(
+def animation_of(
     sizes: list[tuple[int, int]], name: str = "campfire", *, loop: bool = True, seed: int = 0
-) -> Strip:
-    """A strip of full sprites of these (width, height), at (5, 3) of a 60 × 60 frame."""
+) -> AnimationFrames:
+    """An animation of full sprites of these (width, height), at (5, 3) of a 60 × 60 frame."""
     sprites = tuple(
         sprite_of(w, h, value=(20 * seed + i) % 250 + 1) for i, (w, h) in enumerate(sizes)
     )
-    return Strip(name, sprites, 1000 / 24, loop, (30, 54))
+    return AnimationFrames(name, sprites, 1000 / 24, loop, (30, 54))
 
 
 def sheet_of(sizes: list[tuple[int, int]], **settings: Any) -> AtlasSheet:
@@ -38,7 +38,7 @@ def sheet_of(sizes: list[tuple[int, int]], **settings: Any) -> AtlasSheet:
 
 
 def sheets_of(sizes: list[tuple[int, int]], **settings: Any) -> tuple[AtlasSheet, ...]:
-    return lay_out("campfire", [strip_of(sizes)], Atlas.model_validate(settings))
+    return build_sheets("campfire", [animation_of(sizes)], Atlas.model_validate(settings))
 
 
 def sheet_of_fire(**settings: Any) -> AtlasSheet:
@@ -49,5 +49,5 @@ def sheet_of_fire(**settings: Any) -> AtlasSheet:
         for i, (w, h, x, y) in enumerate(rng.integers(8, 30, (8, 4)))
     ]
     sprites[4] = trimmed(np.zeros((1, 1, 4), np.uint8), 0, 0, (FRAME, FRAME))
-    strip = Strip("campfire", (*sprites, sprites[0]), 1000 / 24, True, (30, 54))
-    return lay_out("campfire", [strip], Atlas.model_validate(settings))[0]
+    animation = AnimationFrames("campfire", (*sprites, sprites[0]), 1000 / 24, True, (30, 54))
+    return build_sheets("campfire", [animation], Atlas.model_validate(settings))[0]

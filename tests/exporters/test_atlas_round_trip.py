@@ -14,8 +14,8 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.drawing import Edges, draw_page
-from fire_atlas.atlas.layout import AtlasSheet, MotionScale, Region, Sprite, Strip
-from fire_atlas.atlas.pages import lay_out
+from fire_atlas.atlas.pages import build_sheets
+from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet, MotionScale, Region, Sprite
 from fire_atlas.atlas.trim import trimmed
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.channels.motion import Motion
@@ -46,9 +46,9 @@ def sprites(draw: st.DrawFn) -> Sprite:
     return trimmed(image)
 
 
-strips = st.lists(
+animations = st.lists(
     st.builds(
-        Strip,
+        AnimationFrames,
         name=st.sampled_from(NAMES),
         sprites=st.lists(sprites(), min_size=1, max_size=9).map(tuple),
         duration=st.floats(1, 500),
@@ -57,7 +57,7 @@ strips = st.lists(
     ),
     min_size=1,
     max_size=3,
-    unique_by=lambda strip: strip.name,
+    unique_by=lambda animation: animation.name,
 )
 
 settings = st.builds(
@@ -83,7 +83,7 @@ def sheets(draw: st.DrawFn) -> AtlasSheet:
     """Several pages, animations and scales, grids, and all kinds of maps."""
     asked = draw(packed | grids)
     try:
-        sheet = draw(st.sampled_from(lay_out("fire", draw(strips), asked, shares=False)))
+        sheet = draw(st.sampled_from(build_sheets("fire", draw(animations), asked, shares=False)))
     except OutputError:
         assume(False)
         raise
@@ -138,17 +138,17 @@ def test_a_sheet_comes_back_as_it_was(
     assert read_atlas(path).sheet == rounded(sheet)
 
 
-@given(made=strips, asked=packed | grids)
+@given(made=animations, asked=packed | grids)
 def test_frames_come_back_from_the_files_of_their_pages(
-    made: list[Strip], asked: Atlas, tmp_path_factory: pytest.TempPathFactory
+    made: list[AnimationFrames], asked: Atlas, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     folder = tmp_path_factory.mktemp("a")
     try:
-        sheet = lay_out("fire", made, asked)[0]
+        sheet = build_sheets("fire", made, asked)[0]
     except OutputError:
         assume(False)
         raise
-    drawn = [sprite for strip in made for sprite in strip.sprites]
+    drawn = [sprite for animation in made for sprite in animation.sprites]
     with Workers(1) as workers:
         for i, page in enumerate(sheet.pages):
             with (folder / page.file).open("wb") as file:
@@ -206,10 +206,12 @@ def test_a_damaged_page_is_refused(tmp_path: Path) -> None:
 def test_motion_vectors_of_another_making_are_refused(
     change: Callable[[dict[str, Any]], object], reason: str, tmp_path: Path
 ) -> None:
-    strip = Strip("fire", (trimmed(np.full((8, 8, 4), 9, np.uint8)),), 40.0, True, None)
+    animation = AnimationFrames(
+        "fire", (trimmed(np.full((8, 8, 4), 9, np.uint8)),), 40.0, True, None
+    )
     cells: NDArray[np.float16] = np.zeros((2, 2, 2), np.float16)
     sheet = with_maps(
-        lay_out("fire", [strip], Atlas(layout="grid"))[0], [],
+        build_sheets("fire", [animation], Atlas(layout="grid"))[0], [],
         [Motion(8, 8, (cells,), (1.0, 1.0), None)], motion_encoding("unity"),
     )  # fmt: skip
     path = write_json(sheet, tmp_path)

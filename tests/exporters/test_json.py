@@ -5,13 +5,13 @@ from typing import Any
 
 import pytest
 
-from fire_atlas.atlas.layout import AtlasSheet
-from fire_atlas.atlas.pages import lay_out
+from fire_atlas.atlas.pages import build_sheets
+from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import OutputError
 from fire_atlas.pipeline.writers import exporter
 from fire_atlas.recipe.output import Atlas, ExportName
 
-from .sheets import product_of, sheet_of, sheet_of_fire, sheets_of, strip_of
+from .sheets import animation_of, product_of, sheet_of, sheet_of_fire, sheets_of
 
 JSON: tuple[ExportName, ...] = ("json", "json-array", "phaser", "aseprite")
 
@@ -71,8 +71,8 @@ def test_a_grid_tells_how_it_divides() -> None:
 
 
 def test_several_pages_link_from_the_first_and_share_the_animation_out() -> None:
-    sheet = lay_out(
-        "campfire", [strip_of([(20, 30)] * 9)], Atlas(max_size=64, dedupe=False)
+    sheet = build_sheets(
+        "campfire", [animation_of([(20, 30)] * 9)], Atlas(max_size=64, dedupe=False)
     )[0]  # fmt: skip
     files = exported(sheet)
     assert list(files) == ["campfire.json", "campfire-1.json"]
@@ -119,8 +119,11 @@ def test_frames_of_an_array_have_their_names_or_aseprites_numbers() -> None:
 
 
 def test_tags_say_which_frames_an_animation_plays_and_how_often() -> None:
-    strips = [strip_of([(20, 30)] * 3, "burn", seed=1), strip_of([(9, 9)] * 2, "die", loop=False)]
-    sheet = lay_out("campfire", strips, Atlas())[0]
+    animations = [
+        animation_of([(20, 30)] * 3, "burn", seed=1),
+        animation_of([(9, 9)] * 2, "die", loop=False),
+    ]
+    sheet = build_sheets("campfire", animations, Atlas())[0]
     assert exported(sheet)["campfire.json"]["meta"]["frameTags"] == [
         {"name": "burn", "from": 0, "to": 2, "direction": "forward"},
         {"name": "die", "from": 3, "to": 4, "direction": "forward", "repeat": "1"},
@@ -128,8 +131,11 @@ def test_tags_say_which_frames_an_animation_plays_and_how_often() -> None:
 
 
 def test_phaser_gets_all_pages_and_the_animations_in_one_file() -> None:
-    strips = [strip_of([(20, 30)] * 9), strip_of([(9, 9)] * 2, "die", loop=False, seed=5)]
-    sheet = lay_out("campfire", strips, Atlas(max_size=64))[0]
+    animations = [
+        animation_of([(20, 30)] * 9),
+        animation_of([(9, 9)] * 2, "die", loop=False, seed=5),
+    ]
+    sheet = build_sheets("campfire", animations, Atlas(max_size=64))[0]
     (data,) = exported(sheet, "phaser").values()
     assert [texture["image"] for texture in data["textures"]] == [p.file for p in sheet.pages]
     assert len(sheet.pages) > 1

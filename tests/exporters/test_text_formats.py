@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from fire_atlas.atlas.pages import lay_out
+from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.core.errors import OutputError, RecipeError
 from fire_atlas.formats.templates import user as user_template
 from fire_atlas.formats.templates.user import export_template
 from fire_atlas.pipeline.writers import exported_files, exporter
 from fire_atlas.recipe.output import Atlas, TemplateExport
 
-from .sheets import product_of, sheet_of, sheet_of_fire, sheets_of, strip_of
+from .sheets import animation_of, product_of, sheet_of, sheet_of_fire, sheets_of
 
 
 def rendered(text: str, folder: Path, to: str = "{{ name }}.txt") -> str:
@@ -36,7 +36,7 @@ def test_css_shows_every_frame_for_its_time() -> None:
 
 
 def test_a_fire_that_goes_out_plays_once_and_stays() -> None:
-    sheet = lay_out("puff", [strip_of([(9, 9), (8, 8)], "puff", loop=False)], Atlas())[0]
+    sheet = build_sheets("puff", [animation_of([(9, 9), (8, 8)], "puff", loop=False)], Atlas())[0]
     (file,) = exporter("css")(product_of(sheet))
     assert "step-end 1 forwards" in file.data.decode()
     assert "50.0%, to {" in file.data.decode()

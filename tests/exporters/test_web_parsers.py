@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from fire_atlas.atlas.layout import AtlasSheet, Region
+from fire_atlas.atlas.sheet import AtlasSheet, Region
 from fire_atlas.pipeline.writers import exporter
 
 from .sheets import product_of, sheet_of_fire

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.encode import encode_frame, encode_sprites
-from fire_atlas.atlas.layout import Strip
-from fire_atlas.atlas.pages import lay_out
+from fire_atlas.atlas.pages import build_sheets
+from fire_atlas.atlas.sheet import AnimationFrames
 from fire_atlas.atlas.shrink import shrink
 from fire_atlas.core.pixels import Bytes, Pixels
 from fire_atlas.core.workers import Workers
@@ -105,8 +105,8 @@ def write(case: Case, folder: Path) -> list[str]:
     """Write the atlas of a case as a build does; return the names of its frames."""
     settings = Atlas.model_validate(case.atlas)
     encoded = [encode_sprites(pixels, settings) for pixels in clip()]
-    strip = Strip("fire", tuple(each[0] for each in encoded), 1000 / FPS, True, FOOT)
-    sheets = lay_out("fire", [strip], settings)
+    animation = AnimationFrames("fire", tuple(each[0] for each in encoded), 1000 / FPS, True, FOOT)
+    sheets = build_sheets("fire", [animation], settings)
     for sheet, sprites in zip(sheets, zip(*encoded, strict=True), strict=True):
         for i, page in enumerate(sheet.pages):
             with Workers(1) as workers, (folder / page.file).open("wb") as file:

@@ -204,7 +204,7 @@ def test_rotated_frames_blend(browser: Browser, tmp_path: Path) -> None:
     file = read_atlas(page.with_name("fire.json"))
     frames = [frame.astype(np.float64) for frame in staged_frames(file)]
     seen = browser.visit(page, ("press", "m"), ("press", "."), PIXELS)
-    assert any(region.turned for region in file.frames)
+    assert any(region.rotated for region in file.frames)
     assert np.abs(shown(seen, 0) - over((frames[0] + frames[1]) / 2)).max() <= 2
 
 

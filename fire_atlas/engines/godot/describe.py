@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.engines.godot.stage import Margin, Stage
 from fire_atlas.engines.godot.tempo import tempo, whole_tempo
 from fire_atlas.engines.godot.text import titles

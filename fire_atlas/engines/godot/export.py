@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.tracks import Tracks

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple, Self
 
-from fire_atlas.atlas.layout import Region
+from fire_atlas.atlas.sheet import Region
 
 _DECIMALS = 6
 

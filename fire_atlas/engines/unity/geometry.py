@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from fire_atlas.atlas.layout import Region
+from fire_atlas.atlas.sheet import Region
 
 _LEAST_MAX_SIZE = 2048
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.engines.unity.geometry import Rect, pivot_of, rect_of
 from fire_atlas.engines.unity.identity import part_id, sprite_guid
 from fire_atlas.engines.unity.names import sprite_names

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.formats.atlas.json_array import array_text

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fire_atlas import __version__
-from fire_atlas.atlas.layout import AtlasSheet, Grid, Page, Region
+from fire_atlas.atlas.sheet import AtlasSheet, Grid, Page, Region
 from fire_atlas.core.output_file import plain_name
 from fire_atlas.formats.atlas.maps import map_entries
 from fire_atlas.formats.decimals import plain
@@ -21,11 +21,11 @@ def compact(value: Any) -> str:
 
 
 def frame_entry(region: Region) -> dict[str, Any]:
-    """Return where a frame is; ``frame`` has its upright size even where it lies turned."""
+    """Return where a frame is; ``frame`` has its upright size even where it lies rotated."""
     size = {"w": region.width, "h": region.height}
     return {
         "frame": {"x": region.x, "y": region.y, **size},
-        "rotated": region.turned,
+        "rotated": region.rotated,
         "trimmed": region.trimmed,
         "spriteSourceSize": {"x": region.trim_x, "y": region.trim_y, **size},
         "sourceSize": {"w": region.frame_width, "h": region.frame_height},
@@ -45,7 +45,7 @@ def region_of(name: str, page: int, entry: dict[str, Any]) -> Region:
         y=int(place["y"]),
         width=int(place["w"]),
         height=int(place["h"]),
-        turned=bool(entry.get("rotated")),
+        rotated=bool(entry.get("rotated")),
         trim_x=int(trim["x"]),
         trim_y=int(trim["y"]),
         frame_width=int(full["w"]),

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from fire_atlas.atlas.layout import AtlasSheet, Region
+from fire_atlas.atlas.sheet import AtlasSheet, Region
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.formats.atlas.entries import animations_on, compact, frame_entry, meta_entry
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fire_atlas.atlas.layout import Animation, AtlasSheet, Region
+from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region
 from fire_atlas.core.errors import RecipeError, SourceError
 from fire_atlas.core.output_file import OutputFile, plain_name
 from fire_atlas.formats.atlas.entries import (

@@ -6,7 +6,7 @@ What is written is read by the function next to its writer.
 from collections.abc import Sequence
 from typing import Any, get_args
 
-from fire_atlas.atlas.layout import AtlasSheet, MotionScale, SheetMap
+from fire_atlas.atlas.sheet import AtlasSheet, MotionScale, SheetMap
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.output_file import plain_name
 from fire_atlas.formats.decimals import plain

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from fire_atlas import __version__
-from fire_atlas.atlas.layout import AtlasSheet, Region
+from fire_atlas.atlas.sheet import AtlasSheet, Region
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.formats.atlas.entries import about_entry, compact, frame_entry, page_entry
 from fire_atlas.formats.atlas.maps import map_entries

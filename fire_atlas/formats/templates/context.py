@@ -3,7 +3,7 @@
 from typing import Any
 
 from fire_atlas import __version__
-from fire_atlas.atlas.layout import Animation, AtlasSheet, Region
+from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.formats.atlas.maps import strengths
 from fire_atlas.formats.decimals import plain
@@ -87,7 +87,7 @@ def _frame(sheet: AtlasSheet, index: int, region: Region) -> dict[str, Any]:
         "y": region.y,
         "width": region.width,
         "height": region.height,
-        "rotated": region.turned,
+        "rotated": region.rotated,
         "trimmed": region.trimmed,
         "trim_x": region.trim_x,
         "trim_y": region.trim_y,

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
-from fire_atlas.atlas.layout import AtlasSheet
+from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import OutputError, RecipeError
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.formats.templates.context import context_of

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fire_atlas.atlas.layout import Region
+from fire_atlas.atlas.sheet import Region
 from fire_atlas.effect.composition.light import ClipLight, FrameLight
 from fire_atlas.engines.godot.stage import Stage, pivot
 from fire_atlas.engines.godot.tempo import tempo, whole_tempo

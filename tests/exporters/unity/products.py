@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from fire_atlas.atlas.layout import AtlasSheet, Strip
-from fire_atlas.atlas.pages import lay_out
+from fire_atlas.atlas.pages import build_sheets
+from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 from fire_atlas.formats.product import Product
 from fire_atlas.pipeline.writers import exporter
@@ -43,8 +43,8 @@ class Fire:
     extra: int = 0
 
     def sheets(self, **atlas: Any) -> tuple[AtlasSheet, ...]:
-        strips = [
-            Strip(
+        animations = [
+            AnimationFrames(
                 name,
                 tuple(
                     sprite_of(8 + (3 * i) % 17, 9 + (5 * i) % 13, i % 7, i % 5, 20 * n + i + 1)
@@ -54,7 +54,7 @@ class Fire:
             )
             for n, (name, count) in enumerate(self.animations.items())
         ]  # fmt: skip
-        return lay_out(self.name, strips, Atlas.model_validate(atlas))
+        return build_sheets(self.name, animations, Atlas.model_validate(atlas))
 
     def product(self, existing: Mapping[str, bytes] | None = None, **atlas: Any) -> Product:
         tracks = {name: some_tracks(n) for name, n in self.animations.items() if self.tracks}

@@ -36,7 +36,7 @@ class Sprite:
 
 
 @dataclass(frozen=True, slots=True)
-class Strip:
+class AnimationFrames:
     """An animation that goes onto the pages.
 
     Attributes:
@@ -80,7 +80,7 @@ class Region:
         page: Index of the page.
         x, y: Top-left corner on the page. Frames with the same pixels may share it.
         width, height: The trimmed frame, upright.
-        turned: On the page it lies turned by 90° clockwise: ``height`` wide and ``width`` high.
+        rotated: On the page it lies turned by 90° clockwise: ``height`` wide and ``width`` high.
         trim_x, trim_y: Where the trimmed frame's top-left corner is in the untrimmed one.
         frame_width, frame_height: The untrimmed frame.
         anchor: (x, y) of the pivot in 0..1 of the untrimmed frame, y down.
@@ -93,7 +93,7 @@ class Region:
     y: int
     width: int
     height: int
-    turned: bool
+    rotated: bool
     trim_x: int
     trim_y: int
     frame_width: int
@@ -104,7 +104,7 @@ class Region:
     @property
     def page_size(self) -> tuple[int, int]:
         """Width and height as it lies on the page, px."""
-        return (self.height, self.width) if self.turned else (self.width, self.height)
+        return (self.height, self.width) if self.rotated else (self.width, self.height)
 
     @property
     def trimmed(self) -> bool:
