@@ -7,8 +7,8 @@ from pathlib import Path
 from fire_atlas.cli.build import folder_of
 from fire_atlas.cli.failure import Failures
 from fire_atlas.core.errors import OutputError
-from fire_atlas.outputs.manifest import manifest_name, read_manifest
-from fire_atlas.outputs.ownership import stale_outputs
+from fire_atlas.outputs.manifest import Manifest, manifest_name
+from fire_atlas.outputs.ownership import Claims, stale_outputs
 from fire_atlas.outputs.staging import explained
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.tree import RecipeTree, read_without_members
@@ -33,17 +33,23 @@ def _cleaned(tree: RecipeTree, out: Path) -> Iterator[str]:
     if not listed.is_file():
         yield f"nothing to remove: there is no {listed}"
         return
-    manifest = read_manifest(out, tree.name)
-    if manifest is None:
+    claims = Claims.read(out, tree.name)
+    if claims.own is None:
         raise OutputError(
             f"{listed}: does not say soundly what was written here, so nothing was removed; build "
             f"the recipe again, or remove its files by hand"
         )
-    going = [path for path in stale_outputs(out, tree.name, ()) if not path.is_symlink()]
-    for path in (*going, listed):
+    for path in (*stale_outputs(claims, ()), listed):
         with explained(path):
             path.unlink()
         yield f"removed {path}"
-    for path in (out / output.name for output in manifest.outputs):
+    yield from _kept(claims, claims.own)
+
+
+def _kept(claims: Claims, own: Manifest) -> Iterator[str]:
+    """Say which listed files are still there, and why."""
+    for path in (claims.out / output.name for output in own.outputs):
         if path.exists() or path.is_symlink():
-            yield f"kept {path}: it is not as the build wrote it"
+            other = claims.owner_besides(path.name)
+            wrote = f"the build of {other} wrote it too"
+            yield f"kept {path}: {wrote if other else 'it is not as the build wrote it'}"

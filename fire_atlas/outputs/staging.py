@@ -20,9 +20,13 @@ class Staging:
     Signals must wait meanwhile: see ``Interruptible``.
     """
 
-    def __init__(self, out: Path) -> None:
-        """Prepare to write into ``out``, which is made when the context is entered."""
+    def __init__(self, out: Path, overwrite: bool = False) -> None:
+        """Prepare to write into ``out``, which is made when the context is entered.
+
+        ``overwrite``: what no build wrote may be replaced.
+        """
         self.out = out
+        self.overwrite = overwrite
         self._folder = out / f".fire-atlas-{uuid.uuid4().hex[:12]}"
         self._previous = self._folder / ".previous"
         self._made: list[Path] = []
@@ -55,7 +59,7 @@ class Staging:
     def open(self, name: str) -> Iterator[BinaryIO]:
         """Open the output ``name`` for writing."""
         target = self.out / name
-        self._refuse(target)
+        self.refuse(name)
         with explained(target), self.path(name).open("wb") as file:
             yield file
         self._names.append(name)
@@ -63,7 +67,7 @@ class Staging:
     def existing(self, name: str) -> bytes | None:
         """Return what lies now where the output ``name`` will go, if anything does."""
         target = self.out / name
-        self._refuse(target)
+        self.refuse(name)
         with explained(target):
             return target.read_bytes() if target.is_file() else None
 
@@ -83,8 +87,9 @@ class Staging:
                 self._take_away(path, undo)
             undo.pop_all()
 
-    def _refuse(self, target: Path) -> None:
-        """Raise if ``target`` is nothing a build may replace."""
+    def refuse(self, name: str) -> None:
+        """Raise if what lies at the name of an output is nothing a build ever replaces."""
+        target = self.out / name
         advice = "choose another `name` or folder (-o)"
         if target.is_symlink() or target.is_dir():
             kind = "a symbolic link" if target.is_symlink() else "a folder"
