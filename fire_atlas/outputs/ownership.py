@@ -7,7 +7,6 @@ what they say instead.
 
 import hashlib
 import re
-import stat
 from collections.abc import Collection, Iterable, Mapping, Set
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Self
 
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import is_reserved
+from fire_atlas.outputs.disk import is_regular
 from fire_atlas.outputs.manifest import Manifest, OutputEntry, manifest_name, read_manifest
 
 _GUID = re.compile(rb"^guid: [0-9a-f]{32}\s*$", re.MULTILINE)
@@ -153,7 +153,7 @@ def _vouches(entry: OutputEntry, path: Path) -> bool:
 
     Line endings of text do not count: version control changes them.
     """
-    if not _is_regular(path):
+    if not is_regular(path):
         return False
     if entry.is_intact(path.parent):
         return True
@@ -166,7 +166,7 @@ def _vouches(entry: OutputEntry, path: Path) -> bool:
 
 def _are_settings(path: Path) -> bool:
     """Return whether a file says how an engine imports the file that it is named after."""
-    if not _is_regular(path) or path.stat().st_size > _LARGEST_SETTINGS:
+    if not is_regular(path) or path.stat().st_size > _LARGEST_SETTINGS:
         return False
     data = path.read_bytes()
     match path.suffix:
@@ -180,10 +180,3 @@ def _are_settings(path: Path) -> bool:
         case ".mat":
             return data.startswith(b"%YAML") and b"\nMaterial:" in data
     return False
-
-
-def _is_regular(path: Path) -> bool:
-    try:
-        return stat.S_ISREG(path.lstat().st_mode)
-    except OSError:
-        return False

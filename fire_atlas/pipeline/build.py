@@ -59,7 +59,7 @@ def build(
     with (
         Interruptible(progress) as progress,
         Workers(jobs) as workers,
-        Staging(out, overwrite) as staging,
+        Staging(out, recipe.name, progress.note, overwrite) as staging,
     ):
         refuse_taken_names(recipe, staging)
         context = BuildContext(workers, progress, clock)

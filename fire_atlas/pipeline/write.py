@@ -101,10 +101,11 @@ def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> None:
     Raises:
         OutputError: One of them would replace a file of another build, or of a person.
     """
-    claims = Claims.read(staging.out, name)
-    changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
-    refuse_replacing(claims, changed, staging.overwrite)
-    staging.commit(stale_outputs(claims, [output.name for output in outputs]))
+    with staging.alone():
+        claims = Claims.read(staging.out, name)
+        changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
+        refuse_replacing(claims, changed, staging.overwrite)
+        staging.commit(stale_outputs(claims, [output.name for output in outputs]))
 
 
 def product_of(
