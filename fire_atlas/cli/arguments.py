@@ -84,6 +84,7 @@ def _add_build(commands: _Commands) -> _Parser:
     _add_out(parser)
     _add_set(parser)
     _add_jobs(parser)
+    _add_overwrite(parser)
     parser.add_argument("--force", action="store_true", help="build even what is up to date")
     parser.add_argument(
         "--dry-run", action="store_true", help="say what would be built, and why; write nothing"
@@ -135,6 +136,7 @@ def _add_watch(commands: _Commands) -> _Parser:
     _add_out(parser)
     _add_set(parser)
     _add_jobs(parser)
+    _add_overwrite(parser)
     parser.set_defaults(force=False)
     _add_volume(parser)
     return parser
@@ -196,6 +198,12 @@ def _add_recipes(parser: _Parser) -> None:
 def _add_out(parser: _Parser) -> None:
     parser.add_argument(
         "-o", "--out", type=_path, metavar="DIR", help="where outputs lie (default: build/ beside)"
+    )
+
+
+def _add_overwrite(parser: _Parser) -> None:
+    parser.add_argument(
+        "--overwrite", action="store_true", help="replace even files that no build wrote"
     )
 
 

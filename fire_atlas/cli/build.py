@@ -7,6 +7,7 @@ from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import Outcome, Quiet, view_for
 from fire_atlas.outputs.folder import default_folder
 from fire_atlas.outputs.freshness import why_stale
+from fire_atlas.outputs.recovery import recover
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
 from fire_atlas.recipe.tree import RecipeTree, read_tree
 
@@ -20,7 +21,7 @@ def run(args: Namespace) -> int:
         built = [tree for tree in trees if _build(tree, args, view, failures)]
         if args.depfile and not args.dry_run:
             from fire_atlas.cli.depfile import depfile
-            from fire_atlas.outputs.staging import write_whole
+            from fire_atlas.outputs.disk import write_whole
 
             write_whole(args.depfile, depfile([(tree, folder_of(tree, args)) for tree in built]))
     return failures.worst_code
@@ -52,6 +53,7 @@ def _build(tree: RecipeTree, args: Namespace, view: Quiet, failures: Failures) -
     """Build one recipe, or say what would be done; return whether that went well."""
     view.begin(tree.path)
     with failures.caught():
+        recover(folder_of(tree, args), tree.name, view.note)
         if args.dry_run:
             view.planned(_plan(tree, args))
         else:
@@ -80,5 +82,5 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: Quiet) -> Outcome:
     from fire_atlas.pipeline.build import build
     from fire_atlas.pipeline.check import load_checked
 
-    report = build(load_checked(tree), out, args.jobs or default_jobs(), view)
+    report = build(load_checked(tree), out, args.jobs or default_jobs(), view, args.overwrite)
     return Outcome(list(report.files), report.timings, report.statistics)

@@ -3,7 +3,9 @@
 from argparse import Namespace
 
 from fire_atlas.cli.failure import Failures
+from fire_atlas.cli.progress import view_for
 from fire_atlas.core.errors import SourceError
+from fire_atlas.outputs.folder import recover_default
 from fire_atlas.pipeline.check import load_checked
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.load import LoadedRecipe
@@ -16,10 +18,14 @@ from fire_atlas.sources.listing import WHOLE, list_inputs
 def run(args: Namespace) -> int:
     """Check every recipe named, and that its input is there; return the worst exit code."""
     failures = Failures(args.verbose > 1)
+    view = view_for(False, args.quiet, args.verbose > 0)
     with failures.caught():
         for path in find_recipes(args.recipes):
             with failures.caught():
-                loaded = load_checked(read_tree(path, args.overrides))
+                tree = read_tree(path, args.overrides)
+                view.begin(path)
+                recover_default(path, tree.name, view.note)
+                loaded = load_checked(tree)
                 _find_inputs(loaded)
                 if args.resolved:
                     print(resolved_yaml(loaded), end="")

@@ -1,15 +1,18 @@
 """``fire-atlas clean``."""
 
 from argparse import Namespace
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from fire_atlas.cli.build import folder_of
 from fire_atlas.cli.failure import Failures
+from fire_atlas.cli.progress import view_for
 from fire_atlas.core.errors import OutputError
-from fire_atlas.outputs.manifest import manifest_name, read_manifest
-from fire_atlas.outputs.ownership import stale_outputs
-from fire_atlas.outputs.staging import explained
+from fire_atlas.outputs.disk import explained
+from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
+from fire_atlas.outputs.manifest import Manifest, manifest_name
+from fire_atlas.outputs.ownership import Claims, stale_outputs
+from fire_atlas.outputs.recovery import recover
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.tree import RecipeTree, read_without_members
 
@@ -17,33 +20,43 @@ from fire_atlas.recipe.tree import RecipeTree, read_without_members
 def run(args: Namespace) -> int:
     """Remove what builds of the recipes wrote, as far as it still is what they wrote."""
     failures = Failures(args.verbose > 1)
+    view = view_for(False, args.quiet, args.verbose > 0)
     with failures.caught():
         for path in find_recipes(args.recipes):
             with failures.caught():
                 tree = read_without_members(path, args.overrides)
-                for line in _cleaned(tree, folder_of(tree, args)):
+                view.begin(path)
+                for line in _cleaned(tree, folder_of(tree, args), view.note):
                     if not args.quiet:
                         print(f"{path}: {line}")
     return failures.worst_code
 
 
-def _cleaned(tree: RecipeTree, out: Path) -> Iterator[str]:
+def _cleaned(tree: RecipeTree, out: Path, note: Callable[[str], None]) -> Iterator[str]:
     """Remove the outputs of a recipe in ``out``, its manifest last; yield what was done."""
+    recover(out, tree.name, note)
     listed = out / manifest_name(tree.name)
     if not listed.is_file():
         yield f"nothing to remove: there is no {listed}"
         return
-    manifest = read_manifest(out, tree.name)
-    if manifest is None:
-        raise OutputError(
-            f"{listed}: does not say soundly what was written here, so nothing was removed; build "
-            f"the recipe again, or remove its files by hand"
-        )
-    going = [path for path in stale_outputs(out, tree.name, ()) if not path.is_symlink()]
-    for path in (*going, listed):
-        with explained(path):
-            path.unlink()
-        yield f"removed {path}"
-    for path in (out / output.name for output in manifest.outputs):
+    with explained(out), locked(recipe_lock(out, tree.name), note), locked(folder_lock(out), note):
+        claims = Claims.read(out, tree.name)
+        if claims.own is None:
+            raise OutputError(
+                f"{listed}: does not say soundly what was written here, so nothing was removed; "
+                f"build the recipe again, or remove its files by hand"
+            )
+        for path in (*stale_outputs(claims, ()), listed):
+            with explained(path):
+                path.unlink()
+            yield f"removed {path}"
+        yield from _kept(claims, claims.own)
+
+
+def _kept(claims: Claims, own: Manifest) -> Iterator[str]:
+    """Say which listed files are still there, and why."""
+    for path in (claims.out / output.name for output in own.outputs):
         if path.exists() or path.is_symlink():
-            yield f"kept {path}: it is not as the build wrote it"
+            other = claims.owner_besides(path.name)
+            wrote = f"the build of {other} wrote it too"
+            yield f"kept {path}: {wrote if other else 'it is not as the build wrote it'}"

@@ -4,6 +4,7 @@ from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
+from fire_atlas.cli.progress import view_for
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.recipe.inherit import merge
 from fire_atlas.recipe.load import LoadedRecipe, load_tree
@@ -27,8 +28,13 @@ def run(args: Namespace) -> int:
     from fire_atlas.sources.profile import learnt
 
     picture = out.with_suffix(".png")
+    view = view_for(False, args.quiet, args.verbose > 0)
+    view.begin(out)
     assert isinstance(loaded.recipe.source, ProfileSource), "made so"
-    with Workers(args.jobs or default_jobs()) as workers, Staging(out.parent) as staging:
+    with (
+        Workers(args.jobs or default_jobs()) as workers,
+        Staging(out.parent, out.name, view.note) as staging,
+    ):
         profile, clips = learnt(
             loaded.recipe.source, tuple(loaded.source_files.values()), "srgb", workers
         )
@@ -37,7 +43,8 @@ def run(args: Namespace) -> int:
         for path, data in written.items():
             with staging.open(path.name) as file:
                 file.write(data)
-        staging.commit([])
+        with staging.alone():
+            staging.commit([])
     if not args.quiet:
         print(f"{out}: learnt from {sum(clip.count for clip in clips)} frames")
         print(f"{picture}: what was learnt")

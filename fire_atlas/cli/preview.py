@@ -14,8 +14,8 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.formats.atlas.json_hash import read_atlas
 from fire_atlas.formats.tracks.names import flakes_file
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks, read_tracks
-from fire_atlas.outputs.folder import default_folder
-from fire_atlas.outputs.staging import explained, write_whole
+from fire_atlas.outputs.disk import explained, write_whole
+from fire_atlas.outputs.folder import default_folder, recover_default
 from fire_atlas.preview.page import preview_page
 from fire_atlas.preview.pictures import Color, animation, contact_sheet
 
@@ -87,9 +87,11 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
     from fire_atlas.recipe.tree import read_tree
 
     overrides = [*args.overrides, "exports=[json]", "tracks=[json]"]
-    loaded = load_checked(read_tree(args.subject, overrides))
+    tree = read_tree(args.subject, overrides)
     view = view_for(json_lines=False, quiet=args.quiet, verbose=False)
     view.begin(args.subject)
+    recover_default(args.subject, tree.name, view.note)
+    loaded = load_checked(tree)
     with TemporaryDirectory(prefix="fire-atlas-") as folder:
         try:
             build(loaded, Path(folder), args.jobs or default_jobs(), view)

@@ -41,6 +41,15 @@ class OutputFile:
     data: bytes
 
 
+MANIFEST_ENDING = ".manifest.json"
+"""Of the names of manifests, which say what belongs to a build."""
+
+
+def is_reserved(name: str) -> bool:
+    """Return whether a file name is one that builds keep for themselves, on any file system."""
+    return name.startswith(".") or name.casefold().endswith(MANIFEST_ENDING)
+
+
 def plain_name(name: str) -> str:
     """Return ``name``, which has to be that of a file without a folder, on any system.
 

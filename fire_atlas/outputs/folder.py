@@ -1,8 +1,10 @@
 """Where the outputs of a recipe go."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.outputs.recovery import recover
 
 
 def default_folder(recipe: Path) -> Path:
@@ -19,3 +21,12 @@ def default_folder(recipe: Path) -> Path:
             f"the outputs there, say so with -o"
         )
     return folder
+
+
+def recover_default(recipe: Path, name: str, note: Callable[[str], None]) -> None:
+    """Undo the commit of a build that was killed in the folder that ``default_folder`` names."""
+    try:
+        out = default_folder(recipe)
+    except OutputError:
+        return  # it is a link that only a build with -o follows
+    recover(out, name, note)

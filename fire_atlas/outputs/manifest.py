@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from fire_atlas import __version__
-from fire_atlas.core.output_file import Role, plain_name
+from fire_atlas.core.output_file import MANIFEST_ENDING, Role, plain_name
 from fire_atlas.outputs.digest import HashedFile, file_digest
 
 _FORMAT, _VERSION = "fire-atlas/manifest", 1
@@ -91,7 +91,7 @@ class Manifest:
 
 def manifest_name(name: str) -> str:
     """Return the file name of the manifest of the build ``name``."""
-    return f"{name}.manifest.json"
+    return f"{name}{MANIFEST_ENDING}"
 
 
 def input_path(path: Path, folder: Path) -> str:

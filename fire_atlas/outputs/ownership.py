@@ -1,68 +1,182 @@
 """Which files of an output folder a build may replace or remove.
 
-Its own manifest vouches for what it may remove; what another build's manifest lists stays as it is.
+Only bytes that a manifest in the folder vouches for are a build's; all else is somebody's work.
+Import settings are the one exception: engines and people write on in them, so they are known by
+what they say instead.
 """
 
-from collections.abc import Collection, Iterable, Iterator
+import hashlib
+import re
+from collections.abc import Collection, Iterable, Mapping, Set
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.output_file import is_reserved
+from fire_atlas.outputs.disk import is_regular
 from fire_atlas.outputs.manifest import Manifest, OutputEntry, manifest_name, read_manifest
 
+_GUID = re.compile(rb"^guid: [0-9a-f]{32}\s*$", re.MULTILINE)
+_REMAP = re.compile(rb"^\[remap\]", re.MULTILINE)
+_SOURCE_FILE = re.compile(rb'^source_file="(?:[^"\r\n]*/)?([^"/\r\n]*)"', re.MULTILINE)
+_UID = re.compile(rb"uid://[a-y0-8]{1,13}\s*")
 
-def stale_outputs(out: Path, name: str, written: Collection[str]) -> list[Path]:
-    """Return the files that an earlier build ``name`` wrote into ``out`` and that may go now.
+_ADVICE = (
+    "nothing was built, to lose none of it: move it away, choose another `name` or folder (-o), or "
+    "have it replaced with --overwrite"
+)
 
-    They are not among those ``written`` now, and nobody changed them since. What says how to
-    import a file goes and stays with it, whoever wrote on in it.
+_LARGEST_SETTINGS = 1 << 24
+"""Bytes; a page of thousands of sprites has some MiB of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Claims:
+    """Who vouches for the files of an output folder, as seen by one build.
+
+    Attributes:
+        out: The folder.
+        name: Of the build.
+        own: Its manifest, where there is a sound one.
+        others: The sound manifests of other builds, by their names.
     """
-    manifest = read_manifest(out, name)
-    if manifest is None:
-        return []
-    files = {entry.name for entry in manifest.outputs}
-    old = [entry for entry in manifest.outputs if entry.name not in written]
-    imports = [e for e in old if e.role == "import" and Path(e.name).stem in files]
-    going = {e.name for e in old if e not in imports and e.is_intact(out)}
-    for entry in imports:
-        subject = Path(entry.name).stem
-        is_alone = subject in going or not (out / subject).exists()
-        if is_alone and (out / entry.name).is_file():
-            going.add(entry.name)
-    return [out / entry.name for entry in old if entry.name in going]
+
+    out: Path
+    name: str
+    own: Manifest | None
+    others: Mapping[str, Manifest]
+
+    @classmethod
+    def read(cls, out: Path, name: str) -> Self:
+        """Read all manifests in ``out``."""
+        suffix = manifest_name("")
+        names = {path.name.removesuffix(suffix) for path in out.glob(f"*{suffix}")} - {name}
+        found = {other: read_manifest(out, other) for other in sorted(names)}
+        others = {other: manifest for other, manifest in found.items() if manifest is not None}
+        return cls(out, name, read_manifest(out, name), others)
+
+    def owner_besides(self, file: str) -> str | None:
+        """Return another build whose manifest lists ``file``; None where there is none."""
+        return next((o for o, manifest in self.others.items() if _lists(manifest, file)), None)
+
+    def owns(self, file: str) -> bool:
+        """Return whether the build's own manifest lists ``file``."""
+        return self.own is not None and _lists(self.own, file)
+
+    def may_replace(self, file: str, role: str) -> bool:
+        """Return whether what lies at the name of an output is no work of anybody's."""
+        path = self.out / file
+        if not path.exists():
+            return True
+        if role == "manifest":
+            return self.own is not None
+        if role == "import" and _are_settings(path):
+            return True  # they were merged with what was there
+        manifests = [self.own, *self.others.values()]
+        entries = [entry for each in manifests if each for entry in each.outputs]
+        return any(entry.name == file and _vouches(entry, path) for entry in entries)
 
 
-def refuse_overwriting_others(out: Path, name: str, outputs: Iterable[OutputEntry]) -> None:
-    """Refuse to change what another build than ``name`` wrote into ``out``.
+def refuse_replacing(
+    claims: Claims, outputs: Iterable[tuple[str, str]], overwrite: bool = False
+) -> None:
+    """Refuse to write ``outputs``, names with roles, where somebody else's files would go.
 
-    Builds may share a file that is the same for all.
+    Args:
+        claims: Who vouches for what is there.
+        outputs: Builds may share a file that is the same for all: leave out what would not change.
+        overwrite: Replace what no manifest vouches for. What belongs to another build stays.
 
     Raises:
-        OutputError: One of ``outputs`` would replace one of another build by something else: pages
-            of ``fire`` may be called as those of a recipe ``fire-1``.
+        OutputError: Some would replace what belongs to another build, is nobody's output, or was
+            changed since; with a line for each.
     """
-    own = read_manifest(out, name)
-    known = {entry.name for entry in own.outputs} if own else set()
-    replaced = {
-        entry.name
-        for entry in outputs
-        if entry.name not in known and (out / entry.name).is_file() and not entry.is_intact(out)
-    }
-    if not replaced:
-        return
-    for other, manifest in _other_builds(out, name):
-        taken = sorted(replaced & {entry.name for entry in manifest.outputs})
-        if taken:
+    there = [each for each in sorted(outputs) if (claims.out / each[0]).exists()]
+    for file, _ in there:
+        if not claims.owns(file) and (other := claims.owner_besides(file)):
             raise OutputError(
-                f"{out / taken[0]}: belongs to the build of {other}; choose another `name` or "
+                f"{claims.out / file}: belongs to the build of {other}; choose another `name` or "
                 f"folder (-o), or clean that build first"
             )
+    taken = [each for each in there if not overwrite and not claims.may_replace(*each)]
+    if taken:
+        raise OutputError("\n".join([*(_objection(claims, *each) for each in taken), _ADVICE]))
 
 
-def _other_builds(out: Path, name: str) -> Iterator[tuple[str, Manifest]]:
-    """Yield the name and the manifest of each other build whose manifest in ``out`` is sound."""
-    suffix = manifest_name("")
-    for path in sorted(out.glob(f"*{suffix}")):
-        other = path.name.removesuffix(suffix)
-        manifest = read_manifest(out, other) if other != name else None
-        if manifest is not None:
-            yield other, manifest
+def _objection(claims: Claims, file: str, role: str) -> str:
+    """Say why a file is not the build's to replace."""
+    if role == "manifest":
+        why = "is no sound manifest, so that no build vouches for it"
+    elif claims.owns(file):
+        why = "was changed since it was built"
+    else:
+        why = "was there before, and is no output of a build"
+    return f"{claims.out / file}: {why}"
+
+
+def stale_outputs(claims: Claims, written: Collection[str]) -> list[Path]:
+    """Return the files that an earlier build wrote and that may go now.
+
+    They are not among those ``written`` now, nobody changed them since, and no other build wrote
+    them too. What says how to import a file goes and stays with it, whoever wrote on in it.
+    """
+    if claims.own is None:
+        return []
+    listed = {entry.name: entry for entry in claims.own.outputs}
+    old = {
+        name: entry
+        for name, entry in listed.items()
+        if not (name in written or is_reserved(name) or claims.owner_besides(name))
+    }
+    going: Set[str] = {name for name, entry in old.items() if _vouches(entry, claims.out / name)}
+    for name, entry in old.items():
+        if entry.role == "import" and Path(name).stem in listed:
+            going = _with_settings(claims.out, name, going)
+    return [claims.out / name for name in old if name in going]
+
+
+def _with_settings(out: Path, name: str, going: Set[str]) -> Set[str]:
+    """Return which files go, once the import settings ``name`` go or stay with their subject."""
+    subject = Path(name).stem
+    if subject not in going and (out / subject).exists():
+        return going - {name}
+    return going | {name} if _are_settings(out / name) else going
+
+
+def _lists(manifest: Manifest, file: str) -> bool:
+    return any(entry.name == file for entry in manifest.outputs)
+
+
+def _vouches(entry: OutputEntry, path: Path) -> bool:
+    """Return whether ``path`` is the file that a manifest lists; a link to it is another file.
+
+    Line endings of text do not count: version control changes them.
+    """
+    if not is_regular(path):
+        return False
+    if entry.is_intact(path.parent):
+        return True
+    if not entry.size < path.stat().st_size <= 2 * entry.size:
+        return False
+    data = path.read_bytes()
+    text = data.replace(b"\r\n", b"\n")
+    return b"\0" not in data and hashlib.sha256(text).hexdigest() == entry.sha256
+
+
+def _are_settings(path: Path) -> bool:
+    """Return whether a file says how an engine imports the file that it is named after."""
+    if not is_regular(path) or path.stat().st_size > _LARGEST_SETTINGS:
+        return False
+    data = path.read_bytes()
+    match path.suffix:
+        case ".meta":
+            return len(_GUID.findall(data)) == 1
+        case ".uid":
+            return _UID.fullmatch(data) is not None
+        case ".import":
+            sources = _SOURCE_FILE.findall(data)
+            return bool(_REMAP.search(data)) and all(s == path.stem.encode() for s in sources)
+        case ".mat":
+            return data.startswith(b"%YAML") and b"\nMaterial:" in data
+    return False

@@ -1,51 +1,65 @@
 """Outputs appear all at once or not at all."""
 
-import errno
+import os
 import shutil
-import uuid
-from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self
 
 from fire_atlas.core.errors import OutputError
-
-_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+from fire_atlas.outputs.disk import explained
+from fire_atlas.outputs.journal import StagingFolder, commit
+from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
+from fire_atlas.outputs.recovery import staging_folder, sweep
 
 
 class Staging:
     """A hidden folder inside the output folder, whose files are renamed into place at the end.
 
-    Signals must wait meanwhile: see ``Interruptible``.
+    While it is open, no other process builds the same name into the same folder. Signals must wait
+    during the commit: see ``Interruptible``.
     """
 
-    def __init__(self, out: Path) -> None:
-        """Prepare to write into ``out``, which is made when the context is entered."""
+    def __init__(
+        self, out: Path, name: str, note: Callable[[str], None], overwrite: bool = False
+    ) -> None:
+        """Prepare to write into ``out``, which is made when the context is entered.
+
+        Args:
+            out: The output folder.
+            name: Of what is built there.
+            note: Hears whom the build waits for.
+            overwrite: What no build wrote may be replaced.
+        """
         self.out = out
-        self._folder = out / f".fire-atlas-{uuid.uuid4().hex[:12]}"
-        self._previous = self._folder / ".previous"
-        self._made: list[Path] = []
+        self.name = name
+        self.overwrite = overwrite
+        self._note = note
+        self._folder = staging_folder(out, name)
+        self._stack = ExitStack()
         self._names: list[str] = []
         self._kept: set[Path] = set()
 
     def __enter__(self) -> Self:
-        """Make the folders."""
-        try:
-            with explained(self.out):
-                self._made = _missing_folders(self.out)
-                self.out.mkdir(parents=True, exist_ok=True)
-                self._previous.mkdir(parents=True)
-        except BaseException:
-            self._tidy()
-            raise
+        """Make the folders, and clear away what builds that died have left."""
+        with self._stack as stack, explained(self.out):
+            for folder in _missing_folders(self.out):
+                stack.callback(_remove_if_empty, folder)
+            self.out.mkdir(parents=True, exist_ok=True)
+            stack.enter_context(locked(recipe_lock(self.out, self.name), self._note))
+            sweep(self.out, self.name, self._note)
+            stack.callback(_clear, self._folder)
+            self._folder.previous.mkdir(parents=True)
+            self._stack = stack.pop_all()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
     ) -> None:
         """Leave nothing behind but what was committed."""
-        self._tidy()
+        self._stack.close()
 
     def keep(self, inputs: Iterable[Path]) -> None:
         """Refuse to write over any of ``inputs`` from now on."""
@@ -55,36 +69,46 @@ class Staging:
     def open(self, name: str) -> Iterator[BinaryIO]:
         """Open the output ``name`` for writing."""
         target = self.out / name
-        self._refuse(target)
+        self.refuse(name)
         with explained(target), self.path(name).open("wb") as file:
             yield file
+            file.flush()
+            os.fsync(file.fileno())
         self._names.append(name)
 
     def existing(self, name: str) -> bytes | None:
         """Return what lies now where the output ``name`` will go, if anything does."""
         target = self.out / name
-        self._refuse(target)
+        self.refuse(name)
         with explained(target):
             return target.read_bytes() if target.is_file() else None
 
     def path(self, name: str) -> Path:
         """Where the output ``name`` lies until it is committed."""
-        return self._folder / name
+        return self._folder.path / name
+
+    def alone(self) -> AbstractContextManager[None]:
+        """Let no other build commit into the same folder meanwhile."""
+        return locked(folder_lock(self.out), self._note)
 
     def commit(self, stale: Iterable[Path]) -> None:
         """Put everything in place and remove the ``stale`` files of an earlier build.
 
-        What fails is undone, so that outputs never are a mixture.
+        What was written last seals the others. What fails is undone, so that outputs never are a
+        mixture.
         """
-        with ExitStack() as undo:
-            for name in self._names:
-                self._put(name, undo)
-            for path in stale:
-                self._take_away(path, undo)
-            undo.pop_all()
+        *names, seal = self._names
+        with explained(self.out):
+            changes = [
+                *(self._folder.change(name) for name in names),
+                *(self._folder.change(path.name, removes=True) for path in stale),
+                self._folder.change(seal),
+            ]
+            commit(self._folder, changes)
 
-    def _refuse(self, target: Path) -> None:
-        """Raise if ``target`` is nothing a build may replace."""
+    def refuse(self, name: str) -> None:
+        """Raise if what lies at the name of an output is nothing a build ever replaces."""
+        target = self.out / name
         advice = "choose another `name` or folder (-o)"
         if target.is_symlink() or target.is_dir():
             kind = "a symbolic link" if target.is_symlink() else "a folder"
@@ -94,73 +118,18 @@ class Staging:
         if target.resolve() in self._kept:
             raise OutputError(f"{target}: would be written over, but is read as input; {advice}")
 
-    def _put(self, name: str, undo: ExitStack) -> None:
-        target, previous = self.out / name, self._previous / name
-        with explained(target):
-            is_new = not target.exists()
-            if not is_new:
-                _link_or_copy(target, previous)
-            self.path(name).replace(target)
-        if is_new:
-            undo.callback(target.unlink)
-        else:
-            undo.callback(previous.replace, target)
 
-    def _take_away(self, path: Path, undo: ExitStack) -> None:
-        aside = self._previous / path.name
-        with explained(path):
-            path.replace(aside)
-        undo.callback(aside.replace, path)
-
-    def _tidy(self) -> None:
-        shutil.rmtree(self._folder, ignore_errors=True)
-        for folder in self._made:
-            with suppress(OSError):  # it holds outputs now, or never was made
-                folder.rmdir()
+def _clear(folder: StagingFolder) -> None:
+    """Remove a staging folder, unless a commit could not even be undone: the next command will."""
+    if not folder.journal.exists():
+        shutil.rmtree(folder.path, ignore_errors=True)
 
 
-def write_whole(target: Path, data: bytes) -> None:
-    """Write a file that is no output of a build: whole, or not at all."""
-    if target.is_dir():
-        raise OutputError(f"{target}: is a folder; name the file in it that is to be written")
-    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex[:12]}")
-    with explained(target):
-        try:
-            temporary.write_bytes(data)
-            temporary.replace(target)
-        finally:
-            temporary.unlink(missing_ok=True)
-
-
-@contextmanager
-def explained(path: Path) -> Iterator[None]:
-    """Turn the operating system's errors about ``path`` into advice."""
-    try:
-        yield
-    except PermissionError as error:
-        raise OutputError(
-            f"{path}: cannot be written ({error.strerror}); choose another folder with -o, or "
-            f"change its permissions"
-        ) from error
-    except (FileExistsError, NotADirectoryError) as error:
-        raise OutputError(f"{path}: a file is in the way of the output folder") from error
-    except OSError as error:
-        if error.errno in _FULL:
-            raise OutputError(
-                f"{path}: the disk is full ({error.strerror}); the previous outputs are whole. "
-                f"Free some space, or choose another folder with -o"
-            ) from error
-        raise OutputError(f"{path}: cannot be written ({error.strerror})") from error
+def _remove_if_empty(folder: Path) -> None:
+    with suppress(OSError):  # it holds outputs now, or never was made
+        folder.rmdir()
 
 
 def _missing_folders(path: Path) -> list[Path]:
-    """Folders from ``path`` upwards that do not exist yet, innermost first."""
-    return [folder for folder in (path, *path.parents) if not folder.exists()]
-
-
-def _link_or_copy(path: Path, to: Path) -> None:
-    """Keep the file ``path`` at ``to`` as well, so that it never is missing in between."""
-    try:
-        to.hardlink_to(path)
-    except OSError:  # not every file system knows hard links
-        shutil.copy2(path, to)
+    """Folders from ``path`` upwards that do not exist yet, outermost first."""
+    return [folder for folder in (*reversed(path.parents), path) if not folder.exists()]

@@ -17,7 +17,14 @@ from fire_atlas.pipeline.interruption import Interruptible
 from fire_atlas.pipeline.open import hash_inputs, hash_templates, open_input
 from fire_atlas.pipeline.pack_only import pack_only
 from fire_atlas.pipeline.pages import images, pack
-from fire_atlas.pipeline.write import commit, product_of, write_files, write_images, write_manifest
+from fire_atlas.pipeline.write import (
+    commit,
+    product_of,
+    refuse_taken_names,
+    write_files,
+    write_images,
+    write_manifest,
+)
 from fire_atlas.pipeline.writers import exported_files, light_files, track_files
 from fire_atlas.sources.sprites import Sprites
 
@@ -37,15 +44,24 @@ class BuildReport:
     statistics: dict[str, Any]
 
 
-def build(loaded: CheckedRecipe, out: Path, jobs: int, progress: Progress) -> BuildReport:
+def build(
+    loaded: CheckedRecipe, out: Path, jobs: int, progress: Progress, overwrite: bool = False
+) -> BuildReport:
     """Build one recipe into the folder ``out``: everything is written, or nothing is.
+
+    Files there that no manifest vouches for are replaced only where ``overwrite`` says so.
 
     Raises:
         FireAtlasError: Anything a person can mend; the previous outputs are whole.
         KeyboardInterrupt: A signal came. The previous outputs are whole, or the new ones are.
     """
     recipe, clock = loaded.recipe, Clock()
-    with Interruptible(progress) as progress, Workers(jobs) as workers, Staging(out) as staging:
+    with (
+        Interruptible(progress) as progress,
+        Workers(jobs) as workers,
+        Staging(out, recipe.name, progress.note, overwrite) as staging,
+    ):
+        refuse_taken_names(recipe, staging)
         context = BuildContext(workers, progress, clock)
         tool = workers.start(tool_digest)
         templates = hash_templates(loaded, staging, workers)

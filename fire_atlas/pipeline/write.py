@@ -15,13 +15,27 @@ from fire_atlas.outputs.manifest import (
     encode_manifest,
     manifest_name,
 )
-from fire_atlas.outputs.ownership import refuse_overwriting_others, stale_outputs
+from fire_atlas.outputs.ownership import Claims, refuse_replacing, stale_outputs
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import FinishedAnimation
+from fire_atlas.pipeline.expected import expected_outputs
 from fire_atlas.pipeline.pages import Image
 from fire_atlas.recipe.load import LoadedRecipe
+from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Atlas, TrackName
+
+
+def refuse_taken_names(recipe: Recipe, staging: Staging) -> None:
+    """Refuse a build, before any work, that would replace what is no build's to replace.
+
+    Raises:
+        OutputError: A name that it is sure to write is taken.
+    """
+    expected = list(expected_outputs(recipe))
+    for name, _ in expected:
+        staging.refuse(name)
+    refuse_replacing(Claims.read(staging.out, recipe.name), expected, staging.overwrite)
 
 
 def write_images(
@@ -85,10 +99,13 @@ def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> None:
     """Put all outputs of the build ``name`` in place, and remove what it no longer writes.
 
     Raises:
-        OutputError: One of them would replace a file of another build.
+        OutputError: One of them would replace a file of another build, or of a person.
     """
-    refuse_overwriting_others(staging.out, name, outputs)
-    staging.commit(stale_outputs(staging.out, name, [output.name for output in outputs]))
+    with staging.alone():
+        claims = Claims.read(staging.out, name)
+        changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
+        refuse_replacing(claims, changed, staging.overwrite)
+        staging.commit(stale_outputs(claims, [output.name for output in outputs]))
 
 
 def product_of(

@@ -87,11 +87,17 @@ def test_a_removed_output_rebuilds(desk: Desk, recipe: Path, output: str) -> Non
     assert contents(desk.build) == before
 
 
-def test_an_output_that_somebody_edited_is_built_anew(desk: Desk, recipe: Path) -> None:
+def test_an_output_that_somebody_edited_is_built_anew_only_when_told(
+    desk: Desk, recipe: Path
+) -> None:
     before = contents(desk.build)
     page = desk.build / "fire.png"
     page.write_bytes(before["fire.png"][:-1] + b"!")  # same size
-    assert_builds_once(desk, recipe)
+    edited = contents(desk.build)
+    ran = desk.run("build", recipe)
+    assert ran.code == 1 and contents(desk.build) == edited
+    assert "fire.png: was changed since it was built" in ran.err and "--overwrite" in ran.err
+    assert_builds_once(desk, recipe, "--overwrite")
     assert contents(desk.build) == before
 
 
@@ -150,6 +156,10 @@ def test_what_a_person_edited_or_made_is_never_removed(desk: Desk) -> None:
     assert "fire-1.json" not in after
 
 
+def contents_of_files(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+
+
 def entry(path: str, data: bytes) -> dict[str, object]:
     return {
         "path": path,
@@ -171,7 +181,11 @@ def test_a_manifest_that_climbs_out_of_its_folder_removes_nothing(
     told = json.loads(manifest.read_text(encoding="utf-8"))
     told["outputs"].append(entry(path, b"mine"))
     manifest.write_text(json.dumps(told), encoding="utf-8")
+    before = contents_of_files(desk.build)
     ran = desk.run("build", recipe)
+    assert ran.code == 1 and "fire.manifest.json: is no sound manifest" in ran.err
+    assert contents_of_files(desk.build) == before
+    ran = desk.run("build", recipe, "--overwrite")
     assert ran.code == 0 and not ran.is_up_to_date
     assert all(file.read_bytes() == b"mine" for file in mine)
     assert path not in [out["path"] for out in json.loads(manifest.read_bytes())["outputs"]]
@@ -184,7 +198,7 @@ def test_a_manifest_that_names_an_absolute_path_removes_nothing(desk: Desk, reci
     told = json.loads(manifest.read_text(encoding="utf-8"))
     told["outputs"] = [entry(str(mine), b"mine")]
     manifest.write_text(json.dumps(told), encoding="utf-8")
-    assert desk.run("build", recipe).code == 0
+    assert desk.run("build", recipe, "--overwrite").code == 0
     assert mine.exists()
 
 
@@ -201,11 +215,16 @@ def test_a_manifest_that_names_an_absolute_path_removes_nothing(desk: Desk, reci
         '{"format": "fire-atlas/manifest", "version": 1, "asked": 1, "made_by": 2, "inputs": [{}]}',
     ],
 )  # fmt: skip
-def test_a_broken_manifest_is_replaced(desk: Desk, recipe: Path, text: str) -> None:
+def test_a_broken_manifest_vouches_for_nothing_and_is_replaced_when_told(
+    desk: Desk, recipe: Path, text: str
+) -> None:
     manifest = desk.build / "fire.manifest.json"
     sound = manifest.read_bytes()
     manifest.write_bytes(text.encode())
     ran = desk.run("build", recipe)
+    assert ran.code == 1 and "fire.manifest.json: is no sound manifest" in ran.err
+    assert manifest.read_bytes() == text.encode()
+    ran = desk.run("build", recipe, "--overwrite")
     assert (ran.code, ran.is_up_to_date) == (0, False), ran.err
     assert manifest.read_bytes() == sound
 

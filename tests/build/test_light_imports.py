@@ -7,7 +7,7 @@ import pytest
 
 from .desk import environment, script
 
-HEAVY = {"numpy", "cv2", "scipy", "PIL", "pydantic", "av", "rich", "jinja2"}
+HEAVY = {"numpy", "cv2", "scipy", "PIL", "pydantic", "av", "rich", "jinja2", "filelock"}
 
 _TELL = """
 import atexit, sys

@@ -13,7 +13,7 @@ from typing import Any
 
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import OutputError, RecipeError
-from fire_atlas.core.output_file import OutputFile
+from fire_atlas.core.output_file import OutputFile, is_reserved
 from fire_atlas.formats.templates.context import context_of
 from fire_atlas.recipe.output import TemplateExport
 
@@ -37,14 +37,21 @@ def export_template(sheet: AtlasSheet, export: TemplateExport, path: Path) -> Ou
     if "error" in answer:
         where = f"{path}:{answer['line']}" if answer.get("line") else f"{path}"
         raise OutputError(f"{where}: {answer['error']}")
-    name = answer["name"]
+    return OutputFile(_sound_name(answer["name"], path), "template", answer["text"].encode())
+
+
+def _sound_name(name: str, path: Path) -> str:
+    """Return the name that the template at ``path`` gives its file, if it may be written."""
     is_plain = PureWindowsPath(name).name == name and name.isprintable()
     if not name or name.startswith(".") or not is_plain:
-        raise OutputError(
-            f"{path}: `to` gives {name!r}, which is no plain file name; write something like "
-            f"{{{{ name }}}}.txt"
-        )
-    return OutputFile(name, "template", answer["text"].encode())
+        objection = "which is no plain file name"
+    elif is_reserved(name):
+        objection = "a name that builds keep for themselves"
+    else:
+        return name
+    raise OutputError(
+        f"{path}: `to` gives {name!r}, {objection}; write something like {{{{ name }}}}.txt"
+    )
 
 
 def _read(path: Path) -> str:

@@ -51,7 +51,7 @@ my_plugin/custom="[params] uid=3; process/premult_alpha=true"
 """As Godot 4 leaves it, and as somebody set compression, mipmaps, a limit and a plugin's own."""
 
 
-def build(folder: Path, out: str = "art", **changes: Any) -> str:
+def build(folder: Path, out: str = "art", *options: str, **changes: Any) -> str:
     """Build a small fire in ``folder``; return what was said."""
     folder.mkdir(exist_ok=True)
     keys: dict[str, Any] = {
@@ -63,7 +63,7 @@ def build(folder: Path, out: str = "art", **changes: Any) -> str:
     keys |= {key: {**keys.get(key, {}), **value} if isinstance(value, dict) else value
              for key, value in changes.items()}  # fmt: skip
     (folder / "fire.yaml").write_text(json.dumps(keys))
-    assert main(["build", str(folder / "fire.yaml"), "-o", str(folder / out)]) == 0
+    assert main(["build", str(folder / "fire.yaml"), "-o", str(folder / out), *options]) == 0
     return out
 
 
@@ -134,7 +134,7 @@ def test_a_uid_that_stands_in_a_file_is_kept(tmp_path: Path) -> None:
     }
     for name, text in theirs.items():
         (folder / name).write_text(text)
-    build(tmp_path)
+    build(tmp_path, "art", "--overwrite")
     told = uids(folder)
     assert [told[name] for name in theirs] == [
         "uid://b1", "uid://b2", "uid://b3", "uid://cxjsam1fyjnui",

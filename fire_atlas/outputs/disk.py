@@ -1,0 +1,96 @@
+"""What builds ask of the file system: what is synced survives a power cut."""
+
+import errno
+import os
+import shutil
+import stat
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from fire_atlas.core.errors import OutputError
+from fire_atlas.outputs.digest import file_digest
+
+_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+
+
+@contextmanager
+def explained(path: Path) -> Iterator[None]:
+    """Turn the operating system's errors about ``path`` into advice."""
+    try:
+        yield
+    except PermissionError as error:
+        raise OutputError(
+            f"{path}: cannot be written ({error.strerror}); choose another folder with -o, or "
+            f"change its permissions"
+        ) from error
+    except (FileExistsError, NotADirectoryError) as error:
+        raise OutputError(f"{path}: a file is in the way of the output folder") from error
+    except OSError as error:
+        if error.errno in _FULL:
+            raise OutputError(
+                f"{path}: the disk is full ({error.strerror}); the previous outputs are whole. "
+                f"Free some space, or choose another folder with -o"
+            ) from error
+        raise OutputError(f"{path}: cannot be written ({error.strerror})") from error
+
+
+def write_synced(path: Path, data: bytes) -> None:
+    """Write a file that is on the disk afterwards."""
+    with path.open("wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def digest_of(path: Path) -> str | None:
+    """Return the SHA-256 of a file; None where nothing lies; what is no file has none like it."""
+    if is_regular(path):
+        return file_digest(path)
+    return "" if path.is_symlink() or path.exists() else None
+
+
+def is_regular(path: Path) -> bool:
+    """Return whether a file lies there, and no link to one."""
+    try:
+        return stat.S_ISREG(path.lstat().st_mode)
+    except OSError:
+        return False
+
+
+def link_or_copy(path: Path, to: Path) -> None:
+    """Keep the file ``path`` at ``to`` as well, so that it never is missing in between."""
+    try:
+        to.hardlink_to(path)
+    except OSError:  # not every file system knows hard links
+        shutil.copy2(path, to)
+        with to.open("rb+") as file:
+            os.fsync(file.fileno())
+
+
+def sync_folder(folder: Path) -> None:
+    """Wait until the names in a folder are on the disk, where the system can do that."""
+    if os.name == "nt":
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno not in {errno.EINVAL, errno.EOPNOTSUPP}:
+            raise
+    finally:
+        os.close(descriptor)
+
+
+def write_whole(target: Path, data: bytes) -> None:
+    """Write a file that is no output of a build: whole, or not at all."""
+    if target.is_dir():
+        raise OutputError(f"{target}: is a folder; name the file in it that is to be written")
+    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex[:12]}")
+    with explained(target):
+        try:
+            write_synced(temporary, data)
+            temporary.replace(target)
+        finally:
+            temporary.unlink(missing_ok=True)

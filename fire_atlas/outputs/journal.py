@@ -1,0 +1,194 @@
+"""The commit of a build: every change of an output folder, or none, whatever ends the process.
+
+Before the first change, all that will be replaced or removed is kept in the staging folder, and a
+journal there names it. What is found with a journal was not finished, and is undone from it. The
+last file of a commit, the manifest, is withdrawn before any other changes and put in place after
+all others have, so that it never vouches for a mixture. Each step is on the disk before the next
+begins: what a power cut leaves is undone alike.
+"""
+
+import json
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from fire_atlas.core.output_file import is_reserved, plain_name
+from fire_atlas.outputs.digest import file_digest
+from fire_atlas.outputs.disk import (
+    digest_of,
+    explained,
+    is_regular,
+    link_or_copy,
+    sync_folder,
+    write_synced,
+)
+
+_FORMAT, _VERSION = "fire-atlas/journal", 1
+_LARGEST = 1 << 26
+"""Bytes of a journal: that of a hundred thousand files has fewer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What a commit does to one file of the output folder.
+
+    Attributes:
+        name: Of the file.
+        before: SHA-256 of what lies there before; None: nothing does.
+        after: SHA-256 of what a build puts there; None: it is removed.
+    """
+
+    name: str
+    before: str | None
+    after: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class StagingFolder:
+    """Where the files of a build wait, beside what they will replace.
+
+    Attributes:
+        out: The output folder.
+        path: The hidden folder in it.
+    """
+
+    out: Path
+    path: Path
+
+    @property
+    def previous(self) -> Path:
+        """Where the files that are replaced or removed are kept."""
+        return self.path / ".previous"
+
+    @property
+    def journal(self) -> Path:
+        """The journal, which is there while a commit is not finished."""
+        return self.path / ".journal"
+
+    def change(self, name: str, *, removes: bool = False) -> Change:
+        """Return what becomes of the file ``name`` by its staged one, or by its removal."""
+        after = None if removes else file_digest(self.path / name)
+        return Change(name, digest_of(self.out / name), after)
+
+
+def commit(folder: StagingFolder, changes: Sequence[Change]) -> None:
+    """Make all ``changes``; the last one seals the others.
+
+    Raises:
+        OSError: One failed, and all were undone. If even that failed, the journal is still there.
+    """
+    _keep_previous(folder, changes)
+    _write_journal(folder, changes)
+    *others, seal = changes
+    try:
+        _remove(folder, seal)
+        for change in others:
+            _make(folder, change)
+        sync_folder(folder.out)
+        _make(folder, seal)
+        sync_folder(folder.out)
+    except BaseException:
+        _undo(folder, changes)
+        raise
+    with suppress(OSError):  # all is done: a journal that stays says nothing else
+        folder.journal.unlink()
+
+
+def undo_unfinished(folder: StagingFolder) -> None:
+    """Undo the commit that a journal tells of, if it was not finished.
+
+    A journal is input like any other: nothing is changed but what is byte for byte as it states.
+    """
+    changes = _read_journal(folder)
+    if changes and digest_of(folder.out / changes[-1].name) != changes[-1].after:
+        _undo(folder, changes)
+    folder.journal.unlink(missing_ok=True)
+    sync_folder(folder.path)
+
+
+def _keep_previous(folder: StagingFolder, changes: Sequence[Change]) -> None:
+    for change in changes:
+        if change.before is not None:
+            with explained(folder.out / change.name):
+                link_or_copy(folder.out / change.name, folder.previous / change.name)
+    sync_folder(folder.previous)
+
+
+def _write_journal(folder: StagingFolder, changes: Sequence[Change]) -> None:
+    document = {"format": _FORMAT, "version": _VERSION, "changes": [asdict(c) for c in changes]}
+    draft = folder.journal.with_suffix(".draft")
+    write_synced(draft, json.dumps(document).encode())
+    draft.replace(folder.journal)
+    sync_folder(folder.path)
+    sync_folder(folder.out)
+
+
+def _read_journal(folder: StagingFolder) -> list[Change]:
+    """Return the changes that a journal states; none where it is not sound."""
+    with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
+        is_own = not (folder.path.is_symlink() or folder.previous.is_symlink())
+        if is_own and is_regular(folder.journal) and folder.journal.stat().st_size <= _LARGEST:
+            document: Any = json.loads(folder.journal.read_bytes())
+            if (document["format"], document["version"]) == (_FORMAT, _VERSION):
+                return _sound([Change(**each) for each in document["changes"]])
+    return []
+
+
+def _sound(changes: list[Change]) -> list[Change]:
+    """Return ``changes`` if all are of files that a build may write, the last one the manifest.
+
+    Raises:
+        ValueError: One is of another file.
+    """
+    names = [plain_name(change.name) for change in changes]
+    if any(map(is_reserved, names[:-1])):
+        raise ValueError("builds keep that name for themselves")
+    return changes
+
+
+def _make(folder: StagingFolder, change: Change) -> None:
+    target = folder.out / change.name
+    with explained(target):
+        if change.after is None:
+            target.unlink(missing_ok=True)
+        else:
+            (folder.path / change.name).replace(target)
+
+
+def _remove(folder: StagingFolder, seal: Change) -> None:
+    """Withdraw the seal of a commit, before anything that it vouches for changes."""
+    target = folder.out / seal.name
+    with explained(target):
+        target.unlink(missing_ok=True)
+        sync_folder(folder.out)
+
+
+def _undo(folder: StagingFolder, changes: Sequence[Change]) -> None:
+    """Put everything back as it was; the seal first goes and then comes last."""
+    *others, seal = changes
+    if digest_of(folder.out / seal.name) == seal.after:
+        _remove(folder, seal)
+    are_restored = [_restore(folder, change) for change in others]
+    sync_folder(folder.out)
+    if all(are_restored):
+        _restore(folder, seal)
+        sync_folder(folder.out)
+    folder.journal.unlink(missing_ok=True)
+
+
+def _restore(folder: StagingFolder, change: Change) -> bool:
+    """Put one file back; return False where what it was is lost. What anybody wrote there since
+    stays."""
+    target, previous = folder.out / change.name, folder.previous / change.name
+    now = digest_of(target)
+    if now == change.before or now not in {None, change.after}:
+        return True
+    if change.before is None:
+        target.unlink()
+    elif digest_of(previous) == change.before:
+        previous.replace(target)
+    else:
+        return False
+    return True

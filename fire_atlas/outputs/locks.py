@@ -1,0 +1,111 @@
+"""Locks between processes: one build of a recipe at a time, and one commit into a folder.
+
+The system drops the lock of a process that dies. A lock file is removed by whoever held it last, so
+that none is left behind by a build that ended well.
+"""
+
+import errno
+import os
+import socket
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
+
+_NOT_SUPPORTED = {errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP}
+_INTERVAL = 0.05
+"""Seconds between two looks whether a lock is free."""
+
+
+def folder_lock(out: Path) -> Path:
+    """Return the lock file of all commits into ``out``."""
+    return out / ".fire-atlas.lock"
+
+
+def recipe_lock(out: Path, name: str) -> Path:
+    """Return the lock file of the builds called ``name`` into ``out``."""
+    return out / f".fire-atlas-{name}.lock"
+
+
+@contextmanager
+def locked(path: Path, note: Callable[[str], None]) -> Iterator[None]:
+    """Hold the lock file ``path``, waiting for it if need be.
+
+    Args:
+        path: Its folder is made again where another build, which failed, has removed it.
+        note: Hears whom we wait for, or that the file system knows no locks.
+    """
+    lock = _lock(path)
+    is_told = False
+    try:
+        while not _is_taken(lock, path):
+            if not is_told:
+                note(f"waits for {_holder(path)}, which writes into {path.parent} too")
+            is_told = True
+            time.sleep(_INTERVAL)
+    except OSError as error:
+        if error.errno not in _NOT_SUPPORTED:
+            raise
+        note(f"{path.parent}: no locks on this file system; build into it one at a time")
+    with _released(lock, path):
+        yield
+
+
+@contextmanager
+def locked_if_free(path: Path) -> Iterator[bool]:
+    """Hold the lock file ``path`` if nobody else does; yield whether that is so."""
+    lock = _lock(path)
+    try:
+        is_taken = _is_taken(lock, path)
+    except OSError:
+        is_taken = False
+    with _released(lock, path):
+        yield is_taken
+
+
+def _lock(path: Path) -> "BaseFileLock":
+    from filelock import FileLock  # what writes nothing does without
+
+    return FileLock(path, fallback_to_soft=False, on_acquired=_write_holder)
+
+
+def _is_taken(lock: "BaseFileLock", path: Path) -> bool:
+    """Try to take a lock once; return whether that worked."""
+    from filelock import Timeout
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        lock.acquire(timeout=0)
+    except (Timeout, FileNotFoundError):
+        return False
+    return True
+
+
+@contextmanager
+def _released(lock: "BaseFileLock", path: Path) -> Iterator[None]:
+    """Give a lock back at the end, if it was taken at all."""
+    try:
+        yield
+    finally:
+        if lock.is_locked:
+            with suppress(OSError):  # Windows removes no open file; there, the next one does
+                path.unlink()
+            lock.release()
+
+
+def _write_holder(descriptor: int) -> None:
+    with suppress(OSError):  # on a full disk others hear less
+        os.ftruncate(descriptor, 0)
+        os.write(descriptor, f"process {os.getpid()} on {socket.gethostname()}".encode())
+
+
+def _holder(path: Path) -> str:
+    """Say who holds a lock."""
+    try:
+        return path.read_text(encoding="utf-8") or "another build"
+    except OSError:
+        return "another build"

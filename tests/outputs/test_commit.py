@@ -1,0 +1,310 @@
+"""A commit is whole or undone, and what a process that died has left is put right."""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fire_atlas.core.errors import OutputError
+from fire_atlas.outputs.journal import commit
+from fire_atlas.outputs.locks import locked, locked_if_free, recipe_lock
+from fire_atlas.outputs.recovery import recover, staging_folder
+from fire_atlas.outputs.staging import Staging
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="symbolic links of POSIX")
+
+
+def ignore(message: str) -> None:
+    """Hear nothing."""
+
+
+def contents(out: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in out.iterdir()}
+
+
+def sha256(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+OLD = {"a.png": b"old a", "b.png": b"old b", "stale.png": b"stale", "x.manifest.json": b"old"}
+NEW = {"a.png": b"new a", "c.png": b"new c", "x.manifest.json": b"new"}
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    folder = tmp_path / "out"
+    folder.mkdir()
+    for name, data in OLD.items():
+        (folder / name).write_bytes(data)
+    return folder
+
+
+@contextmanager
+def staged(out: Path) -> Iterator[Staging]:
+    """Open a staging that holds the new files."""
+    with Staging(out, "x", ignore) as staging:
+        for name, data in NEW.items():
+            with staging.open(name) as file:
+                file.write(data)
+        yield staging
+
+
+def write_new(out: Path) -> None:
+    with staged(out) as staging, staging.alone():
+        staging.commit([out / "stale.png"])
+
+
+def leave_unfinished(out: Path, changed: dict[str, bytes | None]) -> None:
+    """Leave what a process that is killed in the middle of a commit leaves: some files changed."""
+    folder = staging_folder(out, "x")
+    folder.previous.mkdir(parents=True)
+    names = ["a.png", "c.png", "stale.png", "x.manifest.json"]
+    changes = [
+        {
+            "name": name,
+            "before": sha256(OLD[name]) if name in OLD else None,
+            "after": sha256(NEW[name]) if name in NEW else None,
+        }
+        for name in names
+    ]
+    for name in set(names) & OLD.keys():
+        (folder.previous / name).write_bytes(OLD[name])
+    document = {"format": "fire-atlas/journal", "version": 1, "changes": changes}
+    folder.journal.write_text(json.dumps(document))
+    (out / "x.manifest.json").unlink()
+    for name, data in changed.items():
+        if data is None:
+            (out / name).unlink()
+        else:
+            (out / name).write_bytes(data)
+
+
+def test_a_commit_writes_and_removes_all_and_leaves_nothing_else(out: Path) -> None:
+    write_new(out)
+    assert contents(out) == NEW | {"b.png": OLD["b.png"]}
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {},
+        {"a.png": NEW["a.png"]},
+        {"a.png": NEW["a.png"], "c.png": NEW["c.png"]},
+        {"a.png": NEW["a.png"], "c.png": NEW["c.png"], "stale.png": None},
+    ],
+)
+def test_an_unfinished_commit_is_undone_by_who_comes_next(
+    out: Path, changed: dict[str, bytes | None]
+) -> None:
+    leave_unfinished(out, changed)
+    recover(out, "x", ignore)
+    assert contents(out) == OLD
+
+
+def test_a_commit_whose_manifest_is_in_place_is_finished(out: Path) -> None:
+    leave_unfinished(out, {**NEW, "stale.png": None})
+    recover(out, "x", ignore)
+    assert contents(out) == NEW | {"b.png": OLD["b.png"]}
+
+
+def test_what_a_person_wrote_since_survives_the_undoing(out: Path) -> None:
+    leave_unfinished(out, {"a.png": b"painted", "c.png": b"painted too"})
+    recover(out, "x", ignore)
+    assert contents(out) == OLD | {"a.png": b"painted", "c.png": b"painted too"}
+
+
+def test_a_manifest_does_not_come_back_without_what_it_vouches_for(out: Path) -> None:
+    leave_unfinished(out, {"a.png": NEW["a.png"]})
+    (staging_folder(out, "x").previous / "a.png").unlink()
+    recover(out, "x", ignore)
+    assert "x.manifest.json" not in contents(out)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "{", "[]", "7", "[" * 100_000, '{"format": "fire-atlas/journal", "version": 1}',
+     '{"format": "fire-atlas/journal", "version": 1, "changes": [{"name": "a.png"}]}'],
+)  # fmt: skip
+def test_a_broken_journal_changes_nothing(out: Path, text: str) -> None:
+    leave_unfinished(out, {})
+    staging_folder(out, "x").journal.write_text(text)
+    recover(out, "x", ignore)
+    assert contents(out) == {name: OLD[name] for name in OLD if name != "x.manifest.json"}
+
+
+@pytest.mark.parametrize("name", ["../mine.txt", ".gitignore", "other.manifest.json"])
+def test_a_hostile_journal_reaches_no_file_that_a_build_does_not_write(
+    out: Path, name: str
+) -> None:
+    (out / name).write_bytes(b"mine")
+    leave_unfinished(out, {})
+    journal = staging_folder(out, "x").journal
+    document = json.loads(journal.read_text())
+    document["changes"].insert(0, {"name": name, "before": None, "after": sha256(b"mine")})
+    journal.write_text(json.dumps(document))
+    recover(out, "x", ignore)
+    assert (out / name).read_bytes() == b"mine"
+
+
+@posix
+def test_a_staging_folder_that_is_a_link_is_removed_and_not_followed(
+    out: Path, tmp_path: Path
+) -> None:
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "precious.txt").write_text("mine")
+    (mine / ".journal").write_text("{}")
+    staging_folder(out, "x").path.symlink_to(mine)
+    recover(out, "x", ignore)
+    write_new(out)
+    assert (mine / "precious.txt").read_text() == "mine"
+    assert contents(out) == NEW | {"b.png": OLD["b.png"]}
+
+
+def test_without_a_journal_nothing_is_written(out: Path) -> None:
+    before = out.stat().st_mtime_ns
+    recover(out, "x", ignore)
+    assert out.stat().st_mtime_ns == before
+
+
+def test_the_manifest_is_away_while_anything_changes(
+    out: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replace, seen = Path.replace, list[tuple[str, bool]]()
+
+    def watched(self: Path, target: Path) -> Path:
+        seen.append((Path(target).name, (out / "x.manifest.json").exists()))
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", watched)
+    write_new(out)
+    assert seen[1:] == [("a.png", False), ("c.png", False), ("x.manifest.json", False)]
+
+
+def test_a_commit_that_cannot_even_be_undone_is_undone_later(
+    out: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replace = Path.replace
+
+    def failing(self: Path, target: Path) -> Path:
+        if Path(target).name == "c.png" or ".previous" in str(self):
+            raise PermissionError(13, "Permission denied", str(self))
+        return replace(self, target)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "replace", failing)
+        with pytest.raises(OutputError, match="cannot be written"):
+            write_new(out)
+    assert "x.manifest.json" not in contents_of_files(out)
+    recover(out, "x", ignore)
+    assert contents(out) == OLD
+
+
+def contents_of_files(out: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in out.iterdir() if path.is_file()}
+
+
+def test_what_dead_builds_left_is_removed_by_the_next_one_of_any_name(out: Path) -> None:
+    for name in ("x", "y"):
+        staging_folder(out, name).previous.mkdir(parents=True)
+        (staging_folder(out, name).path / "page.png").write_bytes(b"half")
+        recipe_lock(out, name).write_text("process 1 on elsewhere")
+    write_new(out)
+    assert contents(out) == NEW | {"b.png": OLD["b.png"]}
+
+
+_HOLDS = """
+import sys, time
+from pathlib import Path
+from fire_atlas.outputs.staging import Staging
+with Staging(Path(sys.argv[1]), sys.argv[2], print):
+    print("holds", flush=True)
+    time.sleep(float(sys.argv[3]))
+"""
+
+
+@contextmanager
+def another_build(out: Path, name: str, seconds: float) -> Iterator[subprocess.Popen[str]]:
+    """Let another process hold the staging of ``name`` for some time."""
+    line = [sys.executable, "-c", _HOLDS, str(out), name, str(seconds)]
+    root = Path(sys.modules["fire_atlas"].__file__ or "").resolve().parents[1]
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True, env=environment) as process:
+        assert process.stdout is not None and process.stdout.readline() == "holds\n"
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def test_a_build_waits_for_another_of_its_name_and_says_for_whom(out: Path) -> None:
+    told = list[str]()
+    with another_build(out, "x", 1) as other, Staging(out, "x", told.append):
+        assert other.wait() == 0
+    assert len(told) == 1 and f"waits for process {other.pid} on " in told[0]
+
+
+def test_a_live_build_of_another_name_keeps_its_staging_folder(out: Path) -> None:
+    with another_build(out, "y", 60):
+        write_new(out)
+        assert staging_folder(out, "y").path.is_dir()
+    write_new(out)
+    assert contents(out) == NEW | {"b.png": OLD["b.png"]}
+
+
+def test_a_lock_is_taken_by_one_and_its_file_is_gone_afterwards(tmp_path: Path) -> None:
+    path = tmp_path / "folder" / ".lock"
+    with locked(path, ignore):
+        with locked_if_free(path) as is_free:
+            assert not is_free
+        assert path.exists()
+    assert not path.exists()
+    with locked_if_free(path) as is_free:
+        assert is_free
+
+
+def test_each_step_of_a_commit_is_on_the_disk_before_the_next(
+    out: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done = list[str]()
+
+    def recorded(name: str) -> Callable[..., Any]:
+        call = getattr(os, name)
+
+        def recording(*arguments: Any, **keys: Any) -> Any:
+            done.append(name)
+            return call(*arguments, **keys)
+
+        return recording
+
+    with staged(out):
+        folder = staging_folder(out, "x")
+        changes = [folder.change("a.png"), folder.change("x.manifest.json")]
+        with monkeypatch.context() as patch:
+            for name in ("fsync", "replace", "unlink", "link"):
+                patch.setattr(os, name, recorded(name))
+            commit(folder, changes)
+    assert done == [
+        "link", "link", "fsync",  # what was there is kept
+        "fsync", "replace", "fsync", "fsync",  # the journal says so
+        "unlink", "fsync",  # the manifest is withdrawn
+        "replace", "fsync",  # the page
+        "replace", "fsync",  # the manifest
+        "unlink",  # the journal
+    ]  # fmt: skip
+
+
+def test_waiting_ends_when_the_other_dies(out: Path) -> None:
+    with another_build(out, "x", 60) as other:
+        other.kill()
+        begun = time.monotonic()
+        write_new(out)
+    assert time.monotonic() - begun < 30
