@@ -1,10 +1,12 @@
 """``fire-atlas build``."""
 
 from argparse import Namespace
+from functools import partial
 from pathlib import Path
 
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import Outcome, Quiet, view_for
+from fire_atlas.core.interruption import MESSAGE, if_interrupted
 from fire_atlas.outputs.folder import default_folder
 from fire_atlas.outputs.freshness import why_stale
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
@@ -15,7 +17,7 @@ def run(args: Namespace) -> int:
     """Build every recipe named, whatever becomes of the others; return the worst exit code."""
     view = view_for(args.json, args.quiet, args.verbose > 0)
     failures = Failures(args.verbose > 1, view.failed)
-    with failures.caught():
+    with failures.caught(), if_interrupted(partial(view.failed, MESSAGE)):
         trees = read_recipes(args, view, failures)
         built = [tree for tree in trees if _build(tree, args, view, failures)]
         if args.depfile and not args.dry_run:

@@ -11,6 +11,7 @@ from PIL import ImageColor
 from fire_atlas.cli.progress import view_for
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.interruption import if_interrupted
 from fire_atlas.formats.atlas.json_hash import read_atlas
 from fire_atlas.formats.tracks.names import flakes_file
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks, read_tracks
@@ -90,9 +91,11 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
     loaded = load_checked(read_tree(args.subject, overrides))
     view = view_for(json_lines=False, quiet=args.quiet, verbose=False)
     view.begin(args.subject)
-    with TemporaryDirectory(prefix="fire-atlas-") as folder:
+    temporary = TemporaryDirectory(prefix="fire-atlas-")
+    with temporary as folder, if_interrupted(temporary.cleanup):
         try:
-            build(loaded, Path(folder), args.jobs or default_jobs(), view)
+            with if_interrupted(view.close):
+                build(loaded, Path(folder), args.jobs or default_jobs(), view)
         finally:
             view.close()
         with Workers(1) as workers:

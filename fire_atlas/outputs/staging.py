@@ -5,11 +5,13 @@ import shutil
 import uuid
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.interruption import if_interrupted, signals_wait
 
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 
@@ -17,7 +19,7 @@ _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 class Staging:
     """A hidden folder inside the output folder, whose files are renamed into place at the end.
 
-    Signals must wait meanwhile: see ``Interruptible``.
+    Signals wait meanwhile; at any other time they remove it.
     """
 
     def __init__(self, out: Path) -> None:
@@ -28,16 +30,18 @@ class Staging:
         self._made: list[Path] = []
         self._names: list[str] = []
         self._kept: set[Path] = set()
+        self._interruptible = ExitStack()
 
     def __enter__(self) -> Self:
         """Make the folders."""
+        self._interruptible.enter_context(if_interrupted(self._tidy))
         try:
             with explained(self.out):
                 self._made = _missing_folders(self.out)
                 self.out.mkdir(parents=True, exist_ok=True)
                 self._previous.mkdir(parents=True)
         except BaseException:
-            self._tidy()
+            self.__exit__(None, None, None)
             raise
         return self
 
@@ -46,6 +50,7 @@ class Staging:
     ) -> None:
         """Leave nothing behind but what was committed."""
         self._tidy()
+        self._interruptible.close()
 
     def keep(self, inputs: Iterable[Path]) -> None:
         """Refuse to write over any of ``inputs`` from now on."""
@@ -76,7 +81,7 @@ class Staging:
 
         What fails is undone, so that outputs never are a mixture.
         """
-        with ExitStack() as undo:
+        with signals_wait(), ExitStack() as undo:
             for name in self._names:
                 self._put(name, undo)
             for path in stale:
@@ -124,7 +129,7 @@ def write_whole(target: Path, data: bytes) -> None:
     if target.is_dir():
         raise OutputError(f"{target}: is a folder; name the file in it that is to be written")
     temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex[:12]}")
-    with explained(target):
+    with explained(target), if_interrupted(partial(temporary.unlink, missing_ok=True)):
         try:
             temporary.write_bytes(data)
             temporary.replace(target)
