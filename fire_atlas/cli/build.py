@@ -4,6 +4,7 @@ from argparse import Namespace
 from functools import partial
 from pathlib import Path
 
+from fire_atlas.cli.depfile import refuse_overwriting, write_depfile
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import Outcome, Quiet, view_for
 from fire_atlas.core.interruption import MESSAGE, if_interrupted
@@ -18,13 +19,12 @@ def run(args: Namespace) -> int:
     view = view_for(args.json, args.quiet, args.verbose > 0)
     failures = Failures(args.verbose > 1, view.failed)
     with failures.caught(), if_interrupted(partial(view.failed, MESSAGE)):
+        if args.depfile:
+            refuse_overwriting(args.depfile)
         trees = read_recipes(args, view, failures)
         built = [tree for tree in trees if _build(tree, args, view, failures)]
         if args.depfile and not args.dry_run:
-            from fire_atlas.cli.depfile import depfile
-            from fire_atlas.outputs.staging import write_whole
-
-            write_whole(args.depfile, depfile([(tree, folder_of(tree, args)) for tree in built]))
+            write_depfile(args.depfile, [(tree, folder_of(tree, args)) for tree in built])
     return failures.worst_code
 
 

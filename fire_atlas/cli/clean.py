@@ -6,6 +6,7 @@ from pathlib import Path
 
 from fire_atlas.cli.build import folder_of
 from fire_atlas.cli.failure import Failures
+from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import OutputError
 from fire_atlas.outputs.manifest import manifest_name, read_manifest
 from fire_atlas.outputs.ownership import stale_outputs
@@ -23,7 +24,7 @@ def run(args: Namespace) -> int:
                 tree = read_without_members(path, args.overrides)
                 for line in _cleaned(tree, folder_of(tree, args)):
                     if not args.quiet:
-                        print(f"{path}: {line}")
+                        print(printable(f"{path}: {line}"))
     return failures.worst_code
 
 

@@ -4,6 +4,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import FireAtlasError
 from fire_atlas.core.interruption import EXIT_CODE, MESSAGE
 
@@ -57,6 +58,8 @@ def print_error(error: BaseException, with_traceback: bool = False) -> None:
     if with_traceback:
         import traceback
 
-        traceback.print_exception(error)
+        for text in traceback.format_exception(error):
+            for line in text.splitlines():
+                print(printable(line), file=sys.stderr)
     for line in message_of(error).splitlines():
-        print(f"error: {line}", file=sys.stderr)
+        print(printable(f"error: {line}"), file=sys.stderr)

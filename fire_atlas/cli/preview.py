@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from PIL import ImageColor
 
 from fire_atlas.cli.progress import view_for
+from fire_atlas.cli.text import printable
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.interruption import if_interrupted
@@ -39,7 +40,7 @@ def run(args: Namespace) -> int:
         target = args.out or _default_target(args, path.stem)
     write_whole(target, data)
     if not args.quiet:
-        print(f"{target}: {len(atlas.frames)} frames")
+        print(printable(f"{target}: {len(atlas.frames)} frames"))
     return 0
 
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fire_atlas.cli.text import printable
+
 if TYPE_CHECKING:
     from fire_atlas.cli.bars import Bars
 
@@ -73,22 +75,23 @@ class Lines(Quiet):
 
     def stage(self, name: str, total: int) -> None:
         """Print its name."""
-        print(f"{self._recipe}: {name} ({total})", file=sys.stderr)
+        print(printable(f"{self._recipe}: {name} ({total})"), file=sys.stderr)
 
     def note(self, message: str) -> None:
         """Print it."""
-        print(f"{self._recipe}: {message}", file=sys.stderr)
+        print(printable(f"{self._recipe}: {message}"), file=sys.stderr)
 
     def planned(self, why: str | None) -> None:
         """Print it."""
-        print(f"{self._recipe}: {f'would be built: {why}' if why else 'up to date'}")
+        plan = f"would be built: {why}" if why else "up to date"
+        print(printable(f"{self._recipe}: {plan}"))
 
     def done(self, outcome: Outcome) -> None:
         """Say what was written."""
-        print(f"{self._recipe}: {_summary(outcome)}")
+        print(printable(f"{self._recipe}: {_summary(outcome)}"))
         if self.verbose:
             for path in outcome.files:
-                print(f"  {path}")
+                print(printable(f"  {path}"))
             for name, seconds in outcome.timings.items():
                 print(f"  {name}: {seconds:.2f} s")
 
