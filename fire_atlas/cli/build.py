@@ -1,13 +1,11 @@
 """``fire-atlas build``."""
 
 from argparse import Namespace
-from functools import partial
 from pathlib import Path
 
 from fire_atlas.cli.depfile import refuse_overwriting, write_depfile
 from fire_atlas.cli.failure import Failures
-from fire_atlas.cli.progress import Outcome, Quiet, view_for
-from fire_atlas.core.interruption import MESSAGE, if_interrupted
+from fire_atlas.cli.progress import Outcome, Quiet, told_if_interrupted, view_for
 from fire_atlas.outputs.folder import default_folder
 from fire_atlas.outputs.freshness import why_stale
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
@@ -18,7 +16,7 @@ def run(args: Namespace) -> int:
     """Build every recipe named, whatever becomes of the others; return the worst exit code."""
     view = view_for(args.json, args.quiet, args.verbose > 0)
     failures = Failures(args.verbose > 1, view.failed)
-    with failures.caught(), if_interrupted(partial(view.failed, MESSAGE)):
+    with failures.caught(), told_if_interrupted(view):
         if args.depfile:
             refuse_overwriting(args.depfile)
         trees = read_recipes(args, view, failures)

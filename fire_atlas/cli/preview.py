@@ -4,20 +4,18 @@ from argparse import Namespace
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from PIL import ImageColor
 
-from fire_atlas.cli.progress import view_for
+from fire_atlas.cli.progress import told_if_interrupted, view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.core.interruption import if_interrupted
 from fire_atlas.formats.atlas.json_hash import read_atlas
 from fire_atlas.formats.tracks.names import flakes_file
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks, read_tracks
 from fire_atlas.outputs.folder import default_folder
-from fire_atlas.outputs.staging import explained, write_whole
+from fire_atlas.outputs.staging import explained, temporary_folder, write_whole
 from fire_atlas.preview.page import preview_page
 from fire_atlas.preview.pictures import Color, animation, contact_sheet
 
@@ -81,27 +79,23 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
         yield args.subject, None
         return
 
-    from fire_atlas.core.workers import Workers, default_jobs
+    from fire_atlas.core.workers import default_jobs
     from fire_atlas.pipeline.build import build
     from fire_atlas.pipeline.check import load_checked
-    from fire_atlas.pipeline.context import BuildContext
-    from fire_atlas.pipeline.open import open_input
+    from fire_atlas.pipeline.open import open_alone
     from fire_atlas.recipe.tree import read_tree
 
     overrides = [*args.overrides, "exports=[json]", "tracks=[json]"]
     loaded = load_checked(read_tree(args.subject, overrides))
     view = view_for(json_lines=False, quiet=args.quiet, verbose=False)
     view.begin(args.subject)
-    temporary = TemporaryDirectory(prefix="fire-atlas-")
-    with temporary as folder, if_interrupted(temporary.cleanup):
+    with temporary_folder() as folder:
         try:
-            with if_interrupted(view.close):
-                build(loaded, Path(folder), args.jobs or default_jobs(), view)
+            with told_if_interrupted(view):
+                build(loaded, folder, args.jobs or default_jobs(), view)
         finally:
             view.close()
-        with Workers(1) as workers:
-            context = BuildContext.silent(workers)
-            shown = open_input(loaded, context) if not loaded.members else None
+        shown = open_alone(loaded) if not loaded.members else None
         clips = list(shown.values()) if isinstance(shown, Mapping) else []
         clip = clips[0] if len(clips) == 1 else None
-        yield Path(folder) / f"{loaded.recipe.name}.json", clip
+        yield folder / f"{loaded.recipe.name}.json", clip

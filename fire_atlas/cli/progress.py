@@ -3,11 +3,14 @@
 import json
 import sys
 import time
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fire_atlas.cli.text import printable
+from fire_atlas.core.interruption import MESSAGE, if_interrupted
 
 if TYPE_CHECKING:
     from fire_atlas.cli.bars import Bars
@@ -190,6 +193,11 @@ class JsonLines(Quiet):
 
     def _print(self, event: str, **values: Any) -> None:
         print(json.dumps({"event": event, "recipe": self._recipe, **values}), flush=True)
+
+
+def told_if_interrupted(view: Quiet) -> AbstractContextManager[None]:
+    """Let ``view`` tell of a signal that ends the process inside this context."""
+    return if_interrupted(partial(view.failed, MESSAGE))
 
 
 def view_for(json_lines: bool, quiet: bool, verbose: bool) -> Quiet:

@@ -4,14 +4,12 @@ import sys
 from argparse import Namespace
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 
 from fire_atlas.cli.build import build_recipe, folder_of, read_recipes
 from fire_atlas.cli.failure import Failures
-from fire_atlas.cli.progress import Quiet, view_for
+from fire_atlas.cli.progress import Quiet, told_if_interrupted, view_for
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.interruption import MESSAGE, if_interrupted
 from fire_atlas.outputs.dependencies import files_of, folders_of, recipe_files
 from fire_atlas.outputs.freshness import why_stale
 from fire_atlas.recipe.find import find_recipes
@@ -64,7 +62,7 @@ def run(args: Namespace) -> int:
         if not path.exists():
             read_tree(path)  # says so
     view = view_for(False, args.quiet, args.verbose > 0)
-    with if_interrupted(partial(view.failed, MESSAGE)):
+    with told_if_interrupted(view):
         watched = _pass(args, view, _Watched())
         while True:
             if not args.quiet:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from pathlib import Path
+from tempfile import gettempdir
 from types import TracebackType
 from typing import BinaryIO, Self
 
@@ -122,6 +123,20 @@ class Staging:
         for folder in self._made:
             with suppress(OSError):  # it holds outputs now, or never was made
                 folder.rmdir()
+
+
+@contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """Make a folder that is gone afterwards, however that comes about."""
+    folder = Path(gettempdir()) / f"fire-atlas-{uuid.uuid4().hex}"
+    remove = partial(shutil.rmtree, folder, ignore_errors=True)
+    with if_interrupted(remove):
+        try:
+            with explained(folder):
+                folder.mkdir(mode=0o700)
+            yield folder
+        finally:
+            remove()
 
 
 def write_whole(target: Path, data: bytes) -> None:

@@ -179,7 +179,7 @@ def test_names_that_no_depfile_can_tell_are_refused(run: Run, campfire: Path, na
 
 @pytest.mark.parametrize(
     "name",
-    ["campfire.yaml", "clip/0003.png", "build/campfire.json", "build/campfire.manifest.json"],
+    ["campfire.yaml", "clip/0003.png", "build/campfire.png", "build/campfire.manifest.json"],
 )
 def test_a_depfile_overwrites_no_input_and_no_output(run: Run, campfire: Path, name: str) -> None:
     run("build", campfire.name, "-q")

@@ -19,7 +19,7 @@ def write_page(file: BinaryIO, image: Bytes, settings: Atlas, workers: Workers) 
     """Write an (H, W, 4) uint8 RGBA page."""
     match settings.format, settings.compression:
         case "webp", compression:
-            write_webp(file, image, compression)
+            write_webp(file, image, compression, workers)
         case "png", "small":
             write_small_png(file, image, workers)
         case _:
