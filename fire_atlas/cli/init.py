@@ -35,7 +35,7 @@ def run(args: Namespace) -> int:
 def _list_presets() -> None:
     width = max(map(len, presets()), default=0)
     for name, path in presets().items():
-        print(f"{name:{width}}  {_first_comment(path)}".rstrip())
+        print(printable(f"{name:{width}}  {_first_comment(path)}".rstrip()))
 
 
 def _first_comment(path: Path) -> str:

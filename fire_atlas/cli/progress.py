@@ -96,7 +96,7 @@ class Lines(Quiet):
             for path in outcome.files:
                 print(printable(f"  {path}"))
             for name, seconds in outcome.timings.items():
-                print(f"  {name}: {seconds:.2f} s")
+                print(printable(f"  {name}: {seconds:.2f} s"))
 
 
 class Terminal(Lines):

@@ -9,6 +9,7 @@ from pathlib import Path
 from fire_atlas.cli.build import build_recipe, folder_of, read_recipes
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import Quiet, told_if_interrupted, view_for
+from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import SourceError
 from fire_atlas.outputs.dependencies import files_of, folders_of, recipe_files
 from fire_atlas.outputs.freshness import why_stale
@@ -66,7 +67,8 @@ def run(args: Namespace) -> int:
         watched = _pass(args, view, _Watched())
         while True:
             if not args.quiet:
-                print(f"watching {len(watched.files)} files; Ctrl-C ends", file=sys.stderr)
+                count = len(watched.files)
+                print(printable(f"watching {count} files; Ctrl-C ends"), file=sys.stderr)
             for _ in _changes(watched):
                 now = _pass(args, view, watched)
                 if now != watched:

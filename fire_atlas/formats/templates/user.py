@@ -6,12 +6,12 @@ nothing but the context, little memory and little time.
 
 import json
 import subprocess
-from pathlib import Path, PureWindowsPath
+from pathlib import Path
 from typing import Any
 
 from fire_atlas.atlas.layout import AtlasSheet
 from fire_atlas.core.errors import OutputError, RecipeError
-from fire_atlas.core.output_file import OutputFile
+from fire_atlas.core.output_file import OutputFile, is_portable
 from fire_atlas.core.process import run_module
 from fire_atlas.formats.templates.context import context_of
 from fire_atlas.recipe.output import TemplateExport
@@ -35,11 +35,10 @@ def export_template(sheet: AtlasSheet, export: TemplateExport, path: Path) -> Ou
         where = f"{path}:{answer['line']}" if answer.get("line") else f"{path}"
         raise OutputError(f"{where}: {answer['error']}")
     name = answer["name"]
-    is_plain = PureWindowsPath(name).name == name and name.isprintable()
-    if not name or name.startswith(".") or not is_plain:
+    if name.startswith(".") or not is_portable(name):
         raise OutputError(
-            f"{path}: `to` gives {name!r}, which is no plain file name; write something like "
-            f"{{{{ name }}}}.txt"
+            f"{path}: `to` gives {name!r}, which is no plain file name, good on every system; "
+            f"write something like {{{{ name }}}}.txt"
         )
     return OutputFile(name, "template", answer["text"].encode())
 
