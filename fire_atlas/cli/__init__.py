@@ -27,7 +27,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(args: Namespace) -> int:
     """Run the command that ``args`` name; each is the function ``run`` of a module of its name."""
-    _raise_on_termination()
     # Our products are small: BLAS would spend more on waking threads, which then spin beside ours,
     # and by how many share a sum its last bits vary. It asks when numpy is imported, here for the
     # first time.
@@ -40,12 +39,3 @@ def _run(args: Namespace) -> int:
     code = int(command.run(args))
     sys.stdout.flush()
     return code
-
-
-def _raise_on_termination() -> None:
-    """Let SIGTERM end a command the way Ctrl-C does: with its temporary files removed."""
-    import signal
-    import threading
-
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, signal.default_int_handler)

@@ -1,7 +1,5 @@
 """Progress bars on stderr."""
 
-from rich.console import Console
-from rich.markup import escape
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -13,6 +11,9 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 from rich.text import Text
+
+from fire_atlas.cli.console import PlainConsole
+from fire_atlas.cli.text import printable
 
 
 class _Rate(ProgressColumn):
@@ -30,20 +31,20 @@ class Bars:
     def __init__(self, title: str) -> None:
         """Show the bars under ``title``."""
         self._progress = Progress(
-            TextColumn("{task.description}"),
+            TextColumn("{task.description}", markup=False),
             BarColumn(),
             MofNCompleteColumn(),
             _Rate(),
             TimeRemainingColumn(elapsed_when_finished=True),
-            console=Console(stderr=True),
+            console=PlainConsole(stderr=True),
         )
         self._task: TaskID | None = None
-        self._progress.console.print(escape(title), style="bold", highlight=False)
+        self._progress.console.print(title, style="bold")
         self._progress.start()
 
     def stage(self, name: str, total: int) -> None:
         """Add a bar."""
-        self._task = self._progress.add_task(escape(name), total=total)
+        self._task = self._progress.add_task(printable(name), total=total)
 
     def advance(self, done: int) -> None:
         """Move the newest bar."""
@@ -52,7 +53,7 @@ class Bars:
 
     def note(self, message: str) -> None:
         """Print a line above the bars."""
-        self._progress.console.print(escape(message), highlight=False)
+        self._progress.console.print(message)
 
     def close(self) -> None:
         """Stop redrawing; the bars stay as they are."""

@@ -3,8 +3,9 @@
 from argparse import Namespace
 from pathlib import Path
 
+from fire_atlas.cli.depfile import refuse_overwriting, write_depfile
 from fire_atlas.cli.failure import Failures
-from fire_atlas.cli.progress import Outcome, Quiet, view_for
+from fire_atlas.cli.progress import Outcome, Quiet, told_if_interrupted, view_for
 from fire_atlas.outputs.folder import default_folder
 from fire_atlas.outputs.freshness import why_stale
 from fire_atlas.outputs.recovery import recover
@@ -16,14 +17,13 @@ def run(args: Namespace) -> int:
     """Build every recipe named, whatever becomes of the others; return the worst exit code."""
     view = view_for(args.json, args.quiet, args.verbose > 0)
     failures = Failures(args.verbose > 1, view.failed)
-    with failures.caught():
+    with failures.caught(), told_if_interrupted(view):
+        if args.depfile:
+            refuse_overwriting(args.depfile)
         trees = read_recipes(args, view, failures)
         built = [tree for tree in trees if _build(tree, args, view, failures)]
         if args.depfile and not args.dry_run:
-            from fire_atlas.cli.depfile import depfile
-            from fire_atlas.outputs.disk import write_whole
-
-            write_whole(args.depfile, depfile([(tree, folder_of(tree, args)) for tree in built]))
+            write_depfile(args.depfile, [(tree, folder_of(tree, args)) for tree in built])
     return failures.worst_code
 
 

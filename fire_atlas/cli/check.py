@@ -4,6 +4,7 @@ from argparse import Namespace
 
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import view_for
+from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import SourceError
 from fire_atlas.outputs.folder import recover_default
 from fire_atlas.pipeline.check import load_checked
@@ -30,7 +31,7 @@ def run(args: Namespace) -> int:
                 if args.resolved:
                     print(resolved_yaml(loaded), end="")
                 elif not args.quiet:
-                    print(f"{path}: ok")
+                    print(printable(f"{path}: ok"))
     return failures.worst_code
 
 

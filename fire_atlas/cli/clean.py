@@ -7,6 +7,7 @@ from pathlib import Path
 from fire_atlas.cli.build import folder_of
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import view_for
+from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import OutputError
 from fire_atlas.outputs.disk import explained
 from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
@@ -28,7 +29,7 @@ def run(args: Namespace) -> int:
                 view.begin(path)
                 for line in _cleaned(tree, folder_of(tree, args), view.note):
                     if not args.quiet:
-                        print(f"{path}: {line}")
+                        print(printable(f"{path}: {line}"))
     return failures.worst_code
 
 

@@ -4,7 +4,9 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from fire_atlas.core.errors import FireAtlasError, InterruptedBuildError
+from fire_atlas.cli.text import printable
+from fire_atlas.core.errors import FireAtlasError
+from fire_atlas.core.interruption import EXIT_CODE, MESSAGE
 
 
 class Failures:
@@ -23,9 +25,6 @@ class Failures:
         """Report what is raised inside and go on after it; only an interruption goes through."""
         try:
             yield
-        except (KeyboardInterrupt, InterruptedBuildError) as error:
-            self._tell(message_of(error))
-            raise
         except Exception as error:
             self._tell(message_of(error))
             print_error(error, self._with_traceback)
@@ -36,7 +35,7 @@ def exit_code_of(error: BaseException) -> int:
     """Return the exit code of a command that ended with ``error``."""
     if isinstance(error, FireAtlasError):
         return error.exit_code
-    return InterruptedBuildError.exit_code if isinstance(error, KeyboardInterrupt) else 1
+    return EXIT_CODE if isinstance(error, KeyboardInterrupt) else 1
 
 
 def message_of(error: BaseException) -> str:
@@ -45,7 +44,7 @@ def message_of(error: BaseException) -> str:
         case FireAtlasError():
             return str(error)
         case KeyboardInterrupt():
-            return "interrupted; what earlier builds wrote is untouched"
+            return MESSAGE
         case MemoryError():
             return "out of memory; a smaller source.height or atlas.max_size needs less"
         case OSError() if error.strerror:
@@ -59,6 +58,8 @@ def print_error(error: BaseException, with_traceback: bool = False) -> None:
     if with_traceback:
         import traceback
 
-        traceback.print_exception(error)
+        for text in traceback.format_exception(error):
+            for line in text.splitlines():
+                print(printable(line), file=sys.stderr)
     for line in message_of(error).splitlines():
-        print(f"error: {line}", file=sys.stderr)
+        print(printable(f"error: {line}"), file=sys.stderr)

@@ -4,6 +4,7 @@ import shutil
 from argparse import Namespace
 from pathlib import Path
 
+from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import OutputError, RecipeError
 from fire_atlas.recipe.inherit import presets
 from fire_atlas.recipe.suggest import did_you_mean
@@ -25,15 +26,16 @@ def run(args: Namespace) -> int:
         (args.folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(sample, args.folder / name)
     if not args.quiet:
-        print(f"wrote {target}" + (f" and {len(samples)} files of input" if samples else ""))
-        print(f"next: fire-atlas build {target}")
+        samples_too = f" and {len(samples)} files of input" if samples else ""
+        print(printable(f"wrote {target}{samples_too}"))
+        print(printable(f"next: fire-atlas build {target}"))
     return 0
 
 
 def _list_presets() -> None:
     width = max(map(len, presets()), default=0)
     for name, path in presets().items():
-        print(f"{name:{width}}  {_first_comment(path)}".rstrip())
+        print(printable(f"{name:{width}}  {_first_comment(path)}".rstrip()))
 
 
 def _first_comment(path: Path) -> str:

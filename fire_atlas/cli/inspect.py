@@ -4,11 +4,11 @@ import json
 from argparse import Namespace
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
 from fire_atlas.channels.cross_validation import ValidationReport, read_reports
 from fire_atlas.channels.encoding import motion_encoding
+from fire_atlas.cli.console import PlainConsole
 from fire_atlas.core.errors import SourceError
 from fire_atlas.effect.flakes.statistics import ember_figures
 from fire_atlas.effect.flakes.tracks import Tracks
@@ -24,10 +24,10 @@ def run(args: Namespace) -> int:
     """Print tables about a built atlas, or what templates see of it."""
     atlas = read_atlas(args.atlas)
     if args.context:
-        print(json.dumps(context_of(atlas.sheet), indent=2, ensure_ascii=False))
+        print(json.dumps(context_of(atlas.sheet), indent=2))
         return 0
     tracks = read_all_tracks(atlas)
-    console = Console()
+    console = PlainConsole()
     console.print(_pages(atlas))
     console.print(_frames(atlas))
     if (loops := _loops(atlas)) is not None:

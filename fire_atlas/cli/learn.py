@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fire_atlas.cli.progress import view_for
+from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.recipe.inherit import merge
 from fire_atlas.recipe.load import LoadedRecipe, load_tree
@@ -46,8 +47,9 @@ def run(args: Namespace) -> int:
         with staging.alone():
             staging.commit([])
     if not args.quiet:
-        print(f"{out}: learnt from {sum(clip.count for clip in clips)} frames")
-        print(f"{picture}: what was learnt")
+        count = sum(clip.count for clip in clips)
+        print(printable(f"{out}: learnt from {count} frames"))
+        print(printable(f"{picture}: what was learnt"))
     return 0
 
 

@@ -4,17 +4,17 @@ from argparse import Namespace
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from PIL import ImageColor
 
-from fire_atlas.cli.progress import view_for
+from fire_atlas.cli.progress import told_if_interrupted, view_for
+from fire_atlas.cli.text import printable
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.formats.atlas.json_hash import read_atlas
 from fire_atlas.formats.tracks.names import flakes_file
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks, read_tracks
-from fire_atlas.outputs.disk import explained, write_whole
+from fire_atlas.outputs.disk import explained, temporary_folder, write_whole
 from fire_atlas.outputs.folder import default_folder, recover_default
 from fire_atlas.preview.page import preview_page
 from fire_atlas.preview.pictures import Color, animation, contact_sheet
@@ -38,7 +38,7 @@ def run(args: Namespace) -> int:
         target = args.out or _default_target(args, path.stem)
     write_whole(target, data)
     if not args.quiet:
-        print(f"{target}: {len(atlas.frames)} frames")
+        print(printable(f"{target}: {len(atlas.frames)} frames"))
     return 0
 
 
@@ -79,11 +79,10 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
         yield args.subject, None
         return
 
-    from fire_atlas.core.workers import Workers, default_jobs
+    from fire_atlas.core.workers import default_jobs
     from fire_atlas.pipeline.build import build
     from fire_atlas.pipeline.check import load_checked
-    from fire_atlas.pipeline.context import BuildContext
-    from fire_atlas.pipeline.open import open_input
+    from fire_atlas.pipeline.open import open_alone
     from fire_atlas.recipe.tree import read_tree
 
     overrides = [*args.overrides, "exports=[json]", "tracks=[json]"]
@@ -92,14 +91,13 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
     view.begin(args.subject)
     recover_default(args.subject, tree.name, view.note)
     loaded = load_checked(tree)
-    with TemporaryDirectory(prefix="fire-atlas-") as folder:
+    with temporary_folder() as folder:
         try:
-            build(loaded, Path(folder), args.jobs or default_jobs(), view)
+            with told_if_interrupted(view):
+                build(loaded, folder, args.jobs or default_jobs(), view)
         finally:
             view.close()
-        with Workers(1) as workers:
-            context = BuildContext.silent(workers)
-            shown = open_input(loaded, context) if not loaded.members else None
+        shown = open_alone(loaded) if not loaded.members else None
         clips = list(shown.values()) if isinstance(shown, Mapping) else []
         clip = clips[0] if len(clips) == 1 else None
-        yield Path(folder) / f"{loaded.recipe.name}.json", clip
+        yield folder / f"{loaded.recipe.name}.json", clip

@@ -3,9 +3,14 @@
 import json
 import sys
 import time
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from fire_atlas.cli.text import printable
+from fire_atlas.core.interruption import MESSAGE, if_interrupted
 
 if TYPE_CHECKING:
     from fire_atlas.cli.bars import Bars
@@ -73,24 +78,25 @@ class Lines(Quiet):
 
     def stage(self, name: str, total: int) -> None:
         """Print its name."""
-        print(f"{self._recipe}: {name} ({total})", file=sys.stderr)
+        print(printable(f"{self._recipe}: {name} ({total})"), file=sys.stderr)
 
     def note(self, message: str) -> None:
         """Print it."""
-        print(f"{self._recipe}: {message}", file=sys.stderr)
+        print(printable(f"{self._recipe}: {message}"), file=sys.stderr)
 
     def planned(self, why: str | None) -> None:
         """Print it."""
-        print(f"{self._recipe}: {f'would be built: {why}' if why else 'up to date'}")
+        plan = f"would be built: {why}" if why else "up to date"
+        print(printable(f"{self._recipe}: {plan}"))
 
     def done(self, outcome: Outcome) -> None:
         """Say what was written."""
-        print(f"{self._recipe}: {_summary(outcome)}")
+        print(printable(f"{self._recipe}: {_summary(outcome)}"))
         if self.verbose:
             for path in outcome.files:
-                print(f"  {path}")
+                print(printable(f"  {path}"))
             for name, seconds in outcome.timings.items():
-                print(f"  {name}: {seconds:.2f} s")
+                print(printable(f"  {name}: {seconds:.2f} s"))
 
 
 class Terminal(Lines):
@@ -187,6 +193,11 @@ class JsonLines(Quiet):
 
     def _print(self, event: str, **values: Any) -> None:
         print(json.dumps({"event": event, "recipe": self._recipe, **values}), flush=True)
+
+
+def told_if_interrupted(view: Quiet) -> AbstractContextManager[None]:
+    """Let ``view`` tell of a signal that ends the process inside this context."""
+    return if_interrupted(partial(view.failed, MESSAGE))
 
 
 def view_for(json_lines: bool, quiet: bool, verbose: bool) -> Quiet:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from fire_atlas.cli.build import build_recipe, folder_of, read_recipes
 from fire_atlas.cli.failure import Failures
-from fire_atlas.cli.progress import Quiet, view_for
+from fire_atlas.cli.progress import Quiet, told_if_interrupted, view_for
+from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import SourceError
 from fire_atlas.outputs.dependencies import files_of, folders_of, recipe_files
 from fire_atlas.outputs.freshness import why_stale
@@ -63,15 +64,17 @@ def run(args: Namespace) -> int:
         if not path.exists():
             read_tree(path)  # says so
     view = view_for(False, args.quiet, args.verbose > 0)
-    watched = _pass(args, view, _Watched())
-    while True:
-        if not args.quiet:
-            print(f"watching {len(watched.files)} files; Ctrl-C ends", file=sys.stderr, flush=True)
-        for _ in _changes(watched):
-            now = _pass(args, view, watched)
-            if now != watched:
-                watched = now
-                break
+    with told_if_interrupted(view):
+        watched = _pass(args, view, _Watched())
+        while True:
+            if not args.quiet:
+                count = len(watched.files)
+                print(printable(f"watching {count} files; Ctrl-C ends"), file=sys.stderr)
+            for _ in _changes(watched):
+                now = _pass(args, view, watched)
+                if now != watched:
+                    watched = now
+                    break
 
 
 def _changes(watched: _Watched) -> Iterator[None]:

@@ -22,9 +22,3 @@ class SourceError(FireAtlasError):
 
 class OutputError(FireAtlasError):
     """The outputs cannot be written where they were asked for."""
-
-
-class InterruptedBuildError(FireAtlasError):
-    """The build was stopped by a signal; the previous outputs are whole."""
-
-    exit_code = 130

@@ -41,6 +41,30 @@ class OutputFile:
     data: bytes
 
 
+_DEVICES = {"con", "prn", "aux", "nul", "conin$", "conout$"} | {
+    f"{port}{number}" for port in ("com", "lpt") for number in "123456789¹²³"
+}
+_FORBIDDEN = frozenset('<>:"/\\|?*')
+_LONGEST = 255
+"""Bytes in UTF-8."""
+
+
+def is_device(name: str) -> bool:
+    """Return whether Windows takes a file called ``name`` for a device, whatever its ending."""
+    return name.partition(".")[0].rstrip().casefold() in _DEVICES
+
+
+def is_portable(name: str) -> bool:
+    """Return whether every system can have a file called ``name``; Windows forbids the most."""
+    return (
+        name.isprintable()
+        and _FORBIDDEN.isdisjoint(name)
+        and not name.endswith((".", " "))
+        and not is_device(name)
+        and 0 < len(name.encode()) <= _LONGEST
+    )
+
+
 MANIFEST_ENDING = ".manifest.json"
 """Of the names of manifests, which say what belongs to a build."""
 

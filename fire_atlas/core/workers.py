@@ -27,7 +27,8 @@ class Workers:
         self._pool = ThreadPoolExecutor(jobs, thread_name_prefix="fire-atlas")
 
     def start(self, work: Callable[[], Result]) -> Future[Result]:
-        """Begin ``work``, whose result is needed later."""
+        """Begin ``work``, whose result is needed later, or which takes long without returning to
+        Python: a signal is heard while the main thread waits, but not while it works."""
         return self._pool.submit(work)
 
     def map(self, work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:

@@ -7,9 +7,12 @@ import stat
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
+from tempfile import gettempdir
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.interruption import if_interrupted
 from fire_atlas.outputs.digest import file_digest
 
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
@@ -83,12 +86,26 @@ def sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
+@contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """Make a folder that is gone afterwards, however that comes about."""
+    folder = Path(gettempdir()) / f"fire-atlas-{uuid.uuid4().hex}"
+    remove = partial(shutil.rmtree, folder, ignore_errors=True)
+    with if_interrupted(remove):
+        try:
+            with explained(folder):
+                folder.mkdir(mode=0o700)
+            yield folder
+        finally:
+            remove()
+
+
 def write_whole(target: Path, data: bytes) -> None:
     """Write a file that is no output of a build: whole, or not at all."""
     if target.is_dir():
         raise OutputError(f"{target}: is a folder; name the file in it that is to be written")
     temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex[:12]}")
-    with explained(target):
+    with explained(target), if_interrupted(partial(temporary.unlink, missing_ok=True)):
         try:
             write_synced(temporary, data)
             temporary.replace(target)

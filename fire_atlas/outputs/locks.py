@@ -10,8 +10,11 @@ import socket
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from fire_atlas.core.interruption import if_interrupted
 
 if TYPE_CHECKING:
     from filelock import BaseFileLock
@@ -51,7 +54,7 @@ def locked(path: Path, note: Callable[[str], None]) -> Iterator[None]:
         if error.errno not in _NOT_SUPPORTED:
             raise
         note(f"{path.parent}: no locks on this file system; build into it one at a time")
-    with _released(lock, path):
+    with _released(lock, path), if_interrupted(partial(path.unlink, missing_ok=True)):
         yield
 
 

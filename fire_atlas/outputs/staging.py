@@ -2,13 +2,15 @@
 
 import os
 import shutil
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.interruption import if_interrupted, signals_wait
 from fire_atlas.outputs.disk import explained
 from fire_atlas.outputs.journal import StagingFolder, commit
 from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
@@ -18,8 +20,8 @@ from fire_atlas.outputs.recovery import staging_folder, sweep
 class Staging:
     """A hidden folder inside the output folder, whose files are renamed into place at the end.
 
-    While it is open, no other process builds the same name into the same folder. Signals must wait
-    during the commit: see ``Interruptible``.
+    While it is open, no other process builds the same name into the same folder. Signals wait
+    during the commit; at any other time they remove it.
     """
 
     def __init__(
@@ -45,12 +47,11 @@ class Staging:
     def __enter__(self) -> Self:
         """Make the folders, and clear away what builds that died have left."""
         with self._stack as stack, explained(self.out):
-            for folder in _missing_folders(self.out):
-                stack.callback(_remove_if_empty, folder)
+            _at_the_end(stack, partial(_remove_empty, _missing_folders(self.out)))
             self.out.mkdir(parents=True, exist_ok=True)
             stack.enter_context(locked(recipe_lock(self.out, self.name), self._note))
             sweep(self.out, self.name, self._note)
-            stack.callback(_clear, self._folder)
+            _at_the_end(stack, partial(_clear, self._folder))
             self._folder.previous.mkdir(parents=True)
             self._stack = stack.pop_all()
         return self
@@ -104,7 +105,8 @@ class Staging:
                 *(self._folder.change(path.name, removes=True) for path in stale),
                 self._folder.change(seal),
             ]
-            commit(self._folder, changes)
+            with signals_wait():
+                commit(self._folder, changes)
 
     def refuse(self, name: str) -> None:
         """Raise if what lies at the name of an output is nothing a build ever replaces."""
@@ -125,11 +127,19 @@ def _clear(folder: StagingFolder) -> None:
         shutil.rmtree(folder.path, ignore_errors=True)
 
 
-def _remove_if_empty(folder: Path) -> None:
-    with suppress(OSError):  # it holds outputs now, or never was made
-        folder.rmdir()
+def _at_the_end(stack: ExitStack, action: Callable[[], None]) -> None:
+    """Run ``action`` when the stack is left, or when a signal ends the process before."""
+    stack.callback(action)
+    stack.enter_context(if_interrupted(action))
+
+
+def _remove_empty(folders: Sequence[Path]) -> None:
+    """Remove folders, the innermost first, that hold nothing."""
+    for folder in folders:
+        with suppress(OSError):  # it holds outputs now, or never was made
+            folder.rmdir()
 
 
 def _missing_folders(path: Path) -> list[Path]:
-    """Folders from ``path`` upwards that do not exist yet, outermost first."""
-    return [folder for folder in (*reversed(path.parents), path) if not folder.exists()]
+    """Folders from ``path`` upwards that do not exist yet, innermost first."""
+    return [folder for folder in (path, *path.parents) if not folder.exists()]

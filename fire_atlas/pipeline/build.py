@@ -13,7 +13,6 @@ from fire_atlas.pipeline.animate import animate_views
 from fire_atlas.pipeline.check import CheckedRecipe
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import build_statistics, named
-from fire_atlas.pipeline.interruption import Interruptible
 from fire_atlas.pipeline.open import hash_inputs, hash_templates, open_input
 from fire_atlas.pipeline.pack_only import pack_only
 from fire_atlas.pipeline.pages import images, pack
@@ -53,11 +52,9 @@ def build(
 
     Raises:
         FireAtlasError: Anything a person can mend; the previous outputs are whole.
-        KeyboardInterrupt: A signal came. The previous outputs are whole, or the new ones are.
     """
     recipe, clock = loaded.recipe, Clock()
     with (
-        Interruptible(progress) as progress,
         Workers(jobs) as workers,
         Staging(out, recipe.name, progress.note, overwrite) as staging,
     ):

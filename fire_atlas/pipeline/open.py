@@ -28,6 +28,12 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Mapping[str, Clip
     return opened
 
 
+def open_alone(loaded: LoadedRecipe) -> Mapping[str, Clip] | Sprites:
+    """Open a recipe's source outside of a build, to look at its frames."""
+    with Workers(1) as workers:
+        return open_input(loaded, BuildContext.silent(workers))
+
+
 def hash_inputs(
     opened: Mapping[str, Clip] | Sprites, loaded: LoadedRecipe, staging: Staging, workers: Workers
 ) -> list[HashedFile]:

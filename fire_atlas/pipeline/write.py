@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from fire_atlas.atlas.sheet import AtlasSheet
+from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.formats.pages.page_file import write_page
 from fire_atlas.formats.product import Product
@@ -99,13 +100,26 @@ def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> None:
     """Put all outputs of the build ``name`` in place, and remove what it no longer writes.
 
     Raises:
-        OutputError: One of them would replace a file of another build, or of a person.
+        OutputError: One of them would replace a file of another build, or of a person, or another
+            of them where upper and lower case are one.
     """
+    _refuse_alike([output.name for output in outputs])
     with staging.alone():
         claims = Claims.read(staging.out, name)
         changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
         refuse_replacing(claims, changed, staging.overwrite)
         staging.commit(stale_outputs(claims, [output.name for output in outputs]))
+
+
+def _refuse_alike(names: Sequence[str]) -> None:
+    known: dict[str, str] = {}
+    for name in names:
+        other = known.setdefault(name.casefold(), name)
+        if other != name:
+            raise OutputError(
+                f"{name}: would be the same file as {other} where upper and lower case are one; "
+                f"give one of them another name"
+            )
 
 
 def product_of(

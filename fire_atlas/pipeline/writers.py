@@ -50,14 +50,15 @@ def exported_files(
         templates: Where each template of a user lies, by what the recipe calls it.
 
     Raises:
-        OutputError: Two of them would have the same name.
+        OutputError: Two of them would have the same name; many file systems tell no upper case
+            from lower.
     """
-    taken = {file for sheet in product.sheets for file in sheet.files}
+    taken = {file.casefold() for sheet in product.sheets for file in sheet.files}
     for export in exports:
         for file in _files_of(export, product, templates):
-            if file.name in taken:
+            if file.name.casefold() in taken:
                 raise OutputError(_twice(file.name, export))
-            taken.add(file.name)
+            taken.add(file.name.casefold())
             yield file
 
 

@@ -93,7 +93,7 @@ def command(*arguments: str | Path) -> list[str]:
 
 def script(code: str, *arguments: str | Path) -> list[str]:
     """Return the command line that runs ``code``, then ``fire-atlas``, in one process."""
-    run = "import sys; from fire_atlas.cli import main; sys.exit(main(sys.argv[1:]))"
+    run = "import sys; from fire_atlas.__main__ import main; sys.exit(main())"
     return [sys.executable, "-P", "-c", f"{code}\n{run}", *map(str, arguments)]
 
 

@@ -261,3 +261,14 @@ def test_a_build_that_was_killed_is_not_up_to_date(desk: Desk, recipe: Path) -> 
     ran = desk.run("build", recipe, "--set", "seed=5")
     assert ran.code == 0 and not ran.is_up_to_date
     assert os.access(desk.build / "fire.png", os.R_OK)
+
+
+def test_outputs_whose_names_differ_by_case_only_are_refused(desk: Desk) -> None:
+    """On many file systems one of them would be the other."""
+    desk.clip()
+    (desk.folder / "my.j2").write_text("mine", encoding="utf-8")
+    for to in ("FIRE.json", "Fire.Flakes.json"):
+        ran = desk.run("build", desk.recipe(exports=["json", {"template": "my.j2", "to": to}]))
+        assert ran.code == 1
+        assert to in ran.err and "name" in ran.err, ran.err
+        assert not desk.build.exists()

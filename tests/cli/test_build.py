@@ -11,6 +11,8 @@ from subprocess import CompletedProcess
 
 import pytest
 
+from fire_atlas.core.interruption import MESSAGE
+
 Run = Callable[..., CompletedProcess[str]]
 
 
@@ -126,7 +128,7 @@ def test_an_interrupted_build_exits_with_130_and_leaves_things_as_they_were(
         process.send_signal(number)
         out, err = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert err == "error: interrupted; what earlier builds wrote is untouched\n"
+    assert err == f"error: {MESSAGE}\n"
     assert json.loads(out.splitlines()[-1])["event"] == "error"
     after = {path: path.stat().st_mtime_ns for path in (campfire.parent / "build").rglob("*")}
     assert after == before

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -12,6 +13,8 @@ from subprocess import CompletedProcess
 import pytest
 
 Run = Callable[..., CompletedProcess[str]]
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="names of POSIX")
 
 
 def tree_of(folder: Path) -> dict[Path, int]:
@@ -78,22 +81,11 @@ def rules_of(text: str) -> dict[str, list[str]]:
     """Read a depfile: targets, and what each needs."""
     rules = {}
     for line in text.replace("\\\n", " ").splitlines():
-        if not line.strip():
-            continue
-        words, word, i = [], "", 0
-        while i < len(line):
-            if line[i : i + 2] in ("\\ ", "\\#", "$$"):
-                word += line[i + 1]
-                i += 1
-            elif line[i] == " ":
-                words += [word] if word else []
-                word = ""
-            else:
-                word += line[i]
-            i += 1
-        words += [word] if word else []
-        assert words[0].endswith(":")
-        rules[words[0][:-1]] = words[1:]
+        words = re.findall(r"(?:\\[ #:]|\$\$|[^ ])+", line)
+        if words:
+            target, *needs = [re.sub(r"\\([ #:])|\$(\$)", r"\1\2", word) for word in words]
+            assert target.endswith(":")
+            rules[target[:-1]] = needs
     return rules
 
 
@@ -120,21 +112,8 @@ def test_a_depfile_is_written_for_what_is_up_to_date_and_not_for_what_failed(
     assert [target for target, needs in rules.items() if needs] == ["build/campfire.manifest.json"]
 
 
-@pytest.fixture
-def awkward(campfire: Path) -> Path:
-    """The recipe in a folder, with frames, whose names build systems have to be told with care."""
-    folder = campfire.parent / "my $fire #1"
-    folder.mkdir()
-    (campfire.parent / "clip").rename(folder / "a clip $2 #3")
-    moved = campfire.rename(folder / campfire.name)
-    moved.write_text(moved.read_text().replace("path: clip", 'path: "a clip $2 #3"'))
-    return moved
-
-
-def test_spaces_dollars_and_hashes_are_escaped(run: Run, awkward: Path) -> None:
-    run("build", f"{awkward.parent.name}/{awkward.name}", "-q", "--depfile", "fire.d")
-    rules = rules_of((awkward.parent.parent / "fire.d").read_text())
-    assert "my $fire #1/a clip $2 #3/0003.png" in rules["my $fire #1/build/campfire.manifest.json"]
+AWKWARD = ["my $fire #1", "a:b", "100%", "back\\slash", "it's [a] {b} ~c, d+e@f!", "feu de café"]
+"""Names that build systems have to be told with care. (The quote only make reads everywhere.)"""
 
 
 def program(name: str) -> str:
@@ -146,15 +125,19 @@ def program(name: str) -> str:
     pytest.skip(f"needs {name}")
 
 
+@posix
 @pytest.mark.parametrize("system", ["make", "ninja"])
+@pytest.mark.parametrize("name", AWKWARD)
 def test_build_systems_build_again_when_an_input_changes(
-    system: str, awkward: Path, tmp_path: Path, environment: dict[str, str]
+    system: str, name: str, campfire: Path, tmp_path: Path, environment: dict[str, str]
 ) -> None:
     """make and ninja read the depfile, with names that only escapes can tell."""
     command = [program(system)]
-    # Both make one $ of two; the shell keeps it where a backslash stands before.
-    recipe = "my \\$$fire #1/campfire.yaml"
-    fire = f'"{sys.executable}" -m fire_atlas build "{recipe}" -q -o out --depfile fire.d'
+    if system == "ninja":
+        name = name.replace("'", "")
+    clip = (campfire.parent / "clip").rename(campfire.parent / name)
+    campfire.write_text(campfire.read_text().replace("path: clip", f"path: {json.dumps(name)}"))
+    fire = f'"{sys.executable}" -m fire_atlas build campfire.yaml -q -o out --depfile fire.d'
     target = "out/campfire.manifest.json"
     if system == "make":
         rule = f"{target}:\n\t{fire}\n\techo built\n-include fire.d\n"
@@ -173,9 +156,51 @@ def test_build_systems_build_again_when_an_input_changes(
 
     assert built()
     assert not built()
-    frame = awkward.parent / "a clip $2 #3" / "0001.png"
-    frame.write_bytes((awkward.parent / "a clip $2 #3" / "0002.png").read_bytes())
+    (clip / "0001.png").write_bytes((clip / "0002.png").read_bytes())
     assert built()
     assert not built()
-    frame.unlink()
-    assert built(), "a frame that is gone is no missing file, but another clip"
+    if system == "ninja" or "%" not in name:
+        (clip / "0005.png").unlink()
+        assert built(), "a frame that is gone is no missing file, but another clip"
+
+
+@posix
+@pytest.mark.parametrize("name", ["a\tb", "a;b", "a=b", "a|b", "a\nb", "a\\", "a\\ b", "a&", "a:"])
+def test_names_that_no_depfile_can_tell_are_refused(run: Run, campfire: Path, name: str) -> None:
+    template = campfire.with_name(f"{name}")
+    template.write_text("{{ name }}")
+    export = json.dumps({"template": name, "to": "x.txt"})
+    campfire.write_text(campfire.read_text() + f"exports: [{export}]\n")
+    result = run("build", campfire.name, "-q", "--depfile", "fire.d")
+    assert result.returncode == 1
+    assert "rename it" in result.stderr
+    assert not (campfire.parent / "fire.d").exists()
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["campfire.yaml", "clip/0003.png", "build/campfire.png", "build/campfire.manifest.json"],
+)
+def test_a_depfile_overwrites_no_input_and_no_output(run: Run, campfire: Path, name: str) -> None:
+    run("build", campfire.name, "-q")
+    before = (campfire.parent / name).read_bytes()
+    result = run("build", campfire.name, "--force", "--depfile", name)
+    assert result.returncode == 1
+    assert f"{name}: is no depfile" in result.stderr
+    assert (campfire.parent / name).read_bytes() == before
+
+
+def test_a_depfile_does_not_overwrite_what_the_same_build_wrote(run: Run, campfire: Path) -> None:
+    result = run("build", campfire.name, "--depfile", "build/campfire.json")
+    assert result.returncode == 1
+    assert "is no depfile" in result.stderr
+    assert json.loads((campfire.parent / "build" / "campfire.json").read_text())["frames"]
+
+
+def test_a_depfile_overwrites_an_earlier_one(run: Run, campfire: Path) -> None:
+    for frames in ("4", "3"):
+        options = ("--set", f"source.count={frames}", "--depfile", "fire.d")
+        assert run("build", campfire.name, "-q", *options).returncode == 0
+    needs = rules_of((campfire.parent / "fire.d").read_text())["build/campfire.manifest.json"]
+    assert "clip/0002.png" in needs
+    assert "clip/0003.png" not in needs

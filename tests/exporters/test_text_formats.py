@@ -129,7 +129,11 @@ def test_a_template_without_end_is_stopped(
     assert time.monotonic() - start < 20
 
 
-@pytest.mark.parametrize("to", ["../x.txt", "/tmp/x", "a/b", "a\\b", ".hidden", "{{ '' }}", "a\nb"])
+@pytest.mark.parametrize(
+    "to",
+    ["../x.txt", "/tmp/x", "a/b", "a\\b", ".hidden", "{{ '' }}", "a\nb",
+     "CON", "nul.{{ name }}", "x.", "x ", "a:b", "a?", "a\x1b[2J"],
+)  # fmt: skip
 def test_a_template_writes_beside_the_other_outputs_only(to: str, tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="no plain file name"):
         rendered("x", tmp_path, to)
@@ -138,7 +142,7 @@ def test_a_template_writes_beside_the_other_outputs_only(to: str, tmp_path: Path
 def test_a_template_does_not_write_over_another_output(tmp_path: Path) -> None:
     template = tmp_path / "mine.j2"
     template.write_text("x", encoding="utf-8")
-    for taken in ("campfire.json", "campfire.png"):
+    for taken in ("campfire.json", "campfire.png", "Campfire.JSON"):
         exports = ["json", TemplateExport(template="mine.j2", to=taken)]
         with pytest.raises(OutputError, match=f"would write {taken}, which is another output"):
             list(exported_files(exports, product_of(sheet_of_fire()), {"mine.j2": template}))  # type: ignore[arg-type]

@@ -187,6 +187,18 @@ def test_a_name_that_is_no_plain_file_name_is_refused(write: Write, name: str) -
     assert line.startswith("campfire.yaml:2: name: must be a plain file name, not a path")
 
 
+@pytest.mark.parametrize("name", ["con", "NUL", "Com1", "aux.fire", "lpt9", "prn.1.x"])
+def test_a_name_that_windows_keeps_for_a_device_is_refused(write: Write, name: str) -> None:
+    [line] = advice(write(f"{SOURCE}name: {name}"))
+    assert line.startswith("campfire.yaml:2: name: must be a plain file name")
+    assert "Windows" in line
+
+
+@pytest.mark.parametrize("name", ["console", "com10", "nullfire", "fire.con"])
+def test_a_name_that_only_looks_like_a_device_is_good(write: Write, name: str) -> None:
+    assert load_tree(read_tree(write(f"{SOURCE}name: {name}"))).recipe.name == name
+
+
 def test_a_missing_source_is_asked_for(write: Write) -> None:
     assert advice(write("\nseed: 1")) == [
         "campfire.yaml:1: source: is missing: where the fire comes from"

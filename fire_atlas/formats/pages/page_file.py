@@ -19,7 +19,7 @@ def write_page(file: BinaryIO, image: Bytes, settings: Atlas, workers: Workers) 
     """Write an (H, W, 4) uint8 RGBA page."""
     match settings.format:
         case "webp":
-            write_webp(file, image, settings.compression)
+            write_webp(file, image, settings.compression, workers)
         case "png":
             write = write_small_png if settings.compression == "small" else write_png
             write(file, image, workers)

@@ -8,12 +8,13 @@ same whatever the number of workers.
 import io
 import struct
 import zlib
-from importlib import import_module
 from typing import BinaryIO, NamedTuple
 
 import numpy as np
 
+from fire_atlas.core.errors import OutputError
 from fire_atlas.core.pixels import Bytes
+from fire_atlas.core.process import run_module
 from fire_atlas.core.workers import Workers
 
 _BAND = 64
@@ -25,10 +26,6 @@ _PERCEPTUAL = b"\x00"
 _ZLIB_HEADER = b"\x78\x01"
 _FILTER_UP = 2
 _ADLER_BASE = 65521
-
-_OXIPNG_LEVEL, _OXIPNG_FILTERS = 2, ("NoOp", "Sub", "MinSum", "Entropy", "Bigrams", "Brute")
-"""On fire as small as level 4 to within 0.5 %, in a quarter of its time: more ways to filter rows
-pay, more ways to deflate them do not."""
 
 
 class _Band(NamedTuple):
@@ -55,12 +52,18 @@ def write_png(file: BinaryIO, image: Bytes, workers: Workers) -> None:
 
 
 def write_small_png(file: BinaryIO, image: Bytes, workers: Workers) -> None:
-    """Write an (H, W, 4) uint8 RGBA image as small as oxipng, an optional dependency, makes it."""
-    oxipng = import_module("oxipng")
-    filters = [getattr(oxipng.RowFilter, name) for name in _OXIPNG_FILTERS]
+    """Write an (H, W, 4) uint8 RGBA image as small as oxipng, an optional dependency, makes it.
+
+    Raises:
+        OutputError: It could not.
+    """
     fast = io.BytesIO()
     write_png(fast, image, workers)
-    file.write(oxipng.optimize_from_memory(fast.getvalue(), level=_OXIPNG_LEVEL, filter=filters))
+    done = run_module("fire_atlas.formats.pages.oxipng_process", fast.getvalue())
+    if done.returncode:
+        why = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+        raise OutputError(f"oxipng failed ({why}); set atlas.compression to fast")
+    file.write(done.stdout)
 
 
 def _deflate_band(image: Bytes, top: int) -> _Band:

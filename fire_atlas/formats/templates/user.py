@@ -5,15 +5,14 @@ nothing but the context, little memory and little time.
 """
 
 import json
-import os
 import subprocess
-import sys
-from pathlib import Path, PureWindowsPath
+from pathlib import Path
 from typing import Any
 
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import OutputError, RecipeError
-from fire_atlas.core.output_file import OutputFile, is_reserved
+from fire_atlas.core.output_file import OutputFile, is_portable, is_reserved
+from fire_atlas.core.process import run_module
 from fire_atlas.formats.templates.context import context_of
 from fire_atlas.recipe.output import TemplateExport
 
@@ -22,8 +21,6 @@ SECONDS = 10
 
 _MAX_BYTES = 1 << 20
 """Largest template."""
-
-_IMPORT_ROOT = Path(__file__).resolve().parents[3]
 
 
 def export_template(sheet: AtlasSheet, export: TemplateExport, path: Path) -> OutputFile:
@@ -42,9 +39,8 @@ def export_template(sheet: AtlasSheet, export: TemplateExport, path: Path) -> Ou
 
 def _sound_name(name: str, path: Path) -> str:
     """Return the name that the template at ``path`` gives its file, if it may be written."""
-    is_plain = PureWindowsPath(name).name == name and name.isprintable()
-    if not name or name.startswith(".") or not is_plain:
-        objection = "which is no plain file name"
+    if name.startswith(".") or not is_portable(name):
+        objection = "which is no plain file name, good on every system"
     elif is_reserved(name):
         objection = "a name that builds keep for themselves"
     else:
@@ -69,18 +65,9 @@ def _read(path: Path) -> str:
 
 
 def _answer(asked: str, path: Path) -> dict[str, Any]:
-    """Render in another process. Signals meant for the build do not reach it."""
-    search = os.pathsep.join(filter(None, [str(_IMPORT_ROOT), os.environ.get("PYTHONPATH")]))
+    """Render in another process."""
     try:
-        done = subprocess.run(
-            [sys.executable, "-m", "fire_atlas.formats.templates.process"],
-            input=asked.encode(),
-            capture_output=True,
-            timeout=SECONDS,
-            env={**os.environ, "PYTHONPATH": search},
-            start_new_session=True,
-            check=False,
-        )
+        done = run_module("fire_atlas.formats.templates.process", asked.encode(), SECONDS)
     except subprocess.TimeoutExpired:
         raise OutputError(
             f"{path}: the template was stopped after {SECONDS} s; does it loop for ever?"

@@ -1,0 +1,41 @@
+"""Work in a process of its own: what must not take the build with it, or would let nobody in."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from fire_atlas.core.interruption import if_interrupted
+
+_IMPORT_ROOT = str(Path(__file__).resolve().parents[2])
+
+
+def run_module(
+    module: str, data: bytes, seconds: float | None = None
+) -> "subprocess.CompletedProcess[bytes]":
+    """Run a module of this tool on ``data``, its stdin, and return what it wrote.
+
+    Nothing in the working folder can pass for a module of Python's (``-P``). Signals meant for the
+    build do not reach the process: it ends with the build.
+
+    Raises:
+        subprocess.TimeoutExpired: It took longer than ``seconds``, and was killed.
+    """
+    search = os.pathsep.join(filter(None, [_IMPORT_ROOT, os.environ.get("PYTHONPATH")]))
+    with (
+        subprocess.Popen(
+            [sys.executable, "-P", "-m", module],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env={**os.environ, "PYTHONPATH": search},
+            start_new_session=True,
+        ) as process,
+        if_interrupted(process.kill),
+    ):
+        try:
+            out, err = process.communicate(data, seconds)
+        except BaseException:
+            process.kill()
+            raise
+    return subprocess.CompletedProcess(process.args, process.returncode, out, err)
