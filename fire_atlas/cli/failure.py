@@ -20,11 +20,14 @@ class Failures:
 
     @contextmanager
     def caught(self) -> Iterator[None]:
-        """Report what is raised inside and go on after it; only an interruption goes through."""
+        """Report what is raised inside and go on after it; only an interruption goes through, and
+        the end of whoever reads the output."""
         try:
             yield
         except (KeyboardInterrupt, InterruptedBuildError) as error:
             self._tell(message_of(error))
+            raise
+        except BrokenPipeError:  # nobody reads on: there is nobody to tell
             raise
         except Exception as error:
             self._tell(message_of(error))
@@ -45,7 +48,7 @@ def message_of(error: BaseException) -> str:
         case FireAtlasError():
             return str(error)
         case KeyboardInterrupt():
-            return "interrupted; what earlier builds wrote is untouched"
+            return str(error) or "interrupted; what earlier builds wrote is untouched"
         case MemoryError():
             return "out of memory; a smaller source.height or atlas.max_size needs less"
         case OSError() if error.strerror:

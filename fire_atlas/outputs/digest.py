@@ -8,6 +8,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Self
 
+from fire_atlas.core.files import open_file
 from fire_atlas.core.shipped import shipped
 from fire_atlas.recipe.tree import RecipeTree
 
@@ -38,7 +39,7 @@ class HashedFile:
 
 def file_digest(path: Path) -> str:
     """Return the SHA-256 of a file, as hexadecimal digits."""
-    with path.open("rb") as file:
+    with open_file(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 

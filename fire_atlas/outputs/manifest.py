@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from fire_atlas import __version__
+from fire_atlas.core.files import MOST_JSON, read_file
 from fire_atlas.core.output_file import Role, plain_name
 from fire_atlas.outputs.digest import HashedFile, file_digest
 
@@ -102,7 +103,7 @@ def input_path(path: Path, folder: Path) -> str:
 def read_manifest(out: Path, name: str) -> Manifest | None:
     """Return the manifest of the build ``name`` in ``out``, or None where there is no sound one."""
     try:
-        return decode_manifest((out / manifest_name(name)).read_bytes())
+        return decode_manifest(read_file(out / manifest_name(name), MOST_JSON))
     except (OSError, ValueError):
         return None
 

@@ -7,6 +7,8 @@ from typing import Any, Self
 
 from fire_atlas.core.progress import Progress
 
+_TOO_LATE = "interrupted when the outputs of this build were in place already"
+
 
 class Interruptible:
     """A ``Progress`` at whose steps, and nowhere else, a signal ends the build.
@@ -37,7 +39,10 @@ class Interruptible:
         for number, handler in self._before.items():
             signal.signal(number, handler)
         for caught in self._caught:
-            signal.raise_signal(caught)
+            try:
+                signal.raise_signal(caught)
+            except KeyboardInterrupt:
+                raise KeyboardInterrupt(*([] if kind else [_TOO_LATE])) from None
 
     def stage(self, name: str, total: int) -> None:
         """Pass it on."""

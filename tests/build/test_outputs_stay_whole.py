@@ -10,8 +10,11 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+
+from fire_atlas.pipeline.write import commit
 
 from .desk import Desk, Ran, command, contents, environment, run_alone, script
 
@@ -261,3 +264,18 @@ def test_a_build_that_was_killed_is_not_up_to_date(desk: Desk, recipe: Path) -> 
     ran = desk.run("build", recipe, "--set", "seed=5")
     assert ran.code == 0 and not ran.is_up_to_date
     assert os.access(desk.build / "fire.png", os.R_OK)
+
+
+def test_an_interruption_that_comes_after_the_commit_says_that_outputs_are_new(
+    desk: Desk, recipe: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = contents(desk.build)
+
+    def interrupted(*arguments: Any) -> None:
+        commit(*arguments)
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr("fire_atlas.pipeline.build.commit", interrupted)
+    ran = desk.run("build", recipe, "--set", "seed=2")
+    assert ran.code == 130 and contents(desk.build) != before
+    assert "in place already" in ran.err and "untouched" not in ran.err

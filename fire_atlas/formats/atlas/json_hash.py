@@ -11,6 +11,7 @@ from typing import Any
 
 from fire_atlas.atlas.layout import Animation, AtlasSheet, Region
 from fire_atlas.core.errors import RecipeError, SourceError
+from fire_atlas.core.files import MOST_JSON, read_file
 from fire_atlas.core.output_file import OutputFile, plain_name
 from fire_atlas.formats.atlas.entries import (
     animations_on,
@@ -95,7 +96,7 @@ def _read_json(path: Path) -> dict[str, Any]:
     if path.suffix in {".yaml", ".yml"}:
         raise RecipeError(f"{path}: is a recipe; build it and name the .json it writes")
     try:
-        document = json.loads(path.read_bytes())
+        document = json.loads(read_file(path, MOST_JSON))
     except OSError as error:
         raise RecipeError(f"{path}: cannot be read ({error.strerror})") from None
     except (ValueError, RecursionError) as error:

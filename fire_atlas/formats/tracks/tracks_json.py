@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.files import MOST_JSON, read_file
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 from fire_atlas.formats.atlas.json_hash import AtlasFile
@@ -84,10 +85,12 @@ def read_tracks(path: Path) -> Tracks | None:
     Raises:
         SourceError: The file is none that ``write_tracks_json`` made.
     """
-    if not path.is_file():
+    if not path.exists():
         return None
     try:
-        return _tracks(json.loads(path.read_bytes()))
+        return _tracks(json.loads(read_file(path, MOST_JSON)))
+    except OSError as error:
+        raise SourceError(f"{path}: the tracks cannot be read ({error.strerror})") from None
     except (
         KeyError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError
     ) as error:  # fmt: skip
