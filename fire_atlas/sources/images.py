@@ -7,6 +7,7 @@ when a file is cut short, where OpenCV fills in grey or prints.
 
 import io
 import struct
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -27,8 +28,10 @@ MAX_PIXELS = 100_000_000
 _MOST_BYTES = 2048 * MIB
 
 # Sizes are checked here, against the limits above, before anything is decoded; Pillow's own
-# limit would warn at a size of its own. OpenCV's log repeats on stderr what errors say already.
+# limit would warn at a size of its own. OpenCV's log repeats on stderr what errors say already, and
+# so do Pillow's warnings about files that it refuses next, or reads none the worse.
 Image.MAX_IMAGE_PIXELS = None
+warnings.filterwarnings("ignore", category=UserWarning, module=r"PIL\.")
 cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 
 VIDEOS = (".mp4", ".m4v", ".mov", ".webm", ".mkv", ".avi", ".mpg", ".mpeg", ".ogv", ".wmv", ".flv")

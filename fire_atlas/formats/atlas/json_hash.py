@@ -23,6 +23,7 @@ from fire_atlas.formats.atlas.entries import (
     region_of,
 )
 from fire_atlas.formats.atlas.maps import maps_of
+from fire_atlas.formats.checks import number, one_of, text
 
 
 def export_json_hash(sheet: AtlasSheet) -> Iterator[OutputFile]:
@@ -119,15 +120,15 @@ def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
     return AtlasSheet(
         name=image.stem,
         title=image.stem.partition("@")[0],
-        scale=float(meta.get("scale", 1)),
-        fps=float(about.get("fps") or 1000 / regions[0].duration),
-        alpha=about["alpha"],
-        blend_space=about["blendSpace"],
+        scale=number(float(meta.get("scale", 1)), 0.001, 1),
+        fps=number(float(about.get("fps") or 1000 / regions[0].duration), 0.001, 1e6),
+        alpha=one_of(about["alpha"], ("straight", "premultiplied", "additive")),
+        blend_space=one_of(about["blendSpace"], ("srgb", "linear")),
         image_format=image.suffix[1:],
         pages=tuple(page_of(document["meta"]) for document in documents),
         regions=regions,
         animations=tuple(
-            Animation(name, tuple(region.name for region in frames), bool(loops.get(name)))
+            Animation(text(name), tuple(region.name for region in frames), bool(loops.get(name)))
             for name, frames in played.items()
         ),
         grid=grid_of(about),
