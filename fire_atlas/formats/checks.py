@@ -22,7 +22,10 @@ def whole(value: Any, low: int = 0, high: int = MOST_PIXELS) -> int:
     Raises:
         ValueError: It is not.
     """
-    return int(number(value, low, high)) if isinstance(value, int) else _refuse(value, low, high)
+    if not isinstance(value, int):
+        raise _out_of_range(value, low, high)
+    number(value, low, high)
+    return value
 
 
 def number(value: Any, low: float, high: float) -> float:
@@ -32,7 +35,9 @@ def number(value: Any, low: float, high: float) -> float:
         ValueError: It is not.
     """
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return value if is_number and low <= value <= high else _refuse(value, low, high)
+    if not (is_number and low <= value <= high):
+        raise _out_of_range(value, low, high)
+    return float(value)
 
 
 def text(value: Any) -> str:
@@ -59,8 +64,8 @@ def one_of(value: Any, choices: Sequence[Choice]) -> Choice:
     raise ValueError(f"{_shown(value)} is none of {', '.join(choices)}")
 
 
-def _refuse(value: Any, low: float, high: float) -> Any:
-    raise ValueError(f"{_shown(value)} is no number from {low:g} to {high:g}")
+def _out_of_range(value: Any, low: float, high: float) -> ValueError:
+    return ValueError(f"{_shown(value)} is no number from {low:g} to {high:g}")
 
 
 def _shown(value: Any) -> str:

@@ -24,7 +24,8 @@ class InputEntry:
 
     Attributes:
         path: Relative to the recipe's folder, with ``/`` between folders.
-        sha256: Of its bytes before they were read, as hexadecimal digits.
+        sha256: Of its bytes as they were read, as hexadecimal digits. Empty where they changed
+            meanwhile: no bytes are those that were read then, so the build is stale.
     """
 
     path: str
@@ -32,8 +33,9 @@ class InputEntry:
 
     @classmethod
     def of(cls, file: HashedFile, folder: Path) -> Self:
-        """Return the entry of a file in the manifest of a recipe in ``folder``."""
-        return cls(input_path(file.path, folder), file.sha256)
+        """Return the entry of a file, all of which has been read, in the manifest of a recipe in
+        ``folder``."""
+        return cls(input_path(file.path, folder), file.sha256 if file.is_unchanged() else "")
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,7 +34,11 @@ def set_to(value: Any, *path: str) -> Edit:
 
 def looked_at(desk: Desk, atlas: Path) -> list[Ran]:
     """Look at an atlas in each way that reads its pages and its tracks."""
-    ways = (["inspect", atlas], ["preview", atlas], ["preview", atlas, "--sheet"])
+    ways: tuple[list[str | Path], ...] = (
+        ["inspect", atlas],
+        ["preview", atlas],
+        ["preview", atlas, "--sheet"],
+    )
     return [desk.run(*way) for way in ways]
 
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 from io import TextIOWrapper
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -36,6 +36,7 @@ MEMORY = 6 << 30
 ALONE = 50
 """Of so many cases, one is run as a command of its own as well."""
 
+Choice = TypeVar("Choice")
 Arguments = list[str]
 Scene = Callable[[Path, Path, Chance], Arguments]
 """Puts spoilt files, made from a corpus, into a folder and returns the command that reads them."""
@@ -141,7 +142,7 @@ def _spoil(source: Path, to: Path, spoil: Spoil, chance: Chance) -> str:
     return str(to)
 
 
-def _one_of(chance: Chance, *choices: Any) -> Any:
+def _one_of(chance: Chance, *choices: Choice) -> Choice:
     return choices[int(chance.integers(0, len(choices)))]
 
 

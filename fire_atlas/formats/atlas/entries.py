@@ -55,12 +55,12 @@ def region_of(name: str, page: int, entry: dict[str, Any]) -> Region:
         frame_width=whole(full["w"], 1),
         frame_height=whole(full["h"], 1),
         anchor=(_anchor(anchor["x"]), _anchor(anchor["y"])),
-        duration=float(number(entry["duration"], 0, MOST_MILLISECONDS)),
+        duration=number(entry["duration"], 0, MOST_MILLISECONDS),
     )
 
 
 def _anchor(value: Any) -> float:
-    return float(number(value, -_FARTHEST, _FARTHEST))
+    return number(value, -_FARTHEST, _FARTHEST)
 
 
 def page_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:

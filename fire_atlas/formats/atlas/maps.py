@@ -64,8 +64,10 @@ def _motion_entry(motion: MotionScale, fps: float) -> dict[str, Any]:
 def _motion_of(entry: dict[str, Any]) -> MotionScale:
     """Return how strong motion vectors are; by the engine's name all else of them is known."""
     engine, strength, gutter = entry["engine"], entry["strength"], entry["gutter"]
+    if engine not in get_args(Engine):
+        raise ValueError(f"{engine!r} is no engine whose motion vectors are known")
     return MotionScale(
-        engine=one_of(engine, get_args(Engine)),
+        engine=engine,
         scale=_strength(entry["scale"]),
         pixels=_pair_of(strength["pixels"]),
         cell_uv=None if strength["cellUv"] is None else _pair_of(strength["cellUv"]),
@@ -96,4 +98,4 @@ def _pair_of(values: Sequence[Any]) -> tuple[float, float]:
 
 
 def _strength(value: Any) -> float:
-    return float(number(value, -_STRONGEST, _STRONGEST))
+    return number(value, -_STRONGEST, _STRONGEST)

@@ -102,7 +102,7 @@ def read_tracks(path: Path) -> Tracks | None:
 
 
 def _tracks(document: dict[str, Any]) -> Tracks:
-    fps = float(number(document["fps"], 0.001, 1e6))
+    fps = number(document["fps"], 0.001, 1e6)
     width, height = (whole(length, 1) for length in document["size"])
     order = [document["columns"].index(column) for column in COLUMNS]
     births = [[spawn[column] for column in SPAWN_COLUMNS] for spawn in document["spawns"]]
