@@ -7,6 +7,7 @@ import sys
 from argparse import Namespace
 from collections.abc import Sequence
 from importlib import import_module
+from io import TextIOWrapper
 
 from fire_atlas.cli.arguments import parse
 from fire_atlas.cli.failure import exit_code_of, print_error
@@ -15,6 +16,7 @@ from fire_atlas.cli.failure import exit_code_of, print_error
 def main(argv: Sequence[str] | None = None) -> int:
     """Run ``fire-atlas`` with ``argv`` (default: this process's) and return its exit code."""
     arguments = sys.argv[1:] if argv is None else list(argv)
+    _open_missing_streams()
     try:
         return _run(parse(arguments))
     except BrokenPipeError:  # whoever read our output has seen enough: `fire-atlas schema | head`
@@ -23,6 +25,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (Exception, KeyboardInterrupt) as error:
         print_error(error, with_traceback="-vv" in arguments)
         return exit_code_of(error)
+
+
+def _open_missing_streams() -> None:
+    """Stand in for those of stdin, stdout and stderr that this process was started without.
+
+    The files it opens would take their numbers otherwise, and what is printed would go there.
+    """
+    while (number := os.open(os.devnull, os.O_RDWR)) <= 2:
+        os.set_inheritable(number, True)
+    os.close(number)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123, SIM115
+        elif isinstance(stream := getattr(sys, name), TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # file names need not be text
 
 
 def _run(args: Namespace) -> int:

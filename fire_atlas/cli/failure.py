@@ -22,9 +22,12 @@ class Failures:
 
     @contextmanager
     def caught(self) -> Iterator[None]:
-        """Report what is raised inside and go on after it; only an interruption goes through."""
+        """Report what is raised inside and go on after it; only an interruption goes through, and
+        the end of whoever reads the output."""
         try:
             yield
+        except BrokenPipeError:  # nobody reads on: there is nobody to tell
+            raise
         except Exception as error:
             self._tell(message_of(error))
             print_error(error, self._with_traceback)

@@ -89,13 +89,15 @@ def _files_of(source: Path) -> dict[str, Path]:
 
 def _refuse_overwriting(target: Path, text: str, samples: dict[str, Path], folder: Path) -> None:
     """Raise if a file that is there already is not the one about to be written."""
-    taken = [target] if target.exists() and target.read_bytes() != text.encode() else []
-    for name, sample in samples.items():
-        there = folder / name
-        if there.exists() and there.read_bytes() != sample.read_bytes():
-            taken.append(there)
+    written = {target: text.encode()}
+    written |= {folder / name: sample.read_bytes() for name, sample in samples.items()}
+    taken = [path for path, data in written.items() if path.exists() and not _holds(path, data)]
     if taken:
         raise OutputError(
             f"{taken[0]}: is there already and differs; move it away, or name another folder: "
             f"fire-atlas init {target.stem} DIR"
         )
+
+
+def _holds(path: Path, data: bytes) -> bool:
+    return path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data

@@ -10,6 +10,7 @@ from fire_atlas.channels.cross_validation import ValidationReport, read_reports
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.cli.console import PlainConsole
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.files import MOST_JSON, read_file
 from fire_atlas.effect.flakes.statistics import ember_figures
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.json_hash import AtlasFile, read_atlas
@@ -126,11 +127,11 @@ def _reports(folder: Path, title: str) -> dict[str, ValidationReport | None]:
         SourceError: It is broken.
     """
     path = folder / manifest_name(title)
-    if not path.is_file():
+    if not path.exists():
         return {}
     try:
-        return read_reports(decode_manifest(path.read_bytes()).statistics)
-    except ValueError as error:
+        return read_reports(decode_manifest(read_file(path, MOST_JSON)).statistics)
+    except (OSError, ValueError) as error:
         raise SourceError(
             f"{path}: is no manifest that fire-atlas wrote ({type(error).__name__}: {error}); "
             f"build the recipe again"

@@ -1,5 +1,6 @@
 """What a writer hands over: a file that is not on the disk yet, and what it is for."""
 
+import re
 from dataclasses import dataclass
 from pathlib import PureWindowsPath
 from typing import Literal, TypeAlias
@@ -74,14 +75,19 @@ def is_reserved(name: str) -> bool:
     return name.startswith(".") or name.casefold().endswith(MANIFEST_ENDING)
 
 
+_UNPRINTABLE = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff]")
+
+
 def plain_name(name: str) -> str:
     """Return ``name``, which has to be that of a file without a folder, on any system.
 
-    ``a/b``, ``a\\b``, ``C:b`` and ``..`` are none, whatever system wrote them.
+    ``a/b``, ``a\\b``, ``C:b`` and ``..`` are none, whatever system wrote them; nor is what holds
+    control characters, or is no text.
 
     Raises:
         ValueError: It may lead elsewhere.
     """
-    if PureWindowsPath(name).name != name or not name.strip("."):
-        raise ValueError(f"{name!r} is no plain file name")
+    is_elsewhere = PureWindowsPath(name).name != name or not name.strip(".")
+    if is_elsewhere or _UNPRINTABLE.search(name):
+        raise ValueError(f"{name!a} is no plain file name")
     return name

@@ -30,7 +30,7 @@ def inputs_of(tree: RecipeTree) -> list[Path]:
     Raises:
         SourceError: The source is missing, or has not the frames that the recipe asks for.
     """
-    own = [tree] if "source" in tree.values else []
+    own = [tree] if tree.has_source else []
     frames = [path for each in (*own, *tree.members) for path in _source_inputs(each)]
     return [*frames, *templates(tree).values()]
 

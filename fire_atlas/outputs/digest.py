@@ -8,6 +8,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Self
 
+from fire_atlas.core.errors import SourceError
+from fire_atlas.core.files import open_file
 from fire_atlas.core.shipped import shipped
 from fire_atlas.recipe.tree import RecipeTree
 
@@ -25,21 +27,49 @@ _LIBRARIES = (
 
 @dataclass(frozen=True, slots=True)
 class HashedFile:
-    """A file that a build reads, and its SHA-256 before it was read."""
+    """A file that a build reads, as it was before anything of it was read.
+
+    Attributes:
+        path: Absolute.
+        sha256: Of its bytes, as hexadecimal digits.
+        stamp: What the file system said of it just before it was hashed.
+    """
 
     path: Path
     sha256: str
+    stamp: tuple[int, ...]
 
     @classmethod
     def of(cls, path: Path) -> Self:
-        """Look at the file as it is now."""
-        return cls(path, file_digest(path))
+        """Look at the file as it is now.
+
+        Raises:
+            SourceError: It cannot be read.
+        """
+        try:
+            stamp = _stamp(path)
+            return cls(path, file_digest(path), stamp)
+        except OSError as error:
+            raise SourceError(f"{path}: cannot be read ({error.strerror})") from error
+
+    def is_unchanged(self) -> bool:
+        """Whether nobody has written to the file, or put another in its place, since then."""
+        try:
+            return _stamp(self.path) == self.stamp
+        except OSError:
+            return False
 
 
 def file_digest(path: Path) -> str:
     """Return the SHA-256 of a file, as hexadecimal digits."""
-    with path.open("rb") as file:
+    with open_file(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _stamp(path: Path) -> tuple[int, ...]:
+    """Return numbers that differ once the file was written, replaced, or put back as it was."""
+    about = path.stat()
+    return about.st_dev, about.st_ino, about.st_size, about.st_mtime_ns, about.st_ctime_ns
 
 
 def text_digest(text: str) -> str:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from fire_atlas import __version__
+from fire_atlas.core.files import MOST_JSON, read_file
 from fire_atlas.core.output_file import MANIFEST_ENDING, Role, plain_name
 from fire_atlas.outputs.digest import HashedFile, file_digest
 
@@ -23,7 +24,8 @@ class InputEntry:
 
     Attributes:
         path: Relative to the recipe's folder, with ``/`` between folders.
-        sha256: Of its bytes before they were read, as hexadecimal digits.
+        sha256: Of its bytes as they were read, as hexadecimal digits. Empty where they changed
+            meanwhile: no bytes are those that were read then, so the build is stale.
     """
 
     path: str
@@ -31,8 +33,9 @@ class InputEntry:
 
     @classmethod
     def of(cls, file: HashedFile, folder: Path) -> Self:
-        """Return the entry of a file in the manifest of a recipe in ``folder``."""
-        return cls(input_path(file.path, folder), file.sha256)
+        """Return the entry of a file, all of which has been read, in the manifest of a recipe in
+        ``folder``."""
+        return cls(input_path(file.path, folder), file.sha256 if file.is_unchanged() else "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +105,7 @@ def input_path(path: Path, folder: Path) -> str:
 def read_manifest(out: Path, name: str) -> Manifest | None:
     """Return the manifest of the build ``name`` in ``out``, or None where there is no sound one."""
     try:
-        return decode_manifest((out / manifest_name(name)).read_bytes())
+        return decode_manifest(read_file(out / manifest_name(name), MOST_JSON))
     except (OSError, ValueError):
         return None
 

@@ -13,7 +13,7 @@ from fire_atlas.pipeline.animate import animate_views
 from fire_atlas.pipeline.check import CheckedRecipe
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import build_statistics, named
-from fire_atlas.pipeline.open import hash_inputs, hash_templates, open_input
+from fire_atlas.pipeline.open import check_inputs, hash_inputs, input_files, open_input
 from fire_atlas.pipeline.pack_only import pack_only
 from fire_atlas.pipeline.pages import images, pack
 from fire_atlas.pipeline.write import (
@@ -61,12 +61,13 @@ def build(
         refuse_taken_names(recipe, staging)
         context = BuildContext(workers, progress, clock)
         tool = workers.start(tool_digest)
-        templates = hash_templates(loaded, staging, workers)
-        contributions, inputs = [], []
+        with clock.measure("study"):
+            inputs = hash_inputs(loaded, staging, workers)
+        contributions, files = [], list[Path]()
         for part in loaded.parts:
             with clock.measure("study"):
                 opened = open_input(part, context)
-                inputs += hash_inputs(opened, part, staging, workers)
+                files += input_files(opened)
             if isinstance(opened, Sprites):
                 contributions.append(pack_only(part.recipe, opened, context))
             else:
@@ -83,9 +84,9 @@ def build(
             outputs += write_files(track_files(recipe.tracks, product), staging)
             outputs += write_files(light_files(product), staging)
             statistics = build_statistics(contributions, sheets[0])
-            read = [*inputs, *templates]
+            check_inputs(inputs, files, loaded, context)
             outputs.append(
-                write_manifest(loaded, tool.result(), read, outputs, statistics, staging)
+                write_manifest(loaded, tool.result(), inputs, outputs, statistics, staging)
             )
             commit(recipe.name, outputs, staging)
     return BuildReport(tuple(out / each.name for each in outputs), clock.seconds, statistics)

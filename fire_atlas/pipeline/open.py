@@ -1,9 +1,12 @@
 """Open what a recipe names as its source: footage, sprites, or fire that is generated."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.errors import SourceError
 from fire_atlas.core.workers import Workers
+from fire_atlas.outputs.dependencies import inputs_of, recipe_files
 from fire_atlas.outputs.digest import HashedFile
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.animate import has_effect
@@ -34,24 +37,50 @@ def open_alone(loaded: LoadedRecipe) -> Mapping[str, Clip] | Sprites:
         return open_input(loaded, BuildContext.silent(workers))
 
 
-def hash_inputs(
-    opened: Mapping[str, Clip] | Sprites, loaded: LoadedRecipe, staging: Staging, workers: Workers
-) -> list[HashedFile]:
-    """Hash the files of an opened source, which no output may overwrite, nor the recipe's own.
+def hash_inputs(loaded: LoadedRecipe, staging: Staging, workers: Workers) -> list[HashedFile]:
+    """Hash every file that sources and templates stand for, before anything of them is read.
 
-    They are hashed before their frames are read: what changes meanwhile is not up to date
-    afterwards.
+    No output may overwrite them, nor the files of the recipes. What changes from now on is not up
+    to date afterwards: the manifest says so of a file that was touched when all has been read.
+
+    Raises:
+        SourceError: One is missing, or cannot be read.
     """
-    files = _first(opened).inputs
-    staging.keep([*files, *loaded.tree.files])
+    files = inputs_of(loaded.tree)
+    staging.keep([*files, *recipe_files(loaded.tree)])
     return list(workers.map(HashedFile.of, files))
 
 
-def hash_templates(loaded: LoadedRecipe, staging: Staging, workers: Workers) -> list[HashedFile]:
-    """Hash the user's own templates, which no output may overwrite, nor the recipe's own files."""
-    files = list(loaded.templates.values())
-    staging.keep([*files, *loaded.tree.files])
-    return list(workers.map(HashedFile.of, files))
+def input_files(opened: Mapping[str, Clip] | Sprites) -> tuple[Path, ...]:
+    """Return the files that an opened source is read from, in order."""
+    return _first(opened).inputs
+
+
+def check_inputs(
+    hashed: Sequence[HashedFile],
+    opened: Sequence[Path],
+    loaded: LoadedRecipe,
+    context: BuildContext,
+) -> None:
+    """Look back, when all inputs have been read, at whether they are those that were hashed.
+
+    Args:
+        hashed: As of ``hash_inputs``.
+        opened: The files of all sources, as they were opened.
+        loaded: The recipe.
+        context: Hears of files that were written meanwhile.
+
+    Raises:
+        SourceError: Sources were opened with other files than those: some came or went.
+    """
+    files = [*opened, *loaded.templates.values()]
+    expected = [file.path for file in hashed]
+    if files != expected:
+        other = next(iter(set(files).symmetric_difference(expected)), loaded.path)
+        raise SourceError(f"{other}: came or went while the sources were opened; build again")
+    for file in hashed:
+        if not file.is_unchanged():
+            context.progress.note(f"{file.path}: changed while it was read; build again")
 
 
 def _first(opened: Mapping[str, Clip] | Sprites) -> Clip | Sprites:

@@ -6,11 +6,15 @@ import yaml
 from yaml.constructor import ConstructorError, SafeConstructor
 
 from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.files import MIB, read_file
 from fire_atlas.recipe.origin import COMMAND_LINE, Document, KeyPath, Origin, Value, dotted
 from fire_atlas.recipe.yaml_graph import MalformedYamlError, compose, line_of
 
-MAX_BYTES = 1 << 20
+MAX_BYTES = MIB
 """Largest recipe file."""
+
+_LARGEST = 10**100
+"""Largest whole number, either way: no key takes one near it; far larger ones cannot be shown."""
 
 _TAG = "tag:yaml.org,2002:"
 _TEXT = {_TAG + "str", _TAG + "timestamp", _TAG + "value"}
@@ -39,16 +43,12 @@ def parse_value(text: str, at: KeyPath) -> tuple[Value, dict[KeyPath, Origin]]:
 def _read(path: Path) -> bytes:
     if path.is_dir():
         raise RecipeError(f"{path}: is a folder; name a recipe file")
-    if not path.is_file():
+    if not path.exists():
         raise RecipeError(f"{path}: there is no such recipe file")
     try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+        return read_file(path, MAX_BYTES)
     except OSError as error:
-        raise RecipeError(f"{path}: cannot be read: {error.strerror}") from None
-    if len(data) > MAX_BYTES:
-        raise RecipeError(f"{path}: is larger than 1 MiB; is it really a recipe?")
-    return data
+        raise RecipeError(f"{path}: is no recipe that can be read ({error.strerror})") from None
 
 
 def _decode(data: bytes, path: Path) -> str:
@@ -146,9 +146,18 @@ def _scalar(node: yaml.ScalarNode, at: KeyPath) -> Value:
     try:
         value: Value = construct(SafeConstructor(), node)
     except (ValueError, KeyError, IndexError, ConstructorError):
-        shown = node.value if len(node.value) <= 40 else node.value[:37] + "..."
-        raise MalformedYamlError(line_of(node), f"{_about(at)}{shown} cannot be read") from None
+        raise MalformedYamlError(
+            line_of(node), f"{_about(at)}{_shortened(node.value)} cannot be read"
+        ) from None
+    if isinstance(value, int) and abs(value) > _LARGEST:
+        raise MalformedYamlError(
+            line_of(node), f"{_about(at)}{_shortened(node.value)} is too large for any key"
+        )
     return value
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= 40 else text[:37] + "..."
 
 
 def _about(at: KeyPath) -> str:

@@ -25,7 +25,7 @@ class Footage(Settings):
     GIF, APNG or animated WebP, or a video. Relative to the recipe file."""
     grid: Grid | None = None
     """Cut ``path`` (one image) into cells, left to right, top to bottom."""
-    fps: float | None = Field(default=None, gt=0, le=240)
+    fps: float | None = Field(default=None, ge=0.01, le=240)
     """Frames per second. Default: what the file says; 24 for folders and sheets. Files with
     delays of their own are resampled to it."""
     start: int = Field(default=0, ge=0)

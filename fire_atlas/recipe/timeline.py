@@ -30,7 +30,7 @@ class Timeline(Settings):
     frames: int | None = Field(default=None, ge=1, le=10_000)
     """How many frames result. More than the clip has: fire goes on by passing between moments of
     the clip that look alike. Default: as many as suit the cut; 48 of fire that is made."""
-    fps: float | None = Field(default=None, gt=0, le=240)
+    fps: float | None = Field(default=None, ge=0.01, le=240)
     """Frames per second of the result; fire keeps its speed. Default: those of the clip; 24 of
     fire that is made."""
     overlap: Overlap = "auto"

@@ -43,6 +43,11 @@ class RecipeTree:
             f"add a line `name: {nearest_name(self.path.stem)}`"
         )
 
+    @property
+    def has_source(self) -> bool:
+        """Whether the recipe brings frames of its own: a ``source`` that is null brings none."""
+        return self.values.get("source") is not None
+
     def value(self, path: tuple[str, ...]) -> Value:
         """Return what stands at ``path``; None where nothing does."""
         value: Value = self.values
@@ -99,7 +104,7 @@ def _read_members(tree: RecipeTree) -> tuple[RecipeTree, ...]:
     if not members or not isinstance(members, list):
         return ()
     found: list[RecipeTree] = []
-    taken = {tree.name} if "source" in tree.values else set[str]()
+    taken = {tree.name} if tree.has_source else set[str]()
     for i, name in enumerate(members):
         where = tree.origin((*MEMBERS, i)).locate((*MEMBERS, i))
         if not isinstance(name, str) or not name or "\0" in name:

@@ -51,7 +51,7 @@ def refusal(tree: RecipeTree, problems: Iterable[Problem]) -> RecipeError:
 
 def _with_source(tree: RecipeTree) -> dict[str, Any]:
     """Return what to validate: without members, a recipe needs a source, if only a missing one."""
-    if "source" in tree.values or tree.value(MEMBERS):
+    if tree.has_source or tree.value(MEMBERS):
         return tree.values
     raise RecipeError(f"{tree.origin(('source',)).locate(('source',))}: {_missing(('source',))}")
 

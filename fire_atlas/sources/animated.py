@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.files import open_file
 from fire_atlas.core.picture import Picture, white, with_alpha
 from fire_atlas.sources import apng, gif, webp
 from fire_atlas.sources.broken import BrokenFileError
@@ -63,7 +64,7 @@ def _parse(path: Path, kind: str) -> Animation:
 def _play(path: Path, animation: Animation) -> Generator[Picture]:
     """Yield the canvas after each patch."""
     canvas: Picture | None = None
-    with path.open("rb") as file:
+    with open_file(path) as file:
         for number, patch in enumerate(animation.patches):
             file.seek(patch.start)
             picture = _decode(path, number, animation, patch, file.read(patch.stop - patch.start))

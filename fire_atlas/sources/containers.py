@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.files import open_file
 
 _UNKNOWN = -1
 
@@ -19,7 +20,7 @@ def check_whole(path: Path, head: bytes) -> None:
         SourceError: With how many bytes are missing.
     """
     actual = path.stat().st_size
-    with path.open("rb") as file:
+    with open_file(path) as file:
         if head[4:8] == b"ftyp":
             promised = _mp4_length(path, file, actual)
         elif head[:4] == b"\x1aE\xdf\xa3":

@@ -7,6 +7,7 @@ when a file is cut short, where OpenCV fills in grey or prints.
 
 import io
 import struct
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -16,6 +17,7 @@ import numpy as np
 from PIL import Image, ImageOps
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.files import MIB, open_file, read_file
 from fire_atlas.core.picture import Picture, with_alpha
 from fire_atlas.sources import png
 from fire_atlas.sources.broken import BrokenFileError, UnexpectedAnimationError
@@ -23,10 +25,13 @@ from fire_atlas.sources.pyav import load_pyav
 
 MAX_SIDE = 16384
 MAX_PIXELS = 100_000_000
+_MOST_BYTES = 2048 * MIB
 
 # Sizes are checked here, against the limits above, before anything is decoded; Pillow's own
-# limit would warn at a size of its own. OpenCV's log repeats on stderr what errors say already.
+# limit would warn at a size of its own. OpenCV's log repeats on stderr what errors say already, and
+# so do Pillow's warnings about files that it refuses next, or reads none the worse.
 Image.MAX_IMAGE_PIXELS = None
+warnings.filterwarnings("ignore", category=UserWarning, module=r"PIL\.")
 cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 
 VIDEOS = (".mp4", ".m4v", ".mov", ".webm", ".mkv", ".avi", ".mpg", ".mpeg", ".ogv", ".wmv", ".flv")
@@ -43,15 +48,19 @@ class Header:
     height: int
 
 
-def read_bytes(path: Path, most: int = -1) -> bytes:
-    """Return the file's bytes (the first ``most``), or say why it cannot be read."""
+def read_bytes(path: Path, head: int | None = None) -> bytes:
+    """Return the file's bytes (the first ``head``).
+
+    Raises:
+        SourceError: It cannot be read, is none, or is larger than any picture.
+    """
     if path.is_dir():
         raise SourceError(f"{path}: is a folder where an image was expected")
-    if path.exists() and not path.is_file():
-        raise SourceError(f"{path}: is not a regular file")
     try:
-        with path.open("rb") as file:
-            return file.read(most)
+        if head is None:
+            return read_file(path, _MOST_BYTES)
+        with open_file(path) as file:
+            return file.read(head)
     except OSError as error:
         raise SourceError(f"{path}: cannot be read ({error.strerror})") from error
 
@@ -138,7 +147,7 @@ def _size(path: Path, kind: str) -> tuple[int, int]:
 
         load_pyav("EXR", path)
         return exr_size(read_bytes(path, 1 << 16))
-    with Image.open(path) as image:
+    with open_file(path) as file, Image.open(file) as image:
         turned = kind == "jpeg" and image.getexif().get(0x0112, 1) >= 5
         width, height = image.size
         return (height, width) if turned else (width, height)

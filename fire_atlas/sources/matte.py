@@ -104,7 +104,9 @@ def judge(seen: Evidence) -> Choice:
 
 def gather(frames: Sequence[Picture]) -> Evidence:
     """Look at the border of opaque sample frames."""
-    thumbs = np.stack([_thumb(frame) for frame in frames])
+    # Sprites may differ in size: their borders are compared place by place, at the size of one.
+    size = _thumb_size(frames[0])
+    thumbs = np.stack([_thumb(frame, size) for frame in frames])
     peak = thumbs.max(axis=3)
     height, width = peak.shape[1:]
     band = max(1, round(0.08 * min(height, width)))
@@ -121,15 +123,20 @@ def gather(frames: Sequence[Picture]) -> Evidence:
     )
 
 
-def _thumb(frame: Picture) -> Picture:
-    """Return a small copy (h, w, 3), float32, 0..255 as encoded."""
+def _thumb_size(frame: Picture) -> tuple[int, int]:
+    """Return the width and height at which a clip of such frames is judged, px."""
+    height = min(_THUMB_HEIGHT, frame.shape[0])
+    width = max(1, round(frame.shape[1] * height / frame.shape[0]))
+    return min(width, 2048), height
+
+
+def _thumb(frame: Picture, size: tuple[int, int]) -> Picture:
+    """Return a small copy (h, w, 3), float32, 0..255 as encoded; ``size`` is width and height."""
     scale = 255 / white(frame.dtype)
     rgb = frame[..., :3].astype(np.float32) * scale
     if frame.dtype == np.float32:
         rgb = encode_unit(np.ascontiguousarray(frame[..., :3])) * 255
-    height = min(_THUMB_HEIGHT, frame.shape[0])
-    width = max(1, round(frame.shape[1] * height / frame.shape[0]))
-    return cast(Picture, cv2.resize(rgb, (min(width, 2048), height), interpolation=cv2.INTER_AREA))
+    return cast(Picture, cv2.resize(rgb, size, interpolation=cv2.INTER_AREA))
 
 
 def _standing_detail(peak: Picture, border: NDArray[np.bool_]) -> float:

@@ -5,9 +5,10 @@ from pathlib import Path
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.files import MOST_JSON, read_file
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.blaze import Burning
-from fire_atlas.generators.profile.file import MOST_BYTES, SUFFIX, read_profile
+from fire_atlas.generators.profile.file import SUFFIX, read_profile
 from fire_atlas.generators.profile.fire import burn
 from fire_atlas.generators.profile.learn import learn
 from fire_atlas.generators.profile.model import Profile
@@ -85,7 +86,6 @@ def learnt(
 
 def _read(path: Path) -> bytes:
     try:
-        with path.open("rb") as file:
-            return file.read(MOST_BYTES + 1)
+        return read_file(path, MOST_JSON)
     except OSError as error:
         raise SourceError(f"{path}: cannot be read ({error.strerror})") from error

@@ -15,8 +15,9 @@ from fire_atlas.sources.images import Header, decode, read_header
 from fire_atlas.sources.listing import cut, locate
 
 _NUMBER = re.compile(r"[ _.\-(]*[0-9]+\)?$")
-_UNFIT = re.compile(r"[\x00-\x1f\x7f\"'\\;:/]+")
-"""What no name in an engine's file may hold."""
+_UNFIT = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff\"'\\;:/]+")
+"""What no name in an engine's file may hold: control characters, bytes that are no text, and what
+these files are written with."""
 
 
 @dataclass(frozen=True, slots=True)

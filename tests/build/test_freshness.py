@@ -10,6 +10,9 @@ from typing import Any
 import pytest
 
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
+from fire_atlas.generators.profile.learn import learn
+from fire_atlas.generators.profile.model import Profile
+from fire_atlas.sources.registry import open_source
 
 from .desk import Desk, contents
 
@@ -131,6 +134,62 @@ def test_an_input_that_changes_during_the_build_is_noticed_afterwards(
         patch.setattr("fire_atlas.pipeline.animate.study_flame", saved_meanwhile)
         assert desk.run("build", recipe, "--force").code == 0
     assert_builds_once(desk, recipe)
+
+
+def test_an_input_that_was_another_while_it_was_read_is_not_called_fresh(
+    desk: Desk, recipe: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Pages may show what was there for a moment, though all is now as it was hashed."""
+    frame = desk.folder / "clip" / "0005.png"
+    sound = frame.read_bytes()
+
+    def another_for_a_while(*arguments: Any) -> FlameStudy:
+        shutil.copy(desk.folder / "clip" / "0000.png", frame)
+        study = study_flame(*arguments)
+        frame.write_bytes(sound)
+        return study
+
+    with monkeypatch.context() as patch:
+        patch.setattr("fire_atlas.pipeline.animate.study_flame", another_for_a_while)
+        ran = desk.run("build", recipe, "--force")
+    assert ran.code == 0 and f"{frame}: changed while it was read; build again" in ran.err
+    assert_builds_once(desk, recipe)
+
+
+def test_a_clip_that_changes_while_it_is_learnt_from_is_not_called_fresh(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clip = desk.clip(count=10)
+    source = {"kind": "profile", "path": "clip", "slices": 2, "particles": 8, "height": 32}
+    recipe = desk.recipe(source=source, timeline={"frames": 4}, flakes="none", motion_blur="none")
+
+    def saved_meanwhile(*arguments: Any) -> Profile:
+        profile = learn(*arguments)
+        shutil.copy(clip / "0000.png", clip / "0005.png")
+        return profile
+
+    with monkeypatch.context() as patch:
+        patch.setattr("fire_atlas.sources.profile.learn", saved_meanwhile)
+        assert desk.run("build", recipe).code == 0
+    assert_builds_once(desk, recipe)
+
+
+def test_a_frame_that_was_there_only_while_frames_were_listed_is_told(
+    desk: Desk, recipe: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frame = desk.folder / "clip" / "0006.png"
+
+    def one_more(*arguments: Any) -> Any:
+        shutil.copy(desk.folder / "clip" / "0000.png", frame)
+        opened = open_source(*arguments)
+        frame.unlink()
+        return opened
+
+    before = contents(desk.build)
+    monkeypatch.setattr("fire_atlas.pipeline.open.open_source", one_more)
+    ran = desk.run("build", recipe, "--force")
+    assert ran.code == 1 and str(frame) in ran.err
+    assert contents(desk.build) == before
 
 
 def test_files_that_are_no_longer_written_are_removed(desk: Desk) -> None:

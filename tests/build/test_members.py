@@ -1,10 +1,13 @@
 """Recipes that share the pages of another: each is read once, and errors are located in it."""
 
 from collections import Counter
+from io import BufferedReader
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from fire_atlas.core import files
 
 from .desk import Desk
 
@@ -25,13 +28,13 @@ def host(desk: Desk) -> Path:
 def reads(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
     """Count how often each file is opened, by its name."""
     count: Counter[str] = Counter()
-    opened = Path.open
+    opened = files.open_file
 
-    def counting(path: Path, *arguments: Any, **options: Any) -> Any:
+    def counting(path: Path) -> BufferedReader:
         count[path.name] += 1
-        return opened(path, *arguments, **options)
+        return opened(path)
 
-    monkeypatch.setattr(Path, "open", counting)
+    monkeypatch.setattr(files, "open_file", counting)
     return count
 
 

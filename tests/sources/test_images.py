@@ -1,5 +1,6 @@
 """Every kind of pixel a PNG or TIFF can hold, and broken files of every sort."""
 
+import os
 import struct
 import zlib
 from pathlib import Path
@@ -183,7 +184,7 @@ def test_an_unreadable_file_is_refused(tmp_path: Path, monkeypatch: pytest.Monke
     def refuse(*_: object, **__: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "open", refuse)
+    monkeypatch.setattr(os, "open", refuse)
     with pytest.raises(SourceError, match=r"fire0\.png: cannot be read \(Permission denied\)"):
         fire.open_clip(tmp_path / "f")
 

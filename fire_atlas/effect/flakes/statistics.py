@@ -68,7 +68,9 @@ def ember_figures(tracks: Tracks) -> list[Figure]:
         Figure("end higher than born", float(rise), "", 0.95),
         Figure("speed, median", float(np.median(speed)), "heights/s", 0.1, 1.5),
         Figure("size, median", float(np.median(sizes)), "px", 1.0),
-        Figure("size, σ of its logarithm", float(np.std(np.log(sizes))), "", *spread),
+        Figure(
+            "size, σ of its logarithm", float(np.std(np.log(np.maximum(sizes, 1e-3)))), "", *spread
+        ),
         Figure("life, median", float(np.median([f[0, _LIFE] for f in flights])), "s", 0.3, 4.0),
         Figure("streak, median", float(np.median(streak)), "px"),
         Figure("streak, of a frame's way", float(np.median(streak / way)), "", None, 1.0),

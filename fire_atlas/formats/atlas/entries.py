@@ -12,7 +12,11 @@ from fire_atlas import __version__
 from fire_atlas.atlas.sheet import AtlasSheet, Grid, Page, Region
 from fire_atlas.core.output_file import plain_name
 from fire_atlas.formats.atlas.maps import map_entries
+from fire_atlas.formats.checks import MOST_MILLISECONDS, number, text, whole
 from fire_atlas.formats.decimals import plain
+
+_FARTHEST = 1000.0
+"""How far from its frame a pivot may lie, in sizes of the frame."""
 
 
 def compact(value: Any) -> str:
@@ -39,20 +43,24 @@ def region_of(name: str, page: int, entry: dict[str, Any]) -> Region:
     place, trim, full = entry["frame"], entry["spriteSourceSize"], entry["sourceSize"]
     anchor = entry.get("anchor", {"x": 0.5, "y": 0.5})
     return Region(
-        name=name,
+        name=text(name),
         page=page,
-        x=int(place["x"]),
-        y=int(place["y"]),
-        width=int(place["w"]),
-        height=int(place["h"]),
+        x=whole(place["x"]),
+        y=whole(place["y"]),
+        width=whole(place["w"]),
+        height=whole(place["h"]),
         rotated=bool(entry.get("rotated")),
-        trim_x=int(trim["x"]),
-        trim_y=int(trim["y"]),
-        frame_width=int(full["w"]),
-        frame_height=int(full["h"]),
-        anchor=(float(anchor["x"]), float(anchor["y"])),
-        duration=float(entry["duration"]),
+        trim_x=whole(trim["x"]),
+        trim_y=whole(trim["y"]),
+        frame_width=whole(full["w"], 1),
+        frame_height=whole(full["h"], 1),
+        anchor=(_anchor(anchor["x"]), _anchor(anchor["y"])),
+        duration=number(entry["duration"], 0, MOST_MILLISECONDS),
     )
+
+
+def _anchor(value: Any) -> float:
+    return number(value, -_FARTHEST, _FARTHEST)
 
 
 def page_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
@@ -82,9 +90,9 @@ def page_of(meta: dict[str, Any]) -> Page:
     size, safe_mip = meta["size"], meta.get("fireAtlas", {}).get("safeMipLevel")
     return Page(
         file=plain_name(meta["image"]),
-        width=int(size["w"]),
-        height=int(size["h"]),
-        safe_mip=None if safe_mip is None else int(safe_mip),
+        width=whole(size["w"], 1),
+        height=whole(size["h"], 1),
+        safe_mip=None if safe_mip is None else whole(safe_mip, 0, 32),
     )
 
 
@@ -115,10 +123,10 @@ def grid_of(about: dict[str, Any]) -> Grid | None:
     if entry is None:
         return None
     return Grid(
-        columns=int(entry["columns"]),
-        rows=int(entry["rows"]),
-        cell_width=int(entry["cellWidth"]),
-        cell_height=int(entry["cellHeight"]),
+        columns=whole(entry["columns"], 1),
+        rows=whole(entry["rows"], 1),
+        cell_width=whole(entry["cellWidth"], 1),
+        cell_height=whole(entry["cellHeight"], 1),
     )
 
 

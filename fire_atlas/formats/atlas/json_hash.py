@@ -11,6 +11,7 @@ from typing import Any
 
 from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region
 from fire_atlas.core.errors import RecipeError, SourceError
+from fire_atlas.core.files import MOST_JSON, read_file
 from fire_atlas.core.output_file import OutputFile, plain_name
 from fire_atlas.formats.atlas.entries import (
     animations_on,
@@ -22,6 +23,7 @@ from fire_atlas.formats.atlas.entries import (
     region_of,
 )
 from fire_atlas.formats.atlas.maps import maps_of
+from fire_atlas.formats.checks import number, one_of, text
 
 
 def export_json_hash(sheet: AtlasSheet) -> Iterator[OutputFile]:
@@ -95,7 +97,7 @@ def _read_json(path: Path) -> dict[str, Any]:
     if path.suffix in {".yaml", ".yml"}:
         raise RecipeError(f"{path}: is a recipe; build it and name the .json it writes")
     try:
-        document = json.loads(path.read_bytes())
+        document = json.loads(read_file(path, MOST_JSON))
     except OSError as error:
         raise RecipeError(f"{path}: cannot be read ({error.strerror})") from None
     except (ValueError, RecursionError) as error:
@@ -118,15 +120,15 @@ def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
     return AtlasSheet(
         name=image.stem,
         title=image.stem.partition("@")[0],
-        scale=float(meta.get("scale", 1)),
-        fps=float(about.get("fps") or 1000 / regions[0].duration),
-        alpha=about["alpha"],
-        blend_space=about["blendSpace"],
+        scale=number(float(meta.get("scale", 1)), 0.001, 1),
+        fps=number(float(about.get("fps") or 1000 / regions[0].duration), 0.001, 1e6),
+        alpha=one_of(about["alpha"], ("straight", "premultiplied", "additive")),
+        blend_space=one_of(about["blendSpace"], ("srgb", "linear")),
         image_format=image.suffix[1:],
         pages=tuple(page_of(document["meta"]) for document in documents),
         regions=regions,
         animations=tuple(
-            Animation(name, tuple(region.name for region in frames), bool(loops.get(name)))
+            Animation(text(name), tuple(region.name for region in frames), bool(loops.get(name)))
             for name, frames in played.items()
         ),
         grid=grid_of(about),

@@ -9,8 +9,12 @@ from typing import Any, get_args
 from fire_atlas.atlas.sheet import AtlasSheet, MotionScale, SheetMap
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.output_file import plain_name
+from fire_atlas.formats.checks import number, one_of, whole
 from fire_atlas.formats.decimals import plain
 from fire_atlas.recipe.output import Engine
+
+_STRONGEST = 1e6
+"""Most that a decoded 1 stands for, in any unit."""
 
 
 def map_entries(sheet: AtlasSheet, page: int) -> list[dict[str, Any]]:
@@ -29,7 +33,7 @@ def maps_of(pages: Sequence[Sequence[dict[str, Any]]]) -> tuple[SheetMap, ...]:
     """Return what lies beside the pages, from ``map_entries`` of each: all have the same kinds."""
     return tuple(
         SheetMap(
-            str(entry["kind"]),
+            one_of(entry["kind"], ("motion", "flame", "flakes")),
             tuple(plain_name(page[i]["image"]) for page in pages),
             _motion_of(entry) if entry["kind"] == "motion" else None,
         )
@@ -64,11 +68,11 @@ def _motion_of(entry: dict[str, Any]) -> MotionScale:
         raise ValueError(f"{engine!r} is no engine whose motion vectors are known")
     return MotionScale(
         engine=engine,
-        scale=float(entry["scale"]),
+        scale=_strength(entry["scale"]),
         pixels=_pair_of(strength["pixels"]),
         cell_uv=None if strength["cellUv"] is None else _pair_of(strength["cellUv"]),
         reach=_pair_of(entry["reach"]),
-        gutter=None if gutter is None else (int(gutter[0]), int(gutter[1])),
+        gutter=None if gutter is None else (whole(gutter[0]), whole(gutter[1])),
     )
 
 
@@ -90,4 +94,8 @@ def _pair(values: tuple[float, float], digits: int) -> list[float]:
 
 
 def _pair_of(values: Sequence[Any]) -> tuple[float, float]:
-    return float(values[0]), float(values[1])
+    return _strength(values[0]), _strength(values[1])
+
+
+def _strength(value: Any) -> float:
+    return number(value, -_STRONGEST, _STRONGEST)

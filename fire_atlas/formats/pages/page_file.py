@@ -8,11 +8,15 @@ import numpy as np
 from PIL import Image
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.files import MIB, read_file
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
 from fire_atlas.formats.pages.png import write_png, write_small_png
 from fire_atlas.formats.pages.webp import write_webp
 from fire_atlas.recipe.output import Atlas
+
+_MOST_BYTES = 2048 * MIB
+"""Largest file of a page: one of 16384 px a side, not compressed at all, is half of that."""
 
 
 def write_page(file: BinaryIO, image: Bytes, settings: Atlas, workers: Workers) -> None:
@@ -38,7 +42,7 @@ def read_page(path: Path, width: int, height: int) -> Bytes:
         with Image.open(io.BytesIO(data)) as image:
             # A small file has no channels that say nothing.
             return np.array(image.convert("RGBA"))
-    except (OSError, SyntaxError) as error:
+    except Exception as error:  # decoders raise what they like
         raise SourceError(f"{path}: is damaged ({error}); build the recipe again") from error
 
 
@@ -49,13 +53,13 @@ def read_page_file(path: Path, width: int, height: int) -> bytes:
         SourceError: The file is missing, or no image of ``width`` x ``height`` px.
     """
     try:
-        data = path.read_bytes()
+        data = read_file(path, _MOST_BYTES)
     except OSError as error:
         raise SourceError(f"{path}: the page cannot be read ({error.strerror})") from None
     try:
         with Image.open(io.BytesIO(data), formats=["PNG", "WEBP"]) as image:
             size = image.size
-    except (OSError, Image.DecompressionBombError) as error:
+    except Exception as error:  # decoders raise what they like
         raise SourceError(f"{path}: is no PNG or WebP; build the recipe again") from error
     if size != (width, height):
         raise SourceError(

@@ -11,6 +11,7 @@ from typing import Any
 
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import OutputError, RecipeError
+from fire_atlas.core.files import MIB, read_file
 from fire_atlas.core.output_file import OutputFile, is_portable, is_reserved
 from fire_atlas.core.process import run_module
 from fire_atlas.formats.templates.context import context_of
@@ -18,9 +19,6 @@ from fire_atlas.recipe.output import TemplateExport
 
 SECONDS = 10
 """How long a template may take."""
-
-_MAX_BYTES = 1 << 20
-"""Largest template."""
 
 
 def export_template(sheet: AtlasSheet, export: TemplateExport, path: Path) -> OutputFile:
@@ -52,14 +50,9 @@ def _sound_name(name: str, path: Path) -> str:
 
 def _read(path: Path) -> str:
     try:
-        with path.open("rb") as file:
-            data = file.read(_MAX_BYTES + 1)
+        return read_file(path, MIB).decode("utf-8-sig")
     except OSError as error:
         raise RecipeError(f"{path}: the template cannot be read ({error.strerror})") from None
-    if len(data) > _MAX_BYTES:
-        raise RecipeError(f"{path}: is larger than 1 MiB; is it really a template?")
-    try:
-        return data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise RecipeError(f"{path}: the template is not UTF-8; save it as UTF-8") from None
 

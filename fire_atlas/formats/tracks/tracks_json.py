@@ -12,14 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.files import MOST_JSON, read_file
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.checks import number, whole
 from fire_atlas.formats.decimals import plain, table_text
 from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite, frame_time
 from fire_atlas.formats.tracks.names import flakes_file, stem_of
 
-_AGE = COLUMNS.index("age")
+_AGE, _SIZE = COLUMNS.index("age"), COLUMNS.index("size")
 _BIRTH = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
 
 _LARGEST = 2.0**53
@@ -84,10 +86,12 @@ def read_tracks(path: Path) -> Tracks | None:
     Raises:
         SourceError: The file is none that ``write_tracks_json`` made.
     """
-    if not path.is_file():
+    if not path.exists():
         return None
     try:
-        return _tracks(json.loads(path.read_bytes()))
+        return _tracks(json.loads(read_file(path, MOST_JSON)))
+    except OSError as error:
+        raise SourceError(f"{path}: the tracks cannot be read ({error.strerror})") from None
     except (
         KeyError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError
     ) as error:  # fmt: skip
@@ -98,21 +102,24 @@ def read_tracks(path: Path) -> Tracks | None:
 
 
 def _tracks(document: dict[str, Any]) -> Tracks:
+    fps = number(document["fps"], 0.001, 1e6)
+    width, height = (whole(length, 1) for length in document["size"])
     order = [document["columns"].index(column) for column in COLUMNS]
     births = [[spawn[column] for column in SPAWN_COLUMNS] for spawn in document["spawns"]]
     spawns = _table(births, len(SPAWN_COLUMNS))
     frames = [_table(frame["rows"], len(COLUMNS))[:, order] for frame in document["frames"]]
     every, counts = np.concatenate(frames), [len(rows) for rows in frames]
+    if (every[:, _SIZE] < 0).any():
+        raise ValueError("a flake is smaller than nothing")
     flights = _flights(every[:, 0], spawns)
-    moments = _moments(every[:, _AGE] * document["fps"], flights)
+    moments = _moments(every[:, _AGE] * fps, flights)
     ends = np.cumsum(counts)[:-1]
-    width, height = document["size"]
     return Tracks(
-        fps=document["fps"],
+        fps=fps,
         width=width,
         height=height,
-        loop=document["loop"],
-        seed=document["seed"],
+        loop=bool(document["loop"]),
+        seed=whole(document["seed"], 0, 2**64),
         spawns=spawns,
         frames=tuple(frames),
         flights=tuple(np.split(flights, ends)),

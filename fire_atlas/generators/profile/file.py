@@ -35,9 +35,6 @@ VERSION: Literal[1] = 1
 SUFFIX = ".json"
 """How the names of profile files end; those of clips never do."""
 
-MOST_BYTES = 256 * 1024 * 1024
-"""Larger files are no profiles."""
-
 Share = Annotated[float, Field(ge=0, le=1)]
 Size = Annotated[float, Field(gt=0, le=1e5)]
 Place = tuple[float, float]
@@ -153,8 +150,6 @@ def read_profile(data: bytes, name: str) -> Profile:
         SourceError: It is no profile, of a later version, or damaged.
     """
     again = "learn it anew with: fire-atlas learn CLIP -o NAME.profile.json"
-    if len(data) > MOST_BYTES:
-        raise SourceError(f"{name}: is too large for a fire profile; {again}")
     try:
         values = json.loads(data)
     except (ValueError, RecursionError) as error:

@@ -1,0 +1,55 @@
+"""Input files: only regular ones are opened, and none is read beyond a bound.
+
+Opening a named pipe waits for somebody to write into it, and a device may never end: neither is
+ever what a person meant to give. Whoever reads a file that came from outside opens it here.
+"""
+
+import errno
+import io
+import os
+import stat
+from pathlib import Path
+
+MIB = 1 << 20
+
+MOST_JSON = 256 * MIB
+"""Largest JSON file that is read: an atlas, tracks, a manifest, a profile."""
+
+
+def open_file(path: Path) -> io.BufferedReader:
+    """Open a regular file, or what a link to one leads to, for reading.
+
+    Raises:
+        OSError: There is none, it cannot be read, or it is a pipe, a device or a socket, which
+            ``strerror`` says.
+    """
+    file = open(path, "rb", opener=_open_at_once)  # noqa: SIM115 - the caller closes it
+    mode = os.fstat(file.fileno()).st_mode
+    if not stat.S_ISREG(mode):
+        file.close()
+        kind = "a named pipe" if stat.S_ISFIFO(mode) else "a device"
+        raise OSError(errno.EINVAL, f"is {kind}, not a file", str(path))
+    return file
+
+
+def read_file(path: Path, most: int) -> bytes:
+    """Return the bytes of a regular file, of which there are at most ``most``.
+
+    Raises:
+        OSError: As of ``open_file``, or the file is larger.
+    """
+    with open_file(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        data = file.read(min(size, most) + 1)
+        if len(data) > size:  # it grows while it is read
+            data += file.read(most + 1 - len(data))
+    if len(data) > most:
+        raise OSError(errno.EFBIG, f"is larger than {most / MIB:g} MiB", str(path))
+    return data
+
+
+def _open_at_once(path: str, flags: int) -> int:
+    """Open without waiting for the other end of a pipe."""
+    if stat.S_ISSOCK(os.stat(path).st_mode):  # noqa: PTH116 - an opener is given text
+        raise OSError(errno.EINVAL, "is a socket, not a file", path)
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
