@@ -8,6 +8,10 @@ from typing import NoReturn
 
 import pytest
 
+from fire_atlas.core.cpu import pin_kernels
+
+pin_kernels()  # as the command line does, before any test imports numpy
+
 # Test files are imported one by one (--import-mode=importlib), so helpers need a place on the path.
 sys.path += [
     str(Path(__file__).parent / room)

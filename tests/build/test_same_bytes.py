@@ -6,15 +6,29 @@ from typing import Any
 
 import pytest
 
+from fire_atlas.core.cpu import cpu_class
 from fire_atlas.core.shipped import shipped
 
-from .desk import Desk, command, contents, copy_of, run_alone
+from .desk import Desk, Ran, command, contents, copy_of, run_alone, script
 
 KEYS: dict[str, Any] = {
     "atlas": {"max_size": 100},
     "tracks": ["json", "csv", "pcache", "hjson", "light"],
     "seed": 3,
 }
+
+WITHOUT_AVX512 = {
+    "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR",
+    "OPENBLAS_CORETYPE": "Haswell",
+    "OPENCV_IPP": "avx2",
+}
+WITHOUT_AVX2 = {
+    "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
+    "OPENBLAS_CORETYPE": "Nehalem",
+    "OPENCV_CPU_DISABLE": "AVX2,FMA3",
+    "OPENCV_IPP": "sse42",
+}
+"""The libraries' own switches, as they would be set for an older CPU."""
 
 
 def test_the_number_of_workers_changes_nothing(desk: Desk) -> None:
@@ -24,6 +38,31 @@ def test_the_number_of_workers_changes_nothing(desk: Desk) -> None:
     assert "fire-1.png" in one
     for jobs in ("2", "7"):
         assert desk.built(recipe, "--force", "--jobs", jobs) == one
+
+
+@pytest.mark.skipif(cpu_class() != "x86-64-v3", reason="nothing is promised of other CPUs")
+@pytest.mark.parametrize("switches", [WITHOUT_AVX512, WITHOUT_AVX2], ids=["avx2", "sse"])
+def test_instruction_sets_that_the_environment_turns_off_change_nothing(
+    desk: Desk, switches: dict[str, str]
+) -> None:
+    desk.clip()
+    recipe = desk.recipe(**KEYS)
+    line = command("build", recipe, "--force", "-q")
+    assert run_alone(line).code == 0
+    as_they_are = contents(desk.build)
+    assert run_alone(line, **switches) == Ran(0, "", "")
+    assert contents(desk.build) == as_they_are
+
+
+@pytest.mark.skipif(cpu_class() != "x86-64-v3", reason="nothing is promised of other CPUs")
+def test_a_cpu_without_avx512_gives_the_same_bytes(desk: Desk) -> None:
+    """Libraries that are imported first are held to AVX2 by their own switches alone."""
+    desk.clip()
+    recipe = desk.recipe(**KEYS)
+    here = desk.built(recipe)
+    line = script("import cv2, numpy, scipy.linalg", "build", recipe, "--force", "-q")
+    assert run_alone(line, **WITHOUT_AVX512).code == 0
+    assert contents(desk.build) == here
 
 
 def test_the_order_in_which_files_were_made_and_the_folder_change_nothing(tmp_path: Path) -> None:
