@@ -1,6 +1,7 @@
 """Same recipe, same inputs, same versions: same bytes, whatever else is different."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,13 +23,13 @@ WITHOUT_AVX512 = {
     "OPENBLAS_CORETYPE": "Haswell",
     "OPENCV_IPP": "avx2",
 }
-WITHOUT_AVX2 = {
-    "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
+AS_AN_OLDER_CPU = {
+    "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4",
     "OPENBLAS_CORETYPE": "Nehalem",
     "OPENCV_CPU_DISABLE": "AVX2,FMA3",
     "OPENCV_IPP": "sse42",
 }
-"""The libraries' own switches, as they would be set for an older CPU."""
+"""The libraries' own switches that turn instruction sets off."""
 
 
 def test_the_number_of_workers_changes_nothing(desk: Desk) -> None:
@@ -38,31 +39,6 @@ def test_the_number_of_workers_changes_nothing(desk: Desk) -> None:
     assert "fire-1.png" in one
     for jobs in ("2", "7"):
         assert desk.built(recipe, "--force", "--jobs", jobs) == one
-
-
-@pytest.mark.skipif(cpu_class() != "x86-64-v3", reason="nothing is promised of other CPUs")
-@pytest.mark.parametrize("switches", [WITHOUT_AVX512, WITHOUT_AVX2], ids=["avx2", "sse"])
-def test_instruction_sets_that_the_environment_turns_off_change_nothing(
-    desk: Desk, switches: dict[str, str]
-) -> None:
-    desk.clip()
-    recipe = desk.recipe(**KEYS)
-    line = command("build", recipe, "--force", "-q")
-    assert run_alone(line).code == 0
-    as_they_are = contents(desk.build)
-    assert run_alone(line, **switches) == Ran(0, "", "")
-    assert contents(desk.build) == as_they_are
-
-
-@pytest.mark.skipif(cpu_class() != "x86-64-v3", reason="nothing is promised of other CPUs")
-def test_a_cpu_without_avx512_gives_the_same_bytes(desk: Desk) -> None:
-    """Libraries that are imported first are held to AVX2 by their own switches alone."""
-    desk.clip()
-    recipe = desk.recipe(**KEYS)
-    here = desk.built(recipe)
-    line = script("import cv2, numpy, scipy.linalg", "build", recipe, "--force", "-q")
-    assert run_alone(line, **WITHOUT_AVX512).code == 0
-    assert contents(desk.build) == here
 
 
 def test_the_order_in_which_files_were_made_and_the_folder_change_nothing(tmp_path: Path) -> None:
@@ -124,6 +100,51 @@ def test_two_fresh_processes_write_the_same_manifest(tmp_path: Path) -> None:
     told = json.loads(manifests[0])
     assert told["inputs"][0]["path"] == "../samples/campfire/0000.png"
     assert str(tmp_path) not in manifests[0].decode(), "no path of this machine"
+
+
+@dataclass(frozen=True, slots=True)
+class Burning:
+    """Recipes that pass through every library's numeric kernels, built once."""
+
+    recipes: tuple[Path, ...]
+    folder: Path
+    files: dict[str, bytes]
+
+    def built_by(self, line: list[str], switches: dict[str, str]) -> dict[str, bytes]:
+        ran = run_alone([*line, "--force", "-q"], **switches)
+        assert ran == Ran(0, "", "")
+        return contents(self.folder)
+
+
+@pytest.fixture
+def burning(desk: Desk) -> Burning:
+    if cpu_class() != "x86-64-v3":
+        pytest.skip("nothing is promised of older CPUs and of other architectures")
+    desk.clip(count=16, height=120)
+    silk = {"kind": "silk", "width": 64, "height": 96}
+    every_digit = {"exports": ["json", "unity"], "seed": 3}  # Unity's tracks are float32
+    recipes = (
+        desk.recipe("fire.yaml", **every_digit),
+        desk.recipe("silk.yaml", source=silk, timeline={"frames": 8}, **every_digit),
+    )
+    ran = run_alone(command("build", *recipes))
+    assert ran.code == 0, ran.err
+    return Burning(recipes, desk.build, contents(desk.build))
+
+
+@pytest.mark.parametrize(
+    "switches", [{name: value} for name, value in AS_AN_OLDER_CPU.items()], ids=" ".join
+)
+def test_switches_of_instruction_sets_change_nothing(
+    burning: Burning, switches: dict[str, str]
+) -> None:
+    assert burning.built_by(command("build", *burning.recipes), switches) == burning.files
+
+
+def test_a_cpu_without_avx512_gives_the_same_bytes(burning: Burning) -> None:
+    """Libraries that are imported first are held to AVX2 by their own switches alone."""
+    line = script("import cv2, numpy, scipy.linalg", "build", *burning.recipes)
+    assert burning.built_by(line, WITHOUT_AVX512) == burning.files
 
 
 def test_another_seed_gives_other_flakes_and_the_same_flame(desk: Desk) -> None:
