@@ -23,7 +23,6 @@ _SETTINGS = {
 """What holds each library to the kernels of level 3."""
 
 
-@cache
 def cpu_class() -> str:
     """Return the class of this CPU: all of one class give the same bytes.
 
