@@ -9,8 +9,12 @@ from typing import NoReturn
 import pytest
 from hypothesis import settings
 
+from fire_atlas.core.cpu import pin_kernels
+
 settings.register_profile("untimed", deadline=None)  # timings live in benchmarks
 settings.load_profile("untimed")
+
+pin_kernels()  # as the command line does, before any test imports numpy
 
 # Test files are imported one by one (--import-mode=importlib), so helpers need a place on the path.
 sys.path += [

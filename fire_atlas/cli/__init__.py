@@ -11,6 +11,7 @@ from io import TextIOWrapper
 
 from fire_atlas.cli.arguments import parse
 from fire_atlas.cli.failure import exit_code_of, print_error
+from fire_atlas.core.cpu import pin_kernels
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -44,10 +45,7 @@ def _open_missing_streams() -> None:
 
 def _run(args: Namespace) -> int:
     """Run the command that ``args`` name; each is the function ``run`` of a module of its name."""
-    # Our products are small: BLAS would spend more on waking threads, which then spin beside ours,
-    # and by how many share a sum its last bits vary. It asks when numpy is imported, here for the
-    # first time.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    pin_kernels()
     # Importing makes many objects and no garbage; looking for it as often as by default would take
     # a tenth of that time. At the end all memory goes at once: a last look takes as long again.
     gc.set_threshold(50_000)

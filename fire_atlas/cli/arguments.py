@@ -90,6 +90,9 @@ def _add_build(commands: _Commands) -> _Parser:
         "--dry-run", action="store_true", help="say what would be built, and why; write nothing"
     )
     parser.add_argument(
+        "--frozen", action="store_true", help="for CI: build nothing, fail if anything would be"
+    )
+    parser.add_argument(
         "--depfile",
         type=_path,
         metavar="FILE",

@@ -6,8 +6,9 @@ from pathlib import Path
 from fire_atlas.cli.depfile import refuse_overwriting, write_depfile
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import Outcome, Quiet, told_if_interrupted, view_for
+from fire_atlas.core.errors import OutputError
 from fire_atlas.outputs.folder import default_folder
-from fire_atlas.outputs.freshness import why_stale
+from fire_atlas.outputs.freshness import why_other_bytes, why_stale
 from fire_atlas.outputs.recovery import recover
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
 from fire_atlas.recipe.tree import RecipeTree, read_tree
@@ -22,7 +23,7 @@ def run(args: Namespace) -> int:
             refuse_overwriting(args.depfile)
         trees = read_recipes(args, view, failures)
         built = [tree for tree in trees if _build(tree, args, view, failures)]
-        if args.depfile and not args.dry_run:
+        if args.depfile and not (args.dry_run or args.frozen):
             write_depfile(args.depfile, [(tree, folder_of(tree, args)) for tree in built])
     return failures.worst_code
 
@@ -54,7 +55,9 @@ def _build(tree: RecipeTree, args: Namespace, view: Quiet, failures: Failures) -
     view.begin(tree.path)
     with failures.caught():
         recover(folder_of(tree, args), tree.name, view.note)
-        if args.dry_run:
+        if args.frozen:
+            view.done(_confirm(tree, args))
+        elif args.dry_run:
             view.planned(_plan(tree, args))
         else:
             view.done(build_recipe(tree, args, view))
@@ -70,6 +73,24 @@ def _plan(tree: RecipeTree, args: Namespace) -> str | None:
 
         load_checked(tree)  # a build would report what is wrong in it as well
     return reason or ("--force" if args.force else None)
+
+
+def _confirm(tree: RecipeTree, args: Namespace) -> Outcome:
+    """Return that a recipe is up to date.
+
+    Raises:
+        OutputError: It is not, or its outputs were made on another class of CPU.
+    """
+    reason = _plan(tree, args)
+    if reason is not None:
+        raise OutputError(f"{tree.path}: would be rebuilt: {reason} (build it without --frozen)")
+    reason = why_other_bytes(folder_of(tree, args), tree.name)
+    if reason is not None:
+        raise OutputError(
+            f"{tree.path}: is up to date, but {reason}, which may round the last digits otherwise;"
+            " build and check it on CPUs of one class, or without --frozen"
+        )
+    return Outcome(fresh=True)
 
 
 def build_recipe(tree: RecipeTree, args: Namespace, view: Quiet) -> Outcome:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from fire_atlas.core.cpu import cpu_class
 from fire_atlas.outputs.dependencies import inputs_of
 from fire_atlas.outputs.digest import file_digest, request_digest, tool_digest
 from fire_atlas.outputs.manifest import (
@@ -31,6 +32,17 @@ def why_stale(tree: RecipeTree, out: Path) -> str | None:
         return "fire-atlas or one of its libraries is another version"
     reason = _why_inputs_differ(manifest.inputs, inputs_of(tree), tree.path.parent)
     return reason or _why_outputs_differ(manifest.outputs, out)
+
+
+def why_other_bytes(out: Path, name: str) -> str | None:
+    """Say why the up-to-date outputs of the build ``name`` may differ in their last digits from
+    those that this machine would make; None if they are the same.
+    """
+    manifest = read_manifest(out, name)
+    built_on = manifest and manifest.statistics.get("cpu")
+    if built_on == cpu_class():
+        return None
+    return f"it was built on a CPU of class {built_on}, and this one is {cpu_class()}"
 
 
 def _why_inputs_differ(

@@ -1,7 +1,8 @@
 """The manifest of a build, written and read: what it was made from, and what it wrote.
 
-It is JSON without time, machine or absolute path: equal builds have equal manifests. Nothing heavy
-is imported here, because an up-to-date build reads a recipe, this file and some hashes.
+It is JSON without time or absolute path, and of the machine it says only the class of its CPU
+(``statistics.cpu``): equal builds have equal manifests. Nothing heavy is imported here, because an
+up-to-date build reads a recipe, this file and some hashes.
 """
 
 import json

@@ -1,20 +1,35 @@
 """Same recipe, same inputs, same versions: same bytes, whatever else is different."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from fire_atlas.core.cpu import cpu_class
 from fire_atlas.core.shipped import shipped
 
-from .desk import Desk, command, contents, copy_of, run_alone
+from .desk import Desk, Ran, command, contents, copy_of, run_alone, script
 
 KEYS: dict[str, Any] = {
     "atlas": {"max_size": 100},
     "tracks": ["json", "csv", "pcache", "hjson", "light"],
     "seed": 3,
 }
+
+WITHOUT_AVX512 = {
+    "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR",
+    "OPENBLAS_CORETYPE": "Haswell",
+    "OPENCV_IPP": "avx2",
+}
+AS_AN_OLDER_CPU = {
+    "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4",
+    "OPENBLAS_CORETYPE": "Nehalem",
+    "OPENCV_CPU_DISABLE": "AVX2,FMA3",
+    "OPENCV_IPP": "sse42",
+}
+"""The libraries' own switches that turn instruction sets off."""
 
 
 def test_the_number_of_workers_changes_nothing(desk: Desk) -> None:
@@ -85,6 +100,52 @@ def test_two_fresh_processes_write_the_same_manifest(tmp_path: Path) -> None:
     told = json.loads(manifests[0])
     assert told["inputs"][0]["path"] == "../samples/campfire/0000.png"
     assert str(tmp_path) not in manifests[0].decode(), "no path of this machine"
+
+
+@dataclass(frozen=True, slots=True)
+class Burning:
+    """Recipes that pass through every library's numeric kernels, built once."""
+
+    recipes: tuple[Path, ...]
+    folder: Path
+    files: dict[str, bytes]
+
+    def built_by(self, line: list[str], switches: dict[str, str]) -> dict[str, bytes]:
+        ran = run_alone([*line, "--force", "-q"], **switches)
+        assert ran == Ran(0, "", "")
+        return contents(self.folder)
+
+
+@pytest.fixture
+def burning(desk: Desk) -> Burning:
+    if cpu_class() != "x86-64-v3":
+        pytest.skip("nothing is promised of older CPUs and of other architectures")
+    desk.clip(count=16, height=120)
+    silk = {"kind": "silk", "width": 64, "height": 96}
+    # Unity's tracks are float32: they have digits that others round away.
+    every_digit: dict[str, Any] = {"exports": ["json", "unity"], "seed": 3}
+    recipes = (
+        desk.recipe("fire.yaml", **every_digit),
+        desk.recipe("silk.yaml", source=silk, timeline={"frames": 8}, **every_digit),
+    )
+    ran = run_alone(command("build", *recipes))
+    assert ran.code == 0, ran.err
+    return Burning(recipes, desk.build, contents(desk.build))
+
+
+@pytest.mark.parametrize(
+    "switches", [{name: value} for name, value in AS_AN_OLDER_CPU.items()], ids=" ".join
+)
+def test_switches_of_instruction_sets_change_nothing(
+    burning: Burning, switches: dict[str, str]
+) -> None:
+    assert burning.built_by(command("build", *burning.recipes), switches) == burning.files
+
+
+def test_a_cpu_without_avx512_gives_the_same_bytes(burning: Burning) -> None:
+    """Libraries that are imported first are held to AVX2 by their own switches alone."""
+    line = script("import cv2, numpy, scipy.linalg", "build", *burning.recipes)
+    assert burning.built_by(line, WITHOUT_AVX512) == burning.files
 
 
 def test_another_seed_gives_other_flakes_and_the_same_flame(desk: Desk) -> None:

@@ -8,7 +8,8 @@ rearranged at will. Run by hand before and after such a change:
     python -m tests.support.build_digests write digests.json
     python -m tests.support.build_digests compare digests.json
 
-The digest of the tool itself, which manifests hold, is left out: it changes with every edit.
+The digest of the tool itself, which manifests hold, is left out: it changes with every edit. So is
+the class of CPU, which is the machine's.
 """
 
 import argparse
@@ -259,14 +260,15 @@ def _of_folder(folder: Path, root: Path, names: list[str]) -> Iterator[tuple[str
     for name in names:
         path = folder / name
         if path.is_file():
-            data = _without_tool(path) if name.endswith(".manifest.json") else path.read_bytes()
+            data = _without_maker(path) if name.endswith(".manifest.json") else path.read_bytes()
             yield path.relative_to(root).as_posix(), hashlib.sha256(data).hexdigest()
 
 
-def _without_tool(manifest: Path) -> bytes:
-    """Return a manifest without the digest of the tool that wrote it."""
+def _without_maker(manifest: Path) -> bytes:
+    """Return a manifest without the digest of the tool and the class of CPU that made it."""
     document = json.loads(manifest.read_bytes())
     del document["made_by"]
+    document["statistics"].pop("cpu", None)
     return json.dumps(document).encode()
 
 
