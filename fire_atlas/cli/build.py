@@ -7,7 +7,7 @@ from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import Outcome, Quiet, view_for
 from fire_atlas.outputs.folder import default_folder
 from fire_atlas.outputs.freshness import why_stale
-from fire_atlas.outputs.recovery import recover
+from fire_atlas.outputs.recovery import recover, tidy
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
 from fire_atlas.recipe.tree import RecipeTree, read_tree
 
@@ -53,7 +53,8 @@ def _build(tree: RecipeTree, args: Namespace, view: Quiet, failures: Failures) -
     """Build one recipe, or say what would be done; return whether that went well."""
     view.begin(tree.path)
     with failures.caught():
-        recover(folder_of(tree, args), tree.name, view.note)
+        out = folder_of(tree, args)
+        (recover if args.dry_run else tidy)(out, tree.name, view.note)
         if args.dry_run:
             view.planned(_plan(tree, args))
         else:

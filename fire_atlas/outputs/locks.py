@@ -50,6 +50,7 @@ def locked(path: Path, note: Callable[[str], None]) -> Iterator[None]:
     except OSError as error:
         if error.errno not in _NOT_SUPPORTED:
             raise
+        path.unlink(missing_ok=True)
         note(f"{path.parent}: no locks on this file system; build into it one at a time")
     with _released(lock, path):
         yield

@@ -12,7 +12,7 @@ from fire_atlas.core.errors import OutputError
 from fire_atlas.outputs.disk import explained
 from fire_atlas.outputs.journal import StagingFolder, commit
 from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
-from fire_atlas.outputs.recovery import staging_folder, sweep
+from fire_atlas.outputs.recovery import settle, staging_folder, sweep
 
 
 class Staging:
@@ -48,8 +48,9 @@ class Staging:
             for folder in _missing_folders(self.out):
                 stack.callback(_remove_if_empty, folder)
             self.out.mkdir(parents=True, exist_ok=True)
+            sweep(self.out, self._note)
             stack.enter_context(locked(recipe_lock(self.out, self.name), self._note))
-            sweep(self.out, self.name, self._note)
+            settle(self._folder, self._note)
             stack.callback(_clear, self._folder)
             self._folder.previous.mkdir(parents=True)
             self._stack = stack.pop_all()
