@@ -12,6 +12,7 @@ CAMPAIGNS = {
     "kill": "kills",
     "commit": "commits",
     "concurrent": "concurrent",
+    "power": "power",
 }
 """The module of each campaign."""
 

@@ -12,7 +12,9 @@ PROJECT = Path(__file__).parents[2]
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="forks and signals of POSIX")
 
 
-@pytest.mark.parametrize(("campaign", "count"), [("kill", 8), ("commit", 12), ("concurrent", 6)])
+@pytest.mark.parametrize(
+    ("campaign", "count"), [("kill", 8), ("commit", 12), ("concurrent", 6), ("power", 3)]
+)
 def test_a_short_campaign_finds_no_fault(campaign: str, count: int) -> None:
     line = [sys.executable, "-m", "tests.campaign", campaign, "--count", str(count)]
     done = subprocess.run(
