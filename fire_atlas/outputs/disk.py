@@ -4,7 +4,6 @@ import errno
 import os
 import shutil
 import stat
-import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -87,7 +86,7 @@ def write_whole(target: Path, data: bytes) -> None:
     """Write a file that is no output of a build: whole, or not at all."""
     if target.is_dir():
         raise OutputError(f"{target}: is a folder; name the file in it that is to be written")
-    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex[:12]}")
+    temporary = target.with_name(f".{target.name}.{os.urandom(6).hex()}")
     with explained(target):
         try:
             write_synced(temporary, data)

@@ -6,7 +6,6 @@ that none is left behind by a build that ended well.
 
 import errno
 import os
-import socket
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -99,9 +98,11 @@ def _released(lock: "BaseFileLock", path: Path) -> Iterator[None]:
 
 
 def _write_holder(descriptor: int) -> None:
+    from platform import node
+
     with suppress(OSError):  # on a full disk others hear less
         os.ftruncate(descriptor, 0)
-        os.write(descriptor, f"process {os.getpid()} on {socket.gethostname()}".encode())
+        os.write(descriptor, f"process {os.getpid()} on {node()}".encode())
 
 
 def _holder(path: Path) -> str:

@@ -261,3 +261,20 @@ def test_a_build_that_was_killed_is_not_up_to_date(desk: Desk, recipe: Path) -> 
     ran = desk.run("build", recipe, "--set", "seed=5")
     assert ran.code == 0 and not ran.is_up_to_date
     assert os.access(desk.build / "fire.png", os.R_OK)
+
+
+@posix
+@pytest.mark.parametrize("next_command", ["check", "preview", "build", "clean"])
+def test_the_next_command_undoes_a_commit_that_was_killed(
+    desk: Desk, recipe: Path, next_command: str
+) -> None:
+    before = contents(desk.build)
+    code = _SIGNALLED_AT.format(name="SIGKILL", after=3)
+    assert run_alone(script(code, "build", recipe, "--set", "seed=5")).code == -signal.SIGKILL
+    assert not (desk.build / "fire.manifest.json").exists()
+    ran = desk.run(next_command, recipe)
+    assert ran.code == 0, ran.err
+    after = contents(desk.build)
+    after.pop("fire.preview.html", None)
+    assert after == ({} if next_command == "clean" else before)
+    assert ran.is_up_to_date == (next_command == "build")
