@@ -9,7 +9,7 @@ from fire_atlas.cli.progress import Outcome, Quiet, told_if_interrupted, view_fo
 from fire_atlas.core.errors import OutputError
 from fire_atlas.outputs.folder import default_folder
 from fire_atlas.outputs.freshness import why_other_bytes, why_stale
-from fire_atlas.outputs.recovery import recover
+from fire_atlas.outputs.recovery import recover, tidy
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
 from fire_atlas.recipe.tree import RecipeTree, read_tree
 
@@ -54,7 +54,8 @@ def _build(tree: RecipeTree, args: Namespace, view: Quiet, failures: Failures) -
     """Build one recipe, or say what would be done; return whether that went well."""
     view.begin(tree.path)
     with failures.caught():
-        recover(folder_of(tree, args), tree.name, view.note)
+        out = folder_of(tree, args)
+        (recover if args.dry_run or args.frozen else tidy)(out, tree.name, view.note)
         if args.frozen:
             view.done(_confirm(tree, args))
         elif args.dry_run:

@@ -13,7 +13,7 @@ from fire_atlas.outputs.disk import explained
 from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
 from fire_atlas.outputs.manifest import Manifest, manifest_name
 from fire_atlas.outputs.ownership import Claims, stale_outputs
-from fire_atlas.outputs.recovery import recover
+from fire_atlas.outputs.recovery import tidy
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.tree import RecipeTree, read_without_members
 
@@ -35,7 +35,7 @@ def run(args: Namespace) -> int:
 
 def _cleaned(tree: RecipeTree, out: Path, note: Callable[[str], None]) -> Iterator[str]:
     """Remove the outputs of a recipe in ``out``, its manifest last; yield what was done."""
-    recover(out, tree.name, note)
+    tidy(out, tree.name, note)
     listed = out / manifest_name(tree.name)
     if not listed.is_file():
         yield f"nothing to remove: there is no {listed}"

@@ -13,7 +13,7 @@ from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import SourceError
 from fire_atlas.outputs.dependencies import files_of, folders_of, recipe_files
 from fire_atlas.outputs.freshness import why_stale
-from fire_atlas.outputs.recovery import recover
+from fire_atlas.outputs.recovery import tidy
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.tree import RecipeTree, read_tree
 from fire_atlas.sources.listing import STILLS
@@ -108,7 +108,7 @@ def _pass(args: Namespace, view: Quiet, before: _Watched) -> _Watched:
             with failures.caught():
                 _look_at(tree, watched)
                 watched.outs.add(folder_of(tree, args).resolve())
-                recover(folder_of(tree, args), tree.name, view.note)
+                tidy(folder_of(tree, args), tree.name, view.note)
                 if why_stale(tree, folder_of(tree, args)) is not None:
                     view.done(build_recipe(tree, args, view))
     if failures.worst_code:  # what was read before may be what has to be mended

@@ -4,7 +4,6 @@ import errno
 import os
 import shutil
 import stat
-import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -89,7 +88,7 @@ def sync_folder(folder: Path) -> None:
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
     """Make a folder that is gone afterwards, however that comes about."""
-    folder = Path(gettempdir()) / f"fire-atlas-{uuid.uuid4().hex}"
+    folder = Path(gettempdir()) / f"fire-atlas-{os.urandom(16).hex()}"
     remove = partial(shutil.rmtree, folder, ignore_errors=True)
     with if_interrupted(remove):
         try:
@@ -104,7 +103,7 @@ def write_whole(target: Path, data: bytes) -> None:
     """Write a file that is no output of a build: whole, or not at all."""
     if target.is_dir():
         raise OutputError(f"{target}: is a folder; name the file in it that is to be written")
-    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex[:12]}")
+    temporary = target.with_name(f".{target.name}.{os.urandom(6).hex()}")
     with explained(target), if_interrupted(partial(temporary.unlink, missing_ok=True)):
         try:
             write_synced(temporary, data)

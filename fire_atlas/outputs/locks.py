@@ -6,7 +6,6 @@ that none is left behind by a build that ended well.
 
 import errno
 import os
-import socket
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -53,6 +52,7 @@ def locked(path: Path, note: Callable[[str], None]) -> Iterator[None]:
     except OSError as error:
         if error.errno not in _NOT_SUPPORTED:
             raise
+        path.unlink(missing_ok=True)
         note(f"{path.parent}: no locks on this file system; build into it one at a time")
     with _released(lock, path), if_interrupted(partial(path.unlink, missing_ok=True)):
         yield
@@ -101,9 +101,11 @@ def _released(lock: "BaseFileLock", path: Path) -> Iterator[None]:
 
 
 def _write_holder(descriptor: int) -> None:
+    from platform import node
+
     with suppress(OSError):  # on a full disk others hear less
         os.ftruncate(descriptor, 0)
-        os.write(descriptor, f"process {os.getpid()} on {socket.gethostname()}".encode())
+        os.write(descriptor, f"process {os.getpid()} on {node()}".encode())
 
 
 def _holder(path: Path) -> str:

@@ -29,17 +29,29 @@ def recover(out: Path, name: str, note: Callable[[str], None]) -> None:
     if not folder.journal.exists():
         return
     with explained(out), locked(recipe_lock(out, name), note):
-        _settle(folder, note)
+        settle(folder, note)
 
 
-def sweep(out: Path, name: str, note: Callable[[str], None]) -> None:
-    """Clear away what builds into ``out`` that died have left, under the lock of the build
-    ``name``. What belongs to one that is alive stays."""
-    _settle(staging_folder(out, name), note)
-    for other in sorted(_names_of_builds(out) - {name}):
-        with locked_if_free(recipe_lock(out, other)) as is_dead:
+def tidy(out: Path, name: str, note: Callable[[str], None]) -> None:
+    """Do so, and clear away the hidden files of all builds into ``out`` that died.
+
+    Raises:
+        OutputError: They cannot be removed.
+    """
+    recover(out, name, note)
+    with explained(out):
+        sweep(out, note)
+
+
+def sweep(out: Path, note: Callable[[str], None]) -> None:
+    """Clear away what builds into ``out`` that died have left; what belongs to a live one stays."""
+    for name in sorted(_names_of_builds(out)):
+        with locked_if_free(recipe_lock(out, name)) as is_dead:
             if is_dead:
-                _settle(staging_folder(out, other), note)
+                settle(staging_folder(out, name), note)
+    if folder_lock(out).exists():
+        with locked_if_free(folder_lock(out)):
+            pass  # whoever holds a lock last removes its file
 
 
 def _names_of_builds(out: Path) -> set[str]:
@@ -48,8 +60,8 @@ def _names_of_builds(out: Path) -> set[str]:
     return {path.stem.removeprefix(_PREFIX) for path in paths}
 
 
-def _settle(folder: StagingFolder, note: Callable[[str], None]) -> None:
-    """Undo what a dead build left half way, if it did, and remove its folder."""
+def settle(folder: StagingFolder, note: Callable[[str], None]) -> None:
+    """Undo what a dead build left half way, if it did, and remove its folder; under its lock."""
     if folder.path.is_symlink():  # no build makes one
         folder.path.unlink()
     if folder.journal.exists():

@@ -272,3 +272,20 @@ def test_outputs_whose_names_differ_by_case_only_are_refused(desk: Desk) -> None
         assert ran.code == 1
         assert to in ran.err and "name" in ran.err, ran.err
         assert not desk.build.exists()
+
+
+@posix
+@pytest.mark.parametrize("next_command", ["check", "preview", "build", "clean"])
+def test_the_next_command_undoes_a_commit_that_was_killed(
+    desk: Desk, recipe: Path, next_command: str
+) -> None:
+    before = contents(desk.build)
+    code = _SIGNALLED_AT.format(name="SIGKILL", after=3)
+    assert run_alone(script(code, "build", recipe, "--set", "seed=5")).code == -signal.SIGKILL
+    assert not (desk.build / "fire.manifest.json").exists()
+    ran = desk.run(next_command, recipe)
+    assert ran.code == 0, ran.err
+    after = contents(desk.build)
+    after.pop("fire.preview.html", None)
+    assert after == ({} if next_command == "clean" else before)
+    assert ran.is_up_to_date == (next_command == "build")

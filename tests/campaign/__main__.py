@@ -1,20 +1,33 @@
-"""Run a campaign: ``python -m tests.campaign kill|commit|concurrent|fuzz|stale``."""
+"""Run one campaign, print every fault it finds, and exit with 1 if there are any.
+
+A campaign is a module with ``run(count, seed)``, which returns a line for each fault. ``count`` is
+how often it tries; without one, as often as the campaign itself thinks right.
+"""
 
 import argparse
 import sys
 from importlib import import_module
 
-NAMES = ("kill", "commit", "concurrent", "fuzz", "stale")
+CAMPAIGNS = {
+    "kill": "kills",
+    "commit": "commits",
+    "concurrent": "concurrent",
+    "power": "power",
+    "fuzz": "fuzz",
+    "stale": "stale",
+}
+"""The module of each campaign."""
 
 
 def main() -> int:
-    """Return 0 if the campaign found no fault."""
     parser = argparse.ArgumentParser(prog="python -m tests.campaign", description=__doc__)
-    parser.add_argument("name", choices=NAMES)
-    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("campaign", choices=CAMPAIGNS)
+    parser.add_argument("--count", type=int)
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
-    return int(import_module(f"tests.campaign.{args.name}").run(args.count, args.seed))
+    faults = import_module(f".{CAMPAIGNS[args.campaign]}", __package__).run(args.count, args.seed)
+    print(*faults, f"{args.campaign}: {len(faults)} faults, seed {args.seed}", sep="\n")
+    return 1 if faults else 0
 
 
 if __name__ == "__main__":

@@ -27,6 +27,9 @@ import numpy as np
 from . import corpus
 from .mutations import Chance, Spoil, spoilt_bytes, spoilt_json, spoilt_png, spoilt_text
 
+_COUNT = 100_000
+"""Cases of a whole campaign."""
+
 SECONDS = 10
 """How long a case may take."""
 
@@ -42,25 +45,22 @@ Scene = Callable[[Path, Path, Chance], Arguments]
 """Puts spoilt files, made from a corpus, into a folder and returns the command that reads them."""
 
 
-def run(count: int, seed: int) -> int:
-    """Run ``count`` cases; print what became of them, and return 1 if any shows a fault."""
+def run(count: int | None, seed: int) -> list[str]:
+    """Run ``count`` cases, print how many ended how, and return those that show a fault."""
+    count, faults = count or _COUNT, list[str]()
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
     with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
         base = Path(folder) / "corpus"
         _write_corpus(base)
         results = Counter[str]()
-        faults = 0
         for number, outcome in _outcomes(base, count, seed):
             results[f"{_kind(number)}: {outcome.word}"] += 1
             if outcome.is_fault:
-                faults += 1
-                print(f"case {number} ({_kind(number)}): {outcome.word}\n{outcome.said}")
-                sys.stdout.flush()
+                faults.append(f"case {number} ({_kind(number)}): {outcome.word}\n{outcome.said}")
     for name, times in sorted(results.items()):
         print(f"{times:7} {name}")
-    print(f"fuzz: seed {seed}, {count} inputs, {faults} faults")
-    return int(faults > 0)
+    return faults
 
 
 @dataclass(frozen=True, slots=True)

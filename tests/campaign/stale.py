@@ -20,6 +20,9 @@ from PIL import Image
 
 from . import corpus
 
+_COUNT = 260
+"""Builds of a whole campaign: twenty of each scene."""
+
 SHORT = {"flakes": {"rate": 30, "alpha": 0.01}, "timeline": {"frames": 3}}
 PACKS = {"flakes": "none", "motion_blur": "none"}
 
@@ -41,13 +44,13 @@ class Scene:
     prepare: Callable[[Path], None] = field(default=lambda _: None)
 
 
-def run(count: int, seed: int) -> int:
-    """Disturb ``count`` builds, about as many of each scene; return 1 if any is called fresh that
-    is not.
+def run(count: int | None, seed: int) -> list[str]:
+    """Disturb ``count`` builds, about as many of each scene; return those called fresh that are
+    not.
 
     ``seed`` shifts the instants.
     """
-    faults = 0
+    count, faults = count or _COUNT, list[str]()
     names = list(SCENES)
     with tempfile.TemporaryDirectory(prefix="stale-") as folder:
         for k, name in enumerate(names):
@@ -57,11 +60,9 @@ def run(count: int, seed: int) -> int:
                 share = ((number + seed * 0.37) % len(instants) + 0.5) / len(instants)
                 comes_back = (number + k) % 2 == 1
                 if problem := desk.disturb(share, comes_back):
-                    faults += 1
-                    print(f"{name}, {share:.3f} of a build, {comes_back=}: {problem}")
+                    faults.append(f"{name}, {share:.3f} of a build, {comes_back=}: {problem}")
             print(f"{name}: {len(instants)} builds disturbed", flush=True)
-    print(f"stale: seed {seed}, {count} builds, {faults} faults")
-    return int(faults > 0)
+    return faults
 
 
 class Desk:

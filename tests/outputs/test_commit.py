@@ -15,8 +15,8 @@ import pytest
 
 from fire_atlas.core.errors import OutputError
 from fire_atlas.outputs.journal import commit
-from fire_atlas.outputs.locks import locked, locked_if_free, recipe_lock
-from fire_atlas.outputs.recovery import recover, staging_folder
+from fire_atlas.outputs.locks import folder_lock, locked, locked_if_free, recipe_lock
+from fire_atlas.outputs.recovery import recover, staging_folder, tidy
 from fire_atlas.outputs.staging import Staging
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="symbolic links of POSIX")
@@ -217,6 +217,9 @@ def test_what_dead_builds_left_is_removed_by_the_next_one_of_any_name(out: Path)
         staging_folder(out, name).previous.mkdir(parents=True)
         (staging_folder(out, name).path / "page.png").write_bytes(b"half")
         recipe_lock(out, name).write_text("process 1 on elsewhere")
+    folder_lock(out).write_text("process 1 on elsewhere")
+    tidy(out, "z", ignore)
+    assert contents(out) == OLD
     write_new(out)
     assert contents(out) == NEW | {"b.png": OLD["b.png"]}
 

@@ -21,9 +21,10 @@ from fire_atlas.recipe.keys import all_keys, blocks_at
 from fire_atlas.recipe.tree import read_tree
 
 STEPS = {
-    "open_input": build, "arrange": animate, "study_flame": animate, "analyse": animate,
-    "simulate": animate, "render": animate, "flames_between": animate, "measure_motion": animate,
-    "pack_only": build, "pack": build, "write_images": build, "product_of": build,
+    "refuse_taken_names": build, "open_input": build, "arrange": animate, "study_flame": animate,
+    "analyse": animate, "simulate": animate, "render": animate, "flames_between": animate,
+    "measure_motion": animate, "pack_only": build, "pack": build, "write_images": build,
+    "product_of": build,
 }  # fmt: skip
 """Steps, each in the module that calls it."""
 
@@ -35,6 +36,11 @@ BLUR = {"motion_blur.flame", "motion_blur.shutter", "motion_blur.samples"}
 MAPS = {"maps.motion", "maps.flame", "maps.flakes"}
 
 TABLE = {
+    # The names of all outputs that are known before any work.
+    "refuse_taken_names": {
+        *MAPS, "name", "exports", "tracks", "flakes", "views", "atlas.format", "atlas.members",
+        "atlas.scales",
+    },
     # Whether a recipe only packs decides what its source may be.
     "open_input": {
         "name", "seed", "source", "views", "wind", "flakes", "motion_blur", "motion_blur.flame",
