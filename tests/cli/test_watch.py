@@ -145,6 +145,7 @@ def test_a_folder_that_is_replaced_is_still_watched(
     watched = watch(campfire.name)
     watched.hears("campfire.yaml: 4 files in build")
     watched.hears("watching 7 files")
+    watched.settles()  # it looks now
     replace(clip, other)
     watched.hears("campfire.yaml: 4 files in build")
     watched.settles()
@@ -166,6 +167,7 @@ def test_a_whole_project_that_is_replaced_is_still_watched(
     watched = watch(f"project/{recipe.name}", "-o", "out")
     watched.hears("campfire.yaml: 4 files in out")
     watched.hears("watching 7 files")
+    watched.settles()  # it looks now
     replace(project, other)
     watched.hears("campfire.yaml: 4 files in out")
     watched.settles()
@@ -178,6 +180,7 @@ def test_a_folder_that_is_gone_is_waited_for(watch: Start, campfire: Path) -> No
     clip = campfire.parent / "clip"
     watched = watch(campfire.name)
     watched.hears("watching 7 files")
+    watched.settles()
     kept = Path(shutil.copytree(clip, campfire.parent / "kept"))
     shutil.copy(clip / "0001.png", kept / "0003.png")
     shutil.rmtree(clip)
