@@ -5,6 +5,8 @@ from argparse import Namespace
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from stat import S_ISDIR
+from typing import TypeAlias
 
 from fire_atlas.cli.build import build_recipe, folder_of, read_recipes
 from fire_atlas.cli.failure import Failures
@@ -23,6 +25,10 @@ _PATIENCE = 500
 
 _ENDINGS = {*STILLS, ".yaml", ".yml"}
 """Of files that are a frame or a recipe as soon as they lie in the right folder."""
+
+
+_Identity: TypeAlias = tuple[int, int]
+"""Device and inode of a folder."""
 
 
 @dataclass(slots=True)
@@ -49,10 +55,13 @@ class _Watched:
         return not own and (path.suffix.lower() in _ENDINGS or path.is_dir())
 
     @property
-    def roots(self) -> list[Path]:
-        """The folders to look at: editors replace files, so it is their folders that change."""
+    def roots(self) -> dict[Path, _Identity | None]:
+        """The folders to look at: editors replace files, so it is their folders that change.
+
+        Each with what tells it from another one of its name; None where there is none now.
+        """
         folders = {*self.folders, *(path.parent for path in self.files)}
-        return sorted(folder for folder in folders if folder.is_dir())
+        return {folder: _identity(folder) for folder in sorted(folders)}
 
 
 def run(args: Namespace) -> int:
@@ -78,12 +87,18 @@ def run(args: Namespace) -> int:
 
 
 def _changes(watched: _Watched) -> Iterator[None]:
-    """Yield when the watch has begun, for what changed before, and then whenever it matters."""
-    from watchfiles import watch
+    """Yield when the watch has begun, for what changed before, and then whenever it matters.
 
+    It ends when a folder is another one than when it began, or is gone: the system goes on looking
+    at the folder that was there, wherever that is now.
+    """
+    from watchfiles import Change, watch
+
+    roots = watched.roots
+    removed = {(Change.deleted, str(root)) for root in roots}
     looks = watch(
-        *watched.roots,
-        watch_filter=lambda _, path: watched.concerns(Path(path)),
+        *(root for root, identity in roots.items() if identity),
+        watch_filter=lambda *change: change in removed or watched.concerns(Path(change[1])),
         rust_timeout=_PATIENCE,
         yield_on_timeout=True,
         recursive=False,
@@ -91,8 +106,18 @@ def _changes(watched: _Watched) -> Iterator[None]:
     next(looks)
     yield
     for changes in looks:
+        if watched.roots != roots or not removed.isdisjoint(changes):
+            return
         if changes:
             yield
+
+
+def _identity(folder: Path) -> _Identity | None:
+    try:
+        status = folder.stat()
+    except OSError:
+        return None
+    return (status.st_dev, status.st_ino) if S_ISDIR(status.st_mode) else None
 
 
 def _pass(args: Namespace, view: Quiet, before: _Watched) -> _Watched:

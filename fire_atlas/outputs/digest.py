@@ -2,6 +2,8 @@
 
 import hashlib
 import json
+import re
+import zlib
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
@@ -13,16 +15,9 @@ from fire_atlas.core.files import open_file
 from fire_atlas.core.shipped import shipped
 from fire_atlas.recipe.tree import RecipeTree
 
-_LIBRARIES = (
-    "numpy",
-    "opencv-contrib-python-headless",
-    "Pillow",
-    "pydantic",
-    "Jinja2",
-    "av",
-    "pyoxipng",
-)
-"""Distributions whose version may change the bytes of an output."""
+_PROJECT = "fire-atlas"
+_DEVELOPMENT = "extra == 'test'"
+"""Marks what only those need who work on the tool."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,9 +92,34 @@ def tool_digest() -> str:
         for path in sorted(path for path in folder.rglob(pattern) if path.is_file()):
             digest.update(path.relative_to(folder).as_posix().encode())
             digest.update(path.read_bytes())
-    for library in _LIBRARIES:
+    digest.update(f"zlib {zlib.ZLIB_RUNTIME_VERSION}\n".encode())  # Python's own, in every PNG
+    for library in libraries():
         digest.update(f"{library} {_version(library)}\n".encode())
     return digest.hexdigest()
+
+
+def libraries() -> list[str]:
+    """Return the distributions that the tool needs, and those of its extras, by name.
+
+    The version of any of them may change the bytes of an output.
+    """
+    needed = [each for each in _requirements() if _DEVELOPMENT not in each.replace('"', "'")]
+    return sorted({re.split(r"[^\w.-]", each, maxsplit=1)[0].lower() for each in needed})
+
+
+def _requirements() -> list[str]:
+    """Return what the tool says it needs, as it is installed or in the checkout it runs from."""
+    try:
+        return metadata.requires(_PROJECT) or []
+    except metadata.PackageNotFoundError:
+        import tomllib
+
+        checkout = Path(__file__).resolve().parents[2] / "pyproject.toml"
+        project = tomllib.loads(checkout.read_text(encoding="utf-8"))["project"]
+        extras = project["optional-dependencies"].items()
+        return [*project["dependencies"]] + [
+            f"{each}; extra == '{extra}'" for extra, needed in extras for each in needed
+        ]
 
 
 def _version(library: str) -> str:

@@ -45,6 +45,11 @@ class Watch:
         time.sleep(seconds)
         return self._lines.empty()
 
+    def settles(self) -> None:
+        """Wait until nothing was said for a while: a folder may have been seen half copied."""
+        while not self.is_silent(1.5):
+            self.hears("")
+
     def ends(self, number: signal.Signals = signal.SIGINT) -> int:
         self.process.send_signal(number)
         return self.process.wait(timeout=20)
@@ -118,6 +123,72 @@ def test_a_recipe_new_in_a_watched_folder_is_built(watch: Start, campfire: Path)
     campfire.with_name("torch.yaml").write_text(campfire.read_text())
     heard = watched.hears("torch.yaml: 4 files in build")
     assert not any(line.startswith("campfire.yaml") for line in heard)
+    assert watched.ends() == 130
+
+
+def swap(folder: Path, other: Path) -> None:
+    """Put another folder in the place of one, as a checkout does."""
+    folder.rename(folder.with_name("away"))
+    other.rename(folder)
+
+
+def remove_and_copy(folder: Path, other: Path) -> None:
+    shutil.rmtree(folder)
+    shutil.copytree(other, folder)
+
+
+@pytest.mark.parametrize("replace", [swap, remove_and_copy])
+def test_a_folder_that_is_replaced_is_still_watched(
+    watch: Start, campfire: Path, replace: Callable[[Path, Path], None]
+) -> None:
+    clip = campfire.parent / "clip"
+    other = Path(shutil.copytree(clip, campfire.parent / "other"))
+    shutil.copy(clip / "0001.png", other / "0003.png")
+    watched = watch(campfire.name)
+    watched.hears("campfire.yaml: 4 files in build")
+    watched.hears("watching 7 files")
+    watched.settles()  # it looks now
+    replace(clip, other)
+    watched.hears("campfire.yaml: 4 files in build")
+    watched.settles()
+    shutil.copy(clip / "0002.png", clip / "0004.png")
+    watched.hears("campfire.yaml: 4 files in build")
+    assert watched.ends() == 130
+
+
+@pytest.mark.parametrize("replace", [swap, remove_and_copy])
+def test_a_whole_project_that_is_replaced_is_still_watched(
+    watch: Start, campfire: Path, replace: Callable[[Path, Path], None]
+) -> None:
+    project = campfire.parent / "project"
+    project.mkdir()
+    (campfire.parent / "clip").rename(project / "clip")
+    recipe = campfire.rename(project / campfire.name)
+    other = Path(shutil.copytree(project, campfire.parent / "other"))
+    (other / recipe.name).write_text(recipe.read_text() + "seed: 3\n")
+    watched = watch(f"project/{recipe.name}", "-o", "out")
+    watched.hears("campfire.yaml: 4 files in out")
+    watched.hears("watching 7 files")
+    watched.settles()  # it looks now
+    replace(project, other)
+    watched.hears("campfire.yaml: 4 files in out")
+    watched.settles()
+    recipe.write_text(recipe.read_text() + "name: fire\n")
+    watched.hears("campfire.yaml: 4 files in out")
+    assert watched.ends() == 130
+
+
+def test_a_folder_that_is_gone_is_waited_for(watch: Start, campfire: Path) -> None:
+    clip = campfire.parent / "clip"
+    watched = watch(campfire.name)
+    watched.hears("watching 7 files")
+    watched.settles()
+    kept = Path(shutil.copytree(clip, campfire.parent / "kept"))
+    shutil.copy(clip / "0001.png", kept / "0003.png")
+    shutil.rmtree(clip)
+    watched.hears("clip: does not exist")
+    kept.rename(clip)
+    watched.hears("campfire.yaml: 4 files in build")
     assert watched.ends() == 130
 
 

@@ -1,0 +1,47 @@
+"""What makes the bytes of an output, and so makes it stale when it is another."""
+
+from collections.abc import Iterator
+from importlib import metadata
+
+import pytest
+
+from fire_atlas.outputs.digest import libraries, tool_digest
+
+BEHIND_THE_BYTES = [
+    "av", "jinja2", "numpy", "opencv-contrib-python-headless", "pillow", "pydantic", "pyoxipng",
+    "pyyaml", "scipy",
+]  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def _looked_at_anew() -> Iterator[None]:
+    tool_digest.cache_clear()
+    yield
+    tool_digest.cache_clear()
+
+
+@pytest.fixture(params=["installed", "checkout"])
+def _origin(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    def absent(name: str) -> list[str]:
+        raise metadata.PackageNotFoundError(name)
+
+    if request.param == "checkout":
+        monkeypatch.setattr(metadata, "requires", absent)
+
+
+@pytest.mark.usefixtures("_origin")
+def test_every_library_that_the_tool_asks_for_counts_and_no_tool_of_its_developers() -> None:
+    assert set(BEHIND_THE_BYTES) <= set(libraries())
+    assert {"pytest", "mypy", "ruff", "hypothesis"}.isdisjoint(libraries())
+
+
+@pytest.mark.parametrize("library", BEHIND_THE_BYTES)
+def test_another_version_of_a_library_is_another_tool(
+    library: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before, version = tool_digest(), metadata.version
+    monkeypatch.setattr(
+        metadata, "version", lambda name: "99" if name == library else version(name)
+    )
+    tool_digest.cache_clear()
+    assert tool_digest() != before
