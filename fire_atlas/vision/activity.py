@@ -1,5 +1,7 @@
 """Where a clip changes by itself, and not only with the light of its fire."""
 
+from functools import reduce
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +27,7 @@ def activity(planes: list[Plane]) -> Plane:
     """
     if len(planes) == 1:
         return np.ones_like(planes[0])
-    peak = np.maximum.reduce(planes)
+    peak: Plane = reduce(np.maximum, planes)
     change = _own_change(planes)
     share = np.clip((change / (peak + 10.0) - 0.25) / 0.25, 0.0, 1.0)
     brightest = np.clip(peak / max(float(np.quantile(peak, 0.995)), 1.0) * 4.0 - 2.8, 0.0, 1.0)
@@ -35,7 +37,7 @@ def activity(planes: list[Plane]) -> Plane:
 
 def mean_of(planes: list[Plane]) -> Plane:
     """Mean of a few frames, (H, W)."""
-    return as_plane(np.add.reduce(planes) / np.float32(len(planes)))
+    return as_plane(reduce(np.add, planes) / np.float32(len(planes)))
 
 
 def flicker(plane: Plane, mean: Plane) -> np.float32:

@@ -1,6 +1,7 @@
 """Opaque scenes: what in them stands still and is only lit, and what is flame."""
 
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 
@@ -27,9 +28,10 @@ class Scene:
     def behind(cls, planes: list[Plane]) -> "Scene":
         """Return what stands still in a few frames, given as brightness."""
         mean = mean_of(planes)
-        least = np.minimum.reduce([p / max(flicker(p, mean), np.float32(0.1)) for p in planes])
-        peak = np.maximum.reduce(planes)
-        return cls(mean, as_plane(least), max(float(np.quantile(peak, 0.995)), 1.0))
+        unlit = (plane / max(flicker(plane, mean), np.float32(0.1)) for plane in planes)
+        least: Plane = reduce(np.minimum, unlit)
+        peak: Plane = reduce(np.maximum, planes)
+        return cls(mean, least, max(float(np.quantile(peak, 0.995)), 1.0))
 
     def within(self, window: Window) -> "Scene":
         """Return what stands still in a part of the frame."""

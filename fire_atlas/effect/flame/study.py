@@ -5,7 +5,7 @@ Everything decided here holds for every frame, so thresholds never flicker.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partial, reduce
 
 import cv2
 import numpy as np
@@ -175,7 +175,7 @@ def _flame_levels(shown: list[Plane], is_scene: bool) -> tuple[float, float]:
 def _flame_box(masks: list[Plane]) -> tuple[Box, tuple[float, float]]:
     """Box that holds the flame, but for stray pixels, and the (x, y) of the flame's foot."""
     height, width = masks[0].shape
-    total = np.add.reduce(masks)
+    total: Plane = reduce(np.add, masks)
     if not total.any():
         return Box(0.0, 0.0, width - 1.0, height - 1.0), (width / 2, float(height))
     (left, right), (top, bottom) = (_span(total.sum(axis=axis)) for axis in (0, 1))
