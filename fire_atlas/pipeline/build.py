@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 from fire_atlas.core.clock import Clock
-from fire_atlas.core.cpu import cpu_class
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.digest import tool_digest
@@ -70,7 +69,7 @@ def build(loaded: CheckedRecipe, out: Path, jobs: int, progress: Progress) -> Bu
             outputs += write_files(described, staging)
             outputs += write_files(track_files(recipe.tracks, product), staging)
             outputs += write_files(light_files(product), staging)
-            statistics = {**build_statistics(contributions, sheets[0]), "cpu": cpu_class()}
+            statistics = build_statistics(contributions, sheets[0])
             read = [*inputs, *templates]
             outputs.append(
                 write_manifest(loaded, tool.result(), read, outputs, statistics, staging)
