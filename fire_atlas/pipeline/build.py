@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 from fire_atlas.core.clock import Clock
-from fire_atlas.core.cpu import cpu_class
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.digest import tool_digest
@@ -84,7 +83,7 @@ def build(
             outputs += write_files(described, staging)
             outputs += write_files(track_files(recipe.tracks, product), staging)
             outputs += write_files(light_files(product), staging)
-            statistics = {**build_statistics(contributions, sheets[0]), "cpu": cpu_class()}
+            statistics = build_statistics(contributions, sheets[0])
             check_inputs(inputs, files, loaded, context)
             outputs.append(
                 write_manifest(loaded, tool.result(), inputs, outputs, statistics, staging)

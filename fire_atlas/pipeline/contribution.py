@@ -11,6 +11,7 @@ from typing import Any
 from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet
 from fire_atlas.channels.cross_validation import motion_statistics
 from fire_atlas.channels.motion import Motion
+from fire_atlas.core.cpu import cpu_class
 from fire_atlas.effect.composition.light import ClipLight
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.pipeline.render import RenderedFrame
@@ -75,18 +76,22 @@ class Contribution:
 
 
 def build_statistics(contributions: Sequence[Contribution], sheet: AtlasSheet) -> dict[str, Any]:
-    """Return figures about the pages of a sheet, and about the one recipe or each of several."""
+    """Return figures about the pages of a sheet, and about the one recipe or each of several.
+
+    With them stands the class of the CPU that the bytes come from.
+    """
     area = sum(page.width * page.height for page in sheet.pages)
     places = {(region.page, region.x, region.y): region for region in sheet.regions}
     used = sum(region.width * region.height for region in places.values())
-    pages = {
+    of_all = {
         "pages": [[page.width, page.height] for page in sheet.pages],
         "occupancy": round(used / area, 4),
+        "cpu": cpu_class(),
     }
     if len(contributions) == 1:
-        return {**contributions[0].statistics, **pages}
+        return {**contributions[0].statistics, **of_all}
     members = {each.name: each.statistics for each in contributions}
-    return {"frames": len(sheet.regions), **pages, "members": members}
+    return {"frames": len(sheet.regions), **of_all, "members": members}
 
 
 def named(contributions: Sequence[Contribution]) -> dict[str, FinishedAnimation]:
