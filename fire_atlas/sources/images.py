@@ -10,7 +10,7 @@ import struct
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import cv2
 import numpy as np
@@ -19,8 +19,9 @@ from PIL import Image, ImageOps
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MIB, open_file, read_file
 from fire_atlas.core.picture import Picture, with_alpha
-from fire_atlas.sources import png
+from fire_atlas.sources import png, tiff
 from fire_atlas.sources.broken import BrokenFileError, UnexpectedAnimationError
+from fire_atlas.sources.exr import decode_exr, exr_size, finite_light
 from fire_atlas.sources.pyav import load_pyav
 
 MAX_SIDE = 16384
@@ -143,10 +144,12 @@ def _size(path: Path, kind: str) -> tuple[int, int]:
     if kind == "webp":
         return webp_size(read_bytes(path, 32))
     if kind == "exr":
-        from fire_atlas.sources.exr import exr_size
-
         load_pyav("EXR", path)
         return exr_size(read_bytes(path, 1 << 16))
+    if kind == "tiff":
+        with open_file(path) as file:
+            tags = tiff.read_tags(file)
+        return tags[tiff.WIDTH][0], tags[tiff.HEIGHT][0]
     with open_file(path) as file, Image.open(file) as image:
         turned = kind == "jpeg" and image.getexif().get(0x0112, 1) >= 5
         width, height = image.size
@@ -195,12 +198,12 @@ def decode_bytes(data: bytes, kind: str) -> Picture:
     if kind == "png":
         return _decode_png(data)
     if kind == "exr":
-        from fire_atlas.sources.exr import decode_exr
-
         return decode_exr(data)
+    if kind == "tiff":
+        tags = tiff.read_tags(io.BytesIO(data))
+        if max(tags.get(tiff.BITS, (1,))) > 8:
+            return _decode_deep_tiff(data, tags.get(tiff.EXTRA_SAMPLES))
     image = Image.open(io.BytesIO(data))
-    if kind == "tiff" and max(cast(Any, image).tag_v2.get(258, (1,))) > 8:
-        return _decode_deep_tiff(data, cast(Any, image).tag_v2.get(338))
     if kind in ANIMATIONS and getattr(image, "n_frames", 1) > 1:
         raise UnexpectedAnimationError
     image.load()
@@ -250,7 +253,9 @@ def _decode_deep_tiff(data: bytes, extra: tuple[int, ...] | None) -> Picture:
     if raw is None or raw.dtype not in (np.uint16, np.float32):
         raise BrokenFileError("this TIFF is cut short or not 8, 16 or 32 (float) bits a channel")
     picture = of_opencv(raw)
-    if extra and extra[0] == 1 and picture.dtype == np.uint16 and picture.shape[2] == 4:
+    if picture.dtype == np.float32:
+        return finite_light(picture)
+    if extra and extra[0] == 1 and picture.shape[2] == 4:
         # Files hold straight colour in this tool; this one says it holds premultiplied colour.
         alpha = np.maximum(picture[..., 3:].astype(np.float64), 1)
         straight = picture[..., :3] * 65535.0 / alpha
