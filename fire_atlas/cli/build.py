@@ -80,5 +80,5 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: Quiet) -> Outcome:
     from fire_atlas.pipeline.build import build
     from fire_atlas.pipeline.check import load_checked
 
-    report = build(load_checked(tree), out, args.jobs or default_jobs(), view)
+    report = build(load_checked(tree), out, args.jobs or default_jobs(), view, args.most_pixels)
     return Outcome(list(report.files), report.timings, report.statistics)

@@ -30,7 +30,11 @@ def run(args: Namespace) -> int:
     assert isinstance(loaded.recipe.source, ProfileSource), "made so"
     with Workers(args.jobs or default_jobs()) as workers, Staging(out.parent) as staging:
         profile, clips = learnt(
-            loaded.recipe.source, tuple(loaded.source_files.values()), "srgb", workers
+            loaded.recipe.source,
+            tuple(loaded.source_files.values()),
+            "srgb",
+            workers,
+            args.most_pixels,
         )
         staging.keep([path for clip in clips for path in clip.inputs])
         written = {out: write_profile(profile), picture: profile_picture(profile, clips)}

@@ -3,6 +3,7 @@
 from argparse import Namespace
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -92,11 +93,17 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
     view.begin(args.subject)
     with TemporaryDirectory(prefix="fire-atlas-") as folder:
         try:
-            build(loaded, Path(folder), args.jobs or default_jobs(), view)
+            build(
+                loaded,
+                Path(folder),
+                args.jobs or default_jobs(),
+                view,
+                args.most_pixels,
+            )
         finally:
             view.close()
         with Workers(1) as workers:
-            context = BuildContext.silent(workers)
+            context = replace(BuildContext.silent(workers), most_pixels=args.most_pixels)
             shown = open_input(loaded, context) if not loaded.members else None
         clips = list(shown.values()) if isinstance(shown, Mapping) else []
         clip = clips[0] if len(clips) == 1 else None

@@ -37,8 +37,12 @@ class BuildReport:
     statistics: dict[str, Any]
 
 
-def build(loaded: CheckedRecipe, out: Path, jobs: int, progress: Progress) -> BuildReport:
+def build(
+    loaded: CheckedRecipe, out: Path, jobs: int, progress: Progress, most_pixels: int
+) -> BuildReport:
     """Build one recipe into the folder ``out``: everything is written, or nothing is.
+
+    Larger pictures than of ``most_pixels`` are refused.
 
     Raises:
         FireAtlasError: Anything a person can mend; the previous outputs are whole.
@@ -46,7 +50,7 @@ def build(loaded: CheckedRecipe, out: Path, jobs: int, progress: Progress) -> Bu
     """
     recipe, clock = loaded.recipe, Clock()
     with Interruptible(progress) as progress, Workers(jobs) as workers, Staging(out) as staging:
-        context = BuildContext(workers, progress, clock)
+        context = BuildContext(workers, progress, clock, most_pixels)
         tool = workers.start(tool_digest)
         with clock.measure("study"):
             inputs = hash_inputs(loaded, staging, workers)

@@ -6,6 +6,7 @@ from typing import Self
 from fire_atlas.core.clock import Clock
 from fire_atlas.core.progress import Progress, Silent
 from fire_atlas.core.workers import Workers
+from fire_atlas.sources.listing import MAX_PIXELS
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,11 +17,13 @@ class BuildContext:
         workers: The pool of threads.
         progress: Hears of stages, steps and notes.
         clock: Measures how long the stages take.
+        most_pixels: Larger pictures of a source are refused.
     """
 
     workers: Workers
     progress: Progress
     clock: Clock
+    most_pixels: int = MAX_PIXELS
 
     @classmethod
     def silent(cls, workers: Workers) -> Self:

@@ -22,10 +22,10 @@ from fire_atlas.core.picture import Picture, with_alpha
 from fire_atlas.sources import png, tiff
 from fire_atlas.sources.broken import BrokenFileError, UnexpectedAnimationError
 from fire_atlas.sources.exr import decode_exr, exr_size, finite_light
+from fire_atlas.sources.listing import MAX_PIXELS
 from fire_atlas.sources.pyav import load_pyav
 
 MAX_SIDE = 16384
-MAX_PIXELS = 100_000_000
 _MOST_BYTES = 2048 * MIB
 
 # Sizes are checked here, against the limits above, before anything is decoded; Pillow's own
@@ -103,7 +103,7 @@ def _by_signature(head: bytes) -> str | None:
     return next((name for mark, name in signatures.items() if head.startswith(mark)), None)
 
 
-def read_header(path: Path) -> Header:
+def read_header(path: Path, most_pixels: int = MAX_PIXELS) -> Header:
     """Return format and size without decoding a pixel.
 
     Raises:
@@ -118,18 +118,26 @@ def read_header(path: Path) -> Header:
         raise
     except Exception as error:
         raise SourceError(f"{path}: broken {kind.upper()} file ({error})") from error
-    check_size(path, width, height)
+    check_size(path, width, height, most_pixels)
     return Header(kind, width, height)
 
 
-def check_size(where: Path | str, width: int, height: int) -> None:
-    """Refuse pictures without pixels, or with more than fit the limits."""
+def check_size(where: Path | str, width: int, height: int, most_pixels: int = MAX_PIXELS) -> None:
+    """Refuse pictures without pixels, or with more than fit the limits.
+
+    Raises:
+        SourceError: With the size, the limit, and how to raise it.
+    """
     if width < 1 or height < 1:
         raise SourceError(f"{where}: the picture has no pixels ({width}x{height})")
-    if max(width, height) > MAX_SIDE or width * height > MAX_PIXELS:
+    if max(width, height) > MAX_SIDE:
         raise SourceError(
-            f"{where}: {width}x{height} is too large; the limits are {MAX_SIDE} px a side "
-            f"and {MAX_PIXELS // 1_000_000} megapixels"
+            f"{where}: {width}x{height} is too large; the limit is {MAX_SIDE} px a side"
+        )
+    if width * height > most_pixels:
+        raise SourceError(
+            f"{where}: {width}x{height} is too large: more than {most_pixels} pixels take much "
+            f"memory; if it is meant to be, say --limit-pixels {width * height}"
         )
 
 
@@ -148,8 +156,7 @@ def _size(path: Path, kind: str) -> tuple[int, int]:
         return exr_size(read_bytes(path, 1 << 16))
     if kind == "tiff":
         with open_file(path) as file:
-            tags = tiff.read_tags(file)
-        return tags[tiff.WIDTH][0], tags[tiff.HEIGHT][0]
+            return tiff.read_size(file)
     with open_file(path) as file, Image.open(file) as image:
         turned = kind == "jpeg" and image.getexif().get(0x0112, 1) >= 5
         width, height = image.size

@@ -7,6 +7,7 @@ import struct
 from typing import BinaryIO
 
 WIDTH, HEIGHT, BITS, EXTRA_SAMPLES = 256, 257, 258, 338
+"""Numbers of tags."""
 
 _FORMATS = {1: "B", 3: "H", 4: "I"}
 """Letters of ``struct`` for the types of whole numbers."""
@@ -33,6 +34,16 @@ def read_tags(file: BinaryIO) -> dict[int, tuple[int, ...]]:
         if kind in _FORMATS and 0 < length <= _MOST_VALUES:
             tags[tag] = _values(file, f"{order}{length}{_FORMATS[kind]}", entries[at + 8 : at + 12])
     return tags
+
+
+def read_size(file: BinaryIO) -> tuple[int, int]:
+    """Return the width and height of the first picture, px.
+
+    Raises:
+        struct.error, KeyError: The file ends early, or does not say.
+    """
+    tags = read_tags(file)
+    return tags[WIDTH][0], tags[HEIGHT][0]
 
 
 def _values(file: BinaryIO, layout: str, field: bytes) -> tuple[int, ...]:

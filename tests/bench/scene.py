@@ -13,6 +13,7 @@ from fire_atlas.core.shipped import shipped
 from fire_atlas.pipeline.build import BuildReport, build
 from fire_atlas.pipeline.check import load_checked
 from fire_atlas.recipe.tree import read_tree
+from fire_atlas.sources.listing import MAX_PIXELS
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +72,9 @@ def make_recipe(clip: Path, rate: float) -> Path:
 
 def run(recipe: Path, jobs: int) -> BuildReport:
     """Build ``recipe`` in this process."""
-    return build(load_checked(read_tree(recipe)), recipe.parent / "build", jobs, Silent())
+    return build(
+        load_checked(read_tree(recipe)), recipe.parent / "build", jobs, Silent(), MAX_PIXELS
+    )
 
 
 def alive(report: BuildReport) -> float:
