@@ -18,7 +18,7 @@ STILLS = (".png", ".tga", ".bmp", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".e
 MAX_PIXELS = 8192 * 8192
 """Most pixels of a picture, unless the command line says: a frame takes some 50 bytes for each."""
 
-MAX_FRAMES = 100_000
+MAX_FRAMES = 10_000
 """More frames than this are refused: no atlas can hold them."""
 
 
