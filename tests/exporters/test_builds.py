@@ -130,7 +130,7 @@ def test_no_other_file_from_outside_is_carried_into_an_output(
     recipe.write_text(json.dumps(keys), encoding="utf-8")
     assert main([command, str(recipe)]) == 2
     said = capsys.readouterr().err
-    assert "fire.yaml:1: exports[0].template: " in said and "outside the recipe's folder" in said
+    assert "fire.yaml:1: exports.0.template: " in said and "outside the recipe's folder" in said
     assert not (folder / "build").exists() or "n.txt" not in outputs(folder)
 
 
