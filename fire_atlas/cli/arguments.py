@@ -85,6 +85,7 @@ def _add_build(commands: _Commands) -> _Parser:
     _add_set(parser)
     _add_jobs(parser)
     _add_overwrite(parser)
+    _add_limits(parser)
     parser.add_argument("--force", action="store_true", help="build even what is up to date")
     parser.add_argument(
         "--dry-run", action="store_true", help="say what would be built, and why; write nothing"
@@ -129,6 +130,7 @@ def _add_learn(commands: _Commands) -> _Parser:
     parser.add_argument("--side", type=_path, metavar="CLIP", help="the same fire from the right")
     _add_set(parser, "a key of source, like fps=30 or threshold=90")
     _add_jobs(parser)
+    _add_limits(parser)
     _add_volume(parser)
     return parser
 
@@ -140,6 +142,7 @@ def _add_watch(commands: _Commands) -> _Parser:
     _add_set(parser)
     _add_jobs(parser)
     _add_overwrite(parser)
+    _add_limits(parser)
     parser.set_defaults(force=False)
     _add_volume(parser)
     return parser
@@ -172,6 +175,7 @@ def _add_preview(commands: _Commands) -> _Parser:
     )
     _add_set(parser)
     _add_jobs(parser)
+    _add_limits(parser)
     _add_volume(parser)
     return parser
 
@@ -212,6 +216,17 @@ def _add_overwrite(parser: _Parser) -> None:
 
 def _add_jobs(parser: _Parser) -> None:
     parser.add_argument("--jobs", type=_positive, metavar="N", help="workers (default: all cores)")
+
+
+def _add_limits(parser: _Parser) -> None:
+    parser.add_argument(
+        "--limit-pixels",
+        type=_positive,
+        default=8192 * 8192,  # as of sources.listing, which --help does without
+        dest="most_pixels",
+        metavar="N",
+        help="refuse pictures of more pixels (default: 8192 x 8192)",
+    )
 
 
 def _add_set(

@@ -103,6 +103,8 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: Quiet) -> Outcome:
     from fire_atlas.core.workers import default_jobs
     from fire_atlas.pipeline.build import build
     from fire_atlas.pipeline.check import load_checked
+    from fire_atlas.pipeline.context import BuildOptions
 
-    report = build(load_checked(tree), out, args.jobs or default_jobs(), view, args.overwrite)
+    options = BuildOptions(args.jobs or default_jobs(), args.most_pixels, args.overwrite)
+    report = build(load_checked(tree), out, options, view)
     return Outcome(list(report.files), report.timings, report.statistics)

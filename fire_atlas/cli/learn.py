@@ -37,7 +37,11 @@ def run(args: Namespace) -> int:
         Staging(out.parent, out.name, view.note) as staging,
     ):
         profile, clips = learnt(
-            loaded.recipe.source, tuple(loaded.source_files.values()), "srgb", workers
+            loaded.recipe.source,
+            tuple(loaded.source_files.values()),
+            "srgb",
+            workers,
+            args.most_pixels,
         )
         staging.keep([path for clip in clips for path in clip.inputs])
         written = {out: write_profile(profile), picture: profile_picture(profile, clips)}

@@ -82,6 +82,7 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
     from fire_atlas.core.workers import default_jobs
     from fire_atlas.pipeline.build import build
     from fire_atlas.pipeline.check import load_checked
+    from fire_atlas.pipeline.context import BuildOptions
     from fire_atlas.pipeline.open import open_alone
     from fire_atlas.recipe.tree import read_tree
 
@@ -94,10 +95,11 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
     with temporary_folder() as folder:
         try:
             with told_if_interrupted(view):
-                build(loaded, folder, args.jobs or default_jobs(), view)
+                options = BuildOptions(args.jobs or default_jobs(), args.most_pixels)
+                build(loaded, folder, options, view)
         finally:
             view.close()
-        shown = open_alone(loaded) if not loaded.members else None
+        shown = open_alone(loaded, args.most_pixels) if not loaded.members else None
         clips = list(shown.values()) if isinstance(shown, Mapping) else []
         clip = clips[0] if len(clips) == 1 else None
         yield folder / f"{loaded.recipe.name}.json", clip

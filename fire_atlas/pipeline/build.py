@@ -11,7 +11,7 @@ from fire_atlas.outputs.digest import tool_digest
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.animate import animate_views
 from fire_atlas.pipeline.check import CheckedRecipe
-from fire_atlas.pipeline.context import BuildContext
+from fire_atlas.pipeline.context import BuildContext, BuildOptions
 from fire_atlas.pipeline.contribution import build_statistics, named
 from fire_atlas.pipeline.open import check_inputs, hash_inputs, input_files, open_input
 from fire_atlas.pipeline.pack_only import pack_only
@@ -44,22 +44,20 @@ class BuildReport:
 
 
 def build(
-    loaded: CheckedRecipe, out: Path, jobs: int, progress: Progress, overwrite: bool = False
+    loaded: CheckedRecipe, out: Path, options: BuildOptions, progress: Progress
 ) -> BuildReport:
     """Build one recipe into the folder ``out``: everything is written, or nothing is.
-
-    Files there that no manifest vouches for are replaced only where ``overwrite`` says so.
 
     Raises:
         FireAtlasError: Anything a person can mend; the previous outputs are whole.
     """
     recipe, clock = loaded.recipe, Clock()
     with (
-        Workers(jobs) as workers,
-        Staging(out, recipe.name, progress.note, overwrite) as staging,
+        Workers(options.jobs) as workers,
+        Staging(out, recipe.name, progress.note, options.overwrite) as staging,
     ):
         refuse_taken_names(recipe, staging)
-        context = BuildContext(workers, progress, clock)
+        context = BuildContext(workers, progress, clock, options.most_pixels)
         tool = workers.start(tool_digest)
         with clock.measure("study"):
             inputs = hash_inputs(loaded, staging, workers)

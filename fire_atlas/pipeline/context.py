@@ -6,6 +6,22 @@ from typing import Self
 from fire_atlas.core.clock import Clock
 from fire_atlas.core.progress import Progress, Silent
 from fire_atlas.core.workers import Workers
+from fire_atlas.sources.listing import MAX_PIXELS
+
+
+@dataclass(frozen=True, slots=True)
+class BuildOptions:
+    """What whoever starts a build decides besides the recipe.
+
+    Attributes:
+        jobs: Threads.
+        most_pixels: Larger pictures of a source are refused.
+        overwrite: Files that no manifest vouches for may be replaced.
+    """
+
+    jobs: int
+    most_pixels: int = MAX_PIXELS
+    overwrite: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,13 +32,15 @@ class BuildContext:
         workers: The pool of threads.
         progress: Hears of stages, steps and notes.
         clock: Measures how long the stages take.
+        most_pixels: Larger pictures of a source are refused.
     """
 
     workers: Workers
     progress: Progress
     clock: Clock
+    most_pixels: int = MAX_PIXELS
 
     @classmethod
-    def silent(cls, workers: Workers) -> Self:
+    def silent(cls, workers: Workers, most_pixels: int = MAX_PIXELS) -> Self:
         """Return the context of a step that is run on its own: nobody hears of it."""
-        return cls(workers, Silent(), Clock())
+        return cls(workers, Silent(), Clock(), most_pixels)

@@ -23,7 +23,7 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Mapping[str, Clip
         Clips by the name of their animation, one for each view; or sprites, where the recipe only
         packs images that are several animations or of several sizes.
     """
-    settings = SourceSettings.of(loaded)
+    settings = SourceSettings.of(loaded, context.most_pixels)
     sprites = None if has_effect(loaded.recipe) else open_sprites(settings)
     opened = open_source(settings, context.workers) if sprites is None else sprites
     first = _first(opened)
@@ -31,10 +31,10 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Mapping[str, Clip
     return opened
 
 
-def open_alone(loaded: LoadedRecipe) -> Mapping[str, Clip] | Sprites:
+def open_alone(loaded: LoadedRecipe, most_pixels: int) -> Mapping[str, Clip] | Sprites:
     """Open a recipe's source outside of a build, to look at its frames."""
     with Workers(1) as workers:
-        return open_input(loaded, BuildContext.silent(workers))
+        return open_input(loaded, BuildContext.silent(workers, most_pixels))
 
 
 def hash_inputs(loaded: LoadedRecipe, staging: Staging, workers: Workers) -> list[HashedFile]:
@@ -64,11 +64,7 @@ def check_inputs(
 ) -> None:
     """Look back, when all inputs have been read, at whether they are those that were hashed.
 
-    Args:
-        hashed: As of ``hash_inputs``.
-        opened: The files of all sources, as they were opened.
-        loaded: The recipe.
-        context: Hears of files that were written meanwhile.
+    ``opened`` are the files of all sources, in order. The user is told of files that were written.
 
     Raises:
         SourceError: Sources were opened with other files than those: some came or went.

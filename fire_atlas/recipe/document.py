@@ -143,21 +143,17 @@ def _scalar(node: yaml.ScalarNode, at: KeyPath) -> Value:
     construct = SafeConstructor.yaml_constructors.get(node.tag)
     if construct is None or node.tag.removeprefix(_TAG) not in {"null", "bool", "int", "float"}:
         raise _unknown_tag(node, at)
+    wrong = None
     try:
         value: Value = construct(SafeConstructor(), node)
+        if isinstance(value, int) and abs(value) > _LARGEST:
+            wrong = "is too large for any key"
     except (ValueError, KeyError, IndexError, ConstructorError):
-        raise MalformedYamlError(
-            line_of(node), f"{_about(at)}{_shortened(node.value)} cannot be read"
-        ) from None
-    if isinstance(value, int) and abs(value) > _LARGEST:
-        raise MalformedYamlError(
-            line_of(node), f"{_about(at)}{_shortened(node.value)} is too large for any key"
-        )
+        wrong = "cannot be read"
+    if wrong:
+        shown = node.value if len(node.value) <= 40 else node.value[:37] + "..."
+        raise MalformedYamlError(line_of(node), f"{_about(at)}{shown} {wrong}")
     return value
-
-
-def _shortened(text: str) -> str:
-    return text if len(text) <= 40 else text[:37] + "..."
 
 
 def _about(at: KeyPath) -> str:

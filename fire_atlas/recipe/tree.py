@@ -122,6 +122,9 @@ def _read_members(tree: RecipeTree) -> tuple[RecipeTree, ...]:
     return tuple(found)
 
 
+TEMPLATE_SUFFIXES = (".j2", ".jinja", ".jinja2")
+"""How the names of templates end that recipes of several folders share."""
+
 SOURCE_PATHS = (("source", "path"), ("source", "side_path"), ("source", "texture", "path"))
 """The keys of a source, of any kind, that name files."""
 
@@ -133,11 +136,28 @@ def source_files(tree: RecipeTree) -> dict[tuple[str, ...], Path]:
 
 
 def templates(tree: RecipeTree) -> dict[str, Path]:
-    """Return the absolute path of each template in ``exports``, by what the recipe calls it."""
+    """Return the absolute path of each template in ``exports``, by what the recipe calls it.
+
+    Raises:
+        RecipeError: It lies outside the folder of the recipe that names it, and is not called like
+            a template. A recipe that came from a stranger must not carry any of the user's files
+            into its outputs, be it by its path or by a link.
+    """
     exports = tree.values.get("exports")
     found = {}
     for i, export in enumerate(exports if isinstance(exports, list) else []):
         name = export.get("template") if isinstance(export, dict) else None
         if isinstance(name, str):
-            found[name] = tree.file_at(("exports", i, "template"), name)
+            found[name] = _template_at(tree, ("exports", i, "template"), name)
     return found
+
+
+def _template_at(tree: RecipeTree, key: KeyPath, name: str) -> Path:
+    path, origin = tree.file_at(key, name), tree.origin(key)
+    folder = (origin.file or tree.path).parent.resolve()
+    if not path.is_relative_to(folder) and path.suffix not in TEMPLATE_SUFFIXES:
+        raise RecipeError(
+            f"{origin.locate(key)}: {path} lies outside the recipe's folder, where only files "
+            f"whose names end in {', '.join(TEMPLATE_SUFFIXES)} are taken for templates"
+        )
+    return path

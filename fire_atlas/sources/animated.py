@@ -17,7 +17,7 @@ from fire_atlas.core.picture import Picture, white, with_alpha
 from fire_atlas.sources import apng, gif, webp
 from fire_atlas.sources.broken import BrokenFileError
 from fire_atlas.sources.images import check_size, decode_bytes, read_bytes
-from fire_atlas.sources.listing import MAX_FRAMES
+from fire_atlas.sources.listing import MAX_FRAMES, MAX_PIXELS
 from fire_atlas.sources.patches import Animation, Disposal, Patch
 from fire_atlas.sources.reel import Reel, played
 from fire_atlas.sources.timing import resample
@@ -26,15 +26,17 @@ _UNSAID_DELAY = Fraction(1, 10)
 """A delay of 0 is shown for 100 ms, as browsers do."""
 
 
-def open_animation(path: Path, kind: str, fps: float | None) -> Reel:
+def open_animation(path: Path, kind: str, fps: float | None, most_pixels: int = MAX_PIXELS) -> Reel:
     """Return the frames of a GIF, APNG or WebP at a constant rate; a still is one frame.
 
     Raises:
         SourceError: The file is cut short, damaged, too large or has too many frames.
     """
     animation = _parse(path, kind)
-    check_size(path, animation.width, animation.height)
+    check_size(path, animation.width, animation.height, most_pixels)
     patches = animation.patches
+    for patch in patches:
+        check_size(path, patch.width, patch.height, most_pixels)
     if len(patches) == 1:
         rate, shown = fps, [0]
     else:
@@ -82,7 +84,6 @@ def _play(path: Path, animation: Animation) -> Generator[Picture]:
 
 def _decode(path: Path, number: int, animation: Animation, patch: Patch, raw: bytes) -> Picture:
     try:
-        check_size("it", patch.width, patch.height)
         picture = with_alpha(decode_bytes(animation.wrap(patch, raw), animation.format))
     except Exception as error:
         raise SourceError(f"{path}: frame {number} is broken ({error})") from error

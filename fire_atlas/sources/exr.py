@@ -39,7 +39,12 @@ def decode_exr(data: bytes) -> Picture:
         light = _planes(frames[0])
     except (av.FFmpegError, ValueError, IndexError) as error:
         raise BrokenFileError(f"this EXR cannot be read ({error})") from error
-    light = np.nan_to_num(light, nan=0.0, posinf=65504.0, neginf=0.0)
+    return finite_light(light)
+
+
+def finite_light(values: Picture) -> Picture:
+    """Return float32 light as a file holds it, (H, W, 3) or (H, W, 4), without what is no light."""
+    light = np.nan_to_num(values, nan=0.0, posinf=65504.0, neginf=0.0)
     np.maximum(light, 0, out=light)
     if light.shape[2] == 4:
         np.minimum(light[..., 3], 1, out=light[..., 3])

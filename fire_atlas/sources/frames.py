@@ -13,7 +13,7 @@ from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
 from fire_atlas.sources.animated import open_animation
 from fire_atlas.sources.images import ANIMATIONS, check_size, decode, read_header, recognise
-from fire_atlas.sources.listing import cut, locate
+from fire_atlas.sources.listing import MAX_PIXELS, cut, locate
 from fire_atlas.sources.memory import remembering
 from fire_atlas.sources.reel import Reel
 from fire_atlas.sources.resize import nearest, resize, width_for
@@ -23,24 +23,27 @@ DEFAULT_FPS = 24.0
 _SAMPLES = 5
 
 
-def open_frames(settings: FramesSource, path: Path, blend_space: str) -> Clip:
+def open_frames(
+    settings: FramesSource, path: Path, blend_space: str, most_pixels: int = MAX_PIXELS
+) -> Clip:
     """Open the frames at ``path``: headers and a few sample frames are read, no more.
 
     Args:
         settings: The recipe's ``source``.
         path: Absolute; may be a glob.
         blend_space: ``srgb`` or ``linear``: where the client blends, for the luminance matte.
+        most_pixels: Larger pictures are refused.
 
     Raises:
         SourceError: The input is missing, broken, too large or not what the settings say.
     """
-    reel, chosen = _open_reel(settings, path)
+    reel, chosen = _open_reel(settings, path, most_pixels)
     reel = remembering(reel)
     inputs = reel.inputs if len(reel.inputs) == 1 else tuple(reel.inputs[i] for i in chosen)
     choice = matte.choose(settings.matte, map(reel.read, spread(chosen)), str(path))
     height = settings.height or reel.height
     width = width_for(height, (reel.width, reel.height))
-    check_size(f"{path} at height {height}", width, height)
+    check_size(f"{path} at height {height}", width, height, most_pixels)
     keeps_pixels = settings.sampling == "nearest"
 
     def shown(i: int) -> Picture:
@@ -90,7 +93,7 @@ def spread(chosen: range) -> list[int]:
     return [chosen[round(float(place))] for place in places]
 
 
-def _open_reel(settings: FramesSource, path: Path) -> tuple[Reel, range]:
+def _open_reel(settings: FramesSource, path: Path, most_pixels: int) -> tuple[Reel, range]:
     """Return the decoded frames at ``path`` and the numbers of those to use."""
     located = locate(path)
     if not located.single:
@@ -100,30 +103,30 @@ def _open_reel(settings: FramesSource, path: Path) -> tuple[Reel, range]:
                 "images; leave grid out, or give one sheet as path"
             )
         chosen = cut(settings, len(located.files), path)
-        return _open_images(located.files, chosen), chosen
-    reel = _open_file(settings, located.files[0])
+        return _open_images(located.files, chosen, most_pixels), chosen
+    reel = _open_file(settings, located.files[0], most_pixels)
     return reel, cut(settings, reel.count, path)
 
 
-def _open_file(settings: FramesSource, path: Path) -> Reel:
+def _open_file(settings: FramesSource, path: Path, most_pixels: int) -> Reel:
     kind = recognise(path)
     if settings.grid is not None:
         if kind in ("video", "gif"):
             raise SourceError(f"{path}: grid cuts one still image into cells; leave it out here")
-        return open_sheet(path, settings.grid)
+        return open_sheet(path, settings.grid, most_pixels)
     if kind == "video":
         from fire_atlas.sources.video import open_video
 
-        return open_video(path, settings.fps)
+        return open_video(path, settings.fps, most_pixels)
     if kind in ANIMATIONS:
-        read_header(path)
-        return open_animation(path, kind, settings.fps)
-    return _open_images((path,), range(1))
+        read_header(path, most_pixels)
+        return open_animation(path, kind, settings.fps, most_pixels)
+    return _open_images((path,), range(1), most_pixels)
 
 
-def _open_images(files: Sequence[Path], chosen: range) -> Reel:
+def _open_images(files: Sequence[Path], chosen: range, most_pixels: int) -> Reel:
     """Return one frame for each file; the headers of the chosen ones are compared."""
-    headers = {i: read_header(files[i]) for i in chosen}
+    headers = {i: read_header(files[i], most_pixels) for i in chosen}
     first = headers[chosen[0]]
     for i, header in headers.items():
         if (header.width, header.height) != (first.width, first.height):

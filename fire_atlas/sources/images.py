@@ -10,7 +10,7 @@ import struct
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import cv2
 import numpy as np
@@ -19,12 +19,13 @@ from PIL import Image, ImageOps
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MIB, open_file, read_file
 from fire_atlas.core.picture import Picture, with_alpha
-from fire_atlas.sources import png
+from fire_atlas.sources import png, tiff
 from fire_atlas.sources.broken import BrokenFileError, UnexpectedAnimationError
+from fire_atlas.sources.exr import decode_exr, exr_size, finite_light
+from fire_atlas.sources.listing import MAX_PIXELS
 from fire_atlas.sources.pyav import load_pyav
 
 MAX_SIDE = 16384
-MAX_PIXELS = 100_000_000
 _MOST_BYTES = 2048 * MIB
 
 # Sizes are checked here, against the limits above, before anything is decoded; Pillow's own
@@ -102,7 +103,7 @@ def _by_signature(head: bytes) -> str | None:
     return next((name for mark, name in signatures.items() if head.startswith(mark)), None)
 
 
-def read_header(path: Path) -> Header:
+def read_header(path: Path, most_pixels: int = MAX_PIXELS) -> Header:
     """Return format and size without decoding a pixel.
 
     Raises:
@@ -117,18 +118,26 @@ def read_header(path: Path) -> Header:
         raise
     except Exception as error:
         raise SourceError(f"{path}: broken {kind.upper()} file ({error})") from error
-    check_size(path, width, height)
+    check_size(path, width, height, most_pixels)
     return Header(kind, width, height)
 
 
-def check_size(where: Path | str, width: int, height: int) -> None:
-    """Refuse pictures without pixels, or with more than fit the limits."""
+def check_size(where: Path | str, width: int, height: int, most_pixels: int = MAX_PIXELS) -> None:
+    """Refuse pictures without pixels, or with more than fit the limits.
+
+    Raises:
+        SourceError: With the size, the limit, and how to raise it.
+    """
     if width < 1 or height < 1:
         raise SourceError(f"{where}: the picture has no pixels ({width}x{height})")
-    if max(width, height) > MAX_SIDE or width * height > MAX_PIXELS:
+    if max(width, height) > MAX_SIDE:
         raise SourceError(
-            f"{where}: {width}x{height} is too large; the limits are {MAX_SIDE} px a side "
-            f"and {MAX_PIXELS // 1_000_000} megapixels"
+            f"{where}: {width}x{height} is too large; the limit is {MAX_SIDE} px a side"
+        )
+    if width * height > most_pixels:
+        raise SourceError(
+            f"{where}: {width}x{height} is too large: more than {most_pixels} pixels take much "
+            f"memory; if it is meant to be, say --limit-pixels {width * height}"
         )
 
 
@@ -143,10 +152,11 @@ def _size(path: Path, kind: str) -> tuple[int, int]:
     if kind == "webp":
         return webp_size(read_bytes(path, 32))
     if kind == "exr":
-        from fire_atlas.sources.exr import exr_size
-
         load_pyav("EXR", path)
         return exr_size(read_bytes(path, 1 << 16))
+    if kind == "tiff":
+        with open_file(path) as file:
+            return tiff.read_size(file)
     with open_file(path) as file, Image.open(file) as image:
         turned = kind == "jpeg" and image.getexif().get(0x0112, 1) >= 5
         width, height = image.size
@@ -195,12 +205,12 @@ def decode_bytes(data: bytes, kind: str) -> Picture:
     if kind == "png":
         return _decode_png(data)
     if kind == "exr":
-        from fire_atlas.sources.exr import decode_exr
-
         return decode_exr(data)
+    if kind == "tiff":
+        tags = tiff.read_tags(io.BytesIO(data))
+        if max(tags.get(tiff.BITS, (1,))) > 8:
+            return _decode_deep_tiff(data, tags.get(tiff.EXTRA_SAMPLES))
     image = Image.open(io.BytesIO(data))
-    if kind == "tiff" and max(cast(Any, image).tag_v2.get(258, (1,))) > 8:
-        return _decode_deep_tiff(data, cast(Any, image).tag_v2.get(338))
     if kind in ANIMATIONS and getattr(image, "n_frames", 1) > 1:
         raise UnexpectedAnimationError
     image.load()
@@ -250,7 +260,9 @@ def _decode_deep_tiff(data: bytes, extra: tuple[int, ...] | None) -> Picture:
     if raw is None or raw.dtype not in (np.uint16, np.float32):
         raise BrokenFileError("this TIFF is cut short or not 8, 16 or 32 (float) bits a channel")
     picture = of_opencv(raw)
-    if extra and extra[0] == 1 and picture.dtype == np.uint16 and picture.shape[2] == 4:
+    if picture.dtype == np.float32:
+        return finite_light(picture)
+    if extra and extra[0] == 1 and picture.shape[2] == 4:
         # Files hold straight colour in this tool; this one says it holds premultiplied colour.
         alpha = np.maximum(picture[..., 3:].astype(np.float64), 1)
         straight = picture[..., :3] * 65535.0 / alpha

@@ -15,7 +15,10 @@ from fire_atlas.core.natural import natural_key
 STILLS = (".png", ".tga", ".bmp", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".gif")
 """Endings of the files that count as frames of a folder."""
 
-MAX_FRAMES = 100_000
+MAX_PIXELS = 8192 * 8192
+"""Most pixels of a picture, unless the command line says: a frame takes some 50 bytes for each."""
+
+MAX_FRAMES = 10_000
 """More frames than this are refused: no atlas can hold them."""
 
 

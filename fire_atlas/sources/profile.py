@@ -23,6 +23,7 @@ def open_profile(
     generation: GenerationSettings,
     blend_space: str,
     workers: Workers,
+    most_pixels: int,
 ) -> list[Clip]:
     """Return new fire as a recipe wants it, a clip for each view.
 
@@ -32,11 +33,12 @@ def open_profile(
         generation: What is asked of the new fire.
         blend_space: ``srgb`` or ``linear``: where the client blends.
         workers: Who looks at the frames of a clip.
+        most_pixels: Larger pictures of a clip are refused.
 
     Raises:
         SourceError: A file is missing or damaged, or a clip shows no fire to learn from.
     """
-    profile, inputs = known(source, paths, blend_space, workers)
+    profile, inputs = known(source, paths, blend_space, workers, most_pixels)
     asked = Burning(
         seed=generation.seed,
         frames=generation.frames,
@@ -53,7 +55,11 @@ def open_profile(
 
 
 def known(
-    settings: ProfileSource, paths: Sequence[Path], blend_space: str, workers: Workers
+    settings: ProfileSource,
+    paths: Sequence[Path],
+    blend_space: str,
+    workers: Workers,
+    most_pixels: int,
 ) -> tuple[Profile, tuple[Path, ...]]:
     """Return the profile that ``settings`` mean, and the files it comes from.
 
@@ -67,12 +73,16 @@ def known(
                 f"or name the clip as source.path"
             )
         return read_profile(_read(paths[0]), str(paths[0])), (paths[0],)
-    profile, clips = learnt(settings, paths, blend_space, workers)
+    profile, clips = learnt(settings, paths, blend_space, workers, most_pixels)
     return profile, tuple(file for clip in clips for file in clip.inputs)
 
 
 def learnt(
-    settings: ProfileSource, paths: Sequence[Path], blend_space: str, workers: Workers
+    settings: ProfileSource,
+    paths: Sequence[Path],
+    blend_space: str,
+    workers: Workers,
+    most_pixels: int,
 ) -> tuple[Profile, tuple[Clip, ...]]:
     """Return what is learnt of the clips at ``paths``, and the clips.
 
@@ -80,7 +90,7 @@ def learnt(
         SourceError: As of ``open_profile``.
     """
     footage = FramesSource(**{key: getattr(settings, key) for key in Footage.model_fields})
-    clips = {str(path): open_frames(footage, path, blend_space) for path in paths}
+    clips = {str(path): open_frames(footage, path, blend_space, most_pixels) for path in paths}
     return learn(clips, workers, settings.threshold, settings.cells), tuple(clips.values())
 
 

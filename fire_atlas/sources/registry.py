@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, assert_never
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource, ProfileSource
+from fire_atlas.sources.listing import MAX_PIXELS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -29,6 +30,7 @@ class SourceSettings:
         files: Absolute path (or glob) of each file the section names, by its key.
         generation: What is asked of fire that is generated.
         blend_space: ``srgb`` or ``linear``: where the client blends, for the luminance matte.
+        most_pixels: Larger pictures are refused.
     """
 
     name: str
@@ -36,16 +38,17 @@ class SourceSettings:
     files: Mapping[tuple[str, ...], Path]
     generation: GenerationSettings
     blend_space: str
+    most_pixels: int
 
     @classmethod
-    def of(cls, loaded: LoadedRecipe) -> SourceSettings:
+    def of(cls, loaded: LoadedRecipe, most_pixels: int = MAX_PIXELS) -> SourceSettings:
         """Take them from a recipe that has a source."""
         recipe = loaded.recipe
         if recipe.source is None:
             raise ValueError("only a recipe with a source brings clips")
         generation = GenerationSettings.of(recipe)
         space = recipe.atlas.blend_space
-        return cls(recipe.name, recipe.source, loaded.source_files, generation, space)
+        return cls(recipe.name, recipe.source, loaded.source_files, generation, space, most_pixels)
 
 
 def open_source(settings: SourceSettings, workers: Workers) -> dict[str, Clip]:
@@ -63,24 +66,29 @@ def open_source(settings: SourceSettings, workers: Workers) -> dict[str, Clip]:
         SourceError: The input is missing, broken, too large or not what the settings say.
         RecipeError: A fire to be generated asks for more than can be done.
     """
-    source, files = settings.source, settings.files
+    source, files, most = settings.source, settings.files, settings.most_pixels
     match source:
         case FramesSource():
             from fire_atlas.sources.frames import open_frames
 
             path = files[("source", "path")]
-            return {settings.name: open_frames(source, path, settings.blend_space)}
+            return {settings.name: open_frames(source, path, settings.blend_space, most)}
         case ProfileSource():
             from fire_atlas.sources.profile import open_profile
 
             clips = open_profile(
-                source, tuple(files.values()), settings.generation, settings.blend_space, workers
+                source,
+                tuple(files.values()),
+                settings.generation,
+                settings.blend_space,
+                workers,
+                most,
             )
         case SilkSource():
             from fire_atlas.sources.silk import open_silk
 
             texture = files.get(("source", "texture", "path"))
-            clips = open_silk(source, texture, settings.generation, settings.blend_space)
+            clips = open_silk(source, texture, settings.generation, settings.blend_space, most)
         case _:
             assert_never(source)
     from fire_atlas.core.memory import remembering
@@ -97,4 +105,6 @@ def open_sprites(settings: SourceSettings) -> Sprites | None:
     from fire_atlas.sources.sprites import open_sprites as open_images
 
     path = settings.files[("source", "path")]
-    return open_images(settings.source, path, settings.blend_space, settings.name)
+    return open_images(
+        settings.source, path, settings.blend_space, settings.name, settings.most_pixels
+    )

@@ -12,10 +12,11 @@ from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture, to_light
 from fire_atlas.recipe.source import Grid
 from fire_atlas.sources.images import decode, read_header
+from fire_atlas.sources.listing import MAX_PIXELS
 from fire_atlas.sources.reel import Reel
 
 
-def open_sheet(path: Path, grid: Grid) -> Reel:
+def open_sheet(path: Path, grid: Grid, most_pixels: int = MAX_PIXELS) -> Reel:
     """Return the cells of a sheet, left to right, top to bottom.
 
     Cells of whole pixels are cut out untouched. Others are sampled at their exact places, in
@@ -24,7 +25,7 @@ def open_sheet(path: Path, grid: Grid) -> Reel:
     Raises:
         SourceError: The image is broken, or has fewer pixels than cells in a direction.
     """
-    header = read_header(path)
+    header = read_header(path, most_pixels)
     if grid.columns > header.width or grid.rows > header.height:
         raise SourceError(
             f"{path}: a grid of {grid.columns} columns x {grid.rows} rows cannot be cut from "

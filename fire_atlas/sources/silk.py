@@ -17,7 +17,11 @@ from fire_atlas.sources.frames import open_frames
 
 
 def open_silk(
-    source: SilkSource, texture: Path | None, generation: GenerationSettings, blend_space: str
+    source: SilkSource,
+    texture: Path | None,
+    generation: GenerationSettings,
+    blend_space: str,
+    most_pixels: int,
 ) -> list[Clip]:
     """Simulate the fire once, and return a clip of it from each view.
 
@@ -26,6 +30,7 @@ def open_silk(
         texture: The clip that is on the sheets, if it is not painted; absolute.
         generation: What is asked of the fire.
         blend_space: ``srgb`` or ``linear``: where the client blends.
+        most_pixels: Larger pictures of the clip are refused.
 
     Raises:
         SourceError: The texture's clip is missing, broken, or holds no fire.
@@ -33,7 +38,7 @@ def open_silk(
     """
     footage = None
     if texture is not None:
-        footage = open_frames(FramesSource(path=str(texture)), texture, "linear")
+        footage = open_frames(FramesSource(path=str(texture)), texture, "linear", most_pixels)
     film = produce(
         Take(
             source, generation.wind, generation.seed, generation.frames, generation.fps,

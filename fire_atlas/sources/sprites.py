@@ -12,7 +12,7 @@ from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
 from fire_atlas.sources.frames import DEFAULT_FPS, spread
 from fire_atlas.sources.images import Header, decode, read_header
-from fire_atlas.sources.listing import cut, locate
+from fire_atlas.sources.listing import MAX_PIXELS, cut, locate
 
 _NUMBER = re.compile(r"[ _.\-(]*[0-9]+\)?$")
 _UNFIT = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff\"'\\;:/]+")
@@ -40,7 +40,9 @@ class Sprites:
     matte_reason: str
 
 
-def open_sprites(settings: FramesSource, path: Path, blend_space: str, name: str) -> Sprites | None:
+def open_sprites(
+    settings: FramesSource, path: Path, blend_space: str, name: str, most_pixels: int = MAX_PIXELS
+) -> Sprites | None:
     """Open the images at ``path`` as sprites; None if they are one clip, or no images at all.
 
     Args:
@@ -48,6 +50,7 @@ def open_sprites(settings: FramesSource, path: Path, blend_space: str, name: str
         path: Absolute; may be a glob.
         blend_space: ``srgb`` or ``linear``: where the client blends, for the luminance matte.
         name: What an animation is called whose files have numbers for names.
+        most_pixels: Larger pictures are refused.
 
     Raises:
         SourceError: An image is broken or too large, or the settings ask for what sprites cannot.
@@ -57,7 +60,7 @@ def open_sprites(settings: FramesSource, path: Path, blend_space: str, name: str
         return None
     files = [located.files[i] for i in cut(settings, len(located.files), path)]
     animations = named(files, name)
-    headers = [read_header(file) for file in files]
+    headers = [read_header(file, most_pixels) for file in files]
     if len(animations) == 1 and len({(h.width, h.height) for h in headers}) == 1:
         return None
     if settings.height is not None:

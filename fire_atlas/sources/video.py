@@ -23,7 +23,7 @@ from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture
 from fire_atlas.sources.containers import check_whole
 from fire_atlas.sources.images import check_size, of_opencv, read_bytes
-from fire_atlas.sources.listing import MAX_FRAMES
+from fire_atlas.sources.listing import MAX_FRAMES, MAX_PIXELS
 from fire_atlas.sources.pyav import load_pyav
 from fire_atlas.sources.reel import Reel, played
 from fire_atlas.sources.timing import resample
@@ -50,7 +50,7 @@ class Scan:
     stamps: list[Fraction]
 
 
-def open_video(path: Path, fps: float | None) -> Reel:
+def open_video(path: Path, fps: float | None, most_pixels: int = MAX_PIXELS) -> Reel:
     """Return the frames of a video at a constant rate.
 
     The video is decoded once to count its frames: what files promise is often wrong.
@@ -61,7 +61,7 @@ def open_video(path: Path, fps: float | None) -> Reel:
     head = read_bytes(path, 16)
     check_whole(path, head)
     with_pyav = head[:4] == b"\x1aE\xdf\xa3" or head[4:12] == b"ftypqt  "
-    scan = _scan_pyav(path) if with_pyav else _scan_opencv(path)
+    scan = (_scan_pyav if with_pyav else _scan_opencv)(path, most_pixels)
     play = _play_pyav if with_pyav else _play_opencv
     delays = _delays(scan)
     stated = scan.fps if scan.fps and abs(sum(delays) * scan.fps - len(delays)) < 0.5 else None
@@ -105,12 +105,12 @@ def _capture(path: Path) -> cv2.VideoCapture:
     return capture
 
 
-def _scan_opencv(path: Path) -> Scan:
+def _scan_opencv(path: Path, most_pixels: int) -> Scan:
     capture = _capture(path)
     try:
         width = int(capture.get(cv2.CAP_PROP_FRAME_WIDTH))
         height = int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT))
-        check_size(path, width, height)
+        check_size(path, width, height, most_pixels)
         fps = capture.get(cv2.CAP_PROP_FPS)
         stamps: list[Fraction] = []
         while capture.grab():
@@ -149,7 +149,6 @@ def _film(path: Path) -> Generator[tuple[Any, Any]]:
                 raise SourceError(f"{path}: holds no pictures (no video stream)")
             if stream.codec_context is None:
                 raise SourceError(f"{path}: its codec is not known; export it as VP9 or H.264")
-            check_size(path, stream.codec_context.width, stream.codec_context.height)
             yield container, stream
     except (av.FFmpegError, ValueError, ArithmeticError) as error:
         raise SourceError(f"{path}: cannot be decoded ({error}); export it again") from error
@@ -166,10 +165,11 @@ def _decoded(container: Any, stream: Any) -> Generator[Any]:
     yield from decoder.decode(None)
 
 
-def _scan_pyav(path: Path) -> Scan:
+def _scan_pyav(path: Path, most_pixels: int) -> Scan:
     stamps: list[Fraction] = []
     width = height = 0
     with _film(path) as (container, stream):
+        check_size(path, stream.codec_context.width, stream.codec_context.height, most_pixels)
         fps = float(stream.average_rate) if stream.average_rate else None
         for frame in _decoded(container, stream):
             width, height = frame.width, frame.height

@@ -12,6 +12,7 @@ from fire_atlas.core.progress import Silent
 from fire_atlas.core.shipped import shipped
 from fire_atlas.pipeline.build import BuildReport, build
 from fire_atlas.pipeline.check import load_checked
+from fire_atlas.pipeline.context import BuildOptions
 from fire_atlas.recipe.tree import read_tree
 
 
@@ -71,7 +72,8 @@ def make_recipe(clip: Path, rate: float) -> Path:
 
 def run(recipe: Path, jobs: int) -> BuildReport:
     """Build ``recipe`` in this process."""
-    return build(load_checked(read_tree(recipe)), recipe.parent / "build", jobs, Silent())
+    out = recipe.parent / "build"
+    return build(load_checked(read_tree(recipe)), out, BuildOptions(jobs), Silent())
 
 
 def alive(report: BuildReport) -> float:

@@ -107,6 +107,33 @@ def test_a_template_belongs_to_the_recipe_that_names_it(
     assert "shared/mine.j2" in capsys.readouterr().out
 
 
+def test_templates_of_several_recipes_may_lie_outside_their_folders(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = desk(tmp_path / "a")
+    (tmp_path / "mine.j2").write_text("{{ frames | length }}")
+    build(folder, capsys, exports=[{"template": "../mine.j2", "to": "n.txt"}])
+    assert outputs(folder)["n.txt"] == b"7"
+
+
+@pytest.mark.parametrize("stated", ["/etc/hostname", "../secret", "link.j2", "links/secret"])
+@pytest.mark.parametrize("command", ["check", "build"])
+def test_no_other_file_from_outside_is_carried_into_an_output(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], stated: str, command: str
+) -> None:
+    folder = desk(tmp_path / "a")
+    (tmp_path / "secret").write_text("my key")
+    (folder / "link.j2").symlink_to(tmp_path / "secret")
+    (folder / "links").symlink_to(tmp_path, target_is_directory=True)
+    recipe = folder / "fire.yaml"
+    keys = {"source": {"path": "clip"}, "exports": [{"template": stated, "to": "n.txt"}]}
+    recipe.write_text(json.dumps(keys), encoding="utf-8")
+    assert main([command, str(recipe)]) == 2
+    said = capsys.readouterr().err
+    assert "fire.yaml:1: exports.0.template: " in said and "outside the recipe's folder" in said
+    assert not (folder / "build").exists() or "n.txt" not in outputs(folder)
+
+
 def test_a_template_is_never_written_over(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

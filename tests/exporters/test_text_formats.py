@@ -102,6 +102,14 @@ def test_a_templates_file_name_is_a_template_too(tmp_path: Path) -> None:
             "{% for i in range(99999) %}{{ 'a' * 9999 }}{% endfor %}",
             "writes more than 64 MiB",
         ),
+        ("{{ lipsum() }}", "'lipsum' is undefined"),
+        ("{{ [1, 2, 3] | random }}", "No filter named 'random'"),
+        (
+            "{{ name.upper }}",
+            "mine.j2: the template prints <built-in method .* from build to build",
+        ),
+        ("{{ frames | map(attribute='x') }}", "prints <generator object .* from build to build"),
+        ("{{ (frames | map(attribute='x')) ~ '' }}", "prints <generator object"),
     ],
 )
 def test_a_hostile_or_broken_template_is_refused_with_advice(
@@ -136,6 +144,12 @@ def test_a_template_without_end_is_stopped(
 )  # fmt: skip
 def test_a_template_writes_beside_the_other_outputs_only(to: str, tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="no plain file name"):
+        rendered("x", tmp_path, to)
+
+
+@pytest.mark.parametrize("to", ["{{ 'a' * 201 }}", "{{ 'a' * 10 ** 7 }}"])
+def test_the_name_that_a_template_gives_is_bounded(to: str, tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match=r"gives a name of \d+ characters; at most 200"):
         rendered("x", tmp_path, to)
 
 

@@ -194,3 +194,18 @@ def test_an_animation_among_stills_is_refused(tmp_path: Path) -> None:
     fire.write_animation(folder / "fire9.png", fire.fires(3), duration=40)
     with pytest.raises(SourceError, match=r"fire9\.png: is an animation where one still"):
         fire.all_frames(fire.open_clip(folder))
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+def test_a_float_tiff_is_light_as_it_stands(tmp_path: Path, channels: int) -> None:
+    light = np.random.default_rng(3).random((9, 7, channels)).astype(np.float32)
+    light[0, 0, 0] = np.nan
+    light[0, 1, 0] = 3.5  # brighter than white
+    cv2.imwrite(str(tmp_path / "a.tiff"), light)
+    picture = decoded(tmp_path / "a.tiff")
+    shown = np.nan_to_num(light)
+    shown = shown[..., [2, 1, 0, 3][:channels]] if channels > 1 else np.repeat(shown, 3, 2)
+    if channels == 4:
+        shown[..., 3] = np.minimum(shown[..., 3], 1)
+    assert picture.dtype == np.float32
+    np.testing.assert_array_equal(picture, shown)

@@ -4,6 +4,7 @@
 """
 
 import json
+import re
 import sys
 from typing import Any
 
@@ -20,6 +21,10 @@ _MEMORY = 1 << 30
 _CPU_SECONDS = 15
 _MOST_TEXT = 1 << 26
 """Characters of output."""
+_LONGEST_NAME = 200
+
+_ADDRESS = re.compile(r"<[^<>\n]{1,200} at 0x[0-9A-Fa-f]+>")
+"""What Python prints of an object that is no value: where it lies in memory."""
 
 
 def main() -> None:
@@ -48,9 +53,21 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
             if length > _MOST_TEXT:
                 return {"error": "the template writes more than 64 MiB; does it loop for ever?"}
             parts.append(part)
-        return {"name": name, "text": "".join(parts)}
+        return _checked(name, "".join(parts))
     except Exception as error:
         return {"error": _explained(error), "line": _line(error)}
+
+
+def _checked(name: str, text: str) -> dict[str, Any]:
+    """Return the answer, or what is wrong with what was rendered."""
+    if len(name) > _LONGEST_NAME:
+        return {"error": f"`to` gives a name of {len(name)} characters; at most {_LONGEST_NAME}"}
+    if found := _ADDRESS.search(f"{name}\n{text}"):
+        return {
+            "error": f"the template prints {found[0]}, which differs from build to build; is a "
+            f"filter like `list` or a pair of brackets () missing?"
+        }
+    return {"name": name, "text": text}
 
 
 def _explained(error: Exception) -> str:
