@@ -6,8 +6,8 @@ So the process exits from within the handler of the signal, after it has run wha
 here. The main thread must therefore make no call that takes long without returning to Python: such
 calls go to the pool (``core/workers.py``), where waiting for them ends as soon as a signal comes.
 
-Imported before anything else, so it imports next to nothing. What comes before, while Python starts,
-is Python's own to handle.
+Imported before anything else, so it imports next to nothing. What comes before, while Python
+starts, is Python's own to handle.
 """
 
 import os
