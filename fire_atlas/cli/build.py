@@ -100,11 +100,10 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: Quiet) -> Outcome:
     if not args.force and why_stale(tree, out) is None:
         return Outcome(fresh=True)
 
-    from fire_atlas.core.workers import default_jobs
     from fire_atlas.pipeline.build import build
     from fire_atlas.pipeline.check import load_checked
     from fire_atlas.pipeline.context import BuildOptions
 
-    options = BuildOptions(args.jobs or default_jobs(), args.most_pixels, args.overwrite)
+    options = BuildOptions.of(args.jobs, args.most_pixels, args.overwrite)
     report = build(load_checked(tree), out, options, view)
     return Outcome(list(report.files), report.timings, report.statistics)

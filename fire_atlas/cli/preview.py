@@ -79,7 +79,6 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
         yield args.subject, None
         return
 
-    from fire_atlas.core.workers import default_jobs
     from fire_atlas.pipeline.build import build
     from fire_atlas.pipeline.check import load_checked
     from fire_atlas.pipeline.context import BuildOptions
@@ -95,7 +94,7 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
     with temporary_folder() as folder:
         try:
             with told_if_interrupted(view):
-                options = BuildOptions(args.jobs or default_jobs(), args.most_pixels)
+                options = BuildOptions.of(args.jobs, args.most_pixels)
                 build(loaded, folder, options, view)
         finally:
             view.close()

@@ -1,11 +1,11 @@
 """What every step of a build shares besides its data."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 from fire_atlas.core.clock import Clock
 from fire_atlas.core.progress import Progress, Silent
-from fire_atlas.core.workers import Workers
+from fire_atlas.core.workers import Workers, default_jobs
 from fire_atlas.sources.listing import MAX_PIXELS
 
 
@@ -19,9 +19,14 @@ class BuildOptions:
         overwrite: Files that no manifest vouches for may be replaced.
     """
 
-    jobs: int
+    jobs: int = field(default_factory=default_jobs)
     most_pixels: int = MAX_PIXELS
     overwrite: bool = False
+
+    @classmethod
+    def of(cls, jobs: int | None, most_pixels: int, overwrite: bool = False) -> Self:
+        """Return options; without a number of ``jobs``, as many as there are processors."""
+        return cls(jobs or default_jobs(), most_pixels, overwrite)
 
 
 @dataclass(frozen=True, slots=True)
