@@ -137,7 +137,8 @@ def check_size(where: Path | str, width: int, height: int, most_pixels: int = MA
     if width * height > most_pixels:
         raise SourceError(
             f"{where}: {width}x{height} is too large: more than {most_pixels} pixels take much "
-            f"memory; if it is meant to be, say --limit-pixels {width * height}"
+            f"memory; if it is meant to be, say --limit-pixels {width * height} (a side may have "
+            f"{MAX_SIDE} px)"
         )
 
 
