@@ -130,14 +130,12 @@ def check_size(where: Path | str, width: int, height: int, most_pixels: int = MA
     """
     if width < 1 or height < 1:
         raise SourceError(f"{where}: the picture has no pixels ({width}x{height})")
-    if max(width, height) > MAX_SIDE:
+    is_long = max(width, height) > MAX_SIDE
+    if is_long or width * height > most_pixels:
+        raising = "" if is_long else f"; to take it, say --limit-pixels {width * height}"
         raise SourceError(
-            f"{where}: {width}x{height} is too large; the limit is {MAX_SIDE} px a side"
-        )
-    if width * height > most_pixels:
-        raise SourceError(
-            f"{where}: {width}x{height} is too large: more than {most_pixels} pixels take much "
-            f"memory; if it is meant to be, say --limit-pixels {width * height}"
+            f"{where}: {width}x{height} is too large; the limits are {MAX_SIDE} px a side "
+            f"and {most_pixels / 1e6:.3g} megapixels{raising}"
         )
 
 

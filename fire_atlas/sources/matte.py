@@ -132,10 +132,10 @@ def _thumb_size(frame: Picture) -> tuple[int, int]:
 
 def _thumb(frame: Picture, size: tuple[int, int]) -> Picture:
     """Return a small copy (h, w, 3), float32, 0..255 as encoded; ``size`` is width and height."""
-    scale = 255 / white(frame.dtype)
-    rgb = frame[..., :3].astype(np.float32) * scale
     if frame.dtype == np.float32:
         rgb = encode_unit(np.ascontiguousarray(frame[..., :3])) * 255
+    else:
+        rgb = frame[..., :3].astype(np.float32) * (255 / white(frame.dtype))
     return cast(Picture, cv2.resize(rgb, size, interpolation=cv2.INTER_AREA))
 
 

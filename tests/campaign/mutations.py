@@ -1,6 +1,7 @@
 """Ways to spoil a file: bytes of any format, values of JSON, chunks of PNG with sound checksums."""
 
 import json
+import re
 import struct
 import zlib
 from collections.abc import Callable
@@ -53,14 +54,14 @@ def spoilt_bytes(data: bytes, chance: Chance) -> bytes:
 
 def spoilt_text(data: bytes, chance: Chance) -> bytes:
     """Return a text some of whose words are left out, doubled, exchanged or odd."""
-    words = data.decode().replace("\n", " \n ").split(" ")
+    words = re.split(r"(\s+)", data.decode())
     for _ in range(_times(chance)):
         at, other = (int(i) for i in chance.integers(0, len(words), 2))
         odd = json.dumps(_odd(chance))
         words[at] = str(
             chance.choice(np.array(["", words[other], f"{words[at]} {words[at]}", odd]))
         )
-    return " ".join(words).encode(errors="surrogatepass")
+    return "".join(words).encode(errors="surrogatepass")
 
 
 def spoilt_json(data: bytes, chance: Chance) -> bytes:
