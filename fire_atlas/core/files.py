@@ -20,7 +20,7 @@ def open_file(path: Path) -> io.BufferedReader:
     """Open a regular file, or what a link to one leads to, for reading.
 
     Raises:
-        OSError: There is none, it cannot be read, or it is a pipe, a device or a socket, which
+        OSError: There is none, it cannot be read, or it is a folder, pipe, device or socket, which
             ``strerror`` says.
     """
     file = open(path, "rb", opener=_open_at_once)  # noqa: SIM115 - the caller closes it
@@ -50,6 +50,9 @@ def read_file(path: Path, most: int) -> bytes:
 
 def _open_at_once(path: str, flags: int) -> int:
     """Open without waiting for the other end of a pipe."""
-    if stat.S_ISSOCK(os.stat(path).st_mode):  # noqa: PTH116 - an opener is given text
+    mode = os.stat(path).st_mode  # noqa: PTH116 - an opener is given text
+    if stat.S_ISSOCK(mode):
         raise OSError(errno.EINVAL, "is a socket, not a file", path)
+    if stat.S_ISDIR(mode):
+        raise OSError(errno.EISDIR, "is a folder, not a file", path)
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))

@@ -56,11 +56,11 @@ def build(
         Workers(options.jobs) as workers,
         Staging(out, recipe.name, progress.note, options.overwrite) as staging,
     ):
-        refuse_taken_names(recipe, staging)
         context = BuildContext(workers, progress, clock, options.most_pixels)
         tool = workers.start(tool_digest)
         with clock.measure("study"):
             inputs = hash_inputs(loaded, staging, workers)
+        refuse_taken_names(recipe, staging)
         contributions, files = [], list[Path]()
         for part in loaded.parts:
             with clock.measure("study"):

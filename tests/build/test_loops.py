@@ -134,7 +134,7 @@ def test_the_number_of_workers_changes_nothing_about_a_cut_and_retimed_loop(desk
         ({"overlap": True}, "`auto` or a whole number"),
         ({"overlap": 0}, "at least 1"),
         ({"frames": 0}, "at least 1"),
-        ({"fps": 0}, "more than 0"),
+        ({"fps": 0}, "at least 0.01"),
         ({"loop": "round"}, "must be one of 'auto', 'none', 'crossfade', 'pingpong'"),
     ],
 )
