@@ -16,6 +16,9 @@ from fire_atlas.core.shipped import shipped
 from fire_atlas.recipe.tree import RecipeTree
 
 _PROJECT = "fire-atlas"
+_CHECKOUT = Path(__file__).resolve().parents[2] / "pyproject.toml"
+"""What says it where the tool runs without being installed."""
+
 _DEVELOPMENT = "extra == 'test'"
 """Marks what only those need who work on the tool."""
 
@@ -114,8 +117,7 @@ def _requirements() -> list[str]:
     except metadata.PackageNotFoundError:
         import tomllib
 
-        checkout = Path(__file__).resolve().parents[2] / "pyproject.toml"
-        project = tomllib.loads(checkout.read_text(encoding="utf-8"))["project"]
+        project = tomllib.loads(_CHECKOUT.read_text(encoding="utf-8"))["project"]
         extras = project["optional-dependencies"].items()
         return [*project["dependencies"]] + [
             f"{each}; extra == '{extra}'" for extra, needed in extras for each in needed

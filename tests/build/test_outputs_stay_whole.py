@@ -103,6 +103,7 @@ def open_desk() -> Iterator[Desk]:
 
 _AS_NOBODY = """
 import os, sys
+import fire_atlas.__main__
 from fire_atlas.cli import main
 main([*sys.argv[1:3], "--force", "-q", "-o", {warm!r}])  # imports what nobody may be unable to read
 if os.geteuid() == 0:

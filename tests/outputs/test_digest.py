@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from importlib import metadata
+from pathlib import Path
 
 import pytest
 
@@ -27,6 +28,8 @@ def _origin(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> 
 
     if request.param == "checkout":
         monkeypatch.setattr(metadata, "requires", absent)
+        project = Path(__file__).parents[2] / "pyproject.toml"
+        monkeypatch.setattr("fire_atlas.outputs.digest._CHECKOUT", project)
 
 
 @pytest.mark.usefixtures("_origin")

@@ -55,7 +55,7 @@ def test_animations_may_be_called_anything(godot: None, tmp_path: Path) -> None:
             assert size == (8 + len(ANIMATIONS) - 1, 11)  # the stage that holds all frames
 
 
-@pytest.mark.parametrize("name", ["9lives", "fire-ball.v2", "_", "A" * 100, "CON", "0"])
+@pytest.mark.parametrize("name", ["9lives", "fire-ball.v2", "_", "A" * 100, "CONE", "0"])
 def test_outputs_may_be_called_what_a_recipe_may_be(name: str, godot: None, tmp_path: Path) -> None:
     folder = tmp_path / "game"
     folder.mkdir()
