@@ -38,7 +38,8 @@ def arrange(
     """
     rate = timeline.fps or clip.fps
     wanted = timeline.frames and max(1, round(timeline.frames * clip.fps / rate))
-    if only_packs and timeline in (Timeline(), Timeline(fps=clip.fps)):
+    keeps_rate = timeline.fps in (None, clip.fps)
+    if only_packs and keeps_rate and timeline.model_copy(update={"fps": None}) == Timeline():
         return recognised(clip, workers)
     played = _played(clip, timeline, wanted, workers, progress)
     timed = _timed(played, timeline, workers, progress)

@@ -93,7 +93,7 @@ def read_tracks(path: Path) -> Tracks | None:
     except OSError as error:
         raise SourceError(f"{path}: the tracks cannot be read ({error.strerror})") from None
     except (
-        KeyError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError
+        LookupError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError
     ) as error:  # fmt: skip
         raise SourceError(
             f"{path}: are no tracks that fire-atlas wrote ({type(error).__name__}: {error});"
