@@ -5,6 +5,7 @@ import re
 import struct
 import zlib
 from collections.abc import Callable
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -98,7 +99,8 @@ def spoilt_png(data: bytes, chance: Chance) -> bytes:
 
 
 def _odd(chance: Chance) -> Any:
-    return ODD[int(chance.integers(0, len(ODD)))]
+    # A copy: what is put into a document may be spoilt there in its turn.
+    return deepcopy(ODD[int(chance.integers(0, len(ODD)))])
 
 
 def _with_one_odd(document: Any, chance: Chance) -> Any:
