@@ -132,6 +132,10 @@ class Section:
             return f"Item of `{path.removesuffix('[]')}`"
         return f"`{path}` with `{kind[:-1]}`" if kind else f"`{path}`"
 
+    def path_of(self, key: str) -> str:
+        """The key path of one of its keys."""
+        return f"{self.title.partition(' (')[0]}.{key}".removeprefix(".")
+
     @property
     def link(self) -> str:
         """A link to the section, by the anchor that renderers of Markdown make of a heading."""
@@ -156,8 +160,7 @@ def _sections(section: Section, definitions: Schema) -> Iterator[Section]:
     """Yield a section and those of all blocks within it, in the order of their keys."""
     yield section
     for key, schema in section.block["properties"].items():
-        path = f"{section.title.partition(' (')[0]}.{key}".removeprefix(".")
-        for title, name in _blocks(path, schema, definitions):
+        for title, name in _blocks(section.path_of(key), schema, definitions):
             yield from _sections(Section(title, section.depth + 1, definitions[name]), definitions)
 
 
@@ -185,18 +188,18 @@ def _section_text(section: Section, definitions: Schema) -> str:
     marks = "#" * min(section.depth + 1, 4)
     heading = f"{marks} {section.heading}\n\n" if section.title else "## The recipe\n\n"
     required = section.block.get("required", ())
-    path = section.title.partition(" (")[0]
     rows = [
-        f"| `{key}` | {_kind(_inner(path, key), schema, definitions)} "
+        f"| `{key}` | {_kind(section.path_of(key), schema, definitions)} "
         f"| {'required' if key in required else _default(schema)} | {_prose(schema)} |"
-        for key, schema in section.block["properties"].items()
+        for key, schema in _kind_first(section.block["properties"])
     ]
     table = "\n".join(["| key | value | default | description |", "|---|---|---|---|", *rows])
     return f"{heading}{_prose(section.block)}\n\n{table}\n"
 
 
-def _inner(path: str, key: str) -> str:
-    return f"{path}.{key}".removeprefix(".")
+def _kind_first(properties: Schema) -> list[tuple[str, Schema]]:
+    """Return the keys of a block in the order of its model, but ``kind``, which picks the block."""
+    return sorted(properties.items(), key=lambda each: each[0] != "kind")
 
 
 def _kind(path: str, schema: Schema, definitions: Schema) -> str:

@@ -8,12 +8,14 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 """The checkout."""
 
+FOLDERS = "docs", "samples", "templates", "tests"
+
 PAGES = tuple(
     sorted(
         path.relative_to(ROOT).as_posix()
-        for path in ROOT.rglob("*.md")
-        if not {"node_modules", "build", ".venv"} & set(path.relative_to(ROOT).parts)
-        and not any(part.startswith(".") for part in path.relative_to(ROOT).parts)
+        for pattern in ("*.md", *(f"{folder}/**/*.md" for folder in FOLDERS))
+        for path in ROOT.glob(pattern)
+        if "node_modules" not in path.parts
     )
 )
 """Every page of the checkout, relative to it."""
