@@ -49,7 +49,7 @@ _KINDS = {
 
 
 def export_unity(product: Product, options: UnityOptions) -> Iterator[OutputFile]:
-    """Yield all that Unity needs to play the product; see ``docs/unity.md``.
+    """Yield all that Unity needs to play the product; see ``docs/engines/unity.md``.
 
     Raises:
         OutputError: Two names cannot be told apart in Unity, or a ``.meta`` cannot be kept.
