@@ -12,11 +12,10 @@ import cv2
 import numpy as np
 
 from fire_atlas.core.workers import Workers
-from fire_atlas.generators.silk.camera import Camera
 from fire_atlas.generators.silk.mechanics import State, longest_step, spring_force, step
 from fire_atlas.generators.silk.mesh import Elastic, Model, Placement, Vectors, build_model
 from fire_atlas.generators.silk.produce import Take, produce
-from fire_atlas.generators.silk.render import Film
+from fire_atlas.generators.silk.render import Film, silk_camera
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.wind import Wind
 
@@ -83,9 +82,13 @@ def mechanics() -> None:
     print(f"  plain Python loop:     {rate / 1e6:6.3f} million (forces alone)")
 
 
-def film_of(side: int, count: int) -> Film:
+def film_source(side: int, count: int) -> SilkSource:
     keys = {"kind": "silk", "width": side, "height": side, "sheets": {"count": count}}
-    return produce(Take(SilkSource.model_validate(keys), Wind(), 1, 48, 24.0, True))
+    return SilkSource.model_validate(keys)
+
+
+def film_of(side: int, count: int) -> Film:
+    return produce(Take(film_source(side, count), Wind(), 1, 48, 24.0, True))
 
 
 def frames() -> None:
@@ -94,7 +97,7 @@ def frames() -> None:
         start = time.process_time()
         film = film_of(side, count)
         made = time.process_time() - start
-        eye = Camera(30.0, 0.0, side, side, 0.06)
+        eye = silk_camera(film_source(side, count), 30.0, 0.0)
         numbers = range(0, 48, 2)
         spent = cpu(lambda: [film.look(i, eye) for i in numbers], 2) / len(numbers)  # noqa: B023
         flow = cpu(lambda: [film.flow(i, eye) for i in range(0, 48, 8)], 2) / 6  # noqa: B023

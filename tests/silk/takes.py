@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.generators.silk.camera import Camera
+from fire_atlas.generators.camera import Camera
 from fire_atlas.generators.silk.produce import Take, produce
-from fire_atlas.generators.silk.render import Film
+from fire_atlas.generators.silk.render import Film, silk_camera
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.wind import Wind
 
@@ -33,8 +33,7 @@ def torch() -> Film:
 
 
 def camera(azimuth: float = 0.0, elevation: float = 0.0, **keys: Any) -> Camera:
-    made = source(**keys)
-    return Camera(azimuth, elevation, made.width, made.height, made.foot)
+    return silk_camera(source(**keys), azimuth, elevation)
 
 
 def lean(told: NDArray[np.float32], sheets: slice = slice(None)) -> NDArray[np.float64]:

@@ -7,7 +7,6 @@ import pytest
 
 from fire_atlas.core.pixels import encode_bytes
 from fire_atlas.generators.silk import raster
-from fire_atlas.generators.silk.camera import Camera
 
 from .rasteriser import draw
 from .takes import camera, film, torch
@@ -41,7 +40,7 @@ def test_a_view_is_what_a_plain_rasteriser_draws(
     azimuth: float, elevation: float, frame: int
 ) -> None:
     made = film(12, rows=8, columns=6, width=40, height=56, sheets={"count": 3})
-    eye = Camera(azimuth, elevation, 40, 56, 0.06)
+    eye = camera(azimuth, elevation, width=40, height=56)
     place, fade = made.nodes(frame, slice(0, 3), eye)
     texel = made.dress.grid(slice(0, 3), 8, 6)
     values = np.concatenate([texel, fade[..., None] ** made.dress.tint.thin], axis=-1)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Plane
-from fire_atlas.generators.silk.camera import Camera
+from fire_atlas.generators.camera import Camera
 from fire_atlas.generators.silk.intruders import Body
 
 _WOOD = np.array([0.16, 0.085, 0.04], np.float32)

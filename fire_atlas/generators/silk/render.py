@@ -1,16 +1,18 @@
 """Frames of the recorded sheets as an eye sees them: light that adds up, and its motion."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.easing import smooth_step
-from fire_atlas.core.pixels import Plane, as_plane
+from fire_atlas.core.pixels import Pixels, Plane, as_plane
+from fire_atlas.generators.camera import Camera
 from fire_atlas.generators.silk import raster
-from fire_atlas.generators.silk.camera import Camera
 from fire_atlas.generators.silk.drawing import Stage, set_stage
 from fire_atlas.generators.silk.dress import Dress
 from fire_atlas.generators.silk.grading import exposed
@@ -18,6 +20,7 @@ from fire_atlas.generators.silk.mechanics import normals
 from fire_atlas.generators.silk.mesh import length
 from fire_atlas.generators.silk.scene import Scene
 from fire_atlas.generators.silk.simulation import Recording
+from fire_atlas.recipe.silk import SilkSource
 
 _FINER = 2
 """Samples a px, along and across."""
@@ -95,7 +98,7 @@ class Film:
         total = np.zeros((*shape, 3), np.float32)
         for sheets in self._batches():
             place, fade = self.nodes(i, sheets, camera)
-            velocity = camera.turned(self._velocity(i)[sheets])[..., :2]
+            velocity = camera.project_vectors(self._velocity(i)[sheets])[..., :2]
             dressed = self.dress.flowing(i, sheets)
             grid = self.dress.grid(sheets, *place.shape[1:3])
             # Px of the frame to a texel, along the texture's x and y.
@@ -129,7 +132,7 @@ class Film:
         x = np.asarray(self.told.x[i, sheets], np.float64)
         facing = np.abs(np.einsum("srcd,d->src", normals(x), camera.axes()[2]))
         # From above no upright sheet faces the eye; the one that does best shows wholly.
-        facing /= max(math.cos(math.radians(camera.elevation)), _STEEPEST)
+        facing /= max(math.cos(camera.elevation), _STEEPEST)
         share = smooth_step((facing - _EDGE_ON) / _FACE_ON)
         v = self._velocity(i)[sheets]
         speed = length(v) / (self.scene.fuel.speed * 4)
@@ -177,3 +180,48 @@ class Film:
         low = x[:, : max(1, x.shape[1] // 2)] * self.told.lit[i, :, None, None, None]
         total = max(float(self.told.lit[i].sum()) * low.shape[1] * low.shape[2], 1e-6)
         return camera.project(low.sum(axis=(0, 1, 2)) / total)
+
+
+@dataclass(frozen=True, slots=True)
+class SilkRendering:
+    """The fire seen by one camera (a ``generators.rendering.Rendering``).
+
+    Attributes:
+        film: Draws it.
+        camera: Where it is seen from.
+        luminance_matte: Gives light (height, width, 3) the coverage it has over black.
+    """
+
+    matte: ClassVar[str] = "luminance"
+    matte_reason: ClassVar[str] = "flames cover as far as they shine"
+
+    film: Film
+    camera: Camera
+    luminance_matte: Callable[[NDArray[np.float32]], Pixels]
+
+    def frame(self, index: int) -> Pixels:
+        """Draw frame ``index``: (height, width, 4)."""
+        frame = self.film.look(index, self.camera)
+        pixels = self.luminance_matte(frame.light)
+        if not frame.cover.any():
+            return pixels
+        # What is opaque covers fully; flames in front of it have added their light to it.
+        cover = frame.cover[..., None]
+        opaque = np.dstack([frame.light, np.ones_like(frame.cover)])
+        return np.asarray(pixels + (opaque - pixels) * cover, np.float32)
+
+    def motion(self, index: int) -> NDArray[np.float32]:
+        """Velocity (height, width, 2) of what frame ``index`` shows, px/s."""
+        return self.film.flow(index, self.camera)
+
+
+def silk_camera(source: SilkSource, azimuth: float, elevation: float) -> Camera:
+    """Camera for a recipe's frame, whose height is the unit of length; angles in degrees."""
+    return Camera(
+        azimuth=math.radians(azimuth),
+        elevation=math.radians(elevation),
+        width=source.width,
+        height=source.height,
+        origin=(source.width / 2, source.height * (1 - source.foot)),
+        scale=float(source.height),
+    )
