@@ -1,4 +1,4 @@
-"""Source ``silk``: fire made from springs becomes a clip for each side it is seen from."""
+"""Source ``silk``: simulated sheets of fire, as a clip for each side they are seen from."""
 
 from pathlib import Path
 
@@ -9,8 +9,7 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.generators.rendering import rendered_clip
 from fire_atlas.generators.settings import GenerationSettings
-from fire_atlas.generators.silk.produce import Take, produce
-from fire_atlas.generators.silk.render import SilkRendering, silk_camera
+from fire_atlas.generators.silk.renderer import SilkView, generate_silk, silk_camera
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
@@ -28,8 +27,8 @@ def open_silk(
 
     Args:
         source: The recipe's section.
-        texture: The clip that is on the sheets, if it is not painted; absolute.
-        generation: What is asked of the fire.
+        texture: The clip of fire for the textures, if they are not procedural; absolute.
+        generation: Seed, wind, timing and views.
         blend_space: ``srgb`` or ``linear``: where the client blends.
         most_pixels: Larger pictures of the clip are refused.
 
@@ -40,12 +39,7 @@ def open_silk(
     footage = None
     if texture is not None:
         footage = open_frames(FramesSource(path=str(texture)), texture, "linear", most_pixels)
-    film = produce(
-        Take(
-            source, generation.wind, generation.seed, generation.frames, generation.fps,
-            generation.loop, footage,
-        )
-    )  # fmt: skip
+    renderer = generate_silk(source, generation, footage)
     elevation = generation.views.elevation
     inputs = footage.inputs if footage else ()
 
@@ -53,5 +47,5 @@ def open_silk(
         return matte.luminance_of_light(light, blend_space)
 
     cameras = [silk_camera(source, azimuth, elevation) for azimuth in generation.azimuths()]
-    renderings = [SilkRendering(film, camera, luminance_matte) for camera in cameras]
-    return [rendered_clip(each, generation, blend_space, inputs) for each in renderings]
+    views = [SilkView(renderer, camera, luminance_matte) for camera in cameras]
+    return [rendered_clip(view, generation, blend_space, inputs) for view in views]
