@@ -34,7 +34,7 @@ def open_silk(
 
     Raises:
         SourceError: The texture's clip is missing, broken, or holds no fire.
-        RecipeError: More is asked for than can be done.
+        RecipeError: As of ``generate_silk``.
     """
     footage = None
     if texture is not None:

@@ -13,7 +13,7 @@ import pytest
 import fire_atlas
 from fire_atlas.cli import main
 
-from .fires import COARSE
+from .small_fires import COARSE
 
 SILK: dict[str, Any] = {"kind": "silk", **COARSE, "sheets": {"count": 2}}
 

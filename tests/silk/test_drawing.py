@@ -8,8 +8,8 @@ import pytest
 from fire_atlas.core.pixels import encode_bytes
 from fire_atlas.generators.silk import raster
 
-from .fires import camera, fire, torch
 from .rasteriser import draw
+from .small_fires import camera, fire, torch
 
 
 def test_triangles_that_share_edges_cover_every_sample_once() -> None:

@@ -16,7 +16,7 @@ from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.tree import read_tree
 
-from .fires import camera, fire, lean, settings
+from .small_fires import camera, fire, lean, settings
 
 
 def ranks(values: list[float]) -> list[int]:

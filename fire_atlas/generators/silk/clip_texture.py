@@ -33,7 +33,7 @@ _MIN_AREA = 0.002
 _FILL_WIDTH, _FILL_HEIGHT = 0.84, 0.9
 """Part of a sheet's width and height that the fire takes."""
 
-_REACH = 0.05
+_MAX_DISPLACEMENT = 0.05
 """Largest displacement from image to image, image heights."""
 
 _OVERLAP = 3
@@ -88,7 +88,7 @@ def synthesise_from_clip(
     key = _FireKey(clip, name)
     one, other = (key.upright_image(i, shape) for i in seeds)
     extra = min(_OVERLAP, count // 3)
-    images = synthesise_images(SeedImages(one, other, _reach(shape)), seed, energy)
+    images = synthesise_images(SeedImages(one, other, _search_radius(shape)), seed, energy)
     return _close_loop(list(islice(images, 4, 4 + count + extra)), count)
 
 
@@ -211,8 +211,8 @@ def _best_start(clip: Clip, count: int) -> int:
     return min(evenly_spread(0, last, _SAMPLES), key=seam)
 
 
-def _reach(shape: tuple[int, int]) -> int:
-    return min(max(round(_REACH * shape[0]), 3), 9)
+def _search_radius(shape: tuple[int, int]) -> int:
+    return min(max(round(_MAX_DISPLACEMENT * shape[0]), 3), 9)
 
 
 def _close_loop(images: list[Image], count: int) -> TextureLoop:
@@ -222,9 +222,9 @@ def _close_loop(images: list[Image], count: int) -> TextureLoop:
     for i in range(extra):
         share = np.float32((i + 1) / (extra + 1))
         loop[i] = images[i] * share + images[count + i] * (1 - share)
-    reach = _reach(loop[0].shape[:2])
+    radius = _search_radius(loop[0].shape[:2])
     motion = [
-        smooth_motion(most_probable_motion(loop[n], loop[(n + 1) % count], reach))
+        smooth_motion(most_probable_motion(loop[n], loop[(n + 1) % count], radius))
         for n in range(count)
     ]
     return TextureLoop(np.stack(loop), as_plane(np.stack(motion)))

@@ -31,7 +31,7 @@ class SheetForces:
     """All that accelerates the sheets besides their springs and the intruders.
 
     Attributes:
-        fuel: What burns.
+        fuel: The fuel.
         wind: The recipe's wind.
         gravity: heights/s².
         lift: Acceleration by heat at the base, heights/s².
@@ -57,7 +57,7 @@ class SheetForces:
     flutter: float
 
     @classmethod
-    def on(
+    def of(
         cls, rest: Vectors, fuel: Fuel, wind: Wind, seed: int, factors: tuple[float, float, float]
     ) -> Self:
         """Return the forces on sheets whose nodes rest at ``rest``.

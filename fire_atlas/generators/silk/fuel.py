@@ -1,4 +1,4 @@
-"""Fuels: the constants of the mechanics, the texture and the colours of what burns.
+"""Fuels: the constants that give a flame its mechanics, texture and colours.
 
 Lengths are frame heights, times seconds, masses that of a sheet of one square height.
 """

@@ -41,22 +41,22 @@ _MAX_SHARPENING = 1.8
 """Largest factor by which detail is amplified in one step."""
 
 
-def most_probable_motion(one: Image, other: Image, reach: int) -> NDArray[np.float32]:
+def most_probable_motion(one: Image, other: Image, radius: int) -> NDArray[np.float32]:
     """Estimate the motion from ``one`` to ``other``: (height, width, 2) px, x right, y down.
 
-    For each pixel of ``other``, each of those of ``one`` up to ``reach`` px away may have moved
+    For each pixel of ``other``, each of those of ``one`` up to ``radius`` px away may have moved
     there; eq. 24 gives the probability, multiplied over the channels and over a window around it.
     """
     height, width, channels = other.shape
     scale = max(float(one.max()), float(other.max()), 1e-6)
     factor = np.float32(1 / (2 * (_SIGMA * scale) ** 2 * channels))
-    padded = cv2.copyMakeBorder(one, reach, reach, reach, reach, cv2.BORDER_REPLICATE)
+    padded = cv2.copyMakeBorder(one, radius, radius, radius, radius, cv2.BORDER_REPLICATE)
     padded = padded.reshape(*padded.shape[:2], channels)
     best = np.full((height, width), -np.inf, np.float32)
     motion = np.zeros((height, width, 2), np.float32)
-    for dy in range(-reach, reach + 1):
-        for dx in range(-reach, reach + 1):
-            moved = padded[reach - dy : reach - dy + height, reach - dx : reach - dx + width]
+    for dy in range(-radius, radius + 1):
+        for dx in range(-radius, radius + 1):
+            moved = padded[radius - dy : radius - dy + height, radius - dx : radius - dx + width]
             error = moved - other
             square = np.einsum("hwc,hwc->hw", error, error)
             exponent = cv2.blur(square, (_WINDOW, _WINDOW)) * -factor
@@ -73,12 +73,12 @@ class SeedImages:
 
     Attributes:
         one, other: (height, width, channels) float32, ``other`` a moment after ``one``.
-        reach: Largest displacement between them along either axis, px.
+        radius: Largest displacement between them along either axis, px.
     """
 
     one: Image
     other: Image
-    reach: int
+    radius: int
 
 
 def synthesise_images(seeds: SeedImages, seed: int, energy: float = 1.0) -> Iterator[Image]:
@@ -92,7 +92,7 @@ def synthesise_images(seeds: SeedImages, seed: int, energy: float = 1.0) -> Iter
     """
     one, other = seeds.one, seeds.other
     height, width = other.shape[:2]
-    first = smooth_motion(most_probable_motion(one, other, seeds.reach))
+    first = smooth_motion(most_probable_motion(one, other, seeds.radius))
     light = other.max(axis=-1) + np.float32(0.05 * float(other.max()))
     strength = max(_rms(first, light), 0.02 * height / 10)
     gain = float(np.sqrt(energy))
@@ -104,7 +104,7 @@ def synthesise_images(seeds: SeedImages, seed: int, energy: float = 1.0) -> Iter
     before, now, correction = one, other, 1.0
     n = 0
     while True:
-        found = smooth_motion(most_probable_motion(before, now, seeds.reach))
+        found = smooth_motion(most_probable_motion(before, now, seeds.radius))
         motion = np.float32(_NEW_MOTION) * found + np.float32(1 - _NEW_MOTION) * first
         motion = motion * np.float32(strength / max(_rms(motion, light), 1e-6))
         motion = motion + eddies.at(n) * np.float32(_EDDIES * strength)

@@ -42,7 +42,7 @@ class SilkScene:
     """What is simulated: the sheets and everything that moves them.
 
     Attributes:
-        fuel: What burns.
+        fuel: The fuel.
         model: The sheets.
         forces: What accelerates them besides their springs and the intruders.
         intruders: Objects in the flame.
@@ -88,7 +88,7 @@ def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> SilkSc
     model = build_model(placements, source.rows, source.columns, elasticity, pinned_rows=2)
     dt, steps = _time_step(source, model, fuel, fps)
     factors = source.lift, source.gravity, source.turbulence
-    forces = SheetForces.on(model.rest, fuel, wind, seed, factors)
+    forces = SheetForces.of(model.rest, fuel, wind, seed, factors)
     return SilkScene(fuel, model, forces, intruders, tuple(attached_to), dt, steps, fps)
 
 

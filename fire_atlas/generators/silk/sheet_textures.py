@@ -1,4 +1,4 @@
-"""The textures on the sheets: which loop each plays, from which image on, and how fast."""
+"""Textures on the sheets: which loop each plays, from which image on, and how fast."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

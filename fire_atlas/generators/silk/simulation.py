@@ -135,7 +135,7 @@ def _move_attached(scene: SilkScene, state: SheetState, now: float) -> SheetStat
 
 
 class _Ignition:
-    """Which sheets burn: all but those of matches that no flame has reached yet."""
+    """Which sheets are alight: all but those of matches that no flame has lit yet."""
 
     def __init__(self, scene: SilkScene) -> None:
         self.lit = np.array([float(i < 0) for i in scene.attached_to])
