@@ -1,4 +1,4 @@
-"""What a recipe asks of fire that is generated, whatever makes it."""
+"""Settings of a recipe that all generators of fire share."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -8,20 +8,20 @@ from fire_atlas.recipe.views import Views
 from fire_atlas.recipe.wind import Wind
 
 _FRAMES, _FPS = 48, 24.0
-"""Length and rate of fire whose recipe does not say: two seconds."""
+"""Default length and frame rate: two seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class GenerationSettings:
-    """What every generator reads of a recipe beside its own source.
+    """Chance, wind, timing and views of a fire to be generated.
 
     Attributes:
-        seed: Of all chance.
-        wind: What blows.
+        seed: Of all random numbers.
+        wind: The recipe's wind.
         frames: Length of the clip.
         fps: Frames per second.
         loop: Whether frame 0 follows the last frame.
-        views: The directions the fire is seen from.
+        views: The directions it is seen from.
     """
 
     seed: int

@@ -23,7 +23,7 @@ Place = Annotated[tuple[Coordinate, Coordinate, Coordinate], LIST]
 """[x, y, z], heights."""
 
 Factor = Annotated[float, Field(gt=0, le=1000)]
-"""How many times as much as the fuel's own."""
+"""A multiple of the fuel's own value."""
 
 _MOST_SHEETS = 10_000
 
@@ -42,13 +42,13 @@ class Sheet(Settings):
 
 
 class Arrangement(Settings):
-    """Several sheets, by rule."""
+    """Several sheets, arranged by a rule."""
 
     arrangement: Literal["crossed", "ring", "line"] = "crossed"
     """``crossed``: all through the middle, turned evenly (torch, campfire). ``ring``: around the
     middle. ``line``: side by side from left to right (wall of flame)."""
     count: int = Field(default=4, ge=1, le=_MOST_SHEETS)
-    """How many."""
+    """Number of sheets."""
     width: float = Field(default=0.4, gt=0, le=10)
     """Width of a sheet, heights."""
     height: float = Field(default=0.8, gt=0, le=10)
@@ -70,7 +70,7 @@ class Moment(Settings):
 
 
 class Intruder(Settings):
-    """A thing in the flame. It is a field of force: the flame gives way and closes again."""
+    """An object in the flame, as a field of force: the flame gives way and closes again."""
 
     shape: Literal["sphere", "log", "match"]
     """``sphere``; ``log`` (lies, ``length`` long); ``match`` (a stick whose head, at its place,
@@ -111,7 +111,7 @@ class Texture(Settings):
     """``none``: images of the clip itself. ``motion``: new ones without end, from the most probable
     motion between two ``seeds`` (Appendix B)."""
     images: int = Field(default=8, ge=4, le=96)
-    """[N] How many images a sheet plays round and round. Paper: 8."""
+    """[N] Number of images in the loop that a sheet plays. Paper: 8."""
     seeds: Annotated[
         tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] | None, LIST
     ] = None
@@ -127,10 +127,10 @@ AutoOrTexture = Annotated[Auto | Annotated[Texture, BLOCK], either("`auto` or {p
 
 
 class SilkSource(Settings):
-    """Fire made without footage: sheets of silk flame, seen from any side."""
+    """Fire without footage: simulated sheets of silk, seen from any side."""
 
     kind: Literal["silk"]
-    """Fire made from springs."""
+    """Fire simulated by springs."""
     width: int = Field(default=256, ge=16, le=4096)
     """Width of a frame, px."""
     height: int = Field(default=256, ge=16, le=4096)
@@ -138,11 +138,11 @@ class SilkSource(Settings):
     foot: float = Field(default=0.06, ge=0, le=0.9)
     """How far above the frame's lower edge the ground is, heights."""
     fuel: Literal["wood", "candle", "gas"] = "wood"
-    """What burns: sets stiffness, lift, speed and colours."""
+    """The fuel: sets stiffness, lift, speed and colours."""
     pressure: float = Field(default=1.0, ge=0.2, le=5)
-    """How hard the fuel comes out: a higher, stiffer flame. 1: the fuel's own."""
+    """Pressure of the fuel: more gives a higher, stiffer flame. 1: the fuel's own."""
     oxygen: float = Field(default=1.0, ge=0.2, le=3)
-    """How well it burns: faster, hotter, whiter; below 1 slow and red. 1: the fuel's own."""
+    """More oxygen burns faster, hotter, whiter; below 1 slow and red. 1: the fuel's own."""
     sheets: SheetsOrArrangement = Arrangement()
     """The sheets: an arrangement, or a list of single ones."""
     rows: int = Field(default=24, ge=2, le=256)
@@ -160,12 +160,12 @@ class SilkSource(Settings):
     gravity: float = Field(default=1.0, ge=-20, le=20)
     """Weight of the silk; 1: the fuel's own."""
     turbulence: float = Field(default=1.0, ge=0, le=20)
-    """How much the air flutters the sheets; 1: the fuel's own."""
+    """Flutter of the sheets by turbulent air; 1: the fuel's own."""
     intruders: Annotated[tuple[Intruder, ...], LIST, Field(max_length=64)] = ()
-    """Things in the flame."""
+    """Objects in the flame."""
     texture: AutoOrTexture = "auto"
-    """The fire on the sheets: ``auto`` paints it, as many images as play once in a loop; or it
-    comes from a clip."""
+    """The fire on the sheets: ``auto`` synthesises it, as many images as play once in a loop; or
+    it comes from a clip."""
     grading: Literal["fuel", "blackbody"] = "fuel"
     """Colours: the fuel's own, or those of a black body as hot as the sheets are fast (eq. 16)."""
     intensity: float = Field(default=1.0, gt=0, le=100)

@@ -1,15 +1,15 @@
-"""Source ``silk``: fire made from springs becomes a clip for each side it is seen from."""
+"""Source ``silk``: simulated sheets of fire, as a clip for each side they are seen from."""
 
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
+from fire_atlas.generators.rendering import rendered_clip
 from fire_atlas.generators.settings import GenerationSettings
-from fire_atlas.generators.silk.camera import Camera
-from fire_atlas.generators.silk.produce import Take, produce
-from fire_atlas.generators.silk.render import Film
+from fire_atlas.generators.silk.renderer import SilkView, generate_silk, silk_camera
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
@@ -27,51 +27,25 @@ def open_silk(
 
     Args:
         source: The recipe's section.
-        texture: The clip that is on the sheets, if it is not painted; absolute.
-        generation: What is asked of the fire.
+        texture: The clip of fire for the textures, if they are not procedural; absolute.
+        generation: Seed, wind, timing and views.
         blend_space: ``srgb`` or ``linear``: where the client blends.
         most_pixels: Larger pictures of the clip are refused.
 
     Raises:
         SourceError: The texture's clip is missing, broken, or holds no fire.
-        RecipeError: More is asked for than can be done.
+        RecipeError: As of ``generate_silk``.
     """
     footage = None
     if texture is not None:
         footage = open_frames(FramesSource(path=str(texture)), texture, "linear", most_pixels)
-    film = produce(
-        Take(
-            source, generation.wind, generation.seed, generation.frames, generation.fps,
-            generation.loop, footage,
-        )
-    )  # fmt: skip
-    elevation, size = generation.views.elevation, (source.width, source.height)
-    cameras = [Camera(turn, elevation, *size, source.foot) for turn in generation.azimuths()]
+    renderer = generate_silk(source, generation, footage)
+    elevation = generation.views.elevation
     inputs = footage.inputs if footage else ()
-    return [_clip(film, camera, blend_space, inputs) for camera in cameras]
 
+    def luminance_matte(light: NDArray[np.float32]) -> Pixels:
+        return matte.luminance_of_light(light, blend_space)
 
-def _clip(film: Film, camera: Camera, space: str, inputs: tuple[Path, ...]) -> Clip:
-    def picture(i: int) -> Pixels:
-        frame = film.look(i, camera)
-        pixels = matte.luminance_of_light(frame.light, space)
-        if not frame.cover.any():
-            return pixels
-        # What is opaque covers fully; flames in front of it have added their light to it.
-        cover = frame.cover[..., None]
-        opaque = np.dstack([frame.light, np.ones_like(frame.cover)])
-        return np.asarray(pixels + (opaque - pixels) * cover, np.float32)
-
-    return Clip(
-        width=camera.width,
-        height=camera.height,
-        fps=film.scene.fps,
-        count=film.frames,
-        picture=picture,
-        inputs=inputs,
-        blend_space=space,
-        matte="luminance",
-        matte_reason="flames cover as far as they shine",
-        loop=film.loops,
-        flow=lambda i: film.flow(i, camera),
-    )
+    cameras = [silk_camera(source, azimuth, elevation) for azimuth in generation.azimuths()]
+    views = [SilkView(renderer, camera, luminance_matte) for camera in cameras]
+    return [rendered_clip(view, generation, blend_space, inputs) for view in views]

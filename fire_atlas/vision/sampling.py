@@ -17,6 +17,16 @@ _SIDE = 96
 """Longest side, px, at which these frames are compared."""
 
 
+def evenly_spread(first: int, last: int, most: int) -> list[int]:
+    """Return at most ``most`` whole numbers from ``first`` to ``last``, both included, ascending.
+
+    Where there are no more than that, these are all; none where ``last`` is before ``first``.
+    """
+    if last < first:
+        return []
+    return sorted({round(float(i)) for i in np.linspace(first, last, most)})
+
+
 @dataclass(frozen=True, slots=True)
 class Samples:
     """A few frames of a clip, small.
@@ -34,7 +44,7 @@ class Samples:
     @classmethod
     def of(cls, clip: Clip, workers: Workers) -> "Samples":
         """Look at ``clip``."""
-        starts = sorted({round(i) for i in np.linspace(0, max(clip.count - 2, 0), _PAIRS)})
+        starts = evenly_spread(0, max(clip.count - 2, 0), _PAIRS)
         needed = {0, clip.count - 1, *starts, *(i + 1 for i in starts)}
         numbers = sorted(i for i in needed if i < clip.count)
         small = workers.map(lambda i: shrunk(clip.read(i), _SIDE), numbers)

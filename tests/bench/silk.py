@@ -12,12 +12,21 @@ import cv2
 import numpy as np
 
 from fire_atlas.core.workers import Workers
-from fire_atlas.generators.silk.camera import Camera
-from fire_atlas.generators.silk.mechanics import State, longest_step, spring_force, step
-from fire_atlas.generators.silk.mesh import Elastic, Model, Placement, Vectors, build_model
-from fire_atlas.generators.silk.produce import Take, produce
-from fire_atlas.generators.silk.render import Film
+from fire_atlas.generators.settings import GenerationSettings
+from fire_atlas.generators.silk.mechanics import (
+    Elasticity,
+    SheetModel,
+    SheetPlacement,
+    SheetState,
+    Vectors,
+    build_model,
+    longest_step,
+    spring_force,
+    step,
+)
+from fire_atlas.generators.silk.renderer import SilkRenderer, generate_silk, silk_camera
 from fire_atlas.recipe.silk import SilkSource
+from fire_atlas.recipe.views import Views
 from fire_atlas.recipe.wind import Wind
 
 
@@ -31,12 +40,12 @@ def cpu(work: Callable[[], object], times: int = 3) -> float:
     return least
 
 
-def model_of(sheets: int, rows: int = 24, columns: int = 16) -> Model:
-    places = [Placement((0.0, 0.0, 0.0), 0.4, 0.8, 180.0 * n / sheets) for n in range(sheets)]
-    return build_model(places, rows, columns, Elastic(8e-4, 8.0, 3.0, 1.0, 1e-3))
+def model_of(sheets: int, rows: int = 24, columns: int = 16) -> SheetModel:
+    places = [SheetPlacement((0.0, 0.0, 0.0), 0.4, 0.8, 180.0 * n / sheets) for n in range(sheets)]
+    return build_model(places, rows, columns, Elasticity(8e-4, 8.0, 3.0, 1.0, 1e-3))
 
 
-def plain_force(model: Model, x: list[Any], v: list[Any]) -> list[Any]:
+def plain_force(model: SheetModel, x: list[Any], v: list[Any]) -> list[Any]:
     """The same forces, spring by spring, in plain Python."""
     sheets, rows, columns = model.rest.shape[:3]
     force = [[[[0.0] * 3 for _ in range(columns)] for _ in range(rows)] for _ in range(sheets)]
@@ -64,12 +73,12 @@ def mechanics() -> None:
     print("springs, node updates a second")
     for sheets in (1, 4, 16, 64):
         model = model_of(sheets)
-        dt, state = longest_step(model, 0.0), State.resting(model.rest * 1.01)
+        dt, state = longest_step(model, 0.0), SheetState.resting(model.rest * 1.01)
 
         def still(x: Vectors, _: Vectors) -> Vectors:
             return np.zeros_like(x)
 
-        def run(model: Model = model, state: State = state, dt: float = dt) -> None:
+        def run(model: SheetModel = model, state: SheetState = state, dt: float = dt) -> None:
             for _ in range(50):
                 state = step(model, state, still, dt)
 
@@ -83,24 +92,29 @@ def mechanics() -> None:
     print(f"  plain Python loop:     {rate / 1e6:6.3f} million (forces alone)")
 
 
-def film_of(side: int, count: int) -> Film:
+def fire_source(side: int, count: int) -> SilkSource:
     keys = {"kind": "silk", "width": side, "height": side, "sheets": {"count": count}}
-    return produce(Take(SilkSource.model_validate(keys), Wind(), 1, 48, 24.0, True))
+    return SilkSource.model_validate(keys)
+
+
+def fire_of(side: int, count: int) -> SilkRenderer:
+    settings = GenerationSettings(1, Wind(), 48, 24.0, True, Views())
+    return generate_silk(fire_source(side, count), settings)
 
 
 def frames() -> None:
     print("frames: CPU ms a frame; frames a second of wall clock, 2 workers")
     for side, count in ((128, 4), (256, 1), (256, 4), (256, 8), (256, 16), (512, 4), (1024, 4)):
         start = time.process_time()
-        film = film_of(side, count)
+        fire = fire_of(side, count)
         made = time.process_time() - start
-        eye = Camera(30.0, 0.0, side, side, 0.06)
+        eye = silk_camera(fire_source(side, count), 30.0, 0.0)
         numbers = range(0, 48, 2)
-        spent = cpu(lambda: [film.look(i, eye) for i in numbers], 2) / len(numbers)  # noqa: B023
-        flow = cpu(lambda: [film.flow(i, eye) for i in range(0, 48, 8)], 2) / 6  # noqa: B023
+        spent = cpu(lambda: [fire.draw(i, eye) for i in numbers], 2) / len(numbers)  # noqa: B023
+        flow = cpu(lambda: [fire.motion(i, eye) for i in range(0, 48, 8)], 2) / 6  # noqa: B023
         with Workers(2) as workers:
             begin = time.perf_counter()
-            list(workers.map(lambda i: film.look(i, eye), range(48)))  # noqa: B023
+            list(workers.map(lambda i: fire.draw(i, eye), range(48)))  # noqa: B023
             wall = time.perf_counter() - begin
         print(
             f"  {side:4}², {count:2} sheets: {spent * 1e3:6.1f} ms, {48 / wall:6.1f} frames/s; "

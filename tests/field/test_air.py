@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from fire_atlas.core.noise import PlaneWaves
 from fire_atlas.core.pixels import Plane
 from fire_atlas.effect.field.air import Air, advect, diffuse, gain, grid_shape
 from fire_atlas.effect.field.eddies import Eddies
@@ -119,7 +120,8 @@ def test_eddies_are_divergence_free_and_as_fast_as_asked() -> None:
 
 
 def test_eddies_of_one_wave_match_the_formula() -> None:
-    eddies = Eddies(np.array([0.3]), np.array([0.4]), np.array([2.0]), np.array([0.5]), 7.0)
+    waves = PlaneWaves(*(np.array([value]) for value in (0.3, 0.4, 2.0, 0.5, 7.0 / 0.5)))
+    eddies = Eddies(waves)
     u, v = eddies.velocity(1.5, (5, 6))
     wave = math.sin(0.3 * 4 + 0.4 * 3 + 0.5 + 2.0 * 1.5) * 7.0
     assert u[3, 4] == pytest.approx(wave * 0.4 / 0.5, rel=1e-4)

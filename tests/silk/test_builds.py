@@ -13,16 +13,16 @@ import pytest
 import fire_atlas
 from fire_atlas.cli import main
 
-from .takes import COARSE
+from .small_fires import COARSE
 
 SILK: dict[str, Any] = {"kind": "silk", **COARSE, "sheets": {"count": 2}}
 
 
 def recipe(folder: Path, source: dict[str, Any], **keys: Any) -> Path:
     path = folder / "torch.yaml"
-    told = {"source": source, "timeline": {"frames": 6}, **keys}
+    document = {"source": source, "timeline": {"frames": 6}, **keys}
     # JSON is YAML, but for how it spells what is not a number.
-    path.write_text(json.dumps(told).replace("NaN", ".nan"), encoding="utf-8")
+    path.write_text(json.dumps(document).replace("NaN", ".nan"), encoding="utf-8")
     return path
 
 
@@ -34,9 +34,9 @@ def built(path: Path, out: Path, *arguments: str) -> dict[str, bytes]:
 def refused(path: Path, capsys: pytest.CaptureFixture[str]) -> str:
     assert main(["build", str(path), "-q", "-o", str(path.parent / "out")]) != 0
     assert not list(path.parent.glob("out/*"))
-    told = capsys.readouterr().err
-    assert "Traceback" not in told
-    return told
+    message = capsys.readouterr().err
+    assert "Traceback" not in message
+    return message
 
 
 def test_each_side_is_an_animation_that_loops_with_flakes_of_its_own(tmp_path: Path) -> None:
@@ -146,17 +146,18 @@ def test_what_cannot_be_is_refused_with_advice(
 def test_each_kind_of_source_is_refused_the_keys_of_the_other(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    told = refused(recipe(tmp_path, {"path": "x"}, views={"count": 4}), capsys)
-    assert "views: frames have one side only" in told
+    message = refused(recipe(tmp_path, {"path": "x"}, views={"count": 4}), capsys)
+    assert "views: frames have one side only" in message
     for keys, advice in (
         ({"loop": "pingpong"}, "timeline.loop: pingpong joins the ends of a clip"),
         ({"overlap": 4}, "timeline.overlap: is for clips"),
         ({"tail": True, "loop": "none"}, "timeline.tail: is for clips"),
     ):
         assert advice in refused(recipe(tmp_path, SILK, timeline=keys), capsys)
-    told = refused(recipe(tmp_path, {"kind": "slik"}), capsys)
+    message = refused(recipe(tmp_path, {"kind": "slik"}), capsys)
     assert (
-        'source.kind: must be one of frames, profile, silk; got "slik"; did you mean silk?' in told
+        'source.kind: must be one of frames, profile, silk; got "slik"; did you mean silk?'
+        in message
     )
-    told = refused(recipe(tmp_path, {"path": "x", "fuel": "wood"}), capsys)
-    assert "source.fuel: unknown key here; it is one of `kind: silk`" in told
+    message = refused(recipe(tmp_path, {"path": "x", "fuel": "wood"}), capsys)
+    assert "source.fuel: unknown key here; it is one of `kind: silk`" in message

@@ -7,10 +7,9 @@ import pytest
 
 from fire_atlas.core.pixels import encode_bytes
 from fire_atlas.generators.silk import raster
-from fire_atlas.generators.silk.camera import Camera
 
 from .rasteriser import draw
-from .takes import camera, film, torch
+from .small_fires import camera, fire, torch
 
 
 def test_triangles_that_share_edges_cover_every_sample_once() -> None:
@@ -21,7 +20,7 @@ def test_triangles_that_share_edges_cover_every_sample_once() -> None:
         x = 16.5 + u * np.cos(turn) - v * np.sin(turn)
         y = 16.5 + u * np.sin(turn) + v * np.cos(turn)
         mesh = np.stack([x, y], axis=-1)[None]
-        covered = raster.cover(raster.mesh_triangles(mesh, mesh), 33, 33)
+        covered = raster.rasterise(raster.mesh_triangles(mesh, mesh), 33, 33)
         count = np.bincount(covered.pixel, minlength=33 * 33)
         assert count.max() == 1
         row, column = np.divmod(np.arange(33 * 33), 33)
@@ -31,7 +30,7 @@ def test_triangles_that_share_edges_cover_every_sample_once() -> None:
         assert count[inside < 7.999].min() == 1
         assert not count[inside > 8.001].any()
         # What is interpolated over a mesh that shows its own places is the place of each sample.
-        shown = covered.texel[:, :2]
+        shown = covered.attributes[:, :2]
         assert np.allclose(shown[:, 0], covered.pixel % 33 + 0.5, atol=1e-3)
         assert np.allclose(shown[:, 1], covered.pixel // 33 + 0.5, atol=1e-3)
 
@@ -40,18 +39,20 @@ def test_triangles_that_share_edges_cover_every_sample_once() -> None:
 def test_a_view_is_what_a_plain_rasteriser_draws(
     azimuth: float, elevation: float, frame: int
 ) -> None:
-    made = film(12, rows=8, columns=6, width=40, height=56, sheets={"count": 3})
-    eye = Camera(azimuth, elevation, 40, 56, 0.06)
-    place, fade = made.nodes(frame, slice(0, 3), eye)
-    texel = made.dress.grid(slice(0, 3), 8, 6)
-    values = np.concatenate([texel, fade[..., None] ** made.dress.tint.thin], axis=-1)
+    made = fire(12, rows=8, columns=6, width=40, height=56, sheets={"count": 3})
+    eye = camera(azimuth, elevation, width=40, height=56)
+    place, opacity = made.project_nodes(frame, slice(0, 3), eye)
+    texel = made.textures.texel_grid(slice(0, 3), 8, 6)
+    values = np.concatenate(
+        [texel, opacity[..., None] ** made.textures.colours.opacity_exponents], axis=-1
+    )
     cells = raster.mesh_triangles(place * 2, values)
-    texture = made.dress.light(frame, slice(0, 3))
-    light, edge = draw(cells.place, cells.texel, texture, 80, 112)
+    texture = made.textures.light(frame, slice(0, 3))
+    light, edge = draw(cells.position, cells.attributes, texture, 80, 112)
     light = light.reshape(56, 2, 40, 2, 3).mean(axis=(1, 3))
     edge = np.asarray(edge.reshape(56, 2, 40, 2).any(axis=(1, 3)))
     wanted = encode_bytes((1 - np.exp(-light)).astype(np.float32)).astype(int)
-    found = encode_bytes(made.look(frame, eye).light).astype(int)
+    found = encode_bytes(made.draw(frame, eye).light).astype(int)
     assert wanted.max() > 150
     assert edge.mean() < 0.02
     assert np.abs(wanted - found)[~edge].max() <= 2
@@ -60,14 +61,14 @@ def test_a_view_is_what_a_plain_rasteriser_draws(
 def test_from_the_other_side_a_fire_is_its_mirror_image() -> None:
     """Light that adds up does not ask what is in front."""
     for azimuth in (0.0, 45.0):
-        one = torch().look(5, camera(azimuth)).light
-        other = torch().look(5, camera(azimuth + 180)).light
+        one = torch().draw(5, camera(azimuth)).light
+        other = torch().draw(5, camera(azimuth + 180)).light
         assert one.max() > 0.5
         assert np.abs(one - other[:, ::-1]).mean() < 2e-3
 
 
 def test_sides_differ_but_are_as_bright() -> None:
-    seen = [torch().look(5, camera(azimuth)).light for azimuth in (0.0, 30.0, 60.0, 90.0, 120.0)]
+    seen = [torch().draw(5, camera(azimuth)).light for azimuth in (0.0, 30.0, 60.0, 90.0, 120.0)]
     totals = [float(light.sum()) for light in seen]
     assert max(totals) < 2 * min(totals)
     assert all(np.abs(a - b).mean() > 0.01 for a, b in pairwise(seen))
@@ -75,16 +76,16 @@ def test_sides_differ_but_are_as_bright() -> None:
 
 def test_from_above_the_fire_is_foreshortened() -> None:
     def height(elevation: float) -> int:
-        lit = torch().look(5, camera(0.0, elevation)).light.max(axis=(1, 2)) > 0.05
+        lit = torch().draw(5, camera(0.0, elevation)).light.max(axis=(1, 2)) > 0.05
         return int(lit.sum())
 
     assert height(60.0) < 0.75 * height(0.0)
 
 
 def test_no_edge_of_a_sheet_is_lit() -> None:
-    dress = torch().dress
+    textures = torch().textures
     for frame in (0, 7, 15):
-        light = dress.light(frame, slice(0, 1))
+        light = textures.light(frame, slice(0, 1))
         rim = [light[0], light[-1], light[:, 0], light[:, -1]]
         assert not any(side.any() for side in rim)
         assert light.max() > 0.3
@@ -92,20 +93,20 @@ def test_no_edge_of_a_sheet_is_lit() -> None:
 
 def test_an_opaque_log_hides_what_is_behind_it_and_is_lit() -> None:
     log = {"shape": "log", "at": [0, -0.2, 0.2], "radius": 0.08, "length": 0.5, "strength": 0}
-    drawn = film(4, intruders=[log])
-    hidden = film(4, intruders=[{**log, "draw": False}])
+    drawn = fire(4, intruders=[log])
+    hidden = fire(4, intruders=[{**log, "draw": False}])
     eye = camera()
-    with_log, without = drawn.look(1, eye), hidden.look(1, eye)
-    assert not without.cover.any()
+    with_log, without = drawn.draw(1, eye), hidden.draw(1, eye)
+    assert not without.coverage.any()
     middle = np.s_[round(80 * (1 - 0.06 - 0.2)), 32]
-    assert with_log.cover[middle] == 1
+    assert with_log.coverage[middle] == 1
     assert with_log.light[middle].max() < 0.6 * without.light[middle].max()
     assert with_log.light[middle].min() > 0
     # From behind, the flame is in front of it.
-    behind = drawn.look(1, camera(180.0)).light[middle]
+    behind = drawn.draw(1, camera(180.0)).light[middle]
     assert behind.max() > 0.9 * without.light[middle].max()
 
 
 def test_an_intensity_of_ten_stays_within_what_a_page_holds() -> None:
-    light = film(4, intensity=10.0).look(1, camera()).light
+    light = fire(4, intensity=10.0).draw(1, camera()).light
     assert 0.95 < light.max() <= 1.0

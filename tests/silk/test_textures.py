@@ -11,19 +11,26 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
-from fire_atlas.generators.silk.footage import images_from_seeds, images_of
-from fire_atlas.generators.silk.fuel import FUELS
-from fire_atlas.generators.silk.grading import blackbody
-from fire_atlas.generators.silk.plume import Burner, burn
-from fire_atlas.generators.silk.probable import Seeds, probable_motion, synthesise
-from fire_atlas.generators.silk.texture import Sequence
+from fire_atlas.generators.silk.clip_texture import cut_texture, synthesise_from_clip
+from fire_atlas.generators.silk.colour import blackbody
+from fire_atlas.generators.silk.fuel import FUELS, Burner
+from fire_atlas.generators.silk.motion_synthesis import (
+    SeedImages,
+    most_probable_motion,
+    synthesise_images,
+)
+from fire_atlas.generators.silk.procedural_texture import synthesise_texture
+from fire_atlas.generators.silk.texture import TextureLoop
 
 Array = NDArray[np.float32]
-BURNER = Burner(gas=0.07, eddies=0.5, life=0.8, width=0.75, flicker=0.5, tongue=0.14, draught=0.6)
+BURNER = Burner(
+    gas_speed=0.07, eddy_strength=0.5, flame_height=0.8, width=0.75, flicker=0.5,
+    tongue_width=0.14, entrainment=0.6,
+)  # fmt: skip
 
 
-def painted(images: int = 24, index: int = 0) -> Sequence:
-    return burn(BURNER, images, (96, 48), 0.5, seed=5, index=index)
+def painted(images: int = 24, index: int = 0) -> TextureLoop:
+    return synthesise_texture(BURNER, images, (96, 48), 0.5, seed=5, index=index)
 
 
 def step(one: Array, other: Array) -> float:
@@ -64,7 +71,7 @@ def test_the_motion_of_painted_fire_tells_where_it_goes() -> None:
     plain = followed = 0.0
     for n in range(0, 24, 4):
         now, after = sequence.images[n, ..., 0], sequence.images[(n + 1) % 24, ..., 0]
-        motion = sequence.motion_at(n)
+        motion = sequence.motion_from(n)
         found = cv2.remap(after, columns + motion[..., 0], rows + motion[..., 1], cv2.INTER_LINEAR)
         plain, followed = plain + step(now, after), followed + step(now, np.asarray(found))
     assert followed < 0.75 * plain
@@ -77,10 +84,10 @@ def test_between_two_images_a_tongue_moves_on() -> None:
         images[n, ..., 0] = np.roll(blob, -4 * n, axis=0)
     motion = np.zeros((4, 10, 5, 2), np.float32)
     motion[..., 1] = -4.0
-    sequence = Sequence(images, motion)
-    assert np.array_equal(sequence.at(1.0), images[1])
-    assert np.array_equal(sequence.at(5.0), images[1])
-    between = sequence.at(0.5)[..., 0]
+    sequence = TextureLoop(images, motion)
+    assert np.array_equal(sequence.image_at(1.0), images[1])
+    assert np.array_equal(sequence.image_at(5.0), images[1])
+    between = sequence.image_at(0.5)[..., 0]
     assert np.argmax(between[:, 10]) == 28
     assert between.max() > 0.97, "a cross-fade would show two dim ones"
 
@@ -104,17 +111,17 @@ def noise_free_seeds(shift: tuple[int, int]) -> tuple[Array, Array, NDArray[np.b
 @pytest.mark.parametrize("shift", [(0, 0), (2, -3), (-4, 1), (5, 5)])
 def test_a_known_translation_is_the_most_probable_motion(shift: tuple[int, int]) -> None:
     one, other, textured = noise_free_seeds(shift)
-    motion = probable_motion(one, other, 6)
+    motion = most_probable_motion(one, other, 6)
     right = np.abs(motion - shift).max(axis=-1) < 0.5
     assert right[textured].mean() >= 0.8
 
 
 def test_two_hundred_synthesised_images_neither_freeze_nor_blur_away() -> None:
     images = painted().images
-    seeds = Seeds(images[7], images[8], 7)
+    seeds = SeedImages(images[7], images[8], 7)
     usual = step(seeds.one, seeds.other)
     sharp = (detail(seeds.one) + detail(seeds.other)) / 2
-    made = [seeds.other, *islice(synthesise(seeds, seed=1), 200)]
+    made = [seeds.other, *islice(synthesise_images(seeds, seed=1), 200)]
     steps = np.array([step(a, b) for a, b in pairwise(made)]) / usual
     assert steps.min() >= 0.5
     assert min(detail(image) for image in made) >= 0.7 * sharp
@@ -123,10 +130,10 @@ def test_two_hundred_synthesised_images_neither_freeze_nor_blur_away() -> None:
 
 def test_more_energy_moves_synthesised_fire_further() -> None:
     images = painted().images
-    seeds = Seeds(images[7], images[8], 7)
+    seeds = SeedImages(images[7], images[8], 7)
 
     def pace(energy: float) -> float:
-        made = list(islice(synthesise(seeds, 1, energy), 16))
+        made = list(islice(synthesise_images(seeds, 1, energy), 16))
         return float(np.mean([step(a, b) for a, b in pairwise(made)]))
 
     assert pace(0.25) < pace(1.0) < pace(4.0)
@@ -136,7 +143,7 @@ def test_more_energy_moves_synthesised_fire_further() -> None:
 
 
 def test_fire_is_cut_out_of_a_real_scene_and_set_upright(clips: Path) -> None:
-    sequence = images_of(real_clip(clips, "real_fireplace_gif"), 8, (96, 64), "fireplace")
+    sequence = cut_texture(real_clip(clips, "real_fireplace_gif"), 8, (96, 64), "fireplace")
     images = sequence.images
     assert images.shape == (8, 96, 64, 3)
     light = images.mean(axis=(0, 3))
@@ -151,7 +158,7 @@ def test_fire_is_cut_out_of_a_real_scene_and_set_upright(clips: Path) -> None:
 
 def test_seeds_from_a_clip_give_as_many_images_as_are_asked_for(clips: Path) -> None:
     clip = real_clip(clips, "sim_unity_flame03")
-    sequence = images_from_seeds(clip, (20, 21), 12, (80, 40), "flame", seed=1, energy=1.0)
+    sequence = synthesise_from_clip(clip, (20, 21), 12, (80, 40), "flame", seed=1, energy=1.0)
     assert sequence.images.shape == (12, 80, 40, 3)
     steps = [step(sequence.images[n], sequence.images[(n + 1) % 12]) for n in range(12)]
     assert min(steps) > 0.01 and steps[-1] < 2 * np.median(steps)
@@ -174,14 +181,14 @@ def still_clip(value: tuple[float, float, float], count: int = 20, matte: str = 
 )
 def test_a_clip_without_fire_is_refused(clip: Clip) -> None:
     with pytest.raises(SourceError, match=r"dark\.gif: shows no fire"):
-        images_of(clip, 8, (64, 32), "dark.gif")
+        cut_texture(clip, 8, (64, 32), "dark.gif")
 
 
 def test_a_clip_with_too_few_frames_says_how_many_there_are() -> None:
     with pytest.raises(SourceError, match="has 5 frames"):
-        images_of(still_clip((1, 0.5, 0), 5), 8, (64, 32), "short.gif")
+        cut_texture(still_clip((1, 0.5, 0), 5), 8, (64, 32), "short.gif")
     with pytest.raises(SourceError, match=r"seeds \[3, 9\].*0 to 4"):
-        images_from_seeds(still_clip((1, 0.5, 0), 5), (3, 9), 8, (64, 32), "short.gif", 0, 1.0)
+        synthesise_from_clip(still_clip((1, 0.5, 0), 5), (3, 9), 8, (64, 32), "short.gif", 0, 1.0)
 
 
 # Colour

@@ -1,7 +1,6 @@
 """Where a camera stands, and what it sees of a fire."""
 
 import math
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -9,6 +8,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Pixels, as_plane
 from fire_atlas.effect.field.wind import peak_level
+from fire_atlas.generators.camera import Camera
 from fire_atlas.generators.profile.blaze import Blaze
 from fire_atlas.generators.profile.force import PER_LEVEL
 from fire_atlas.generators.profile.pose import along
@@ -22,26 +22,9 @@ _MARGIN = 2
 """Empty px left around all that ever burns."""
 
 
-@dataclass(frozen=True, slots=True)
-class Camera:
-    """Where the fire stands in the frame, the same from all directions.
-
-    Attributes:
-        width, height: Of the frame, px.
-        base: (x, y) of the fire's axis on the ground, px.
-        flame: Height of the flame, px.
-        elevation: Radians the camera looks down.
-    """
-
-    width: int
-    height: int
-    base: tuple[float, float]
-    flame: float
-    elevation: float
-
-
 def camera_for(blaze: Blaze, height: int | None, elevation: float) -> Camera:
-    """Return a camera that sees all of the fire, wherever it stands and however the wind blows.
+    """Return a camera in front that sees all of the fire, wherever it stands and however the wind
+    blows; its unit of length is the height of the flame.
 
     Args:
         blaze: The fire.
@@ -68,7 +51,7 @@ def camera_for(blaze: Blaze, height: int | None, elevation: float) -> Camera:
     ground = math.ceil(below * flame) + _MARGIN
     rows = height or math.ceil(above * flame) + _MARGIN + ground
     columns = 2 * (math.ceil(float(side) * flame) + _MARGIN)
-    return Camera(columns, rows, (columns / 2, float(rows - ground)), flame, tilt)
+    return Camera(0.0, tilt, columns, rows, (columns / 2, float(rows - ground)), flame)
 
 
 def pictured(view: View, camera: Camera, territories: list[Territory], stance: Stance) -> Pixels:
@@ -78,7 +61,7 @@ def pictured(view: View, camera: Camera, territories: list[Territory], stance: S
     # A fire that is shown smaller than it was filmed is drawn larger first. The grid of a small
     # sprite is finer than what it holds.
     filmed = min(grid.per_height, view.blaze.profile.front.statistics.height.median)
-    finer = max(1, math.ceil(0.8 * filmed / camera.flame))
+    finer = max(1, math.ceil(0.8 * filmed / camera.scale))
     columns, rows = places(view, camera, stance, finer)
     seen = cv2.remap(
         picture, columns, rows, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT,
@@ -97,7 +80,7 @@ def places(
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return which column and row of the grid each pixel sees, each (height, width) · ``finer``."""
     grid = view.blaze.profile.grid
-    (x, y), flame = camera.base, camera.flame
+    (x, y), flame = camera.origin, camera.scale
     px = (np.arange(camera.width * finer) + 0.5) / finer - x
     py = y - (np.arange(camera.height * finer) + 0.5) / finer
     lean = math.radians(stance.lean)
@@ -118,10 +101,10 @@ def places(
 def middle(stance: Stance, camera: Camera) -> NDArray[np.float64]:
     """(height,) x of the fire's middle from its axis, px, in each row of the frame."""
     lean = math.radians(stance.lean)
-    above = camera.base[1] - (np.arange(camera.height) + 0.5)
-    heights = above / (camera.flame * math.cos(lean) * math.cos(camera.elevation))
+    above = camera.origin[1] - (np.arange(camera.height) + 0.5)
+    heights = above / (camera.scale * math.cos(lean) * math.cos(camera.elevation))
     bent = along(stance.offset, heights) + math.sin(lean) * bend(heights)
-    return np.asarray(bent * camera.flame)
+    return np.asarray(bent * camera.scale)
 
 
 def bend(heights: NDArray[np.floating]) -> NDArray[np.float64]:

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels, as_plane
 from fire_atlas.core.workers import Workers
+from fire_atlas.generators.camera import Camera
 from fire_atlas.generators.profile.balance import balanced
 from fire_atlas.generators.profile.blaze import Burning
-from fire_atlas.generators.profile.camera import Camera, camera_for, middle, pictured, places
+from fire_atlas.generators.profile.camera import camera_for, middle, pictured, places
 from fire_atlas.generators.profile.face import DRIFT_CELL
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.generators.profile.view import View
@@ -82,7 +83,7 @@ def flow_of(view: View, camera: Camera, frame: int) -> NDArray[np.float32]:
         drift, (columns + 0.5) / DRIFT_CELL - 0.5, (rows + 0.5) / DRIFT_CELL - 0.5,
         cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE,
     )  # fmt: skip
-    per_cell = camera.flame * np.array([view.half / grid.per_half, 1 / grid.per_height])
+    per_cell = camera.scale * np.array([view.half / grid.per_half, 1 / grid.per_height])
     flow = moves * per_cell.astype(np.float32)
     # What rises along a bent middle goes to the side with it.
     slant = np.gradient(middle(stance, camera)).astype(np.float32)

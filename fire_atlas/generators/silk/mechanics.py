@@ -1,104 +1,223 @@
-"""Position Verlet for sheets of springs (Balci & Foroosh, section 3).
+"""Sheets of silk as a mass-spring system, moved by position Verlet (Balci & Foroosh, section 3).
 
-``step`` is pure: a model that never changes and a state give the next state.
+``SheetModel`` never changes, ``SheetState`` is what moves, and ``step`` is a pure function of both.
+Lengths are frame heights, x to the right, y away from the front view, z up; times are seconds.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.generators.silk.mesh import Model, Vectors, length
-
-External = Callable[[Vectors, Vectors], Vectors]
-"""``external(x, v)``: acceleration of every node by what is not a spring, heights/s²."""
-
-_SAFETY = 0.7
-"""Part of the longest stable step that is taken: springs that turn and stretch are not linear."""
+Vectors = NDArray[np.float64]
+"""(sheets, rows, columns, 3): a vector for each node; row 0 is the base, column 0 the left edge."""
 
 
 @dataclass(frozen=True, slots=True)
-class State:
-    """The nodes at a time t and one step before (eq. 1, 14).
+class SheetPlacement:
+    """Where a sheet stands at rest, and its size.
+
+    Attributes:
+        position: (x, y, z) of the middle of its base, heights.
+        width, height: Size, heights.
+        angle: Direction of its width seen from above, degrees; 0 to the right, counter-clockwise.
+    """
+
+    position: tuple[float, float, float]
+    width: float
+    height: float
+    angle: float
+
+
+@dataclass(frozen=True, slots=True)
+class Elasticity:
+    """Mass, stiffness and damping of the mesh.
+
+    Attributes:
+        mass: Of a node.
+        structural, shear, bending: Stiffness of springs to the next node along a row or column,
+            to the one diagonally across a cell, and to the next but one; force over length.
+        damping: Of every spring, force over speed along it.
+    """
+
+    mass: float
+    structural: float
+    shear: float
+    bending: float
+    damping: float
+
+
+@dataclass(frozen=True, slots=True)
+class SpringFamily:
+    """All springs that join a node to the one ``down`` rows and ``right`` columns further.
+
+    Attributes:
+        down, right: Steps of rows and columns; ``right`` may be negative.
+        stiffness: Force over length.
+        rest: (sheets, rows', columns') lengths at which the springs exert no force.
+    """
+
+    down: int
+    right: int
+    stiffness: float
+    rest: NDArray[np.float64]
+
+    def ends(self, nodes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Views of an array (sheets, rows, columns, ...) at the start and end of every spring."""
+        down, right = self.down, self.right
+        rows, columns = nodes.shape[1:3]
+        if right >= 0:
+            return nodes[:, : rows - down, : columns - right], nodes[:, down:, right:]
+        return nodes[:, : rows - down, -right:], nodes[:, down:, : columns + right]
+
+
+@dataclass(frozen=True, slots=True)
+class SheetModel:
+    """What never changes of the sheets, all with the same mesh.
+
+    Attributes:
+        rest: Positions of the nodes at rest, heights.
+        springs: All springs, by family.
+        damping: Of every spring, force over speed.
+        mass: Of a node.
+        free: (1, rows, 1, 1): 1 where nodes move, 0 where they are pinned.
+    """
+
+    rest: Vectors
+    springs: tuple[SpringFamily, ...]
+    damping: float
+    mass: float
+    free: NDArray[np.float64]
+
+    @property
+    def sheets(self) -> int:
+        """Number of sheets."""
+        return len(self.rest)
+
+
+def build_model(
+    placements: Sequence[SheetPlacement],
+    rows: int,
+    columns: int,
+    elasticity: Elasticity,
+    pinned_rows: int = 1,
+) -> SheetModel:
+    """Build the mesh of flat, upright sheets whose lowest rows are pinned.
+
+    Raises:
+        ValueError: Fewer than 2 rows or columns, or a mass that is not positive.
+    """
+    if rows < 2 or columns < 2:
+        raise ValueError(f"a sheet needs at least 2 rows and 2 columns; got {rows} and {columns}")
+    if not elasticity.mass > 0:
+        raise ValueError(f"a node's mass must be more than 0; got {elasticity.mass:g}")
+    rest = np.stack([_flat_sheet(each, rows, columns) for each in placements])
+    free = (np.arange(rows) >= pinned_rows).astype(np.float64)[None, :, None, None]
+    return SheetModel(
+        rest, tuple(_springs(rest, elasticity)), elasticity.damping, elasticity.mass, free
+    )
+
+
+def _flat_sheet(placement: SheetPlacement, rows: int, columns: int) -> NDArray[np.float64]:
+    angle = math.radians(placement.angle)
+    across = (np.arange(columns) / (columns - 1) - 0.5) * placement.width
+    up = np.arange(rows) / (rows - 1) * placement.height
+    nodes = np.empty((rows, columns, 3))
+    nodes[..., 0] = placement.position[0] + across * math.cos(angle)
+    nodes[..., 1] = placement.position[1] + across * math.sin(angle)
+    nodes[..., 2] = placement.position[2] + up[:, None]
+    return nodes
+
+
+_FAMILIES = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 0), (0, 2))
+"""(down, right) of the structural, shear and bending springs (Figure 2)."""
+
+
+def _springs(rest: Vectors, elasticity: Elasticity) -> list[SpringFamily]:
+    stiffness = (elasticity.structural,) * 2 + (elasticity.shear,) * 2 + (elasticity.bending,) * 2
+    families = []
+    for (down, right), k in zip(_FAMILIES, stiffness, strict=True):
+        if k > 0 and down < rest.shape[1] and right < rest.shape[2]:
+            start, end = SpringFamily(down, right, k, np.empty(0)).ends(rest)
+            families.append(SpringFamily(down, right, k, lengths(end - start)))
+    return families
+
+
+def lengths(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Lengths (...) of vectors (..., 3)."""
+    x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
+    return np.sqrt(x * x + y * y + z * z)
+
+
+ExternalAcceleration = Callable[[Vectors, Vectors], Vectors]
+"""``external(x, v)``: acceleration of every node by all but the springs, heights/s²."""
+
+_SAFETY = 0.7
+"""Fraction of the longest stable step that is used: springs that turn are not linear."""
+
+
+@dataclass(frozen=True, slots=True)
+class SheetState:
+    """Positions of the nodes at a time t and one step before (eq. 1, 14).
 
     Attributes:
         x: Positions at t, heights.
-        before: Positions at t − δt.
+        previous: Positions at t − δt.
     """
 
     x: Vectors
-    before: Vectors
+    previous: Vectors
 
     @classmethod
-    def moving(cls, x: Vectors, v: Vectors, a: Vectors, dt: float) -> "State":
-        """State at positions ``x`` with velocity ``v`` and acceleration ``a``: eq. 13."""
-        return cls(x, x - v * dt + 0.5 * dt * dt * a)
-
-    @classmethod
-    def resting(cls, x: Vectors) -> "State":
+    def resting(cls, x: Vectors) -> Self:
         """State at positions ``x`` where nothing moves."""
         return cls(x, x)
 
     def velocity(self, dt: float) -> Vectors:
         """Velocities, heights/s, by eq. 15."""
-        return (self.x - self.before) / dt
+        return (self.x - self.previous) / dt
 
 
-def step(model: Model, state: State, external: External, dt: float) -> State:
-    """Carry ``state`` on by ``dt``: x(t+δt) = 2x(t) − x(t−δt) + δt² a (eq. 14).
+def step(
+    model: SheetModel, state: SheetState, external: ExternalAcceleration, dt: float
+) -> SheetState:
+    """Advance ``state`` by ``dt``: x(t+δt) = 2x(t) − x(t−δt) + δt² a (eq. 14).
 
-    Pinned nodes feel no force: they rest, or go on as they are moved.
+    Pinned nodes feel no force: they rest, or keep the velocity they were given.
     """
     v = state.velocity(dt)
     a = (spring_force(model, state.x, v) / model.mass + external(state.x, v)) * model.free
-    return State(2 * state.x - state.before + a * (dt * dt), state.x)
+    return SheetState(2 * state.x - state.previous + a * (dt * dt), state.x)
 
 
-def spring_force(model: Model, x: Vectors, v: Vectors) -> Vectors:
+def spring_force(model: SheetModel, x: Vectors, v: Vectors) -> Vectors:
     """Force on every node: (k (|d| − rest) + c ḋ) along each spring d."""
     force = np.zeros_like(x)
     for springs in model.springs:
-        one, other = springs.ends(x)
-        along = other - one
-        long = np.maximum(length(along), 1e-9)
-        pull = springs.stiffness * (1 - springs.rest / long)
+        start, end = springs.ends(x)
+        along = end - start
+        extent = np.maximum(lengths(along), 1e-9)
+        tension = springs.stiffness * (1 - springs.rest / extent)
         if model.damping > 0:
-            slow, fast = springs.ends(v)
-            rate = np.einsum("srcd,srcd->src", fast - slow, along)
-            pull = pull + model.damping * rate / (long * long)
-        along *= pull[..., None]
-        at_one, at_other = springs.ends(force)
-        at_one += along
-        at_other -= along
+            v_start, v_end = springs.ends(v)
+            rate = np.einsum("srcd,srcd->src", v_end - v_start, along)
+            tension = tension + model.damping * rate / (extent * extent)
+        along *= tension[..., None]
+        force_start, force_end = springs.ends(force)
+        force_start += along
+        force_end -= along
     return force
 
 
-def energy(model: Model, state: State, dt: float) -> float:
-    """Kinetic and spring energy half way between the two positions of a state."""
-    v = state.velocity(dt)
-    total = 0.5 * model.mass * float((v * v).sum())
-    for springs in model.springs:
-        stretch = []
-        for x in (state.before, state.x):
-            one, other = springs.ends(x)
-            stretch.append(length(other - one) - springs.rest)
-        # As the leapfrog keeps it: the product of both ends, not the mean of their squares.
-        total += 0.5 * springs.stiffness * float((stretch[0] * stretch[1]).sum())
-    return total
-
-
-def longest_step(model: Model, drag: float) -> float:
-    """Longest stable δt, s, with a margin.
+def longest_step(model: SheetModel, drag: float) -> float:
+    """Longest stable time step, s, less a margin.
 
     A node's springs bound the highest frequency of the whole mesh (Gershgorin): ω² ≤ 2 Σk / m.
     Eq. 11 looks at one spring alone and is too long. Damping at the rate γ, which eq. 15 takes from
-    the step before, shortens it further: ω²δt² + 2γδt < 4.
-
-    Args:
-        model: The sheets.
-        drag: Rate at which air stops a node, 1/s.
+    the step before, shortens it further: ω²δt² + 2γδt < 4. ``drag``, 1/s, is part of that rate.
     """
     stiffness, springs = np.zeros(model.rest.shape[:3]), np.zeros(model.rest.shape[:3])
     for family in model.springs:
@@ -114,11 +233,11 @@ def longest_step(model: Model, drag: float) -> float:
 
 
 def normals(x: Vectors) -> NDArray[np.float64]:
-    """Unit vectors (sheets, rows, columns, 3) orthogonal to the sheets."""
+    """Unit normals (sheets, rows, columns, 3) of the sheets at their nodes."""
     across, up = np.empty_like(x), np.empty_like(x)
     across[:, :, 1:-1] = x[:, :, 2:] - x[:, :, :-2]
     across[:, :, 0], across[:, :, -1] = x[:, :, 1] - x[:, :, 0], x[:, :, -1] - x[:, :, -2]
     up[:, 1:-1] = x[:, 2:] - x[:, :-2]
     up[:, 0], up[:, -1] = x[:, 1] - x[:, 0], x[:, -1] - x[:, -2]
     normal = np.cross(across, up)
-    return np.asarray(normal / np.maximum(length(normal), 1e-12)[..., None])
+    return np.asarray(normal / np.maximum(lengths(normal), 1e-12)[..., None])

@@ -1,7 +1,7 @@
-"""Textured triangles, added up, without a GPU.
+"""Rasterise textured triangles and add up their light, without a GPU.
 
-Every triangle becomes spans of whole rows, all spans a flat list of samples, and each sample looks
-its texture up: a handful of array operations for the whole mesh.
+Every triangle becomes spans of whole rows, all spans one flat list of fragments, and each fragment
+samples its texture: a handful of array operations for the whole mesh.
 """
 
 from dataclasses import dataclass
@@ -11,25 +11,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 _ROW = 4096
-"""Samples are laid out in rows this long for OpenCV, whose pictures have limited sides."""
+"""Fragments are arranged in rows this long for OpenCV, whose images have limited sides."""
 
 
 @dataclass(frozen=True, slots=True)
 class Triangles:
-    """Corners of triangles.
+    """n triangles.
 
     Attributes:
-        place: (n, 3, 2) px of the target, x right, y down.
-        texel: (n, 3, k) what is to be interpolated over each: first px of the texture, where
-            (0, 0) is the middle of its first texel; then whatever else.
+        position: (n, 3, 2) of their corners, px of the target, x right, y down.
+        attributes: (n, 3, k) values at the corners that are interpolated: first the x and y of the
+            texture, px from the middle of its first texel; then any others.
     """
 
-    place: NDArray[np.float64]
-    texel: NDArray[np.float64]
+    position: NDArray[np.float64]
+    attributes: NDArray[np.float64]
 
 
-def mesh_triangles(place: NDArray[np.float64], texel: NDArray[np.float64]) -> Triangles:
-    """Two triangles for each cell of meshes (sheets, rows, columns, 2) and (..., k)."""
+def mesh_triangles(position: NDArray[np.float64], attributes: NDArray[np.float64]) -> Triangles:
+    """Two triangles for each cell of meshes.
+
+    Args:
+        position: (sheets, rows, columns, 2) of the nodes, px.
+        attributes: (sheets, rows, columns, k).
+    """
 
     def corners(nodes: NDArray[np.float64]) -> NDArray[np.float64]:
         a, b = nodes[:, :-1, :-1], nodes[:, :-1, 1:]
@@ -37,39 +42,39 @@ def mesh_triangles(place: NDArray[np.float64], texel: NDArray[np.float64]) -> Tr
         both = np.stack([np.stack([a, b, c], axis=3), np.stack([b, d, c], axis=3)], axis=3)
         return both.reshape(-1, 3, nodes.shape[-1])
 
-    return Triangles(corners(place), corners(texel))
+    return Triangles(corners(position), corners(attributes))
 
 
 @dataclass(frozen=True, slots=True)
-class Samples:
-    """Where triangles cover the middles of pixels.
+class Fragments:
+    """Pixels whose middles triangles cover, one entry for each triangle there.
 
     Attributes:
-        pixel: (n,) number of the pixel, row by row.
-        texel: (n, k) float32, interpolated.
+        pixel: (n,) index of the pixel, row by row.
+        attributes: (n, k) float32, interpolated.
     """
 
     pixel: NDArray[np.intp]
-    texel: NDArray[np.float32]
+    attributes: NDArray[np.float32]
 
 
-def cover(triangles: Triangles, width: int, height: int) -> Samples:
+def rasterise(triangles: Triangles, width: int, height: int) -> Fragments:
     """Find every pixel of a ``width`` by ``height`` target whose middle lies in a triangle.
 
     A middle on an edge that two triangles share belongs to exactly one of them.
     """
-    order = np.argsort(triangles.place[:, :, 1], axis=1, kind="stable")[..., None]
-    corner = np.take_along_axis(triangles.place, order, axis=1)
-    value = np.take_along_axis(triangles.texel, order, axis=1)
+    order = np.argsort(triangles.position[:, :, 1], axis=1, kind="stable")[..., None]
+    corner = np.take_along_axis(triangles.position, order, axis=1)
+    value = np.take_along_axis(triangles.attributes, order, axis=1)
     first, last = (
         np.clip(np.ceil(corner[:, k, 1] - 0.5), 0, height).astype(np.intp) for k in (0, 2)
     )
-    twice = _twice_the_area(corner)
-    seen = (np.abs(twice) > 1e-9) & (last > first)
+    twice_area = _twice_the_area(corner)
+    seen = (np.abs(twice_area) > 1e-9) & (last > first)
     corner, value, first, last = corner[seen], value[seen], first[seen], last[seen]
-    dx, dy = _slopes(corner, value, twice[seen])
+    dx, dy = _slopes(corner, value, twice_area[seen])
 
-    # One entry a row of each triangle: from where to where it is covered.
+    # One entry for each row of each triangle: its span of covered columns.
     owner, row = _runs(first, last - first)
     at = row.astype(np.float64) + 0.5
     top, middle, bottom = (corner[owner, k] for k in range(3))
@@ -79,21 +84,21 @@ def cover(triangles: Triangles, width: int, height: int) -> Samples:
     left = np.clip(np.ceil(np.minimum(long, short) - 0.5), 0, width).astype(np.intp)
     right = np.clip(np.ceil(np.maximum(long, short) - 0.5), 0, width).astype(np.intp)
 
-    # What is interpolated is linear over a triangle: its value where a row meets the target's left
-    # edge, and its growth along the row.
+    # Attributes are linear over a triangle: their values where a row meets the target's left edge,
+    # and their slopes along the row.
     span, column = _runs(left, np.maximum(right - left, 0))
     dx = dx[owner]
     begin = value[owner, 0] + dx * (0.5 - top[:, :1]) + dy[owner] * (at - top[:, 1])[:, None]
     offset = (begin + dx * left[:, None]).astype(np.float32)
-    texel = offset[span]
-    texel += dx.astype(np.float32)[span] * (column - left[span]).astype(np.float32)[:, None]
-    return Samples(row[span] * width + column, texel)
+    attributes = offset[span]
+    attributes += dx.astype(np.float32)[span] * (column - left[span]).astype(np.float32)[:, None]
+    return Fragments(row[span] * width + column, attributes)
 
 
 def _runs(
     first: NDArray[np.intp], count: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """For runs of whole numbers, the run of each and the number itself, one run after another."""
+    """Index of its run, and value, of each number in ``count`` consecutive ones from ``first``."""
     run = np.repeat(np.arange(len(first)), count)
     begin = np.cumsum(count) - count
     return run, np.arange(len(run)) + (first - begin)[run]
@@ -102,7 +107,7 @@ def _runs(
 def _crossing(
     upper: NDArray[np.float64], lower: NDArray[np.float64], at: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Where edges (n, 2), given from their upper to their lower end, cross the heights ``at``."""
+    """x at which edges from ``upper`` to ``lower`` ends (n, 2) cross the rows ``at``."""
     fall = lower[:, 1] - upper[:, 1]
     slope = (lower[:, 0] - upper[:, 0]) / np.where(fall > 0, fall, 1.0)
     return np.asarray(upper[:, 0] + (at - upper[:, 1]) * slope)
@@ -114,29 +119,31 @@ def _twice_the_area(corner: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _slopes(
-    corner: NDArray[np.float64], value: NDArray[np.float64], twice: NDArray[np.float64]
+    corner: NDArray[np.float64], value: NDArray[np.float64], twice_area: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Growth (triangles, k) of what is interpolated per px to the right and down."""
+    """Slopes (triangles, k) of the attributes per px to the right and down."""
     one, other = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
     grown, grown_other = value[:, 1] - value[:, 0], value[:, 2] - value[:, 0]
     dx = grown * other[:, 1:] - grown_other * one[:, 1:]
     dy = grown_other * one[:, :1] - grown * other[:, :1]
-    return dx / twice[:, None], dy / twice[:, None]
+    return dx / twice_area[:, None], dy / twice_area[:, None]
 
 
-def look_up(texture: NDArray[np.float32], texel: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Texture (h, w, c) at places (n, 2) between its texels, bilinear: (n, c); 0 outside."""
-    count = len(texel)
+def sample_texture(
+    texture: NDArray[np.float32], position: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Sample a texture (h, w, c) bilinearly at x and y (n, 2 or more): (n, c); 0 outside."""
+    count = len(position)
     rows = -(-count // _ROW)
-    # Of columns an array each: OpenCV rounds maps of pairs to 1/32 px.
+    # An array each for x and y: OpenCV rounds maps of pairs to 1/32 px.
     maps = np.full((2, rows * _ROW), -2.0, np.float32)
-    maps[:, :count] = texel[:, :2].T
+    maps[:, :count] = position[:, :2].T
     x, y = maps.reshape(2, rows, _ROW)
     found = cv2.remap(texture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
     return np.asarray(found, np.float32).reshape(rows * _ROW, -1)[:count]
 
 
-def add_up(
+def accumulate(
     pixel: NDArray[np.intp], light: NDArray[np.float32], width: int, height: int
 ) -> NDArray[np.float32]:
     """Sum of ``light`` (n, c) on each pixel: (height, width, c)."""

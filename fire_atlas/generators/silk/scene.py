@@ -1,4 +1,4 @@
-"""A recipe's silk → sheets, air and intruders in heights and seconds."""
+"""From a recipe to the scene that is simulated: sheets, forces, intruders; heights and seconds."""
 
 import math
 from collections.abc import Sequence
@@ -6,104 +6,114 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fire_atlas.core.chance import Stage, generator
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.generators.silk.air import Air
+from fire_atlas.generators.silk.forces import SheetForces
 from fire_atlas.generators.silk.fuel import Fuel, fuel_of
-from fire_atlas.generators.silk.intruders import Body, stretched
-from fire_atlas.generators.silk.mechanics import longest_step
-from fire_atlas.generators.silk.mesh import Elastic, Model, Placement, build_model
-from fire_atlas.generators.silk.placement import match_flames, placed
-from fire_atlas.recipe.silk import Intruder, SilkSource
+from fire_atlas.generators.silk.intruders import IntruderBody
+from fire_atlas.generators.silk.mechanics import (
+    Elasticity,
+    SheetModel,
+    SheetPlacement,
+    build_model,
+    longest_step,
+)
+from fire_atlas.recipe.silk import Arrangement, Sheet, SilkSource
 from fire_atlas.recipe.wind import Wind
 
-MOST_STEPS = 6000
-"""Most steps a second: more would take minutes."""
+_MAX_STEP_RATE = 6000
+"""Most time steps a second: more would take minutes."""
 
-MOST_NODES = 200_000
-"""Most nodes in all: forces on more would take too much memory."""
+_MAX_NODES = 200_000
+"""Most nodes of all sheets: forces on more would take too much memory."""
 
-MOST_PLACES = 20_000_000
-"""Most places of nodes that are recorded: 240 MB."""
+_MAX_POSITIONS = 20_000_000
+"""Most positions of nodes that are recorded: 240 MB."""
+
+_MATCH_FLAME = 13.0, 20.0
+"""Width and height of the sheets on a burning match, in its radius."""
+
+_GOLDEN_ANGLE = 2.399963
+"""rad: spreads any number of bases evenly over a disc."""
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
-    """Everything that moves the sheets.
+class SilkScene:
+    """What is simulated: the sheets and everything that moves them.
 
     Attributes:
-        fuel: What burns.
+        fuel: The fuel.
         model: The sheets.
-        air: The air around them.
-        bodies: The intruders.
-        rider: (sheets,) which body a sheet rides on, −1 for none.
-        dt: Length of a step, s.
-        steps: Steps a frame.
+        forces: What accelerates them besides their springs and the intruders.
+        intruders: Objects in the flame.
+        attached_to: (sheets,) index of the intruder that carries each sheet, −1 for none.
+        dt: Time step, s.
+        steps: Time steps a frame.
         fps: Frames per second.
     """
 
     fuel: Fuel
-    model: Model
-    air: Air
-    bodies: tuple[Body, ...]
-    rider: tuple[int, ...]
+    model: SheetModel
+    forces: SheetForces
+    intruders: tuple[IntruderBody, ...]
+    attached_to: tuple[int, ...]
     dt: float
     steps: int
     fps: float
 
 
-def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> Scene:
-    """Set up what a recipe describes.
+def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> SilkScene:
+    """Set up the scene that a recipe describes.
 
     Raises:
-        RecipeError: It needs more nodes or more steps than can be done.
+        RecipeError: It needs more nodes or time steps than are allowed.
     """
     fuel = fuel_of(source.fuel, source.pressure, source.oxygen)
-    bodies = tuple(_body(intruder) for intruder in source.intruders)
-    placements = placed(source.sheets, seed)
-    rider = [-1] * len(placements)
-    for i, body in enumerate(bodies):
+    intruders = tuple(IntruderBody.of(intruder) for intruder in source.intruders)
+    placements = _sheet_placements(source.sheets, seed)
+    attached_to = [-1] * len(placements)
+    for i, body in enumerate(intruders):
         if body.is_match:
-            flames = match_flames(body)
+            flames = _match_flames(body)
             placements += flames
-            rider += [i] * len(flames)
+            attached_to += [i] * len(flames)
     nodes = len(placements) * source.rows * source.columns
-    if nodes > MOST_NODES:
+    if nodes > _MAX_NODES:
         raise RecipeError(
             f"source.sheets: {len(placements)} sheets of {source.rows} x {source.columns} are "
-            f"{nodes} nodes; at most {MOST_NODES} can be moved, so "
-            f"{MOST_NODES // (source.rows * source.columns)} sheets of this mesh"
+            f"{nodes} nodes; at most {_MAX_NODES} can be moved, so "
+            f"{_MAX_NODES // (source.rows * source.columns)} sheets of this mesh"
         )
-    model = build_model(
-        placements, source.rows, source.columns, elastic(source, fuel, placements), pinned_rows=2
-    )
-    dt, steps = time_step(source, model, fuel, fps)
+    elasticity = _elasticity(source, fuel, placements)
+    model = build_model(placements, source.rows, source.columns, elasticity, pinned_rows=2)
+    dt, steps = _time_step(source, model, fuel, fps)
     factors = source.lift, source.gravity, source.turbulence
-    air = Air.around(model.rest, fuel, wind, seed, factors)
-    return Scene(fuel, model, air, bodies, tuple(rider), dt, steps, fps)
+    forces = SheetForces.of(model.rest, fuel, wind, seed, factors)
+    return SilkScene(fuel, model, forces, intruders, tuple(attached_to), dt, steps, fps)
 
 
-def refuse_length(scene: Scene, frames: int) -> None:
-    """Refuse more ``frames`` than can be recorded.
+def check_length(scene: SilkScene, frames: int) -> None:
+    """Check that ``frames`` frames can be recorded.
 
     Raises:
-        RecipeError: The sheets have too many nodes for so many.
+        RecipeError: The sheets have too many nodes for that.
     """
     nodes = scene.model.rest[..., 0].size
-    if nodes * frames > MOST_PLACES:
+    if nodes * frames > _MAX_POSITIONS:
         raise RecipeError(
             f"timeline.frames: {frames} frames of {nodes} nodes are more than can be kept in "
-            f"memory; at most {MOST_PLACES // nodes}, or fewer or coarser sheets"
+            f"memory; at most {_MAX_POSITIONS // nodes}, or fewer or coarser sheets"
         )
 
 
-def refuse_jumps(scene: Scene, duration: float) -> None:
-    """Refuse a loop of ``duration`` s in which an intruder does not come back.
+def check_loop(scene: SilkScene, duration: float) -> None:
+    """Check that every intruder ends a loop of ``duration`` s where it began.
 
     Raises:
-        RecipeError: One ends elsewhere than it begins.
+        RecipeError: One would jump.
     """
-    for i, body in enumerate(scene.bodies):
-        if not np.allclose(body.at(0.0), body.at(duration), rtol=0, atol=1e-6):
+    for i, body in enumerate(scene.intruders):
+        if not np.allclose(body.position(0.0), body.position(duration), rtol=0, atol=1e-6):
             raise RecipeError(
                 f"source.intruders.{i}: is elsewhere after {duration:g} s, when the loop begins "
                 f"anew, than at its start, so it would jump; let its keyframes lead it back by "
@@ -111,12 +121,12 @@ def refuse_jumps(scene: Scene, duration: float) -> None:
             )
 
 
-def elastic(source: SilkSource, fuel: Fuel, placements: Sequence[Placement]) -> Elastic:
-    """Springs and masses of the mesh. All sheets are of one silk, as heavy as the mean of them."""
+def _elasticity(source: SilkSource, fuel: Fuel, placements: Sequence[SheetPlacement]) -> Elasticity:
+    """Mass and springs of the nodes of all sheets: those of a sheet of their mean area."""
     area = sum(p.width * p.height for p in placements) / len(placements)
     mass = fuel.mass * source.mass * area / (source.rows * source.columns)
     stiff = source.stiffness
-    return Elastic(
+    return Elasticity(
         mass,
         fuel.structural * stiff * area,
         fuel.shear * stiff * area,
@@ -125,39 +135,68 @@ def elastic(source: SilkSource, fuel: Fuel, placements: Sequence[Placement]) -> 
     )
 
 
-def time_step(source: SilkSource, model: Model, fuel: Fuel, fps: float) -> tuple[float, int]:
-    """Return δt, s, and how many make a frame.
+def _time_step(source: SilkSource, model: SheetModel, fuel: Fuel, fps: float) -> tuple[float, int]:
+    """Return the time step, s, and how many make a frame.
 
     Raises:
-        RecipeError: Springs this stiff, on nodes this light, would need too many.
+        RecipeError: Springs this stiff, on nodes this light, need too many steps.
     """
     longest = longest_step(model, fuel.drag)
     steps = math.ceil(1 / fps / longest)
-    if 1 / longest > MOST_STEPS:
-        # Frequencies go with the root of stiffness over mass.
-        limit = source.stiffness * (MOST_STEPS * longest) ** 2
+    if 1 / longest > _MAX_STEP_RATE:
+        # Frequencies are proportional to the root of stiffness over mass.
+        limit = source.stiffness * (_MAX_STEP_RATE * longest) ** 2
         raise RecipeError(
             f"source.stiffness: {source.stiffness:g} at mass {source.mass:g} and a mesh of "
             f"{source.rows} x {source.columns} would swing so fast that a second takes "
-            f"{1 / longest:.0f} steps; at most {MOST_STEPS} are done, so stiffness can be at most "
-            f"about {limit:.3g} here; heavier or coarser sheets may be stiffer"
+            f"{1 / longest:.0f} steps; at most {_MAX_STEP_RATE} are done, so stiffness can be at "
+            f"most about {limit:.3g} here; heavier or coarser sheets may be stiffer"
         )
     return 1 / fps / steps, steps
 
 
-def _body(intruder: Intruder) -> Body:
-    moments = [(moment.t, moment.at) for moment in intruder.keyframes]
-    if intruder.at is not None:
-        moments = [(0.0, intruder.at)]
-    is_match = intruder.shape == "match"
-    reach = {"sphere": 0.0, "log": intruder.length / 2, "match": intruder.length}[intruder.shape]
-    return Body(
-        times=np.array([t for t, _ in moments]),
-        places=np.array([place for _, place in moments]),
-        axis=stretched(reach, intruder.angle, intruder.tilt),
-        centred=intruder.shape == "log",
-        radius=intruder.radius,
-        strength=intruder.strength,
-        shown=intruder.draw,
-        is_match=is_match,
-    )
+def _sheet_placements(sheets: tuple[Sheet, ...] | Arrangement, seed: int) -> list[SheetPlacement]:
+    """Place the sheets of a recipe. Those of an arrangement differ a little in size and angle."""
+    if not isinstance(sheets, Arrangement):
+        return [SheetPlacement(s.at, s.width, s.height, s.angle) for s in sheets]
+    count = sheets.count
+    chance = generator(seed, Stage.SHEETS)
+    heights = sheets.height * chance.uniform(0.88, 1.0, count)
+    widths = sheets.width * chance.uniform(0.9, 1.08, count)
+    jitter = chance.uniform(-0.5, 0.5, (3, count))
+    placements = []
+    for i in range(count):
+        x, y, angle = _arranged(sheets, i, *(float(value) for value in jitter[:, i]))
+        at = (sheets.at[0] + x, sheets.at[1] + y, sheets.at[2])
+        placements.append(SheetPlacement(at, float(widths[i]), float(heights[i]), angle))
+    return placements
+
+
+def _arranged(
+    sheets: Arrangement, i: int, one: float, two: float, three: float
+) -> tuple[float, float, float]:
+    """x, y and angle, degrees, of sheet ``i``, varied by three random numbers of -0.5..0.5."""
+    count, spread = sheets.count, sheets.spread
+    share = (i + 0.5) / count
+    match sheets.arrangement:
+        case "crossed":
+            radius = spread * math.sqrt(share)
+            turn = i * _GOLDEN_ANGLE
+            angle = 180 * i / count + 60 * three / count  # the first faces the front
+            return radius * math.cos(turn), radius * math.sin(turn), angle
+        case "ring":
+            turn = 2 * math.pi * (share + 0.3 * one / count)
+            # Turned out of the ring: from no side are all seen edge-on.
+            angle = math.degrees(turn) + (125 if i % 2 else 55)
+            return spread * math.cos(turn), spread * math.sin(turn), angle
+        case "line":
+            along = (share - 0.5) * spread + two * spread / (2 * count)
+            return along, 0.3 * sheets.width * one, 40 * three + (25 if i % 2 else -25)
+
+
+def _match_flames(body: IntruderBody) -> list[SheetPlacement]:
+    """Two crossed sheets at the head of a match."""
+    width, height = (body.radius * k for k in _MATCH_FLAME)
+    x, y, z = (float(c) for c in body.positions[0])
+    base = (x, y, z - 0.06 * height)
+    return [SheetPlacement(base, width, height, angle) for angle in (25.0, 115.0)]

@@ -1,4 +1,4 @@
-"""A sequence of images of fire that a sheet plays, at any speed (eq. 17), round and round."""
+"""Animated textures that loop: images of fire, and the motion from each to the next."""
 
 from dataclasses import dataclass
 
@@ -9,15 +9,18 @@ from numpy.typing import NDArray
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane, as_plane
 
+Image = NDArray[np.float32]
+"""(height, width, channels) float32: heat (1 channel) or linear light (3)."""
+
 
 @dataclass(frozen=True, slots=True)
-class Sequence:
-    """N images whose last is followed by the first.
+class TextureLoop:
+    """N images whose last is followed by the first; they can be played at any rate (eq. 17).
 
     Attributes:
         images: (N, height, width, channels) float32: heat (1 channel) or linear light (3).
-        motion: (N, h, w, 2) float32: where what image n shows is in the next one, as far as that
-            can be told: px of an image, x right, y down; on a coarser grid.
+        motion: (N, h, w, 2) float32: displacement of what image n shows to the next one: px of an
+            image, x right, y down; on a coarser grid.
     """
 
     images: NDArray[np.float32]
@@ -27,49 +30,51 @@ class Sequence:
         """N."""
         return len(self.images)
 
-    def at(self, phase: float) -> NDArray[np.float32]:
-        """Image (height, width, channels) at ``phase``, counted in images, whole or not.
+    def image_at(self, phase: float) -> Image:
+        """Image at ``phase``, counted in images.
 
-        In between, both neighbours are moved towards each other before they are blended, so that
-        a tongue moves on instead of fading out here and in there.
+        Between two images both are warped towards each other before they are blended: a tongue
+        moves on instead of fading out in one place and in at another.
         """
         first = int(np.floor(phase))
         share = np.float32(phase - first)
         first %= len(self)
-        here = self.images[first]
+        image = self.images[first]
         if share == 0:
-            return as_plane(here).copy()
-        there = self.images[(first + 1) % len(self)]
-        motion = self.motion_at(first)
-        before = _moved(here, motion, share)
-        after = _moved(there, motion, share - 1)
+            return as_plane(image).copy()
+        following = self.images[(first + 1) % len(self)]
+        motion = self.motion_from(first)
+        before = warp(image, motion * share)
+        after = warp(following, motion * (share - 1))
         blended = cv2.addWeighted(before, float(1 - share), after, float(share), 0.0)
-        image = as_plane(blended).reshape(here.shape)
-        # What moved may have come to the edges, which must stay dark.
-        image[[0, -1]] = 0
-        image[:, [0, -1]] = 0
-        return image
+        blend = as_plane(blended).reshape(image.shape)
+        # What was warped to the edges must not show there.
+        blend[[0, -1]] = 0
+        blend[:, [0, -1]] = 0
+        return blend
 
-    def motion_at(self, n: int) -> NDArray[np.float32]:
-        """Motion (height, width, 2) from image ``n`` to the next, px."""
+    def motion_from(self, n: int) -> NDArray[np.float32]:
+        """Displacement (height, width, 2) from image ``n`` to the next, px."""
         height, width = self.images.shape[1:3]
         return as_plane(cv2.resize(self.motion[n], (width, height), interpolation=cv2.INTER_LINEAR))
 
 
-def _moved(
-    image: NDArray[np.float32], motion: NDArray[np.float32], share: np.float32
-) -> NDArray[np.float32]:
-    """``image`` moved by ``share`` of ``motion``."""
+def warp(
+    image: Image,
+    motion: NDArray[np.float32],
+    interpolation: int = cv2.INTER_LINEAR,
+    border: int = cv2.BORDER_CONSTANT,
+) -> Image:
+    """Displace what an image shows by ``motion`` (height, width, 2), px: x right, y down."""
     height, width = motion.shape[:2]
-    columns = np.arange(width, dtype=np.float32)[None] - motion[..., 0] * share
-    rows = np.arange(height, dtype=np.float32)[:, None] - motion[..., 1] * share
-    return as_plane(
-        cv2.remap(image, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
-    )
+    columns = np.arange(width, dtype=np.float32)[None] - motion[..., 0]
+    rows = np.arange(height, dtype=np.float32)[:, None] - motion[..., 1]
+    warped = cv2.remap(image, columns, rows, interpolation, borderMode=border)
+    return as_plane(warped).reshape(image.shape)
 
 
-def framed(shape: tuple[int, int]) -> Plane:
-    """Weights (height, width) that fade to nothing towards every edge of a sheet."""
+def edge_fade(shape: tuple[int, int]) -> Plane:
+    """Weights (height, width) that fall to 0 towards every edge of a sheet."""
     height, width = shape
     u, v = np.linspace(0, 1, width), np.linspace(0, 1, height)
     across = np.clip((0.5 - np.abs(u - 0.5)) / 0.12, 0, 1)

@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.generators.silk.camera import Camera
-from fire_atlas.generators.silk.produce import Take, produce
-from fire_atlas.generators.silk.render import Film
+from fire_atlas.generators.camera import Camera
+from fire_atlas.generators.settings import GenerationSettings
+from fire_atlas.generators.silk.renderer import SilkRenderer, generate_silk, silk_camera
 from fire_atlas.recipe.silk import SilkSource
+from fire_atlas.recipe.views import Views
 from fire_atlas.recipe.wind import Wind
 
 COARSE: dict[str, Any] = {"rows": 12, "columns": 8, "width": 64, "height": 80}
@@ -20,26 +21,31 @@ def source(**keys: Any) -> SilkSource:
     return SilkSource.model_validate({"kind": "silk", **COARSE, **keys})
 
 
-def film(
+def settings(
+    frames: int, loop: bool, wind: Wind | None = None, seed: int = 3, fps: float = 24.0
+) -> GenerationSettings:
+    return GenerationSettings(seed, wind or Wind(), frames, fps, loop, Views())
+
+
+def fire(
     frames: int = 24, loops: bool = True, wind: dict[str, Any] | None = None, **keys: Any
-) -> Film:
+) -> SilkRenderer:
     blown = Wind.model_validate(wind or {})
-    return produce(Take(source(**keys), blown, seed=3, frames=frames, fps=24.0, loops=loops))
+    return generate_silk(source(**keys), settings(frames, loops, blown))
 
 
 @cache
-def torch() -> Film:
-    return film()
+def torch() -> SilkRenderer:
+    return fire()
 
 
 def camera(azimuth: float = 0.0, elevation: float = 0.0, **keys: Any) -> Camera:
-    made = source(**keys)
-    return Camera(azimuth, elevation, made.width, made.height, made.foot)
+    return silk_camera(source(**keys), azimuth, elevation)
 
 
-def lean(told: NDArray[np.float32], sheets: slice = slice(None)) -> NDArray[np.float64]:
+def lean(recorded: NDArray[np.float32], sheets: slice = slice(None)) -> NDArray[np.float64]:
     """Angle, degrees, of the sheets to the right at half their height, in every frame."""
-    x = told[:, sheets].astype(np.float64)
+    x = recorded[:, sheets].astype(np.float64)
     middle, foot = x[:, :, x.shape[2] // 2], x[:, :, 0]
     away = (middle - foot).mean(axis=(1, 2))
     return np.asarray(np.degrees(np.arctan2(away[:, 0], away[:, 2])))

@@ -1,0 +1,122 @@
+"""Noise that moves: sums of plane waves, and curl noise, whose velocity has no divergence."""
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.pixels import Plane, as_plane
+
+Real = TypeVar("Real", np.float32, np.float64)
+
+
+@dataclass(frozen=True, slots=True)
+class PlaneWaves:
+    """A sum of n travelling plane waves of angle θ = kx x + ky y + omega t + phase.
+
+    Attributes:
+        kx, ky: (n,) wave numbers, rad per unit of length.
+        omega: (n,) angular frequencies, rad per unit of time.
+        phase: (n,) rad.
+        amplitude: (n,).
+    """
+
+    kx: NDArray[np.float64]
+    ky: NDArray[np.float64]
+    omega: NDArray[np.float64]
+    phase: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+
+    def values(self, time: float, x: NDArray[np.float64], y: NDArray[np.float64]) -> Plane:
+        """Σ amplitude sin θ on a grid, (len(y), len(x))."""
+        start = self.phase + self.omega * time
+        rows, columns = _factors(np.outer(self.ky, y) + start[:, None], np.outer(self.kx, x))
+        columns *= np.tile(self.amplitude, 2)[:, None]
+        return as_plane(rows).T @ as_plane(columns)
+
+    def curl(
+        self, time: float, x: NDArray[np.float64], y: NDArray[np.float64]
+    ) -> tuple[Plane, Plane]:
+        """Velocity (∂ψ/∂y, −∂ψ/∂x) of the stream function ψ = −Σ amplitude cos θ.
+
+        Returns:
+            The x and y components on a grid, each (len(y), len(x)).
+        """
+        # Angles below a full turn are exact enough in float32, however late it is.
+        start = np.mod(self.phase + self.omega * time, 2 * np.pi)
+        down = as_plane(np.outer(self.ky, y) + start[:, None])
+        rows, columns = _factors(down, as_plane(np.outer(self.kx, x)))
+        slopes = (as_plane(np.tile(k * self.amplitude, 2))[:, None] for k in (self.ky, -self.kx))
+        both = np.concatenate([rows * slope for slope in slopes], axis=1).T @ columns
+        return both[: len(y)], both[len(y) :]
+
+
+def _factors(down: NDArray[Real], across: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
+    """Split sin(down + across) so that a sum over waves is a product of two matrices.
+
+    Args:
+        down, across: (n, rows) and (n, columns) angles, rad.
+
+    Returns:
+        (2n, rows) and (2n, columns).
+    """
+    rows = np.concatenate([np.sin(down), np.cos(down)])
+    return rows, np.concatenate([np.cos(across), np.sin(across)])
+
+
+def random_wave_vectors(
+    chance: np.random.Generator, count: int, wavelengths: tuple[float, float], unit: float = 1.0
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Draw waves of all directions, their lengths spread evenly on a logarithmic scale.
+
+    Args:
+        chance: Source of random numbers.
+        count: Number of waves, n.
+        wavelengths: Shortest and longest.
+        unit: Length on the grid of one unit of these.
+
+    Returns:
+        Wavelengths, in their own unit, and kx and ky, rad per unit of the grid: each (n,).
+    """
+    shortest, longest = np.log(wavelengths)
+    length = np.exp(chance.uniform(shortest, longest, count))
+    heading = chance.uniform(0, 2 * np.pi, count)
+    number = 2 * np.pi / (length * unit)
+    return length, number * np.cos(heading), number * np.sin(heading)
+
+
+def curl_differences(stream: Plane) -> tuple[Plane, Plane]:
+    """Curl of a stream function sampled on a grid, as differences over two cells.
+
+    Args:
+        stream: (h, w), rows from the top down.
+
+    Returns:
+        (h, w) each: velocity to the right and up, times twice the size of a cell.
+    """
+    padded = cv2.copyMakeBorder(stream, 1, 1, 1, 1, cv2.BORDER_REPLICATE)
+    right = padded[:-2, 1:-1] - padded[2:, 1:-1]
+    return as_plane(right), as_plane(padded[1:-1, :-2] - padded[1:-1, 2:])
+
+
+class BlurredCurlNoise:
+    """Curl of blurred white noise that changes smoothly with time."""
+
+    def __init__(self, chance: np.random.Generator, shape: tuple[int, int], sigma: float) -> None:
+        """Draw noise of ``shape`` (h, w) to be blurred by a Gaussian of ``sigma`` px."""
+        self._noise = chance.normal(0, 1, (4, *shape)).astype(np.float32)
+        self._frequency = chance.uniform(0.10, 0.35, 2)
+        self._sigma = sigma
+
+    def at(self, time: float) -> NDArray[np.float32]:
+        """Velocity (h, w, 2), x right and y down, of rms length 1."""
+        a, b = (2 * np.pi * frequency * time for frequency in self._frequency)
+        weights = np.cos(a), np.sin(a), np.cos(b), np.sin(b)
+        stream = sum(np.float32(w) * noise for w, noise in zip(weights, self._noise, strict=True))
+        stream = cv2.GaussianBlur(np.asarray(stream, np.float32), (0, 0), self._sigma)
+        velocity = np.dstack(
+            [cv2.Sobel(stream, cv2.CV_32F, 0, 1), -cv2.Sobel(stream, cv2.CV_32F, 1, 0)]
+        )
+        return as_plane(velocity / max(float(np.sqrt((velocity**2).sum(axis=-1).mean())), 1e-9))

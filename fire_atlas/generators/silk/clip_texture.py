@@ -1,0 +1,230 @@
+"""Textures from a clip of fire: its fire is keyed, set upright and looped.
+
+A key, not the segmentation of ``effect.flame``: that one finds where a flame may tear in a picture
+that stays whole, this one needs the light of the fire alone, without the scene behind it, however
+dim it is.
+"""
+
+from itertools import islice
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.easing import smooth_step
+from fire_atlas.core.errors import SourceError
+from fire_atlas.core.pixels import REC709, Pixels, Plane, as_plane, unpremultiply
+from fire_atlas.generators.silk.motion_synthesis import (
+    SeedImages,
+    most_probable_motion,
+    smooth_motion,
+    synthesise_images,
+)
+from fire_atlas.generators.silk.texture import Image, TextureLoop, edge_fade
+from fire_atlas.vision.sampling import evenly_spread
+
+_SAMPLES = 12
+"""Frames, evenly spread, from which the key is made; and starts that are tried for a loop."""
+
+_MIN_AREA = 0.002
+"""A clip whose flame covers less than this part of the frame holds no fire."""
+
+_FILL_WIDTH, _FILL_HEIGHT = 0.84, 0.9
+"""Part of a sheet's width and height that the fire takes."""
+
+_MAX_DISPLACEMENT = 0.05
+"""Largest displacement from image to image, image heights."""
+
+_OVERLAP = 3
+"""Images over which the end of a loop is blended into its beginning."""
+
+
+def cut_texture(clip: Clip, count: int, shape: tuple[int, int], name: str) -> TextureLoop:
+    """Cut a loop of ``count`` consecutive images from a clip, where it closes best.
+
+    Args:
+        clip: A clip of fire.
+        count: Number of images.
+        shape: (height, width) of an image, px.
+        name: Of the clip, for messages.
+
+    Raises:
+        SourceError: The clip holds no fire, or too few frames.
+    """
+    extra = min(_OVERLAP, count // 3)
+    if clip.count < count + extra:
+        raise SourceError(
+            f"{name}: has {clip.count} frames, but source.texture.images: {count} needs "
+            f"{count + extra}; ask for at most {max(clip.count - _OVERLAP, 4)}, or for "
+            f"synthesis: motion"
+        )
+    key = _FireKey(clip, name)
+    start = _best_start(clip, count)
+    images = [key.upright_image(i, shape) for i in range(start, start + count + extra)]
+    return _close_loop(images, count)
+
+
+def synthesise_from_clip(
+    clip: Clip,
+    seeds: tuple[int, int],
+    count: int,
+    shape: tuple[int, int],
+    name: str,
+    seed: int,
+    energy: float,
+) -> TextureLoop:
+    """Synthesise a loop of ``count`` images from the frames ``seeds`` of a clip (Appendix B).
+
+    ``seed`` and ``energy`` are those of ``synthesise_images``, the rest of ``cut_texture``.
+
+    Raises:
+        SourceError: The clip holds no fire, or not these frames.
+    """
+    if max(seeds) >= clip.count or seeds[0] == seeds[1]:
+        raise SourceError(
+            f"{name}: seeds {list(seeds)} must be two different frames of 0 to {clip.count - 1}"
+        )
+    key = _FireKey(clip, name)
+    one, other = (key.upright_image(i, shape) for i in seeds)
+    extra = min(_OVERLAP, count // 3)
+    images = synthesise_images(SeedImages(one, other, _search_radius(shape)), seed, energy)
+    return _close_loop(list(islice(images, 4, 4 + count + extra)), count)
+
+
+class _FireKey:
+    """Keys the fire of a clip: what is brighter than the background, bright, warm and moving."""
+
+    def __init__(self, clip: Clip, name: str) -> None:
+        self._clip = clip
+        samples = [clip.read(i) for i in evenly_spread(0, clip.count - 1, _SAMPLES)]
+        self._background: Plane | None = None
+        if clip.matte == "none":
+            self._background = _background([_luminance(sample[..., :3]) for sample in samples])
+        lights = [_luminance(self._fire(sample)) for sample in samples]
+        peak = np.maximum.reduce(lights)
+        self._threshold = 0.12 * float(np.quantile(peak, 0.998))
+        lit = peak - np.minimum.reduce(lights) > self._threshold
+        warm = np.mean([_warm_share(sample[lit]) for sample in samples])
+        if self._threshold < 2e-3 or lit.mean() < _MIN_AREA or warm < 0.3:
+            raise SourceError(
+                f"{name}: shows no fire: nothing in it is bright, warm and moves; "
+                f"source.texture.path needs a clip of fire"
+            )
+        excess = [np.maximum(light - self._threshold, 0) for light in lights]
+        self._box = _bounding_box(np.add.reduce(excess))
+
+    def _fire(self, frame: Pixels) -> NDArray[np.float32]:
+        """Light (H, W, 3) of a frame where it is brighter than the background."""
+        light = frame[..., :3]
+        if self._background is None:
+            return light
+        excess = _luminance(light) - 1.3 * self._background
+        share = np.clip(excess / (0.7 * self._background + 1e-3), 0, 1)
+        return np.asarray(light * share[..., None], np.float32)
+
+    def upright_image(self, i: int, shape: tuple[int, int]) -> Image:
+        """Frame ``i`` as an image for a sheet: its fire alone, with a straight middle line."""
+        light = self._fire(self._clip.read(i))
+        opacity = as_plane(np.clip(_luminance(light) / self._threshold - 0.5, 0, 1))
+        light = light * opacity[..., None]
+        left, top, right, bottom = self._box
+        height, width = shape
+        middle = _middle_line(_luminance(light), (left + right) / 2)
+        v = (np.arange(height) + 0.5) / height
+        rows = bottom - (bottom - top) * (1 - v - 0.05) / _FILL_HEIGHT
+        across = ((np.arange(width) + 0.5) / width - 0.5) * (right - left) / _FILL_WIDTH
+        columns = np.interp(rows, np.arange(len(middle)), middle)[:, None] + across[None]
+        rows = np.broadcast_to(rows[:, None], columns.shape)
+        upright = cv2.remap(
+            light, as_plane(columns), as_plane(rows), cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_CONSTANT,
+        )  # fmt: skip
+        # A clip was exposed when it was filmed; the sheets are exposed again when they are drawn.
+        unexposed = -np.log1p(-np.clip(as_plane(upright), 0.0, 0.97))
+        return as_plane(unexposed * _flame_fade(shape)[..., None])
+
+
+def _background(luminances: list[Plane]) -> Plane:
+    """Luminance of the scene behind the fire: the least of every px, but for the fire's core."""
+    least, peak = np.minimum.reduce(luminances), np.maximum.reduce(luminances)
+    # What never goes dark but is as bright as only fire is, is its core.
+    core = np.clip(least / max(0.35 * float(np.quantile(peak, 0.995)), 1e-6) - 1, 0, 1)
+    return as_plane(least * (1 - core))
+
+
+def _flame_fade(shape: tuple[int, int]) -> Plane:
+    """Weights (height, width) with soft sides and a round foot: a clip may be cut off straight."""
+    height, width = shape
+    u = np.abs((np.arange(width) + 0.5) / width - 0.5) * 2
+    v = 1 - (np.arange(height) + 0.5) / height
+    side = smooth_step((1 - u) / 0.35)
+    foot = np.clip((v[:, None] - 0.09 * u[None] ** 2) / 0.07, 0, 1)
+    return as_plane(edge_fade(shape) * side[None] * foot)
+
+
+def _luminance(light: NDArray[np.float32]) -> Plane:
+    return as_plane(cv2.transform(np.ascontiguousarray(light), REC709[None]))
+
+
+def _warm_share(pixels: NDArray[np.float32]) -> float:
+    """Share of pixels (n, 4) that are redder than blue, or white-hot."""
+    if not len(pixels):
+        return 0.0
+    colour = unpremultiply(pixels[None])[0]
+    return float(np.mean((colour[:, 0] > 1.15 * colour[:, 2]) | (colour.min(axis=1) > 0.8)))
+
+
+def _bounding_box(light: Plane) -> tuple[float, float, float, float]:
+    """Left, top, right and bottom, px, of all but a hundredth of the light."""
+
+    def extent(profile: NDArray[np.float32]) -> tuple[float, float]:
+        summed = np.cumsum(profile, dtype=np.float64)
+        first, last = np.searchsorted(summed, summed[-1] * np.array([0.004, 0.996]))
+        return float(first), float(last) + 1
+
+    (left, right), (top, bottom) = extent(light.sum(axis=0)), extent(light.sum(axis=1))
+    return left, top, right, bottom
+
+
+def _middle_line(light: Plane, fallback: float) -> NDArray[np.float64]:
+    """Column of the fire's centre of light in every row; where there is little, ``fallback``."""
+    columns = np.arange(light.shape[1]) + 0.5
+    weight = light.sum(axis=1).astype(np.float64)
+    prior = 0.05 * max(float(weight.max()), 1e-9)
+    middle = ((light * columns).sum(axis=1) + prior * fallback) / (weight + prior)
+    # Smooth: only the lean of the whole is taken out, not the curves of its tongues.
+    smooth = cv2.GaussianBlur(middle[:, None], (1, 0), sigmaX=1, sigmaY=len(middle) / 10)
+    return np.asarray(smooth[:, 0], np.float64)
+
+
+def _best_start(clip: Clip, count: int) -> int:
+    """First of ``count`` frames whose successor looks most like it."""
+    last = clip.count - count - min(_OVERLAP, count // 3)
+
+    def seam(i: int) -> float:
+        first, successor = (
+            cv2.resize(clip.read(n), (48, 48), interpolation=cv2.INTER_AREA) for n in (i, i + count)
+        )
+        return float(np.mean((first - successor) ** 2))
+
+    return min(evenly_spread(0, last, _SAMPLES), key=seam)
+
+
+def _search_radius(shape: tuple[int, int]) -> int:
+    return min(max(round(_MAX_DISPLACEMENT * shape[0]), 3), 9)
+
+
+def _close_loop(images: list[Image], count: int) -> TextureLoop:
+    """The first ``count`` images, with those after them blended into their beginning."""
+    extra = len(images) - count
+    loop = images[:count]
+    for i in range(extra):
+        share = np.float32((i + 1) / (extra + 1))
+        loop[i] = images[i] * share + images[count + i] * (1 - share)
+    radius = _search_radius(loop[0].shape[:2])
+    motion = [
+        smooth_motion(most_probable_motion(loop[n], loop[(n + 1) % count], radius))
+        for n in range(count)
+    ]
+    return TextureLoop(np.stack(loop), as_plane(np.stack(motion)))

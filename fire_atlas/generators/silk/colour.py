@@ -1,0 +1,157 @@
+"""From heat to light: the colours of a fuel, or of a black body, and the exposure of a camera."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.pixels import Plane, srgb_to_linear
+from fire_atlas.generators.silk.fuel import Fuel
+from fire_atlas.generators.silk.texture import Image
+
+_HEAT = np.linspace(0.0, 1.25, 512)
+"""Heats for which light is tabulated."""
+
+_LOWEST = 900.0
+"""Temperature of the faintest visible flame, K."""
+
+_SHADES = 24
+"""Number of black bodies tabulated, from the slowest sheet to the fastest."""
+
+_SHADE_RANGE = 0.15
+"""Relative difference in temperature between a sheet of the fuel's own speed and the fastest."""
+
+_OPACITY_EXPONENTS = np.array([1.0, 1.7, 3.0])
+"""For red, green and blue of a warm fire: thin fire is dimmer and nearer to its coolest colour."""
+
+_BLUE = "#3050ff"
+_BLUE_HEIGHT, _SOOT_HEIGHT = 0.1, 0.26
+"""Height of the blue foot, and up to which a flame with one is darker, as soot has yet to form:
+sheet heights."""
+
+# CIE 1931 colour matching functions as sums of half-Gaussians (Wyman, Sloan & Shirley 2013):
+# height, wavelength (nm), 1/width below and above it.
+_X = (
+    (1.056, 599.8, 0.0264, 0.0323),
+    (0.362, 442.0, 0.0624, 0.0374),
+    (-0.065, 501.1, 0.0490, 0.0382),
+)
+_Y = ((0.821, 568.8, 0.0213, 0.0247), (0.286, 530.9, 0.0613, 0.0322))
+_Z = ((1.217, 437.0, 0.0845, 0.0278), (0.681, 459.0, 0.0385, 0.0725))
+
+_SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
+"""From XYZ to linear sRGB (IEC 61966-2-1)."""
+
+_PLANCK = 1.438777e7
+"""hc/k, nm K."""
+
+
+def blackbody(kelvin: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Linear sRGB (n, 3) of black bodies, the brightest channel 1, by Planck's law (eq. 16).
+
+    B(λ) ∝ λ⁻⁵ / (exp(hc/λkT) − 1); in print, eq. 16 lacks the inverse.
+    """
+    wave = np.arange(380.0, 781.0, 5.0)
+    glow = wave**-5 / np.expm1(_PLANCK / (wave * np.asarray(kelvin, np.float64)[:, None]))
+    seen = [
+        sum(h * np.exp(-0.5 * ((wave - m) * np.where(wave < m, a, b)) ** 2) for h, m, a, b in lobes)
+        for lobes in (_X, _Y, _Z)
+    ]
+    xyz = np.einsum("nw,cw->nc", glow, np.stack(seen))
+    rgb = np.maximum(np.einsum("nc,rc->nr", xyz, _SRGB), 0.0)
+    return np.asarray(rgb / rgb.max(axis=1, keepdims=True))
+
+
+def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:
+    """HDR light as a camera shows it, 0..1: channel by channel, so that the brightest turns from
+    orange over yellow to white."""
+    return np.asarray(-np.expm1(-light), np.float32)
+
+
+@dataclass(frozen=True, slots=True)
+class ColourMap:
+    """Converts images of heat to light, and scales images of light.
+
+    Attributes:
+        tables: (shades, 512, 3) light by heat: one shade, or several from slow to fast sheets.
+        reference_speed: v_rms of a sheet at the middle of the shades, heights/s.
+        gain: Factor for images that are light already.
+        opacity_exponents: (3,) for red, green and blue: exponents of a sheet's opacity.
+        blue: (3,) light of the blue foot.
+    """
+
+    tables: NDArray[np.float32]
+    reference_speed: float
+    gain: float
+    opacity_exponents: NDArray[np.float64]
+    blue: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, fuel: Fuel, grading: str, gain: float) -> Self:
+        """Return the map of a fuel whose light is multiplied by ``gain``.
+
+        ``grading`` is ``fuel`` (its own colours) or ``blackbody``.
+        """
+        exponents = _OPACITY_EXPONENTS
+        if grading == "blackbody":
+            temperatures = fuel.temperature * (1 + _SHADE_RANGE * np.linspace(-1, 1, _SHADES))
+            colours = [_blackbody_colours(kelvin) for kelvin in temperatures]
+        else:
+            stops = _linear_of_hex(fuel.ramp)
+            colours = [_ramp_colours(stops, fuel.ramp_end)]
+            # Red fire thins to red, blue fire to blue.
+            exponents = exponents if stops[0, 0] > stops[0, 2] else exponents[::-1]
+        light = (fuel.brightness * gain * _HEAT**fuel.contrast)[:, None]
+        tables = np.stack([(each * light).astype(np.float32) for each in colours])
+        blue = _linear_of_hex([_BLUE])[0] * np.float32(fuel.blue_light * gain)
+        return cls(tables, fuel.reference_speed, gain, exponents, blue)
+
+    def light(self, image: Image, v_rms: float) -> NDArray[np.float32]:
+        """Light (height, width, 3) of an image on a sheet whose nodes move at ``v_rms``."""
+        if image.shape[2] == 3:
+            return image * np.float32(self.gain)
+        heat = image[..., 0]
+        light = _look_up(heat, self.tables[self._shade(v_rms)])
+        if not self.blue.any():
+            return light
+        height = len(heat)
+        up = ((height - np.arange(height, dtype=np.float32)) / height)[:, None, None]
+        foot, soot = np.exp(-((up / _BLUE_HEIGHT) ** 2)), 1 - np.exp(-((up / _SOOT_HEIGHT) ** 2))
+        return np.asarray(light * soot + heat[..., None] * foot * self.blue, np.float32)
+
+    def _shade(self, v_rms: float) -> int:
+        """Index of a sheet's table: its temperature grows with v_rms² (eq. 20), up to a limit."""
+        energy = (v_rms / self.reference_speed) ** 2
+        return round((len(self.tables) - 1) * energy / (1 + energy))
+
+
+def _linear_of_hex(colours: Sequence[str]) -> NDArray[np.float32]:
+    """Linear light (n, 3) of sRGB colours like ``#ff8000``."""
+    values = [[int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)] for colour in colours]
+    return srgb_to_linear(np.array(values))
+
+
+def _ramp_colours(stops: NDArray[np.float32], end: float) -> NDArray[np.float64]:
+    """Linear colour (512, 3) of each of ``_HEAT`` along a ramp of evenly spaced ``stops`` (n, 3).
+
+    A heat of 1 is at the position ``end`` of the ramp, 0..1.
+    """
+    at = np.linspace(0.0, 1.0, len(stops))
+    channels = stops.astype(np.float64).T
+    return np.stack([np.interp(_HEAT * end, at, channel) for channel in channels], axis=1)
+
+
+def _blackbody_colours(hottest: float) -> NDArray[np.float64]:
+    """Linear colour (512, 3) of each of ``_HEAT``, as a black body of up to ``hottest`` K."""
+    return blackbody(_LOWEST + (hottest - _LOWEST) * np.minimum(_HEAT, 1.25) ** 0.7)
+
+
+def _look_up(heat: Plane, table: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Light (height, width, 3) of ``heat``, interpolated between the entries of a table."""
+    at = np.clip(heat, 0.0, float(_HEAT[-1])) * np.float32((len(_HEAT) - 1) / _HEAT[-1])
+    below = np.minimum(at.astype(np.intp), len(_HEAT) - 2)
+    share = (at - below.astype(np.float32))[..., None]
+    low = table[below]
+    return np.asarray(low + (table[below + 1] - low) * share, np.float32)

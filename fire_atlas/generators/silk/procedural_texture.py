@@ -1,0 +1,212 @@
+"""Procedural fire textures: fuel that burns down while a periodic flow carries it up.
+
+The flow is not solved for but composed: gas that speeds up as it rises, air drawn in towards the
+middle, and eddies that rise more slowly than the gas. It repeats after N images, and all fuel burns
+out in less than that, so the images loop. Fuel burns down at a constant rate; where none is left a
+tongue of flame ends, so its tip is sharp.
+
+Units: sheet heights and images; u to the right, 0 in the middle of the sheet; v up from its base.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.noise import PlaneWaves, curl_differences, random_wave_vectors
+from fire_atlas.core.pixels import Plane, as_plane
+from fire_atlas.generators.silk.fuel import Burner
+from fire_atlas.generators.silk.texture import TextureLoop, edge_fade
+
+_EDDIES = 48
+"""Number of waves summed for the eddies."""
+
+_WAVELENGTHS = (0.07, 0.5)
+"""Shortest and longest eddy, sheet heights."""
+
+_EDDY_RISE = 0.62
+"""Speed at which eddies rise, relative to the gas."""
+
+_STEPS = 3
+"""Time steps an image."""
+
+_SUPPLY_WAVES = 12
+"""Number of waves summed for the variation of the fuel along the burner."""
+
+_INLET_HEIGHT, _INLET_CURVE, _INLET_DEPTH = 0.07, 0.10, 0.035
+"""Height of the fuel inlet in its middle, how much higher its sides are, and its depth: sheet
+heights."""
+
+_MOTION_CELL = 2
+"""Texture px to a cell of the recorded motion, which is smooth."""
+
+
+def synthesise_texture(
+    burner: Burner, images: int, shape: tuple[int, int], aspect: float, seed: int, index: int
+) -> TextureLoop:
+    """Synthesise a loop of images of fire.
+
+    Args:
+        burner: Constants of the fire.
+        images: N, the number of images in the loop.
+        shape: (height, width) of an image, px.
+        aspect: Width of the sheet, sheet heights.
+        seed: Of the build.
+        index: Of several textures; each shows another fire.
+
+    Returns:
+        One channel: heat, 0..1.25, 0 on every edge.
+    """
+    height, width = shape
+    v = 1 - (np.arange(height) + 0.5) / height
+    u = ((np.arange(width) + 0.5) / width - 0.5) * aspect
+    chance = generator(seed, Stage.PLUME, index)
+    flow = _GasFlow(burner, _random_eddies(chance, burner, images), u, v)
+    inlet = _FuelInlet(burner, _random_supply(chance, burner, images), u, v, aspect)
+    advection = _Advection(shape, inlet.distance(), height / _STEPS)
+    burnt = np.float32(burner.gas_speed / burner.flame_height / _STEPS)
+    fuel = np.zeros(shape, np.float32)
+    heat = np.empty((images, height, width), np.float32)
+    motion = np.empty((images, *advection.coarse_shape, 2), np.float32)
+    warm_up = int(2.2 * burner.flame_height / burner.gas_speed) + 1
+    for step in range(-warm_up * _STEPS, images * _STEPS):
+        n, part = divmod(step, _STEPS)
+        right, up = flow.velocity(step / _STEPS)
+        if n >= 0:
+            if part == 0:
+                heat[n] = fuel
+                advection.restart()
+            advection.follow(right, up)
+            if part == _STEPS - 1:
+                motion[n] = advection.displacement()
+        fuel = as_plane(np.maximum(advection.advect(fuel, right, up) - burnt, 0.0))
+        fuel = inlet.replenish(fuel, step / _STEPS)
+    heat = np.clip(heat, 0.0, 1.25) * edge_fade(shape)
+    return TextureLoop(heat[..., None], motion)
+
+
+class _FuelInlet:
+    """Where fuel enters: a curved strip at the foot, supplied unevenly along its width."""
+
+    def __init__(
+        self,
+        burner: Burner,
+        supply: PlaneWaves,
+        u: NDArray[np.float64],
+        v: NDArray[np.float64],
+        aspect: float,
+    ) -> None:
+        across = np.abs(u) / (aspect * burner.width / 2)
+        # At the sides of the burner, where this is 1, the inlet is higher.
+        inlet = _INLET_HEIGHT + _INLET_CURVE * np.minimum(across, 1.2)[None] ** 2
+        self._above = v[:, None] - inlet
+        depth = np.where(self._above > 0, _INLET_DEPTH, 0.6 * _INLET_DEPTH)
+        self._mask = as_plane(0.95 * np.exp(-((self._above / depth) ** 2)))
+        self._profile = np.clip(1 - across**2, 0, None) ** 0.75
+        self._supply, self._flicker, self._u = supply, burner.flicker, u
+
+    def replenish(self, fuel: Plane, time: float) -> Plane:
+        """``fuel`` with what enters at ``time``."""
+        variation = self._supply.values(time, self._u, np.zeros(1))
+        supply = as_plane(self._profile * np.clip(1 + self._flicker * variation, 0, 1.3))
+        return as_plane(fuel + np.maximum(supply - fuel, 0.0) * self._mask)
+
+    def distance(self) -> Plane:
+        """0 (at and below the inlet) to 1 (three depths above it) for every px."""
+        return as_plane(np.clip(self._above / (3 * _INLET_DEPTH), 0.0, 1.0))
+
+
+class _Advection:
+    """Advects an image along a flow, and follows the px of one image to the next."""
+
+    def __init__(self, shape: tuple[int, int], weight: Plane, px: float) -> None:
+        """Take the image's ``shape``, the ``weight`` of each px's displacement, and the px that a
+        velocity of 1 covers in a time step."""
+        height, width = shape
+        columns, rows = np.meshgrid(np.arange(width), np.arange(height))
+        self._columns, self._rows = as_plane(columns), as_plane(rows)
+        self._weight, self._px = weight, np.float32(px)
+        self._x, self._y = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+        self.coarse_shape = -(-height // _MOTION_CELL), -(-width // _MOTION_CELL)
+
+    def restart(self) -> None:
+        """Follow all px from their own positions."""
+        self._x[:], self._y[:] = 0, 0
+
+    def follow(self, right: Plane, up: Plane) -> None:
+        """Move the followed points by a time step of the flow."""
+        at = self._columns + self._x, self._rows + self._y
+        edge = cv2.BORDER_REPLICATE
+        self._x += cv2.remap(right, *at, cv2.INTER_LINEAR, borderMode=edge) * self._px
+        self._y -= cv2.remap(up, *at, cv2.INTER_LINEAR, borderMode=edge) * self._px
+
+    def displacement(self) -> NDArray[np.float32]:
+        """Displacement of the followed points, px, on a coarser grid (h, w, 2)."""
+        size = self.coarse_shape[1], self.coarse_shape[0]
+        coarse = [
+            cv2.resize(moved * self._weight, size, interpolation=cv2.INTER_AREA)
+            for moved in (self._x, self._y)
+        ]
+        return as_plane(np.dstack(coarse))
+
+    def advect(self, fuel: Plane, right: Plane, up: Plane) -> Plane:
+        """``fuel`` after a time step of the flow (semi-Lagrangian)."""
+        columns, rows = self._columns - right * self._px, self._rows + up * self._px
+        return as_plane(
+            cv2.remap(fuel, columns, rows, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT)
+        )
+
+
+class _GasFlow:
+    """Velocity of the gas, sheet heights an image."""
+
+    def __init__(
+        self, burner: Burner, eddies: PlaneWaves, u: NDArray[np.float64], v: NDArray[np.float64]
+    ) -> None:
+        self._eddies, self._u, self._v = eddies, u, v
+        gas, spacing = burner.gas_speed, v[0] - v[1]
+        # Eddies grow with height: a flame is smooth at its foot.
+        self._growth = as_plane(np.clip(1.7 * v + 0.08, 0.0, 1.0)[:, None])
+        self._gain = np.float32(burner.eddy_strength * gas / (2 * spacing))
+        speed = gas * (0.4 + 0.85 * np.sqrt(v))
+        self._up = as_plane(np.repeat(speed[:, None], len(u), axis=1))
+        inward = burner.entrainment * gas * np.clip(1.2 - np.abs(v - 0.25), 0.3, 1.0)
+        if burner.widening_height > 0:
+            above = (v - burner.widening_height) / (0.5 * burner.widening_height)
+            inward *= np.clip(above, -1.4, 1.0)
+        self._right = as_plane(-u[None] * inward[:, None])
+
+    def velocity(self, time: float) -> tuple[Plane, Plane]:
+        """(right, up), each (height, width), at ``time``: the steady flow and the eddies."""
+        stream = self._eddies.values(time, self._u, self._v) * self._growth
+        right, up = curl_differences(stream)
+        return right * self._gain + self._right, up * self._gain + self._up
+
+
+def _random_eddies(chance: np.random.Generator, burner: Burner, images: int) -> PlaneWaves:
+    """Stream function of the eddies, whose velocity has an rms of 1."""
+    length, ku, kv = random_wave_vectors(chance, _EDDIES, _WAVELENGTHS)
+    relative = chance.normal(0, 0.8, _EDDIES) * burner.gas_speed / length
+    amplitude = length**1.45
+    amplitude /= np.sqrt(((amplitude * (2 * np.pi / length)) ** 2).sum() / 2)
+    omega = _periodic(relative - kv * _EDDY_RISE * burner.gas_speed, images)
+    return PlaneWaves(ku, kv, omega, chance.uniform(0, 2 * np.pi, _EDDIES), amplitude)
+
+
+def _random_supply(chance: np.random.Generator, burner: Burner, images: int) -> PlaneWaves:
+    """Variation of the fuel along the burner: rms 1, slow compared with the gas."""
+    length = burner.tongue_width * np.exp(chance.uniform(np.log(0.7), np.log(4.0), _SUPPLY_WAVES))
+    omega = chance.normal(0, 1.0, _SUPPLY_WAVES) * burner.gas_speed / burner.flame_height
+    return PlaneWaves(
+        2 * np.pi / length * chance.choice([-1.0, 1.0], _SUPPLY_WAVES),
+        np.zeros(_SUPPLY_WAVES),
+        _periodic(omega * 2 * np.pi * 0.8, images),
+        chance.uniform(0, 2 * np.pi, _SUPPLY_WAVES),
+        np.full(_SUPPLY_WAVES, np.sqrt(2 / _SUPPLY_WAVES)),
+    )
+
+
+def _periodic(omega: NDArray[np.float64], images: int) -> NDArray[np.float64]:
+    """The nearest angular frequencies that are periodic in ``images``."""
+    fundamental = 2 * np.pi / images
+    return np.rint(omega / fundamental) * fundamental

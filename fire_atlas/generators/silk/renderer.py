@@ -1,0 +1,246 @@
+"""Draw frames of the simulated sheets for any camera: light that adds up, and its motion."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.easing import smooth_step
+from fire_atlas.core.pixels import Pixels, Plane, as_plane
+from fire_atlas.generators.camera import Camera
+from fire_atlas.generators.settings import GenerationSettings
+from fire_atlas.generators.silk import raster
+from fire_atlas.generators.silk.colour import expose
+from fire_atlas.generators.silk.intruders import IntruderBuffers, draw_intruders
+from fire_atlas.generators.silk.mechanics import lengths, normals
+from fire_atlas.generators.silk.scene import SilkScene, build_scene, check_length, check_loop
+from fire_atlas.generators.silk.sheet_textures import SheetTextures, cull_dark, make_textures
+from fire_atlas.generators.silk.simulation import Recording, simulate
+from fire_atlas.recipe.silk import SilkSource
+
+_FINER = 2
+"""Samples to a px along each axis."""
+
+_BATCH = 16
+"""Sheets drawn at once: memory does not grow with their number."""
+
+_EDGE_ON, _FACE_ON = 0.3, 0.55
+"""Cosine between a sheet's normal and the line of sight at which it vanishes, and how much more
+it takes until it is fully visible."""
+
+_MIN_COSINE = 0.25
+"""Cosine of the elevation below which upright sheets fade all the same."""
+
+_DARK = 1e-4
+"""Weight of light up to which a px has no motion."""
+
+
+@dataclass(frozen=True, slots=True)
+class SilkFrame:
+    """A drawn frame.
+
+    Attributes:
+        light: (height, width, 3) linear, 0..1.
+        coverage: (height, width) 0..1, the part of each px that opaque intruders cover.
+    """
+
+    light: NDArray[np.float32]
+    coverage: Plane
+
+
+@dataclass(frozen=True, slots=True)
+class SilkRenderer:
+    """A recorded fire that can be drawn from any side; safe to use from several threads.
+
+    Attributes:
+        scene: What was simulated.
+        recording: The simulated sheets.
+        textures: What the sheets show.
+        frames: Number of frames.
+        loops: Whether the first follows the last.
+    """
+
+    scene: SilkScene
+    recording: Recording
+    textures: SheetTextures
+    frames: int
+    loops: bool
+
+    def draw(self, i: int, camera: Camera) -> SilkFrame:
+        """Draw frame ``i`` as ``camera`` sees it. In a loop, frame ``frames`` equals frame 0."""
+        width, height = camera.width * _FINER, camera.height * _FINER
+        intruders = draw_intruders(self.scene.intruders, i / self.scene.fps, camera, _FINER)
+        light = np.zeros((height, width, 3), np.float32)
+        for sheets in self._batches():
+            self._add_light(light, i, sheets, camera, intruders)
+        size = camera.width, camera.height
+        if intruders.is_empty:
+            coverage = np.zeros(size[::-1], np.float32)
+        else:
+            centre = self._light_centre(i, camera) * (_FINER, _FINER, 1)
+            light += intruders.lit_by(light, centre)
+            coverage = as_plane(cv2.resize(intruders.coverage, size, interpolation=cv2.INTER_AREA))
+        light = as_plane(cv2.resize(light, size, interpolation=cv2.INTER_AREA))
+        return SilkFrame(expose(light), coverage)
+
+    def motion(self, i: int, camera: Camera) -> NDArray[np.float32]:
+        """Velocity (height, width, 2) of what frame ``i`` shows, px/s.
+
+        That of the sheets, and of the fire on them. Where several are behind each other, their
+        mean by brightness; where nothing burns, 0.
+        """
+        width, height = camera.width, camera.height
+        total = np.zeros((height, width, 3), np.float32)
+        for sheets in self._batches():
+            position, opacity = self.project_nodes(i, sheets, camera)
+            velocity = camera.project_vectors(self._velocity(i)[sheets])[..., :2]
+            texel = self.textures.texel_grid(sheets, *position.shape[1:3])
+            # Px of the frame to a texel, along the texture's x and y.
+            along, down = np.gradient(position, axis=2), np.gradient(position, axis=1)
+            steps = np.gradient(texel[..., 0], axis=2), np.gradient(texel[..., 1], axis=1)
+            tangents = along / steps[0][..., None], down / steps[1][..., None]
+            attributes = np.concatenate([texel, opacity[..., None], velocity, *tangents], axis=-1)
+            triangles = raster.mesh_triangles(position, attributes)
+            fragments = raster.rasterise(triangles, width, height)
+            a = fragments.attributes
+            found = raster.sample_texture(self.textures.motion(i, sheets), a)
+            weight = found[:, 0] * a[:, 2]
+            moved = a[:, 3:5] + a[:, 5:7] * found[:, 1:2] + a[:, 7:9] * found[:, 2:3]
+            weighted = np.concatenate([weight[:, None], moved * weight[:, None]], axis=1)
+            total += raster.accumulate(fragments.pixel, weighted, width, height)
+        weight = total[..., :1]
+        still = np.zeros((height, width, 2), np.float32)
+        return np.asarray(np.divide(total[..., 1:], weight, out=still, where=weight > _DARK))
+
+    def project_nodes(
+        self, i: int, sheets: slice, camera: Camera
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Positions of nodes in the frame (sheets, rows, columns, 2), px, and the opacity there
+        (sheets, rows, columns), 0..1.
+
+        Seen edge-on, a sheet would be a bright line; the flame it stands for has depth, so it
+        fades, and the sheets that cross it show instead. Fast gas is thin, and so is high gas.
+        """
+        x = np.asarray(self.recording.x[i, sheets], np.float64)
+        facing = np.abs(np.einsum("srcd,d->src", normals(x), camera.axes()[2]))
+        # From above no upright sheet faces the camera; the one that does best is fully visible.
+        facing /= max(math.cos(camera.elevation), _MIN_COSINE)
+        share = smooth_step((facing - _EDGE_ON) / _FACE_ON)
+        speed = lengths(self._velocity(i)[sheets]) / (self.scene.fuel.reference_speed * 4)
+        up = np.linspace(0.0, 1.0, x.shape[1])[None, :, None]
+        density = (1 - 0.35 * up) / (1 + 0.25 * speed * speed)
+        lit = self.recording.lit[i, sheets, None, None]
+        return camera.project(x)[..., :2], share * density * lit
+
+    def _batches(self) -> list[slice]:
+        sheets = self.scene.model.sheets
+        return [slice(n, min(n + _BATCH, sheets)) for n in range(0, sheets, _BATCH)]
+
+    def _add_light(
+        self,
+        light: NDArray[np.float32],
+        i: int,
+        sheets: slice,
+        camera: Camera,
+        intruders: IntruderBuffers,
+    ) -> None:
+        """Add the light of some sheets to a picture with ``_FINER`` samples to a px."""
+        height, width = light.shape[:2]
+        texture = self.textures.light(i, sheets)
+        position, opacity = self.project_nodes(i, sheets, camera)
+        texel = self.textures.texel_grid(sheets, *position.shape[1:3])
+        shown = opacity[..., None] ** self.textures.colours.opacity_exponents
+        attributes = np.concatenate([texel, shown], axis=-1)
+        if not intruders.is_empty:
+            depth = camera.project(self.recording.x[i, sheets])[..., 2:]
+            attributes = np.concatenate([attributes, depth], axis=-1)
+        triangles = raster.mesh_triangles(position * _FINER, attributes)
+        fragments = raster.rasterise(cull_dark(triangles, texture), width, height)
+        found = raster.sample_texture(texture, fragments.attributes) * fragments.attributes[:, 2:5]
+        if not intruders.is_empty:
+            found *= ~intruders.hides(fragments.pixel, fragments.attributes[:, 5])[:, None]
+        light += raster.accumulate(fragments.pixel, found, width, height)
+
+    def _velocity(self, i: int) -> NDArray[np.float64]:
+        """Velocity (sheets, rows, columns, 3) of the nodes in frame ``i``, heights/s."""
+        x = self.recording.x
+        if self.loops:
+            before, after = (i - 1) % self.frames, (i + 1) % self.frames
+        else:
+            before, after = max(i - 1, 0), min(i + 1, self.frames - 1)
+        steps = 2 if self.loops else max(after - before, 1)
+        return np.asarray((x[after] - x[before]) * (self.scene.fps / steps), np.float64)
+
+    def _light_centre(self, i: int, camera: Camera) -> NDArray[np.float64]:
+        """Centre of the fire's light: px right, px down, depth in heights."""
+        x, lit = self.recording.x[i], self.recording.lit[i]
+        low = x[:, : max(1, x.shape[1] // 2)] * lit[:, None, None, None]
+        total = max(float(lit.sum()) * low.shape[1] * low.shape[2], 1e-6)
+        return camera.project(low.sum(axis=(0, 1, 2)) / total)
+
+
+@dataclass(frozen=True, slots=True)
+class SilkView:
+    """A fire seen by one camera: the ``generators.rendering.Rendering`` of this room.
+
+    Attributes:
+        renderer: Draws the fire.
+        camera: What sees it.
+        luminance_matte: Gives light (height, width, 3) the coverage it has over black.
+    """
+
+    matte: ClassVar[str] = "luminance"
+    matte_reason: ClassVar[str] = "flames cover as far as they shine"
+
+    renderer: SilkRenderer
+    camera: Camera
+    luminance_matte: Callable[[NDArray[np.float32]], Pixels]
+
+    def frame(self, index: int) -> Pixels:
+        """Draw frame ``index``: (height, width, 4)."""
+        frame = self.renderer.draw(index, self.camera)
+        pixels = self.luminance_matte(frame.light)
+        if not frame.coverage.any():
+            return pixels
+        # What is opaque covers fully; the light of flames in front of it was added to its own.
+        opaque = np.dstack([frame.light, np.ones_like(frame.coverage)])
+        return np.asarray(pixels + (opaque - pixels) * frame.coverage[..., None], np.float32)
+
+    def motion(self, index: int) -> NDArray[np.float32]:
+        """Velocity (height, width, 2) of what frame ``index`` shows, px/s."""
+        return self.renderer.motion(index, self.camera)
+
+
+def generate_silk(
+    source: SilkSource, settings: GenerationSettings, footage: Clip | None = None
+) -> SilkRenderer:
+    """Simulate the fire that a recipe describes; ``footage`` is the clip for its textures, if any.
+
+    Raises:
+        RecipeError: It needs too many nodes, time steps or frames, or an intruder would jump.
+        SourceError: The clip holds no fire, or too few frames.
+    """
+    scene = build_scene(source, settings.wind, settings.seed, settings.fps)
+    check_length(scene, settings.frames)
+    if settings.loop:
+        check_loop(scene, settings.frames / settings.fps)
+    recording = simulate(scene, settings.frames, settings.loop)
+    textures = make_textures(source, settings, footage, scene, recording)
+    return SilkRenderer(scene, recording, textures, settings.frames, settings.loop)
+
+
+def silk_camera(source: SilkSource, azimuth: float, elevation: float) -> Camera:
+    """Return a camera for a recipe's frame, whose height is its unit; angles in degrees."""
+    return Camera(
+        azimuth=math.radians(azimuth),
+        elevation=math.radians(elevation),
+        width=source.width,
+        height=source.height,
+        origin=(source.width / 2, source.height * (1 - source.foot)),
+        scale=float(source.height),
+    )

@@ -1,0 +1,221 @@
+"""Textures on the sheets: which loop each plays, from which image on, and how fast."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import REC709
+from fire_atlas.generators.settings import GenerationSettings
+from fire_atlas.generators.silk.clip_texture import cut_texture, synthesise_from_clip
+from fire_atlas.generators.silk.colour import ColourMap
+from fire_atlas.generators.silk.procedural_texture import synthesise_texture
+from fire_atlas.generators.silk.raster import Triangles
+from fire_atlas.generators.silk.scene import SilkScene
+from fire_atlas.generators.silk.simulation import Recording
+from fire_atlas.generators.silk.texture import TextureLoop
+from fire_atlas.recipe.silk import SilkSource, Texture
+
+_MAX_LOOPS = 6
+"""Most loops synthesised; more sheets share them, each from another image on."""
+
+_IMAGES = 8, 96
+"""Fewest and most images of a synthesised loop."""
+
+_IMAGE_HEIGHT = 48, 320
+"""Least and greatest height of an image, px."""
+
+_DARK = 1e-4
+"""Light up to this is not drawn."""
+
+
+@dataclass(frozen=True, slots=True)
+class SheetTextures:
+    """What every sheet shows in every frame.
+
+    Attributes:
+        loops: The textures, all of one shape.
+        texture_index: (sheets,) index of the loop that each sheet plays.
+        mirrored: (sheets,) whether it is mirrored left to right.
+        phase: (frames, sheets) position in the loop, images.
+        rate: (frames, sheets) images/s.
+        colours: From images to light.
+        v_rms: (frames, sheets) root mean square speed of the nodes, heights/s.
+    """
+
+    loops: tuple[TextureLoop, ...]
+    texture_index: NDArray[np.intp]
+    mirrored: NDArray[np.bool_]
+    phase: NDArray[np.float64]
+    rate: NDArray[np.float64]
+    colours: ColourMap
+    v_rms: NDArray[np.float64]
+
+    def light(self, i: int, sheets: slice) -> NDArray[np.float32]:
+        """Light of some sheets in frame ``i``, stacked into one texture: (n·height, width, 3)."""
+        return np.concatenate([self._light(i, s) for s in range(sheets.start, sheets.stop)])
+
+    def motion(self, i: int, sheets: slice) -> NDArray[np.float32]:
+        """Luminance, and motion right and down in texels/s, stacked likewise."""
+        return np.concatenate([self._motion(i, s) for s in range(sheets.start, sheets.stop)])
+
+    def texel_grid(self, sheets: slice, rows: int, columns: int) -> NDArray[np.float64]:
+        """Texel (sheets, rows, columns, 2) of each node in the stacked texture, x and y."""
+        height, width = self.loops[0].images.shape[1:3]
+        grid = np.empty((sheets.stop - sheets.start, rows, columns, 2))
+        grid[..., 0] = np.linspace(0, width - 1, columns)
+        grid[..., 1] = np.linspace(height - 1, 0, rows)[:, None]
+        grid[..., 1] += (np.arange(len(grid)) * height)[:, None, None]
+        return grid
+
+    def _light(self, i: int, sheet: int) -> NDArray[np.float32]:
+        image = self.loops[self.texture_index[sheet]].image_at(float(self.phase[i, sheet]))
+        if self.mirrored[sheet]:
+            image = np.ascontiguousarray(image[:, ::-1])
+        return self.colours.light(image, float(self.v_rms[i, sheet]))
+
+    def _motion(self, i: int, sheet: int) -> NDArray[np.float32]:
+        loop, phase = self.loops[self.texture_index[sheet]], float(self.phase[i, sheet])
+        motion = loop.motion_from(int(np.floor(phase)) % len(loop))
+        motion = motion * np.float32(self.rate[i, sheet])
+        if self.mirrored[sheet]:
+            motion = motion[:, ::-1] * np.array([-1, 1], np.float32)
+        luminance = np.einsum("hwc,c->hw", self._light(i, sheet), REC709)
+        return np.concatenate([luminance[..., None], motion], axis=-1)
+
+
+def cull_dark(triangles: Triangles, light: NDArray[np.float32]) -> Triangles:
+    """The triangles on which any of the texture's ``light`` is: most of a sheet is dark."""
+    texel = triangles.attributes[..., :2]
+    low = np.floor(texel.min(axis=1)).astype(np.intp)
+    high = np.ceil(texel.max(axis=1)).astype(np.intp) + 1
+    # A summed-area table: four of its entries give the sum over any box.
+    red, green, blue = (light[..., c] for c in range(3))  # numpy is slow along a short axis
+    bright = (np.maximum(np.maximum(red, green), blue) > _DARK).astype(np.int32)
+    table = np.zeros((bright.shape[0] + 1, bright.shape[1] + 1), np.int32)
+    np.cumsum(np.cumsum(bright, axis=0), axis=1, out=table[1:, 1:])
+    x0, y0 = low[:, 0], low[:, 1]
+    x1, y1 = np.minimum(high[:, 0], bright.shape[1]), np.minimum(high[:, 1], bright.shape[0])
+    is_lit = table[y1, x1] - table[y0, x1] - table[y1, x0] + table[y0, x0] > 0
+    return Triangles(triangles.position[is_lit], triangles.attributes[is_lit])
+
+
+def make_textures(
+    source: SilkSource,
+    settings: GenerationSettings,
+    footage: Clip | None,
+    scene: SilkScene,
+    recording: Recording,
+) -> SheetTextures:
+    """Make the textures that a recipe describes, and assign them to the recorded sheets.
+
+    They are cut from ``footage``, a clip of fire, or procedural.
+
+    Raises:
+        SourceError: The clip holds no fire, or too few frames.
+    """
+    if isinstance(source.texture, Texture) and footage is not None:
+        shape, _ = _image_shape(source, scene)
+        loops = [_from_clip(source.texture, footage, shape, settings.seed, scene, recording)]
+    else:
+        loops = _procedural(source, settings, scene, recording)
+    colours = ColourMap.of(scene.fuel, source.grading, source.intensity / _overlap(scene))
+    return _assign(loops, recording, colours, settings)
+
+
+def _assign(
+    loops: Sequence[TextureLoop],
+    recording: Recording,
+    colours: ColourMap,
+    settings: GenerationSettings,
+) -> SheetTextures:
+    """Give every sheet a loop, and a random image of it to begin with (section 4).
+
+    If the clip loops, each sheet plays its texture a whole number of times: its rate is changed by
+    as little as that takes.
+    """
+    sheets, images = recording.rate.shape[1], len(loops[0])
+    chance = generator(settings.seed, Stage.SHEETS, 1)
+    # No two sheets begin alike: starts are spread evenly over the loop, and then shuffled.
+    start = (chance.permutation(sheets) + chance.uniform(0, 0.8, sheets)) / sheets * images
+    rate = recording.rate.copy()
+    if settings.loop:
+        played = rate[:-1].sum(axis=0) / settings.fps
+        rate *= np.maximum(np.rint(played / images), 1) * images / played
+    passed = np.concatenate([np.zeros((1, sheets)), np.cumsum(rate[:-1], axis=0) / settings.fps])
+    phase = np.mod(start + passed, images)
+    if settings.loop:
+        # Rounded sums do not come out even to the last bit.
+        phase[-1] = phase[0]
+    return SheetTextures(
+        loops=tuple(loops),
+        texture_index=np.arange(sheets) % len(loops),
+        mirrored=np.asarray(chance.random(sheets) < 0.5),
+        phase=phase,
+        rate=rate,
+        colours=colours,
+        v_rms=recording.v_rms,
+    )
+
+
+def _from_clip(
+    texture: Texture,
+    clip: Clip,
+    shape: tuple[int, int],
+    seed: int,
+    scene: SilkScene,
+    recording: Recording,
+) -> TextureLoop:
+    if texture.synthesis == "none":
+        return cut_texture(clip, texture.images, shape, texture.path)
+    middle = max(clip.count // 2 - 1, 0)
+    seeds = texture.seeds or (middle, min(middle + 1, clip.count - 1))
+    energy = float((recording.v_rms**2).mean()) / scene.fuel.reference_speed**2
+    energy = float(np.clip(energy, 0.25, 4))
+    return synthesise_from_clip(clip, seeds, texture.images, shape, texture.path, seed, energy)
+
+
+def _procedural(
+    source: SilkSource, settings: GenerationSettings, scene: SilkScene, recording: Recording
+) -> list[TextureLoop]:
+    """Synthesise loops with as many images as the sheets play in all frames on average."""
+    shape, aspect = _image_shape(source, scene)
+    # In a loop the last entry is the first one again.
+    frames = len(recording.rate) - 1 if settings.loop else len(recording.rate)
+    played = float(recording.rate[:frames].sum(axis=0).mean()) / scene.fps
+    images = int(np.clip(round(played), *_IMAGES))
+    burner = replace(scene.fuel.burner, gas_speed=scene.fuel.gas_speed / scene.fuel.image_rate)
+    count = min(scene.model.sheets, _MAX_LOOPS)
+    return [
+        synthesise_texture(burner, images, shape, aspect, settings.seed, n) for n in range(count)
+    ]
+
+
+def _image_shape(source: SilkSource, scene: SilkScene) -> tuple[tuple[int, int], float]:
+    """((height, width) px, aspect) of images as fine as the frame shows them."""
+    heights, widths = _sheet_sizes(scene)
+    least, most = _IMAGE_HEIGHT
+    height = int(np.clip(round(0.8 * float(heights.max()) * source.height), least, most))
+    aspect = float((widths / heights).mean())
+    return (height, int(np.clip(round(height * aspect), least // 2, 2 * most))), aspect
+
+
+def _sheet_sizes(scene: SilkScene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Heights and widths (sheets,) of all sheets at rest, heights."""
+    rest = scene.model.rest
+    up, across = rest[:, -1, 0] - rest[:, 0, 0], rest[:, 0, -1] - rest[:, 0, 0]
+    return np.sqrt((up * up).sum(axis=-1)), np.sqrt((across * across).sum(axis=-1))
+
+
+def _overlap(scene: SilkScene) -> float:
+    """Divisor of the light of each sheet: it grows with the mean number of sheets behind each
+    other, whose light adds up."""
+    standing = [sheet for sheet, i in enumerate(scene.attached_to) if i < 0] or slice(None)
+    _, widths = _sheet_sizes(scene)
+    ground = scene.model.rest[standing][:, 0, :, :2].reshape(-1, 2)
+    extent = float(np.ptp(ground, axis=0).max())
+    behind = 0.64 * float(widths[standing].sum()) / max(extent, 1e-6)
+    return float(max(1.0, behind) ** 0.75)
