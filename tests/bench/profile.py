@@ -29,15 +29,15 @@ import numpy as np
 from likeness import (
     REAL,
     Look,
-    asked,
-    burnt,
     colour_error,
     detail,
+    generated,
     learnt,
     look_at_clip,
     look_at_fire,
     nearest_input,
     real_clip,
+    settings,
 )
 
 from fire_atlas.core.workers import Workers
@@ -88,7 +88,7 @@ def likeness(folder: Path, every: bool) -> bool:
     seen = look_at_clip(clip)
     found = []
     for seed in SEEDS:
-        [fire] = burnt(profile, asked(FRAMES, clip.fps, seed=seed))
+        [fire] = generated(profile, settings(FRAMES, clip.fps, seed=seed))
         found.append(figures(seen, look_at_fire(fire, profile.front.threshold)))
         if every:
             print(line(f"  seed {seed}", found[-1]), flush=True)
@@ -116,7 +116,7 @@ def cost(folder: Path) -> bool:
     fast = True
     for slices in SLICES:
         lit = time.process_time()
-        [fire] = burnt(profile, asked(48, 24.0, slices=slices), height=256)
+        [fire] = generated(profile, settings(48, 24.0, slices=slices), height=256)
         start, cpu = time.perf_counter(), time.process_time()
         lighting = (cpu - lit) / 48
         with Workers(2) as workers:
