@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.core.clip import Clip
@@ -71,7 +71,7 @@ def _frame(
         at_x, at_y = (x - left) * scale, (y - top) * scale
         draw.ellipse((at_x - 3, at_y - 3, at_x + 3, at_y + 3), fill=_POINT, outline=_INK)
     label = f"{i}  {side.points[i].lean:+.0f}°"
-    draw.text((3, 2), label, fill=_INK, font=ImageFont.load_default())
+    draw.text((3, 2), label, fill=_INK)
     return image
 
 
@@ -97,7 +97,7 @@ def _beside(images: Sequence[Image.Image]) -> Image.Image:
 def _panel(title: str) -> tuple[Image.Image, ImageDraw.ImageDraw]:
     image = Image.new("RGB", (_PANEL, _PANEL), (24, 24, 29))
     draw = ImageDraw.Draw(image)
-    draw.text((8, 6), title, fill=_INK, font=ImageFont.load_default())
+    draw.text((8, 6), title, fill=_INK)
     return image, draw
 
 
@@ -129,26 +129,24 @@ def _leans(side: Side) -> Image.Image:
     for lean in STATE_EDGES:
         x = 8 + (lean - edges[0]) / (edges[-1] - edges[0]) * (_PANEL - 16)
         draw.line((x, 40, x, floor), fill=(52, 52, 60))
-        font = ImageFont.load_default()
-        draw.text((x, floor + 6), f"{lean:.0f}", fill=_DIM, font=font, anchor="ma")
+        draw.text((x, floor + 6), f"{lean:.0f}", fill=_DIM, anchor="ma")
     return image
 
 
 def _sets(side: Side) -> Image.Image:
     image, draw = _panel("leaning sets: frames, whose")
-    font = ImageFont.load_default()
     width, height = (_PANEL - 60) / 2, (_PANEL - 60) / (len(STATE_EDGES) - 1)
     for i, each in enumerate(side.sets):
         state, column = divmod(i, 2)
         x, y = 52 + column * width, 42 + state * height
         if state == 0:
-            draw.text((x + 2, 26), each.period, fill=_DIM, font=font)
+            draw.text((x + 2, 26), each.period, fill=_DIM)
         if column == 0:
             label = f"{each.low:.0f}..{each.high:.0f}"
-            draw.text((46, y + height / 2), label, fill=_DIM, font=font, anchor="rm")
+            draw.text((46, y + height / 2), label, fill=_DIM, anchor="rm")
         draw.rectangle((x, y, x + width - 3, y + height - 3), fill=_ORIGINS[each.origin])
         count = f"{len(each.frames)} {each.origin}"
-        draw.text((x + 5, y + height / 2 - 1), count, fill=_BACKGROUND, font=font, anchor="lm")
+        draw.text((x + 5, y + height / 2 - 1), count, fill=_BACKGROUND, anchor="lm")
     return image
 
 
@@ -169,5 +167,5 @@ def _figures(profile: Profile) -> Image.Image:
         "seen from two sides" if profile.side else "seen from one side",
     ]
     for i, line in enumerate(lines):
-        draw.text((8, 30 + i * (_TEXT + 6)), line, fill=_DIM, font=ImageFont.load_default())
+        draw.text((8, 30 + i * (_TEXT + 6)), line, fill=_DIM)
     return image

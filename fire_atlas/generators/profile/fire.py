@@ -13,15 +13,9 @@ from fire_atlas.generators.profile.learn.learn import learn
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.generators.rendering import rendered_clip
 
-COLOUR_CELLS = 5
-"""Cells in a row and a column of the colour table, as in the paper."""
-
 
 def learn_profile(
-    clips: Mapping[str, Clip],
-    workers: Workers,
-    threshold: float | None = None,
-    cells: int = COLOUR_CELLS,
+    clips: Mapping[str, Clip], workers: Workers, threshold: float | None = None, cells: int = 5
 ) -> Profile:
     """Learn a calibrated profile from clips; arguments and errors are those of ``learn``."""
     return calibrate_profile(learn(clips, workers, threshold, cells), workers)

@@ -111,35 +111,35 @@ class GeneratedFire:
     @classmethod
     def of(cls, profile: Profile, settings: ProfileFireSettings) -> "GeneratedFire":
         """Generate a fire, not yet calibrated."""
-        grid, sides, asked = profile.grid, profile.sides, settings.generation
-        wind = WindResponse.of(asked.wind, asked.frames, asked.fps, asked.loop)
+        grid, sides, shared = profile.grid, profile.sides, settings.generation
+        wind = WindResponse.of(shared.wind, shared.frames, shared.fps, shared.loop)
         base_curve = peripheral_curve(1.0, sides[-1].half_width / sides[0].half_width)
         azimuths = math.pi * ((np.arange(settings.slices) + 0.5) / settings.slices - 0.5)
         slice_sides = (np.abs(azimuths) > math.pi / 4).astype(np.intp) * (len(sides) - 1)
         rise = rise_time(grid.rows_above / grid.cells_per_height, profile.rise_speed)
         seconds = min(max(rise, _MIN_LIFETIME), _MAX_LIFETIME)
         sequences = tuple(
-            FrameSequence.of(side, asked.fps, profile.playback_speed, seconds) for side in sides
+            FrameSequence.of(side, shared.fps, profile.playback_speed, seconds) for side in sides
         )
         lifetime = min(sequence.lifetime for sequence in sequences)
-        if asked.loop:
-            lifetime = min(lifetime, asked.frames)
-        # What plays once burns before its first frame already, and its end meets nothing.
-        period = asked.frames if asked.loop else asked.frames + lifetime
+        if shared.loop:
+            lifetime = min(lifetime, shared.frames)
+        # What plays once has risen before its first frame already, and its end meets nothing.
+        period = shared.frames if shared.loop else shared.frames + lifetime
         slice_tracks = _slice_tracks(profile, settings.slices)
         particles = Particles.random(
-            asked.seed, azimuths, settings.particles, lifetime, period, base_curve
+            shared.seed, azimuths, settings.particles, lifetime, period, base_curve
         )
-        tracks = _tracks(profile, sequences, period, wind, azimuths, slice_tracks, asked.seed)
+        tracks = _tracks(profile, sequences, period, wind, azimuths, slice_tracks, shared.seed)
         front_sway, side_sway = (
-            PlanarSway.of(profile, k, sequences[-k], rise, lifetime, period, wind, asked.seed)
+            PlanarSway.of(profile, k, sequences[-k], rise, lifetime, period, wind, shared.seed)
             for k in (0, 1)
         )
         return cls(
-            profile, asked, wind, base_curve, azimuths, slice_sides, slice_tracks, particles,
+            profile, shared, wind, base_curve, azimuths, slice_sides, slice_tracks, particles,
             sequences, tracks, _particle_segments(particles, slice_sides, slice_tracks, tracks),
             (front_sway, side_sway), tuple(_autocorrelation_map(side.detail) for side in sides),
-            rise, np.arange(asked.frames, dtype=np.float64), 1.0, 0.0,
+            rise, np.arange(shared.frames, dtype=np.float64), 1.0, 0.0,
         )  # fmt: skip
 
 

@@ -99,7 +99,7 @@ class ProfileRendering:
     def motion(self, index: int) -> NDArray[np.float32]:
         """Velocity (height, width, 2) of what frame ``index`` shows, px/s, x right, y down: that
         of the particles, as they carry the clip's own motion, and the sway of the whole."""
-        grid, asked, pose = self.fire.profile.grid, self.fire.settings, self.pose(index)
+        grid, settings, pose = self.fire.profile.grid, self.fire.settings, self.pose(index)
         moves = self._grid_flow(self._masks(index)) * np.float32(self.fire.time_rate(index))
         columns, rows = self._grid_places(pose, 1)
         seen = cv2.remap(
@@ -113,10 +113,10 @@ class ProfileRendering:
         # What rises along a bent middle goes to the side with it.
         middle = self._middle(pose)
         flow[..., 0] += flow[..., 1] * np.gradient(middle).astype(np.float32)[:, None]
-        following = index + 1 if asked.loop or index + 1 < asked.frames else index - 1
-        if asked.frames > 1:
-            later = self.pose(following % asked.frames)
-            sway = (self._middle(later) - middle) * asked.fps
+        following = index + 1 if settings.loop or index + 1 < settings.frames else index - 1
+        if settings.frames > 1:
+            later = self.pose(following % settings.frames)
+            sway = (self._middle(later) - middle) * settings.fps
             flow[..., 0] += (sway if following > index else -sway)[:, None].astype(np.float32)
         return as_plane(flow)
 

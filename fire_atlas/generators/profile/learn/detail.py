@@ -33,7 +33,6 @@ from fire_atlas.core.pixels import (
     unpremultiply,
 )
 from fire_atlas.core.workers import Workers
-from fire_atlas.generators.profile.learn.features import FireMask
 from fire_atlas.generators.profile.learn.measure import ClipMeasurements
 from fire_atlas.generators.profile.model import (
     FLOW_CELL,
@@ -127,18 +126,13 @@ def _smoothed(
 
 
 def learn_detail(
-    clip: Clip,
-    mask: FireMask,
-    measured: ClipMeasurements,
-    pose: PoseCurves,
-    grid: DetailGrid,
-    workers: Workers,
+    clip: Clip, measured: ClipMeasurements, pose: PoseCurves, grid: DetailGrid, workers: Workers
 ) -> DetailModel:
     """Straighten every frame of ``clip`` onto ``grid`` and keep what differs between them."""
 
     def straight(i: int) -> tuple[Bytes, Plane]:
         pixels = clip.read(i)
-        fire = mask.isolated(pixels, mask.binarized(pixels))
+        fire = measured.mask.isolated(pixels, measured.mask.binarized(pixels))
         flat = _straightened(fire, i, measured, pose, grid)
         return _encoded(flat), brightness(flat, clip.blend_space)
 

@@ -2,7 +2,6 @@
 
 import itertools
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +10,7 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels, linear_to_srgb
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.learn.detail import detail_grid, learn_detail, learn_pose
-from fire_atlas.generators.profile.learn.features import FireMask, largest_flame
+from fire_atlas.generators.profile.learn.features import largest_flame
 from fire_atlas.generators.profile.learn.measure import ClipMeasurements, measure_clip
 from fire_atlas.generators.profile.model import (
     FLOW_CELL,
@@ -36,15 +35,6 @@ _MIN_SET = 2
 """A leaning set of fewer frames than this borrows others."""
 
 
-@dataclass(frozen=True, slots=True)
-class _MeasuredClip:
-    """A clip, where its fire is, and what was measured of it."""
-
-    clip: Clip
-    mask: FireMask
-    measured: ClipMeasurements
-
-
 def learn(
     clips: Mapping[str, Clip], workers: Workers, threshold: float | None, cells: int
 ) -> Profile:
@@ -59,10 +49,10 @@ def learn(
     Raises:
         SourceError: A clip shows no single, upright, whole flame.
     """
-    measured = [_measured(name, clip, workers, threshold) for name, clip in clips.items()]
-    grid = detail_grid([each.measured for each in measured])
-    sides = [_side(each, grid, workers) for each in measured]
-    table = _table(measured[0], cells, workers)
+    measured = [measure_clip(clip, name, threshold, workers) for name, clip in clips.items()]
+    grid, pairs = detail_grid(measured), list(zip(clips.values(), measured, strict=True))
+    sides = [_side(*pair, grid, workers) for pair in pairs]
+    table = _table(*pairs[0], cells, workers)
     return Profile(
         grid=grid,
         rise_speed=_rise_speed(sides[0].detail, grid),
@@ -74,18 +64,12 @@ def learn(
     )
 
 
-def _measured(name: str, clip: Clip, workers: Workers, threshold: float | None) -> _MeasuredClip:
-    mask = FireMask.of(clip, threshold)
-    return _MeasuredClip(clip, mask, measure_clip(clip, mask, workers, name))
-
-
-def _side(source: _MeasuredClip, grid: DetailGrid, workers: Workers) -> Side:
-    clip, measured = source.clip, source.measured
+def _side(clip: Clip, measured: ClipMeasurements, grid: DetailGrid, workers: Workers) -> Side:
     pose, points = learn_pose(measured), measured.points
     return Side(
         fps=clip.fps,
         closed=measured.closed,
-        threshold=source.mask.threshold,
+        threshold=measured.mask.threshold,
         points=points,
         statistics=ClipStatistics(
             height=Percentiles.of([each.height for each in points]),
@@ -97,7 +81,7 @@ def _side(source: _MeasuredClip, grid: DetailGrid, workers: Workers) -> Side:
         sets=leaning_sets(measured.leans),
         half_width=measured.half_width / measured.height,
         pose=pose,
-        detail=learn_detail(clip, source.mask, measured, pose, grid, workers),
+        detail=learn_detail(clip, measured, pose, grid, workers),
     )
 
 
@@ -112,13 +96,13 @@ def _rise_speed(detail: DetailModel, grid: DetailGrid) -> float:
     return float(np.clip(np.quantile(rising, 0.75), _MIN_RISE, _MAX_RISE))
 
 
-def _table(source: _MeasuredClip, cells: int, workers: Workers) -> ColourTable:
+def _table(clip: Clip, measured: ClipMeasurements, cells: int, workers: Workers) -> ColourTable:
     def seen(i: int) -> tuple[Pixels, NDArray[np.bool_]]:
-        pixels = source.clip.read(i)
-        binarized = source.mask.binarized(pixels)
-        return source.mask.isolated(pixels, binarized), largest_flame(binarized)
+        pixels = clip.read(i)
+        binarized = measured.mask.binarized(pixels)
+        return measured.mask.isolated(pixels, binarized), largest_flame(binarized)
 
-    return colour_table(workers.map(seen, range(source.clip.count)), cells)
+    return colour_table(workers.map(seen, range(clip.count)), cells)
 
 
 def colour_table(frames: Iterable[tuple[Pixels, NDArray[np.bool_]]], size: int) -> ColourTable:

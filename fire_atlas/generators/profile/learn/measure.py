@@ -28,6 +28,7 @@ class ClipMeasurements:
     """What was measured of a clip, frame by frame.
 
     Attributes:
+        mask: What separates its fire from all else.
         points: Feature points of every frame.
         brightness: (frames,) mean of the flame's pixels, linear, 0..1.
         row_weight: (frames, H) square root of luminance, summed over each row.
@@ -39,6 +40,7 @@ class ClipMeasurements:
         bounds: (left, right, top, bottom) of all that is ever fire, px.
     """
 
+    mask: FireMask
     points: tuple[FeaturePoints, ...]
     brightness: NDArray[np.float64]
     row_weight: NDArray[np.float64]
@@ -98,12 +100,17 @@ def frame_difference(one: Pixels, other: Pixels) -> float:
     return float(np.sqrt(np.square(one - other).sum(dtype=np.float64)))
 
 
-def measure_clip(clip: Clip, mask: FireMask, workers: Workers, name: str) -> ClipMeasurements:
+def measure_clip(
+    clip: Clip, name: str, threshold: float | None, workers: Workers
+) -> ClipMeasurements:
     """Measure every frame of ``clip``; ``name`` is what messages call it.
+
+    Without a ``threshold``, the brightness (0..255) above which a pixel is flame, it is chosen.
 
     Raises:
         SourceError: There is no single, upright, whole flame in it to learn from.
     """
+    mask = FireMask.of(clip, threshold)
     _refuse_length(name, clip.count)
     found: list[_FrameMeasurements] = []
     steps: list[float] = []
@@ -126,6 +133,7 @@ def measure_clip(clip: Clip, mask: FireMask, workers: Workers, name: str) -> Cli
     seam = frame_difference(before, first)
     weight, centre, spread = np.stack([frame.rows for frame in found]).transpose(1, 0, 2)
     return ClipMeasurements(
+        mask=mask,
         points=tuple(_without_gaps([frame.points for frame in found])),
         brightness=np.array([frame.brightness for frame in found]),
         row_weight=weight,
