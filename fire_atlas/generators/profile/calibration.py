@@ -56,7 +56,7 @@ there however short it is, and all that is slowed here goes faster elsewhere."""
 
 @dataclass(frozen=True, slots=True)
 class FireMeasurements:
-    """What was measured of a generated fire from its front, at the clip's scale.
+    """Measurements of a generated fire, seen from its front at the clip's scale.
 
     Attributes:
         leans: Of the outlines, degrees, of every frame with a flame in it.

@@ -270,14 +270,14 @@ def _detail(block: _SideBlock, grid: DetailGrid) -> DetailModel:
 
 
 def _packed(array: Bytes) -> str:
-    """An array of bytes as a PNG one column of pictures wide, in base64."""
+    """Encode an array as a grey PNG, its pictures one below the other, in base64."""
     done, data = cv2.imencode(".png", np.ascontiguousarray(array).reshape(-1, array.shape[-1]))
     assert done, "a grey picture can always be encoded"
     return base64.b64encode(data.tobytes()).decode()
 
 
 def _unpacked(name: str, text: str, shape: tuple[int, ...]) -> NDArray[np.uint8]:
-    """Return the array of ``shape`` that was packed; raise ``ValueError`` if it is not there."""
+    """Decode the array of ``shape`` from ``text``; raise ``ValueError`` if it holds none."""
     try:
         data = base64.b64decode(text, validate=True)
         with Image.open(io.BytesIO(data), formats=["PNG"]) as image:
@@ -290,7 +290,7 @@ def _unpacked(name: str, text: str, shape: tuple[int, ...]) -> NDArray[np.uint8]
 
 
 def _text(value: Any, indent: str = "") -> str:
-    """JSON with a line for each key, and lists of plain values on one line."""
+    """Format a value as JSON: a line for each key, lists of plain values on one line."""
     inner = indent + " "
     if isinstance(value, dict):
         lines = [f"{inner}{json.dumps(key)}: {_text(each, inner)}" for key, each in value.items()]

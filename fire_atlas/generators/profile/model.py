@@ -1,4 +1,4 @@
-"""A fire profile: what is learnt of a fire from a clip (Lee et al., III-A and III-B).
+"""A fire profile: everything learnt of a fire from a clip (Lee et al., III-A and III-B).
 
 Most lengths are in flame heights: 1 is the median height of the flame in the clip.
 """
@@ -228,7 +228,7 @@ class Percentiles(NamedTuple):
 
     @classmethod
     def of(cls, values: ArrayLike) -> "Percentiles":
-        """Return those of a list of numbers."""
+        """Compute them from a list of numbers."""
         low, median, high = np.percentile(np.asarray(values, np.float64), [5, 50, 95])
         return cls(float(median), float(low), float(high))
 
@@ -253,7 +253,7 @@ class ClipStatistics:
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """What was learnt of a fire from one clip, which shows one side of it.
+    """One side of a fire, as learnt from one clip.
 
     Attributes:
         fps: Frames per second of the clip.
@@ -285,7 +285,7 @@ class Side:
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """What was learnt of a fire: all that is needed to generate more of it.
+    """A fire as it was learnt: all that is needed to generate more of it.
 
     Attributes:
         grid: The cells in which its detail is kept.
@@ -294,8 +294,8 @@ class Profile:
             from frame to frame than the clip.
         colours: Colours to generate; a user may have edited them.
         learnt_colours: Colours of the clip.
-        front: What the first clip showed.
-        side: What a camera at a right angle to it showed, if there was one.
+        front: Learnt from the first clip.
+        side: Learnt from a clip taken at a right angle to it, if there was one.
     """
 
     grid: DetailGrid
@@ -308,5 +308,5 @@ class Profile:
 
     @property
     def sides(self) -> tuple[Side, ...]:
-        """One side or two."""
+        """The front, and the side if there is one."""
         return (self.front,) if self.side is None else (self.front, self.side)

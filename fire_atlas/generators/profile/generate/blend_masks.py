@@ -1,4 +1,4 @@
-"""Where in a frame which part of the clip is seen.
+"""Masks of where in a frame each segment of the clip is seen: sums of the particles' billboards.
 
 Particles mark the places they pass as their segment's: the nearer and the younger, the more.
 """
@@ -32,7 +32,7 @@ _MIN_CORRELATION_LENGTH = 0.5
 
 @dataclass(frozen=True, slots=True)
 class BlendMask:
-    """Where one segment of the clip is seen, and which frames of it.
+    """Mask of one segment of the clip: where it is seen, and which of its frames.
 
     Attributes:
         side: Index of the profile's side whose clip it is.
@@ -50,7 +50,7 @@ class BlendMask:
 def blend_masks(
     fire: GeneratedFire, azimuth: float, half_width: float, taper: CubicSpline, time: float
 ) -> list[BlendMask]:
-    """Return where each segment is seen at a time.
+    """Return the masks of all segments that are seen at a time.
 
     Args:
         fire: The fire.

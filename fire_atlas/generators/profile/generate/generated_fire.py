@@ -40,10 +40,10 @@ Tracks = tuple[tuple[tuple[ClipSegment, ...], ...], ...]
 
 @dataclass(frozen=True, slots=True)
 class ProfileFireSettings:
-    """What a recipe sets of a fire that is generated from a profile.
+    """Settings of a fire that is generated from a profile.
 
     Attributes:
-        generation: What it sets of any generated fire.
+        generation: Settings of any generated fire.
         slices: Vertical slices round the axis.
         particles: Particles alive in each.
     """
@@ -55,7 +55,7 @@ class ProfileFireSettings:
 
 @dataclass(frozen=True, slots=True)
 class GeneratedFire:
-    """A fire in space and time.
+    """A generated fire in space and time.
 
     Attributes:
         profile: What was learnt of it.

@@ -1,4 +1,4 @@
-"""Which frames of the clip are shown when: the feature statistics learner's succession of frames.
+"""Choose which frames of the clip are played when (the feature statistics learner, III-B).
 
 Neighbouring slices of the fire share a playback track. A track plays a segment of the clip
 forwards, then another, and so on. Particles born after such a cut show the new segment, those born
@@ -170,11 +170,12 @@ def _first_frame(
 
 @dataclass(frozen=True, slots=True)
 class PlanarSway:
-    """Sway of the whole flame in one vertical plane, each height as what was born there.
+    """Sway of the whole flame in one vertical plane.
 
-    The clip shows how a flame sways in one plane; in two planes at a right angle it does so by
-    tracks of their own, so that it sways alike as seen from anywhere. These are tracks of slices
-    too, so that sway and some of the detail are of one moment of the clip.
+    Each height sways by the segment that was played when its gases left the base. The clip shows
+    how a flame sways in one plane; in two planes at a right angle it does so by tracks of their
+    own, so that it sways alike as seen from anywhere. These are tracks of slices too, so that sway
+    and some of the detail are of one moment of the clip.
 
     Attributes:
         pose: Pose curves of the clip.

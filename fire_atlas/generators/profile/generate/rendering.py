@@ -30,7 +30,7 @@ _MARGIN = 2
 
 @dataclass(frozen=True, slots=True)
 class FramePose:
-    """How the fire stands in a frame, seen by one camera.
+    """Pose of the fire in one frame, seen by one camera.
 
     Attributes:
         offset: (NODES,) of its middle from the axis, flame heights.
@@ -121,7 +121,7 @@ class ProfileRendering:
         return as_plane(flow)
 
     def pose(self, index: int) -> FramePose:
-        """Return how the fire stands in frame ``index``."""
+        """Return the pose of the fire in frame ``index``."""
         fire, azimuth = self.fire, self.camera.azimuth
         time = float(fire.frame_times[index])
         (right, width), (away, depth) = (sway.at(time) for sway in fire.sways)
@@ -263,7 +263,7 @@ def lean_curve(heights: NDArray[np.floating]) -> NDArray[np.float64]:
 
 
 def _enlarged(weight: Plane, shape: tuple[int, int]) -> Plane:
-    """Weights of a mask at every cell of a grid of ``shape``."""
+    """Return the weights of a mask at every cell of a grid of ``shape``."""
     rows, columns = weight.shape
     size = columns * MASK_CELL, rows * MASK_CELL
     full = cv2.resize(weight, size, interpolation=cv2.INTER_LINEAR)

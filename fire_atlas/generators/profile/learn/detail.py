@@ -172,7 +172,7 @@ def _straightened(
 
 
 def _encoded(pixels: Pixels) -> Bytes:
-    """Straight sRGB and coverage, uint8, of pixels."""
+    """Return pixels as uint8: straight sRGB and coverage."""
     coded = np.empty(pixels.shape, np.uint8)
     coded[..., :3] = encode_bytes(unpremultiply(pixels))
     coded[..., 3] = np.rint(np.clip(pixels[..., 3], 0, 1) * 255)
@@ -194,7 +194,7 @@ def _normal_scores(bright: Sequence[Plane]) -> NDArray[np.float32]:
 
 
 def _with_surroundings(bright: Sequence[Plane]) -> NDArray[np.float32]:
-    """(frames, rows, columns) by what frames are ordered in a cell: its brightness.
+    """Return the values (frames, rows, columns) that order the frames of a cell: its brightness.
 
     Where several are equally dark or bright, but for noise, that is brighter whose surroundings
     are: neighbouring cells then agree on an order, and mixed scores have smooth outlines.

@@ -43,7 +43,7 @@ _FOOT = 0.06
 
 @dataclass(frozen=True, slots=True)
 class FireMask:
-    """What separates fire from all else, the same in every frame of a clip.
+    """Threshold and masks that separate fire from all else in every frame of a clip.
 
     Attributes:
         threshold: Brightness (0..255) above which a pixel is flame.
@@ -97,7 +97,7 @@ class FireMask:
 
 
 def _masks(samples: Sequence[Plane], is_filmed: bool) -> tuple[Plane, Plane]:
-    """Return where fire ever is, and where there is no prop.
+    """Return the masks ``fire`` and ``no_prop`` of ``FireMask``.
 
     A sprite shows little else: what moves but a little is fire too. In a film what hardly moves is
     a prop, above all if it is always lit, and dimmer than the flame.

@@ -172,5 +172,5 @@ def _frames(
 
 
 def _within(leans: NDArray[np.float64], low: float, high: float) -> NDArray[np.bool_]:
-    """Which leans lie between; the outermost states have no outer limit."""
+    """Return which leans lie in a state; the outermost states have no outer limit."""
     return ((leans >= low) | (low == STATE_EDGES[0])) & ((leans < high) | (high == STATE_EDGES[-1]))

@@ -25,10 +25,10 @@ _MIN_AREA = 24
 
 @dataclass(frozen=True, slots=True)
 class ClipMeasurements:
-    """What was measured of a clip, frame by frame.
+    """Measurements of a clip, frame by frame.
 
     Attributes:
-        mask: What separates its fire from all else.
+        mask: Threshold and masks that separate its fire from all else.
         points: Feature points of every frame.
         brightness: (frames,) mean of the flame's pixels, linear, 0..1.
         row_weight: (frames, H) square root of luminance, summed over each row.
@@ -76,7 +76,7 @@ class ClipMeasurements:
 
 @dataclass(frozen=True, slots=True)
 class _FrameMeasurements:
-    """What was measured of one frame.
+    """Measurements of one frame.
 
     Attributes:
         points: Its feature points, if it shows a flame.
@@ -180,7 +180,7 @@ def _row_moments(weight: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _bounds(visible: NDArray[np.bool_]) -> tuple[int, int, int, int]:
-    """Return the (left, right, top, bottom) of a mask."""
+    """Return (left, right, top, bottom) of the pixels of a mask (H, W) that are set."""
     rows, columns = np.flatnonzero(visible.any(axis=1)), np.flatnonzero(visible.any(axis=0))
     return int(columns[0]), int(columns[-1]) + 1, int(rows[0]), int(rows[-1]) + 1
 
@@ -259,8 +259,8 @@ def _refuse_cut(name: str, frames: list[_FrameMeasurements]) -> float:
 
 
 def _refuse_tilted(name: str, present: NDArray[np.float32]) -> None:
-    """Refuse fire that does not burn upwards: it goes from what always burns to what sometimes
-    does."""
+    """Refuse fire that does not burn upwards: from the pixels that are always flame to those that
+    sometimes are."""
     always, sometimes = present > 0.8, (present > 0.05) & (present < 0.5)
     if not always.any() or not sometimes.any():
         return
