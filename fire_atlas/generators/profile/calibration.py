@@ -88,9 +88,10 @@ def measure_fire(fire: GeneratedFire, workers: Workers) -> FireMeasurements:
     top = int(np.argmin(np.abs(node_heights() - 1.0)))
 
     def measured(i: int) -> tuple[float, float, Pixels]:
-        frame = rendering.frame(i)
+        pose = rendering.pose(i)
+        frame = rendering.posed_frame(i, pose)
         flame = largest_flame(mask.binarized(frame))
-        sway = math.degrees(math.atan(rendering.pose(i).offset[top]))
+        sway = math.degrees(math.atan(pose.offset[top]))
         return feature_points(flame).lean if flame.any() else math.nan, sway, frame
 
     found, steps = [], []

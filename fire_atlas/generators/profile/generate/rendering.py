@@ -78,12 +78,16 @@ class ProfileRendering:
 
     def frame(self, index: int) -> Pixels:
         """Draw frame ``index``: (height, width, 4), a fresh array."""
+        return self.posed_frame(index, self.pose(index))
+
+    def posed_frame(self, index: int, pose: FramePose) -> Pixels:
+        """Draw frame ``index``, whose pose is known already."""
         camera, profile = self.camera, self.fire.profile
         # A fire that is shown smaller than it was filmed is drawn larger first. The grid of a small
         # sprite is finer than what it holds.
         filmed = min(profile.grid.cells_per_height, profile.front.statistics.height.median)
         oversampling = max(1, math.ceil(0.8 * filmed / camera.scale))
-        columns, rows = self._grid_places(self.pose(index), oversampling)
+        columns, rows = self._grid_places(pose, oversampling)
         seen = cv2.remap(
             self._straight_picture(self._masks(index)), columns, rows, cv2.INTER_CUBIC,
             borderMode=cv2.BORDER_CONSTANT, borderValue=(0, 0, 0, 0),
