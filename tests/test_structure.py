@@ -95,11 +95,11 @@ def floors() -> dict[str, tuple[int, ...]]:
         for number, layer in enumerate(contract["layers"])
         for room in layer.split("|")
     }
-    around = {room: room.rpartition(".")[0] for room in floor}
-    return {
-        room: (floor[around[room]], floor[room]) if around[room] in floor else (floor[room],)
-        for room in floor
-    }
+
+    def path(room: str) -> tuple[int, ...]:
+        return (*path(room.rpartition(".")[0]), floor[room]) if room in floor else ()
+
+    return {room: path(room) for room in floor}
 
 
 def room_of(module: str) -> str:
@@ -123,7 +123,7 @@ def arrows() -> set[tuple[str, str]]:
 def counted_as(room: str) -> str:
     """Return where the arrows of a room are counted: most rooms within a room as that one."""
     around = room.rpartition(".")[0]
-    return room if around in {PACKAGE, *COUNTED_BY_THEIR_PARTS} else around
+    return room if around in {PACKAGE, *COUNTED_BY_THEIR_PARTS} else counted_as(around)
 
 
 @cache

@@ -26,7 +26,7 @@ def run(args: Namespace) -> int:
     from fire_atlas.generators.profile.file import write_profile
     from fire_atlas.outputs.staging import Staging
     from fire_atlas.preview.profile_picture import profile_picture
-    from fire_atlas.sources.profile import learnt
+    from fire_atlas.sources.profile import learn_from_files
 
     picture = out.with_suffix(".png")
     view = view_for(False, args.quiet, args.verbose > 0)
@@ -36,7 +36,7 @@ def run(args: Namespace) -> int:
         Workers(args.jobs or default_jobs()) as workers,
         Staging(out.parent, out.name, view.note) as staging,
     ):
-        profile, clips = learnt(
+        profile, clips = learn_from_files(
             loaded.recipe.source,
             tuple(loaded.source_files.values()),
             "srgb",

@@ -1,4 +1,4 @@
-"""A picture of what was learnt of a fire, to see at a glance whether it was learnt right."""
+"""Draw a picture of a fire profile, to see at a glance whether it was learnt right."""
 
 import io
 from collections.abc import Sequence
@@ -6,15 +6,13 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Bytes
-from fire_atlas.generators.profile.contour import contour
-from fire_atlas.generators.profile.model import Profile, Side
-from fire_atlas.generators.profile.segment import Fire, connected
-from fire_atlas.generators.profile.states import BAND, EDGES
+from fire_atlas.generators.profile.learn.features import FireMask, contour, largest_flame
+from fire_atlas.generators.profile.model import STATE_EDGES, STATE_WIDTH, Profile, Side
 from fire_atlas.preview.blend import blend
 
 _BACKGROUND, _INK, _DIM = (16, 16, 20), (225, 225, 230), (120, 120, 132)
@@ -27,15 +25,15 @@ _ORIGINS = {"own": (255, 150, 40), "mirrored": (150, 120, 220), "sheared": (92, 
 
 
 def profile_picture(profile: Profile, clips: Sequence[Clip]) -> bytes:
-    """Return a PNG: outlines and feature points over frames of each of the ``clips`` that were
-    learnt, the colour table, how the fire leans, and which leaning sets are its own."""
-    strips = [_frames(clip, side) for clip, side in zip(clips, profile.sides, strict=False)]
+    """Return a PNG: outlines and feature points over frames of the ``clips``, the colour table, how
+    the fire leans, and which leaning sets show frames of their own."""
+    samples = [_frames(clip, side) for clip, side in zip(clips, profile.sides, strict=False)]
     panels = [_table(profile), _leans(profile.front), _sets(profile.front), _figures(profile)]
     row = _beside(panels)
-    width = max(image.width for image in (*strips, row)) + 2 * _GAP
-    height = sum(image.height + _GAP for image in (*strips, row)) + _GAP
+    width = max(image.width for image in (*samples, row)) + 2 * _GAP
+    height = sum(image.height + _GAP for image in (*samples, row)) + _GAP
     picture, top = Image.new("RGB", (width, height), _BACKGROUND), _GAP
-    for image in (*strips, row):
+    for image in (*samples, row):
         picture.paste(image, (_GAP, top))
         top += image.height + _GAP
     file = io.BytesIO()
@@ -44,8 +42,8 @@ def profile_picture(profile: Profile, clips: Sequence[Clip]) -> bytes:
 
 
 def _frames(clip: Clip, side: Side) -> Image.Image:
-    """Some frames, cut to where the fire is, with outline and six points."""
-    fire = Fire.of(clip, side.threshold)
+    """Draw some frames, cropped to the fire, with outline and feature points."""
+    mask = FireMask.of(clip, side.threshold)
     numbers = sorted({round(float(i)) for i in np.linspace(0, clip.count - 1, _FRAMES)})
     xs = np.array([point[0] for each in side.points for point in each])
     ys = np.array([point[1] for each in side.points for point in each])
@@ -54,26 +52,26 @@ def _frames(clip: Clip, side: Side) -> Image.Image:
     top, bottom = max(int(ys.min() - room), 0), min(int(ys.max() + room / 3), clip.height)
     scale = _CELL / max(right - left, bottom - top)
     return _beside([
-        _frame(clip, fire, side, i, (left, top, right, bottom), scale) for i in numbers
+        _frame(clip, mask, side, i, (left, top, right, bottom), scale) for i in numbers
     ])  # fmt: skip
 
 
 def _frame(
-    clip: Clip, fire: Fire, side: Side, i: int, box: tuple[int, int, int, int], scale: float
+    clip: Clip, mask: FireMask, side: Side, i: int, box: tuple[int, int, int, int], scale: float
 ) -> Image.Image:
     left, top, right, bottom = box
     pixels = clip.read(i)
     shown = blend(encode_frame(pixels, "straight", "srgb"), _BACKGROUND, "straight", "srgb")
     size = max(1, round((right - left) * scale)), max(1, round((bottom - top) * scale))
     enlarged = cv2.resize(shown[top:bottom, left:right], size, interpolation=cv2.INTER_CUBIC)
-    edge = contour(connected(fire.lit(pixels)))[top:bottom, left:right]
+    edge = contour(largest_flame(mask.binarized(pixels)))[top:bottom, left:right]
     image = Image.fromarray(_marked(np.asarray(enlarged, np.uint8), edge))
     draw = ImageDraw.Draw(image)
     for x, y in side.points[i]:
         at_x, at_y = (x - left) * scale, (y - top) * scale
         draw.ellipse((at_x - 3, at_y - 3, at_x + 3, at_y + 3), fill=_POINT, outline=_INK)
     label = f"{i}  {side.points[i].lean:+.0f}°"
-    draw.text((3, 2), label, fill=_INK, font=ImageFont.load_default())
+    draw.text((3, 2), label, fill=_INK)
     return image
 
 
@@ -99,7 +97,7 @@ def _beside(images: Sequence[Image.Image]) -> Image.Image:
 def _panel(title: str) -> tuple[Image.Image, ImageDraw.ImageDraw]:
     image = Image.new("RGB", (_PANEL, _PANEL), (24, 24, 29))
     draw = ImageDraw.Draw(image)
-    draw.text((8, 6), title, fill=_INK, font=ImageFont.load_default())
+    draw.text((8, 6), title, fill=_INK)
     return image, draw
 
 
@@ -128,48 +126,46 @@ def _leans(side: Side) -> Image.Image:
         if count:
             x = 8 + i * step
             draw.rectangle((x, floor - high, x + step - 1, floor), fill=_ACCENT)
-    for lean in EDGES:
+    for lean in STATE_EDGES:
         x = 8 + (lean - edges[0]) / (edges[-1] - edges[0]) * (_PANEL - 16)
         draw.line((x, 40, x, floor), fill=(52, 52, 60))
-        font = ImageFont.load_default()
-        draw.text((x, floor + 6), f"{lean:.0f}", fill=_DIM, font=font, anchor="ma")
+        draw.text((x, floor + 6), f"{lean:.0f}", fill=_DIM, anchor="ma")
     return image
 
 
 def _sets(side: Side) -> Image.Image:
     image, draw = _panel("leaning sets: frames, whose")
-    font = ImageFont.load_default()
-    width, height = (_PANEL - 60) / 2, (_PANEL - 60) / (len(EDGES) - 1)
+    width, height = (_PANEL - 60) / 2, (_PANEL - 60) / (len(STATE_EDGES) - 1)
     for i, each in enumerate(side.sets):
         state, column = divmod(i, 2)
         x, y = 52 + column * width, 42 + state * height
         if state == 0:
-            draw.text((x + 2, 26), each.period, fill=_DIM, font=font)
+            draw.text((x + 2, 26), each.period, fill=_DIM)
         if column == 0:
             label = f"{each.low:.0f}..{each.high:.0f}"
-            draw.text((46, y + height / 2), label, fill=_DIM, font=font, anchor="rm")
+            draw.text((46, y + height / 2), label, fill=_DIM, anchor="rm")
         draw.rectangle((x, y, x + width - 3, y + height - 3), fill=_ORIGINS[each.origin])
-        told = f"{len(each.frames)} {each.origin}"
-        draw.text((x + 5, y + height / 2 - 1), told, fill=_BACKGROUND, font=font, anchor="lm")
+        count = f"{len(each.frames)} {each.origin}"
+        draw.text((x + 5, y + height / 2 - 1), count, fill=_BACKGROUND, anchor="lm")
     return image
 
 
 def _figures(profile: Profile) -> Image.Image:
     image, draw = _panel("what was learnt")
-    side, face = profile.front, profile.front.face
-    figures = side.statistics
+    side, detail = profile.front, profile.front.detail
+    statistics = side.statistics
     lines = [
-        f"{face.count} frames at {side.fps:g} fps{', a closed loop' if side.closed else ''}",
+        f"{detail.count} frames at {side.fps:g} fps{', a closed loop' if side.closed else ''}",
         f"flame: brighter than {side.threshold:.0f} of 255",
-        f"height {figures.height.median:.0f} px, width {figures.width.median:.0f} px",
-        f"lean {figures.lean.median:+.1f}°, from {figures.lean.low:+.0f}° to"
-        f" {figures.lean.high:+.0f}°",
-        f"rises {profile.rise:.1f} heights per second",
-        f"plays at {100 * profile.pace:.0f} % of its speed",
-        f"detail {face.heat.shape[2]} x {face.heat.shape[1]} cells",
-        f"states of {BAND:.0f}°: {sum(s.origin == 'own' for s in side.sets)} of 12 its own",
+        f"height {statistics.height.median:.0f} px, width {statistics.width.median:.0f} px",
+        f"lean {statistics.lean.median:+.1f}°, from {statistics.lean.low:+.0f}° to"
+        f" {statistics.lean.high:+.0f}°",
+        f"rises {profile.rise_speed:.1f} heights per second",
+        f"plays at {100 * profile.playback_speed:.0f} % of its speed",
+        f"detail {detail.scores.shape[2]} x {detail.scores.shape[1]} cells",
+        f"states of {STATE_WIDTH:.0f}°: {sum(s.origin == 'own' for s in side.sets)} of 12 its own",
         "seen from two sides" if profile.side else "seen from one side",
     ]
     for i, line in enumerate(lines):
-        draw.text((8, 30 + i * (_TEXT + 6)), line, fill=_DIM, font=ImageFont.load_default())
+        draw.text((8, 30 + i * (_TEXT + 6)), line, fill=_DIM)
     return image

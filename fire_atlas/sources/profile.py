@@ -1,4 +1,4 @@
-"""Source ``profile``: fire learnt from a clip, or from a file that tells what was learnt."""
+"""Source ``profile``: fire learnt from clips, or read from a profile file, and generated anew."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,10 +7,9 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MOST_JSON, read_file
 from fire_atlas.core.workers import Workers
-from fire_atlas.generators.profile.blaze import Burning
 from fire_atlas.generators.profile.file import SUFFIX, read_profile
-from fire_atlas.generators.profile.fire import burn
-from fire_atlas.generators.profile.learn import learn
+from fire_atlas.generators.profile.fire import generate_clips, learn_profile
+from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.source import Footage, FramesSource, ProfileSource
@@ -25,60 +24,30 @@ def open_profile(
     workers: Workers,
     most_pixels: int,
 ) -> list[Clip]:
-    """Return new fire as a recipe wants it, a clip for each view.
+    """Return new fire as a recipe sets it, a clip for each view.
 
     Args:
         source: The recipe's section.
         paths: The clip and, if there is one, that from the side; or a profile file. Absolute.
-        generation: What is asked of the new fire.
+        generation: What the recipe sets of any generated fire.
         blend_space: ``srgb`` or ``linear``: where the client blends.
-        workers: Who looks at the frames of a clip.
+        workers: Pool that reads and measures frames.
         most_pixels: Larger pictures of a clip are refused.
 
     Raises:
         SourceError: A file is missing or damaged, or a clip shows no fire to learn from.
     """
-    profile, inputs = known(source, paths, blend_space, workers, most_pixels)
-    asked = Burning(
-        seed=generation.seed,
-        frames=generation.frames,
-        fps=generation.fps,
-        loop=generation.loop,
-        slices=source.slices,
-        particles=source.particles,
-        wind=generation.wind,
-    )
-    return burn(
-        profile, asked, generation.azimuths(), source.height, generation.views.elevation,
-        blend_space, inputs, workers,
-    )  # fmt: skip
-
-
-def known(
-    settings: ProfileSource,
-    paths: Sequence[Path],
-    blend_space: str,
-    workers: Workers,
-    most_pixels: int,
-) -> tuple[Profile, tuple[Path, ...]]:
-    """Return the profile that ``settings`` mean, and the files it comes from.
-
-    Raises:
-        SourceError: As of ``open_profile``.
-    """
     if paths[0].suffix == SUFFIX:
-        if len(paths) > 1:
-            raise SourceError(
-                f"{paths[0]}: a profile file knows its side view already; remove source.side_path, "
-                f"or name the clip as source.path"
-            )
-        return read_profile(_read(paths[0]), str(paths[0])), (paths[0],)
-    profile, clips = learnt(settings, paths, blend_space, workers, most_pixels)
-    return profile, tuple(file for clip in clips for file in clip.inputs)
+        profile, inputs = _read(paths), tuple(paths)
+    else:
+        profile, clips = learn_from_files(source, paths, blend_space, workers, most_pixels)
+        inputs = tuple(file for clip in clips for file in clip.inputs)
+    settings = ProfileFireSettings(generation, source.slices, source.particles)
+    return generate_clips(profile, settings, source.height, blend_space, inputs, workers)
 
 
-def learnt(
-    settings: ProfileSource,
+def learn_from_files(
+    source: ProfileSource,
     paths: Sequence[Path],
     blend_space: str,
     workers: Workers,
@@ -89,13 +58,21 @@ def learnt(
     Raises:
         SourceError: As of ``open_profile``.
     """
-    footage = FramesSource(**{key: getattr(settings, key) for key in Footage.model_fields})
+    footage = FramesSource(**{key: getattr(source, key) for key in Footage.model_fields})
     clips = {str(path): open_frames(footage, path, blend_space, most_pixels) for path in paths}
-    return learn(clips, workers, settings.threshold, settings.cells), tuple(clips.values())
+    profile = learn_profile(clips, workers, source.threshold, source.cells)
+    return profile, tuple(clips.values())
 
 
-def _read(path: Path) -> bytes:
+def _read(paths: Sequence[Path]) -> Profile:
+    """Read a profile file, which must be the only path."""
+    path = paths[0]
+    if len(paths) > 1:
+        raise SourceError(
+            f"{path}: a profile file knows its side view already; remove source.side_path, "
+            f"or name the clip as source.path"
+        )
     try:
-        return read_file(path, MOST_JSON)
+        return read_profile(read_file(path, MOST_JSON), str(path))
     except OSError as error:
         raise SourceError(f"{path}: cannot be read ({error.strerror})") from error

@@ -13,7 +13,7 @@ worst of nine seeds. (``--seeds`` prints a line for each.)
 - ``new``: the least difference of a frame from any frame of the clip, as a share of its light.
 
 The second table has the processor time of a frame of 256 x 256 px against the number of slices of
-100 particles (the paper's Figure 16), and that of lighting the fire, by frame, which is done once
+100 particles (the paper's Figure 16), and that of calibrating it, by frame, which is done once
 for all views and is not part of the rates.
 Exits 1 if a bound is missed.
 """
@@ -29,15 +29,15 @@ import numpy as np
 from likeness import (
     REAL,
     Look,
-    asked,
-    burnt,
     colour_error,
     detail,
+    generated,
     learnt,
     look_at_clip,
     look_at_fire,
     nearest_input,
     real_clip,
+    settings,
 )
 
 from fire_atlas.core.workers import Workers
@@ -88,7 +88,7 @@ def likeness(folder: Path, every: bool) -> bool:
     seen = look_at_clip(clip)
     found = []
     for seed in SEEDS:
-        [fire] = burnt(profile, asked(FRAMES, clip.fps, seed=seed))
+        [fire] = generated(profile, settings(FRAMES, clip.fps, seed=seed))
         found.append(figures(seen, look_at_fire(fire, profile.front.threshold)))
         if every:
             print(line(f"  seed {seed}", found[-1]), flush=True)
@@ -115,16 +115,16 @@ def cost(folder: Path) -> bool:
     profile = learnt(real_clip(folder))
     fast = True
     for slices in SLICES:
-        lit = time.process_time()
-        [fire] = burnt(profile, asked(48, 24.0, slices=slices), height=256)
+        begun = time.process_time()
+        [fire] = generated(profile, settings(48, 24.0, slices=slices), height=256)
         start, cpu = time.perf_counter(), time.process_time()
-        lighting = (cpu - lit) / 48
+        calibrating = (cpu - begun) / 48
         with Workers(2) as workers:
             for _ in workers.map(fire.read, range(48)):
                 pass
         wall, used = (time.perf_counter() - start) / 48, (time.process_time() - cpu) / 48
         print(
-            f"{slices:6} {100 * slices:9} {1000 * lighting:13.1f} {1000 * used:9.1f} "
+            f"{slices:6} {100 * slices:9} {1000 * calibrating:13.1f} {1000 * used:9.1f} "
             f"{1 / used:9.0f} {1 / wall:12.0f}"
         )
         fast &= slices != 12 or max(1 / used, 1 / wall) >= LEAST_RATE
@@ -138,7 +138,7 @@ def main() -> int:
     print(f"{'clip':28}" + "".join(f"{name:>9}" for name in BOUNDS))
     good = [likeness(clips / name, "--seeds" in sys.argv) for name in REAL]
     print(
-        f"\n{'slices':>6} {'particles':>9} {'lighting (ms)':>13} {'ms (cpu)':>9} {'fps (cpu)':>9} "
+        f"\n{'slices':>6} {'particles':>9} {'calibration':>13} {'ms (cpu)':>9} {'fps (cpu)':>9} "
         f"{'fps (2 jobs)':>12}"
     )
     good.append(cost(clips / "sim_unity_flame03"))

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
-from fire_atlas.generators.profile.learn import learn
+from fire_atlas.generators.profile.fire import learn_profile
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.sources.registry import open_source
 
@@ -164,12 +164,12 @@ def test_a_clip_that_changes_while_it_is_learnt_from_is_not_called_fresh(
     recipe = desk.recipe(source=source, timeline={"frames": 4}, flakes="none", motion_blur="none")
 
     def saved_meanwhile(*arguments: Any) -> Profile:
-        profile = learn(*arguments)
+        profile = learn_profile(*arguments)
         shutil.copy(clip / "0000.png", clip / "0005.png")
         return profile
 
     with monkeypatch.context() as patch:
-        patch.setattr("fire_atlas.sources.profile.learn", saved_meanwhile)
+        patch.setattr("fire_atlas.sources.profile.learn_profile", saved_meanwhile)
         assert desk.run("build", recipe).code == 0
     assert_builds_once(desk, recipe)
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Bytes, Pixels, srgb_to_linear
-from fire_atlas.generators.profile.contour import Points
+from fire_atlas.generators.profile.model import FeaturePoints
 
 Mask = NDArray[np.bool_]
 
@@ -17,12 +17,12 @@ FOOT, BASE, TIP = 80.0, 200.0, 60.0
 """Axis, ground and tip of the flame, px."""
 
 
-def points(lean: float, half: float = 20.0) -> Points:
+def points(lean: float, half: float = 20.0) -> FeaturePoints:
     """Six points of a kite that leans by ``lean`` degrees, its foot 20 px high, its tip blunt."""
     top = FOOT + math.tan(math.radians(lean)) * (BASE - TIP)
     left, right = (FOOT - half, BASE - 20), (FOOT + half, BASE - 20)
     mid = half / 2
-    return Points(
+    return FeaturePoints(
         left, (FOOT - mid, BASE - 10), (FOOT, BASE), (FOOT + mid, BASE - 10), right, (top, TIP)
     )
 

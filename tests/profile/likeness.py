@@ -16,14 +16,17 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels, luminance
 from fire_atlas.core.workers import Workers
-from fire_atlas.generators.profile.blaze import Burning
-from fire_atlas.generators.profile.colours import ColourTable, colour_table
-from fire_atlas.generators.profile.contour import Points, feature_points
-from fire_atlas.generators.profile.fire import burn
-from fire_atlas.generators.profile.learn import learn
-from fire_atlas.generators.profile.model import Profile
-from fire_atlas.generators.profile.segment import Fire, connected
+from fire_atlas.generators.profile.calibration import calibrate
+from fire_atlas.generators.profile.fire import learn_profile
+from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
+from fire_atlas.generators.profile.generate.rendering import renderings
+from fire_atlas.generators.profile.learn.features import FireMask, feature_points, largest_flame
+from fire_atlas.generators.profile.learn.learn import colour_table
+from fire_atlas.generators.profile.model import ColourTable, FeaturePoints, Profile
+from fire_atlas.generators.rendering import rendered_clip
+from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.source import FramesSource
+from fire_atlas.recipe.views import Views
 from fire_atlas.recipe.wind import Wind
 from fire_atlas.sources.frames import open_frames
 
@@ -49,7 +52,7 @@ class Look:
         frames: The fire alone.
     """
 
-    points: list[Points]
+    points: list[FeaturePoints]
     table: ColourTable
     frames: list[Pixels]
 
@@ -79,10 +82,12 @@ def real_clip(folder: Path) -> Clip:
     return open_frames(source, folder / "frames", "srgb")
 
 
-def learnt(*clips: Clip, **settings: Any) -> Profile:
+def learnt(*clips: Clip, **options: Any) -> Profile:
     """Learn a profile of one clip, or of two at a right angle."""
     with Workers(2) as workers:
-        return learn({f"clip {i}": clip for i, clip in enumerate(clips)}, workers, **settings)
+        return learn_profile(
+            {f"clip {i}": clip for i, clip in enumerate(clips)}, workers, **options
+        )
 
 
 @cache
@@ -97,44 +102,54 @@ def learnt_real(folder: Path) -> Profile:
     return learnt(real_clip(folder))
 
 
-def asked(frames: int = 48, fps: float = 24.0, wind: Wind | None = None, **changes: Any) -> Burning:
-    """Return what a recipe would ask of a fire."""
-    usual = {"seed": 0, "loop": True, "slices": 12, "particles": 100}
-    return Burning(frames=frames, fps=fps, wind=wind or Wind(), **{**usual, **changes})
+def settings(
+    frames: int = 48,
+    fps: float = 24.0,
+    wind: Wind | None = None,
+    seed: int = 0,
+    loop: bool = True,
+    slices: int = 12,
+    particles: int = 100,
+) -> ProfileFireSettings:
+    """Return what a recipe would set of a fire."""
+    generation = GenerationSettings(seed, wind or Wind(), frames, fps, loop, Views())
+    return ProfileFireSettings(generation, slices, particles)
 
 
-def burnt(
+def generated(
     profile: Profile,
-    burning: Burning,
+    wanted: ProfileFireSettings,
     azimuths: Sequence[float] = (0.0,),
     height: int | None = None,
     elevation: float = 0.0,
 ) -> list[Clip]:
-    """Generate fire."""
+    """Generate fire, and return a clip of it from each azimuth."""
     with Workers(2) as workers:
-        return burn(profile, burning, list(azimuths), height, elevation, "srgb", (), workers)
+        fire = calibrate(profile, wanted, workers)
+    seen = renderings(fire, azimuths, elevation, height)
+    return [rendered_clip(each, wanted.generation, "srgb", ()) for each in seen]
 
 
 def look_at_clip(clip: Clip, cells: int = 5) -> Look:
     """Look at the fire of a clip as learning does."""
-    return _look(clip, Fire.of(clip), cells)
+    return _look(clip, FireMask.of(clip), cells)
 
 
 def look_at_fire(clip: Clip, threshold: float, cells: int = 5) -> Look:
     """Look at generated fire: there is nothing else in its frames."""
     everywhere = np.ones((clip.height, clip.width), np.float32)
-    return _look(clip, Fire(threshold, everywhere, everywhere, False, clip.blend_space), cells)
+    return _look(clip, FireMask(threshold, everywhere, everywhere, False, clip.blend_space), cells)
 
 
-def _look(clip: Clip, fire: Fire, cells: int) -> Look:
-    frames, masks = [], []
+def _look(clip: Clip, mask: FireMask, cells: int) -> Look:
+    frames, flames = [], []
     for i in range(clip.count):
         pixels = clip.read(i)
-        lit = fire.lit(pixels)
-        frames.append(fire.content(pixels, lit))
-        masks.append(connected(lit))
-    table = colour_table(zip(frames, masks, strict=True), cells)
-    return Look([feature_points(mask) for mask in masks if mask.any()], table, frames)
+        binarized = mask.binarized(pixels)
+        frames.append(mask.isolated(pixels, binarized))
+        flames.append(largest_flame(binarized))
+    table = colour_table(zip(frames, flames, strict=True), cells)
+    return Look([feature_points(flame) for flame in flames if flame.any()], table, frames)
 
 
 def colour_error(one: ColourTable, other: ColourTable, least: float = 0.05) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from flames import swaying
-from likeness import asked, burnt, learnt, learnt_kite
+from likeness import generated, learnt, learnt_kite, settings
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.generators.profile.file import read_profile, write_profile
@@ -21,17 +21,19 @@ def profile() -> Profile:
 
 
 @pytest.fixture(scope="module")
-def told(profile: Profile) -> bytes:
+def file(profile: Profile) -> bytes:
     return write_profile(profile)
 
 
 def _frame(profile: Profile, i: int = 5) -> np.ndarray[Any, Any]:
-    return burnt(profile, asked(12))[0].read(i)
+    return generated(profile, settings(12))[0].read(i)
 
 
-def test_a_profile_read_back_burns_the_same_to_the_last_bit(profile: Profile, told: bytes) -> None:
-    again = read_profile(told, "x")
-    assert write_profile(again) == told
+def test_a_profile_read_back_gives_the_same_fire_to_the_last_bit(
+    profile: Profile, file: bytes
+) -> None:
+    again = read_profile(file, "x")
+    assert write_profile(again) == file
     assert (_frame(again) == _frame(profile)).all()
 
 
@@ -40,22 +42,22 @@ def test_two_sides_are_kept() -> None:
     profile = learnt(front, side)
     again = read_profile(write_profile(profile), "x")
     assert again.side is not None
-    ninety = burnt(again, asked(12), [90.0])[0].read(3)
-    assert (ninety == burnt(profile, asked(12), [90.0])[0].read(3)).all()
+    ninety = generated(again, settings(12), [90.0])[0].read(3)
+    assert (ninety == generated(profile, settings(12), [90.0])[0].read(3)).all()
 
 
-def test_people_can_read_it(told: bytes) -> None:
-    values = json.loads(told)
+def test_people_can_read_it(file: bytes) -> None:
+    values = json.loads(file)
     assert values["format"] == "fire-atlas/profile" and values["version"] == 1
     assert len(values["colours"]["rows"]) == 5
     assert [len(each) for each in values["sides"][0]["points"]] == [6] * 32
-    readable = told.split(b'"heat"')[0]
+    readable = file.split(b'"heat"')[0]
     assert max(map(len, readable.splitlines())) < 400
 
 
-def test_an_edited_colour_table_recolours_the_fire(told: bytes) -> None:
-    plain = _frame(read_profile(told, "x"))
-    values = json.loads(told)
+def test_an_edited_colour_table_recolours_the_fire(file: bytes) -> None:
+    plain = _frame(read_profile(file, "x"))
+    values = json.loads(file)
     rows = values["colours"]["rows"]
     values["colours"]["rows"] = [[f"#{c[5:7]}{c[3:5]}{c[1:3]}" for c in row] for row in rows]
     blue = _frame(read_profile(json.dumps(values).encode(), "x"))
@@ -88,8 +90,8 @@ Change = Callable[[dict[str, Any]], object]
         (lambda v: v.update(version="1"), "version"),
     ],
 )
-def test_a_damaged_profile_is_refused_saying_where(told: bytes, change: Change, where: str) -> None:
-    values = json.loads(told)
+def test_a_damaged_profile_is_refused_saying_where(file: bytes, change: Change, where: str) -> None:
+    values = json.loads(file)
     change(values)
     with pytest.raises(SourceError) as caught:
         read_profile(json.dumps(values).encode(), "candle.profile.json")
@@ -115,7 +117,7 @@ def test_what_is_no_profile_is_refused(data: bytes, what: str) -> None:
     assert what in str(caught.value) and "fire-atlas learn" in str(caught.value)
 
 
-def test_half_a_profile_is_refused(told: bytes, tmp_path: Path) -> None:
+def test_half_a_profile_is_refused(file: bytes, tmp_path: Path) -> None:
     for share in (0.1, 0.5, 0.99):
         with pytest.raises(SourceError, match="is damaged"):
-            read_profile(told[: int(len(told) * share)], "x")
+            read_profile(file[: int(len(file) * share)], "x")

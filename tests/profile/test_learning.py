@@ -10,13 +10,13 @@ from likeness import learnt, real_clip
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.generators.profile.colours import colour_table
-from fire_atlas.generators.profile.particles import (
+from fire_atlas.generators.profile.generate.particles import (
     half_width,
     height_after,
     peripheral_curve,
-    time_to,
+    rise_time,
 )
+from fire_atlas.generators.profile.learn.learn import colour_table
 
 
 @pytest.mark.parametrize("size", [2, 5, 8])
@@ -100,7 +100,7 @@ def _cut_at_the_tip() -> list[Pixels]:
 
 
 @pytest.mark.parametrize(
-    ("frames", "told", "advice"),
+    ("frames", "fault", "advice"),
     [
         (_still()[:1], "has 1 frame;", "best from 8 to 60"),
         (_still(), "no fire found", "flickers"),
@@ -115,11 +115,11 @@ def _cut_at_the_tip() -> list[Pixels]:
     ],
 )
 def test_what_cannot_be_learnt_from_is_refused_with_advice(
-    frames: list[Pixels], told: str, advice: str
+    frames: list[Pixels], fault: str, advice: str
 ) -> None:
     with pytest.raises(SourceError) as caught:
         learnt(clip_of(frames))
-    assert told in str(caught.value) and advice in str(caught.value), caught.value
+    assert fault in str(caught.value) and advice in str(caught.value), caught.value
     assert str(caught.value).startswith("clip 0: ")
 
 
@@ -137,7 +137,7 @@ def test_a_threshold_above_all_light_finds_no_fire() -> None:
 
 def test_particles_rise_through_three_regimes() -> None:
     t = np.linspace(0, 3, 3001)
-    height = height_after(t, rise=1.5)
+    height = height_after(t, rise_speed=1.5)
     speed = np.gradient(height, t)
     flame, zone, plume = height < 0.19, (height > 0.21) & (height < 0.99), height > 1.02
     assert (np.diff(speed[flame]) > 0).all()
@@ -147,7 +147,7 @@ def test_particles_rise_through_three_regimes() -> None:
     assert speed[flame][50:] == pytest.approx(1.5 * np.sqrt(height[flame][50:] / 0.2), rel=0.02)
     assert speed[plume][1:-1] == pytest.approx(1.5 * height[plume][1:-1] ** (-1 / 3), rel=0.01)
     for wanted in (0.5, 1.0, 1.7):
-        reached = height_after(np.array([time_to(wanted, 1.5)]), 1.5)[0]
+        reached = height_after(np.array([rise_time(wanted, 1.5)]), 1.5)[0]
         assert reached == pytest.approx(wanted, rel=0.35 if wanted < 1 else 1e-6)
 
 

@@ -8,8 +8,9 @@ from flames import BASE, FOOT, HEIGHT, TIP, WIDTH, kite, points
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fire_atlas.generators.profile.contour import contour, feature_points
-from fire_atlas.generators.profile.states import EDGES, leaning_sets, state_of
+from fire_atlas.generators.profile.learn.features import contour, feature_points
+from fire_atlas.generators.profile.learn.learn import leaning_sets
+from fire_atlas.generators.profile.model import STATE_EDGES, leaning_state
 
 
 @pytest.mark.parametrize("lean", [-25.0, -10.0, 0.0, 4.0, 17.0])
@@ -53,7 +54,7 @@ def test_twelve_sets_answer_whatever_the_clip_shows() -> None:
     leans = np.array([math.sin(i / 3) * 8 for i in range(30)])
     sets = leaning_sets(leans)
     assert len(sets) == 12
-    assert [each.low for each in sets[::2]] == list(EDGES[:-1])
+    assert [each.low for each in sets[::2]] == list(STATE_EDGES[:-1])
     assert all(each.frames for each in sets)
 
 
@@ -81,4 +82,4 @@ def test_a_state_nobody_showed_takes_those_that_lean_most_like_it() -> None:
     ("lean", "state"), [(-99, 0), (-25, 0), (-10.1, 1), (-1, 2), (0, 3), (25, 5), (80, 5)]
 )
 def test_the_state_of_a_lean(lean: float, state: int) -> None:
-    assert state_of(lean) == state
+    assert leaning_state(lean) == state

@@ -106,12 +106,12 @@ def test_learning_from_two_sides_on_the_command_line(desk: Path) -> None:
     sides = desk / "front", "--side", desk / "side"
     code, said = run("learn", *sides, "-o", out, "--set", "cells=4")
     assert code == 0, said
-    told = json.loads(out.read_bytes())
-    assert len(told["sides"]) == 2 and told["colours"]["cells"] == 4
+    file = json.loads(out.read_bytes())
+    assert len(file["sides"]) == 2 and file["colours"]["cells"] == 4
 
 
 @pytest.mark.parametrize(
-    ("source", "keys", "told"),
+    ("source", "keys", "message"),
     [
         ({"kind": "profil"}, {}, "source.kind: must be one of frames, profile, silk"),
         ({"slcies": 3}, {}, "source.slcies: unknown key; did you mean source.slices?"),
@@ -128,16 +128,16 @@ def test_learning_from_two_sides_on_the_command_line(desk: Path) -> None:
         ({"side_path": "nothing"}, {}, "nothing: does not exist"),
     ],
 )
-def test_mistakes_in_a_recipe_are_told_with_advice(
-    desk: Path, source: dict[str, Any], keys: dict[str, Any], told: str
+def test_mistakes_in_a_recipe_are_refused_with_advice(
+    desk: Path, source: dict[str, Any], keys: dict[str, Any], message: str
 ) -> None:
     code, said = run("check", recipe(desk, source, **keys))
-    assert code != 0 and told in said, said
+    assert code != 0 and message in said, said
     assert "Traceback" not in said
 
 
 @pytest.mark.parametrize(
-    ("timeline", "told"),
+    ("timeline", "message"),
     [
         ({"loop": "pingpong"}, "timeline.loop: pingpong joins the ends of a clip"),
         ({"loop": "crossfade"}, "timeline.loop: crossfade joins the ends of a clip"),
@@ -145,9 +145,9 @@ def test_mistakes_in_a_recipe_are_told_with_advice(
         ({"loop": "none", "tail": True}, "timeline.tail: is for clips"),
     ],
 )
-def test_what_is_for_footage_is_refused(desk: Path, timeline: dict[str, Any], told: str) -> None:
+def test_what_is_for_footage_is_refused(desk: Path, timeline: dict[str, Any], message: str) -> None:
     code, said = run("check", recipe(desk, timeline=timeline, flakes={"rate": 5}))
-    assert code == 2 and told in said, said
+    assert code == 2 and message in said, said
 
 
 def test_views_are_refused_for_footage(desk: Path) -> None:

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from likeness import Array, asked, burnt, learnt_kite, learnt_real, look_at_fire
+from likeness import Array, generated, learnt_kite, learnt_real, look_at_fire, settings
 
 from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.field.wind import fit_gusts, wind_in_view, wind_velocity
-from fire_atlas.generators.profile.force import PER_LEVEL, Weather
+from fire_atlas.generators.profile.generate.wind import LEAN_PER_LEVEL, WindResponse
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.tree import read_tree
@@ -35,14 +35,14 @@ def sets_in(t: float, level: float) -> Wind:
 
 
 def leans(profile: Profile, blows: Wind, frames: int = 72, loop: bool = True) -> Array:
-    [clip] = burnt(profile, asked(frames, wind=blows, loop=loop))
+    [clip] = generated(profile, settings(frames, wind=blows, loop=loop))
     return look_at_fire(clip, profile.front.threshold).leans
 
 
 def test_the_lean_rises_with_every_level(profile: Profile) -> None:
     means = [float(leans(profile, wind(level=float(level))).mean()) for level in range(6)]
     assert (np.diff(means) > 3).all(), means
-    assert means[-1] == pytest.approx(PER_LEVEL * 5, abs=5)
+    assert means[-1] == pytest.approx(LEAN_PER_LEVEL * 5, abs=5)
 
 
 def test_it_mirrors_with_the_direction(profile: Profile) -> None:
@@ -69,12 +69,12 @@ def test_a_real_fire_leans_and_a_sustained_force_settles(clips: Path) -> None:
 
 
 def test_under_a_sustained_force_the_fire_sways_less_and_less() -> None:
-    weather = Weather.of(sets_in(1.0, 4.0), 200, 24.0, loop=False)
-    swing = np.array([weather.swing(i) for i in range(200)])
-    assert swing[10] == pytest.approx(1.0, abs=0.01)
-    start = int(np.argmax(swing))
-    assert 24 <= start <= 36 and swing[start] > 1.15
-    assert (np.diff(swing[start:]) <= 1e-9).all() and swing[-1] < 0.45
+    response = WindResponse.of(sets_in(1.0, 4.0), 200, 24.0, loop=False)
+    gain = np.array([response.sway_gain(i) for i in range(200)])
+    assert gain[10] == pytest.approx(1.0, abs=0.01)
+    start = int(np.argmax(gain))
+    assert 24 <= start <= 36 and gain[start] > 1.15
+    assert (np.diff(gain[start:]) <= 1e-9).all() and gain[-1] < 0.45
 
 
 @pytest.mark.parametrize("seed", [None, 2, 3])
@@ -96,11 +96,11 @@ def test_gusts_close_with_the_loop(preset: str, seed: int | None) -> None:
         assert max(steps) < 3 * np.median(steps)
 
 
-def test_the_weather_of_a_loop_has_no_beginning() -> None:
+def test_the_response_to_gusts_in_a_loop_has_no_beginning() -> None:
     gusts = wind(gusts={"mean": 2.0, "strength": 2.0, "period": 1.1})
-    once = Weather.of(fit_gusts(gusts, 2.0), 48, 24.0, loop=True)
-    twice = Weather.of(fit_gusts(gusts, 2.0), 96, 24.0, loop=True)
-    assert np.allclose(np.concatenate([once.force, once.force]), twice.force, atol=1e-6)
+    once = WindResponse.of(fit_gusts(gusts, 2.0), 48, 24.0, loop=True)
+    twice = WindResponse.of(fit_gusts(gusts, 2.0), 96, 24.0, loop=True)
+    assert np.allclose(np.concatenate([once.level, once.level]), twice.level, atol=1e-6)
 
 
 def test_wind_turns_with_the_camera() -> None:

@@ -1,7 +1,7 @@
-"""Profile files: everything learnt of a fire, to read, to keep, and to recolour.
+"""Read and write profile files: JSON that holds everything learnt of a fire.
 
-JSON, its numbers for people first: the colour table (``colours`` may be edited; the fire then
-burns in those colours), statistics, feature points, leaning sets. The detail follows as grey PNGs.
+Numbers for people come first: the colour table (where ``colours`` is edited, fire is generated in
+those colours), statistics, feature points, leaning sets. The detail follows as grey PNGs, base64.
 """
 
 import base64
@@ -19,48 +19,60 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from fire_atlas import __version__
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Bytes
-from fire_atlas.generators.profile.colours import ColourTable
-from fire_atlas.generators.profile.contour import Points
-from fire_atlas.generators.profile.face import DRIFT_CELL, DRIFT_UNIT, LEVELS, Face
-from fire_atlas.generators.profile.grid import Grid
-from fire_atlas.generators.profile.measure import LEAST_FRAMES, MOST_FRAMES
-from fire_atlas.generators.profile.model import Profile, Side, Spread, Statistics
-from fire_atlas.generators.profile.pose import NODES, Pose
-from fire_atlas.generators.profile.states import LeaningSet, Origin, Period
+from fire_atlas.generators.profile.model import (
+    FLOW_CELL,
+    FLOW_UNIT,
+    MAX_FRAMES,
+    MIN_FRAMES,
+    NODES,
+    SHADE_LEVELS,
+    ClipStatistics,
+    ColourTable,
+    DetailGrid,
+    DetailModel,
+    FeaturePoints,
+    LeaningSet,
+    Origin,
+    Percentiles,
+    Period,
+    PoseCurves,
+    Profile,
+    Side,
+)
 from fire_atlas.recipe.base import COLOR_PATTERN
 
-FORMAT: Literal["fire-atlas/profile"] = "fire-atlas/profile"
-VERSION: Literal[1] = 1
+_FORMAT: Literal["fire-atlas/profile"] = "fire-atlas/profile"
+_VERSION: Literal[1] = 1
 
 SUFFIX = ".json"
 """How the names of profile files end; those of clips never do."""
 
-Share = Annotated[float, Field(ge=0, le=1)]
-Size = Annotated[float, Field(gt=0, le=1e5)]
-Place = tuple[float, float]
-Curve = Annotated[tuple[float, ...], Field(min_length=NODES, max_length=NODES)]
-Curves = Annotated[tuple[Curve, ...], Field(min_length=1, max_length=MOST_FRAMES)]
+_Share = Annotated[float, Field(ge=0, le=1)]
+_Size = Annotated[float, Field(gt=0, le=1e5)]
+_Point = tuple[float, float]
+_Curve = Annotated[tuple[float, ...], Field(min_length=NODES, max_length=NODES)]
+_Curves = Annotated[tuple[_Curve, ...], Field(min_length=1, max_length=MAX_FRAMES)]
 
 
 class _Block(BaseModel):
-    """A part of the file: unknown keys, NaN and infinities refused; lists stand for tuples."""
+    """An object of the file: unknown keys, NaN and infinities are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class _Colours(_Block):
+class _ColoursBlock(_Block):
     cells: int = Field(ge=2, le=32)
     rows: tuple[tuple[Annotated[str, Field(pattern=COLOR_PATTERN)], ...], ...]
-    coverage: tuple[tuple[Share, ...], ...]
+    coverage: tuple[tuple[_Share, ...], ...]
 
     @classmethod
-    def of(cls, table: ColourTable) -> "_Colours":
+    def of(cls, table: ColourTable) -> "_ColoursBlock":
         rows = tuple(tuple("#%02x%02x%02x" % tuple(c) for c in row) for row in table.colours)  # noqa: UP031
         coverage = tuple(tuple(round(float(c), 3) for c in row) for row in table.coverage)
         return cls(cells=len(rows), rows=rows, coverage=coverage)
 
     def table(self) -> ColourTable:
-        """Raise ``ValueError`` if it is not square."""
+        """Return the colour table; raise ``ValueError`` if it is not square."""
         size = self.cells
         if [len(row) for row in (*self.rows, *self.coverage)] != [size] * 2 * size:
             raise ValueError(f"a colour table of {size} cells has {size} rows of {size}")
@@ -68,7 +80,7 @@ class _Colours(_Block):
         return ColourTable(colours.astype(np.uint8), np.array(self.coverage, np.float32))
 
 
-class _Grid(_Block):
+class _GridBlock(_Block):
     up: int = Field(ge=4, le=1024)
     down: int = Field(ge=1, le=512)
     side: int = Field(ge=2, le=2048)
@@ -76,15 +88,15 @@ class _Grid(_Block):
     per_half: float = Field(ge=0.1, le=2048)
 
 
-class _Statistics(_Block):
-    height: tuple[Size, Size, Size]
-    width: tuple[Size, Size, Size]
+class _StatisticsBlock(_Block):
+    height: tuple[_Size, _Size, _Size]
+    width: tuple[_Size, _Size, _Size]
     lean: tuple[float, float, float]
     brightness: tuple[float, float, float]
     step: float = Field(ge=0)
 
 
-class _Set(_Block):
+class _SetBlock(_Block):
     low: float
     high: float
     period: Period
@@ -92,59 +104,63 @@ class _Set(_Block):
     frames: Annotated[tuple[int, ...], Field(min_length=1)]
 
 
-class _Side(_Block):
-    frames: int = Field(ge=LEAST_FRAMES, le=MOST_FRAMES)
+class _SideBlock(_Block):
+    """A side. Keys that differ from ``DetailModel``: ``heat`` is ``scores``, ``drift`` ``flow``,
+    ``kinship`` ``autocorrelation``, ``breadth`` ``correlation_length``, ``is_even``
+    ``is_symmetric``."""
+
+    frames: int = Field(ge=MIN_FRAMES, le=MAX_FRAMES)
     fps: float = Field(gt=0, le=1000)
     closed: bool
     threshold: float = Field(ge=0, le=255)
-    statistics: _Statistics
-    sets: Annotated[tuple[_Set, ...], Field(min_length=12, max_length=12)]
-    points: tuple[Annotated[tuple[Place, ...], Field(min_length=6, max_length=6)], ...]
+    statistics: _StatisticsBlock
+    sets: Annotated[tuple[_SetBlock, ...], Field(min_length=12, max_length=12)]
+    points: tuple[Annotated[tuple[_Point, ...], Field(min_length=6, max_length=6)], ...]
     half: float = Field(gt=0, le=100)
-    kinship: Share
+    kinship: _Share
     breadth: float = Field(ge=0, le=4096)
     is_even: bool
-    offset: Curves
-    ratio: Curves
+    offset: _Curves
+    ratio: _Curves
     heat: str
     shades: str
     drift: str
 
 
-class _File(_Block):
+class _ProfileBlock(_Block):
     format: Literal["fire-atlas/profile"]
     version: Literal[1]
     tool: str
-    colours: _Colours
-    colours_as_learnt: _Colours
+    colours: _ColoursBlock
+    colours_as_learnt: _ColoursBlock
     rise: float = Field(ge=0.01, le=100)
     pace: float = Field(ge=0.1, le=10)
-    grid: _Grid
-    sides: Annotated[tuple[_Side, ...], Field(min_length=1, max_length=2)]
+    grid: _GridBlock
+    sides: Annotated[tuple[_SideBlock, ...], Field(min_length=1, max_length=2)]
 
 
 def write_profile(profile: Profile) -> bytes:
     """Return the file of a profile."""
     grid = profile.grid
-    told = _File(
-        format=FORMAT,
-        version=VERSION,
+    file = _ProfileBlock(
+        format=_FORMAT,
+        version=_VERSION,
         tool=f"fire-atlas {__version__}",
-        colours=_Colours.of(profile.colours),
-        colours_as_learnt=_Colours.of(profile.learnt),
-        rise=profile.rise,
-        pace=profile.pace,
-        grid=_Grid(
-            up=grid.up, down=grid.down, side=grid.side, per_height=grid.per_height,
-            per_half=grid.per_half,
+        colours=_ColoursBlock.of(profile.colours),
+        colours_as_learnt=_ColoursBlock.of(profile.learnt_colours),
+        rise=profile.rise_speed,
+        pace=profile.playback_speed,
+        grid=_GridBlock(
+            up=grid.rows_above, down=grid.rows_below, side=grid.half_columns,
+            per_height=grid.cells_per_height, per_half=grid.cells_per_half,
         ),
-        sides=tuple(_told(side) for side in profile.sides),
+        sides=tuple(_side_block(side) for side in profile.sides),
     )  # fmt: skip
-    return (_text(told.model_dump(mode="json")) + "\n").encode()
+    return (_text(file.model_dump(mode="json")) + "\n").encode()
 
 
 def read_profile(data: bytes, name: str) -> Profile:
-    """Return the profile in a file called ``name``.
+    """Return the profile in the bytes of a file called ``name``.
 
     Raises:
         SourceError: It is no profile, of a later version, or damaged.
@@ -154,17 +170,18 @@ def read_profile(data: bytes, name: str) -> Profile:
         values = json.loads(data)
     except (ValueError, RecursionError) as error:
         raise SourceError(f"{name}: is damaged or no fire profile ({error}); {again}") from None
-    if not isinstance(values, dict) or values.get("format") != FORMAT:
+    if not isinstance(values, dict) or values.get("format") != _FORMAT:
         raise SourceError(f"{name}: is no fire profile; {again}")
     version = values.get("version")
-    if isinstance(version, int) and version > VERSION:
+    if isinstance(version, int) and version > _VERSION:
         raise SourceError(
             f"{name}: is a profile of version {version}, but this fire-atlas reads up to "
-            f"{VERSION}; update fire-atlas, or {again}"
+            f"{_VERSION}; update fire-atlas, or {again}"
         )
     try:
-        file = _File.model_validate(values)
-        grid = Grid(**file.grid.model_dump())
+        file = _ProfileBlock.model_validate(values)
+        block = file.grid
+        grid = DetailGrid(block.up, block.down, block.side, block.per_height, block.per_half)
         colours, learnt = file.colours.table(), file.colours_as_learnt.table()
         if colours.colours.shape != learnt.colours.shape:
             raise ValueError("colours: must have as many cells as colours_as_learnt")
@@ -179,14 +196,14 @@ def read_profile(data: bytes, name: str) -> Profile:
     return Profile(grid, file.rise, file.pace, colours, learnt, sides[0], side)
 
 
-def _told(side: Side) -> _Side:
-    face, statistics = side.face, side.statistics
-    return _Side(
-        frames=face.count,
+def _side_block(side: Side) -> _SideBlock:
+    detail, statistics = side.detail, side.statistics
+    return _SideBlock(
+        frames=detail.count,
         fps=side.fps,
         closed=side.closed,
         threshold=side.threshold,
-        statistics=_Statistics(
+        statistics=_StatisticsBlock(
             height=statistics.height,
             width=statistics.width,
             lean=statistics.lean,
@@ -194,68 +211,73 @@ def _told(side: Side) -> _Side:
             step=statistics.step,
         ),
         sets=tuple(
-            _Set(low=s.low, high=s.high, period=s.period, origin=s.origin, frames=s.frames)
+            _SetBlock(low=s.low, high=s.high, period=s.period, origin=s.origin, frames=s.frames)
             for s in side.sets
         ),
         points=side.points,
-        half=face.half,
-        kinship=face.kinship,
-        breadth=face.breadth,
-        is_even=face.is_even,
-        offset=tuple(map(tuple, face.pose.offset.tolist())),
-        ratio=tuple(map(tuple, face.pose.ratio.tolist())),
-        heat=_packed(face.heat),
-        shades=_packed(np.moveaxis(face.shades, 3, 1)),
-        drift=_packed((np.moveaxis(face.drift, 3, 1) / DRIFT_UNIT + 128).astype(np.uint8)),
+        half=side.half_width,
+        kinship=detail.autocorrelation,
+        breadth=detail.correlation_length,
+        is_even=detail.is_symmetric,
+        offset=tuple(map(tuple, side.pose.offset.tolist())),
+        ratio=tuple(map(tuple, side.pose.width_ratio.tolist())),
+        heat=_packed(detail.scores),
+        shades=_packed(np.moveaxis(detail.shades, 3, 1)),
+        drift=_packed((np.moveaxis(detail.flow, 3, 1) / FLOW_UNIT + 128).astype(np.uint8)),
     )
 
 
-def _side(told: _Side, grid: Grid) -> Side:
-    count, (rows, columns) = told.frames, grid.shape
-    for name, items in (("points", told.points), ("offset", told.offset), ("ratio", told.ratio)):
-        if len(items) != count:
-            raise ValueError(f"{name}: has {len(items)} items for {count} frames")
-    for each in told.sets:
-        if not all(0 <= frame < count for frame in each.frames):
-            raise ValueError(f"sets: there are only frames 0 to {count - 1}")
-    levels = min(LEVELS, count)
-    small = -(-rows // DRIFT_CELL), -(-columns // DRIFT_CELL)
-    drift = _unpacked("drift", told.drift, (count, 2, *small)).astype(np.float32)
-    shades = _unpacked("shades", told.shades, (levels, 4, rows, columns))
-    face = Face(
-        half=told.half,
-        pose=Pose(np.clip(np.array(told.offset), -2, 2), np.clip(np.array(told.ratio), 0.5, 2)),
-        heat=_unpacked("heat", told.heat, (count, rows, columns)),
-        shades=np.ascontiguousarray(np.moveaxis(shades, 1, 3)),
-        drift=np.moveaxis((drift - 128) * np.float32(DRIFT_UNIT), 1, 3),
-        kinship=told.kinship,
-        breadth=told.breadth,
-        is_even=told.is_even,
-    )
-    given = told.statistics
+def _side(block: _SideBlock, grid: DetailGrid) -> Side:
+    """Return the side in a block; raise ``ValueError`` where its parts contradict each other."""
+    count, statistics = block.frames, block.statistics
+    for name in ("points", "offset", "ratio"):
+        if (items := len(getattr(block, name))) != count:
+            raise ValueError(f"{name}: has {items} items for {count} frames")
+    if not all(0 <= frame < count for each in block.sets for frame in each.frames):
+        raise ValueError(f"sets: there are only frames 0 to {count - 1}")
     return Side(
-        fps=told.fps,
-        closed=told.closed,
-        threshold=told.threshold,
-        points=tuple(Points(*each) for each in told.points),
-        statistics=Statistics(
-            Spread(*given.height), Spread(*given.width), Spread(*given.lean),
-            Spread(*given.brightness), given.step,
+        fps=block.fps,
+        closed=block.closed,
+        threshold=block.threshold,
+        points=tuple(FeaturePoints(*each) for each in block.points),
+        statistics=ClipStatistics(
+            Percentiles(*statistics.height), Percentiles(*statistics.width),
+            Percentiles(*statistics.lean), Percentiles(*statistics.brightness), statistics.step,
         ),
-        sets=tuple(LeaningSet(s.low, s.high, s.period, s.origin, s.frames) for s in told.sets),
-        face=face,
+        sets=tuple(LeaningSet(s.low, s.high, s.period, s.origin, s.frames) for s in block.sets),
+        half_width=block.half,
+        pose=PoseCurves(
+            np.clip(np.array(block.offset), -2, 2), np.clip(np.array(block.ratio), 0.5, 2)
+        ),
+        detail=_detail(block, grid),
     )  # fmt: skip
 
 
+def _detail(block: _SideBlock, grid: DetailGrid) -> DetailModel:
+    count, (rows, columns) = block.frames, grid.shape
+    levels = min(SHADE_LEVELS, count)
+    coarse = -(-rows // FLOW_CELL), -(-columns // FLOW_CELL)
+    flow = _unpacked("drift", block.drift, (count, 2, *coarse)).astype(np.float32)
+    shades = _unpacked("shades", block.shades, (levels, 4, rows, columns))
+    return DetailModel(
+        scores=_unpacked("heat", block.heat, (count, rows, columns)),
+        shades=np.ascontiguousarray(np.moveaxis(shades, 1, 3)),
+        flow=np.moveaxis((flow - 128) * np.float32(FLOW_UNIT), 1, 3),
+        autocorrelation=block.kinship,
+        correlation_length=block.breadth,
+        is_symmetric=block.is_even,
+    )
+
+
 def _packed(array: Bytes) -> str:
-    """An array of bytes as a PNG one column of pictures wide, in base64."""
+    """Encode an array as a grey PNG, its pictures one below the other, in base64."""
     done, data = cv2.imencode(".png", np.ascontiguousarray(array).reshape(-1, array.shape[-1]))
     assert done, "a grey picture can always be encoded"
     return base64.b64encode(data.tobytes()).decode()
 
 
 def _unpacked(name: str, text: str, shape: tuple[int, ...]) -> NDArray[np.uint8]:
-    """Return the array of ``shape`` that was packed; raise ``ValueError`` if it is not there."""
+    """Decode the array of ``shape`` from ``text``; raise ``ValueError`` if it holds none."""
     try:
         data = base64.b64decode(text, validate=True)
         with Image.open(io.BytesIO(data), formats=["PNG"]) as image:
@@ -268,7 +290,7 @@ def _unpacked(name: str, text: str, shape: tuple[int, ...]) -> NDArray[np.uint8]
 
 
 def _text(value: Any, indent: str = "") -> str:
-    """JSON with a line for each key, and lists of plain values on one line."""
+    """Format a value as JSON: a line for each key, lists of plain values on one line."""
     inner = indent + " "
     if isinstance(value, dict):
         lines = [f"{inner}{json.dumps(key)}: {_text(each, inner)}" for key, each in value.items()]

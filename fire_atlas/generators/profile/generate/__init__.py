@@ -1,0 +1,1 @@
+"""Generating fire from a profile, by particles that carry parts of its clip (Lee et al., III-C)."""

@@ -1,0 +1,120 @@
+"""Particles that rise from the base of the fire to its top (Lee et al., III-C, Figures 9-12)."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.easing import smooth_step
+
+_FLAME, _PLUME = 0.2, 1.0
+"""Heights at which McCaffrey's regimes change, flame heights: below, burning gases accelerate (as
+the root of height), between, they rise at a constant speed, above they slow down (height^-1/3)."""
+
+
+def height_after(seconds: NDArray[np.floating], rise_speed: float) -> NDArray[np.float64]:
+    """Return how high, in flame heights, a particle is ``seconds`` after its birth at the base.
+
+    ``rise_speed`` is that in the intermittent zone, heights per second. Integrated in closed form.
+    """
+    t = np.asarray(seconds, np.float64)
+    to_zone, to_plume = 2 * _FLAME / rise_speed, (_PLUME - _FLAME) / rise_speed
+    flame = _FLAME * np.square(np.clip(t / to_zone, 0, 1))
+    zone = rise_speed * np.clip(t - to_zone, 0, to_plume)
+    late = np.maximum(t - to_zone - to_plume, 0)
+    plume = (_PLUME ** (4 / 3) + 4 / 3 * rise_speed * _PLUME ** (1 / 3) * late) ** 0.75 - _PLUME
+    return np.asarray(flame + zone + plume, np.float64)
+
+
+def rise_time(height: float, rise_speed: float) -> float:
+    """Return the seconds after which a particle born at the base is at ``height``."""
+    to_plume = (2 * _FLAME + _PLUME - _FLAME) / rise_speed
+    if height <= _PLUME:
+        return to_plume * height / _PLUME
+    late = (height ** (4 / 3) - _PLUME ** (4 / 3)) * 0.75 / (rise_speed * _PLUME ** (1 / 3))
+    return float(to_plume + late)
+
+
+def peripheral_curve(front: float, side: float) -> CubicSpline:
+    """Return the outline of the base, seen from above (Figure 12): a closed cubic spline through
+    the extreme points of both views.
+
+    Args:
+        front: Half width seen from the front (azimuth 0), along x.
+        side: Half width seen from the side, along the view of the front.
+
+    Returns:
+        (x, z) by azimuth, radians.
+    """
+    turn = np.linspace(0, 2 * math.pi, 5)
+    ends = np.array([(front, 0), (0, side), (-front, 0), (0, -side), (front, 0)])
+    return CubicSpline(turn, ends, bc_type="periodic")
+
+
+def half_width(curve: CubicSpline, azimuth: float) -> float:
+    """Return half the width of the closed ``curve`` for a camera at ``azimuth``, radians."""
+    x, z = curve(np.linspace(0, 2 * math.pi, 361)).T
+    return float((x * math.cos(azimuth) + z * math.sin(azimuth)).max())
+
+
+@dataclass(frozen=True, slots=True)
+class Particles:
+    """All particles of a fire; each lives once in every period.
+
+    Attributes:
+        birth: (n,) frame of birth, in the period.
+        slice: (n,) vertical slice in which each rises.
+        x, z: (n,) place of birth on the base, half widths of the front: right, and away.
+        size: (n,) relative to the mean.
+        lifetime: Frames each lives.
+        period: Frames after which the fire repeats.
+    """
+
+    birth: NDArray[np.float64]
+    slice: NDArray[np.intp]
+    x: NDArray[np.float64]
+    z: NDArray[np.float64]
+    size: NDArray[np.float64]
+    lifetime: int
+    period: int
+
+    @classmethod
+    def random(
+        cls, seed: int, azimuths: NDArray[np.float64], alive: int, lifetime: int, period: int,
+        curve: CubicSpline,
+    ) -> "Particles":  # fmt: skip
+        """Spawn particles at random, evenly over the period.
+
+        Args:
+            seed: Of the recipe.
+            azimuths: (slices,) of the vertical slices, radians.
+            alive: Particles of a slice alive at a time.
+            lifetime, period: As of the class.
+            curve: Outline of the base, as of ``peripheral_curve``.
+        """
+        parts = []
+        number = max(1, round(alive * period / lifetime))
+        for k, azimuth in enumerate(azimuths):
+            chance = generator(seed, Stage.PARTICLES, k)
+            birth = (np.arange(number) + chance.random(number)) * period / number
+            distance = chance.uniform(-1, 1, number)
+            direction = np.where(distance < 0, azimuth + math.pi, azimuth)
+            places = curve(np.mod(direction, 2 * math.pi)) * np.abs(distance)[:, None]
+            size = np.exp(chance.normal(0, 0.2, number))
+            parts.append((birth, np.full(number, k), *places.T, size))
+        birth, slice_, x, z, size = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return cls(birth, slice_, x, z, size, lifetime, period)
+
+    def alive(self, time: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+        """Return the indices of those alive at a time, and their ages, in frames."""
+        age = np.mod(time - self.birth, self.period)
+        alive = np.flatnonzero(age < self.lifetime)
+        return alive, age[alive]
+
+
+def opacity(age: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the opacity of particles by age, 0..1 of their life: they fade in and out."""
+    return smooth_step(age / 0.3) * smooth_step((1 - age) / 0.45)

@@ -1,0 +1,274 @@
+"""A generated fire seen by one camera: scores mixed by masks, shades looked up, sway put back."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.special import ndtr
+
+from fire_atlas.core.pixels import Pixels, Plane, as_plane
+from fire_atlas.effect.field.wind import peak_level
+from fire_atlas.generators.camera import Camera
+from fire_atlas.generators.profile.generate.blend_masks import MASK_CELL, BlendMask, blend_masks
+from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
+from fire_atlas.generators.profile.generate.particles import half_width
+from fire_atlas.generators.profile.generate.shading import ShadeTable, shade_table, taper_of
+from fire_atlas.generators.profile.generate.wind import LEAN_PER_LEVEL
+from fire_atlas.generators.profile.model import FLOW_CELL, SCORE_UNIT, interpolated
+
+_MAX_ELEVATION = 80.0
+"""Degrees. From steeper than this nothing of a flame is left but its foot."""
+
+_MARGIN = 2
+"""Empty px left around all that is ever fire."""
+
+
+@dataclass(frozen=True, slots=True)
+class FramePose:
+    """Pose of the fire in one frame, seen by one camera.
+
+    Attributes:
+        offset: (NODES,) of its middle from the axis, flame heights.
+        width_ratio: (NODES,) width divided by its mean.
+        lean: Radians the wind bends it, to the right of the camera.
+    """
+
+    offset: NDArray[np.float64]
+    width_ratio: NDArray[np.float64]
+    lean: float
+
+    def middle(self, heights: NDArray[np.floating]) -> NDArray[np.float64]:
+        """Return the offset of the fire's middle from its axis at heights, all in flame heights."""
+        bent = math.sin(self.lean) * lean_curve(heights)
+        return np.asarray(interpolated(self.offset, heights) + bent)
+
+
+@dataclass(frozen=True, slots=True)
+class ProfileRendering:
+    """A fire generated from a profile, seen by one camera.
+
+    Attributes:
+        fire: The fire.
+        camera: The camera; its unit of length is the height of the flame.
+        half_width: Half the width of the fire's foot from there, flame heights.
+        taper: Half the width of the flame by height, in half widths of its foot.
+        shades: The colours of every cell, as seen from there.
+    """
+
+    matte: ClassVar[str] = "alpha"
+    matte_reason: ClassVar[str] = "generated fire knows its own coverage"
+
+    fire: GeneratedFire
+    camera: Camera
+    half_width: float
+    taper: CubicSpline
+    shades: ShadeTable
+
+    @classmethod
+    def of(cls, fire: GeneratedFire, camera: Camera) -> "ProfileRendering":
+        """Look at ``fire`` with ``camera``."""
+        half = half_width(fire.base_curve, camera.azimuth) * fire.profile.front.half_width
+        shades = shade_table(fire.profile, camera.azimuth)
+        return cls(fire, camera, half, taper_of(fire.profile), shades)
+
+    def frame(self, index: int) -> Pixels:
+        """Draw frame ``index``: (height, width, 4), a fresh array."""
+        return self.posed_frame(index, self.pose(index))
+
+    def posed_frame(self, index: int, pose: FramePose) -> Pixels:
+        """Draw frame ``index``, whose pose is known already."""
+        camera, profile = self.camera, self.fire.profile
+        # A fire that is shown smaller than it was filmed is drawn larger first. The grid of a small
+        # sprite is finer than what it holds.
+        filmed = min(profile.grid.cells_per_height, profile.front.statistics.height.median)
+        oversampling = max(1, math.ceil(0.8 * filmed / camera.scale))
+        columns, rows = self._grid_places(pose, oversampling)
+        seen = cv2.remap(
+            self._straight_picture(self._masks(index)), columns, rows, cv2.INTER_CUBIC,
+            borderMode=cv2.BORDER_CONSTANT, borderValue=(0, 0, 0, 0),
+        )  # fmt: skip
+        if oversampling > 1:
+            size = camera.width, camera.height
+            seen = cv2.resize(seen, size, interpolation=cv2.INTER_AREA)
+        # Cubics overshoot at edges.
+        np.clip(seen, 0, 1, out=seen)
+        np.minimum(seen[..., :3], seen[..., 3:], out=seen[..., :3])
+        return as_plane(seen)
+
+    def motion(self, index: int) -> NDArray[np.float32]:
+        """Velocity (height, width, 2) of what frame ``index`` shows, px/s, x right, y down: that
+        of the particles, as they carry the clip's own motion, and the sway of the whole."""
+        grid, settings, pose = self.fire.profile.grid, self.fire.settings, self.pose(index)
+        moves = self._grid_flow(self._masks(index)) * np.float32(self.fire.time_rate(index))
+        columns, rows = self._grid_places(pose, 1)
+        seen = cv2.remap(
+            moves, (columns + 0.5) / FLOW_CELL - 0.5, (rows + 0.5) / FLOW_CELL - 0.5,
+            cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE,
+        )  # fmt: skip
+        per_cell = self.camera.scale * np.array([
+            self.half_width / grid.cells_per_half, 1 / grid.cells_per_height
+        ])  # fmt: skip
+        flow = seen * per_cell.astype(np.float32)
+        # What rises along a bent middle goes to the side with it.
+        middle = self._middle(pose)
+        flow[..., 0] += flow[..., 1] * np.gradient(middle).astype(np.float32)[:, None]
+        following = index + 1 if settings.loop or index + 1 < settings.frames else index - 1
+        if settings.frames > 1:
+            later = self.pose(following % settings.frames)
+            sway = (self._middle(later) - middle) * settings.fps
+            flow[..., 0] += (sway if following > index else -sway)[:, None].astype(np.float32)
+        return as_plane(flow)
+
+    def pose(self, index: int) -> FramePose:
+        """Return the pose of the fire in frame ``index``."""
+        fire, azimuth = self.fire, self.camera.azimuth
+        time = float(fire.frame_times[index])
+        (right, width), (away, depth) = (sway.at(time) for sway in fire.sways)
+        cos, sin = math.cos(azimuth), math.sin(azimuth)
+        sway = (right * cos + away * sin) * fire.sway_gain
+        offset = sway * fire.wind.sway_gain(index) + self._mean_offset()
+        ratio = np.exp(width * cos * cos + depth * sin * sin)
+        lean = fire.wind.lean(index, azimuth) + fire.lean_bias * cos
+        return FramePose(offset, ratio, math.radians(lean))
+
+    def _mean_offset(self) -> NDArray[np.float64]:
+        """(NODES,) offset of the fire's middle, averaged over the clip."""
+        sides = self.fire.profile.sides
+        front, side = (each.pose.offset.mean(axis=0) for each in (sides[0], sides[-1]))
+        cos, sin = math.cos(self.camera.azimuth), math.sin(self.camera.azimuth)
+        return np.asarray(front * cos * abs(cos) + side * sin * abs(sin))
+
+    def _masks(self, index: int) -> list[BlendMask]:
+        time = float(self.fire.frame_times[index])
+        return blend_masks(self.fire, self.camera.azimuth, self.half_width, self.taper, time)
+
+    def _straight_picture(self, masks: Iterable[BlendMask]) -> Pixels:
+        """Return the fire on the grid, without sway and lean."""
+        shape = self.fire.profile.grid.shape
+        mixed, power = np.zeros(shape, np.float32), np.full(shape, 1e-30, np.float32)
+        for mask in masks:
+            weight = _enlarged(mask.weight, shape)
+            mixed += weight * self._scores(mask)
+            power += weight * weight
+        return self.shades.colours(as_plane(ndtr(mixed / np.sqrt(power))))
+
+    def _scores(self, mask: BlendMask) -> Plane:
+        """Return the normal scores (rows, columns) of the frames that a mask shows."""
+        detail = self.fire.profile.sides[mask.side].detail
+        lower, upper, share = mask.frames
+        scores = (detail.scores[lower].astype(np.float32) - 128) / np.float32(SCORE_UNIT)
+        if share > 0:
+            later = (detail.scores[upper].astype(np.float32) - 128) / np.float32(SCORE_UNIT)
+            # The variance of a mix is the larger the more its frames correlate.
+            both = np.float32(2 * share * (1 - share)) * self.fire.autocorrelations[mask.side]
+            deviation = np.sqrt(both + np.float32((1 - share) ** 2 + share**2))
+            scores = (scores * np.float32(1 - share) + later * np.float32(share)) / deviation
+        return as_plane(scores[:, ::-1] if mask.mirrored else scores)
+
+    def _grid_flow(self, masks: Iterable[BlendMask]) -> NDArray[np.float32]:
+        """(r, c, 2) velocity of what is seen on the grid, cells per second, x and y (down)."""
+        rows, columns = self.fire.profile.front.detail.flow.shape[1:3]
+        mixed = np.zeros((rows, columns, 2), np.float32)
+        total = np.full((rows, columns, 1), 1e-30, np.float32)
+        for mask in masks:
+            weight = cv2.resize(mask.weight, (columns, rows), interpolation=cv2.INTER_LINEAR)
+            side, sequence = self.fire.profile.sides[mask.side], self.fire.sequences[mask.side]
+            flow = side.detail.flow[mask.frames[0]] * np.float32(
+                sequence.rate * self.fire.settings.fps / side.fps
+            )
+            if mask.mirrored:
+                flow = flow[:, ::-1] * np.array([-1, 1], np.float32)
+            mixed += weight[..., None] * flow
+            total += weight[..., None]
+        return as_plane(mixed / total)
+
+    def _grid_places(
+        self, pose: FramePose, oversampling: int
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return the column and the row of the grid that each pixel sees, each
+        (height, width) · ``oversampling``."""
+        grid, camera = self.fire.profile.grid, self.camera
+        (x, y), flame = camera.origin, camera.scale
+        right = (np.arange(camera.width * oversampling) + 0.5) / oversampling - x
+        up = y - (np.arange(camera.height * oversampling) + 0.5) / oversampling
+        heights = up / (flame * math.cos(pose.lean) * math.cos(camera.elevation))
+        half = interpolated(pose.width_ratio, heights) * self.half_width
+        across = (right / flame - pose.middle(heights)[:, None]) / half[:, None]
+        height = np.broadcast_to(heights[:, None], across.shape)
+        if camera.elevation:
+            # Of a round foot one sees the near side, lower in the frame than the axis.
+            foot = np.sqrt(np.clip(1 - across * across, 0, 1)) * np.clip(1 - height, 0, 1)
+            height = height + foot * self.half_width * math.tan(camera.elevation)
+        columns = grid.half_columns + across * grid.cells_per_half - 0.5
+        rows = grid.rows_above - height * grid.cells_per_height - 0.5
+        return columns.astype(np.float32), rows.astype(np.float32)
+
+    def _middle(self, pose: FramePose) -> NDArray[np.float64]:
+        """(height,) x of the fire's middle from its axis, px, in each row of the frame."""
+        camera = self.camera
+        up = camera.origin[1] - (np.arange(camera.height) + 0.5)
+        heights = up / (camera.scale * math.cos(pose.lean) * math.cos(camera.elevation))
+        return np.asarray(pose.middle(heights) * camera.scale)
+
+
+def renderings(
+    fire: GeneratedFire, azimuths: Iterable[float], elevation: float, height: int | None
+) -> list[ProfileRendering]:
+    """Return ``fire`` seen from each azimuth by cameras of one frame size and scale.
+
+    Args:
+        fire: The fire.
+        azimuths: Of the cameras, degrees counter-clockwise seen from above.
+        elevation: Degrees above the horizon.
+        height: Of the frame, px; None keeps the scale of the clip.
+    """
+    camera = _front_camera(fire, elevation, height)
+    cameras = [replace(camera, azimuth=math.radians(azimuth)) for azimuth in azimuths]
+    return [ProfileRendering.of(fire, camera) for camera in cameras]
+
+
+def _front_camera(fire: GeneratedFire, elevation: float, height: int | None) -> Camera:
+    """Return a camera in front that sees all of the fire; wherever it is turned to, and however the
+    wind blows, nothing is cut off."""
+    profile, grid = fire.profile, fire.profile.grid
+    tilt = math.radians(min(max(elevation, -_MAX_ELEVATION), _MAX_ELEVATION))
+    half = max(side.half_width for side in profile.sides)
+    sway = max(float(np.abs(side.pose.offset).max()) for side in profile.sides)
+    sway *= max(fire.sway_gain, 1.0)
+    widest = max(float(side.pose.width_ratio.max()) for side in profile.sides)
+    lean = math.radians(LEAN_PER_LEVEL * peak_level(fire.settings.wind) + abs(fire.lean_bias))
+    top = grid.rows_above / grid.cells_per_height
+    aside = grid.half_columns / grid.cells_per_half * half * widest + sway
+    aside += math.sin(lean) * float(lean_curve(np.array(top)))
+    depth = half * abs(math.sin(tilt))
+    above = top * math.cos(tilt) + depth
+    below = grid.rows_below / grid.cells_per_height + depth
+    if height is None:
+        scale = profile.front.statistics.height.median
+    else:
+        scale = max(height - 2 * _MARGIN - 1, 1) / (above + below)
+    # Whole px below the base, as in most sprites: their pixels then stay what they are.
+    ground = math.ceil(below * scale) + _MARGIN
+    rows = height or math.ceil(above * scale) + _MARGIN + ground
+    columns = 2 * (math.ceil(aside * scale) + _MARGIN)
+    return Camera(0.0, tilt, columns, rows, (columns / 2, float(rows - ground)), scale)
+
+
+def lean_curve(heights: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return how far a fire that leans is to the side at heights, in flame heights: a cubic that
+    leaves the base upright, is 1 at the top, and continues straight above it."""
+    h = np.maximum(heights, 0.0)
+    return np.asarray(np.where(h < 1, h * h * (3 - h) / 2, 1 + 1.5 * (h - 1)), np.float64)
+
+
+def _enlarged(weight: Plane, shape: tuple[int, int]) -> Plane:
+    """Return the weights of a mask at every cell of a grid of ``shape``."""
+    rows, columns = weight.shape
+    size = columns * MASK_CELL, rows * MASK_CELL
+    full = cv2.resize(weight, size, interpolation=cv2.INTER_LINEAR)
+    return as_plane(full[: shape[0], : shape[1]])

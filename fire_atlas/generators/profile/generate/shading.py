@@ -1,0 +1,100 @@
+"""The region detector: the colour of a cell of the flame, by brightness (Lee et al., III-C)."""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from fire_atlas.core.pixels import Pixels, Plane, as_plane, decode_bytes
+from fire_atlas.generators.profile.model import Profile, decoded_shades
+
+
+@dataclass(frozen=True, slots=True)
+class ShadeTable:
+    """The colours of every cell, by brightness.
+
+    Attributes:
+        levels: Number of shades.
+        shades: (levels · rows · columns, 4) float32 pixels, from the dimmest to the brightest.
+    """
+
+    levels: int
+    shades: NDArray[np.float32]
+
+    def colours(self, rank: Plane) -> Pixels:
+        """Return the pixels of a picture (rows, columns) of ranks, 0 dimmest to 1 brightest."""
+        place = rank.ravel() * np.float32(self.levels - 1)
+        lower = np.minimum(place.astype(np.int32), self.levels - 2)
+        share = (place - lower)[:, None]
+        start = lower * rank.size + np.arange(rank.size, dtype=np.int32)
+        dim = np.take(self.shades, start, axis=0)
+        bright = np.take(self.shades, start + rank.size, axis=0)
+        dim += (bright - dim) * share
+        return dim.reshape(*rank.shape, 4)
+
+
+def shade_table(profile: Profile, azimuth: float) -> ShadeTable:
+    """Return the shades that a camera at ``azimuth`` (radians) sees.
+
+    Between two sides they are interpolated; from behind they are mirrored.
+    """
+    cos, sin = math.cos(azimuth), math.sin(azimuth)
+    sides = profile.sides
+    seen: NDArray[np.float32] | None = None
+    for side, turn in ((sides[0], cos), (sides[-1], sin)):
+        share = np.float32(turn * turn)
+        if share < 1e-9:
+            continue
+        shades = decoded_shades(side.detail.shades)
+        part = (shades if turn > 0 else shades[:, :, ::-1]) * share
+        seen = part if seen is None else seen + part
+    assert seen is not None, "cos² + sin² = 1"
+    gain = _colour_gain(profile)
+    if gain is not None:
+        seen = seen * gain
+        seen[..., :3] = np.minimum(seen[..., :3], seen[..., 3:])
+    return ShadeTable(len(seen), np.ascontiguousarray(seen.reshape(-1, 4)))
+
+
+def _colour_gain(profile: Profile) -> NDArray[np.float32] | None:
+    """(rows, columns, 4) factors of the shades, where the colour table was edited.
+
+    Smooth between the middles of the table's cells, so that no grid shows.
+    """
+    now, then = profile.colours, profile.learnt_colours
+    if (now.colours == then.colours).all() and (now.coverage == then.coverage).all():
+        return None
+    colour = decode_bytes(now.colours) / np.maximum(decode_bytes(then.colours), 1e-3)
+    coverage = now.coverage / np.maximum(then.coverage, 1e-3)
+    gains = np.dstack([colour * coverage[..., None], coverage]).astype(np.float32)
+    grid, size = profile.grid, len(now.colours)
+    rows = (1.0 - grid.heights) * size - 0.5
+    columns = (grid.offsets + 1.0) / 2 * size - 0.5
+    x, y = np.meshgrid(columns.astype(np.float32), rows.astype(np.float32))
+    last = np.float32(size - 1)
+    return as_plane(
+        cv2.remap(
+            gains, np.clip(x, 0, last), np.clip(y, 0, last), cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_REPLICATE,
+        )
+    )  # fmt: skip
+
+
+def taper_of(profile: Profile) -> CubicSpline:
+    """Return half the width of the flame by height, in half widths of its foot."""
+    heights = np.array([0.0, 0.35, 0.7, 1.05])
+    return CubicSpline(heights, [_half_width(profile, height) for height in heights])
+
+
+def _half_width(profile: Profile, height: float) -> float:
+    """Half the width, in half widths of the foot, where the flame often is at ``height``."""
+    grid, shades = profile.grid, profile.front.detail.shades
+    row = grid.rows_above - height * grid.cells_per_height - 1
+    row = int(np.clip(row, 0, grid.shape[0] - 1))
+    often = shades[3 * len(shades) // 4, row, :, 3] > 48
+    if not often.any():
+        return 0.3
+    return max(0.3, float(np.abs(grid.offsets[often]).max()))

@@ -1,0 +1,266 @@
+"""Separate how a flame sways from what it looks like: pose curves, and detail on a straight grid.
+
+The six points say where a flame begins and ends. Between them it sways like a cloth: that is
+learnt as two curves over height, and taken out of the frames before their detail is looked at.
+
+On the grid every cell is bright in some frames and dark in others. What is kept is, for each cell,
+its colours from the dimmest to the brightest (``shades``), and for each frame how bright it is
+there compared with the others (``scores``, normal scores). Scores can be mixed: of independent
+ones, each N(0, 1), Σ w·s / √Σ w² is N(0, 1) again, and looked up among the shades it gives every
+cell the colours it has in the clip, as often, and as sharp. Mixed colours would be a grey cloud.
+(The idea is that of histogram-preserving blending of textures, Heitz and Neyret 2018.)
+"""
+
+import itertools
+import math
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter, gaussian_filter1d
+from scipy.special import ndtri
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.easing import smooth_step
+from fire_atlas.core.pixels import (
+    Bytes,
+    Pixels,
+    Plane,
+    as_plane,
+    brightness,
+    encode_bytes,
+    unpremultiply,
+)
+from fire_atlas.core.workers import Workers
+from fire_atlas.generators.profile.learn.measure import ClipMeasurements
+from fire_atlas.generators.profile.model import (
+    FLOW_CELL,
+    FLOW_UNIT,
+    SCORE_UNIT,
+    SHADE_LEVELS,
+    DetailGrid,
+    DetailModel,
+    PoseCurves,
+    decoded_shades,
+    interpolated,
+    node_heights,
+)
+from fire_atlas.vision.flow import SMALLEST_SIDE, optical_flow
+
+_MIN_CELLS, _MAX_CELLS = 80, 224
+"""Cells in a flame's height, at least and at most."""
+
+_HEIGHT_SIGMA, _TIME_SIGMA, _GAP_SIGMA = 0.06, 0.6, 0.3
+"""Standard deviations that pose curves are smoothed by: over height, in flame heights; over time,
+in frames; and over height where a row is dark."""
+
+_TIP = 0.06
+"""Part of the flame's height over which it fades out below an edge that cuts its tip off."""
+
+_UPRIGHT = 1.5
+"""A fire that leans less than this, degrees, counts as symmetric."""
+
+_NOISE_SIGMA = 0.5
+"""Standard deviation, in cells, of the blur that takes noise out of scores."""
+
+
+def detail_grid(sides: Sequence[ClipMeasurements]) -> DetailGrid:
+    """Return the grid that holds the fire of all clips, at about the scale of the first one."""
+    first = sides[0]
+    # Small frames in whole multiples: pixels of a sprite then stay what they are.
+    factor = max(1, math.ceil(_MIN_CELLS / first.height))
+    per_height = min(first.height * factor, _MAX_CELLS)
+    per_half = per_height * first.half_width / first.height
+    above = below = aside = 0.0
+    for side in sides:
+        (x, foot), (left, right, top, bottom) = side.base, side.bounds
+        above = max(above, (foot - top) / side.height)
+        below = max(below, (bottom - foot) / side.height)
+        aside = max(aside, max(x - left, right - x) / side.half_width)
+    return DetailGrid(
+        rows_above=round(per_height * min(above, 2.0)) + 2,
+        rows_below=round(per_height * min(below, 0.5)) + 2,
+        half_columns=round(per_half * min(aside, 8.0)) + 3,
+        cells_per_height=per_height,
+        cells_per_half=per_half,
+    )
+
+
+def learn_pose(measured: ClipMeasurements) -> PoseCurves:
+    """Return the pose curves of every frame."""
+    (x, foot), height = measured.base, measured.height
+    rows = foot - (np.arange(measured.row_weight.shape[1]) + 0.5)
+    mode = "wrap" if measured.closed else "nearest"
+    weight = measured.row_weight * (rows > 0)
+    offset = _smoothed(weight, (measured.row_centre - x) / height, height, mode)
+    spread = _smoothed(weight, measured.row_spread / height, height, mode)
+    ratio = np.clip(spread / np.maximum(spread.mean(axis=0), 1e-3), 0.7, 1.4)
+    # Row 0 is the highest.
+    heights = rows[::-1] / height
+    nodes = node_heights()
+    above_foot = smooth_step(nodes / 0.2)
+
+    def at_nodes(values: NDArray[np.float64], at_base: float) -> NDArray[np.float64]:
+        found = np.stack([np.interp(nodes, heights, each[::-1]) for each in values])
+        return at_base + (found - at_base) * above_foot
+
+    return PoseCurves(at_nodes(offset, 0.0).round(5), at_nodes(ratio, 1.0).round(5))
+
+
+def _smoothed(
+    weight: NDArray[np.float64], values: NDArray[np.float64], height: float, mode: str
+) -> NDArray[np.float64]:
+    """Smooth ``values`` (frames, H) by the weight of each row; dark rows take what is near."""
+    sigma = (_TIME_SIGMA, _HEIGHT_SIGMA * height)
+
+    def blurred(plane: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(gaussian_filter(plane, sigma, mode=(mode, "nearest")))
+
+    total, weighted = blurred(weight), blurred(weight * values)
+    gap_sigma = _GAP_SIGMA * height
+    wide_total = gaussian_filter1d(total, gap_sigma, axis=1) + 1e-9
+    wide = gaussian_filter1d(weighted, gap_sigma, axis=1) / wide_total
+    prior = 0.05 * total.max()
+    return np.asarray((weighted + prior * wide) / (total + prior), np.float64)
+
+
+def learn_detail(
+    clip: Clip, measured: ClipMeasurements, pose: PoseCurves, grid: DetailGrid, workers: Workers
+) -> DetailModel:
+    """Straighten every frame of ``clip`` onto ``grid`` and keep what differs between them."""
+
+    def straight(i: int) -> tuple[Bytes, Plane]:
+        pixels = clip.read(i)
+        fire = measured.mask.isolated(pixels, measured.mask.binarized(pixels))
+        flat = _straightened(fire, i, measured, pose, grid)
+        return _encoded(flat), brightness(flat, clip.blend_space)
+
+    pictures, bright = zip(*workers.map(straight, range(clip.count)), strict=True)
+    scores = _normal_scores(bright)
+    varies = np.ptp(np.stack(bright), axis=0) > 16
+    return DetailModel(
+        scores=np.clip(np.rint(scores * SCORE_UNIT + 128), 0, 255).astype(np.uint8),
+        shades=_shades(np.stack(pictures), np.argsort(np.stack(bright), axis=0, kind="stable")),
+        flow=_flow(bright, clip.fps),
+        autocorrelation=_autocorrelation(scores, varies),
+        correlation_length=_correlation_length(scores, varies),
+        is_symmetric=_is_symmetric(np.mean(bright, axis=0), measured),
+    )
+
+
+def _straightened(
+    fire: Pixels, i: int, measured: ClipMeasurements, pose: PoseCurves, grid: DetailGrid
+) -> Pixels:
+    """Return frame ``i`` on the grid, its sway taken out."""
+    (x, foot), height, half = measured.base, measured.height, measured.half_width
+    heights = grid.heights
+    middle = x + interpolated(pose.offset[i], heights) * height
+    half_width = interpolated(pose.width_ratio[i], heights) * half
+    columns = middle[:, None] + half_width[:, None] * grid.offsets - 0.5
+    rows = np.broadcast_to((foot - heights * height - 0.5)[:, None], grid.shape)
+    flat = cv2.remap(
+        fire, columns.astype(np.float32), rows.astype(np.float32), cv2.INTER_CUBIC,
+        borderMode=cv2.BORDER_CONSTANT, borderValue=(0, 0, 0, 0),
+    )  # fmt: skip
+    flat = np.clip(flat, 0, None)
+    flat[..., 3] = np.minimum(flat[..., 3], 1)
+    if measured.cut_share > 0:
+        fade = smooth_step((rows + 0.5) / (_TIP * height))
+        flat *= fade[..., None].astype(np.float32)
+    return as_plane(flat)
+
+
+def _encoded(pixels: Pixels) -> Bytes:
+    """Return pixels as uint8: straight sRGB and coverage."""
+    coded = np.empty(pixels.shape, np.uint8)
+    coded[..., :3] = encode_bytes(unpremultiply(pixels))
+    coded[..., 3] = np.rint(np.clip(pixels[..., 3], 0, 1) * 255)
+    return coded
+
+
+def _normal_scores(bright: Sequence[Plane]) -> NDArray[np.float32]:
+    """(frames, rows, columns) normal score of each cell's brightness among all frames."""
+    order = np.argsort(_with_surroundings(bright), axis=0, kind="stable")
+    quantiles = ndtri((np.arange(len(bright)) + 0.5) / len(bright))
+    quantiles = quantiles / quantiles.std()
+    spread_out = np.broadcast_to(quantiles[:, None, None], order.shape)
+    scores = np.empty(order.shape, np.float32)
+    np.put_along_axis(scores, order, spread_out.astype(np.float32), axis=0)
+    for plane in scores:
+        cv2.GaussianBlur(plane, (0, 0), _NOISE_SIGMA, plane)
+    scores /= scores.std(axis=0)
+    return scores
+
+
+def _with_surroundings(bright: Sequence[Plane]) -> NDArray[np.float32]:
+    """Return the values (frames, rows, columns) that order the frames of a cell: its brightness.
+
+    Where several are equally dark or bright, but for noise, that is brighter whose surroundings
+    are: neighbouring cells then agree on an order, and mixed scores have smooth outlines.
+    """
+    key = np.stack(bright)
+    for plane, total in zip(bright, key, strict=True):
+        for sigma, weight in ((2.0, 0.3), (6.0, 0.2)):
+            total += np.float32(weight) * cv2.GaussianBlur(plane, (0, 0), sigma)
+    return key
+
+
+def _shades(pictures: Bytes, order: NDArray[np.intp]) -> Bytes:
+    """Return ``DetailModel.shades``: quantiles of each cell's colours, by brightness."""
+    count = len(pictures)
+    levels = min(SHADE_LEVELS, count)
+    shades = np.empty((levels, *pictures.shape[1:]), np.uint8)
+    for level, place in enumerate(np.linspace(0, count - 1, levels)):
+        lower = int(place)
+        share = np.float32(place - lower)
+        pair = [
+            decoded_shades(np.take_along_axis(pictures, order[k][None, ..., None], axis=0)[0])
+            for k in (lower, min(lower + 1, count - 1))
+        ]
+        shades[level] = _encoded(pair[0] * (1 - share) + pair[1] * share)
+    return shades
+
+
+def _flow(bright: Sequence[Plane], fps: float) -> NDArray[np.float32]:
+    """Optical flow from each straightened frame to the next, as ``DetailModel.flow``."""
+    rows, columns = bright[0].shape
+    size = -(-columns // FLOW_CELL), -(-rows // FLOW_CELL)
+    missing = max(0, SMALLEST_SIDE - columns)
+    pictures = [
+        np.pad(np.clip(np.rint(plane), 0, 255).astype(np.uint8), ((0, 0), (0, missing)))
+        for plane in bright
+    ]
+    flows = [
+        optical_flow(before, after, is_small=True)[:, :columns]
+        for before, after in itertools.pairwise(pictures)
+    ]
+    flows.append(flows[-1])
+    coarse = [cv2.resize(flow, size, interpolation=cv2.INTER_AREA) * fps for flow in flows]
+    steps = np.clip(np.rint(np.stack(coarse) / FLOW_UNIT), -127, 127)
+    return (steps * FLOW_UNIT).astype(np.float32)
+
+
+def _autocorrelation(scores: NDArray[np.float32], varies: NDArray[np.bool_]) -> float:
+    if not varies.any():
+        return 1.0
+    products = [(a * b)[varies].mean() for a, b in itertools.pairwise(scores)]
+    return float(np.clip(np.mean(products), 0.0, 1.0))
+
+
+def _correlation_length(scores: NDArray[np.float32], varies: NDArray[np.bool_]) -> float:
+    """Columns apart at which scores correlate by less than a half, on average."""
+    for apart in range(1, scores.shape[2] // 2):
+        both = varies[:, apart:] & varies[:, :-apart]
+        if not both.any():
+            return float(apart)
+        products = scores[:, :, apart:] * scores[:, :, :-apart]
+        if float(products.mean(axis=0)[both].mean()) < 0.5:
+            return float(apart)
+    return float(scores.shape[2] / 2)
+
+
+def _is_symmetric(mean: NDArray[np.floating], measured: ClipMeasurements) -> bool:
+    flat = mean - mean.mean()
+    alike = float((flat * flat[:, ::-1]).sum()) > 0.9 * float((flat * flat).sum())
+    return alike and abs(float(np.median(measured.leans))) < _UPRIGHT

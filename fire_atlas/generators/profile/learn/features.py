@@ -1,0 +1,199 @@
+"""Which pixels of a frame are flame, their outline and its six feature points (Lee et al., III-A).
+
+The paper thresholds its frames, filmed before black. Here props, lit walls and glow are told apart
+from fire by looking at several frames: fire flickers.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.easing import smooth_step
+from fire_atlas.core.pixels import Bytes, Pixels, Plane, as_plane, brightness
+from fire_atlas.generators.profile.model import FeaturePoints
+from fire_atlas.vision.activity import activity
+
+_BLACK = 6.0
+"""Brightness (0..255) up to which a pixel counts as black."""
+
+_SAMPLES = 12
+"""Frames that masks and threshold are chosen from."""
+
+_STILL_MARGIN = 0.12
+"""Part of a sprite's height, around what moves, that counts as fire though it stands still."""
+
+_GLOW = 0.15
+"""Distance within which glow fades out, divided by the root of the flame's area."""
+
+_OTSU_SHARE = {"alpha": 0.5, "luminance": 0.5, "none": 0.75}
+"""Automatic threshold by matte, as a share of Otsu's, which separates the core from the rest of the
+flame; without a matte there is more than flame to separate it from."""
+
+_PERSISTENT = 0.2
+"""Share of the flame's height that burns persistently: the lowest of McCaffrey's three regimes."""
+
+_FOOT = 0.06
+"""Share of the flame's height within which ends of the outline count as its foot."""
+
+
+@dataclass(frozen=True, slots=True)
+class FireMask:
+    """Threshold and masks that separate fire from all else in every frame of a clip.
+
+    Attributes:
+        threshold: Brightness (0..255) above which a pixel is flame.
+        fire: (H, W) float32, 0..1: where fire ever is, without props that it only lights.
+        no_prop: (H, W) float32, 0..1: where there is no prop; of a sprite, the same as ``fire``.
+        is_filmed: Whether there is a scene or a glow around the flame that does not belong to it.
+        blend_space: Of the clip.
+    """
+
+    threshold: float
+    fire: Plane
+    no_prop: Plane
+    is_filmed: bool
+    blend_space: str
+
+    @classmethod
+    def of(cls, clip: Clip, threshold: float | None = None) -> "FireMask":
+        """Find the fire in a clip; without a ``threshold`` it is chosen from the clip as well."""
+        # A dozen frames, evenly spread.
+        numbers = sorted({round(float(i)) for i in np.linspace(0, clip.count - 1, _SAMPLES)})
+        samples = [clip.brightness(i) for i in numbers]
+        is_filmed = clip.matte != "alpha"
+        fire, no_prop = _masks(samples, is_filmed)
+        if threshold is None:
+            lit = [plane[(plane > _BLACK) & (fire > 0.5)][::3] for plane in samples]
+            values = np.concatenate(lit).astype(np.uint8)
+            otsu = cv2.threshold(values, 0, 255, cv2.THRESH_OTSU)[0] if values.size else 0.0
+            threshold = max(_OTSU_SHARE[clip.matte] * otsu, 2.0 * _BLACK)
+        return cls(threshold, fire, no_prop, is_filmed, clip.blend_space)
+
+    def binarized(self, pixels: Pixels) -> Bytes:
+        """(H, W) 1 where a frame is flame, else 0 (Figure 4b)."""
+        bright = brightness(pixels, self.blend_space)
+        return ((bright > self.threshold) & (self.fire > 0.3)).astype(np.uint8)
+
+    def isolated(self, pixels: Pixels, binarized: Bytes) -> Pixels:
+        """Return the fire alone.
+
+        Around a filmed flame its glow on air and walls fades out close to the outline; what an
+        artist made transparent already is kept as it is.
+        """
+        weight = self.fire
+        if self.is_filmed and binarized.any():
+            bright = brightness(pixels, self.blend_space)
+            reach = max(2.0, _GLOW * float(np.sqrt(np.count_nonzero(binarized))))
+            distance = cv2.distanceTransform(1 - binarized, cv2.DIST_L2, 5) / np.float32(reach)
+            # As it dims, and not where fire never is: there an outline would show.
+            fade = smooth_step(as_plane(2 * bright / np.float32(self.threshold) - 1))
+            weight = self.no_prop * as_plane(np.exp(-distance * distance)) * as_plane(fade)
+        return np.asarray(pixels * weight[..., None], np.float32)
+
+
+def _masks(samples: Sequence[Plane], is_filmed: bool) -> tuple[Plane, Plane]:
+    """Return the masks ``fire`` and ``no_prop`` of ``FireMask``.
+
+    A sprite shows little else: what moves but a little is fire too. In a film what hardly moves is
+    a prop, above all if it is always lit, and dimmer than the flame.
+    """
+    moves = activity(list(samples))
+    if not is_filmed:
+        side = 2 * max(1, round(_STILL_MARGIN * moves.shape[0])) + 1
+        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+        near = as_plane(cv2.dilate(moves, disc))
+        fire = _with_holes_filled(as_plane(np.clip((near - 0.12) / 0.15, 0, 1)))
+        return fire, fire
+    fire = np.clip((moves - 0.5) / 0.3, 0, 1)
+    least, most = np.minimum.reduce(list(samples)), np.maximum.reduce(list(samples))
+    hot = max(float(np.quantile(most, 0.995)), 1.0)
+    steady = (most - least < 0.35 * most) & (least > 0.42 * hot) & (most < 0.96 * hot)
+    side = 2 * max(1, round(0.004 * sum(steady.shape))) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    # Thin steady lines are the outline of a calm flame.
+    prop = cv2.morphologyEx(steady.astype(np.uint8), cv2.MORPH_OPEN, disc)
+    # What the fire surrounds is fire: a prop extends to where nothing moves.
+    _, labels = cv2.connectedComponents(prop, connectivity=8)
+    still = np.unique(labels[(moves < 0.2) & (prop > 0)])
+    near = cv2.dilate(np.isin(labels, still).astype(np.uint8), disc).astype(np.float32)
+    no_prop = as_plane(1 - cv2.blur(near, (3, 3)))
+    fire = _with_holes_filled(as_plane(fire * no_prop))
+    return fire, np.maximum(fire, no_prop)
+
+
+def _with_holes_filled(mask: Plane) -> Plane:
+    """Fill what is surrounded: the wick, and what never changes around it, are of the flame."""
+    framed = np.pad((mask > 0.5).astype(np.uint8), 1)
+    outside = framed.copy()
+    cv2.floodFill(outside, None, (0, 0), 2)
+    inside = (outside != 2)[1:-1, 1:-1]
+    return as_plane(np.where(inside, np.maximum(mask, 1), mask))
+
+
+def largest_flame(binarized: Bytes) -> NDArray[np.bool_]:
+    """(H, W): the largest connected flame of a binarized frame, gaps of one pixel bridged."""
+    closed = cv2.morphologyEx(binarized, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(closed, connectivity=8)
+    if count < 2:
+        return np.zeros(binarized.shape, np.bool_)
+    largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
+    return np.asarray((labels == largest) & (binarized > 0), np.bool_)
+
+
+def contour(flame: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(H, W): the flame's pixels that have an edge: where Sobel's gradient of the binarized frame
+    is not zero. Where the frame cuts the flame off is an edge too."""
+    framed = np.pad(flame.astype(np.uint8), 1)
+    gx = cv2.Sobel(framed, cv2.CV_16S, 1, 0)
+    gy = cv2.Sobel(framed, cv2.CV_16S, 0, 1)
+    return np.asarray(((gx != 0) | (gy != 0))[1:-1, 1:-1] & flame, np.bool_)
+
+
+def feature_points(flame: NDArray[np.bool_]) -> FeaturePoints:
+    """Find the six feature points of a flame, given as the mask (H, W) of its pixels, not empty.
+
+    A pixel's far sides count: a flame of columns 3 and 4 extends from 3.0 to 5.0.
+    """
+    edge = contour(flame)
+    rows = np.flatnonzero(edge.any(axis=1))
+    top, bottom = int(rows[0]), int(rows[-1])
+    lowest = math.floor(bottom + 1 - _PERSISTENT * (bottom + 1 - top))
+    left, right, row = _widest(edge, range(max(lowest, top), bottom + 1))
+    # Which of a foot's several ends is the lowest changes from frame to frame: all of them count.
+    ends = max(1, math.ceil(_FOOT * (bottom + 1 - top)))
+    foot = _middle(edge[bottom + 1 - ends : bottom + 1]), bottom + 1.0
+    return FeaturePoints(
+        left=(left, row),
+        mid_left=_lower_outline(edge, (left + foot[0]) / 2),
+        bottom=foot,
+        mid_right=_lower_outline(edge, (foot[0] + right) / 2),
+        right=(right, row),
+        top=(_middle(edge[top : top + 1]), float(top)),
+    )
+
+
+def _widest(edge: NDArray[np.bool_], rows: range) -> tuple[float, float, float]:
+    """Left and right end of the widest of ``rows``, and its middle; of equals the lowest."""
+    ends = [(np.flatnonzero(edge[row]), row) for row in rows]
+    columns, row = max(
+        ((found, row) for found, row in reversed(ends) if found.size),
+        key=lambda end: end[0][-1] - end[0][0],
+    )
+    return float(columns[0]), float(columns[-1] + 1), row + 0.5
+
+
+def _middle(rows: NDArray[np.bool_]) -> float:
+    columns = np.flatnonzero(rows.any(axis=0))
+    return float(columns[0] + columns[-1] + 1) / 2
+
+
+def _lower_outline(edge: NDArray[np.bool_], x: float) -> tuple[float, float]:
+    """Return the point of the lower outline at ``x``, or in the nearest column that has any."""
+    columns = np.flatnonzero(edge.any(axis=0))
+    column = int(columns[np.argmin(np.abs(columns + 0.5 - x))])
+    return x, float(np.flatnonzero(edge[:, column])[-1] + 1)

@@ -1,0 +1,176 @@
+"""Learn a fire profile from clips (Lee et al., III-A and III-B)."""
+
+import itertools
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import Pixels, linear_to_srgb
+from fire_atlas.core.workers import Workers
+from fire_atlas.generators.profile.learn.detail import detail_grid, learn_detail, learn_pose
+from fire_atlas.generators.profile.learn.features import largest_flame
+from fire_atlas.generators.profile.learn.measure import ClipMeasurements, measure_clip
+from fire_atlas.generators.profile.model import (
+    FLOW_CELL,
+    STATE_EDGES,
+    STATE_WIDTH,
+    ClipStatistics,
+    ColourTable,
+    DetailGrid,
+    DetailModel,
+    LeaningSet,
+    Origin,
+    Percentiles,
+    Period,
+    Profile,
+    Side,
+)
+
+_MIN_RISE, _MAX_RISE = 0.8, 4.0
+"""Bounds of the rise speed, flame heights per second: a calm flame stands, its gases do not."""
+
+_MIN_SET = 2
+"""A leaning set of fewer frames than this borrows others."""
+
+
+def learn(
+    clips: Mapping[str, Clip], workers: Workers, threshold: float | None, cells: int
+) -> Profile:
+    """Learn a profile from one clip, or from two whose cameras stood at a right angle.
+
+    Args:
+        clips: By what messages call them: the view from the front, then that from the right.
+        workers: Pool that reads the frames.
+        threshold: Brightness (0..255) above which a pixel is flame; None: chosen from each clip.
+        cells: Cells in a row and in a column of the colour table; the paper has 5.
+
+    Raises:
+        SourceError: A clip shows no single, upright, whole flame.
+    """
+    measured = [measure_clip(clip, name, threshold, workers) for name, clip in clips.items()]
+    grid, pairs = detail_grid(measured), list(zip(clips.values(), measured, strict=True))
+    sides = [_side(*pair, grid, workers) for pair in pairs]
+    table = _table(*pairs[0], cells, workers)
+    return Profile(
+        grid=grid,
+        rise_speed=_rise_speed(sides[0].detail, grid),
+        playback_speed=1.0,
+        colours=table,
+        learnt_colours=table,
+        front=sides[0],
+        side=sides[1] if len(sides) > 1 else None,
+    )
+
+
+def _side(clip: Clip, measured: ClipMeasurements, grid: DetailGrid, workers: Workers) -> Side:
+    pose, points = learn_pose(measured), measured.points
+    return Side(
+        fps=clip.fps,
+        closed=measured.closed,
+        threshold=measured.mask.threshold,
+        points=points,
+        statistics=ClipStatistics(
+            height=Percentiles.of([each.height for each in points]),
+            width=Percentiles.of([each.width for each in points]),
+            lean=Percentiles.of(measured.leans),
+            brightness=Percentiles.of(measured.brightness),
+            step=round(measured.step, 4),
+        ),
+        sets=leaning_sets(measured.leans),
+        half_width=measured.half_width / measured.height,
+        pose=pose,
+        detail=learn_detail(clip, measured, pose, grid, workers),
+    )
+
+
+def _rise_speed(detail: DetailModel, grid: DetailGrid) -> float:
+    """Speed of what rises in the intermittent zone, weighted by how much is seen to change."""
+    heights = grid.heights[FLOW_CELL // 2 :: FLOW_CELL][: detail.flow.shape[1]]
+    zone = (heights > 0.2) & (heights < 1.0)
+    upward = -detail.flow[:, : len(heights)][:, zone, :, 1] / grid.cells_per_height
+    rising = upward[upward > 0.05]
+    if rising.size < 10:
+        return _MIN_RISE
+    return float(np.clip(np.quantile(rising, 0.75), _MIN_RISE, _MAX_RISE))
+
+
+def _table(clip: Clip, measured: ClipMeasurements, cells: int, workers: Workers) -> ColourTable:
+    def seen(i: int) -> tuple[Pixels, NDArray[np.bool_]]:
+        pixels = clip.read(i)
+        binarized = measured.mask.binarized(pixels)
+        return measured.mask.isolated(pixels, binarized), largest_flame(binarized)
+
+    return colour_table(workers.map(seen, range(clip.count)), cells)
+
+
+def colour_table(frames: Iterable[tuple[Pixels, NDArray[np.bool_]]], size: int) -> ColourTable:
+    """Return the colour table of ``size`` by ``size`` cells, each frame's flame box divided evenly.
+
+    Args:
+        frames: The fire alone, and the mask (H, W) of its connected flame.
+        size: Cells in a row and in a column.
+    """
+    total, area = np.zeros((size * size, 4)), np.zeros(size * size)
+    for pixels, flame in frames:
+        rows, columns = np.flatnonzero(flame.any(axis=1)), np.flatnonzero(flame.any(axis=0))
+        if not rows.size:
+            continue
+        box = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+        seen = (pixels[box] * flame[box][..., None]).reshape(-1, 4)
+        cell = np.add.outer(_cells(rows, size) * size, _cells(columns, size)).ravel()
+        for channel in range(4):
+            total[:, channel] += np.bincount(cell, seen[:, channel], size * size)
+        area += np.bincount(cell, minlength=size * size)
+    alpha = total[:, 3]
+    straight = np.divide(
+        total[:, :3], alpha[:, None], np.zeros((size * size, 3)), where=alpha[:, None] > 0
+    )
+    colours = np.rint(linear_to_srgb(np.clip(straight, 0, 1)) * 255).astype(np.uint8)
+    coverage = np.divide(alpha, area, np.zeros(size * size), where=area > 0).astype(np.float32)
+    return ColourTable(colours.reshape(size, size, 3), coverage.reshape(size, size))
+
+
+def _cells(extent: NDArray[np.intp], size: int) -> NDArray[np.intp]:
+    """Return the cell of every row (column) from the first to the last of ``extent``."""
+    length = int(extent[-1] - extent[0]) + 1
+    return np.arange(length) * size // length
+
+
+def leaning_sets(leans: NDArray[np.float64]) -> tuple[LeaningSet, ...]:
+    """Sort frames into twelve sets by their lean (frames,) in degrees: six states, each in two
+    periods.
+
+    The paper has twelve sets, "each captured in one period of time", and says no more of the
+    periods. Here they are what its state machine needs: a force that sets in makes the fire swing,
+    a sustained one lets it rest. A state of which the clip shows too little borrows the frames of
+    the opposite one, or else those that lean most like it.
+    """
+    speed = np.abs(np.gradient(leans)) if len(leans) > 1 else np.zeros(1)
+    swings = speed > np.median(speed)
+    periods: dict[Period, NDArray[np.bool_]] = {"swing": swings, "rest": ~swings}
+    return tuple(
+        LeaningSet(low, high, period, *_frames(leans, belongs, low, high))
+        for low, high in itertools.pairwise(STATE_EDGES)
+        for period, belongs in periods.items()
+    )
+
+
+def _frames(
+    leans: NDArray[np.float64], belongs: NDArray[np.bool_], low: float, high: float
+) -> tuple[Origin, tuple[int, ...]]:
+    own = np.flatnonzero(belongs & _within(leans, low, high))
+    if own.size >= _MIN_SET:
+        return "own", tuple(map(int, own))
+    mirrored = np.flatnonzero(belongs & _within(-leans, low, high))
+    if mirrored.size >= _MIN_SET:
+        return "mirrored", tuple(map(int, mirrored))
+    distance = np.abs(leans - (low + high) / 2) + np.where(belongs, 0.0, STATE_WIDTH)
+    nearest = np.sort(np.argsort(distance, kind="stable")[: max(_MIN_SET, len(leans) // 6)])
+    return "sheared", tuple(map(int, nearest))
+
+
+def _within(leans: NDArray[np.float64], low: float, high: float) -> NDArray[np.bool_]:
+    """Return which leans lie in a state; the outermost states have no outer limit."""
+    return ((leans >= low) | (low == STATE_EDGES[0])) & ((leans < high) | (high == STATE_EDGES[-1]))
