@@ -4,9 +4,8 @@ from pathlib import Path
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.shipped import shipped
-from fire_atlas.recipe.document import read_document
-from fire_atlas.recipe.origin import Document, KeyPath, Value
-from fire_atlas.recipe.suggest import did_you_mean
+from fire_atlas.recipe.document import Document, read_document
+from fire_atlas.recipe.problem import KeyPath, Value, did_you_mean
 
 EXTENDS = "extends"
 """The key. It is used up here: no model ever sees it."""

@@ -16,13 +16,12 @@ from fire_atlas.recipe.effect import (
     MotionBlur,
     MotionBlurOrNone,
 )
-from fire_atlas.recipe.name import MAX_NAME, NAME_PATTERN
 from fire_atlas.recipe.output import Atlas, Export, Maps, TrackName
 from fire_atlas.recipe.problem import ContradictionError, Problem
 from fire_atlas.recipe.silk import SilkSource
-from fire_atlas.recipe.source import FramesSource, ProfileSource, Source
+from fire_atlas.recipe.source import FramesSource, ProfileSource, Source, Views
 from fire_atlas.recipe.timeline import Timeline
-from fire_atlas.recipe.views import Views
+from fire_atlas.recipe.tree import MAX_NAME, NAME_PATTERN
 from fire_atlas.recipe.wind import Wind
 
 

@@ -10,15 +10,11 @@ from pydantic_core import ErrorDetails
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.recipe.base import BRANCHES, COLOR_PATTERN, KINDS, UNDECIDED, UNKNOWN_KIND
-from fire_atlas.recipe.docstrings import key_docs
-from fire_atlas.recipe.keys import all_keys, blocks_at, keys_at
+from fire_atlas.recipe.keys import all_keys, blocks_at, key_docs, keys_at
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.name import NAME_ADVICE, NAME_PATTERN
-from fire_atlas.recipe.origin import KeyPath, dotted
-from fire_atlas.recipe.problem import ContradictionError, Problem
-from fire_atlas.recipe.suggest import did_you_mean
-from fire_atlas.recipe.tree import MEMBERS, RecipeTree
-from fire_atlas.recipe.unity import NAMESPACE_PATTERN
+from fire_atlas.recipe.output import NAMESPACE_PATTERN
+from fire_atlas.recipe.problem import ContradictionError, KeyPath, Problem, did_you_mean, dotted
+from fire_atlas.recipe.tree import MEMBERS, NAME_ADVICE, NAME_PATTERN, RecipeTree
 
 _PATTERNS = {
     NAME_PATTERN: NAME_ADVICE,

@@ -13,7 +13,7 @@ from fire_atlas.generators.profile.fire import burn
 from fire_atlas.generators.profile.learn import learn
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.generators.settings import GenerationSettings
-from fire_atlas.recipe.source import Footage, FramesSource, ProfileSource
+from fire_atlas.recipe.source import ClipInput, FramesSource, ProfileSource
 from fire_atlas.sources.frames import open_frames
 
 
@@ -89,7 +89,7 @@ def learnt(
     Raises:
         SourceError: As of ``open_profile``.
     """
-    footage = FramesSource(**{key: getattr(settings, key) for key in Footage.model_fields})
+    footage = FramesSource(**{key: getattr(settings, key) for key in ClipInput.model_fields})
     clips = {str(path): open_frames(footage, path, blend_space, most_pixels) for path in paths}
     return learn(clips, workers, settings.threshold, settings.cells), tuple(clips.values())
 
