@@ -1,8 +1,8 @@
 """One image file: recognised by its first bytes, measured by its header, decoded whole.
 
 PNG goes through OpenCV, which keeps 16 bits and lets other threads run; 16-bit and float TIFF too.
-EXR goes through FFmpeg (OpenCV's wheels lack it). All else goes through Pillow, which says so
-when a file is cut short, where OpenCV fills in grey or prints.
+EXR goes through OpenEXR. All else goes through Pillow, which says so when a file is cut short,
+where OpenCV fills in grey or prints.
 """
 
 import io
@@ -21,9 +21,8 @@ from fire_atlas.core.files import MIB, open_file, read_file
 from fire_atlas.core.picture import Picture, with_alpha
 from fire_atlas.sources import png, tiff
 from fire_atlas.sources.broken import BrokenFileError, UnexpectedAnimationError
-from fire_atlas.sources.exr import decode_exr, exr_size, finite_light
+from fire_atlas.sources.exr import decode_exr, exr_size, require_openexr
 from fire_atlas.sources.listing import MAX_PIXELS
-from fire_atlas.sources.pyav import load_pyav
 
 MAX_SIDE = 16384
 _MOST_BYTES = 2048 * MIB
@@ -150,7 +149,7 @@ def _size(path: Path, kind: str) -> tuple[int, int]:
     if kind == "webp":
         return webp_size(read_bytes(path, 32))
     if kind == "exr":
-        load_pyav("EXR", path)
+        require_openexr(path)
         return exr_size(read_bytes(path, 1 << 16))
     if kind == "tiff":
         with open_file(path) as file:
@@ -203,7 +202,7 @@ def decode_bytes(data: bytes, kind: str) -> Picture:
     if kind == "png":
         return _decode_png(data)
     if kind == "exr":
-        return decode_exr(data)
+        return finite_light(decode_exr(data))
     if kind == "tiff":
         tags = tiff.read_tags(io.BytesIO(data))
         if max(tags.get(tiff.BITS, (1,))) > 8:
@@ -251,6 +250,15 @@ def of_opencv(raw: Picture) -> Picture:
         return cast(Picture, cv2.cvtColor(raw, cv2.COLOR_GRAY2RGB))
     order = cv2.COLOR_BGRA2RGBA if raw.shape[2] == 4 else cv2.COLOR_BGR2RGB
     return cast(Picture, cv2.cvtColor(raw, order))
+
+
+def finite_light(values: Picture) -> Picture:
+    """Return float32 light as a file holds it, (H, W, 3) or (H, W, 4), without what is no light."""
+    light = np.nan_to_num(values, nan=0.0, posinf=65504.0, neginf=0.0)
+    np.maximum(light, 0, out=light)
+    if light.shape[2] == 4:
+        np.minimum(light[..., 3], 1, out=light[..., 3])
+    return light
 
 
 def _decode_deep_tiff(data: bytes, extra: tuple[int, ...] | None) -> Picture:
