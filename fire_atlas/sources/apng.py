@@ -1,17 +1,17 @@
-"""PNG and APNG files as frames: each is wrapped as a PNG of its own."""
+"""Find the frames of PNG and APNG files, and wrap each as a PNG of its own."""
 
 import struct
 from fractions import Fraction
 
 from fire_atlas.sources import png
 from fire_atlas.sources.broken import BrokenFileError
-from fire_atlas.sources.patches import Animation, Disposal, Patch
+from fire_atlas.sources.patches import Disposal, EncodedAnimation, Patch
 from fire_atlas.sources.png import Chunk
 
 _DISPOSALS = (Disposal.KEEP, Disposal.CLEAR, Disposal.RESTORE)
 
 
-def parse(data: bytes) -> Animation:
+def parse(data: bytes) -> EncodedAnimation:
     """Find the frames of an APNG without decoding them; a plain PNG is one frame.
 
     Raises:
@@ -33,7 +33,7 @@ def parse(data: bytes) -> Animation:
         )  # fmt: skip
 
     patches = _patches(data, found, (width, height))
-    return Animation("png", width, height, patches, wrap)
+    return EncodedAnimation("png", width, height, patches, wrap)
 
 
 def _patches(data: bytes, found: list[Chunk], size: tuple[int, int]) -> list[Patch]:

@@ -1,4 +1,4 @@
-"""What the parsers of file formats raise; whoever knows the path turns it into a SourceError."""
+"""Errors about the bytes of a file; whoever knows its path makes a ``SourceError`` of them."""
 
 
 class BrokenFileError(Exception):

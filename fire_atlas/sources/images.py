@@ -1,4 +1,4 @@
-"""One image file: recognised by its first bytes, measured by its header, decoded whole.
+"""Read one image file: format from its first bytes, size from its header, then the pixels.
 
 PNG goes through OpenCV, which keeps 16 bits and lets other threads run; 16-bit and float TIFF too.
 EXR goes through OpenEXR. All else goes through Pillow, which says so when a file is cut short,
@@ -10,7 +10,7 @@ import struct
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
+from typing import BinaryIO, cast
 
 import cv2
 import numpy as np
@@ -19,7 +19,7 @@ from PIL import Image, ImageOps
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MIB, open_file, read_file
 from fire_atlas.core.picture import Picture, with_alpha
-from fire_atlas.sources import png, tiff
+from fire_atlas.sources import png
 from fire_atlas.sources.broken import BrokenFileError, UnexpectedAnimationError
 from fire_atlas.sources.exr import decode_exr, exr_size, require_openexr
 from fire_atlas.sources.listing import MAX_PIXELS
@@ -39,9 +39,17 @@ ANIMATIONS = ("gif", "png", "webp")
 """Formats that can hold many frames beside stills."""
 
 
+_WIDTH, _HEIGHT, _BITS, _EXTRA_SAMPLES = 256, 257, 258, 338
+"""Numbers of TIFF tags."""
+_TIFF_FORMATS = {1: "B", 3: "H", 4: "I"}
+"""Letters of ``struct`` for the types of whole numbers in TIFF tags."""
+_MOST_VALUES = 64
+"""More values than any of these tags has."""
+
+
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What the first bytes of a file say: its format, and its size in pixels."""
+    """Format and size, px, of an image file, from its first bytes."""
 
     format: str
     width: int
@@ -153,7 +161,7 @@ def _size(path: Path, kind: str) -> tuple[int, int]:
         return exr_size(read_bytes(path, 1 << 16))
     if kind == "tiff":
         with open_file(path) as file:
-            return tiff.read_size(file)
+            return _tiff_size(file)
     with open_file(path) as file, Image.open(file) as image:
         turned = kind == "jpeg" and image.getexif().get(0x0112, 1) >= 5
         width, height = image.size
@@ -161,7 +169,7 @@ def _size(path: Path, kind: str) -> tuple[int, int]:
 
 
 def webp_size(head: bytes) -> tuple[int, int]:
-    """Return the canvas of a WebP from its first 30 bytes; Pillow would allocate it to tell."""
+    """Return the canvas of a WebP from its first 30 bytes; Pillow allocates it to know its size."""
     name, body = head[12:16], head[20:]
     if name == b"VP8X":
         return 1 + int.from_bytes(body[4:7], "little"), 1 + int.from_bytes(body[7:10], "little")
@@ -204,17 +212,17 @@ def decode_bytes(data: bytes, kind: str) -> Picture:
     if kind == "exr":
         return finite_light(decode_exr(data))
     if kind == "tiff":
-        tags = tiff.read_tags(io.BytesIO(data))
-        if max(tags.get(tiff.BITS, (1,))) > 8:
-            return _decode_deep_tiff(data, tags.get(tiff.EXTRA_SAMPLES))
+        tags = _tiff_tags(io.BytesIO(data))
+        if max(tags.get(_BITS, (1,))) > 8:
+            return _decode_deep_tiff(data, tags.get(_EXTRA_SAMPLES))
     image = Image.open(io.BytesIO(data))
     if kind in ANIMATIONS and getattr(image, "n_frames", 1) > 1:
         raise UnexpectedAnimationError
     image.load()
-    return of_pillow(ImageOps.exif_transpose(image) if kind == "jpeg" else image)
+    return from_pillow(ImageOps.exif_transpose(image) if kind == "jpeg" else image)
 
 
-def of_pillow(image: Image.Image) -> Picture:
+def from_pillow(image: Image.Image) -> Picture:
     """Return a loaded Pillow image as a picture; a single colour marked transparent stays so."""
     through = image.has_transparency_data or image.mode in ("La", "RGBa")
     if image.mode == "La":
@@ -233,7 +241,7 @@ def _decode_png(data: bytes) -> Picture:
     key = next((data[c.start : c.stop] for c in found if c.name == b"tRNS"), b"")
     if raw.ndim == 2 and len(key) == 2:
         return _with_grey_key(raw, int.from_bytes(key, "big"), depth=data[24])
-    return of_opencv(raw)
+    return from_opencv(raw)
 
 
 def _with_grey_key(grey: Picture, key: int, depth: int) -> Picture:
@@ -244,7 +252,7 @@ def _with_grey_key(grey: Picture, key: int, depth: int) -> Picture:
     return full
 
 
-def of_opencv(raw: Picture) -> Picture:
+def from_opencv(raw: Picture) -> Picture:
     """Return what OpenCV decoded (grey, BGR or BGRA) in the order R, G, B(, A)."""
     if raw.ndim == 2:
         return cast(Picture, cv2.cvtColor(raw, cv2.COLOR_GRAY2RGB))
@@ -253,7 +261,7 @@ def of_opencv(raw: Picture) -> Picture:
 
 
 def finite_light(values: Picture) -> Picture:
-    """Return float32 light as a file holds it, (H, W, 3) or (H, W, 4), without what is no light."""
+    """Return float32 light as a file holds it, (H, W, 3 or 4), NaN and negatives as 0."""
     light = np.nan_to_num(values, nan=0.0, posinf=65504.0, neginf=0.0)
     np.maximum(light, 0, out=light)
     if light.shape[2] == 4:
@@ -265,7 +273,7 @@ def _decode_deep_tiff(data: bytes, extra: tuple[int, ...] | None) -> Picture:
     raw = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if raw is None or raw.dtype not in (np.uint16, np.float32):
         raise BrokenFileError("this TIFF is cut short or not 8, 16 or 32 (float) bits a channel")
-    picture = of_opencv(raw)
+    picture = from_opencv(raw)
     if picture.dtype == np.float32:
         return finite_light(picture)
     if extra and extra[0] == 1 and picture.shape[2] == 4:
@@ -274,3 +282,46 @@ def _decode_deep_tiff(data: bytes, extra: tuple[int, ...] | None) -> Picture:
         straight = picture[..., :3] * 65535.0 / alpha
         picture[..., :3] = np.rint(np.minimum(straight, 65535)).astype(np.uint16)
     return picture
+
+
+def _tiff_tags(file: BinaryIO) -> dict[int, tuple[int, ...]]:
+    """Return the whole numbers of the first picture's tags, by tag, without decoding a pixel.
+
+    Pillow names no size for kinds of pixels that it does not know, floats in colour among them.
+
+    Raises:
+        struct.error: The file ends early.
+    """
+    head = file.read(8)
+    order = "<" if head[:2] == b"II" else ">"
+    (start,) = struct.unpack_from(f"{order}I", head, 4)
+    file.seek(start)
+    (count,) = struct.unpack(f"{order}H", file.read(2))
+    entries = file.read(12 * count)
+    tags = {}
+    for at in range(0, 12 * count, 12):
+        tag, kind, length = struct.unpack_from(f"{order}HHI", entries, at)
+        if kind in _TIFF_FORMATS and 0 < length <= _MOST_VALUES:
+            tags[tag] = _tag_values(
+                file, f"{order}{length}{_TIFF_FORMATS[kind]}", entries[at + 8 : at + 12]
+            )
+    return tags
+
+
+def _tiff_size(file: BinaryIO) -> tuple[int, int]:
+    """Return the width and height of the first picture, px.
+
+    Raises:
+        struct.error, KeyError: The file ends early, or does not say.
+    """
+    tags = _tiff_tags(file)
+    return tags[_WIDTH][0], tags[_HEIGHT][0]
+
+
+def _tag_values(file: BinaryIO, format_: str, field: bytes) -> tuple[int, ...]:
+    """Return the values of a tag: from its field, or from where that points if they do not fit."""
+    size = struct.calcsize(format_)
+    if size > len(field):
+        file.seek(struct.unpack(f"{format_[0]}I", field)[0])
+        field = file.read(size)
+    return struct.unpack_from(format_, field)

@@ -1,4 +1,4 @@
-"""Where coverage comes from: decided from a few frames, then applied to each."""
+"""Choose where the coverage of a clip comes from, by a few frames, and apply it to each."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ _THUMB_HEIGHT = 128
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class MatteChoice:
     """The matte of a clip, and why, as a sentence for people."""
 
     matte: Matte
@@ -42,7 +42,7 @@ class Choice:
 
 
 @dataclass(frozen=True, slots=True)
-class Evidence:
+class BorderStatistics:
     """What the edges of an opaque clip look like.
 
     Attributes:
@@ -59,21 +59,21 @@ class Evidence:
     cool: float
 
 
-def choose(asked: str, frames: Iterable[Picture], name: str) -> Choice:
+def choose(setting: str, frames: Iterable[Picture], name: str) -> MatteChoice:
     """Return the matte for a clip of which ``frames`` are samples; no more are read than needed.
 
     Raises:
-        SourceError: ``alpha`` is asked for, but nothing is transparent.
+        SourceError: ``alpha`` is stated, but nothing is transparent.
     """
-    if asked in ("luminance", "none"):
-        return Choice(cast(Matte, asked), "the recipe asks for it")
+    if setting in ("luminance", "none"):
+        return MatteChoice(cast(Matte, setting), "the recipe asks for it")
     opaque = []
     for frame in frames:
         if has_transparency(frame):
             why = "the frames have transparent pixels, so their alpha is the coverage"
-            return Choice("alpha", why if asked == "auto" else "the recipe asks for it")
+            return MatteChoice("alpha", why if setting == "auto" else "the recipe asks for it")
         opaque.append(frame)
-    if asked == "alpha":
+    if setting == "alpha":
         raise SourceError(
             f"{name}: matte is alpha, but these frames have no transparent pixel; use "
             "matte: luminance for fire on black, or matte: none for an opaque scene"
@@ -81,28 +81,28 @@ def choose(asked: str, frames: Iterable[Picture], name: str) -> Choice:
     return judge(gather(opaque))
 
 
-def judge(seen: Evidence) -> Choice:
+def judge(seen: BorderStatistics) -> MatteChoice:
     """Tell fire on black from an opaque scene."""
     share = f"{100 * seen.dark:.0f} % of the border is darker than {_DARK}/255"
     if seen.dark >= 0.9:
-        return Choice("luminance", f"{share}: fire on black, so luminance becomes coverage")
+        return MatteChoice("luminance", f"{share}: fire on black, so luminance becomes coverage")
     if seen.darkest_edge < 0.6:
-        return Choice(
+        return MatteChoice(
             "none", f"only {share} and no edge is black: an opaque scene, so it stays whole"
         )
     if seen.detail >= 0.8 or seen.cool > 0.1:
-        return Choice(
+        return MatteChoice(
             "none",
             f"{share}, but the rest shows things that are not fire: an opaque scene, "
             "so it stays whole",
         )
-    return Choice(
+    return MatteChoice(
         "luminance",
         f"{share} and the rest is smooth glow: fire on black, so luminance becomes coverage",
     )
 
 
-def gather(frames: Sequence[Picture]) -> Evidence:
+def gather(frames: Sequence[Picture]) -> BorderStatistics:
     """Look at the border of opaque sample frames."""
     # Sprites may differ in size: their borders are compared place by place, at the size of one.
     size = _thumb_size(frames[0])
@@ -115,7 +115,7 @@ def gather(frames: Sequence[Picture]) -> Evidence:
     dark = peak < _DARK
     edges = (dark[:, :band], dark[:, -band:], dark[:, :, :band], dark[:, :, -band:])
     cool = (thumbs[..., 2] > 0.6 * thumbs[..., 0]) & (peak > 64)
-    return Evidence(
+    return BorderStatistics(
         dark=float(dark[:, border].mean()),
         darkest_edge=max(float(edge.mean()) for edge in edges),
         detail=_standing_detail(peak, border),

@@ -1,4 +1,4 @@
-"""PNG files as chunks: found complete before they are decoded, and cut into APNG frames."""
+"""Split PNG files into chunks, each checked, and write chunks."""
 
 import struct
 import zlib

@@ -1,4 +1,4 @@
-"""Source ``frames`` for recipes that only pack: images of any sizes, in named animations."""
+"""Open source ``frames`` of recipes that only pack: images of any sizes, in named animations."""
 
 import re
 from collections import Counter
@@ -81,9 +81,9 @@ def open_sprites(
 
 def _matte(
     settings: FramesSource, files: Sequence[Path], headers: Sequence[Header], path: Path
-) -> matte.Choice:
-    told = settings.matte in ("luminance", "none")
-    samples = [] if told else [decode(files[i], headers[i]) for i in spread(range(len(files)))]
+) -> matte.MatteChoice:
+    is_stated = settings.matte in ("luminance", "none")
+    samples = [] if is_stated else [decode(files[i], headers[i]) for i in spread(range(len(files)))]
     return matte.choose(settings.matte, samples, str(path))
 
 
