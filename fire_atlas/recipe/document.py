@@ -1,4 +1,4 @@
-"""A recipe file → plain values and the line each of them stands in."""
+"""Read a recipe file, or ``--set``, as plain values, each with the line that it stands in."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,7 +49,7 @@ def read_document(path: Path) -> Document:
 
 
 def parse_override(text: str) -> Document:
-    """Return ``flakes.rate=80`` as a document of that one key, to be laid over a recipe."""
+    """Return ``flakes.rate=80`` as a document of that one key, to override a recipe with."""
     key, equals, raw = text.partition("=")
     path = tuple(part.strip() for part in key.split("."))
     if not equals or not all(path):
@@ -130,7 +130,7 @@ class _ValueBuilder:
 
 
 def _pairs(node: yaml.MappingNode, at: KeyPath) -> dict[str, tuple[yaml.Node, yaml.Node]]:
-    """Return key → (key node, value node); what ``<<`` brings in lies under a mapping's own."""
+    """Return key → (key node, value node); a mapping's own keys override what ``<<`` merges."""
     own: dict[str, tuple[yaml.Node, yaml.Node]] = {}
     under: dict[str, tuple[yaml.Node, yaml.Node]] = {}
     for key, value in node.value:
@@ -166,7 +166,7 @@ def _expect_tag(node: yaml.Node, kind: str, at: KeyPath) -> None:
 def _unknown_tag(node: yaml.Node, at: KeyPath) -> MalformedYamlError:
     tag = node.tag.replace(_TAG, "!!")
     return MalformedYamlError(
-        line_of(node), f"{_about(at)}the tag {tag} has no meaning in a recipe; remove it"
+        line_of(node), f"{_label(at)}the tag {tag} has no meaning in a recipe; remove it"
     )
 
 
@@ -178,7 +178,7 @@ def _scalar(node: yaml.ScalarNode, at: KeyPath) -> Value:
         # An emptied block or an unquoted #colour, not a decision to switch something off.
         raise MalformedYamlError(
             line_of(node),
-            f"{_about(at)}has no value; give it one or remove the key"
+            f"{_label(at)}has no value; give it one or remove the key"
             " (an unquoted # begins a comment)",
         )
     construct = SafeConstructor.yaml_constructors.get(node.tag)
@@ -193,9 +193,9 @@ def _scalar(node: yaml.ScalarNode, at: KeyPath) -> Value:
         wrong = "cannot be read"
     if wrong:
         shown = node.value if len(node.value) <= 40 else node.value[:37] + "..."
-        raise MalformedYamlError(line_of(node), f"{_about(at)}{shown} {wrong}")
+        raise MalformedYamlError(line_of(node), f"{_label(at)}{shown} {wrong}")
     return value
 
 
-def _about(at: KeyPath) -> str:
+def _label(at: KeyPath) -> str:
     return f"{dotted(at)}: " if at else ""

@@ -1,4 +1,4 @@
-"""Which keys a recipe has, read off the models."""
+"""The keys a recipe can have, and their docstrings, from the models."""
 
 import ast
 import inspect
@@ -15,7 +15,7 @@ from fire_atlas.recipe.problem import KeyPath
 def blocks_at(path: KeyPath) -> list[type[Settings]]:
     """Return the models the key ``path`` may hold; none where it holds plain values.
 
-    The path may tell the kind of a block by its tag, as pydantic's errors do.
+    The path may hold the kind of a block as a tag, as pydantic's errors do.
     """
     blocks: list[type[Settings]] = [Recipe]
     for key in path:

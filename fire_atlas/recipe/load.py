@@ -1,4 +1,4 @@
-"""A recipe file → everything a build has to know."""
+"""Load a recipe: its validated model, where it lies, its files and members; and print it whole."""
 
 import os
 from dataclasses import dataclass, replace

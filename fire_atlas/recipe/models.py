@@ -1,4 +1,4 @@
-"""The recipe as a whole."""
+"""The model of a whole recipe."""
 
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal, Self
@@ -82,12 +82,12 @@ class Recipe(Settings):
                 "source.kind: silk, or learn it with source.kind: profile",
             )
         if isinstance(self.source, ProfileSource | SilkSource):
-            yield from _meant_for_footage(self.timeline)
+            yield from _clip_only_keys(self.timeline)
 
     @model_validator(mode="before")
     @classmethod
     def _paper_alpha(cls, given: Any) -> Any:
-        """Give ``flakes.alpha`` the paper's value where the paper's features are asked for."""
+        """Give ``flakes.alpha`` the paper's value where the paper's features are chosen."""
         if not isinstance(given, dict):
             return given
         features, flakes = given.get("features"), given.get("flakes", {})
@@ -97,8 +97,8 @@ class Recipe(Settings):
         return given
 
 
-def _meant_for_footage(timeline: Timeline) -> Iterator[Problem]:
-    """Yield what generated fire cannot do: it is no clip that is cut and joined."""
+def _clip_only_keys(timeline: Timeline) -> Iterator[Problem]:
+    """Yield the keys that apply to a clip, which is cut and joined, but not to generated fire."""
     if timeline.loop in ("crossfade", "pingpong"):
         yield Problem(
             ("timeline", "loop"),
@@ -108,5 +108,5 @@ def _meant_for_footage(timeline: Timeline) -> Iterator[Problem]:
     for key, is_set in (("overlap", timeline.overlap != "auto"), ("tail", bool(timeline.tail))):
         if is_set:
             yield Problem(
-                ("timeline", key), "is for clips, but this fire is generated; leave it out"
+                ("timeline", key), "applies to clips only, but this fire is generated; remove it"
             )

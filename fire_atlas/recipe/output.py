@@ -1,4 +1,4 @@
-"""Recipe blocks of the asset half: atlas, exports, tracks."""
+"""Recipe blocks of what is written: atlas, maps, exports, tracks."""
 
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, Literal, Self, TypeAlias
@@ -44,7 +44,7 @@ Pivot = Annotated[
 _SMALLER = (0.5, 0.25, 0.125)
 
 
-def _all_sizes(scales: tuple[float, ...]) -> tuple[float, ...]:
+def _valid_scales(scales: tuple[float, ...]) -> tuple[float, ...]:
     """Validate ``scales``: 1 and halves of it, each once; largest first."""
     if 1 not in scales:
         raise ValueError("must hold 1: the pages at full size are always written")
@@ -101,7 +101,7 @@ class Atlas(Settings):
         tuple[Annotated[float, Field(gt=0, le=1)], ...],
         LIST,
         Field(min_length=1, max_length=4),
-        AfterValidator(_all_sizes),
+        AfterValidator(_valid_scales),
     ] = (1.0,)
     """Sizes to write everything in: 1 and any of 0.5, 0.25, 0.125. All share one layout; smaller
     ones are filtered in linear light and called ``name@0.5x``."""
@@ -140,9 +140,9 @@ class Maps(Settings):
 
     @property
     def layers(self) -> tuple[Layer, ...]:
-        """The layers that are asked for."""
-        asked: dict[Layer, bool] = {"flame": self.flame, "flakes": self.flakes}
-        return tuple(layer for layer, wanted in asked.items() if wanted)
+        """The layers that are switched on."""
+        switches: dict[Layer, bool] = {"flame": self.flame, "flakes": self.flakes}
+        return tuple(layer for layer, wanted in switches.items() if wanted)
 
 
 class TemplateExport(Settings):
@@ -156,7 +156,7 @@ class TemplateExport(Settings):
 
 
 class GodotOptions(Settings):
-    """What Godot is to be given."""
+    """Options of the files for Godot."""
 
     version: Literal[4, 3] = 4
     """Major version of the engine; each reads its own text alone."""
@@ -166,7 +166,7 @@ class GodotExport(Settings):
     """The export ``godot`` with options."""
 
     godot: GodotOptions
-    """What Godot is to be given."""
+    """Options of the files for Godot."""
 
 
 DEFAULT_NAMESPACE = "FireAtlas"
@@ -185,7 +185,7 @@ _FOREIGN = ("System", "UnityEngine", "UnityEditor")
 """Namespaces of others: one of that name would hide them from scripts inside it."""
 
 
-def _free(namespace: str) -> str:
+def _usable_namespace(namespace: str) -> str:
     """Validate a namespace, whose form is sound."""
     for word in namespace.split("."):
         if word in _KEYWORDS.split():
@@ -199,7 +199,7 @@ NAMESPACE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*$"
 
 
 class UnityOptions(Settings):
-    """What Unity is to be given."""
+    """Options of the files for Unity."""
 
     pixels_per_unit: float = Field(default=100.0, ge=0.01, le=100000)
     """Pixels of the full-size frame that are one unit long in the scene."""
@@ -208,7 +208,7 @@ class UnityOptions(Settings):
     namespace: Annotated[
         str,
         Field(max_length=100, pattern=NAMESPACE_PATTERN),
-        AfterValidator(_free),
+        AfterValidator(_usable_namespace),
     ] = DEFAULT_NAMESPACE
     """C# namespace of the component; GUIDs and the names of shaders are made from it too. Two
     recipes of one name in one Unity project need two."""
@@ -232,24 +232,24 @@ class UnityExport(Settings):
     """The export ``unity`` with options."""
 
     unity: UnityOptions
-    """What Unity is to be given."""
+    """Options of the files for Unity."""
 
 
 EngineExport: TypeAlias = GodotExport | UnityExport
 """An engine's files, with options: a mapping whose only key names the engine."""
 
-_TELLING = {
+_BRANCHES = {
     "godot": GODOT.tag,
     "unity": UNITY.tag,
     "template": TEMPLATE.tag,
     "to": TEMPLATE.tag,
 }
-"""Branch of an export that is a mapping, by the key that tells it."""
+"""Branch of an export that is a mapping, by a key that only it has."""
 
 
-def _mapping(export: Any) -> str | None:
+def _mapping_branch(export: Any) -> str | None:
     keys = export if isinstance(export, dict) else type(export).model_fields
-    return next((branch for key, branch in _TELLING.items() if key in keys), None)
+    return next((branch for key, branch in _BRANCHES.items() if key in keys), None)
 
 
 _EXPORTS = "the name of a format, {godot: ...}, {unity: ...}, or {template: ..., to: ...}"
@@ -262,7 +262,9 @@ Export = Annotated[
             | Annotated[GodotExport, GODOT]
             | Annotated[UnityExport, UNITY],
             Discriminator(
-                _mapping, custom_error_type=UNDECIDED, custom_error_message=f"must be {_EXPORTS}"
+                _mapping_branch,
+                custom_error_type=UNDECIDED,
+                custom_error_message=f"must be {_EXPORTS}",
             ),
         ],
         BLOCK,

@@ -1,4 +1,4 @@
-"""The place where each key of a recipe was written, and mistakes reported by these places."""
+"""Where each key of a recipe was written, mistakes in keys, and guesses at what was meant."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A recipe as it was written: merged, not yet validated. Needs no pydantic."""
+"""A recipe as it was written: merged, not yet validated. Imports no pydantic."""
 
 import re
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ class RecipeTree:
 
     Attributes:
         path: The recipe file, as the user named it.
-        values: Plain values by key; ``extends`` is used up.
+        values: Plain values by key; ``extends`` is removed.
         origins: Key path → where the value was written.
         files: Every recipe file that was read, ``path`` first.
         members: The recipes whose effects share its pages (``atlas.members``); they have none.

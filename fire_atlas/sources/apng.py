@@ -39,15 +39,15 @@ def parse(data: bytes) -> EncodedAnimation:
 def _patches(data: bytes, found: list[Chunk], size: tuple[int, int]) -> list[Patch]:
     """One patch for each fcTL; its data run to the next one."""
     controls = [c for c in found if c.name == b"fcTL"]
-    promised = png.frames_promised(data, found)
+    stated = png.stated_frame_count(data, found)
     if not any(c.name == b"acTL" for c in found):
         pixels = [c for c in found if c.name == b"IDAT"]
         if not pixels:
             raise BrokenFileError("the file holds no pixels (no IDAT chunk)")
         start, stop = pixels[0].start - 8, pixels[-1].stop + 4
         return [Patch(0, 0, *size, Fraction(), Disposal.KEEP, False, start, stop)]
-    if len(controls) != promised:
-        raise BrokenFileError(f"the file promises {promised} frames but holds {len(controls)}")
+    if len(controls) != stated:
+        raise BrokenFileError(f"the file promises {stated} frames but holds {len(controls)}")
     ends = [c.start - 8 for c in controls[1:]] + [found[-1].start - 8]
     return [_patch(data, control, end, size) for control, end in zip(controls, ends, strict=True)]
 

@@ -14,7 +14,7 @@ from fire_atlas.core.pixels import Pixels
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
 from fire_atlas.sources.animated import open_animation
-from fire_atlas.sources.images import ANIMATIONS, check_size, decode, read_header, recognise
+from fire_atlas.sources.images import ANIMATIONS, check_size, decode, detect_format, read_header
 from fire_atlas.sources.listing import MAX_PIXELS, cut, locate
 from fire_atlas.sources.reader import FrameReader, cached
 from fire_atlas.sources.sheet import open_sheet
@@ -42,14 +42,14 @@ def open_frames(
     reader, chosen = _open_reader(settings, path, most_pixels)
     reader = cached(reader)
     inputs = reader.inputs if len(reader.inputs) == 1 else tuple(reader.inputs[i] for i in chosen)
-    choice = matte.choose(settings.matte, map(reader.read, spread(chosen)), str(path))
+    choice = matte.choose(settings.matte, map(reader.read, sample_numbers(chosen)), str(path))
     height = settings.height or reader.height
     width = width_for(height, (reader.width, reader.height))
     check_size(f"{path} at height {height}", width, height, most_pixels)
     keeps_pixels = settings.sampling == "nearest"
 
     def shown(i: int) -> Picture:
-        picture = _of_size(reader, path, chosen[i])
+        picture = _read_checked(reader, path, chosen[i])
         if (width, height) == (reader.width, reader.height):
             return matte.apply(choice.matte, picture, blend_space)
         if keeps_pixels:
@@ -69,7 +69,7 @@ def open_frames(
     )
 
 
-def _of_size(reader: FrameReader, path: Path, i: int) -> Picture:
+def _read_checked(reader: FrameReader, path: Path, i: int) -> Picture:
     picture = reader.read(i)
     if picture.shape[:2] != (reader.height, reader.width):
         raise SourceError(
@@ -89,7 +89,7 @@ def _resized(
     return matte.over_black(pixels) if kind == "none" else pixels
 
 
-def spread(chosen: range) -> list[int]:
+def sample_numbers(chosen: range) -> list[int]:
     """Return a handful of frame numbers, first and last among them, in ascending order."""
     places = np.linspace(0, len(chosen) - 1, min(_SAMPLES, len(chosen)))
     return [chosen[round(float(place))] for place in places]
@@ -111,7 +111,7 @@ def _open_reader(settings: FramesSource, path: Path, most_pixels: int) -> tuple[
 
 
 def _open_file(settings: FramesSource, path: Path, most_pixels: int) -> FrameReader:
-    kind = recognise(path)
+    kind = detect_format(path)
     if settings.grid is not None:
         if kind in ("video", "gif"):
             raise SourceError(f"{path}: grid cuts one still image into cells; leave it out here")

@@ -73,7 +73,7 @@ def read_bytes(path: Path, head: int | None = None) -> bytes:
         raise SourceError(f"{path}: cannot be read ({error.strerror})") from error
 
 
-def recognise(path: Path) -> str:
+def detect_format(path: Path) -> str:
     """Return the file's format by its first bytes: ``png``, ``gif``, ..., ``video``.
 
     Raises:
@@ -82,14 +82,10 @@ def recognise(path: Path) -> str:
     head = read_bytes(path, 32)
     if not head:
         raise SourceError(f"{path}: the file is empty (0 bytes)")
-    known = _by_signature(head)
+    suffix = path.suffix.lower()
+    known = _by_signature(head) or {".tga": "tga", **dict.fromkeys(VIDEOS, "video")}.get(suffix)
     if known:
         return known
-    suffix = path.suffix.lower()
-    if suffix == ".tga":
-        return "tga"
-    if suffix in VIDEOS:
-        return "video"
     says = f", though its name says {suffix[1:].upper()}" if suffix else ""
     raise SourceError(
         f"{path}: is not an image or a video (it begins with {head[:12]!r}){says}; "
@@ -116,7 +112,7 @@ def read_header(path: Path, most_pixels: int = MAX_PIXELS) -> Header:
     Raises:
         SourceError: Unreadable, of no known format, or larger than the limits.
     """
-    kind = recognise(path)
+    kind = detect_format(path)
     if kind == "video":
         raise SourceError(f"{path}: is a video, not an image; give it as path itself")
     try:
@@ -232,9 +228,9 @@ def from_pillow(image: Image.Image) -> Picture:
 
 def _decode_png(data: bytes) -> Picture:
     found = list(png.chunks(data))
-    if png.frames_promised(data, found) > 1:
+    if png.stated_frame_count(data, found) > 1:
         raise UnexpectedAnimationError
-    plain = png.bare(data, found)
+    plain = png.essential_chunks(data, found)
     raw = cv2.imdecode(np.frombuffer(plain, np.uint8), cv2.IMREAD_UNCHANGED)
     if raw is None:
         raise BrokenFileError("the compressed pixels are damaged")
@@ -294,17 +290,15 @@ def _tiff_tags(file: BinaryIO) -> dict[int, tuple[int, ...]]:
     """
     head = file.read(8)
     order = "<" if head[:2] == b"II" else ">"
-    (start,) = struct.unpack_from(f"{order}I", head, 4)
-    file.seek(start)
+    file.seek(struct.unpack_from(f"{order}I", head, 4)[0])
     (count,) = struct.unpack(f"{order}H", file.read(2))
     entries = file.read(12 * count)
     tags = {}
     for at in range(0, 12 * count, 12):
         tag, kind, length = struct.unpack_from(f"{order}HHI", entries, at)
         if kind in _TIFF_FORMATS and 0 < length <= _MOST_VALUES:
-            tags[tag] = _tag_values(
-                file, f"{order}{length}{_TIFF_FORMATS[kind]}", entries[at + 8 : at + 12]
-            )
+            values = f"{order}{length}{_TIFF_FORMATS[kind]}"
+            tags[tag] = _tag_values(file, values, entries[at + 8 : at + 12])
     return tags
 
 

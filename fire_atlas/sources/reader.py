@@ -60,16 +60,8 @@ def sequential_reader(
         fps: Frames per second that the reader gives.
         shown: For each frame of the reader, the number of the file's frame that it shows.
     """
-    width, height = size
-    frames = SequentialDecoder(play, width * height * 4)
-    return FrameReader(
-        width=width,
-        height=height,
-        fps=fps,
-        count=len(shown),
-        read=lambda i: frames.read(shown[i]),
-        inputs=(path,),
-    )
+    frames = SequentialDecoder(play, size[0] * size[1] * 4)
+    return FrameReader(*size, fps, len(shown), lambda i: frames.read(shown[i]), (path,))
 
 
 class SequentialDecoder:

@@ -58,15 +58,15 @@ def _whole_cell(sheet: Picture, grid: Grid, i: int) -> Picture:
 def _fractional_cell(sheet: Picture, grid: Grid, i: int) -> Picture:
     """Return cell i as light (H, W, 4), read between pixels where its edges fall between them."""
     row, column = divmod(i, grid.columns)
-    top, bottom, y = _places(row, sheet.shape[0] / grid.rows)
-    left, right, x = _places(column, sheet.shape[1] / grid.columns)
+    top, bottom, y = _sample_positions(row, sheet.shape[0] / grid.rows)
+    left, right, x = _sample_positions(column, sheet.shape[1] / grid.columns)
     light = to_light(sheet[top:bottom, left:right])
     across, down = np.meshgrid(x, y)
     cell = cv2.remap(light, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return cast(Picture, cell)
 
 
-def _places(
+def _sample_positions(
     cell: int, length: float
 ) -> tuple[int, int, np.ndarray[tuple[int], np.dtype[np.float32]]]:
     """Return the first and past-the-last pixel a cell touches, and where in them to sample.

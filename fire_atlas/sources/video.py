@@ -122,9 +122,8 @@ def _scan_opencv(path: Path, most_pixels: int) -> VideoScan:
     # Edit lists hide a frame or two at the ends; more are missing.
     if len(stamps) + 2 < promised <= MAX_FRAMES:
         raise _ended(path, len(stamps), promised)
-    return _checked(
-        path, VideoScan(width, height, fps if isfinite(fps) and fps > 0 else None, stamps)
-    )
+    rate = fps if isfinite(fps) and fps > 0 else None
+    return _checked(path, VideoScan(width, height, rate, stamps))
 
 
 def _play_opencv(path: Path, count: int) -> Generator[Picture]:
