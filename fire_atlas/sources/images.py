@@ -14,7 +14,7 @@ from typing import BinaryIO, cast
 
 import cv2
 import numpy as np
-from PIL import Image, ImageOps
+from PIL import Image, ImageOps, TiffImagePlugin
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MIB, open_file, read_file
@@ -37,14 +37,6 @@ cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 VIDEOS = (".mp4", ".m4v", ".mov", ".webm", ".mkv", ".avi", ".mpg", ".mpeg", ".ogv", ".wmv", ".flv")
 ANIMATIONS = ("gif", "png", "webp")
 """Formats that can hold many frames beside stills."""
-
-
-_WIDTH, _HEIGHT, _BITS, _EXTRA_SAMPLES = 256, 257, 258, 338
-"""Numbers of TIFF tags."""
-_TIFF_FORMATS = {1: "B", 3: "H", 4: "I"}
-"""Letters of ``struct`` for the types of whole numbers in TIFF tags."""
-_MOST_VALUES = 64
-"""More values than any of these tags has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +149,9 @@ def _size(path: Path, kind: str) -> tuple[int, int]:
         return exr_size(read_bytes(path, 1 << 16))
     if kind == "tiff":
         with open_file(path) as file:
-            return _tiff_size(file)
+            tags = _tiff_tags(file)
+            width, height = tags[TiffImagePlugin.IMAGEWIDTH], tags[TiffImagePlugin.IMAGELENGTH]
+            return int(width), int(height)
     with open_file(path) as file, Image.open(file) as image:
         turned = kind == "jpeg" and image.getexif().get(0x0112, 1) >= 5
         width, height = image.size
@@ -209,8 +203,8 @@ def decode_bytes(data: bytes, kind: str) -> Picture:
         return finite_light(decode_exr(data))
     if kind == "tiff":
         tags = _tiff_tags(io.BytesIO(data))
-        if max(tags.get(_BITS, (1,))) > 8:
-            return _decode_deep_tiff(data, tags.get(_EXTRA_SAMPLES))
+        if max(tags.get(TiffImagePlugin.BITSPERSAMPLE, (1,))) > 8:
+            return _decode_deep_tiff(data, tags.get(TiffImagePlugin.EXTRASAMPLES))
     image = Image.open(io.BytesIO(data))
     if kind in ANIMATIONS and getattr(image, "n_frames", 1) > 1:
         raise UnexpectedAnimationError
@@ -280,42 +274,9 @@ def _decode_deep_tiff(data: bytes, extra: tuple[int, ...] | None) -> Picture:
     return picture
 
 
-def _tiff_tags(file: BinaryIO) -> dict[int, tuple[int, ...]]:
-    """Return the whole numbers of the first picture's tags, by tag, without decoding a pixel.
-
-    Pillow names no size for kinds of pixels that it does not know, floats in colour among them.
-
-    Raises:
-        struct.error: The file ends early.
-    """
-    head = file.read(8)
-    order = "<" if head[:2] == b"II" else ">"
-    file.seek(struct.unpack_from(f"{order}I", head, 4)[0])
-    (count,) = struct.unpack(f"{order}H", file.read(2))
-    entries = file.read(12 * count)
-    tags = {}
-    for at in range(0, 12 * count, 12):
-        tag, kind, length = struct.unpack_from(f"{order}HHI", entries, at)
-        if kind in _TIFF_FORMATS and 0 < length <= _MOST_VALUES:
-            values = f"{order}{length}{_TIFF_FORMATS[kind]}"
-            tags[tag] = _tag_values(file, values, entries[at + 8 : at + 12])
+def _tiff_tags(file: BinaryIO) -> TiffImagePlugin.ImageFileDirectory_v2:
+    """Return the tags of the first picture; Pillow itself opens no TIFF of floats in colour."""
+    tags = TiffImagePlugin.ImageFileDirectory_v2(file.read(8))
+    file.seek(tags.next or 0)
+    tags.load(file)
     return tags
-
-
-def _tiff_size(file: BinaryIO) -> tuple[int, int]:
-    """Return the width and height of the first picture, px.
-
-    Raises:
-        struct.error, KeyError: The file ends early, or does not say.
-    """
-    tags = _tiff_tags(file)
-    return tags[_WIDTH][0], tags[_HEIGHT][0]
-
-
-def _tag_values(file: BinaryIO, format_: str, field: bytes) -> tuple[int, ...]:
-    """Return the values of a tag: from its field, or from where that points if they do not fit."""
-    size = struct.calcsize(format_)
-    if size > len(field):
-        file.seek(struct.unpack(f"{format_[0]}I", field)[0])
-        field = file.read(size)
-    return struct.unpack_from(format_, field)
