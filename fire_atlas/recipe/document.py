@@ -89,7 +89,7 @@ def _read(path: Path) -> bytes:
     try:
         return read_file(path, MAX_BYTES)
     except OSError as error:
-        raise RecipeError(f"{path}: is no recipe that can be read ({error.strerror})") from None
+        raise RecipeError(f"{path}: cannot be read ({error.strerror})") from None
 
 
 def _decode(data: bytes, path: Path) -> str:

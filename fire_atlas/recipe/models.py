@@ -73,7 +73,7 @@ class Recipe(Settings):
         if self.timeline.tail and self.flakes == "none":
             yield Problem(
                 ("timeline", "tail"),
-                "waits for flakes to burn out, but flakes is none; drop one of them",
+                "waits for flakes to burn out, but flakes is none; remove one of them",
             )
         if isinstance(self.source, FramesSource) and self.views != Views():
             yield Problem(

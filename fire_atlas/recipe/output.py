@@ -60,7 +60,7 @@ def _valid_scales(scales: tuple[float, ...]) -> tuple[float, ...]:
 
 
 class Atlas(Settings):
-    """The pages."""
+    """Pages: how frames are packed on them, and how their pixels are stored."""
 
     layout: Literal["packed", "grid"] = "packed"
     """``packed``: tight; ``grid``: uniform cells in playing order, row by row, that divide the
@@ -84,7 +84,7 @@ class Atlas(Settings):
     """Give transparent px up to this far from a visible one its colour, so that filters and mips
     mix no black in. Alpha stays as it is. Only ``alpha: straight`` needs it."""
     rotate: bool = False
-    """Frames may lie turned by 90° on a page. Not every client can show them."""
+    """Frames may be rotated by 90° on a page. Not every client can show them."""
     trim: Annotated[Literal["frame", "animation", "none"], OFF] = "frame"
     """Cut empty borders: of each ``frame``, by one box for the ``animation``, or not at all.
     Cells of a grid all show the same part, so that there ``frame`` means ``animation``."""
@@ -111,7 +111,7 @@ class Atlas(Settings):
     format: Literal["png", "webp"] = "png"
     """Files of the pages; ``webp`` is lossless."""
     compression: Literal["fast", "small"] = "fast"
-    """Pages and their files: ``fast`` to make, or as ``small`` as can be had (PNG needs the extra
+    """Pages and their files: ``fast`` to make, or as ``small`` as possible (PNG needs the extra
     ``small``)."""
     alpha: Literal["straight", "premultiplied", "additive"] = "straight"
     """How coverage is stored. ``additive``: light on black with alpha 0."""
@@ -179,19 +179,19 @@ params private protected public readonly ref return sbyte sealed short sizeof st
 string struct switch this throw true try typeof uint ulong unchecked unsafe ushort using virtual
 void volatile while
 """
-"""Words that are no names in C#."""
+"""Keywords of C#, which cannot be names."""
 
 _FOREIGN = ("System", "UnityEngine", "UnityEditor")
-"""Namespaces of others: one of that name would hide them from scripts inside it."""
+"""Namespaces of .NET and Unity: one of the same name would hide them from scripts inside it."""
 
 
 def _usable_namespace(namespace: str) -> str:
     """Validate a namespace, whose form is sound."""
     for word in namespace.split("."):
         if word in _KEYWORDS.split():
-            raise ValueError(f"{word} is a word of C#; choose another name")
+            raise ValueError(f"{word} is a keyword of C#; choose another name")
         if word in _FOREIGN:
-            raise ValueError(f"{word} belongs to others; choose a name of your own")
+            raise ValueError(f"{word} is a namespace of .NET or Unity; choose a name of your own")
     return namespace
 
 

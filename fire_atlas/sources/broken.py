@@ -9,7 +9,7 @@ class UnexpectedAnimationError(Exception):
     """The file is whole, but holds many frames where one picture is needed."""
 
     def __init__(self) -> None:
-        """Say what to do instead."""
+        """State what was expected and what to do."""
         super().__init__(
             "is an animation where one still image was expected; an animation is given alone "
             "as path, without grid"

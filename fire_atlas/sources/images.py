@@ -153,9 +153,9 @@ def _size(path: Path, kind: str) -> tuple[int, int]:
             width, height = tags[TiffImagePlugin.IMAGEWIDTH], tags[TiffImagePlugin.IMAGELENGTH]
             return int(width), int(height)
     with open_file(path) as file, Image.open(file) as image:
-        turned = kind == "jpeg" and image.getexif().get(0x0112, 1) >= 5
+        rotated = kind == "jpeg" and image.getexif().get(0x0112, 1) >= 5
         width, height = image.size
-        return (height, width) if turned else (width, height)
+        return (height, width) if rotated else (width, height)
 
 
 def webp_size(head: bytes) -> tuple[int, int]:
