@@ -263,7 +263,7 @@ def _positive(text: str) -> int:
 
 
 def _no_command(word: str, parsers: dict[str, _Parser]) -> str:
-    from fire_atlas.recipe.suggest import did_you_mean
+    from fire_atlas.recipe.problem import did_you_mean
 
     if word.startswith("-"):
         return f"{word} stands before the command; options follow it, like fire-atlas build {word}"
@@ -277,7 +277,7 @@ def _refuse_rest(parser: _Parser, rest: list[str]) -> None:
     """Raise for arguments that nothing took."""
     if not rest:
         return
-    from fire_atlas.recipe.suggest import did_you_mean
+    from fire_atlas.recipe.problem import did_you_mean
 
     option = rest[0].partition("=")[0]
     if not option.startswith("-"):

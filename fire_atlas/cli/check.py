@@ -9,9 +9,8 @@ from fire_atlas.core.errors import SourceError
 from fire_atlas.outputs.folder import recover_default
 from fire_atlas.pipeline.check import load_checked
 from fire_atlas.recipe.find import find_recipes
-from fire_atlas.recipe.load import LoadedRecipe
-from fire_atlas.recipe.resolved import resolved_yaml
-from fire_atlas.recipe.source import Footage
+from fire_atlas.recipe.load import LoadedRecipe, resolved_yaml
+from fire_atlas.recipe.source import ClipInput
 from fire_atlas.recipe.tree import read_tree
 from fire_atlas.sources.listing import WHOLE, list_inputs
 
@@ -48,6 +47,6 @@ def _find_source(part: LoadedRecipe) -> None:
     source = part.recipe.source
     for key, path in part.source_files.items():
         try:
-            list_inputs(source if isinstance(source, Footage) else WHOLE, path)
+            list_inputs(source if isinstance(source, ClipInput) else WHOLE, path)
         except SourceError as error:
             raise SourceError(f"{part.tree.origin(key).locate(key)}: {error}") from None

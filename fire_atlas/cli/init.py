@@ -7,7 +7,7 @@ from pathlib import Path
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import OutputError, RecipeError
 from fire_atlas.recipe.inherit import presets
-from fire_atlas.recipe.suggest import did_you_mean
+from fire_atlas.recipe.problem import did_you_mean
 from fire_atlas.recipe.tree import RecipeTree, read_tree, source_files
 
 

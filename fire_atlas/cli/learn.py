@@ -7,10 +7,10 @@ from pathlib import Path
 from fire_atlas.cli.progress import view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import RecipeError
+from fire_atlas.recipe.document import Document, parse_override
 from fire_atlas.recipe.inherit import merge
 from fire_atlas.recipe.load import LoadedRecipe, load_tree
-from fire_atlas.recipe.origin import COMMAND_LINE, Document, KeyPath
-from fire_atlas.recipe.override import parse_override
+from fire_atlas.recipe.problem import COMMAND_LINE, KeyPath
 from fire_atlas.recipe.source import ProfileSource
 from fire_atlas.recipe.tree import RecipeTree
 

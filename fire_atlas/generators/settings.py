@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.views import Views
+from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
 
 _FRAMES, _FPS = 48, 24.0

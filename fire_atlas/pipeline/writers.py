@@ -15,19 +15,19 @@ from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.tracks.light import write_light
-from fire_atlas.recipe.godot import GodotOptions
 from fire_atlas.recipe.output import (
     EngineExport,
     Export,
     ExportName,
     FlakeTrackName,
     GodotExport,
+    GodotOptions,
     TemplateExport,
     TrackName,
     UnityExport,
+    UnityOptions,
     export_name,
 )
-from fire_atlas.recipe.unity import UnityOptions
 
 Exporter: TypeAlias = Callable[[Product], Iterator[OutputFile]]
 """Describes what a build made to a client."""

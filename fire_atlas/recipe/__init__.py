@@ -1,1 +1,1 @@
-"""What a build is asked for: YAML read with its line numbers, merged, and held to the models."""
+"""Recipes: YAML read with its line numbers, merged, and validated by pydantic models."""

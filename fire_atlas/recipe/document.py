@@ -1,5 +1,6 @@
-"""A recipe file → plain values and the line each of them stands in."""
+"""Read a recipe file, or ``--set``, as plain values, each with the line that it stands in."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import yaml
@@ -7,7 +8,7 @@ from yaml.constructor import ConstructorError, SafeConstructor
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.files import MIB, read_file
-from fire_atlas.recipe.origin import COMMAND_LINE, Document, KeyPath, Origin, Value, dotted
+from fire_atlas.recipe.problem import COMMAND_LINE, KeyPath, Origin, Value, dotted
 from fire_atlas.recipe.yaml_graph import MalformedYamlError, compose, line_of
 
 MAX_BYTES = MIB
@@ -21,6 +22,19 @@ _TEXT = {_TAG + "str", _TAG + "timestamp", _TAG + "value"}
 _MERGE = _TAG + "merge"
 
 
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A tree of plain values, and the origin of every key and list item in it.
+
+    Attributes:
+        values: The top-level mapping.
+        origins: Key path → where it was written; ``()`` is the document itself.
+    """
+
+    values: dict[str, Value]
+    origins: dict[KeyPath, Origin]
+
+
 def read_document(path: Path) -> Document:
     """Return the recipe file ``path``; raise ``RecipeError`` with file and line if it is none."""
     text = _decode(_read(path), path)
@@ -28,16 +42,43 @@ def read_document(path: Path) -> Document:
         root = compose(text)
         if not isinstance(root, yaml.MappingNode):
             raise MalformedYamlError(line_of(root), "a recipe is made of `key: value` lines")
-        walk = _Walk(path)
-        return Document(walk.mapping(root, ()), {(): Origin(path, 1), **walk.origins})
+        builder = _ValueBuilder(path)
+        return Document(builder.mapping(root, ()), {(): Origin(path, 1), **builder.origins})
     except MalformedYamlError as problem:
         raise RecipeError(f"{path}:{problem.line}: {problem.message}") from None
 
 
+def parse_override(text: str) -> Document:
+    """Return ``flakes.rate=80`` as a document of that one key, to override a recipe with."""
+    key, equals, raw = text.partition("=")
+    path = tuple(part.strip() for part in key.split("."))
+    if not equals or not all(path):
+        raise RecipeError(f"--set {text}: must be key=value, like --set flakes.rate=80")
+    if not raw.strip():
+        raise RecipeError(f"--set {key}: has no value; write --set {key}=VALUE")
+    try:
+        value, origins = parse_value(raw, path)
+    except MalformedYamlError as problem:
+        raise RecipeError(f"--set {key}: {problem.message.removeprefix(f'{key}: ')}") from None
+    except UnicodeEncodeError:
+        raise RecipeError(f"--set {key}: the value is not UTF-8") from None
+    return Document(_nest(value, path), {**_parents(path), **origins})
+
+
 def parse_value(text: str, at: KeyPath) -> tuple[Value, dict[KeyPath, Origin]]:
     """Return a value given on the command line for the key ``at``, and its origins."""
-    walk = _Walk(None)
-    return walk.value(compose(text), at), walk.origins
+    builder = _ValueBuilder(None)
+    return builder.value(compose(text), at), builder.origins
+
+
+def _nest(value: Value, path: tuple[str, ...]) -> dict[str, Value]:
+    for name in reversed(path[1:]):
+        value = {name: value}
+    return {path[0]: value}
+
+
+def _parents(path: tuple[str, ...]) -> dict[KeyPath, Origin]:
+    return {path[:depth]: COMMAND_LINE for depth in range(1, len(path))}
 
 
 def _read(path: Path) -> bytes:
@@ -48,7 +89,7 @@ def _read(path: Path) -> bytes:
     try:
         return read_file(path, MAX_BYTES)
     except OSError as error:
-        raise RecipeError(f"{path}: is no recipe that can be read ({error.strerror})") from None
+        raise RecipeError(f"{path}: cannot be read ({error.strerror})") from None
 
 
 def _decode(data: bytes, path: Path) -> str:
@@ -61,7 +102,7 @@ def _decode(data: bytes, path: Path) -> str:
         ) from None
 
 
-class _Walk:
+class _ValueBuilder:
     """Builds plain values from a checked node graph, noting where each key stands."""
 
     def __init__(self, file: Path | None) -> None:
@@ -89,7 +130,7 @@ class _Walk:
 
 
 def _pairs(node: yaml.MappingNode, at: KeyPath) -> dict[str, tuple[yaml.Node, yaml.Node]]:
-    """Return key → (key node, value node); what ``<<`` brings in lies under a mapping's own."""
+    """Return key → (key node, value node); a mapping's own keys override what ``<<`` merges."""
     own: dict[str, tuple[yaml.Node, yaml.Node]] = {}
     under: dict[str, tuple[yaml.Node, yaml.Node]] = {}
     for key, value in node.value:
@@ -125,7 +166,7 @@ def _expect_tag(node: yaml.Node, kind: str, at: KeyPath) -> None:
 def _unknown_tag(node: yaml.Node, at: KeyPath) -> MalformedYamlError:
     tag = node.tag.replace(_TAG, "!!")
     return MalformedYamlError(
-        line_of(node), f"{_about(at)}the tag {tag} has no meaning in a recipe; remove it"
+        line_of(node), f"{_label(at)}the tag {tag} has no meaning in a recipe; remove it"
     )
 
 
@@ -137,7 +178,7 @@ def _scalar(node: yaml.ScalarNode, at: KeyPath) -> Value:
         # An emptied block or an unquoted #colour, not a decision to switch something off.
         raise MalformedYamlError(
             line_of(node),
-            f"{_about(at)}has no value; give it one or remove the key"
+            f"{_label(at)}has no value; give it one or remove the key"
             " (an unquoted # begins a comment)",
         )
     construct = SafeConstructor.yaml_constructors.get(node.tag)
@@ -152,9 +193,9 @@ def _scalar(node: yaml.ScalarNode, at: KeyPath) -> Value:
         wrong = "cannot be read"
     if wrong:
         shown = node.value if len(node.value) <= 40 else node.value[:37] + "..."
-        raise MalformedYamlError(line_of(node), f"{_about(at)}{shown} {wrong}")
+        raise MalformedYamlError(line_of(node), f"{_label(at)}{shown} {wrong}")
     return value
 
 
-def _about(at: KeyPath) -> str:
+def _label(at: KeyPath) -> str:
     return f"{dotted(at)}: " if at else ""

@@ -1,4 +1,4 @@
-"""Which recipes a command is about."""
+"""Find the recipes that the arguments of a command name."""
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path

@@ -1,21 +1,20 @@
-"""``extends``: a recipe that starts from another."""
+"""Resolve ``extends``, by which a recipe starts from another."""
 
 from pathlib import Path
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.shipped import shipped
-from fire_atlas.recipe.document import read_document
-from fire_atlas.recipe.origin import Document, KeyPath, Value
-from fire_atlas.recipe.suggest import did_you_mean
+from fire_atlas.recipe.document import Document, read_document
+from fire_atlas.recipe.problem import KeyPath, Value, did_you_mean
 
 EXTENDS = "extends"
-"""The key. It is used up here: no model ever sees it."""
+"""The key. It is removed here: no model has it."""
 
 
 def merge(base: Document, over: Document) -> Document:
-    """Return ``over`` laid on ``base``: mappings merge key by key, all else replaces."""
+    """Return ``base`` overridden by ``over``: mappings merge key by key, all else replaces."""
     replaced: set[KeyPath] = set()
-    values = _lay(base.values, over.values, (), replaced)
+    values = _merge_values(base.values, over.values, (), replaced)
     kept = {
         path: origin
         for path, origin in base.origins.items()
@@ -25,7 +24,7 @@ def merge(base: Document, over: Document) -> Document:
 
 
 def inherit(document: Document, path: Path) -> tuple[Document, tuple[Path, ...]]:
-    """Return ``document`` (of the recipe ``path``) with all it extends merged under it.
+    """Return ``document`` (of the recipe ``path``) merged with all that it extends.
 
     The second result names every recipe file that took part, ``path`` first.
     """
@@ -43,18 +42,18 @@ def inherit(document: Document, path: Path) -> tuple[Document, tuple[Path, ...]]
 
 
 def presets() -> dict[str, Path]:
-    """Return the ready recipes that travel with the tool, by name."""
+    """Return the recipes that are shipped with the tool, by name."""
     return {path.stem: path for path in sorted(shipped("recipes").glob("*.yaml"))}
 
 
-def _lay(
+def _merge_values(
     base: dict[str, Value], over: dict[str, Value], at: KeyPath, replaced: set[KeyPath]
 ) -> dict[str, Value]:
     merged = dict(base)
     for key, value in over.items():
         below = base.get(key)
         if isinstance(below, dict) and isinstance(value, dict):
-            merged[key] = _lay(below, value, (*at, key), replaced)
+            merged[key] = _merge_values(below, value, (*at, key), replaced)
         else:
             merged[key] = value
             replaced.add((*at, key))
@@ -74,10 +73,10 @@ def _base_of(document: Document, path: Path) -> Path:
         return file
     if name in presets():
         return presets()[name]
-    raise RecipeError(f"{where}: there is no preset {name}{_instead(name, path.parent)}")
+    raise RecipeError(f"{where}: there is no preset {name}{_suggestion(name, path.parent)}")
 
 
-def _instead(name: str, folder: Path) -> str:
+def _suggestion(name: str, folder: Path) -> str:
     for beside in (f"{name}.yaml", f"{name}.yml"):
         if (folder / beside).is_file():
             return f"; did you mean the file ./{beside}?"

@@ -1,7 +1,11 @@
-"""A recipe file → everything a build has to know."""
+"""Load a recipe: its validated model, where it lies, its files and members; and print it whole."""
 
+import os
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
+
+import yaml
 
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.tree import RecipeTree, source_files, templates
@@ -52,3 +56,43 @@ def _member(tree: RecipeTree, host: Recipe) -> LoadedRecipe:
     loaded = load_tree(tree)
     shared = {"atlas": host.atlas, "maps": host.maps, "tracks": host.tracks}
     return replace(loaded, recipe=loaded.recipe.model_copy(update=shared))
+
+
+def resolved_yaml(loaded: LoadedRecipe) -> str:
+    """Return the whole recipe in model order; saved beside ``loaded.path`` it builds the same."""
+    values = loaded.recipe.model_dump(mode="json")
+    base = loaded.base.resolve()
+    if values["source"] is None:
+        del values["source"]
+    for (*blocks, key), path in loaded.source_files.items():
+        block = values
+        for name in blocks:
+            block = block[name]
+        block[key] = _relative(path, base)
+    values["atlas"]["members"] = [
+        _relative(member.path.resolve(), base) for member in loaded.members
+    ]
+    for export in values["exports"]:
+        if isinstance(export, dict) and "template" in export:
+            export["template"] = _relative(loaded.templates[export["template"]], base)
+    return yaml.dump(
+        values, Dumper=_Dumper, sort_keys=False, default_flow_style=False, allow_unicode=True
+    )
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes lists on one line, blocks on lines of their own, in the order they come."""
+
+
+def _one_line(dumper: _Dumper, items: list[Any]) -> yaml.Node:
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", items, flow_style=True)
+
+
+_Dumper.add_representer(list, _one_line)
+
+
+def _relative(path: Path, base: Path) -> str:
+    try:
+        return Path(os.path.relpath(path, base)).as_posix()
+    except ValueError:  # another drive
+        return path.as_posix()

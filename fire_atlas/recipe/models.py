@@ -1,4 +1,4 @@
-"""The recipe as a whole."""
+"""The model of a whole recipe."""
 
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal, Self
@@ -16,13 +16,12 @@ from fire_atlas.recipe.effect import (
     MotionBlur,
     MotionBlurOrNone,
 )
-from fire_atlas.recipe.name import MAX_NAME, NAME_PATTERN
 from fire_atlas.recipe.output import Atlas, Export, Maps, TrackName
 from fire_atlas.recipe.problem import ContradictionError, Problem
 from fire_atlas.recipe.silk import SilkSource
-from fire_atlas.recipe.source import FramesSource, ProfileSource, Source
+from fire_atlas.recipe.source import FramesSource, ProfileSource, Source, Views
 from fire_atlas.recipe.timeline import Timeline
-from fire_atlas.recipe.views import Views
+from fire_atlas.recipe.tree import MAX_NAME, NAME_PATTERN
 from fire_atlas.recipe.wind import Wind
 
 
@@ -74,7 +73,7 @@ class Recipe(Settings):
         if self.timeline.tail and self.flakes == "none":
             yield Problem(
                 ("timeline", "tail"),
-                "waits for flakes to burn out, but flakes is none; drop one of them",
+                "waits for flakes to burn out, but flakes is none; remove one of them",
             )
         if isinstance(self.source, FramesSource) and self.views != Views():
             yield Problem(
@@ -83,12 +82,12 @@ class Recipe(Settings):
                 "source.kind: silk, or learn it with source.kind: profile",
             )
         if isinstance(self.source, ProfileSource | SilkSource):
-            yield from _meant_for_footage(self.timeline)
+            yield from _clip_only_keys(self.timeline)
 
     @model_validator(mode="before")
     @classmethod
     def _paper_alpha(cls, given: Any) -> Any:
-        """Give ``flakes.alpha`` the paper's value where the paper's features are asked for."""
+        """Give ``flakes.alpha`` the paper's value where the paper's features are chosen."""
         if not isinstance(given, dict):
             return given
         features, flakes = given.get("features"), given.get("flakes", {})
@@ -98,8 +97,8 @@ class Recipe(Settings):
         return given
 
 
-def _meant_for_footage(timeline: Timeline) -> Iterator[Problem]:
-    """Yield what generated fire cannot do: it is no clip that is cut and joined."""
+def _clip_only_keys(timeline: Timeline) -> Iterator[Problem]:
+    """Yield the keys that apply to a clip, which is cut and joined, but not to generated fire."""
     if timeline.loop in ("crossfade", "pingpong"):
         yield Problem(
             ("timeline", "loop"),
@@ -109,5 +108,5 @@ def _meant_for_footage(timeline: Timeline) -> Iterator[Problem]:
     for key, is_set in (("overlap", timeline.overlap != "auto"), ("tail", bool(timeline.tail))):
         if is_set:
             yield Problem(
-                ("timeline", key), "is for clips, but this fire is generated; leave it out"
+                ("timeline", key), "applies to clips only, but this fire is generated; remove it"
             )

@@ -1,4 +1,4 @@
-"""Recipe blocks of the asset half: atlas, exports, tracks."""
+"""Recipe blocks of what is written: atlas, maps, exports, tracks."""
 
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, Literal, Self, TypeAlias
@@ -18,10 +18,7 @@ from fire_atlas.recipe.base import (
     Settings,
     either,
 )
-from fire_atlas.recipe.godot import GodotOptions
-from fire_atlas.recipe.origin import KeyPath
-from fire_atlas.recipe.problem import ContradictionError, Problem
-from fire_atlas.recipe.unity import UnityOptions
+from fire_atlas.recipe.problem import ContradictionError, KeyPath, Problem
 
 ExportName = Literal[
     "json", "json-array", "phaser", "aseprite", "css", "tpsheet", "godot", "unity"
@@ -47,7 +44,7 @@ Pivot = Annotated[
 _SMALLER = (0.5, 0.25, 0.125)
 
 
-def _all_sizes(scales: tuple[float, ...]) -> tuple[float, ...]:
+def _valid_scales(scales: tuple[float, ...]) -> tuple[float, ...]:
     """Validate ``scales``: 1 and halves of it, each once; largest first."""
     if 1 not in scales:
         raise ValueError("must hold 1: the pages at full size are always written")
@@ -63,7 +60,7 @@ def _all_sizes(scales: tuple[float, ...]) -> tuple[float, ...]:
 
 
 class Atlas(Settings):
-    """The pages."""
+    """Pages: how frames are packed on them, and how their pixels are stored."""
 
     layout: Literal["packed", "grid"] = "packed"
     """``packed``: tight; ``grid``: uniform cells in playing order, row by row, that divide the
@@ -87,7 +84,7 @@ class Atlas(Settings):
     """Give transparent px up to this far from a visible one its colour, so that filters and mips
     mix no black in. Alpha stays as it is. Only ``alpha: straight`` needs it."""
     rotate: bool = False
-    """Frames may lie turned by 90° on a page. Not every client can show them."""
+    """Frames may be rotated by 90° on a page. Not every client can show them."""
     trim: Annotated[Literal["frame", "animation", "none"], OFF] = "frame"
     """Cut empty borders: of each ``frame``, by one box for the ``animation``, or not at all.
     Cells of a grid all show the same part, so that there ``frame`` means ``animation``."""
@@ -104,7 +101,7 @@ class Atlas(Settings):
         tuple[Annotated[float, Field(gt=0, le=1)], ...],
         LIST,
         Field(min_length=1, max_length=4),
-        AfterValidator(_all_sizes),
+        AfterValidator(_valid_scales),
     ] = (1.0,)
     """Sizes to write everything in: 1 and any of 0.5, 0.25, 0.125. All share one layout; smaller
     ones are filtered in linear light and called ``name@0.5x``."""
@@ -114,7 +111,7 @@ class Atlas(Settings):
     format: Literal["png", "webp"] = "png"
     """Files of the pages; ``webp`` is lossless."""
     compression: Literal["fast", "small"] = "fast"
-    """Pages and their files: ``fast`` to make, or as ``small`` as can be had (PNG needs the extra
+    """Pages and their files: ``fast`` to make, or as ``small`` as possible (PNG needs the extra
     ``small``)."""
     alpha: Literal["straight", "premultiplied", "additive"] = "straight"
     """How coverage is stored. ``additive``: light on black with alpha 0."""
@@ -143,9 +140,9 @@ class Maps(Settings):
 
     @property
     def layers(self) -> tuple[Layer, ...]:
-        """The layers that are asked for."""
-        asked: dict[Layer, bool] = {"flame": self.flame, "flakes": self.flakes}
-        return tuple(layer for layer, wanted in asked.items() if wanted)
+        """The layers that are switched on."""
+        switches: dict[Layer, bool] = {"flame": self.flame, "flakes": self.flakes}
+        return tuple(layer for layer, wanted in switches.items() if wanted)
 
 
 class TemplateExport(Settings):
@@ -158,35 +155,101 @@ class TemplateExport(Settings):
     """Name of the file it becomes, a template too: ``{{ name }}.ext``."""
 
 
+class GodotOptions(Settings):
+    """Options of the files for Godot."""
+
+    version: Literal[4, 3] = 4
+    """Major version of the engine; each reads its own text alone."""
+
+
 class GodotExport(Settings):
     """The export ``godot`` with options."""
 
     godot: GodotOptions
-    """What Godot is to be given."""
+    """Options of the files for Godot."""
+
+
+DEFAULT_NAMESPACE = "FireAtlas"
+
+_KEYWORDS = """
+abstract as base bool break byte case catch char checked class const continue decimal default
+delegate do double else enum event explicit extern false finally fixed float for foreach goto if
+implicit in int interface internal is lock long namespace new null object operator out override
+params private protected public readonly ref return sbyte sealed short sizeof stackalloc static
+string struct switch this throw true try typeof uint ulong unchecked unsafe ushort using virtual
+void volatile while
+"""
+"""Keywords of C#, which cannot be names."""
+
+_FOREIGN = ("System", "UnityEngine", "UnityEditor")
+"""Namespaces of .NET and Unity: one of the same name would hide them from scripts inside it."""
+
+
+def _usable_namespace(namespace: str) -> str:
+    """Validate a namespace, whose form is sound."""
+    for word in namespace.split("."):
+        if word in _KEYWORDS.split():
+            raise ValueError(f"{word} is a keyword of C#; choose another name")
+        if word in _FOREIGN:
+            raise ValueError(f"{word} is a namespace of .NET or Unity; choose a name of your own")
+    return namespace
+
+
+NAMESPACE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*$"
+
+
+class UnityOptions(Settings):
+    """Options of the files for Unity."""
+
+    pixels_per_unit: float = Field(default=100.0, ge=0.01, le=100000)
+    """Pixels of the full-size frame that are one unit long in the scene."""
+    flakes: bool = True
+    """Write the flakes' tracks, and a component that plays them."""
+    namespace: Annotated[
+        str,
+        Field(max_length=100, pattern=NAMESPACE_PATTERN),
+        AfterValidator(_usable_namespace),
+    ] = DEFAULT_NAMESPACE
+    """C# namespace of the component; GUIDs and the names of shaders are made from it too. Two
+    recipes of one name in one Unity project need two."""
+    assembly: bool = False
+    """Write an assembly definition for the output folder, called as the namespace. Unity allows
+    one a folder, and scripts in folders below belong to it too."""
+
+    @model_validator(mode="after")
+    def _name_the_assembly(self) -> Self:
+        if self.assembly and self.namespace == DEFAULT_NAMESPACE:
+            problem = Problem(
+                ("assembly",),
+                "needs a `namespace` of your own, another for each folder: Unity allows an "
+                "assembly's name once in a project",
+            )
+            raise ContradictionError(problem)
+        return self
 
 
 class UnityExport(Settings):
     """The export ``unity`` with options."""
 
     unity: UnityOptions
-    """What Unity is to be given."""
+    """Options of the files for Unity."""
 
 
 EngineExport: TypeAlias = GodotExport | UnityExport
 """An engine's files, with options: a mapping whose only key names the engine."""
 
-_TELLING = {
+_BRANCHES = {
     "godot": GODOT.tag,
     "unity": UNITY.tag,
     "template": TEMPLATE.tag,
     "to": TEMPLATE.tag,
 }
-"""Branch of an export that is a mapping, by the key that tells it."""
+"""Branch of an export that is a mapping, by a key that only it has."""
 
 
-def _mapping(export: Any) -> str | None:
+def _mapping_branch(export: Any) -> str | None:
     keys = export if isinstance(export, dict) else type(export).model_fields
-    return next((branch for key, branch in _TELLING.items() if key in keys), None)
+    return next((branch for key, branch in _BRANCHES.items() if key in keys), None)
 
 
 _EXPORTS = "the name of a format, {godot: ...}, {unity: ...}, or {template: ..., to: ...}"
@@ -199,7 +262,9 @@ Export = Annotated[
             | Annotated[GodotExport, GODOT]
             | Annotated[UnityExport, UNITY],
             Discriminator(
-                _mapping, custom_error_type=UNDECIDED, custom_error_message=f"must be {_EXPORTS}"
+                _mapping_branch,
+                custom_error_type=UNDECIDED,
+                custom_error_message=f"must be {_EXPORTS}",
             ),
         ],
         BLOCK,

@@ -4,8 +4,8 @@ from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema
 
-from fire_atlas.recipe.docstrings import key_docs
 from fire_atlas.recipe.inherit import EXTENDS
+from fire_atlas.recipe.keys import key_docs
 from fire_atlas.recipe.models import Recipe
 
 _EXTENDS_SCHEMA = {

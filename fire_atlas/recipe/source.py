@@ -17,8 +17,8 @@ class Grid(Settings):
     """Rows of cells."""
 
 
-class Footage(Settings):
-    """Frames that exist already, and which of them to use."""
+class ClipInput(Settings):
+    """A clip that exists as files, and which of its frames to use."""
 
     path: str = Field(min_length=1, pattern=r"^[^\x00]+$")
     """A folder of images, a glob (``fire_*.png``), one image, a sprite sheet (with ``grid``), a
@@ -38,18 +38,18 @@ class Footage(Settings):
     says why."""
 
 
-class FramesSource(Footage):
+class FramesSource(ClipInput):
     """Frames somebody drew, filmed or rendered."""
 
     kind: Literal["frames"] = "frames"
-    """Footage or sprites that exist already."""
+    """Frames or sprites that exist already."""
     height: int | None = Field(default=None, ge=1, le=16384)
     """Resize frames to this height, px; the width follows. Default: as they are."""
     sampling: Literal["smooth", "nearest"] = "smooth"
     """How ``height`` resizes: ``smooth``, or ``nearest`` for pixel art."""
 
 
-class ProfileSource(Footage):
+class ProfileSource(ClipInput):
     """New fire, generated from what was learnt of a short clip."""
 
     kind: Literal["profile"] = "profile"
@@ -81,3 +81,13 @@ Source = Annotated[
     BY_KIND,
 ]
 """Where the fire comes from, by ``kind``."""
+
+
+class Views(Settings):
+    """From where a 3D fire is seen: around the vertical axis, evenly."""
+
+    count: int = Field(default=1, ge=1, le=64)
+    """How many directions. View k looks from 360°·k/count, counter-clockwise seen from above; with
+    more than one, frames are called ``name/view_0/0000``."""
+    elevation: float = Field(default=0.0, ge=-90, le=90)
+    """How far above the horizon the eye is, degrees."""

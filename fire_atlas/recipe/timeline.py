@@ -25,14 +25,14 @@ class Timeline(Settings):
     where its end meets its beginning best, and cross-faded there (a short one keeps at least half
     of its frames); one that flares up from nothing, or fades to nothing, plays once.
     ``crossfade``: the whole clip, its end faded into its beginning. ``pingpong``: forwards, then
-    backwards. ``none``: once. Fire that is made (source ``silk`` or ``profile``) closes by itself:
+    backwards. ``none``: once. Generated fire (source ``silk`` or ``profile``) loops already:
     ``auto`` or ``none``."""
     frames: int | None = Field(default=None, ge=1, le=10_000)
     """How many frames result. More than the clip has: fire goes on by passing between moments of
-    the clip that look alike. Default: as many as suit the cut; 48 of fire that is made."""
+    the clip that look alike. Default: as many as suit the cut; 48 of generated fire."""
     fps: float | None = Field(default=None, ge=0.01, le=240)
     """Frames per second of the result; fire keeps its speed. Default: those of the clip; 24 of
-    fire that is made."""
+    generated fire."""
     overlap: Overlap = "auto"
     """Frames of the clip over which its end passes into its beginning. ``auto``: a third of a
     second, less where the clip is short."""
@@ -53,7 +53,7 @@ class Timeline(Settings):
                 f"lets flakes burn out after a clip that plays once, and loop: {self.loop} never "
                 f"ends; leave tail out, or use loop: none",
             )
-        if self.overlap != "auto" and self.loop in ("none", "pingpong") and not self._goes_on:
+        if self.overlap != "auto" and self.loop in ("none", "pingpong") and not self._may_extend:
             yield Problem(
                 ("overlap",),
                 f"is for an end that is faded into a beginning, which loop: {self.loop} does not "
@@ -68,10 +68,10 @@ class Timeline(Settings):
 
     @property
     def keeps_frames(self) -> bool:
-        """Whether it says nothing but whether to loop."""
+        """Whether the frames of the clip play as they are: nothing but ``loop`` is set."""
         return self in (Timeline(), Timeline(loop="none"))
 
     @property
-    def _goes_on(self) -> bool:
-        """Whether a clip that plays once may be longer than it is."""
+    def _may_extend(self) -> bool:
+        """Whether a clip that plays once is extended: ``frames`` may be more than it has."""
         return self.loop == "none" and self.frames is not None

@@ -1,15 +1,26 @@
-"""A recipe as it was written: merged, not yet validated. Needs no pydantic."""
+"""A recipe as it was written: merged, not yet validated. Imports no pydantic."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.recipe.document import read_document
+from fire_atlas.core.output_file import is_device
+from fire_atlas.recipe.document import parse_override, read_document
 from fire_atlas.recipe.inherit import inherit, merge
-from fire_atlas.recipe.name import NAME_ADVICE, is_name, nearest_name
-from fire_atlas.recipe.origin import KeyPath, Origin, Value
-from fire_atlas.recipe.override import parse_override
+from fire_atlas.recipe.problem import KeyPath, Origin, Value
+
+NAME_PATTERN = r"^[A-Za-z0-9_]([A-Za-z0-9_.\-]*[A-Za-z0-9_\-])?$"
+"""A file stem that is good on every system and in every engine."""
+
+NAME_ADVICE = (
+    "must be a plain file name, not a path: letters, digits, `_`, `-` and `.`,"
+    " beginning with a letter, a digit or `_`; not one that Windows keeps for a device, like con"
+)
+
+MAX_NAME = 100
+"""Longest name, characters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +29,7 @@ class RecipeTree:
 
     Attributes:
         path: The recipe file, as the user named it.
-        values: Plain values by key; ``extends`` is used up.
+        values: Plain values by key; ``extends`` is removed.
         origins: Key path → where the value was written.
         files: Every recipe file that was read, ``path`` first.
         members: The recipes whose effects share its pages (``atlas.members``); they have none.
@@ -161,3 +172,15 @@ def _template_at(tree: RecipeTree, key: KeyPath, name: str) -> Path:
             f"whose names end in {', '.join(TEMPLATE_SUFFIXES)} are taken for templates"
         )
     return path
+
+
+def is_name(text: str) -> bool:
+    """Return whether outputs may be called ``text``."""
+    is_plain = len(text) <= MAX_NAME and re.fullmatch(NAME_PATTERN, text) is not None
+    return is_plain and not is_device(text)
+
+
+def nearest_name(text: str) -> str:
+    """Return a good name that looks like ``text``."""
+    plain = re.sub(r"[^A-Za-z0-9_.\-]+", "_", text)[:MAX_NAME].strip("-._")
+    return next(name for name in (plain, f"{plain}_", "effect") if is_name(name))

@@ -1,4 +1,4 @@
-"""A recipe tree held to the models; each of pydantic's errors becomes one line of advice."""
+"""Validate a recipe tree by the models, and make a line of advice of each of pydantic's errors."""
 
 import json
 import re
@@ -10,15 +10,11 @@ from pydantic_core import ErrorDetails
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.recipe.base import BRANCHES, COLOR_PATTERN, KINDS, UNDECIDED, UNKNOWN_KIND
-from fire_atlas.recipe.docstrings import key_docs
-from fire_atlas.recipe.keys import all_keys, blocks_at, keys_at
+from fire_atlas.recipe.keys import all_keys, blocks_at, key_docs, keys_at
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.name import NAME_ADVICE, NAME_PATTERN
-from fire_atlas.recipe.origin import KeyPath, dotted
-from fire_atlas.recipe.problem import ContradictionError, Problem
-from fire_atlas.recipe.suggest import did_you_mean
-from fire_atlas.recipe.tree import MEMBERS, RecipeTree
-from fire_atlas.recipe.unity import NAMESPACE_PATTERN
+from fire_atlas.recipe.output import NAMESPACE_PATTERN
+from fire_atlas.recipe.problem import ContradictionError, KeyPath, Problem, did_you_mean, dotted
+from fire_atlas.recipe.tree import MEMBERS, NAME_ADVICE, NAME_PATTERN, RecipeTree
 
 _PATTERNS = {
     NAME_PATTERN: NAME_ADVICE,
@@ -33,7 +29,9 @@ def validate(tree: RecipeTree) -> Recipe:
         return Recipe.model_validate(_with_source(tree))
     except ValidationError as error:
         found = [each for one in error.errors(include_url=False) for each in _problems(one)]
-    causes = [each for each in found if not any(_inside(other.path, each.path) for other in found)]
+    causes = [
+        each for each in found if not any(_is_below(other.path, each.path) for other in found)
+    ]
     raise refusal(tree, causes)
 
 
@@ -67,25 +65,25 @@ def _problems(details: ErrorDetails) -> list[Problem]:
 
 def _key_path(details: ErrorDetails) -> KeyPath:
     kind = ("kind",) if details["type"] == UNKNOWN_KIND else ()
-    return (*_plain(details["loc"]), *kind)
+    return (*_without_tags(details["loc"]), *kind)
 
 
-def _plain(path: KeyPath) -> KeyPath:
+def _without_tags(path: KeyPath) -> KeyPath:
     """Return a path of pydantic's as it stands in a recipe, without the tags of branches."""
     return tuple(part for part in path if part not in BRANCHES)
 
 
-def _inside(inner: KeyPath, outer: KeyPath) -> bool:
+def _is_below(inner: KeyPath, outer: KeyPath) -> bool:
     """Return whether ``inner`` is below ``outer``: its error is then the cause of the other."""
     return len(inner) > len(outer) and inner[: len(outer)] == outer
 
 
 def _advice(details: ErrorDetails) -> str:
-    """Say what would be right."""
+    """Return what is wrong with a value and what would be right, after the name of its key."""
     path, kind, context = details["loc"], details["type"], details.get("ctx", {})
     match kind:
         case "extra_forbidden":
-            return f"unknown key{_known_instead(path)}"
+            return f"unknown key{_suggested_key(path)}"
         case "missing":
             return _missing(path)
         case known if known == UNKNOWN_KIND:
@@ -93,18 +91,18 @@ def _advice(details: ErrorDetails) -> str:
         case "literal_error":
             return _choice(context["expected"], details["input"])
         case "string_pattern_mismatch" if context["pattern"] in _PATTERNS:
-            return f"{_PATTERNS[context['pattern']]}; got {_shown(details['input'])}"
+            return f"{_PATTERNS[context['pattern']]}; got {_quoted(details['input'])}"
         case "value_error":
             return str(context["error"])
         case "model_type" | "model_attributes_type":
-            return f"must be a block{_example_block(path)}; got {_shown(details['input'])}"
+            return f"must be a block{_example_block(path)}; got {_quoted(details['input'])}"
     if kind == UNDECIDED:
         wanted = details["msg"]
     elif kind in _WANTED:
         wanted = f"must be {_WANTED[kind](context)}"
     else:
         wanted = details["msg"]
-    return f"{wanted}; got {_shown(details['input'])}"
+    return f"{wanted}; got {_quoted(details['input'])}"
 
 
 _WANTED: dict[str, Callable[[dict[str, Any]], str]] = {
@@ -127,10 +125,10 @@ _WANTED: dict[str, Callable[[dict[str, Any]], str]] = {
 """Error type of pydantic → what is wanted, from the error's context."""
 
 
-def _known_instead(path: KeyPath) -> str:
+def _suggested_key(path: KeyPath) -> str:
     """Guess the key that was meant: one of the same block, else one of another."""
     parent, key = path[:-1], str(path[-1])
-    prefix = f"{dotted(_plain(parent))}." if parent else ""
+    prefix = f"{dotted(_without_tags(parent))}." if parent else ""
     for known in all_keys():
         if "." in key and dotted(known) == key:
             return f"; write `{known[-1]}` inside the block `{dotted(known[:-1])}`"
@@ -174,7 +172,7 @@ def _choice(expected: str, given: Any) -> str:
     choices = re.findall(r"'([^']*)'", expected) or [expected]
     one_of = "one of " if len(choices) > 1 else ""
     near = did_you_mean(given, choices) if isinstance(given, str) else ""
-    return f"must be {one_of}{', '.join(choices)}; got {_shown(given)}{near}"
+    return f"must be {one_of}{', '.join(choices)}; got {_quoted(given)}{near}"
 
 
 def _example_block(path: KeyPath) -> str:
@@ -187,7 +185,7 @@ def _example_block(path: KeyPath) -> str:
     return f", like {{{', '.join(f'{key}: ...' for key in needed)}}}" if needed else " of settings"
 
 
-def _shown(value: Any) -> str:
+def _quoted(value: Any) -> str:
     """Return a value as it might stand in a recipe, shortened."""
     if isinstance(value, float):
         return f"{value:g}"

@@ -1,4 +1,4 @@
-"""YAML text → node graph, checked to be harmless before anything is built from it.
+"""Parse YAML text to a node graph, and refuse ones too large before anything is built of them.
 
 A few lines of aliases can stand for billions of nodes, and nesting deep enough overruns the C
 stack of the parser, so both are measured first: depth while parsing, size on the composed graph.
@@ -15,15 +15,15 @@ MAX_NODES = 20_000
 MAX_DEPTH = 64
 """Deepest nesting of a document, aliases written out."""
 
-_Weight = tuple[int, int]
+_Size = tuple[int, int]
 """Nodes and levels below and including a node, aliases written out."""
 
 
 class MalformedYamlError(ValueError):
-    """What is wrong, and in which line (from 1) of the text."""
+    """YAML that is no recipe: what is wrong, and in which line (from 1)."""
 
     def __init__(self, line: int, message: str) -> None:
-        """Remember both."""
+        """Take the line and what is wrong there."""
         super().__init__(message)
         self.line, self.message = line, message
 
@@ -45,10 +45,10 @@ def compose(text: str) -> yaml.Node:
         _refuse_deep_nesting(text)
         root = _Loader(text).get_single_node()
     except yaml.YAMLError as error:
-        raise _as_problem(error, text) from None
+        raise _as_malformed(error, text) from None
     if root is None:
         raise MalformedYamlError(1, "is empty; a recipe needs at least `source` or `extends`")
-    _weigh(root, {})
+    _measure(root, {})
     return root
 
 
@@ -58,7 +58,7 @@ def line_of(item: yaml.Node | yaml.Event) -> int:
 
 
 def _refuse_deep_nesting(text: str) -> None:
-    """Read through the events, which takes no recursion, and stop where it gets out of hand."""
+    """Count nodes and depth over the events of the parser, which needs no recursion."""
     depth = nodes = 0
     for event in yaml.parse(text, Loader=_Loader):
         nodes += isinstance(event, yaml.NodeEvent)
@@ -68,24 +68,24 @@ def _refuse_deep_nesting(text: str) -> None:
             raise _too_big(line_of(event))
 
 
-def _weigh(node: yaml.Node, weights: dict[int, _Weight | None]) -> _Weight:
-    """Return the weight of ``node``, reckoning each shared node once; None marks one under way.
+def _measure(node: yaml.Node, sizes: dict[int, _Size | None]) -> _Size:
+    """Return the size of ``node``, computing that of each shared node once; None marks one begun.
 
-    An alias points backwards, at something weighed already or under way: the recursion is no
+    An alias points backwards, at something measured or begun: the recursion is no
     deeper than the text is nested.
     """
-    if id(node) in weights:
-        known = weights[id(node)]
+    if id(node) in sizes:
+        known = sizes[id(node)]
         if known is None:
             raise MalformedYamlError(line_of(node), "an alias (*) stands inside its own anchor (&)")
         return known
-    weights[id(node)] = None
-    below = [_weigh(child, weights) for child in _children(node)]
+    sizes[id(node)] = None
+    below = [_measure(child, sizes) for child in _children(node)]
     size = 1 + sum(nodes for nodes, _ in below)
     levels = 1 + max((levels for _, levels in below), default=0)
     if size > MAX_NODES or levels > MAX_DEPTH:
         raise _too_big(line_of(node))
-    weights[id(node)] = size, levels
+    sizes[id(node)] = size, levels
     return size, levels
 
 
@@ -106,8 +106,8 @@ def _too_big(line: int) -> MalformedYamlError:
     )
 
 
-def _as_problem(error: yaml.YAMLError, text: str) -> MalformedYamlError:
-    """Say what PyYAML found in one sentence."""
+def _as_malformed(error: yaml.YAMLError, text: str) -> MalformedYamlError:
+    """Return one of PyYAML's errors as one sentence with a line."""
     if isinstance(error, yaml.reader.ReaderError):
         line = text.count("\n", 0, error.position) + 1
         return MalformedYamlError(line, f"{error.reason}; remove the character")

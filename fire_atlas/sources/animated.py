@@ -1,7 +1,10 @@
-"""GIF, APNG and animated WebP: patches drawn one after the other on a canvas.
+"""Read GIF, APNG and animated WebP: patches drawn one after the other on a canvas.
 
 Each format's module finds the patches without decoding them and can wrap each as a still image of
-its format; timing, disposal and blending are then the same code for all three.
+its format; timing, disposal and blending are then the same code for all three. Pillow, which could
+play them too, loses the 16 bits of an APNG; in a GIF it fills with a colour what browsers clear,
+lets frames grow past the canvas, and takes a truncated file for a shorter one; and it learns the
+delays of a WebP by decoding every frame.
 """
 
 from collections.abc import Generator
@@ -18,15 +21,16 @@ from fire_atlas.sources import apng, gif, webp
 from fire_atlas.sources.broken import BrokenFileError
 from fire_atlas.sources.images import check_size, decode_bytes, read_bytes
 from fire_atlas.sources.listing import MAX_FRAMES, MAX_PIXELS
-from fire_atlas.sources.patches import Animation, Disposal, Patch
-from fire_atlas.sources.reel import Reel, played
-from fire_atlas.sources.timing import resample
+from fire_atlas.sources.patches import Disposal, EncodedAnimation, Patch
+from fire_atlas.sources.reader import FrameReader, resample, sequential_reader
 
-_UNSAID_DELAY = Fraction(1, 10)
+_DEFAULT_DELAY = Fraction(1, 10)
 """A delay of 0 is shown for 100 ms, as browsers do."""
 
 
-def open_animation(path: Path, kind: str, fps: float | None, most_pixels: int = MAX_PIXELS) -> Reel:
+def open_animation(
+    path: Path, kind: str, fps: float | None, most_pixels: int = MAX_PIXELS
+) -> FrameReader:
     """Return the frames of a GIF, APNG or WebP at a constant rate; a still is one frame.
 
     Raises:
@@ -40,12 +44,12 @@ def open_animation(path: Path, kind: str, fps: float | None, most_pixels: int = 
     if len(patches) == 1:
         rate, shown = fps, [0]
     else:
-        rate, shown = resample([p.delay or _UNSAID_DELAY for p in patches], fps, path)
+        rate, shown = resample([p.delay or _DEFAULT_DELAY for p in patches], fps, path)
     size = animation.width, animation.height
-    return played(path, size, partial(_play, path, animation), rate, shown)
+    return sequential_reader(path, size, partial(_play, path, animation), rate, shown)
 
 
-def _parse(path: Path, kind: str) -> Animation:
+def _parse(path: Path, kind: str) -> EncodedAnimation:
     parse = {"gif": gif.parse, "png": apng.parse, "webp": webp.parse}[kind]
     data = read_bytes(path)
     try:
@@ -63,7 +67,7 @@ def _parse(path: Path, kind: str) -> Animation:
     return animation
 
 
-def _play(path: Path, animation: Animation) -> Generator[Picture]:
+def _play(path: Path, animation: EncodedAnimation) -> Generator[Picture]:
     """Yield the canvas after each patch."""
     canvas: Picture | None = None
     with open_file(path) as file:
@@ -82,13 +86,15 @@ def _play(path: Path, animation: Animation) -> Generator[Picture]:
                 area[...] = 0
 
 
-def _decode(path: Path, number: int, animation: Animation, patch: Patch, raw: bytes) -> Picture:
+def _decode(
+    path: Path, number: int, animation: EncodedAnimation, patch: Patch, raw: bytes
+) -> Picture:
     try:
         picture = with_alpha(decode_bytes(animation.wrap(patch, raw), animation.format))
     except Exception as error:
         raise SourceError(f"{path}: frame {number} is broken ({error})") from error
     if picture.shape[:2] != (patch.height, patch.width):
-        raise SourceError(f"{path}: frame {number} is not of the size that the file says")
+        raise SourceError(f"{path}: frame {number} has another size than the file states")
     return picture
 
 

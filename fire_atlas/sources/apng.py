@@ -1,17 +1,17 @@
-"""PNG and APNG files as frames: each is wrapped as a PNG of its own."""
+"""Find the frames of PNG and APNG files, and wrap each as a PNG of its own."""
 
 import struct
 from fractions import Fraction
 
 from fire_atlas.sources import png
 from fire_atlas.sources.broken import BrokenFileError
-from fire_atlas.sources.patches import Animation, Disposal, Patch
+from fire_atlas.sources.patches import Disposal, EncodedAnimation, Patch
 from fire_atlas.sources.png import Chunk
 
 _DISPOSALS = (Disposal.KEEP, Disposal.CLEAR, Disposal.RESTORE)
 
 
-def parse(data: bytes) -> Animation:
+def parse(data: bytes) -> EncodedAnimation:
     """Find the frames of an APNG without decoding them; a plain PNG is one frame.
 
     Raises:
@@ -33,21 +33,21 @@ def parse(data: bytes) -> Animation:
         )  # fmt: skip
 
     patches = _patches(data, found, (width, height))
-    return Animation("png", width, height, patches, wrap)
+    return EncodedAnimation("png", width, height, patches, wrap)
 
 
 def _patches(data: bytes, found: list[Chunk], size: tuple[int, int]) -> list[Patch]:
     """One patch for each fcTL; its data run to the next one."""
     controls = [c for c in found if c.name == b"fcTL"]
-    promised = png.frames_promised(data, found)
+    stated = png.stated_frame_count(data, found)
     if not any(c.name == b"acTL" for c in found):
         pixels = [c for c in found if c.name == b"IDAT"]
         if not pixels:
             raise BrokenFileError("the file holds no pixels (no IDAT chunk)")
         start, stop = pixels[0].start - 8, pixels[-1].stop + 4
         return [Patch(0, 0, *size, Fraction(), Disposal.KEEP, False, start, stop)]
-    if len(controls) != promised:
-        raise BrokenFileError(f"the file promises {promised} frames but holds {len(controls)}")
+    if len(controls) != stated:
+        raise BrokenFileError(f"the file promises {stated} frames but holds {len(controls)}")
     ends = [c.start - 8 for c in controls[1:]] + [found[-1].start - 8]
     return [_patch(data, control, end, size) for control, end in zip(controls, ends, strict=True)]
 

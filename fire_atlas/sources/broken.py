@@ -1,4 +1,4 @@
-"""What the parsers of file formats raise; whoever knows the path turns it into a SourceError."""
+"""Errors about the bytes of a file; whoever knows its path makes a ``SourceError`` of them."""
 
 
 class BrokenFileError(Exception):
@@ -9,7 +9,7 @@ class UnexpectedAnimationError(Exception):
     """The file is whole, but holds many frames where one picture is needed."""
 
     def __init__(self) -> None:
-        """Say what to do instead."""
+        """State what was expected and what to do."""
         super().__init__(
             "is an animation where one still image was expected; an animation is given alone "
             "as path, without grid"

@@ -1,26 +1,28 @@
-"""Source ``frames``: images, sheets, animations and videos become a clip."""
+"""Source ``frames``: open images, a sheet, an animation or a video as a clip."""
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import cast
 
+import cv2
 import numpy as np
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.picture import Picture, to_light
+from fire_atlas.core.picture import Picture, brightest, to_light
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
 from fire_atlas.sources.animated import open_animation
-from fire_atlas.sources.images import ANIMATIONS, check_size, decode, read_header, recognise
+from fire_atlas.sources.images import ANIMATIONS, check_size, decode, detect_format, read_header
 from fire_atlas.sources.listing import MAX_PIXELS, cut, locate
-from fire_atlas.sources.memory import remembering
-from fire_atlas.sources.reel import Reel
-from fire_atlas.sources.resize import nearest, resize, width_for
+from fire_atlas.sources.reader import FrameReader, cached
 from fire_atlas.sources.sheet import open_sheet
 
 DEFAULT_FPS = 24.0
+"""Rate of files that state none, frames/s."""
 _SAMPLES = 5
+"""Frames that are decoded to choose a matte."""
 
 
 def open_frames(
@@ -37,18 +39,18 @@ def open_frames(
     Raises:
         SourceError: The input is missing, broken, too large or not what the settings say.
     """
-    reel, chosen = _open_reel(settings, path, most_pixels)
-    reel = remembering(reel)
-    inputs = reel.inputs if len(reel.inputs) == 1 else tuple(reel.inputs[i] for i in chosen)
-    choice = matte.choose(settings.matte, map(reel.read, spread(chosen)), str(path))
-    height = settings.height or reel.height
-    width = width_for(height, (reel.width, reel.height))
+    reader, chosen = _open_reader(settings, path, most_pixels)
+    reader = cached(reader)
+    inputs = reader.inputs if len(reader.inputs) == 1 else tuple(reader.inputs[i] for i in chosen)
+    choice = matte.choose(settings.matte, map(reader.read, sample_numbers(chosen)), str(path))
+    height = settings.height or reader.height
+    width = width_for(height, (reader.width, reader.height))
     check_size(f"{path} at height {height}", width, height, most_pixels)
     keeps_pixels = settings.sampling == "nearest"
 
     def shown(i: int) -> Picture:
-        picture = _of_size(reel, path, chosen[i])
-        if (width, height) == (reel.width, reel.height):
+        picture = _read_checked(reader, path, chosen[i])
+        if (width, height) == (reader.width, reader.height):
             return matte.apply(choice.matte, picture, blend_space)
         if keeps_pixels:
             return nearest(matte.apply(choice.matte, picture, blend_space), width, height)
@@ -57,7 +59,7 @@ def open_frames(
     return Clip(
         width=width,
         height=height,
-        fps=settings.fps or reel.fps or DEFAULT_FPS,
+        fps=settings.fps or reader.fps or DEFAULT_FPS,
         count=len(chosen),
         picture=shown,
         inputs=inputs,
@@ -67,12 +69,12 @@ def open_frames(
     )
 
 
-def _of_size(reel: Reel, path: Path, i: int) -> Picture:
-    picture = reel.read(i)
-    if picture.shape[:2] != (reel.height, reel.width):
+def _read_checked(reader: FrameReader, path: Path, i: int) -> Picture:
+    picture = reader.read(i)
+    if picture.shape[:2] != (reader.height, reader.width):
         raise SourceError(
             f"{path}: frame {i} is {picture.shape[1]}x{picture.shape[0]}, but the others are "
-            f"{reel.width}x{reel.height}; all frames must have one size"
+            f"{reader.width}x{reader.height}; all frames must have one size"
         )
     return picture
 
@@ -87,13 +89,13 @@ def _resized(
     return matte.over_black(pixels) if kind == "none" else pixels
 
 
-def spread(chosen: range) -> list[int]:
+def sample_numbers(chosen: range) -> list[int]:
     """Return a handful of frame numbers, first and last among them, in ascending order."""
     places = np.linspace(0, len(chosen) - 1, min(_SAMPLES, len(chosen)))
     return [chosen[round(float(place))] for place in places]
 
 
-def _open_reel(settings: FramesSource, path: Path, most_pixels: int) -> tuple[Reel, range]:
+def _open_reader(settings: FramesSource, path: Path, most_pixels: int) -> tuple[FrameReader, range]:
     """Return the decoded frames at ``path`` and the numbers of those to use."""
     located = locate(path)
     if not located.single:
@@ -104,12 +106,12 @@ def _open_reel(settings: FramesSource, path: Path, most_pixels: int) -> tuple[Re
             )
         chosen = cut(settings, len(located.files), path)
         return _open_images(located.files, chosen, most_pixels), chosen
-    reel = _open_file(settings, located.files[0], most_pixels)
-    return reel, cut(settings, reel.count, path)
+    reader = _open_file(settings, located.files[0], most_pixels)
+    return reader, cut(settings, reader.count, path)
 
 
-def _open_file(settings: FramesSource, path: Path, most_pixels: int) -> Reel:
-    kind = recognise(path)
+def _open_file(settings: FramesSource, path: Path, most_pixels: int) -> FrameReader:
+    kind = detect_format(path)
     if settings.grid is not None:
         if kind in ("video", "gif"):
             raise SourceError(f"{path}: grid cuts one still image into cells; leave it out here")
@@ -124,7 +126,7 @@ def _open_file(settings: FramesSource, path: Path, most_pixels: int) -> Reel:
     return _open_images((path,), range(1), most_pixels)
 
 
-def _open_images(files: Sequence[Path], chosen: range, most_pixels: int) -> Reel:
+def _open_images(files: Sequence[Path], chosen: range, most_pixels: int) -> FrameReader:
     """Return one frame for each file; the headers of the chosen ones are compared."""
     headers = {i: read_header(files[i], most_pixels) for i in chosen}
     first = headers[chosen[0]]
@@ -135,7 +137,7 @@ def _open_images(files: Sequence[Path], chosen: range, most_pixels: int) -> Reel
                 f"{first.width}x{first.height}; all frames must have one size "
                 "(a recipe that only packs, with flakes: none and no blur, takes any sizes)"
             )
-    return Reel(
+    return FrameReader(
         width=first.width,
         height=first.height,
         fps=None,
@@ -143,3 +145,35 @@ def _open_images(files: Sequence[Path], chosen: range, most_pixels: int) -> Reel
         read=lambda i: decode(files[i], headers[i]),
         inputs=tuple(files),
     )
+
+
+def width_for(height: int, size: tuple[int, int]) -> int:
+    """Return the width, px, that keeps the shape of ``size`` (width, height) at ``height``."""
+    return max(1, int(size[0] * height / size[1] + 0.5))
+
+
+def nearest(picture: Picture, width: int, height: int) -> Picture:
+    """Return a picture (height, width, 4) of the pixels nearest to each place: no new colours."""
+    return np.asarray(cv2.resize(picture, (width, height), interpolation=cv2.INTER_NEAREST_EXACT))
+
+
+def resize(pixels: Pixels, width: int, height: int) -> Pixels:
+    """Return pixels (height, width, 4): area averages when shrinking, bicubic when growing.
+
+    Bicubic overshoots beside edges; the result is held to what premultiplied light can be.
+    """
+    if pixels.shape[:2] == (height, width):
+        return pixels
+    if height <= pixels.shape[0] and width <= pixels.shape[1]:
+        shrunk = cast(Pixels, cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA))
+        # The weights of an average may sum to an ulp more than 1.
+        np.minimum(shrunk[..., 3], 1, out=shrunk[..., 3])
+        return shrunk
+    grown = cast(Pixels, cv2.resize(pixels, (width, height), interpolation=cv2.INTER_CUBIC))
+    rgb, alpha = grown[..., :3], np.clip(grown[..., 3], 0, 1)
+    np.maximum(rgb, 0, out=rgb)
+    if bool((brightest(pixels) <= pixels[..., 3]).all()):
+        # Not HDR: nothing shines brighter than it covers, and so it must stay.
+        np.minimum(rgb, alpha[..., None], out=rgb)
+    grown[..., 3] = alpha
+    return grown

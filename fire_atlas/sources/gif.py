@@ -1,17 +1,17 @@
-"""GIF files as blocks: where each frame lies, how long it is shown and what becomes of it."""
+"""Find the frames of GIF files, and wrap each as a GIF of its own."""
 
 import struct
 from fractions import Fraction
 
 from fire_atlas.sources.broken import BrokenFileError
-from fire_atlas.sources.patches import Animation, Disposal, Patch
+from fire_atlas.sources.patches import Disposal, EncodedAnimation, Patch
 
 _EXTENSION, _IMAGE, _TRAILER, _CONTROL = 0x21, 0x2C, 0x3B, 0xF9
 _NO_CONTROL = bytes(4)
 _DISPOSALS = {2: Disposal.CLEAR, 3: Disposal.RESTORE}
 
 
-def parse(data: bytes) -> Animation:
+def parse(data: bytes) -> EncodedAnimation:
     """Find the frames of a GIF without decoding them.
 
     Raises:
@@ -33,7 +33,7 @@ def parse(data: bytes) -> Animation:
         placed = raw[:1] + bytes(4) + raw[5:]
         return b"GIF89a" + size + screen + colours + control + placed + b"\x3b"
 
-    return Animation("gif", width, height, patches, wrap)
+    return EncodedAnimation("gif", width, height, patches, wrap)
 
 
 def _table_bytes(flags: int) -> int:

@@ -1,8 +1,8 @@
-"""One image file: recognised by its first bytes, measured by its header, decoded whole.
+"""Read one image file: format from its first bytes, size from its header, then the pixels.
 
 PNG goes through OpenCV, which keeps 16 bits and lets other threads run; 16-bit and float TIFF too.
-EXR goes through FFmpeg (OpenCV's wheels lack it). All else goes through Pillow, which says so
-when a file is cut short, where OpenCV fills in grey or prints.
+EXR goes through OpenEXR. All else goes through Pillow, which says so when a file is cut short,
+where OpenCV fills in grey or prints.
 """
 
 import io
@@ -10,20 +10,19 @@ import struct
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
+from typing import BinaryIO, cast
 
 import cv2
 import numpy as np
-from PIL import Image, ImageOps
+from PIL import Image, ImageOps, TiffImagePlugin
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MIB, open_file, read_file
 from fire_atlas.core.picture import Picture, with_alpha
-from fire_atlas.sources import png, tiff
+from fire_atlas.sources import png
 from fire_atlas.sources.broken import BrokenFileError, UnexpectedAnimationError
-from fire_atlas.sources.exr import decode_exr, exr_size, finite_light
+from fire_atlas.sources.exr import decode_exr, exr_size, require_openexr
 from fire_atlas.sources.listing import MAX_PIXELS
-from fire_atlas.sources.pyav import load_pyav
 
 MAX_SIDE = 16384
 _MOST_BYTES = 2048 * MIB
@@ -42,7 +41,7 @@ ANIMATIONS = ("gif", "png", "webp")
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What the first bytes of a file say: its format, and its size in pixels."""
+    """Format and size, px, of an image file, from its first bytes."""
 
     format: str
     width: int
@@ -66,7 +65,7 @@ def read_bytes(path: Path, head: int | None = None) -> bytes:
         raise SourceError(f"{path}: cannot be read ({error.strerror})") from error
 
 
-def recognise(path: Path) -> str:
+def detect_format(path: Path) -> str:
     """Return the file's format by its first bytes: ``png``, ``gif``, ..., ``video``.
 
     Raises:
@@ -75,14 +74,10 @@ def recognise(path: Path) -> str:
     head = read_bytes(path, 32)
     if not head:
         raise SourceError(f"{path}: the file is empty (0 bytes)")
-    known = _by_signature(head)
+    suffix = path.suffix.lower()
+    known = _by_signature(head) or {".tga": "tga", **dict.fromkeys(VIDEOS, "video")}.get(suffix)
     if known:
         return known
-    suffix = path.suffix.lower()
-    if suffix == ".tga":
-        return "tga"
-    if suffix in VIDEOS:
-        return "video"
     says = f", though its name says {suffix[1:].upper()}" if suffix else ""
     raise SourceError(
         f"{path}: is not an image or a video (it begins with {head[:12]!r}){says}; "
@@ -109,7 +104,7 @@ def read_header(path: Path, most_pixels: int = MAX_PIXELS) -> Header:
     Raises:
         SourceError: Unreadable, of no known format, or larger than the limits.
     """
-    kind = recognise(path)
+    kind = detect_format(path)
     if kind == "video":
         raise SourceError(f"{path}: is a video, not an image; give it as path itself")
     try:
@@ -150,19 +145,21 @@ def _size(path: Path, kind: str) -> tuple[int, int]:
     if kind == "webp":
         return webp_size(read_bytes(path, 32))
     if kind == "exr":
-        load_pyav("EXR", path)
+        require_openexr(path)
         return exr_size(read_bytes(path, 1 << 16))
     if kind == "tiff":
         with open_file(path) as file:
-            return tiff.read_size(file)
+            tags = _tiff_tags(file)
+            width, height = tags[TiffImagePlugin.IMAGEWIDTH], tags[TiffImagePlugin.IMAGELENGTH]
+            return int(width), int(height)
     with open_file(path) as file, Image.open(file) as image:
-        turned = kind == "jpeg" and image.getexif().get(0x0112, 1) >= 5
+        rotated = kind == "jpeg" and image.getexif().get(0x0112, 1) >= 5
         width, height = image.size
-        return (height, width) if turned else (width, height)
+        return (height, width) if rotated else (width, height)
 
 
 def webp_size(head: bytes) -> tuple[int, int]:
-    """Return the canvas of a WebP from its first 30 bytes; Pillow would allocate it to tell."""
+    """Return the canvas of a WebP from its first 30 bytes; Pillow allocates it to know its size."""
     name, body = head[12:16], head[20:]
     if name == b"VP8X":
         return 1 + int.from_bytes(body[4:7], "little"), 1 + int.from_bytes(body[7:10], "little")
@@ -203,19 +200,19 @@ def decode_bytes(data: bytes, kind: str) -> Picture:
     if kind == "png":
         return _decode_png(data)
     if kind == "exr":
-        return decode_exr(data)
+        return finite_light(decode_exr(data))
     if kind == "tiff":
-        tags = tiff.read_tags(io.BytesIO(data))
-        if max(tags.get(tiff.BITS, (1,))) > 8:
-            return _decode_deep_tiff(data, tags.get(tiff.EXTRA_SAMPLES))
+        tags = _tiff_tags(io.BytesIO(data))
+        if max(tags.get(TiffImagePlugin.BITSPERSAMPLE, (1,))) > 8:
+            return _decode_deep_tiff(data, tags.get(TiffImagePlugin.EXTRASAMPLES))
     image = Image.open(io.BytesIO(data))
     if kind in ANIMATIONS and getattr(image, "n_frames", 1) > 1:
         raise UnexpectedAnimationError
     image.load()
-    return of_pillow(ImageOps.exif_transpose(image) if kind == "jpeg" else image)
+    return from_pillow(ImageOps.exif_transpose(image) if kind == "jpeg" else image)
 
 
-def of_pillow(image: Image.Image) -> Picture:
+def from_pillow(image: Image.Image) -> Picture:
     """Return a loaded Pillow image as a picture; a single colour marked transparent stays so."""
     through = image.has_transparency_data or image.mode in ("La", "RGBa")
     if image.mode == "La":
@@ -225,16 +222,16 @@ def of_pillow(image: Image.Image) -> Picture:
 
 def _decode_png(data: bytes) -> Picture:
     found = list(png.chunks(data))
-    if png.frames_promised(data, found) > 1:
+    if png.stated_frame_count(data, found) > 1:
         raise UnexpectedAnimationError
-    plain = png.bare(data, found)
+    plain = png.essential_chunks(data, found)
     raw = cv2.imdecode(np.frombuffer(plain, np.uint8), cv2.IMREAD_UNCHANGED)
     if raw is None:
         raise BrokenFileError("the compressed pixels are damaged")
     key = next((data[c.start : c.stop] for c in found if c.name == b"tRNS"), b"")
     if raw.ndim == 2 and len(key) == 2:
         return _with_grey_key(raw, int.from_bytes(key, "big"), depth=data[24])
-    return of_opencv(raw)
+    return from_opencv(raw)
 
 
 def _with_grey_key(grey: Picture, key: int, depth: int) -> Picture:
@@ -245,7 +242,7 @@ def _with_grey_key(grey: Picture, key: int, depth: int) -> Picture:
     return full
 
 
-def of_opencv(raw: Picture) -> Picture:
+def from_opencv(raw: Picture) -> Picture:
     """Return what OpenCV decoded (grey, BGR or BGRA) in the order R, G, B(, A)."""
     if raw.ndim == 2:
         return cast(Picture, cv2.cvtColor(raw, cv2.COLOR_GRAY2RGB))
@@ -253,11 +250,20 @@ def of_opencv(raw: Picture) -> Picture:
     return cast(Picture, cv2.cvtColor(raw, order))
 
 
+def finite_light(values: Picture) -> Picture:
+    """Return float32 light as a file holds it, (H, W, 3 or 4), NaN and negatives as 0."""
+    light = np.nan_to_num(values, nan=0.0, posinf=65504.0, neginf=0.0)
+    np.maximum(light, 0, out=light)
+    if light.shape[2] == 4:
+        np.minimum(light[..., 3], 1, out=light[..., 3])
+    return light
+
+
 def _decode_deep_tiff(data: bytes, extra: tuple[int, ...] | None) -> Picture:
     raw = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if raw is None or raw.dtype not in (np.uint16, np.float32):
         raise BrokenFileError("this TIFF is cut short or not 8, 16 or 32 (float) bits a channel")
-    picture = of_opencv(raw)
+    picture = from_opencv(raw)
     if picture.dtype == np.float32:
         return finite_light(picture)
     if extra and extra[0] == 1 and picture.shape[2] == 4:
@@ -266,3 +272,11 @@ def _decode_deep_tiff(data: bytes, extra: tuple[int, ...] | None) -> Picture:
         straight = picture[..., :3] * 65535.0 / alpha
         picture[..., :3] = np.rint(np.minimum(straight, 65535)).astype(np.uint16)
     return picture
+
+
+def _tiff_tags(file: BinaryIO) -> TiffImagePlugin.ImageFileDirectory_v2:
+    """Return the tags of the first picture; Pillow itself opens no TIFF of floats in colour."""
+    tags = TiffImagePlugin.ImageFileDirectory_v2(file.read(8))
+    file.seek(tags.next or 0)
+    tags.load(file)
+    return tags

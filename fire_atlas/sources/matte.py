@@ -1,4 +1,4 @@
-"""Where coverage comes from: decided from a few frames, then applied to each."""
+"""Choose where the coverage of a clip comes from, by a few frames, and apply it to each."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ _THUMB_HEIGHT = 128
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class MatteChoice:
     """The matte of a clip, and why, as a sentence for people."""
 
     matte: Matte
@@ -42,7 +42,7 @@ class Choice:
 
 
 @dataclass(frozen=True, slots=True)
-class Evidence:
+class BorderStatistics:
     """What the edges of an opaque clip look like.
 
     Attributes:
@@ -59,54 +59,54 @@ class Evidence:
     cool: float
 
 
-def choose(asked: str, frames: Iterable[Picture], name: str) -> Choice:
+def choose(setting: str, frames: Iterable[Picture], name: str) -> MatteChoice:
     """Return the matte for a clip of which ``frames`` are samples; no more are read than needed.
 
     Raises:
-        SourceError: ``alpha`` is asked for, but nothing is transparent.
+        SourceError: ``alpha`` is stated, but nothing is transparent.
     """
-    if asked in ("luminance", "none"):
-        return Choice(cast(Matte, asked), "the recipe asks for it")
+    if setting in ("luminance", "none"):
+        return MatteChoice(cast(Matte, setting), "the recipe asks for it")
     opaque = []
     for frame in frames:
         if has_transparency(frame):
             why = "the frames have transparent pixels, so their alpha is the coverage"
-            return Choice("alpha", why if asked == "auto" else "the recipe asks for it")
+            return MatteChoice("alpha", why if setting == "auto" else "the recipe asks for it")
         opaque.append(frame)
-    if asked == "alpha":
+    if setting == "alpha":
         raise SourceError(
             f"{name}: matte is alpha, but these frames have no transparent pixel; use "
             "matte: luminance for fire on black, or matte: none for an opaque scene"
         )
-    return judge(gather(opaque))
+    return classify(measure_border(opaque))
 
 
-def judge(seen: Evidence) -> Choice:
-    """Tell fire on black from an opaque scene."""
-    share = f"{100 * seen.dark:.0f} % of the border is darker than {_DARK}/255"
-    if seen.dark >= 0.9:
-        return Choice("luminance", f"{share}: fire on black, so luminance becomes coverage")
-    if seen.darkest_edge < 0.6:
-        return Choice(
+def classify(border: BorderStatistics) -> MatteChoice:
+    """Distinguish fire on black from an opaque scene."""
+    share = f"{100 * border.dark:.0f} % of the border is darker than {_DARK}/255"
+    if border.dark >= 0.9:
+        return MatteChoice("luminance", f"{share}: fire on black, so luminance becomes coverage")
+    if border.darkest_edge < 0.6:
+        return MatteChoice(
             "none", f"only {share} and no edge is black: an opaque scene, so it stays whole"
         )
-    if seen.detail >= 0.8 or seen.cool > 0.1:
-        return Choice(
+    if border.detail >= 0.8 or border.cool > 0.1:
+        return MatteChoice(
             "none",
             f"{share}, but the rest shows things that are not fire: an opaque scene, "
             "so it stays whole",
         )
-    return Choice(
+    return MatteChoice(
         "luminance",
         f"{share} and the rest is smooth glow: fire on black, so luminance becomes coverage",
     )
 
 
-def gather(frames: Sequence[Picture]) -> Evidence:
-    """Look at the border of opaque sample frames."""
+def measure_border(frames: Sequence[Picture]) -> BorderStatistics:
+    """Measure the border of opaque sample frames."""
     # Sprites may differ in size: their borders are compared place by place, at the size of one.
     size = _thumb_size(frames[0])
-    thumbs = np.stack([_thumb(frame, size) for frame in frames])
+    thumbs = np.stack([_thumbnail(frame, size) for frame in frames])
     peak = thumbs.max(axis=3)
     height, width = peak.shape[1:]
     band = max(1, round(0.08 * min(height, width)))
@@ -115,10 +115,10 @@ def gather(frames: Sequence[Picture]) -> Evidence:
     dark = peak < _DARK
     edges = (dark[:, :band], dark[:, -band:], dark[:, :, :band], dark[:, :, -band:])
     cool = (thumbs[..., 2] > 0.6 * thumbs[..., 0]) & (peak > 64)
-    return Evidence(
+    return BorderStatistics(
         dark=float(dark[:, border].mean()),
         darkest_edge=max(float(edge.mean()) for edge in edges),
-        detail=_standing_detail(peak, border),
+        detail=_static_detail(peak, border),
         cool=float(cool[:, border].mean()),
     )
 
@@ -130,7 +130,7 @@ def _thumb_size(frame: Picture) -> tuple[int, int]:
     return min(width, 2048), height
 
 
-def _thumb(frame: Picture, size: tuple[int, int]) -> Picture:
+def _thumbnail(frame: Picture, size: tuple[int, int]) -> Picture:
     """Return a small copy (h, w, 3), float32, 0..255 as encoded; ``size`` is width and height."""
     if frame.dtype == np.float32:
         rgb = encode_unit(np.ascontiguousarray(frame[..., :3])) * 255
@@ -139,7 +139,7 @@ def _thumb(frame: Picture, size: tuple[int, int]) -> Picture:
     return cast(Picture, cv2.resize(rgb, size, interpolation=cv2.INTER_AREA))
 
 
-def _standing_detail(peak: Picture, border: NDArray[np.bool_]) -> float:
+def _static_detail(peak: Picture, border: NDArray[np.bool_]) -> float:
     """Mean over the border of the local contrast of what is dim and stays as it is.
 
     Fire moves, its glow is smooth; only a scene has edges that are dim and stand still.
@@ -166,7 +166,7 @@ def apply(matte: Matte, picture: Picture, blend_space: str) -> Picture:
         is_whole = is_stored and not has_transparency(picture)
         return with_alpha(picture) if is_whole else over_black(to_light(picture))
     if is_stored and not has_transparency(picture):
-        # As stored: the way over light would round, and noise is told by the exact value.
+        # As stored: light would be rounded, and noise is recognised by its exact value.
         scale = np.float32(1 / white(picture.dtype))
         coded = [as_plane(plane) * scale for plane in cv2.split(picture)[:3]]
         return _by_luminance(coded, None, blend_space, NOISE)

@@ -1,4 +1,4 @@
-"""What a GIF, APNG or animated WebP holds: patches, drawn one after the other on a canvas."""
+"""Frames of a GIF, APNG or WebP as they are encoded: patches for a canvas, not decoded yet."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from fractions import Fraction
 
 
 class Disposal(Enum):
-    """What happens to a patch's rectangle after its time."""
+    """What the rectangle of a patch becomes after its time: left, cleared, or as it was before."""
 
     KEEP = "keep"
     CLEAR = "clear"
@@ -21,11 +21,11 @@ class Patch:
     Attributes:
         x, y: Where its top-left corner goes on the canvas, px.
         width, height: px.
-        delay: How long it is shown, s; 0 if the file does not say.
+        delay: How long it is shown, s; 0 if the file states none.
         disposal: What happens to its rectangle afterwards.
         blend: True if it is laid over the canvas, False if it replaces it.
         start, stop: Where its data lie in the file, bytes.
-        extra: What else is needed to wrap it as a still.
+        extra: Of a GIF, what its graphic control says beside the delay and the disposal.
     """
 
     x: int
@@ -41,8 +41,8 @@ class Patch:
 
 
 @dataclass(frozen=True, slots=True)
-class Animation:
-    """The patches of a file, and how to make a still image file of each.
+class EncodedAnimation:
+    """A file's patches in order, and how to make a still image file of each.
 
     Attributes:
         format: ``gif``, ``png`` or ``webp``.

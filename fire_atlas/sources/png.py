@@ -1,4 +1,4 @@
-"""PNG files as chunks: found complete before they are decoded, and cut into APNG frames."""
+"""Split PNG files into chunks, each checked, and write chunks."""
 
 import struct
 import zlib
@@ -47,7 +47,7 @@ def chunks(data: bytes) -> Iterator[Chunk]:
         at = stop + 4
 
 
-def frames_promised(data: bytes, found: list[Chunk]) -> int:
+def stated_frame_count(data: bytes, found: list[Chunk]) -> int:
     """Return the number of APNG frames that acTL names; 1 for a plain PNG."""
     for chunk in found:
         if chunk.name == b"acTL" and chunk.stop - chunk.start >= 8:
@@ -60,7 +60,7 @@ def write_chunk(name: bytes, body: bytes) -> bytes:
     return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
 
 
-def bare(data: bytes, found: list[Chunk]) -> bytes:
+def essential_chunks(data: bytes, found: list[Chunk]) -> bytes:
     """Return the PNG with only the chunks its pixels need."""
     kept = (data[c.start - 8 : c.stop + 4] for c in found if c.name in PIXEL_CHUNKS)
     return SIGNATURE + b"".join(kept)

@@ -12,7 +12,7 @@ from fire_atlas.generators.profile.fire import generate_clips, learn_profile
 from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.generators.settings import GenerationSettings
-from fire_atlas.recipe.source import Footage, FramesSource, ProfileSource
+from fire_atlas.recipe.source import ClipInput, FramesSource, ProfileSource
 from fire_atlas.sources.frames import open_frames
 
 
@@ -58,7 +58,7 @@ def learn_from_files(
     Raises:
         SourceError: As of ``open_profile``.
     """
-    footage = FramesSource(**{key: getattr(source, key) for key in Footage.model_fields})
+    footage = FramesSource(**{key: getattr(source, key) for key in ClipInput.model_fields})
     clips = {str(path): open_frames(footage, path, blend_space, most_pixels) for path in paths}
     profile = learn_profile(clips, workers, source.threshold, source.cells)
     return profile, tuple(clips.values())

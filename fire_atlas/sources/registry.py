@@ -1,4 +1,4 @@
-"""Kind of source → clips. A new source is one new module and one case here."""
+"""Open a source of any kind as clips. A new kind is one new module and one case here."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class SourceSettings:
         name: Of the recipe; its only animation is called so.
         source: The section; its type decides how the fire comes about.
         files: Absolute path (or glob) of each file the section names, by its key.
-        generation: What is asked of fire that is generated.
+        generation: Settings of fire that is generated.
         blend_space: ``srgb`` or ``linear``: where the client blends, for the luminance matte.
         most_pixels: Larger pictures are refused.
     """
@@ -42,7 +42,7 @@ class SourceSettings:
 
     @classmethod
     def of(cls, loaded: LoadedRecipe, most_pixels: int = MAX_PIXELS) -> SourceSettings:
-        """Take them from a recipe that has a source."""
+        """Return those of a recipe that has a source."""
         recipe = loaded.recipe
         if recipe.source is None:
             raise ValueError("only a recipe with a source brings clips")

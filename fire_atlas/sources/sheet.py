@@ -1,4 +1,4 @@
-"""A sprite sheet: one image cut into equal cells, whose sizes need not be whole pixels."""
+"""Cut a sprite sheet, one image, into equal cells, whose sizes need not be whole pixels."""
 
 from functools import partial
 from math import ceil, floor
@@ -13,10 +13,10 @@ from fire_atlas.core.picture import Picture, to_light
 from fire_atlas.recipe.source import Grid
 from fire_atlas.sources.images import decode, read_header
 from fire_atlas.sources.listing import MAX_PIXELS
-from fire_atlas.sources.reel import Reel
+from fire_atlas.sources.reader import FrameReader
 
 
-def open_sheet(path: Path, grid: Grid, most_pixels: int = MAX_PIXELS) -> Reel:
+def open_sheet(path: Path, grid: Grid, most_pixels: int = MAX_PIXELS) -> FrameReader:
     """Return the cells of a sheet, left to right, top to bottom.
 
     Cells of whole pixels are cut out untouched. Others are sampled at their exact places, in
@@ -34,7 +34,7 @@ def open_sheet(path: Path, grid: Grid, most_pixels: int = MAX_PIXELS) -> Reel:
     sheet = decode(path, header)
     sheet.flags.writeable = False
     whole = header.width % grid.columns == 0 and header.height % grid.rows == 0
-    return Reel(
+    return FrameReader(
         width=_nearest(header.width / grid.columns),
         height=_nearest(header.height / grid.rows),
         fps=None,
@@ -58,15 +58,15 @@ def _whole_cell(sheet: Picture, grid: Grid, i: int) -> Picture:
 def _fractional_cell(sheet: Picture, grid: Grid, i: int) -> Picture:
     """Return cell i as light (H, W, 4), read between pixels where its edges fall between them."""
     row, column = divmod(i, grid.columns)
-    top, bottom, y = _places(row, sheet.shape[0] / grid.rows)
-    left, right, x = _places(column, sheet.shape[1] / grid.columns)
+    top, bottom, y = _sample_positions(row, sheet.shape[0] / grid.rows)
+    left, right, x = _sample_positions(column, sheet.shape[1] / grid.columns)
     light = to_light(sheet[top:bottom, left:right])
     across, down = np.meshgrid(x, y)
     cell = cv2.remap(light, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return cast(Picture, cell)
 
 
-def _places(
+def _sample_positions(
     cell: int, length: float
 ) -> tuple[int, int, np.ndarray[tuple[int], np.dtype[np.float32]]]:
     """Return the first and past-the-last pixel a cell touches, and where in them to sample.

@@ -1,4 +1,4 @@
-"""Source ``frames`` for recipes that only pack: images of any sizes, in named animations."""
+"""Open images of any sizes as sprites in named animations, for recipes that only pack."""
 
 import re
 from collections import Counter
@@ -10,19 +10,19 @@ from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
-from fire_atlas.sources.frames import DEFAULT_FPS, spread
+from fire_atlas.sources.frames import DEFAULT_FPS, sample_numbers
 from fire_atlas.sources.images import Header, decode, read_header
 from fire_atlas.sources.listing import MAX_PIXELS, cut, locate
 
 _NUMBER = re.compile(r"[ _.\-(]*[0-9]+\)?$")
-_UNFIT = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff\"'\\;:/]+")
+_NOT_IN_NAMES = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff\"'\\;:/]+")
 """What no name in an engine's file may hold: control characters, bytes that are no text, and what
 these files are written with."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sprites:
-    """Images that need have nothing in common, read on demand.
+    """Images of any sizes in named animations, read on demand.
 
     Attributes:
         animations: Name of each animation, and the numbers of its images in playing order.
@@ -59,7 +59,7 @@ def open_sprites(
     if located.single or settings.grid is not None:
         return None
     files = [located.files[i] for i in cut(settings, len(located.files), path)]
-    animations = named(files, name)
+    animations = group_by_name(files, name)
     headers = [read_header(file, most_pixels) for file in files]
     if len(animations) == 1 and len({(h.width, h.height) for h in headers}) == 1:
         return None
@@ -81,14 +81,18 @@ def open_sprites(
 
 def _matte(
     settings: FramesSource, files: Sequence[Path], headers: Sequence[Header], path: Path
-) -> matte.Choice:
-    told = settings.matte in ("luminance", "none")
-    samples = [] if told else [decode(files[i], headers[i]) for i in spread(range(len(files)))]
+) -> matte.MatteChoice:
+    is_stated = settings.matte in ("luminance", "none")
+    samples = (
+        []
+        if is_stated
+        else [decode(files[i], headers[i]) for i in sample_numbers(range(len(files)))]
+    )
     return matte.choose(settings.matte, samples, str(path))
 
 
-def named(files: Sequence[Path], default: str) -> dict[str, tuple[int, ...]]:
-    """Share files out to animations by their names: ``walk_0001.png`` belongs to ``walk``.
+def group_by_name(files: Sequence[Path], default: str) -> dict[str, tuple[int, ...]]:
+    """Group files to animations by their names: ``walk_0001.png`` belongs to ``walk``.
 
     ``walk/0001.png`` does too where there are several folders. Names that differ in numbers alone,
     wherever in them, are one animation as well.
@@ -102,7 +106,7 @@ def named(files: Sequence[Path], default: str) -> dict[str, tuple[int, ...]]:
         if stem in alone and shapes[_shape(stem)] > 1:
             stem = _NUMBER.sub("", re.split(r"[0-9]", stem)[0]).rstrip(" _.-(")
         word = stem or (file.parent.name if folders else default)
-        animation = _UNFIT.sub("_", word)
+        animation = _NOT_IN_NAMES.sub("_", word)
         animations[animation] = (*animations.get(animation, ()), i)
     return animations
 

@@ -1,4 +1,4 @@
-"""Videos, played forwards.
+"""Read videos, which decoders play forwards only.
 
 WebM, Matroska and QuickTime may hold alpha, which OpenCV drops: they go through PyAV, an optional
 extra, with libvpx, the only decoder that returns VP8's and VP9's alpha. MP4 and all others hold
@@ -6,6 +6,7 @@ none and go through OpenCV, which is always there.
 """
 
 import os
+import struct
 from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -14,19 +15,17 @@ from functools import partial
 from itertools import pairwise
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import cv2
 import numpy as np
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.files import open_file
 from fire_atlas.core.picture import Picture
-from fire_atlas.sources.containers import check_whole
-from fire_atlas.sources.images import check_size, of_opencv, read_bytes
+from fire_atlas.sources.images import check_size, from_opencv, read_bytes
 from fire_atlas.sources.listing import MAX_FRAMES, MAX_PIXELS
-from fire_atlas.sources.pyav import load_pyav
-from fire_atlas.sources.reel import Reel, played
-from fire_atlas.sources.timing import resample
+from fire_atlas.sources.reader import FrameReader, resample, sequential_reader
 
 # Read by OpenCV when it opens its first video: its FFmpeg would print what errors say already.
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
@@ -35,8 +34,8 @@ _ALPHA_DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
 
 
 @dataclass(frozen=True, slots=True)
-class Scan:
-    """What one pass over a video found.
+class VideoScan:
+    """Size, rate and times of all frames, found by decoding the video once.
 
     Attributes:
         width, height: px.
@@ -50,7 +49,7 @@ class Scan:
     stamps: list[Fraction]
 
 
-def open_video(path: Path, fps: float | None, most_pixels: int = MAX_PIXELS) -> Reel:
+def open_video(path: Path, fps: float | None, most_pixels: int = MAX_PIXELS) -> FrameReader:
     """Return the frames of a video at a constant rate.
 
     The video is decoded once to count its frames: what files promise is often wrong.
@@ -59,7 +58,7 @@ def open_video(path: Path, fps: float | None, most_pixels: int = MAX_PIXELS) -> 
         SourceError: The file is cut short, cannot be decoded, is too large, or needs PyAV.
     """
     head = read_bytes(path, 16)
-    check_whole(path, head)
+    _check_whole(path, head)
     with_pyav = head[:4] == b"\x1aE\xdf\xa3" or head[4:12] == b"ftypqt  "
     scan = (_scan_pyav if with_pyav else _scan_opencv)(path, most_pixels)
     play = _play_pyav if with_pyav else _play_opencv
@@ -67,11 +66,11 @@ def open_video(path: Path, fps: float | None, most_pixels: int = MAX_PIXELS) -> 
     stated = scan.fps if scan.fps and abs(sum(delays) * scan.fps - len(delays)) < 0.5 else None
     rate, shown = resample(delays, fps or stated, path)
     size = scan.width, scan.height
-    return played(path, size, partial(play, path, len(scan.stamps)), rate, shown)
+    return sequential_reader(path, size, partial(play, path, len(scan.stamps)), rate, shown)
 
 
-def _delays(scan: Scan) -> list[Fraction]:
-    """Return how long each frame is shown, s; the last as long as the middling one."""
+def _delays(scan: VideoScan) -> list[Fraction]:
+    """Return how long each frame is shown, s; the last as long as the median."""
     gaps = [later - earlier for earlier, later in pairwise(scan.stamps)]
     usual = 1 / Fraction(scan.fps or 24).limit_denominator(1_000_000)
     if any(gap <= 0 for gap in gaps):
@@ -79,7 +78,7 @@ def _delays(scan: Scan) -> list[Fraction]:
     return [*gaps, sorted(gaps)[len(gaps) // 2] if gaps else usual]
 
 
-def _checked(path: Path, scan: Scan) -> Scan:
+def _checked(path: Path, scan: VideoScan) -> VideoScan:
     if not scan.stamps:
         raise SourceError(f"{path}: no frame of this video can be decoded; export it again")
     return scan
@@ -105,7 +104,7 @@ def _capture(path: Path) -> cv2.VideoCapture:
     return capture
 
 
-def _scan_opencv(path: Path, most_pixels: int) -> Scan:
+def _scan_opencv(path: Path, most_pixels: int) -> VideoScan:
     capture = _capture(path)
     try:
         width = int(capture.get(cv2.CAP_PROP_FRAME_WIDTH))
@@ -123,7 +122,8 @@ def _scan_opencv(path: Path, most_pixels: int) -> Scan:
     # Edit lists hide a frame or two at the ends; more are missing.
     if len(stamps) + 2 < promised <= MAX_FRAMES:
         raise _ended(path, len(stamps), promised)
-    return _checked(path, Scan(width, height, fps if isfinite(fps) and fps > 0 else None, stamps))
+    rate = fps if isfinite(fps) and fps > 0 else None
+    return _checked(path, VideoScan(width, height, rate, stamps))
 
 
 def _play_opencv(path: Path, count: int) -> Generator[Picture]:
@@ -133,15 +133,15 @@ def _play_opencv(path: Path, count: int) -> Generator[Picture]:
             found, raw = capture.read()
             if not found:
                 raise _ended(path, i, count)
-            yield of_opencv(raw)
+            yield from_opencv(raw)
     finally:
         capture.release()
 
 
 @contextmanager
-def _film(path: Path) -> Generator[tuple[Any, Any]]:
+def _open_stream(path: Path) -> Generator[tuple[Any, Any]]:
     """Open the file with PyAV and give the container and its video stream."""
-    av = load_pyav("WebM, Matroska and QuickTime", path)
+    av = _load_pyav(path)
     try:
         with av.open(str(path), metadata_errors="replace") as container:
             stream = next(iter(container.streams.video), None)
@@ -165,21 +165,21 @@ def _decoded(container: Any, stream: Any) -> Generator[Any]:
     yield from decoder.decode(None)
 
 
-def _scan_pyav(path: Path, most_pixels: int) -> Scan:
+def _scan_pyav(path: Path, most_pixels: int) -> VideoScan:
     stamps: list[Fraction] = []
     width = height = 0
-    with _film(path) as (container, stream):
+    with _open_stream(path) as (container, stream):
         check_size(path, stream.codec_context.width, stream.codec_context.height, most_pixels)
         fps = float(stream.average_rate) if stream.average_rate else None
         for frame in _decoded(container, stream):
             width, height = frame.width, frame.height
             stamps.append((frame.pts or 0) * Fraction(stream.time_base))
             _check_count(path, len(stamps))
-    return _checked(path, Scan(width, height, fps, stamps))
+    return _checked(path, VideoScan(width, height, fps, stamps))
 
 
 def _play_pyav(path: Path, count: int) -> Generator[Picture]:
-    with _film(path) as (container, stream):
+    with _open_stream(path) as (container, stream):
         frames = _decoded(container, stream)
         for i in range(count):
             frame = next(frames, None)
@@ -195,3 +195,90 @@ def _picture(frame: Any) -> Picture:
     if max(part.bits for part in parts) > 8:
         layout = {"rgba": "rgba64le", "rgb24": "rgb48le"}[layout]
     return np.ascontiguousarray(frame.to_ndarray(format=layout))
+
+
+def _load_pyav(path: Path) -> Any:
+    """Return the module ``av``, silenced: FFmpeg's complaints come back as exceptions.
+
+    Raises:
+        SourceError: It is not installed.
+    """
+    try:
+        import av
+        import av.logging
+    except ImportError as error:
+        raise SourceError(
+            f"{path}: reading WebM, Matroska and QuickTime needs PyAV; install it with: "
+            "pip install 'fire-atlas[video]'"
+        ) from error
+    av.logging.set_level(None)
+    return av
+
+
+_UNKNOWN = -1
+
+
+def _check_whole(path: Path, head: bytes) -> None:
+    """Refuse an MP4, QuickTime, WebM, Matroska or AVI file shorter than its own lengths add up to.
+
+    Decoders play a file that was cut short to where it ends, without an error.
+
+    Raises:
+        SourceError: With how many bytes are missing.
+    """
+    actual = path.stat().st_size
+    with open_file(path) as file:
+        if head[4:8] == b"ftyp":
+            promised = _mp4_length(path, file, actual)
+        elif head[:4] == b"\x1aE\xdf\xa3":
+            promised = _matroska_length(file)
+        elif head[:4] == b"RIFF":
+            promised = 8 + struct.unpack_from("<I", head, 4)[0]
+        else:
+            promised = _UNKNOWN
+    if promised > actual:
+        raise SourceError(
+            f"{path}: the video is truncated: it has {actual} of the {promised} bytes it "
+            "promises; copy or export it again"
+        )
+
+
+def _mp4_length(path: Path, file: BinaryIO, actual: int) -> int:
+    """Return where the last box ends, bytes; the index of frames must be among the boxes."""
+    at, names = 0, set()
+    while at + 8 <= actual:
+        file.seek(at)
+        length, name = struct.unpack(">I4s", file.read(8))
+        names.add(name)
+        if length == 1:
+            large = file.read(8)
+            length = struct.unpack(">Q", large)[0] if len(large) == 8 else 16
+        elif length == 0:
+            length = actual - at
+        at += max(8, length)
+    if at <= actual and b"moov" not in names:
+        raise SourceError(
+            f"{path}: the video is truncated: its index (moov) is missing; copy or export it again"
+        )
+    return at
+
+
+def _matroska_length(file: BinaryIO) -> int:
+    """Return where the segment ends, bytes; unknown for files written as a live stream."""
+    file.seek(4)
+    header = _variable_length(file)
+    file.seek(header, 1)
+    file.seek(4, 1)
+    segment = _variable_length(file)
+    return _UNKNOWN if segment == _UNKNOWN else file.tell() + segment
+
+
+def _variable_length(file: BinaryIO) -> int:
+    """Read one EBML length: the first byte's leading zeros are the number of bytes that follow."""
+    first = file.read(1)
+    if not first or not first[0]:
+        return _UNKNOWN
+    extra = 8 - first[0].bit_length()
+    mask = (1 << 7 - extra) - 1
+    value = int.from_bytes(bytes([first[0] & mask]) + file.read(extra), "big")
+    return _UNKNOWN if value == (1 << 7 * (extra + 1)) - 1 else value

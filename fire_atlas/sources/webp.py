@@ -1,4 +1,4 @@
-"""WebP files as frames: each is wrapped as a still WebP of its own."""
+"""Find the frames of WebP files, and wrap each as a still WebP of its own."""
 
 import struct
 from collections.abc import Iterator
@@ -6,12 +6,12 @@ from fractions import Fraction
 
 from fire_atlas.sources.broken import BrokenFileError
 from fire_atlas.sources.images import webp_size
-from fire_atlas.sources.patches import Animation, Disposal, Patch
+from fire_atlas.sources.patches import Disposal, EncodedAnimation, Patch
 
 _ALPHA_FLAG = 0x10
 
 
-def parse(data: bytes) -> Animation:
+def parse(data: bytes) -> EncodedAnimation:
     """Find the frames of a WebP without decoding them; a still WebP is one frame.
 
     Raises:
@@ -28,11 +28,11 @@ def parse(data: bytes) -> Animation:
     found = list(_chunks(data, 12, promised))
     if not any(name == b"ANMF" for name, _, _ in found):
         still = Patch(0, 0, width, height, Fraction(), Disposal.KEEP, False, 0, promised)
-        return Animation("webp", width, height, [still], lambda _, raw: raw)
+        return EncodedAnimation("webp", width, height, [still], lambda _, raw: raw)
     patches = [_patch(data, start, stop) for name, start, stop in found if name == b"ANMF"]
     if any(p.x + p.width > width or p.y + p.height > height for p in patches):
         raise BrokenFileError("a frame leaves the canvas")
-    return Animation("webp", width, height, patches, _wrap)
+    return EncodedAnimation("webp", width, height, patches, _wrap)
 
 
 def _chunks(data: bytes, at: int, end: int) -> Iterator[tuple[bytes, int, int]]:
@@ -64,7 +64,7 @@ def _patch(data: bytes, start: int, stop: int) -> Patch:
 
 
 def _wrap(patch: Patch, raw: bytes) -> bytes:
-    """Put a frame's chunks under a header of their own, without the chunks nobody knows."""
+    """Put a frame's chunks under a header of their own, without chunks that no decoder needs."""
     known = (b"ALPH", b"VP8 ", b"VP8L")
     kept = [
         raw[a - 8 : b + (b - a & 1)] for name, a, b in _chunks(raw, 0, len(raw)) if name in known

@@ -26,7 +26,7 @@ from fire_atlas.generators.silk.mechanics import (
 )
 from fire_atlas.generators.silk.renderer import SilkRenderer, generate_silk, silk_camera
 from fire_atlas.recipe.silk import SilkSource
-from fire_atlas.recipe.views import Views
+from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
 
 

@@ -13,7 +13,7 @@ from fire_atlas.cli import main
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.formats.atlas.json_hash import read_atlas
 from fire_atlas.preview.frames import cut_frames
-from fire_atlas.sources.sprites import named
+from fire_atlas.sources.sprites import group_by_name
 
 PLAIN: dict[str, Any] = {"flakes": "none", "motion_blur": "none"}
 
@@ -123,7 +123,7 @@ def test_sprites_of_several_sizes_cannot_have_one_height(
 def test_animations_are_named_after_their_files(
     names: list[str], animations: dict[str, tuple[int, ...]]
 ) -> None:
-    assert named([Path(f"/art/{name}.png") for name in names], "hero") == animations
+    assert group_by_name([Path(f"/art/{name}.png") for name in names], "hero") == animations
 
 
 def host(folder: Path, **keys: Any) -> Path:

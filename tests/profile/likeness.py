@@ -25,8 +25,7 @@ from fire_atlas.generators.profile.learn.learn import colour_table
 from fire_atlas.generators.profile.model import ColourTable, FeaturePoints, Profile
 from fire_atlas.generators.rendering import rendered_clip
 from fire_atlas.generators.settings import GenerationSettings
-from fire_atlas.recipe.source import FramesSource
-from fire_atlas.recipe.views import Views
+from fire_atlas.recipe.source import FramesSource, Views
 from fire_atlas.recipe.wind import Wind
 from fire_atlas.sources.frames import open_frames
 

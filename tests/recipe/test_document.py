@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.recipe.document import read_document
-from fire_atlas.recipe.override import parse_override
+from fire_atlas.recipe.document import parse_override, read_document
 
 Write = Callable[..., Path]
 

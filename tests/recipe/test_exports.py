@@ -6,10 +6,9 @@ from pathlib import Path
 import pytest
 
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.recipe.godot import GodotOptions
 from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.output import GodotExport, TemplateExport
+from fire_atlas.recipe.output import GodotExport, GodotOptions, TemplateExport
 from fire_atlas.recipe.schema import recipe_schema
 from fire_atlas.recipe.tree import read_tree
 

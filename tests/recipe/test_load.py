@@ -8,8 +8,7 @@ import yaml
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
-from fire_atlas.recipe.load import load_tree
-from fire_atlas.recipe.resolved import resolved_yaml
+from fire_atlas.recipe.load import load_tree, resolved_yaml
 from fire_atlas.recipe.tree import read_tree
 
 Write = Callable[..., Path]

@@ -49,7 +49,7 @@ def advice(path: Path, *overrides: str) -> list[str]:
         (
             "exports: [{unity: {namespace: Game.class}}]",
             "2: exports.0.unity.namespace",
-            "class is a word of C#; choose another name",
+            "class is a keyword of C#; choose another name",
         ),
         (
             "exports: [{unity: {namespace: 3d}}]",
@@ -156,7 +156,7 @@ def advice(path: Path, *overrides: str) -> list[str]:
         (
             "flakes: none\ntimeline:\n  tail: true",
             "4: timeline.tail",
-            "waits for flakes to burn out, but flakes is none; drop one of them",
+            "waits for flakes to burn out, but flakes is none; remove one of them",
         ),
         (
             "seed: 1\nviews: {count: 2}",

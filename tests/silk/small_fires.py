@@ -10,7 +10,7 @@ from fire_atlas.generators.camera import Camera
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk.renderer import SilkRenderer, generate_silk, silk_camera
 from fire_atlas.recipe.silk import SilkSource
-from fire_atlas.recipe.views import Views
+from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
 
 COARSE: dict[str, Any] = {"rows": 12, "columns": 8, "width": 64, "height": 80}

@@ -16,7 +16,7 @@ from PIL import Image, PngImagePlugin
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.sources import animated
-from fire_atlas.sources.timing import resample
+from fire_atlas.sources.reader import resample
 
 CLEAR = (0, 0, 0, 0)
 RED, GREEN, BLUE = (255, 0, 0, 255), (0, 255, 0, 255), (0, 0, 255, 255)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from fire_atlas.core.picture import Picture
-from fire_atlas.sources import memory
-from fire_atlas.sources.reel import Reel
+from fire_atlas.sources import reader
+from fire_atlas.sources.reader import FrameReader
 
 
-def _counting_reel(count: int, border: int = 0) -> tuple[Reel, list[int]]:
+def _counting_reader(count: int, border: int = 0) -> tuple[FrameReader, list[int]]:
     reads: list[int] = []
 
     def read(i: int) -> Picture:
@@ -17,40 +17,40 @@ def _counting_reel(count: int, border: int = 0) -> tuple[Reel, list[int]]:
         picture[border : 12 - border, border : 15 - border] = i + 1
         return picture
 
-    return Reel(15, 12, 24.0, count, read, ()), reads
+    return FrameReader(15, 12, 24.0, count, read, ()), reads
 
 
 @pytest.mark.parametrize("border", [0, 4])
-def test_a_short_reel_is_decoded_once(border: int) -> None:
-    reel, reads = _counting_reel(6, border)
-    remembered = memory.remembering(reel)
+def test_a_short_clip_is_decoded_once(border: int) -> None:
+    frames, reads = _counting_reader(6, border)
+    remembered = reader.cached(frames)
     for _ in range(3):
         for i in range(6):
-            assert np.array_equal(remembered.read(i), _counting_reel(6, border)[0].read(i))
+            assert np.array_equal(remembered.read(i), _counting_reader(6, border)[0].read(i))
     assert reads == list(range(6))
 
 
 def test_memory_does_not_grow_past_its_room(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(memory, "ROOM", 3 * 12 * 15 * 4)
-    reel, reads = _counting_reel(10)
-    remembered = memory.remembering(reel)
+    monkeypatch.setattr(reader, "CACHE_BYTES", 3 * 12 * 15 * 4)
+    frames, reads = _counting_reader(10)
+    remembered = reader.cached(frames)
     for _ in range(2):
         assert [remembered.read(i)[0, 0, 0] for i in range(10)] == list(range(1, 11))
     assert reads == [*range(10), *range(3, 10)]
 
 
 def test_transparent_borders_take_no_room(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(memory, "ROOM", 10 * 4 * 7 * 4)
-    reel, reads = _counting_reel(10, border=4)
-    remembered = memory.remembering(reel)
+    monkeypatch.setattr(reader, "CACHE_BYTES", 10 * 4 * 7 * 4)
+    frames, reads = _counting_reader(10, border=4)
+    remembered = reader.cached(frames)
     for _ in range(2):
         assert [remembered.read(i)[5, 5, 3] for i in range(10)] == list(range(1, 11))
     assert reads == list(range(10))
 
 
 def test_an_empty_picture_is_remembered_as_empty() -> None:
-    reel = Reel(5, 4, None, 1, lambda _: np.zeros((4, 5, 4), np.uint8), ())
-    remembered = memory.remembering(reel)
+    frames = FrameReader(5, 4, None, 1, lambda _: np.zeros((4, 5, 4), np.uint8), ())
+    remembered = reader.cached(frames)
     for _ in range(2):
         assert remembered.read(0).shape == (4, 5, 4)
 
@@ -58,6 +58,6 @@ def test_an_empty_picture_is_remembered_as_empty() -> None:
 def test_light_without_coverage_is_remembered_as_it_is() -> None:
     light = np.zeros((4, 5, 4), np.float32)
     light[1, 2, :3] = 0.5, 0.25, 0.125
-    remembered = memory.remembering(Reel(5, 4, None, 1, lambda _: light.copy(), ()))
+    remembered = reader.cached(FrameReader(5, 4, None, 1, lambda _: light.copy(), ()))
     for _ in range(2):
         assert np.array_equal(remembered.read(0), light)

@@ -6,7 +6,7 @@ from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.engines.godot.stage import Margin, Stage
 from fire_atlas.engines.godot.tempo import tempo, whole_tempo
 from fire_atlas.engines.godot.text import titles
-from fire_atlas.recipe.godot import GodotOptions
+from fire_atlas.recipe.output import GodotOptions
 
 
 @dataclass(frozen=True, slots=True)

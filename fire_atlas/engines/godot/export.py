@@ -17,7 +17,7 @@ from fire_atlas.engines.godot.uids import uid_of
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
 from fire_atlas.formats.tracks.names import flakes_file
-from fire_atlas.recipe.godot import GodotOptions
+from fire_atlas.recipe.output import GodotOptions
 
 _PLAYER, _TRACKS, _TABLES = "_flakes.gd", "_flake_tracks.gd", "_flakes.tres"
 _LAMP, _FLIPBOOK = "_light.gd", "_motion.gdshader"

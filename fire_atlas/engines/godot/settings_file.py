@@ -8,7 +8,7 @@ page would be shown wrongly; the rest is the engine's and the user's.
 import re
 from collections.abc import Mapping
 
-from fire_atlas.recipe.godot import GodotOptions
+from fire_atlas.recipe.output import GodotOptions
 
 _BORDER, _PREMULTIPLY = "process/fix_alpha_border", "process/premult_alpha"
 _LIMIT = {4: "process/size_limit", 3: "size_limit"}

@@ -20,7 +20,7 @@ from fire_atlas.engines.unity.sprites import SpriteOfPage, sprites_of
 from fire_atlas.engines.unity.yaml_text import scalar, single
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
-from fire_atlas.recipe.unity import UnityOptions
+from fire_atlas.recipe.output import UnityOptions
 
 _FILTERS = (scalar, single)
 

@@ -25,7 +25,7 @@ from fire_atlas.generators.profile.learn.features import FireMask, feature_point
 from fire_atlas.generators.profile.learn.measure import frame_difference
 from fire_atlas.generators.profile.model import PoseCurves, Profile, node_heights
 from fire_atlas.generators.settings import GenerationSettings
-from fire_atlas.recipe.views import Views
+from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
 
 _MIN_GAIN, _MAX_GAIN = 0.7, 1.25

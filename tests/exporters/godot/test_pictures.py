@@ -16,8 +16,7 @@ from fire_atlas.formats.atlas.json_hash import read_atlas
 from fire_atlas.pipeline.writers import exported_files
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.frames import cut_frames
-from fire_atlas.recipe.godot import GodotOptions
-from fire_atlas.recipe.output import GodotExport
+from fire_atlas.recipe.output import GodotExport, GodotOptions
 
 from ..marked import COUNT, MARK, SIZES, marked
 from ..sheets import product_of

@@ -11,7 +11,7 @@ from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from fire_atlas.engines.godot.settings_file import import_settings
 from fire_atlas.engines.godot.uids import derived_uid
-from fire_atlas.recipe.godot import GodotOptions
+from fire_atlas.recipe.output import GodotOptions
 
 from .engine import Game
 

@@ -11,8 +11,7 @@ from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 from fire_atlas.formats.product import Product
 from fire_atlas.pipeline.writers import exporter
-from fire_atlas.recipe.output import Atlas, UnityExport
-from fire_atlas.recipe.unity import UnityOptions
+from fire_atlas.recipe.output import Atlas, UnityExport, UnityOptions
 
 from ..sheets import FRAME, sprite_of
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from fire_atlas.core.errors import OutputError
 from fire_atlas.engines.unity.names import file_stems, player_name, sprite_names, state_names
 from fire_atlas.engines.unity.yaml_text import scalar, single
-from fire_atlas.recipe.name import NAME_PATTERN
+from fire_atlas.recipe.tree import NAME_PATTERN
 
 from .products import Fire, exported
 from .type_trees import Loader, faults, importer

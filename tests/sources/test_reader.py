@@ -9,7 +9,7 @@ import pytest
 import synthetic_fire as fire
 
 from fire_atlas.core.picture import Picture
-from fire_atlas.sources.reel import SequentialFrames
+from fire_atlas.sources.reader import SequentialDecoder
 
 LARGE = 8 << 20
 """Bytes of a frame of which there is room for a few."""
@@ -29,7 +29,7 @@ class Counter:
 
 def test_a_clip_that_there_is_room_for_is_decoded_once() -> None:
     counter = Counter(200)
-    frames = SequentialFrames(counter.play, 3)
+    frames = SequentialDecoder(counter.play, 3)
     for i in [0, 199, *range(200), *reversed(range(200))]:
         assert frames.read(i)[0, 0, 0] == i
     assert set(counter.decoded) == {1}
@@ -37,7 +37,7 @@ def test_a_clip_that_there_is_room_for_is_decoded_once() -> None:
 
 def test_samples_and_two_passes_decode_three_times_at_most() -> None:
     counter = Counter(200)
-    frames = SequentialFrames(counter.play, LARGE)
+    frames = SequentialDecoder(counter.play, LARGE)
     for i in [0, 50, 100, 199, *range(200), *range(200)]:
         assert frames.read(i)[0, 0, 0] == i
     assert max(counter.decoded) == 3
@@ -45,7 +45,7 @@ def test_samples_and_two_passes_decode_three_times_at_most() -> None:
 
 def test_a_little_disorder_decodes_nothing_again() -> None:
     counter = Counter(200)
-    frames = SequentialFrames(counter.play, LARGE)
+    frames = SequentialDecoder(counter.play, LARGE)
     for i in range(0, 200, 2):
         assert frames.read(i + 1)[0, 0, 0] == i + 1
         assert frames.read(i)[0, 0, 0] == i
@@ -54,7 +54,7 @@ def test_a_little_disorder_decodes_nothing_again() -> None:
 
 def test_a_decoder_that_failed_starts_afresh() -> None:
     counter = Counter(3)
-    frames = SequentialFrames(counter.play, 3)
+    frames = SequentialDecoder(counter.play, 3)
     with pytest.raises(StopIteration):
         frames.read(3)
     assert frames.read(2)[0, 0, 0] == 2
@@ -65,8 +65,8 @@ def test_memory_does_not_grow_with_the_clip(
     ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Of these little frames there would be room for hundreds.
-    monkeypatch.setattr("fire_atlas.sources.reel._RING_BYTES", 2 << 20)
-    monkeypatch.setattr("fire_atlas.sources.memory.ROOM", 1 << 18)
+    monkeypatch.setattr("fire_atlas.sources.reader._BUFFER_BYTES", 2 << 20)
+    monkeypatch.setattr("fire_atlas.sources.reader.CACHE_BYTES", 1 << 18)
 
     def peak(count: int) -> int:
         frames = fire.fires(count, 160, 160, hard=True)

@@ -1,0 +1,193 @@
+"""Decoded frames of a clip by number, whatever its format, before they are cut, matted and resized.
+
+``FrameReader`` is what every reader of a format returns. Formats that only play forwards are given
+random access, frames with delays of their own a constant rate, and frames read before are kept.
+"""
+
+import os
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from fire_atlas.core.errors import SourceError
+from fire_atlas.core.picture import Picture, where_covered
+from fire_atlas.sources.listing import MAX_FRAMES
+
+CACHE_BYTES = 64 << 20
+"""Bytes of decoded frames kept. A constant: memory must not grow with the length of a clip."""
+
+_BUFFER_BYTES = 64 << 20
+"""The same of the frames that a decoder which only plays forwards gave last."""
+
+Player = Callable[[], Generator[Picture]]
+"""Starts from the first frame and yields each, in order."""
+
+
+@dataclass(frozen=True, slots=True)
+class FrameReader:
+    """Random access to frames of one size, as their files hold them.
+
+    Attributes:
+        width, height: px.
+        fps: Frames per second the file asks for; None if it does not say.
+        count: Number of frames.
+        read: Frame i as a picture; safe to call from several threads.
+        inputs: The files, in order: one a frame, or one for all.
+    """
+
+    width: int
+    height: int
+    fps: float | None
+    count: int
+    read: Callable[[int], Picture]
+    inputs: tuple[Path, ...]
+
+
+def sequential_reader(
+    path: Path, size: tuple[int, int], play: Player, fps: float | None, shown: Sequence[int]
+) -> FrameReader:
+    """Return a reader of a file that can only be decoded forwards.
+
+    Args:
+        path: The file.
+        size: (width, height) of its frames, px.
+        play: Starts from its first frame.
+        fps: Frames per second that the reader gives.
+        shown: For each frame of the reader, the number of the file's frame that it shows.
+    """
+    frames = SequentialDecoder(play, size[0] * size[1] * 4)
+    return FrameReader(*size, fps, len(shown), lambda i: frames.read(shown[i]), (path,))
+
+
+class SequentialDecoder:
+    """Gives frames by number from a format that can only be played forwards.
+
+    The last decoded frames are kept, as many as there is room for: a short clip is played once, of
+    a longer one threads may ask a little out of order. Only a frame older than these makes it play
+    again from the start.
+    """
+
+    def __init__(self, play: Player, frame_bytes: int) -> None:
+        """Play nothing yet; ``frame_bytes`` decides how many frames are kept."""
+        self._play = play
+        self._capacity = max((os.cpu_count() or 1) + 2, _BUFFER_BYTES // max(1, frame_bytes))
+        self._buffer: OrderedDict[int, Picture] = OrderedDict()
+        self._lock = threading.Lock()
+        self._playing: Generator[Picture] | None = None
+        self._next = 0
+
+    def read(self, i: int) -> Picture:
+        """Return frame i; must not be written to, as it may be given out again."""
+        with self._lock:
+            if i not in self._buffer:
+                self._play_to(i)
+            return self._buffer[i]
+
+    def _play_to(self, i: int) -> None:
+        if self._playing is None or i < self._next:
+            if self._playing is not None:
+                self._playing.close()
+            self._playing, self._next = self._play(), 0
+            self._buffer.clear()
+        while self._next <= i:
+            try:
+                self._buffer[self._next] = next(self._playing)
+            except BaseException:
+                # Whatever stopped the decoder, a later call must start afresh.
+                self._playing = None
+                raise
+            self._next += 1
+            if len(self._buffer) > self._capacity:
+                self._buffer.popitem(last=False)
+
+
+def resample(delays: Sequence[Fraction], fps: float | None, path: Path) -> tuple[float, list[int]]:
+    """Show frames with delays of their own at a constant rate.
+
+    Args:
+        delays: How long each input frame is shown, s; all positive.
+        fps: Rate of the output; None takes frames / total duration.
+        path: Named in errors.
+
+    Returns:
+        The rate, and for each output frame k the input frame shown at (k + 0.5) / rate.
+
+    Raises:
+        SourceError: The output would have more than ``MAX_FRAMES`` frames.
+    """
+    total = sum(delays, Fraction())
+    rate = Fraction(fps).limit_denominator(1_000_000) if fps else len(delays) / total
+    count = max(1, round(total * rate))
+    if count > MAX_FRAMES:
+        raise SourceError(
+            f"{path}: {float(total):.0f} s at {float(rate):g} fps are {count} frames; "
+            f"at most {MAX_FRAMES} are taken: give a lower fps"
+        )
+    shown: list[int] = []
+    frame, until = 0, delays[0]
+    for k in range(count):
+        while (2 * k + 1) / (2 * rate) >= until and frame + 1 < len(delays):
+            frame += 1
+            until += delays[frame]
+        shown.append(frame)
+    return float(rate), shown
+
+
+def cached(reader: FrameReader) -> FrameReader:
+    """Return ``reader`` with the frames that are read first kept, up to ``CACHE_BYTES``.
+
+    A clip is looked at more than once: to choose its matte, to analyse it and to draw it.
+    """
+    kept: dict[int, _CachedPicture] = {}
+    room = [CACHE_BYTES]
+
+    def read(i: int) -> Picture:
+        known = kept.get(i)
+        if known is not None:
+            return known.picture()
+        picture = reader.read(i)
+        cached_picture = _CachedPicture.of(picture)
+        if cached_picture.part.nbytes <= room[0]:
+            room[0] -= cached_picture.part.nbytes
+            kept[i] = cached_picture
+        return picture
+
+    return replace(reader, read=read)
+
+
+@dataclass(frozen=True, slots=True)
+class _CachedPicture:
+    """A picture; of straight colours, without the transparent border that most sprites have.
+
+    Attributes:
+        part: The picture without that border.
+        top, left: Where the part lies in the picture, px.
+        shape: Of the picture.
+    """
+
+    part: Picture
+    top: int
+    left: int
+    shape: tuple[int, ...]
+
+    @classmethod
+    def of(cls, picture: Picture) -> "_CachedPicture":
+        is_stored = picture.dtype.kind == "u"
+        if picture.shape[2] < 4 or not is_stored:  # light may shine where nothing is covered
+            return cls(picture, 0, 0, picture.shape)
+        part = where_covered(picture)
+        return cls(picture[part].copy(), part[0].start, part[1].start, picture.shape)
+
+    def picture(self) -> Picture:
+        """Return the whole picture; what is fully transparent has lost its colour."""
+        if self.part.shape == self.shape:
+            return self.part
+        whole = np.zeros(self.shape, self.part.dtype)
+        height, width = self.part.shape[:2]
+        whole[self.top : self.top + height, self.left : self.left + width] = self.part
+        return whole
