@@ -8,7 +8,7 @@ from typing import Self
 import cv2
 import numpy as np
 
-from fire_atlas.atlas.sheet import AtlasSheet, Box, Region, Sprite
+from fire_atlas.atlas.sheet import AtlasSheet, Rect, Region, Sprite
 from fire_atlas.atlas.trim import cell
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.recipe.output import Atlas
@@ -50,7 +50,7 @@ def draw_page(sheet: AtlasSheet, page: int, sprites: Sequence[Sprite], edges: Ed
 
 
 def _draw(page: Bytes, region: Region, sprite: Sprite, edges: Edges) -> None:
-    frame = cell(sprite, Box(region.trim_x, region.trim_y, region.width, region.height))
+    frame = cell(sprite, Rect(region.trim_x, region.trim_y, region.width, region.height))
     if region.rotated:
         frame = np.rot90(frame, -1)
     if edges.extrude:

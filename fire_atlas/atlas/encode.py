@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.sheet import Sprite
-from fire_atlas.atlas.shrink import shrink
-from fire_atlas.atlas.trim import trimmed
+from fire_atlas.atlas.trim import trimmed, up_to
 from fire_atlas.core.picture import Picture, as_light, where_covered
 from fire_atlas.core.pixels import Bytes, Pixels, Plane, encode_bytes, encode_unit
 from fire_atlas.recipe.output import Atlas
@@ -75,6 +74,18 @@ def encode_sprites(picture: Picture, settings: Atlas) -> tuple[Sprite, ...]:
         )
         for scale in settings.scales
     )
+
+
+def shrink(pixels: Pixels, factor: int) -> Pixels:
+    """Return pixels (H, W, 4) in 1 / ``factor`` of the size, rounded up.
+
+    Each pixel is the mean of a block of the premultiplied light; beyond the frame there is none.
+    """
+    height, width = pixels.shape[:2]
+    whole = np.zeros((up_to(factor, height), up_to(factor, width), 4), np.float32)
+    whole[:height, :width] = pixels
+    size = whole.shape[1] // factor, whole.shape[0] // factor
+    return cast(Pixels, cv2.resize(whole, size, interpolation=cv2.INTER_AREA))
 
 
 def _as_it_is(image: Bytes, threshold: int) -> Sprite:

@@ -6,16 +6,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.atlas.sheet import Box, Sprite
+from fire_atlas.atlas.sheet import Rect, Sprite
 from fire_atlas.core.pixels import Bytes
 
 Trim = Literal["frame", "animation", "none"]
 
-_CORNER = Box(0, 0, 1, 1)
+_CORNER = Rect(0, 0, 1, 1)
 """What is left of a frame that trims to nothing."""
 
 
-def lit_box(image: Bytes) -> Box | None:
+def lit_box(image: Bytes) -> Rect | None:
     """Return the smallest box around all pixels of (H, W, 4) with any channel above 0, if any.
 
     Alpha alone will not do: the pixels of an additive page have none.
@@ -23,7 +23,7 @@ def lit_box(image: Bytes) -> Box | None:
     return _box(np.ascontiguousarray(image).view(np.uint32)[..., 0])
 
 
-def visible_box(image: Bytes, threshold: int) -> Box | None:
+def visible_box(image: Bytes, threshold: int) -> Rect | None:
     """Return the smallest box around all pixels of (H, W, 4) that show, if any do.
 
     A pixel shows by its alpha or, on pages that add light, by its light: more than ``threshold``.
@@ -60,13 +60,13 @@ def trimmed(
     return Sprite(lit, x, y, *frame_size, visible)
 
 
-def boxes(sprites: Sequence[Sprite], trim: Trim, grid: int = 1, margin: int = 0) -> list[Box]:
+def boxes(sprites: Sequence[Sprite], trim: Trim, grid: int = 1, margin: int = 0) -> list[Rect]:
     """Return which part of its frame each sprite's region shows; multiples of ``grid`` px.
 
     Where it is cut, ``margin`` px are left around what is lit, as far as the frame has them.
     """
     if trim == "none":
-        whole = [Box(0, 0, sprite.frame_width, sprite.frame_height) for sprite in sprites]
+        whole = [Rect(0, 0, sprite.frame_width, sprite.frame_height) for sprite in sprites]
         return [_on_grid(box, grid) for box in whole]
     lit = [_grown(sprite, margin) for sprite in sprites]
     if trim == "frame":
@@ -75,24 +75,24 @@ def boxes(sprites: Sequence[Sprite], trim: Trim, grid: int = 1, margin: int = 0)
     return [_on_grid(around(some) if some else _CORNER, grid)] * len(sprites)
 
 
-def _grown(sprite: Sprite, margin: int) -> Box | None:
+def _grown(sprite: Sprite, margin: int) -> Rect | None:
     if sprite.lit is None:
         return None
     x, y = max(sprite.lit.x - margin, 0), max(sprite.lit.y - margin, 0)
     right = min(sprite.lit.x + sprite.lit.width + margin, sprite.frame_width)
     bottom = min(sprite.lit.y + sprite.lit.height + margin, sprite.frame_height)
-    return Box(x, y, right - x, bottom - y)
+    return Rect(x, y, right - x, bottom - y)
 
 
-def cell(sprite: Sprite, box: Box) -> Bytes:
+def cell(sprite: Sprite, box: Rect) -> Bytes:
     """Return the pixels of a ``box`` of the sprite's frame, (h, w, 4) uint8."""
-    image, x, y = part(sprite, box)
+    image, x, y = part_of(sprite, box)
     whole = np.zeros((box.height, box.width, 4), np.uint8)
     whole[y : y + image.shape[0], x : x + image.shape[1]] = image
     return whole
 
 
-def part(sprite: Sprite, box: Box) -> tuple[Bytes, int, int]:
+def part_of(sprite: Sprite, box: Rect) -> tuple[Bytes, int, int]:
     """Return what a ``box`` of the frame shows of the sprite, and where in the box that is, px."""
     left, top = max(box.x - sprite.x, 0), max(box.y - sprite.y, 0)
     right, bottom = box.x + box.width - sprite.x, box.y + box.height - sprite.y
@@ -100,28 +100,28 @@ def part(sprite: Sprite, box: Box) -> tuple[Bytes, int, int]:
     return image, max(sprite.x - box.x, 0), max(sprite.y - box.y, 0)
 
 
-def _box(mask: NDArray[np.unsignedinteger]) -> Box | None:
+def _box(mask: NDArray[np.unsignedinteger]) -> Rect | None:
     rows = np.flatnonzero(np.bitwise_or.reduce(mask, axis=1))
     if not rows.size:
         return None
     columns = np.flatnonzero(np.bitwise_or.reduce(mask[rows[0] : rows[-1] + 1], axis=0))
     x, y = int(columns[0]), int(rows[0])
-    return Box(x, y, int(columns[-1]) + 1 - x, int(rows[-1]) + 1 - y)
+    return Rect(x, y, int(columns[-1]) + 1 - x, int(rows[-1]) + 1 - y)
 
 
-def around(parts: Sequence[Box]) -> Box:
+def around(parts: Sequence[Rect]) -> Rect:
     """Return the smallest box around all ``parts``, one at least."""
     x, y = min(box.x for box in parts), min(box.y for box in parts)
     right = max(box.x + box.width for box in parts)
     bottom = max(box.y + box.height for box in parts)
-    return Box(x, y, right - x, bottom - y)
+    return Rect(x, y, right - x, bottom - y)
 
 
-def _on_grid(box: Box, grid: int) -> Box:
+def _on_grid(box: Rect, grid: int) -> Rect:
     """Return the smallest box around ``box`` whose corners are on multiples of ``grid``."""
     x, y = box.x // grid * grid, box.y // grid * grid
     right, bottom = box.x + box.width, box.y + box.height
-    return Box(x, y, up_to(grid, right) - x, up_to(grid, bottom) - y)
+    return Rect(x, y, up_to(grid, right) - x, up_to(grid, bottom) - y)
 
 
 def up_to(grid: int, length: int) -> int:

@@ -8,8 +8,7 @@ from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.atlas.sheet import AtlasSheet, Sprite
 from fire_atlas.channels.encoding import motion_encoding
-from fire_atlas.channels.page import draw_motion_page
-from fire_atlas.channels.sheet import margin_of, with_maps
+from fire_atlas.channels.page import draw_motion_page, margin_of, with_maps
 from fire_atlas.core.output_file import Role
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.progress import Progress

@@ -1,4 +1,4 @@
-"""A first glance at a clip: a few pairs of neighbouring frames, small."""
+"""Choose frames spread evenly over a clip, and look at a few pairs of neighbours."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,13 +17,23 @@ _SIDE = 96
 """Longest side, px, at which these frames are compared."""
 
 
+def evenly_spread(first: int, last: int, most: int) -> list[int]:
+    """Return at most ``most`` whole numbers from ``first`` to ``last``, both included, ascending.
+
+    Where there are no more than that, these are all; none where ``last`` is before ``first``.
+    """
+    if last < first:
+        return []
+    return sorted({round(float(i)) for i in np.linspace(first, last, most)})
+
+
 @dataclass(frozen=True, slots=True)
-class Samples:
+class ClipSamples:
     """A few frames of a clip, small.
 
     Attributes:
         count: Frames of the clip.
-        frames: The small copies by frame, first and last among them, in order.
+        frames: The small copies by frame number, first and last among them, in order.
         starts: Frames whose next one is there too.
     """
 
@@ -32,9 +42,9 @@ class Samples:
     starts: tuple[int, ...]
 
     @classmethod
-    def of(cls, clip: Clip, workers: Workers) -> "Samples":
-        """Look at ``clip``."""
-        starts = sorted({round(i) for i in np.linspace(0, max(clip.count - 2, 0), _PAIRS)})
+    def of(cls, clip: Clip, workers: Workers) -> "ClipSamples":
+        """Read and shrink a few frames of ``clip``."""
+        starts = evenly_spread(0, max(clip.count - 2, 0), _PAIRS)
         needed = {0, clip.count - 1, *starts, *(i + 1 for i in starts)}
         numbers = sorted(i for i in needed if i < clip.count)
         small = workers.map(lambda i: shrunk(clip.read(i), _SIDE), numbers)

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from fire_atlas.atlas.drawing import Edges, bled
-from fire_atlas.atlas.encode import encode_frame
-from fire_atlas.atlas.shrink import shrink
+from fire_atlas.atlas.encode import encode_frame, shrink
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.pixels import Bytes, Pixels
 from fire_atlas.core.workers import Workers
