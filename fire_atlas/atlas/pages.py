@@ -1,4 +1,4 @@
-"""From sprites to a sheet: which part of each frame is kept, and where on which page."""
+"""Build the sheet of an atlas: trim, deduplicate and pack the frames of its animations."""
 
 import hashlib
 import math
@@ -23,12 +23,12 @@ from fire_atlas.atlas.sheet import (
     Region,
     Sprite,
 )
-from fire_atlas.atlas.trim import Trim, boxes, part_of, up_to, visible_box
+from fire_atlas.atlas.trim import Trim, part_of, trim_rects, up_to, visible_rect
 from fire_atlas.core.errors import OutputError
 from fire_atlas.recipe.output import Atlas, Pivot
 
 _Content: TypeAlias = tuple[int, int, int, int, int, int, bytes]
-"""Size of the cell; place and size of what is lit in it; a hash of that."""
+"""Size of the trimmed frame; position and size of what is lit in it; a hash of that."""
 
 _COMPARED_TOGETHER = 256
 """Frames compared with all others at a time."""
@@ -53,7 +53,7 @@ def build_sheets(
     """
     grid = round(1 / settings.scales[-1])
     trim = _trim_of(settings)
-    parts = [part for each in animations for part in boxes(each.sprites, trim, grid, margin)]
+    parts = [part for each in animations for part in trim_rects(each.sprites, trim, grid, margin)]
     sprites = [sprite for animation in animations for sprite in animation.sprites]
     keeps_all = settings.layout == "grid" or not (settings.dedupe and shares)
     own = list(range(len(parts))) if keeps_all else _originals(sprites, parts)
@@ -125,23 +125,23 @@ def _packed(
 
 def _originals(sprites: Sequence[Sprite], parts: Sequence[Rect]) -> list[int]:
     """Return for each sprite the first one whose part of its frame shows the same pixels."""
-    sizes = Counter((box.width, box.height) for box in parts)
+    sizes = Counter((rect.width, rect.height) for rect in parts)
     first: dict[_Content, int] = {}
     return [
         # Most frames of a fire are of a size of their own: these need no closer look.
-        first.setdefault(_content(sprite, box), i) if sizes[box.width, box.height] > 1 else i
-        for i, (sprite, box) in enumerate(zip(sprites, parts, strict=True))
+        first.setdefault(_content(sprite, rect), i) if sizes[rect.width, rect.height] > 1 else i
+        for i, (sprite, rect) in enumerate(zip(sprites, parts, strict=True))
     ]
 
 
-def _content(sprite: Sprite, box: Rect) -> _Content:
-    image, x, y = part_of(sprite, box)
-    lit = visible_box(image, 0) if image.size else None
+def _content(sprite: Sprite, rect: Rect) -> _Content:
+    image, x, y = part_of(sprite, rect)
+    lit = visible_rect(image, 0) if image.size else None
     if lit is None:
-        return box.width, box.height, 0, 0, 0, 0, b""
+        return rect.width, rect.height, 0, 0, 0, 0, b""
     image = image[lit.y : lit.y + lit.height, lit.x : lit.x + lit.width]
     digest = hashlib.blake2b(image.tobytes(), digest_size=16).digest()
-    return box.width, box.height, x + lit.x, y + lit.y, lit.width, lit.height, digest
+    return rect.width, rect.height, x + lit.x, y + lit.y, lit.width, lit.height, digest
 
 
 def _rules(settings: Atlas, grid: int) -> PageRules:

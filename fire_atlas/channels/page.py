@@ -22,7 +22,7 @@ _SCALE_DIGITS = 4
 """Significant digits of a scale: people copy it."""
 
 
-def margin_of(motions: Iterable[Motion]) -> int:
+def vector_margin(motions: Iterable[Motion]) -> int:
     """Return how many px around a frame have to be kept: vectors lead samples that far away."""
     return math.ceil(max((max(motion.longest) for motion in motions), default=0))
 

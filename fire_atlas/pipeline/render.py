@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from fire_atlas.atlas.encode import encode_sprites
 from fire_atlas.atlas.sheet import Sprite
-from fire_atlas.atlas.trim import around
+from fire_atlas.atlas.trim import bounding_rect
 from fire_atlas.channels.flow import displayed_thumbnail
 from fire_atlas.channels.held_out import choose_held_out
 from fire_atlas.core.picture import as_light
@@ -106,7 +106,7 @@ def finish(
     height, width = layers.flame.shape[:2]
     whole, *smaller = encode_sprites(join(layers, settings, palette), atlas)
     lit = [each.lit for each in (whole, *(each[0] for each in encoded.values())) if each.lit]
-    whole = replace(whole, lit=around(lit) if lit else None)
+    whole = replace(whole, lit=bounding_rect(lit) if lit else None)
     return RenderedFrame((whole, *smaller), encoded, thumbnail, light, width, height)
 
 

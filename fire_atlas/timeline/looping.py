@@ -183,7 +183,8 @@ def _is_closed(samples: ClipSamples) -> bool:
     """Whether the step from the last frame to the first is like those in between."""
     if samples.count < 3:
         return False
-    return distance(samples.last, samples.first) <= _UNSEEN_SEAM * float(np.median(samples.steps()))
+    seam = distance(samples.frames[samples.count - 1], samples.frames[0])
+    return seam <= _UNSEEN_SEAM * float(np.median(samples.steps()))
 
 
 def _why_one_shot(samples: ClipSamples) -> str | None:

@@ -13,7 +13,7 @@ from fire_atlas.core.memory import remembering
 from fire_atlas.core.picture import Picture
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.core.workers import Workers
-from fire_atlas.vision.flow import SMALL, flow_size, optical_flow, thumbnail
+from fire_atlas.vision.flow import SMALL, flow_size, optical_flow, resized, thumbnail
 from fire_atlas.vision.sampling import evenly_spread
 from fire_atlas.vision.thumbnails import distance
 from fire_atlas.vision.warp import (
@@ -23,7 +23,6 @@ from fire_atlas.vision.warp import (
     flow_input,
     intermediate_flows,
     over_channels,
-    resized,
     warp,
 )
 

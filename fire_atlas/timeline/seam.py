@@ -17,7 +17,7 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, luminance
 from fire_atlas.core.workers import Workers
-from fire_atlas.vision.flow import flow_size
+from fire_atlas.vision.flow import flow_size, resized
 from fire_atlas.vision.thumbnails import detail_energy, gradient_product
 from fire_atlas.vision.warp import (
     BidirectionalFlow,
@@ -27,7 +27,6 @@ from fire_atlas.vision.warp import (
     flow_input,
     intermediate_flows,
     over_channels,
-    resized,
     warp,
 )
 

@@ -33,18 +33,22 @@ def thumbnail(brightness: Plane, is_small: bool) -> Bytes:
     ``is_small``: whether the whole frame, of which the plane may be a part, has at most ``SMALL``
     px.
     """
-    height, width = brightness.shape
-    area = width * height if is_small else FLOW_AREA
-    return resized_bytes(brightness, flow_size(width, height, area))
+    return thumbnail_of(brightness, brightness.size if is_small else FLOW_AREA)
 
 
-def resized_bytes(brightness: Plane, size: tuple[int, int]) -> Bytes:
-    """Return the (h, w) uint8 copy of a brightness plane, 0..255, at another (width, height)."""
-    shrinks = size[0] <= brightness.shape[1]
-    small = cv2.resize(
-        brightness, size, interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
-    )
-    return np.asarray(cv2.convertScaleAbs(small), np.uint8)
+def thumbnail_of(brightness: Plane, area: int) -> Bytes:
+    """Return the (h, w) uint8 copy of a brightness plane, 0..255, of about ``area`` px at most."""
+    size = flow_size(brightness.shape[1], brightness.shape[0], area)
+    return np.asarray(cv2.convertScaleAbs(resized(brightness, size)), np.uint8)
+
+
+def resized(picture: NDArray[np.float32], size: tuple[int, int]) -> NDArray[np.float32]:
+    """Return a picture or plane at another (width, height)."""
+    height, width = picture.shape[:2]
+    if (width, height) == size:
+        return picture
+    method = cv2.INTER_AREA if size[0] <= width else cv2.INTER_LINEAR
+    return as_plane(cv2.resize(picture, size, interpolation=method))
 
 
 def shrunk_flow(

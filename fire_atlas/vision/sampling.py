@@ -50,16 +50,6 @@ class ClipSamples:
         small = workers.map(lambda i: shrunk(clip.read(i), _SIDE), numbers)
         return cls(clip.count, dict(zip(numbers, small, strict=True)), tuple(starts))
 
-    @property
-    def first(self) -> Pixels:
-        """The first frame of the clip."""
-        return self.frames[0]
-
-    @property
-    def last(self) -> Pixels:
-        """The last frame of the clip."""
-        return self.frames[self.count - 1]
-
     def steps(self) -> list[float]:
         """Distances between neighbours."""
         return [distance(self.frames[i], self.frames[i + 1]) for i in self.starts]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Bytes, Pixels, Plane, as_plane, brightness, luminance
 from fire_atlas.core.workers import Workers
-from fire_atlas.vision.flow import flow_size, mean_flow, resized_bytes
+from fire_atlas.vision.flow import mean_flow, thumbnail_of
 
 _SIDE = 64
 """Longest side, px, of the copies that are kept of many frames."""
@@ -95,6 +95,5 @@ class Thumbnails:
 
 def _measured(pixels: Pixels, blend_space: str) -> tuple[Pixels, Bytes, float]:
     """Return a small copy, the picture flow is estimated on, and the detail of a frame."""
-    size = flow_size(pixels.shape[1], pixels.shape[0], _FLOW_AREA)
-    picture = resized_bytes(brightness(pixels, blend_space), size)
+    picture = thumbnail_of(brightness(pixels, blend_space), _FLOW_AREA)
     return shrunk(pixels, _SIDE), picture, detail_energy(pixels)

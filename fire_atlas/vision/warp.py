@@ -8,7 +8,7 @@ from cv2.typing import MatLike
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Bytes, Pixels, Plane, as_plane, brightness
-from fire_atlas.vision.flow import optical_flow
+from fire_atlas.vision.flow import optical_flow, resized
 
 _CONSISTENCY = 0.01
 """Forward and backward flow may miss each other by this fraction of the frame."""
@@ -83,15 +83,6 @@ def pixel_centres(width: int, height: int) -> tuple[Plane, Plane]:
     """Return column and row of every pixel of a picture, (height, width) each."""
     x, y = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
     return as_plane(x), as_plane(y)
-
-
-def resized(picture: NDArray[np.float32], size: tuple[int, int]) -> NDArray[np.float32]:
-    """Return a picture or plane at another (width, height)."""
-    height, width = picture.shape[:2]
-    if (width, height) == size:
-        return picture
-    method = cv2.INTER_AREA if size[0] <= width else cv2.INTER_LINEAR
-    return as_plane(cv2.resize(picture, size, interpolation=method))
 
 
 def flow_input(pixels: Pixels, blend_space: str) -> Bytes:
