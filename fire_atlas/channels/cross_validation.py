@@ -14,7 +14,7 @@ from fire_atlas.channels.encoding import MotionEncoding
 from fire_atlas.channels.flow import Vectors
 from fire_atlas.channels.held_out import HeldOutFrame, reliability, squared_error
 from fire_atlas.core.pixels import Bytes, Plane, as_plane
-from fire_atlas.vision.warp import pixel_centres, sample
+from fire_atlas.vision.warp import pixel_centres, sample_at
 
 SIGNS = (1, 1), (1, -1), (-1, 1), (-1, -1)
 """Signs that an engine may give R and G by mistake; the first pair is right."""
@@ -99,7 +99,7 @@ def _blended(
         motion: Vectors = encoding.decoded(data) * np.array(signs, np.float32)
         at = as_plane(place + motion * scale * np.float32(way))
         y = height - 1 - at[..., 1] if upwards else at[..., 1]
-        seen.append(sample(image.astype(np.float32), as_plane(at[..., 0]), as_plane(y)))
+        seen.append(sample_at(image.astype(np.float32), as_plane(at[..., 0]), as_plane(y)))
     return frame.blended(seen[0], seen[1])
 
 

@@ -13,7 +13,7 @@ from fire_atlas.channels.flow import Vectors
 from fire_atlas.channels.motion import FrameMotion, Motion
 from fire_atlas.core.pixels import Bytes, as_plane
 from fire_atlas.recipe.output import Layer
-from fire_atlas.vision.warp import sample
+from fire_atlas.vision.warp import sample_at
 
 _SMALLEST_SCALE = 0.5
 """px; shorter motion is not worth a finer scale."""
@@ -159,7 +159,7 @@ def _vectors(frame: FrameMotion, region: Region, place: Rect, scale: float) -> V
         x * np.float32(width / (scale * motion.width)) - np.float32(0.5),
         y * np.float32(height / (scale * motion.height)) - np.float32(0.5),
     )
-    return as_plane(sample(small, as_plane(column), as_plane(row)) * np.float32(scale))
+    return as_plane(sample_at(small, as_plane(column), as_plane(row)) * np.float32(scale))
 
 
 def _shortened(vectors: Vectors, place: Rect, frame: Rect) -> Vectors:

@@ -46,7 +46,7 @@ class BidirectionalFlow(NamedTuple):
     backward: FlowField
 
 
-def sample(
+def sample_at(
     image: NDArray[np.float32],
     x: Plane,
     y: Plane,
@@ -70,13 +70,13 @@ def warp_by_pixels(
 ) -> NDArray[np.float32]:
     """Return at each p what ``image`` (h, w, ...) has at p + ``share`` · flow(p).
 
-    ``flow`` is (h, w, 2), px. The rest is as for ``sample``.
+    ``flow`` is (h, w, 2), px. The rest is as for ``sample_at``.
     """
     height, width = flow.shape[:2]
     x, y = pixel_centres(width, height)
     part = np.float32(share)
     at_x, at_y = as_plane(x + flow[..., 0] * part), as_plane(y + flow[..., 1] * part)
-    return sample(image, at_x, at_y, interpolation, border)
+    return sample_at(image, at_x, at_y, interpolation, border)
 
 
 def pixel_centres(width: int, height: int) -> tuple[Plane, Plane]:
@@ -120,7 +120,7 @@ def bidirectional_flow(one: Bytes, other: Bytes, smoothing: float) -> Bidirectio
 def warp(pixels: Pixels, flow: FlowField) -> Pixels:
     """Return the frame that at every place shows what ``pixels`` has at that place plus flow."""
     height, width = pixels.shape[:2]
-    return sample(pixels, *_destinations(flow.resized((width, height)), (width, height)))
+    return sample_at(pixels, *_destinations(flow.resized((width, height)), (width, height)))
 
 
 def intermediate_flows(flow: BidirectionalFlow, time: float) -> tuple[FlowField, FlowField]:
@@ -149,7 +149,7 @@ def _consistency(forward: FlowField, backward: FlowField) -> Plane:
     """How well each place comes back to itself along both flows, (h, w) in 0..1."""
     height, width = forward.x.shape
     x, y = _destinations(forward, (width, height))
-    returned = [sample(plane, x, y) for plane in backward]
+    returned = [sample_at(plane, x, y) for plane in backward]
     miss = sum((a + b) ** 2 for a, b in zip(forward, returned, strict=True))
     length = sum(a**2 + b**2 for a, b in zip(forward, returned, strict=True))
     return as_plane(np.exp(-miss / (0.1 * length + np.float32(_CONSISTENCY**2))))
