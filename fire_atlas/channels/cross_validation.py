@@ -99,7 +99,7 @@ def _blended(
         motion: Vectors = encoding.decoded(data) * np.array(signs, np.float32)
         at = as_plane(place + motion * scale * np.float32(way))
         y = height - 1 - at[..., 1] if upwards else at[..., 1]
-        seen.append(sample_at(image.astype(np.float32), as_plane(at[..., 0]), as_plane(y)))
+        seen.append(sample_at(image.astype(np.float32), at[..., 0], y))
     return frame.blended(seen[0], seen[1])
 
 

@@ -159,7 +159,7 @@ def _vectors(frame: FrameMotion, region: Region, place: Rect, scale: float) -> V
         x * np.float32(width / (scale * motion.width)) - np.float32(0.5),
         y * np.float32(height / (scale * motion.height)) - np.float32(0.5),
     )
-    return as_plane(sample_at(small, as_plane(column), as_plane(row)) * np.float32(scale))
+    return as_plane(sample_at(small, column, row) * np.float32(scale))
 
 
 def _shortened(vectors: Vectors, place: Rect, frame: Rect) -> Vectors:

@@ -48,8 +48,8 @@ class BidirectionalFlow(NamedTuple):
 
 def sample_at(
     image: NDArray[np.float32],
-    x: Plane,
-    y: Plane,
+    x: NDArray[np.floating],
+    y: NDArray[np.floating],
     interpolation: int = cv2.INTER_LINEAR,
     border: int = cv2.BORDER_REPLICATE,
 ) -> NDArray[np.float32]:
@@ -58,7 +58,7 @@ def sample_at(
     Places are px, with (0, 0) the centre of the top-left pixel; by default the sampling is bilinear
     and the outermost pixels go on beyond the border.
     """
-    return as_plane(cv2.remap(image, x, y, interpolation, borderMode=border))
+    return as_plane(cv2.remap(image, as_plane(x), as_plane(y), interpolation, borderMode=border))
 
 
 def warp_by_pixels(
@@ -75,8 +75,7 @@ def warp_by_pixels(
     height, width = flow.shape[:2]
     x, y = pixel_centres(width, height)
     part = np.float32(share)
-    at_x, at_y = as_plane(x + flow[..., 0] * part), as_plane(y + flow[..., 1] * part)
-    return sample_at(image, at_x, at_y, interpolation, border)
+    return sample_at(image, x + flow[..., 0] * part, y + flow[..., 1] * part, interpolation, border)
 
 
 def pixel_centres(width: int, height: int) -> tuple[Plane, Plane]:
