@@ -113,8 +113,8 @@ def _compared(name: str, clip: Clip) -> list[Row]:
         part = edit.frames[i]
         if isinstance(part, int):
             return clip.read(part)
-        join, k = part
-        one, other = clip.read(join.ending + k), clip.read(join.beginning + k)
+        transition, k = part
+        one, other = clip.read(transition.ending + k), clip.read(transition.beginning + k)
         return one + (other - one) * np.float32((k + 1) / (overlap + 1))
 
     return [

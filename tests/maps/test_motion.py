@@ -85,7 +85,7 @@ def test_what_stands_still_has_no_vectors() -> None:
     assert not np.any(motion.cells)
 
 
-def test_noise_that_cannot_be_foretold_has_no_vectors() -> None:
+def test_noise_that_cannot_be_predicted_has_no_vectors() -> None:
     rng = np.random.default_rng(5)
     frames = []
     for _ in range(10):
