@@ -1,1 +1,1 @@
-"""The asset half: encode, trim, pack, pages."""
+"""Encode frames, trim them, pack them onto pages and draw these. Knows no file format."""

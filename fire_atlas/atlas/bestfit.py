@@ -1,7 +1,7 @@
-"""Fill pages by best-fit: the lowest ledge chooses the rectangle that suits it best.
+"""Fill pages by best-fit: the lowest ledge takes the rectangle that suits it best.
 
 After Burke, Kendall and Whitwell, "A new placement heuristic for the orthogonal stock-cutting
-problem" (2004). How well a rectangle suits a ledge is a sum of points, an idea of Leung, Zhang
+problem" (2004). How well a rectangle suits a ledge is a score, an idea of Leung, Zhang
 and Sim, "A two-stage intelligent search algorithm for the two-dimensional strip packing problem"
 (2011).
 """
@@ -16,11 +16,11 @@ from fire_atlas.atlas.skyline import Flags, Indices, Ints, Ledge, Skyline
 
 Floats = NDArray[np.float32]
 
-_TIDY = 16
-"""Steps after which rectangles that are taken are left out of the arithmetic."""
+_COMPACT_EVERY = 16
+"""Steps after which rectangles that were placed are left out of the arithmetic."""
 
-# Points, found by trying thousands of others on sets of 300 rectangles that no test uses. Besides
-# them, a rectangle has its wish: large ones first, and tall ones before wide ones.
+# Parts of the score, found by trying thousands of others on sets of 300 rectangles that no test
+# uses. The rectangle's priority is added: large ones first, and tall ones before wide ones.
 _FILLS = 2.3  # takes the ledge's whole width
 _LEVEL_WITH_FAR = 4.0  # ends level with the wall that reaches further down
 _LEVEL_WITH_NEAR = 1.1  # ends level with the other wall
@@ -31,7 +31,7 @@ _SLIVER = 0.3  # leaves a rest too narrow for anything, so nearly takes the widt
 _WASTE = 6.5  # taken off for each typical area that is lost below such a rest
 _STEP = 0.57  # taken off for each typical side between its end and the further wall's
 _LONGEST_STEP = 2.6  # typical sides; beyond, all steps are alike
-_TALL_FIRST = 0.66  # a wish is ln(height) + this · ln(width)
+_TALL_FIRST = 0.66  # a priority is ln(height) + this · ln(width)
 
 
 class Batch(NamedTuple):
@@ -41,7 +41,7 @@ class Batch(NamedTuple):
         widths, heights: (B, n), the rectangles as each page takes them.
         owners: (n,): columns of one owner are one rectangle, upright and rotated.
         page_widths, page_heights: (B,), room on each page.
-        wishes: (B, n), points every rectangle has of its own; -inf leaves it out.
+        priorities: (B, n), score that every rectangle has anywhere; -inf leaves it out.
     """
 
     widths: Ints
@@ -49,43 +49,43 @@ class Batch(NamedTuple):
     owners: Ints
     page_widths: Ints
     page_heights: Ints
-    wishes: Floats
+    priorities: Floats
 
 
-class Filled(NamedTuple):
+class Positions(NamedTuple):
     """Top-left corner of each rectangle: (B, n), px; -1 if it was not placed."""
 
     x: Ints
     y: Ints
 
 
-def wishes_of(sizes: Ints) -> Floats:
-    """Return the points (n,) of their own that rectangles of these sizes (n, 2), px, have."""
+def priorities_of(sizes: Ints) -> Floats:
+    """Return the priorities (n,) of rectangles of these sizes (n, 2), px."""
     # Not numpy's logarithm, whose last bits depend on the processor.
-    wishes = [math.log(high) + _TALL_FIRST * math.log(wide) for wide, high in sizes.tolist()]
-    return np.array(wishes, np.float32)
+    priorities = [math.log(high) + _TALL_FIRST * math.log(wide) for wide, high in sizes.tolist()]
+    return np.array(priorities, np.float32)
 
 
-def fill(batch: Batch) -> Filled:
+def fill(batch: Batch) -> Positions:
     """Place as many rectangles on each page as best-fit finds room for."""
-    stock = _Stock(batch)
+    remaining = _Remaining(batch)
     skyline = Skyline(batch.page_widths, batch.widths.shape[1] + 1)
     while True:
         ledge = skyline.lowest()
         room = batch.page_heights - ledge.y
-        going = (room > 0) & (stock.count > 0)
+        going = (room > 0) & (remaining.count > 0)
         if not going.any():
-            return Filled(stock.x, stock.y)
-        chosen, fits = stock.choose(ledge, room)
+            return Positions(remaining.x, remaining.y)
+        chosen, fits = remaining.choose(ledge, room)
         rows = np.flatnonzero(fits & going)
-        width, height = stock.size(rows, chosen[rows])
-        stock.take(rows, chosen[rows], skyline.put(rows, ledge, width, height), ledge.y[rows])
+        width, height = remaining.size(rows, chosen[rows])
+        remaining.take(rows, chosen[rows], skyline.place(rows, ledge, width, height), ledge.y[rows])
         stuck = np.flatnonzero(~fits & going)
-        skyline.rise(stuck, ledge, batch.page_heights[stuck])
+        skyline.raise_ledges(stuck, ledge, batch.page_heights[stuck])
 
 
-class _Stock:
-    """The rectangles that are left for each page, and where the others went."""
+class _Remaining:
+    """The rectangles that are left for each page, and the positions of the others."""
 
     def __init__(self, batch: Batch) -> None:
         pages, columns = batch.widths.shape
@@ -95,11 +95,11 @@ class _Stock:
         self._owners = np.tile(batch.owners, (pages, 1))
         self._widths = batch.widths.astype(np.float32)  # whole numbers, but faster
         self._heights = batch.heights.astype(np.float32)
-        self._wishes = batch.wishes.copy()  # -inf: taken
+        self._priorities = batch.priorities.copy()  # -inf: taken
         self._side = math.sqrt(float(np.mean(batch.widths[0] * batch.heights[0])))
-        self._turnable = kinds < columns
+        self._may_rotate = kinds < columns
         self._narrowest, self._age = np.zeros(pages, np.float32), 0
-        self.count = np.isfinite(batch.wishes).sum(axis=1) // (columns // kinds)
+        self.count = np.isfinite(batch.priorities).sum(axis=1) // (columns // kinds)
         self.x, self.y = (np.full((pages, columns), -1, np.int64) for _ in range(2))
 
     def size(self, rows: Indices, columns: Indices) -> tuple[Ints, Ints]:
@@ -109,51 +109,52 @@ class _Stock:
 
     def choose(self, ledge: Ledge, room: Ints) -> tuple[Indices, Flags]:
         """Return the column that suits each page's ledge best, and whether it fits at all."""
-        if self._age % _TIDY == 0:
-            self._forget_taken()
+        if self._age % _COMPACT_EVERY == 0:
+            self._drop_placed()
         self._age += 1
-        points = self._points(ledge, room)
-        best = points.argmax(axis=1)
-        return best, points[self._rows, best] > -np.inf
+        scores = self._scores(ledge, room)
+        best = scores.argmax(axis=1)
+        return best, scores[self._rows, best] > -np.inf
 
     def take(self, rows: Indices, columns: Indices, x: Ints, y: Ints) -> None:
-        """Note where one rectangle of each row went."""
+        """Record the position of one rectangle of each row."""
         ids = self._ids[rows, columns]
         self.x[rows, ids], self.y[rows, ids] = x, y
         self.count[rows] -= 1
-        self._wishes[rows, columns] = -np.inf
-        if self._turnable:
-            twins = self._owners[rows] == self._owners[rows, columns][:, None]
-            self._wishes[rows] = np.where(twins, np.float32(-np.inf), self._wishes[rows])
+        self._priorities[rows, columns] = -np.inf
+        if self._may_rotate:
+            same = self._owners[rows] == self._owners[rows, columns][:, None]
+            self._priorities[rows] = np.where(same, np.float32(-np.inf), self._priorities[rows])
 
-    def _points(self, ledge: Ledge, room: Ints) -> Floats:
-        """Return the points (B, columns) of every rectangle; -inf where it does not fit."""
+    def _scores(self, ledge: Ledge, room: Ints) -> Floats:
+        """Return the score (B, columns) of every rectangle; -inf where it does not fit."""
         near = np.minimum(ledge.left, ledge.right).astype(np.float32)[:, None]
         far = np.maximum(ledge.left, ledge.right).astype(np.float32)[:, None]
         rest = ledge.width.astype(np.float32)[:, None] - self._widths
         step = np.abs(self._heights - far)
-        points: Floats = np.minimum(step, np.float32(_LONGEST_STEP * self._side))
-        points *= np.float32(-_STEP / self._side)
-        points += self._wishes
+        scores: Floats = np.minimum(step, np.float32(_LONGEST_STEP * self._side))
+        scores *= np.float32(-_STEP / self._side)
+        scores += self._priorities
         fills, level_near, level_far = rest == 0, self._heights == near, step == 0
-        points[level_far] += np.float32(_LEVEL_WITH_FAR)
-        points[level_near] += np.float32(_LEVEL_WITH_NEAR)
-        points[fills] += np.float32(_FILLS)
-        points[fills & level_near] += np.float32(_FILLS_TO_NEAR)
-        points[fills & level_far] += np.float32(_FILLS_TO_FAR)
-        points[fills & (self._heights > far)] += np.float32(_FILLS_BEYOND)
-        self._mind_slivers(points, rest, near)
-        points[(rest < 0) | (self._heights > room.astype(np.float32)[:, None])] = -np.inf
-        return points
+        scores[level_far] += np.float32(_LEVEL_WITH_FAR)
+        scores[level_near] += np.float32(_LEVEL_WITH_NEAR)
+        scores[fills] += np.float32(_FILLS)
+        scores[fills & level_near] += np.float32(_FILLS_TO_NEAR)
+        scores[fills & level_far] += np.float32(_FILLS_TO_FAR)
+        scores[fills & (self._heights > far)] += np.float32(_FILLS_BEYOND)
+        self._penalise_slivers(scores, rest, near)
+        scores[(rest < 0) | (self._heights > room.astype(np.float32)[:, None])] = -np.inf
+        return scores
 
-    def _mind_slivers(self, points: Floats, rest: Floats, near: Floats) -> None:
+    def _penalise_slivers(self, scores: Floats, rest: Floats, near: Floats) -> None:
+        """Score rectangles that leave a rest beside them too narrow for any other."""
         at = np.nonzero((rest > 0) & (rest < self._narrowest[:, None]))
         lost = rest[at] * np.minimum(self._heights[at], near[at[0], 0])
-        points[at] += np.float32(_SLIVER) - lost * np.float32(_WASTE / self._side**2)
+        scores[at] += np.float32(_SLIVER) - lost * np.float32(_WASTE / self._side**2)
 
-    def _forget_taken(self) -> None:
-        """Drop columns that are taken, and see how narrow the narrowest of the others is."""
-        taken = np.isneginf(self._wishes)
+    def _drop_placed(self) -> None:
+        """Drop columns that were placed, and find the narrowest of the others."""
+        taken = np.isneginf(self._priorities)
         most = max(int((~taken).sum(axis=1).max()), 1)
         if most < 0.8 * taken.shape[1]:
             keep = np.argsort(taken, axis=1, kind="stable")[:, :most]
@@ -161,6 +162,6 @@ class _Stock:
             self._owners = np.take_along_axis(self._owners, keep, axis=1)
             self._widths = np.take_along_axis(self._widths, keep, axis=1)
             self._heights = np.take_along_axis(self._heights, keep, axis=1)
-            self._wishes = np.take_along_axis(self._wishes, keep, axis=1)
-            taken = np.isneginf(self._wishes)
+            self._priorities = np.take_along_axis(self._priorities, keep, axis=1)
+            taken = np.isneginf(self._priorities)
         self._narrowest = np.where(taken, np.float32(np.inf), self._widths).min(axis=1)

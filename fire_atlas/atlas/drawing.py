@@ -1,4 +1,4 @@
-"""Draw pages: each frame in its place, and what goes around it."""
+"""Draw pages: each frame in its place, with extruded edges and colour bleed."""
 
 import math
 from collections.abc import Sequence
@@ -8,20 +8,20 @@ from typing import Self
 import cv2
 import numpy as np
 
-from fire_atlas.atlas.sheet import AtlasSheet, Box, Region, Sprite
-from fire_atlas.atlas.trim import cell
+from fire_atlas.atlas.sheet import AtlasSheet, Rect, Region, Sprite
+from fire_atlas.atlas.trim import crop
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.recipe.output import Atlas
 
 
 @dataclass(frozen=True, slots=True)
 class Edges:
-    """What goes around a frame on its page.
+    """Px around a frame on its page.
 
     Attributes:
         extrude: So many px repeat the frame's outermost ones.
         bleed: Transparent px up to so far from a visible one get its colour.
-        margin: How far beyond the extruded frame the page is its own, px.
+        margin: Px beyond the extruded frame in which no other frame draws.
     """
 
     extrude: int
@@ -50,7 +50,7 @@ def draw_page(sheet: AtlasSheet, page: int, sprites: Sequence[Sprite], edges: Ed
 
 
 def _draw(page: Bytes, region: Region, sprite: Sprite, edges: Edges) -> None:
-    frame = cell(sprite, Box(region.trim_x, region.trim_y, region.width, region.height))
+    frame = crop(sprite, Rect(region.trim_x, region.trim_y, region.width, region.height))
     if region.rotated:
         frame = np.rot90(frame, -1)
     if edges.extrude:
@@ -58,7 +58,7 @@ def _draw(page: Bytes, region: Region, sprite: Sprite, edges: Edges) -> None:
     x, y = region.x - edges.extrude, region.y - edges.extrude
     if edges.bleed:
         reach = min(edges.bleed, edges.margin)
-        frame = bled(np.pad(frame, ((reach, reach), (reach, reach), (0, 0))), edges.bleed)
+        frame = bleed_colour(np.pad(frame, ((reach, reach), (reach, reach), (0, 0))), edges.bleed)
         x, y = x - reach, y - reach
     _paste(page, frame, x, y)
 
@@ -71,7 +71,7 @@ def _paste(page: Bytes, image: Bytes, x: int, y: int) -> None:
     page[y + top : y + top + seen.shape[0], x + left : x + left + seen.shape[1]] = seen
 
 
-def bled(image: Bytes, reach: int) -> Bytes:
+def bleed_colour(image: Bytes, reach: int) -> Bytes:
     """Return ``image`` (H, W, 4) with colour under its transparent pixels; alpha is untouched.
 
     Each within ``reach`` px of a visible one has the colour of the nearest.

@@ -1,14 +1,14 @@
-"""The file edge: linear premultiplied light becomes the bytes a client blends.
+"""Encode pixels for pages: linear premultiplied light becomes the bytes a renderer blends.
 
-A client shows ``light + (1 - alpha) * background``. What ``light`` is depends on where it blends:
+A renderer shows ``light + (1 - alpha) * background``. What ``light`` is depends on where it blends:
 
-=============  ================  =================
-stored         ``srgb`` client   ``linear`` client
-=============  ================  =================
-straight       sRGB(c), alpha    sRGB(c), alpha
-premultiplied  sRGB(c) · alpha   sRGB(c · alpha)
+=============  =================  ===================
+stored         ``srgb`` blending  ``linear`` blending
+=============  =================  ===================
+straight       sRGB(c), alpha     sRGB(c), alpha
+premultiplied  sRGB(c) · alpha    sRGB(c · alpha)
 additive       as premultiplied, with alpha 0
-=============  ================  =================
+=============  =================  ===================
 
 c is the colour without its coverage, clipped at 1: a page cannot be brighter than white, so
 composition raises coverage wherever it wants more light.
@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.sheet import Sprite
-from fire_atlas.atlas.shrink import shrink
-from fire_atlas.atlas.trim import trimmed
+from fire_atlas.atlas.trim import trimmed, up_to
 from fire_atlas.core.picture import Picture, as_light, where_covered
 from fire_atlas.core.pixels import Bytes, Pixels, Plane, encode_bytes, encode_unit
 from fire_atlas.recipe.output import Atlas
@@ -40,13 +39,13 @@ _LEAST = np.float32(1e-12)
 """Coverage that what is divided by it has at least; light that is 0 stays 0."""
 
 _DIM = 16
-"""Coverage below this many of its 255 steps is too coarse for a client that blends linear light."""
+"""Coverage below this many of its 255 steps is too coarse for blending in linear light."""
 
 
 def encode_frame(pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> Bytes:
-    """Return pixels (H, W, 4) as the RGBA, same shape, uint8, that the client blends to them.
+    """Return pixels (H, W, 4) as the RGBA, same shape, uint8, that the renderer blends to them.
 
-    By the client's own formula that is the picture, over any background, to within 1/255 for
+    By the renderer's own formula that is the picture, over any background, to within 1/255 for
     premultiplied and additive pages and 2/255 for straight ones.
     """
     image = np.empty(pixels.shape, np.uint8)
@@ -64,7 +63,7 @@ def is_page_ready(picture: Picture, settings: Atlas) -> bool:
 def encode_sprites(picture: Picture, settings: Atlas) -> tuple[Sprite, ...]:
     """Return a frame (H, W, 4) as it goes onto the pages of each scale, the largest first."""
     if is_page_ready(picture, settings):
-        return (_as_it_is(picture, settings.trim_threshold),)
+        return (_sprite_of_bytes(picture, settings.trim_threshold),)
     pixels = as_light(picture)
     return tuple(
         encode_sprite(
@@ -77,7 +76,19 @@ def encode_sprites(picture: Picture, settings: Atlas) -> tuple[Sprite, ...]:
     )
 
 
-def _as_it_is(image: Bytes, threshold: int) -> Sprite:
+def shrink(pixels: Pixels, factor: int) -> Pixels:
+    """Return pixels (H, W, 4) in 1 / ``factor`` of the size, rounded up.
+
+    Each pixel is the mean of a block of the premultiplied light; beyond the frame there is none.
+    """
+    height, width = pixels.shape[:2]
+    whole = np.zeros((up_to(factor, height), up_to(factor, width), 4), np.float32)
+    whole[:height, :width] = pixels
+    size = whole.shape[1] // factor, whole.shape[0] // factor
+    return cast(Pixels, cv2.resize(whole, size, interpolation=cv2.INTER_AREA))
+
+
+def _sprite_of_bytes(image: Bytes, threshold: int) -> Sprite:
     """Return an image of straight colours trimmed; what coverage 0 hides is black, as it is when
     it is encoded."""
     frame_size, part = (image.shape[1], image.shape[0]), where_covered(image)
@@ -115,9 +126,9 @@ def _encode_strip(pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> Byte
 def _straight(pixels: Pixels, coverage: Plane, blend_space: BlendSpace) -> Bytes:
     """Return sRGB(c) and coverage; what coverage 0 hides is black, so that it can be trimmed.
 
-    A linear client shows one step of dim coverage as up to 13 steps of the screen's sRGB. Dim
-    coverage is therefore rounded up and the colour, whose sRGB steps are fine enough in the dark,
-    is dimmed to make up for it.
+    Blending in linear light shows one step of dim coverage as up to 13 steps of the screen's sRGB.
+    Dim coverage is therefore rounded up and the colour, whose sRGB steps are fine enough in the
+    dark, is dimmed to make up for it.
     """
     shown = _rounded_up_where_dim(coverage) if blend_space == "linear" else coverage
     alpha = _bytes(shown)
@@ -134,7 +145,7 @@ def _rounded_up_where_dim(coverage: Plane) -> Plane:
 
 
 def _added(light: Pixels, coverage: Plane, blend_space: BlendSpace) -> Bytes:
-    """Return what the client adds to the background, RGB as bytes; the fourth channel is free."""
+    """Return what the renderer adds to the background, RGB as bytes; the fourth channel is free."""
     if blend_space == "linear":
         return encode_bytes(light)
     srgb = encode_unit(_colour(light, coverage))

@@ -1,4 +1,4 @@
-"""Decide where rectangles go: on which page, and where on it. No pixels here.
+"""Pack rectangles onto pages: on which page each lies, and where on it.
 
 The same sizes are packed alike in whatever order they come; equal rectangles share their places
 out in the order given.
@@ -12,8 +12,8 @@ from fire_atlas.atlas.page_rules import PageRules, Size
 from fire_atlas.atlas.search import FilledPage, Search
 
 
-class Place(NamedTuple):
-    """Where a rectangle went: index of the page, and its top-left corner there, px.
+class PagePlacement(NamedTuple):
+    """Where a rectangle lies: index of the page, and its top-left corner there, px.
 
     A ``rotated`` one takes its height across and its width down.
     """
@@ -26,23 +26,23 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Packing:
-    """Sizes of the pages, and one place for each rectangle, in the order they were given."""
+    """Sizes of the pages, and the placement of each rectangle, in the order they were given."""
 
     pages: tuple[Size, ...]
-    places: tuple[Place, ...]
+    places: tuple[PagePlacement, ...]
 
 
 QUICK, THOROUGH = 288, 1152
 """Pages to try: a quarter of the time, or about 1 % less to store."""
 
-_FEW = 96
+_TRIES_OF_FULL = 96
 """Pages to try where it is known that little room will be left."""
 
 
 def pack(sizes: Sequence[Size], rules: PageRules, tries: int = QUICK) -> Packing:
     """Place all ``sizes``, none too large for a page: fewest pages first, then the smallest.
 
-    Where it costs no further page, a page holds rectangles that follow one another: a client that
+    Where it costs no further page, a page holds rectangles that follow one another: a renderer that
     knows only its own page's part of an animation can then join the parts.
     """
     padded = [(width + rules.padding, height + rules.padding) for width, height in sizes]
@@ -66,7 +66,7 @@ _Page = tuple[list[int], FilledPage]
 
 def _packing(pages: list[_Page]) -> Packing:
     places = {
-        numbers[each.number]: Place(page, each.x, each.y, each.rotated)
+        numbers[each.number]: PagePlacement(page, each.x, each.y, each.rotated)
         for page, (numbers, filled) in enumerate(pages)
         for each in filled.placements
     }
@@ -94,7 +94,7 @@ def _in_order(
     while left:
         run = left.pop(0)
         search = Search([padded[i] for i in run], rules)
-        page = search.best(_FEW if left else tries)
+        page = search.best(_TRIES_OF_FULL if left else tries)
         if page.missing:
             left = [run[:-1], [run[-1], *(left.pop(0) if left else [])], *left]
         else:

@@ -1,4 +1,4 @@
-"""Which sizes pages may have."""
+"""Sizes that pages may have."""
 
 import math
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ Size = tuple[int, int]
 """Width and height."""
 
 
-_LONG, _AWKWARD = 3.0, 0.02
+_LONG, _LONG_COST = 3.0, 0.02
 """Pages more than so many times as long as wide count as larger, by this for each time more: they
 run into the largest texture of a device before their area does."""
 
@@ -15,12 +15,12 @@ run into the largest texture of a device before their area does."""
 def effective_area(size: Size) -> float:
     """Return the area of a page, and somewhat more if it is very long."""
     aspect = max(size) / min(size)
-    return size[0] * size[1] * (1 + _AWKWARD * max(aspect - _LONG, 0.0))
+    return size[0] * size[1] * (1 + _LONG_COST * max(aspect - _LONG, 0.0))
 
 
 @dataclass(frozen=True, slots=True)
 class PageRules:
-    """What a recipe asks of its pages. All lengths in px, or all in another unit.
+    """Limits on pages as a recipe states them. All lengths in px, or all in another unit.
 
     Attributes:
         max_size: Largest side.

@@ -1,18 +1,37 @@
-"""From sprites to a sheet: which part of each frame is kept, and where on which page."""
+"""Build the sheet of an atlas: trim, deduplicate and pack the frames of its animations."""
 
+import hashlib
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple, TypeAlias
 
-from fire_atlas.atlas.dedupe import originals
+import numpy as np
+from numpy.typing import NDArray
+
 from fire_atlas.atlas.grid import pack_grid
-from fire_atlas.atlas.mips import safe_mips
 from fire_atlas.atlas.pack import QUICK, THOROUGH, Packing, pack
 from fire_atlas.atlas.page_rules import PageRules
-from fire_atlas.atlas.sheet import Animation, AnimationFrames, AtlasSheet, Box, Grid, Page, Region
-from fire_atlas.atlas.trim import Trim, boxes, up_to
+from fire_atlas.atlas.sheet import (
+    Animation,
+    AnimationFrames,
+    AtlasSheet,
+    CellGrid,
+    Page,
+    Rect,
+    Region,
+    Sprite,
+)
+from fire_atlas.atlas.trim import Trim, part_of, trim_rects, up_to, visible_rect
 from fire_atlas.core.errors import OutputError
 from fire_atlas.recipe.output import Atlas, Pivot
+
+_Content: TypeAlias = tuple[int, int, int, int, int, int, bytes]
+"""Size of the trimmed frame; position and size of what is lit in it; a hash of that."""
+
+_COMPARED_TOGETHER = 256
+"""Frames compared with all others at a time."""
 
 
 def build_sheets(
@@ -34,10 +53,10 @@ def build_sheets(
     """
     grid = round(1 / settings.scales[-1])
     trim = _trim_of(settings)
-    parts = [part for each in animations for part in boxes(each.sprites, trim, grid, margin)]
+    parts = [part for each in animations for part in trim_rects(each.sprites, trim, grid, margin)]
     sprites = [sprite for animation in animations for sprite in animation.sprites]
     keeps_all = settings.layout == "grid" or not (settings.dedupe and shares)
-    own = list(range(len(parts))) if keeps_all else originals(sprites, parts)
+    own = list(range(len(parts))) if keeps_all else _originals(sprites, parts)
     packing, cells = _packed(parts, own, settings, grid)
     whole = AtlasSheet(
         name=name,
@@ -79,8 +98,8 @@ def _trim_of(settings: Atlas) -> Trim:
 
 
 def _packed(
-    parts: Sequence[Box], own: Sequence[int], settings: Atlas, grid: int
-) -> tuple[Packing, Grid | None]:
+    parts: Sequence[Rect], own: Sequence[int], settings: Atlas, grid: int
+) -> tuple[Packing, CellGrid | None]:
     """Return where each part goes, px; ``own[i]`` is the part that shows the pixels of part i.
 
     Packing counts in units of ``grid`` px, so that smaller scales have whole px too.
@@ -95,13 +114,34 @@ def _packed(
     if settings.layout == "grid":
         packing, cells = pack_grid(sizes, rules)
         cell = cells.cell_width * grid, cells.cell_height * grid
-        cells = Grid(cells.columns, cells.rows, *cell)
+        cells = CellGrid(cells.columns, cells.rows, *cell)
     else:
         packing = pack(sizes, rules, THOROUGH if settings.compression == "small" else QUICK)
     at = dict(zip(kept, packing.places, strict=True))
     pages = tuple((width * grid, height * grid) for width, height in packing.pages)
     places = (at[i]._replace(x=at[i].x * grid + edge, y=at[i].y * grid + edge) for i in own)
     return Packing(pages, tuple(places)), cells
+
+
+def _originals(sprites: Sequence[Sprite], parts: Sequence[Rect]) -> list[int]:
+    """Return for each sprite the first one whose part of its frame shows the same pixels."""
+    sizes = Counter((rect.width, rect.height) for rect in parts)
+    first: dict[_Content, int] = {}
+    return [
+        # Most frames of a fire are of a size of their own: these need no closer look.
+        first.setdefault(_content(sprite, rect), i) if sizes[rect.width, rect.height] > 1 else i
+        for i, (sprite, rect) in enumerate(zip(sprites, parts, strict=True))
+    ]
+
+
+def _content(sprite: Sprite, rect: Rect) -> _Content:
+    image, x, y = part_of(sprite, rect)
+    lit = visible_rect(image, 0) if image.size else None
+    if lit is None:
+        return rect.width, rect.height, 0, 0, 0, 0, b""
+    image = image[lit.y : lit.y + lit.height, lit.x : lit.x + lit.width]
+    digest = hashlib.blake2b(image.tobytes(), digest_size=16).digest()
+    return rect.width, rect.height, x + lit.x, y + lit.y, lit.width, lit.height, digest
 
 
 def _rules(settings: Atlas, grid: int) -> PageRules:
@@ -117,7 +157,7 @@ def _rules(settings: Atlas, grid: int) -> PageRules:
     )
 
 
-def _refuse_too_large(parts: Sequence[Box], edges: int, rules: PageRules, grid: int) -> None:
+def _refuse_too_large(parts: Sequence[Rect], edges: int, rules: PageRules, grid: int) -> None:
     edges += 2 * rules.border * grid
     for i, part in enumerate(parts):
         needed = max(part.width, part.height) + edges
@@ -133,7 +173,7 @@ def _refuse_too_large(parts: Sequence[Box], edges: int, rules: PageRules, grid: 
 def _regions(
     title: str,
     animations: Sequence[AnimationFrames],
-    parts: Sequence[Box],
+    parts: Sequence[Rect],
     packing: Packing,
     settings: Atlas,
     grid: int,
@@ -202,7 +242,7 @@ def _variant(whole: AtlasSheet, scale: float, settings: Atlas) -> AtlasSheet:
         name=whole.title if scale == 1 else f"{whole.title}@{scale:g}x",
         scale=scale,
         regions=tuple(_scaled_region(region, part) for region in whole.regions),
-        grid=whole.grid and Grid(
+        grid=whole.grid and CellGrid(
             whole.grid.columns, whole.grid.rows,
             part(whole.grid.cell_width), part(whole.grid.cell_height),
         ),
@@ -212,7 +252,7 @@ def _variant(whole: AtlasSheet, scale: float, settings: Atlas) -> AtlasSheet:
         for i, page in enumerate(whole.pages)
     ]
     sheet = replace(sheet, pages=tuple(pages))
-    return sheet.with_safe_mips(safe_mips(sheet, math.ceil(settings.extrude * scale)))
+    return sheet.with_safe_mips(_safe_mips(sheet, math.ceil(settings.extrude * scale)))
 
 
 def _scaled_region(region: Region, part: Callable[[int], int]) -> Region:
@@ -227,3 +267,54 @@ def _scaled_region(region: Region, part: Callable[[int], int]) -> Region:
         frame_width=part(region.frame_width),
         frame_height=part(region.frame_height),
     )
+
+
+class _Spans(NamedTuple):
+    """From where to where each frame reaches along one axis: (n,), px."""
+
+    start: NDArray[np.int64]
+    end: NDArray[np.int64]
+
+
+def _safe_mips(sheet: AtlasSheet, extrude: int) -> list[int | None]:
+    """Return for each page the deepest mip level at which each frame has only its own colours.
+
+    Frames have ``extrude`` px of their own around them. Mip levels are averages of blocks, sampled
+    with bilinear filtering. None: not even the page itself may be filtered.
+    """
+    return [_deepest(sheet, page, extrude) for page in range(len(sheet.pages))]
+
+
+def _deepest(sheet: AtlasSheet, page: int, extrude: int) -> int | None:
+    places = sorted({(r.x, r.y, *r.page_size) for r in sheet.regions if r.page == page})
+    x, y, width, height = np.array(places, np.int64).T
+    across, down = _Spans(x, x + width), _Spans(y, y + height)
+    last = max(sheet.pages[page].width, sheet.pages[page].height).bit_length() - 1
+    for level in range(last + 1):
+        if _mixes(across, down, extrude, 1 << level):
+            return level - 1 if level else None
+    return last
+
+
+def _mixes(across: _Spans, down: _Spans, extrude: int, block: int) -> bool:
+    """Whether any frame is mixed with another where a texel is ``block`` px wide."""
+    reach = [_reach(spans, block) for spans in (across, down)]
+    owned = [_Spans(s.start - extrude, s.end + extrude) for s in (across, down)]
+    count = len(across.start)
+    for first in range(0, count, _COMPARED_TOGETHER):
+        some = slice(first, first + _COMPARED_TOGETHER)
+        meets = np.ones((len(across.start[some]), count), np.bool_)
+        for reached, own in zip(reach, owned, strict=True):
+            meets &= reached.start[some, None] < own.end
+            meets &= reached.end[some, None] > own.start
+        if np.count_nonzero(meets) > len(meets):  # each frame meets itself
+            return True
+    return False
+
+
+def _reach(spans: _Spans, block: int) -> _Spans:
+    """Return which px take part in the texels that filtering from edge to edge reads."""
+    half = block / 2
+    start = np.floor((spans.start - half) / block).astype(np.int64) * block
+    end = (np.floor((spans.end - half) / block).astype(np.int64) + 2) * block
+    return _Spans(start, end)

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fire_atlas.atlas.bestfit import Batch, Floats, fill, wishes_of
+from fire_atlas.atlas.bestfit import Batch, Floats, fill, priorities_of
 from fire_atlas.atlas.page_rules import PageRules, Size, effective_area
 from fire_atlas.atlas.skyline import Ints
 from fire_atlas.core.chance import Stage, generator
 
-_TOGETHER, _FEWEST_TOGETHER, _MOST_TOGETHER = 30_000, 96, 288
+_BATCH_RECTANGLES, _SMALLEST_BATCH, _LARGEST_BATCH = 30_000, 96, 288
 """Rectangles, and pages at least and most, that are looked at together: of few rectangles, one
 round over page shapes tells most; where they are many, further rounds vary what did well."""
 
@@ -28,7 +28,7 @@ _NARROWEST, _WIDEST = 0.6, 1.7
 
 _KEPT, _PARENTS = 16, 8
 _NOISE = 0.02
-"""How far the wishes of a variation are from those of its parent, in points."""
+"""Standard deviation of a variation's priorities from those of its parent."""
 
 _NEAR = 1.0005
 """A page this much larger than the smallest is as good, if it is squarer."""
@@ -48,22 +48,22 @@ class Placement(NamedTuple):
     rotated: bool
 
 
-class Guess(NamedTuple):
-    """How to fill a page.
+class Candidate(NamedTuple):
+    """A way to fill a page.
 
     Attributes:
         width: Room across.
-        upended: Whether x and y are exchanged, so that the page is filled from the left.
-        wishes: (n,), points that each rectangle has of its own; -inf leaves it out.
+        transposed: Whether x and y are exchanged, so that the page is filled from the left.
+        priorities: (n,), score that every rectangle has anywhere; -inf leaves it out.
     """
 
     width: int
-    upended: bool
-    wishes: Floats
+    transposed: bool
+    priorities: Floats
 
 
 class FilledPage(NamedTuple):
-    """What a search found.
+    """The best page that a search found.
 
     Attributes:
         missing: Area of what was not placed.
@@ -84,7 +84,7 @@ class Trial(NamedTuple):
         area: Area of the page, where a very long one counts as larger.
         used: Area of the part of it that is taken.
         size: Width and height of the page.
-        guess: What it came from.
+        candidate: The way it was filled.
         x, y: Where each rectangle went, upright ones first, then rotated ones, px; x is -1
             if it did not.
     """
@@ -93,7 +93,7 @@ class Trial(NamedTuple):
     area: float
     used: int
     size: Size
-    guess: Guess
+    candidate: Candidate
     x: Ints
     y: Ints
 
@@ -111,7 +111,7 @@ class Search:
         self._sizes = np.concatenate([upright, upright[:, ::-1]]) if rules.rotate else upright
         self._areas = self._sizes.prod(axis=1)
         self._area = int(self._areas[: len(upright)].sum())
-        self._wishes = wishes_of(self._sizes), wishes_of(self._sizes[:, ::-1])
+        self._priorities = priorities_of(self._sizes), priorities_of(self._sizes[:, ::-1])
 
     def best(self, tries: int) -> FilledPage:
         """Return the smallest of ``tries`` pages for all rectangles or, if none holds all, the
@@ -119,7 +119,7 @@ class Search:
         effort = _EFFORT if self._area <= self._limit**2 else _EFFORT_OF_MANY
         count = len(self._sizes)
         tries = min(tries, max(effort // count, 16))
-        together = min(tries, max(_FEWEST_TOGETHER, min(_TOGETHER // count, _MOST_TOGETHER)))
+        together = min(tries, max(_SMALLEST_BATCH, min(_BATCH_RECTANGLES // count, _LARGEST_BATCH)))
         trials = self._sorted(self._try(self._shapes(together)))
         for generation in range(1, tries // together):
             if trials[0].used == self._area:
@@ -134,7 +134,7 @@ class Search:
         fits, most = 1, len(self._numbers)
         while fits < most:
             counts = np.unique(np.linspace(fits + 1, most, _PROBES, dtype=int)).tolist()
-            trials = self._try([self._guess_of_first(count) for count in counts])
+            trials = self._try([self._first_only(count) for count in counts])
             fitted = [
                 np.count_nonzero(trial.x >= 0) == n for trial, n in zip(trials, counts, strict=True)
             ]
@@ -143,67 +143,67 @@ class Search:
             fits = counts[first_failure - 1] if first_failure else fits
         return fits
 
-    def _guess_of_first(self, count: int) -> Guess:
+    def _first_only(self, count: int) -> Candidate:
         later = np.tile(np.array(self._numbers) >= count, len(self._sizes) // len(self._numbers))
-        wishes = np.where(later, np.float32(-np.inf), self._wishes[False])
-        return Guess(self._limit, False, wishes)
+        priorities = np.where(later, np.float32(-np.inf), self._priorities[False])
+        return Candidate(self._limit, False, priorities)
 
-    def _shapes(self, count: int) -> list[Guess]:
-        """Return ``count`` guesses over many page shapes; noise tells alike ones apart."""
+    def _shapes(self, count: int) -> list[Candidate]:
+        """Return ``count`` candidates over many page shapes; noise makes equal ones differ."""
         low, high = (0.99, 1.2) if self._rules.square else (_NARROWEST, _WIDEST)
         noise = _noise((count, len(self._sizes)), 0)
-        guesses: dict[tuple[int, bool], Guess] = {}
+        candidates: dict[tuple[int, bool], Candidate] = {}
         repeated = []
         for i, shape in enumerate(np.repeat(np.linspace(low, high, -(-count // 2)), 2)[:count]):
-            upended = bool(i % 2)
-            width = self._width(round(shape * math.sqrt(self._area)), upended)
-            guess = Guess(width, upended, self._wishes[upended])
-            if guesses.setdefault((width, upended), guess) is not guess:
-                repeated.append(guess._replace(wishes=guess.wishes + noise[i]))
-        return [*guesses.values(), *repeated]
+            transposed = bool(i % 2)
+            width = self._width(round(shape * math.sqrt(self._area)), transposed)
+            candidate = Candidate(width, transposed, self._priorities[transposed])
+            if candidates.setdefault((width, transposed), candidate) is not candidate:
+                repeated.append(candidate._replace(priorities=candidate.priorities + noise[i]))
+        return [*candidates.values(), *repeated]
 
-    def _variations(self, parents: list[Trial], count: int, generation: int) -> list[Guess]:
-        """Return guesses near those of ``parents``: other wishes, and some other widths."""
+    def _variations(self, parents: list[Trial], count: int, generation: int) -> list[Candidate]:
+        """Return candidates near those of ``parents``: other priorities, and some other widths."""
         noise = _noise((count, len(self._sizes)), generation)
         return [
-            Guess(
-                self._width(parent.width + (i // _PARENTS) % 9 - 4, parent.upended),
-                parent.upended,
-                parent.wishes + noise[i],
+            Candidate(
+                self._width(parent.width + (i // _PARENTS) % 9 - 4, parent.transposed),
+                parent.transposed,
+                parent.priorities + noise[i],
             )
             for i in range(count)
-            for parent in [parents[i % len(parents)].guess]
+            for parent in [parents[i % len(parents)].candidate]
         ]
 
-    def _width(self, room: int, upended: bool) -> int:
+    def _width(self, room: int, transposed: bool) -> int:
         """Return the room of the page that is nearest to ``room`` and wide enough for anything."""
-        widest = int(self._sizes[:, int(upended)].max())
+        widest = int(self._sizes[:, int(transposed)].max())
         side = self._rules.page(max(room, widest), 1)[0]
         return self._rules.room(min(side, self._rules.largest))
 
-    def _try(self, guesses: list[Guess]) -> list[Trial]:
-        upended = np.array([guess.upended for guess in guesses])[:, None]
+    def _try(self, candidates: list[Candidate]) -> list[Trial]:
+        transposed = np.array([candidate.transposed for candidate in candidates])[:, None]
         width, height = self._sizes.T
         filled = fill(
             Batch(
-                widths=np.where(upended, height, width),
-                heights=np.where(upended, width, height),
+                widths=np.where(transposed, height, width),
+                heights=np.where(transposed, width, height),
                 owners=np.arange(len(self._sizes)) % len(self._numbers),
-                page_widths=np.array([guess.width for guess in guesses]),
-                page_heights=np.full(len(guesses), self._limit),
-                wishes=np.stack([guess.wishes for guess in guesses]),
+                page_widths=np.array([candidate.width for candidate in candidates]),
+                page_heights=np.full(len(candidates), self._limit),
+                priorities=np.stack([candidate.priorities for candidate in candidates]),
             )
         )
-        x, y = np.where(upended, filled.y, filled.x), np.where(upended, filled.x, filled.y)
-        return [self._trial(*args) for args in zip(guesses, x, y, strict=True)]
+        x, y = np.where(transposed, filled.y, filled.x), np.where(transposed, filled.x, filled.y)
+        return [self._trial(*args) for args in zip(candidates, x, y, strict=True)]
 
-    def _trial(self, guess: Guess, x: Ints, y: Ints) -> Trial:
+    def _trial(self, candidate: Candidate, x: Ints, y: Ints) -> Trial:
         placed = np.flatnonzero(x >= 0)
         used_width = int((x + self._sizes[:, 0])[placed].max(initial=1))
         used_height = int((y + self._sizes[:, 1])[placed].max(initial=1))
         size = self._rules.page(used_width, used_height)
         missing = self._area - int(self._areas[placed].sum())
-        return Trial(missing, effective_area(size), used_width * used_height, size, guess, x, y)
+        return Trial(missing, effective_area(size), used_width * used_height, size, candidate, x, y)
 
     def _sorted(self, trials: list[Trial]) -> list[Trial]:
         """Return the best trials: all placed, or the most; then small; then leaving much unused."""

@@ -1,4 +1,4 @@
-"""What the atlas half decided, in the words exporters read."""
+"""An atlas as writers of files see it: pages, regions, animations, maps."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
@@ -7,8 +7,8 @@ from fire_atlas.core.pixels import Bytes
 from fire_atlas.recipe.output import Engine
 
 
-class Box(NamedTuple):
-    """A part of an untrimmed frame, px: top-left corner and size."""
+class Rect(NamedTuple):
+    """A rectangle, px: top-left corner and size."""
 
     x: int
     y: int
@@ -32,7 +32,7 @@ class Sprite:
     y: int
     frame_width: int
     frame_height: int
-    lit: Box | None
+    lit: Rect | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +122,7 @@ class Animation:
 
 
 @dataclass(frozen=True, slots=True)
-class Grid:
+class CellGrid:
     """How a page of uniform cells divides: the same for all pages of a sheet. px.
 
     Attributes:
@@ -145,7 +145,7 @@ class MotionScale:
         scale: Motion of a decoded 1, in the unit of that encoding.
         pixels: The same along x and y, px of this sheet a frame.
         cell_uv: The same in the UV of one cell; None where there are no cells.
-        reach: The longest motion along x and y, px of this sheet.
+        longest: The longest motion along x and y, px of this sheet.
         gutter: Px beyond its frame that every cell has, along x and y; None where there are none.
     """
 
@@ -153,7 +153,7 @@ class MotionScale:
     scale: float
     pixels: tuple[float, float]
     cell_uv: tuple[float, float] | None
-    reach: tuple[float, float]
+    longest: tuple[float, float]
     gutter: tuple[int, int] | None
 
 
@@ -200,7 +200,7 @@ class AtlasSheet:
     pages: tuple[Page, ...]
     regions: tuple[Region, ...]
     animations: tuple[Animation, ...]
-    grid: Grid | None = None
+    grid: CellGrid | None = None
     maps: tuple[SheetMap, ...] = ()
 
     @property

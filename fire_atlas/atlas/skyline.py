@@ -1,6 +1,6 @@
-"""The skylines of many pages at once: what of each is taken, seen from below.
+"""The skylines of many pages at once: the lower edge of what is taken of each.
 
-Pages of a batch take their steps together, so that numpy does the work. The ledges of a page are
+All pages of a batch advance together, so that numpy does the work. The ledges of a page are
 a doubly linked list in arrays, a row a page; a slot is never used again.
 """
 
@@ -19,7 +19,7 @@ _LEFT_WALL, _RIGHT_WALL, _FLOOR = 0, 1, 2
 _WALL = 1 << 16
 """How far the page's walls reach down, px: further than any page."""
 
-_GONE = np.int64(1) << 60
+_UNUSED = np.int64(1) << 60
 
 
 class Ledge(NamedTuple):
@@ -28,7 +28,7 @@ class Ledge(NamedTuple):
     Attributes:
         slot: Where it is kept.
         x, y, width: Everything above ``y`` is taken, over the whole width.
-        left, right: How much further down the skyline reaches beside it.
+        left, right: How much further down the skyline is beside it.
     """
 
     slot: Indices
@@ -52,7 +52,7 @@ class Skyline:
         self._rows = np.arange(len(widths))
         self._x, self._y, self._width = (np.zeros(shape, np.int64) for _ in range(3))
         self._before, self._after = np.zeros(shape, np.intp), np.zeros(shape, np.intp)
-        self._order = np.full(shape, _GONE)  # by y, then x
+        self._order = np.full(shape, _UNUSED)  # by y, then x
         self._free = np.full(len(widths), _FLOOR + 1)
         self._y[:, :_FLOOR] = _WALL
         self._before[:, _FLOOR], self._after[:, _FLOOR] = _LEFT_WALL, _RIGHT_WALL
@@ -67,8 +67,8 @@ class Skyline:
         right = self._y[rows, self._after[rows, slot]] - y
         return Ledge(slot, self._x[rows, slot], y, self._width[rows, slot], left, right)
 
-    def put(self, rows: Indices, ledge: Ledge, width: Ints, height: Ints) -> Ints:
-        """Put a rectangle on the ledge of each of ``rows`` (R,); return its x, px.
+    def place(self, rows: Indices, ledge: Ledge, width: Ints, height: Ints) -> Ints:
+        """Place a rectangle on the ledge of each of ``rows`` (R,); return its x, px.
 
         It leans on the wall that reaches further down, or on the one it ends level with. The
         page's left edge counts as the further wall, so that pages end where their last column does.
@@ -85,7 +85,7 @@ class Skyline:
         self._join(rows, ledge.slot)
         return x
 
-    def rise(self, rows: Indices, ledge: Ledge, most: Ints) -> None:
+    def raise_ledges(self, rows: Indices, ledge: Ledge, most: Ints) -> None:
         """Give up the room on the ledges of ``rows`` (R,), because nothing fits there.
 
         They rise to the lower of their walls, or as far as ``most`` (R,), px.
@@ -114,10 +114,10 @@ class Skyline:
 
     def _join(self, rows: Indices, slot: Indices) -> None:
         """Join the ledges at ``slot`` with those beside them that are level."""
-        self._swallow(rows, slot, self._before)
-        self._swallow(rows, slot, self._after)
+        self._absorb(rows, slot, self._before)
+        self._absorb(rows, slot, self._after)
 
-    def _swallow(self, rows: Indices, slot: Indices, beside: Indices) -> None:
+    def _absorb(self, rows: Indices, slot: Indices, beside: Indices) -> None:
         level = np.flatnonzero(self._y[rows, beside[rows, slot]] == self._y[rows, slot])
         rows, slot = rows[level], slot[level]
         other = beside[rows, slot]
@@ -127,7 +127,7 @@ class Skyline:
             self._y[rows, slot],
             self._width[rows, slot] + self._width[rows, other],
         )  # fmt: skip
-        self._order[rows, other] = _GONE
+        self._order[rows, other] = _UNUSED
         beyond = beside[rows, other]
         if beside is self._before:
             self._link(rows, beyond, slot)

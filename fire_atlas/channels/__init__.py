@@ -1,1 +1,1 @@
-"""Maps beside the pages: how the flame moves from frame to frame, and its layers on their own."""
+"""What a frame holds besides its colours: motion vectors, and its layers on their own."""

@@ -1,13 +1,12 @@
 """Cross-validate motion vectors on held-out frames, by the engine's formula from the bytes.
 
-What comes of it is stated in the manifest; it is written and read here.
+The manifest states the result; its figures are written and read here.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,13 +14,14 @@ from fire_atlas.channels.encoding import MotionEncoding
 from fire_atlas.channels.flow import Vectors
 from fire_atlas.channels.held_out import HeldOutFrame, reliability, squared_error
 from fire_atlas.core.pixels import Bytes, Plane, as_plane
+from fire_atlas.vision.warp import pixel_centres, sample_at
 
 SIGNS = (1, 1), (1, -1), (-1, 1), (-1, -1)
-"""What a client may get wrong, of R and of G; the first is right."""
+"""Signs that an engine may give R and G by mistake; the first pair is right."""
 
 _MIN_GAIN = 0.005
 """A smaller gain on frames of the source between those that are played may be chance, and nobody
-sees it. Over steps that are twice as long any gain tells of more."""
+sees it. Over steps that are twice as long any gain is evidence of a larger one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,9 +90,7 @@ def _blended(
 ) -> NDArray[np.float32]:
     """Return what the engine shows there: coordinates in its own axes, scale in px of a cell."""
     height, width = frame.before.shape[:2]
-    columns, rows = np.meshgrid(
-        np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)
-    )
+    columns, rows = pixel_centres(width, height)
     upwards = encoding.green == "up"
     place = np.stack([columns, height - 1 - rows if upwards else rows], axis=2)
     seen = []
@@ -101,10 +99,7 @@ def _blended(
         motion: Vectors = encoding.decoded(data) * np.array(signs, np.float32)
         at = as_plane(place + motion * scale * np.float32(way))
         y = height - 1 - at[..., 1] if upwards else at[..., 1]
-        seen.append(as_plane(cv2.remap(
-            image.astype(np.float32), as_plane(at[..., 0]), as_plane(y), cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_REPLICATE,
-        )))  # fmt: skip
+        seen.append(sample_at(image.astype(np.float32), at[..., 0], y))
     return frame.blended(seen[0], seen[1])
 
 

@@ -1,8 +1,8 @@
-"""How each engine's shaders encode motion vectors: the signs, the unit, the bytes, the formula.
+"""Encode motion vectors as the shaders of each engine decode them: signs, unit, bytes, formula.
 
-The one place that knows: what draws vectors, tests them, writes down how they are read or shows
-them looks it up here by the engine's name. Inside the tool y points down; an engine whose V grows
-upwards has its green turned here.
+All that draws vectors, tests them, describes them in files or shows them looks the encoding up here
+by the engine's name. Inside the tool y points down; the green of an engine whose V grows upwards is
+negated here.
 """
 
 from dataclasses import dataclass
@@ -18,18 +18,18 @@ from fire_atlas.recipe.output import Engine
 
 @dataclass(frozen=True, slots=True)
 class MotionEncoding:
-    """What one engine's formula makes of a texel.
+    """How one engine's formula decodes a texel of motion vectors.
 
     A byte b stands for (b − ``zero``) / ``span`` of the scale, which is the motion of a decoded 1.
 
     Attributes:
-        engine: Whose formula it is.
-        green: What more than neutral means in G. In R it always is right.
+        engine: Name of the engine.
+        green: Direction of values above neutral in G. In R that is always right.
         zero, span: Of the bytes. Where ``zero`` is no whole number, no byte means "no motion":
             the nearest drifts by half a step, 1/255 of the scale.
-        unit: What the scale counts: the UV of one ``cell``, 0..1, or a ``pixel`` of the sheet.
+        unit: Of the scale: the UV of one ``cell``, 0..1, or a ``pixel`` of the sheet.
         decode: The formula that turns a sample, 0..1, into -1..1.
-        this, following: Where the frame that goes and the one that comes are sampled.
+        this, following: Where the current frame and the next one are sampled.
     """
 
     engine: Engine
@@ -55,18 +55,18 @@ class MotionEncoding:
         """Return how many px one unit of the scale is, along x and y, in cells of that size, px."""
         if self.unit == "pixel":
             return 1.0, 1.0
-        assert cell is not None, "the recipe saw to it that there are cells"
+        assert cell is not None, "recipes with this unit have cells"
         return float(cell[0]), float(cell[1])
 
     def encode(self, share: Vectors) -> Bytes:
         """Return R and G, (h, w, 2) uint8, of vectors as shares of the scale, y down."""
-        turned = share * np.array([1, self.green_of_down], np.float32)
-        clipped = np.clip(turned, -1, 1) * np.float32(self.span) + np.float32(self.zero)
+        signed = share * np.array([1, self.green_of_down], np.float32)
+        clipped = np.clip(signed, -1, 1) * np.float32(self.span) + np.float32(self.zero)
         # Upwards from between two bytes, so that no motion is the neutral byte.
         return np.asarray(np.clip(np.floor(clipped + np.float32(0.5)), 0, 255), np.uint8)
 
     def decoded(self, red_green: NDArray[np.uint8]) -> Vectors:
-        """Return what the engine's formula makes of bytes (h, w, 2): its own axes, -1..1."""
+        """Return vectors decoded by the engine's formula from bytes (h, w, 2): its axes, -1..1."""
         return as_plane((red_green - np.float32(self.zero)) / np.float32(self.span))
 
 

@@ -1,9 +1,9 @@
 """Hold frames out of a clip, and measure on them how reliable its motion vectors are.
 
-Where the source has frames between those that are shown, they are held out, and nothing else is as
-good a witness: a flame that sways to and fro between two frames looks calm in them. Else frame m is
-held out and predicted from m − 1 and m + 1, by vectors that were found without it, over steps of
-two frames. In that the clip is twice as fast as it will be played.
+Where the source has frames between those that are shown, they are held out. No other frames test
+vectors as well: a flame that sways to and fro between two frames looks calm in these. Else frame m
+is held out and predicted from m − 1 and m + 1, by vectors that were found without it, over steps of
+two frames, in which the clip is twice as fast as it will be played.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.channels.cells import cell_vectors
-from fire_atlas.channels.flow import Halfway, Vectors, halfway, warped
+from fire_atlas.channels.flow import StepMotion, Vectors, step_motion
 from fire_atlas.core.pixels import Bytes, Plane, as_plane
 from fire_atlas.core.workers import Workers
+from fire_atlas.vision.sampling import evenly_spread
+from fire_atlas.vision.warp import warp_by_pixels
 
 _MAX_HELD_OUT = 8
 """Most frames of a clip that are held out."""
@@ -43,7 +45,7 @@ class HeldOutFrame(NamedTuple):
         vectors: Of ``before`` and of ``after``: (h, w, 2), px of the picture from the one to the
             other, as if they were fully reliable.
         span: Frames of the clip from ``before`` to ``after``, 1 or 2.
-        blend: The client's blend factor at the time of ``actual``: 0 at ``before``, 1 at ``after``.
+        blend: The engine's blend factor at the time of ``actual``: 0 at ``before``, 1 at ``after``.
     """
 
     before: Bytes
@@ -54,9 +56,9 @@ class HeldOutFrame(NamedTuple):
     blend: float
 
     def predicted(self, vectors: tuple[Vectors, Vectors]) -> NDArray[np.float32]:
-        """Return the frame that the client's formula shows there, (h, w, 4), 0..255."""
-        one = warped(self.before.astype(np.float32), vectors[0], -self.blend)
-        other = warped(self.after.astype(np.float32), vectors[1], 1 - self.blend)
+        """Return the frame that the engine's formula shows there, (h, w, 4), 0..255."""
+        one = warp_by_pixels(self.before.astype(np.float32), vectors[0], -self.blend)
+        other = warp_by_pixels(self.after.astype(np.float32), vectors[1], 1 - self.blend)
         return self.blended(one, other)
 
     def blended(self, one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -66,8 +68,7 @@ class HeldOutFrame(NamedTuple):
 
 def choose_held_out(numbers: Sequence[int]) -> list[int]:
     """Return those of ``numbers`` that are held out, evenly spread, in order."""
-    at = np.linspace(0, len(numbers) - 1, min(_MAX_HELD_OUT, len(numbers)))
-    return sorted({numbers[round(n)] for n in at})
+    return [numbers[i] for i in evenly_spread(0, len(numbers) - 1, _MAX_HELD_OUT)]
 
 
 def hold_out(
@@ -157,9 +158,9 @@ def _held_out(
     def shown(i: int) -> Bytes:
         return pictures[i % count if loop else min(max(i, 0), count - 1)]
 
-    def step(i: int) -> Halfway | None:
+    def step(i: int) -> StepMotion | None:
         known = loop or (i >= 0 and i + span < count)
-        return halfway(shown(i), shown(i + span)) if known else None
+        return step_motion(shown(i), shown(i + span)) if known else None
 
     at = first - span, first, first + span, first + 2 * span
     into, across, out = (step(i) for i in at[:3])

@@ -1,4 +1,4 @@
-"""What maps cannot be had with, and when there is nothing to show in them."""
+"""Check which maps such pages can have beside them. Imports nothing heavy."""
 
 from collections.abc import Iterator
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from fire_atlas.channels.encoding import motion_encoding
-from fire_atlas.channels.motion import Motion, learn_motion
+from fire_atlas.channels.motion import Motion, estimate_motion
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.pipeline.context import BuildContext
@@ -41,7 +41,7 @@ def measure_motion(
     thumbnails = [frame.thumbnail for frame in frames if frame.thumbnail is not None]
     with context.clock.measure("motion"):
         context.progress.stage("motion", len(frames))
-        return learn_motion(
+        return estimate_motion(
             thumbnails,
             between,
             sizes.pop(),

@@ -8,8 +8,7 @@ from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.atlas.sheet import AtlasSheet, Sprite
 from fire_atlas.channels.encoding import motion_encoding
-from fire_atlas.channels.page import draw_motion_page
-from fire_atlas.channels.sheet import margin_of, with_maps
+from fire_atlas.channels.page import draw_motion_page, vector_margin, with_maps
 from fire_atlas.core.output_file import Role
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.progress import Progress
@@ -38,7 +37,7 @@ def pack(
     """
     motions = [each.motion for each in animations.values() if each.motion is not None]
     packed = [animation.frames_for_pages(title) for title, animation in animations.items()]
-    sheets = build_sheets(name, packed, atlas, margin=margin_of(motions), shares=maps == Maps())
+    sheets = build_sheets(name, packed, atlas, margin=vector_margin(motions), shares=maps == Maps())
     if len(sheets[0].pages) > 1:
         progress.note(
             f"needs {len(sheets[0].pages)} pages; a larger atlas.max_size, a smaller source.height "

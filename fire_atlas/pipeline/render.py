@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 from fire_atlas.atlas.encode import encode_sprites
 from fire_atlas.atlas.sheet import Sprite
-from fire_atlas.atlas.trim import around
-from fire_atlas.channels.flow import picture
+from fire_atlas.atlas.trim import bounding_rect
+from fire_atlas.channels.flow import displayed_thumbnail
 from fire_atlas.channels.held_out import choose_held_out
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Bytes, brightness
@@ -102,11 +102,11 @@ def finish(
     if maps.flakes:
         encoded["flakes"] = encode_sprites(flakes_alone(layers, settings, palette), atlas)
     moves = maps.motion != "none"
-    thumbnail = picture(as_light(layers.flame), atlas.blend_space) if moves else None
+    thumbnail = displayed_thumbnail(as_light(layers.flame), atlas.blend_space) if moves else None
     height, width = layers.flame.shape[:2]
     whole, *smaller = encode_sprites(join(layers, settings, palette), atlas)
     lit = [each.lit for each in (whole, *(each[0] for each in encoded.values())) if each.lit]
-    whole = replace(whole, lit=around(lit) if lit else None)
+    whole = replace(whole, lit=bounding_rect(lit) if lit else None)
     return RenderedFrame((whole, *smaller), encoded, thumbnail, light, width, height)
 
 
@@ -135,7 +135,7 @@ def flames_between(
 
     def flame(i: int) -> tuple[float, Bytes]:
         seen = flame_of(i, skipped[i].read(), simulated, settings)
-        return skipped[i].part, picture(as_light(seen), settings.atlas.blend_space)
+        return skipped[i].part, displayed_thumbnail(as_light(seen), settings.atlas.blend_space)
 
     chosen = choose_held_out(sorted(skipped))
     return dict(zip(chosen, context.workers.map(flame, chosen), strict=True))

@@ -1,1 +1,1 @@
-"""When: which frames follow each other, before anything is analysed."""
+"""Decide which frames follow each other, before anything in them is analysed."""

@@ -1,4 +1,4 @@
-"""The clip as it is played: cut, joined, closed and timed, before anything is analysed."""
+"""Arrange a clip as the recipe's ``timeline`` plays it: cut, looped and retimed."""
 
 from dataclasses import replace
 
@@ -7,10 +7,8 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.timeline import Timeline
-from fire_atlas.timeline.looping import crossfaded, looped, recognised
-from fire_atlas.timeline.once import once
-from fire_atlas.timeline.pingpong import pingpong
-from fire_atlas.timeline.pixel_art import is_pixel_art
+from fire_atlas.timeline.cutting import is_pixel_art
+from fire_atlas.timeline.looping import crossfade, keep_frames, loop_clip, play_once
 from fire_atlas.timeline.retiming import flow_helps, retimed
 from fire_atlas.timeline.tail import with_tail
 
@@ -23,14 +21,14 @@ def arrange(
     progress: Progress,
     only_packs: bool = False,
 ) -> Clip:
-    """Return ``clip`` as the recipe's ``timeline`` plays it.
+    """Return ``clip`` as ``timeline`` plays it, before anything in it is analysed.
 
     Args:
         clip: As its source gives it.
         timeline: Of the recipe.
         longest_life: Of a flake, s: how long a tail may be needed.
         workers: To look at the frames.
-        progress: Told what was decided, and why.
+        progress: Gets a note of what was decided, and why.
         only_packs: Frames are to stay as they are, unless the recipe says how to change them.
 
     Raises:
@@ -40,7 +38,7 @@ def arrange(
     wanted = timeline.frames and max(1, round(timeline.frames * clip.fps / rate))
     keeps_rate = timeline.fps in (None, clip.fps)
     if only_packs and keeps_rate and timeline.model_copy(update={"fps": None}) == Timeline():
-        return recognised(clip, workers)
+        return keep_frames(clip, workers)
     played = _played(clip, timeline, wanted, workers, progress)
     timed = _timed(played, timeline, workers, progress)
     if not timeline.tail:
@@ -60,13 +58,45 @@ def _played(
     """Return the clip at its own rate, in ``wanted`` frames if the recipe says how many."""
     match timeline.loop:
         case "none":
-            return once(clip, timeline, wanted, workers)
+            return play_once(clip, timeline, wanted, workers)
         case "pingpong":
-            return pingpong(clip, wanted + wanted % 2 if wanted else None)
+            return _pingpong(clip, wanted + wanted % 2 if wanted else None)
         case "crossfade":
-            return crossfaded(clip, timeline, wanted, workers)
+            return crossfade(clip, timeline, wanted, workers)
         case "auto":
-            return looped(clip, timeline, wanted, workers, progress)
+            return loop_clip(clip, timeline, wanted, workers, progress)
+
+
+def _pingpong(clip: Clip, frames: int | None) -> Clip:
+    """Return ``clip`` forwards and backwards; neither of its ends is shown twice.
+
+    Args:
+        clip: At least 2 frames.
+        frames: Length of the result, even. None: all of the clip.
+
+    Raises:
+        RecipeError: The clip has too few frames.
+    """
+    longest = 2 * clip.count - 2
+    count = frames or longest
+    if not 2 <= count <= longest:
+        raise RecipeError(
+            f"timeline.frames asks for {count} frames, but {clip.count} frames played forwards and "
+            f"backwards give at most {longest}; leave timeline.frames out, or use loop: auto"
+        )
+    turn, flow = count // 2, clip.flow
+
+    def shown(i: int) -> int:
+        return i if i <= turn else count - i
+
+    return replace(
+        clip,
+        count=count,
+        picture=lambda i: clip.picture(shown(i)),
+        loop=True,
+        flow=None if flow is None else lambda i: flow(shown(i)),
+        backwards=frozenset(range(turn, count)),
+    )
 
 
 def _timed(played: Clip, timeline: Timeline, workers: Workers, progress: Progress) -> Clip:

@@ -1,163 +1,170 @@
-"""Fire that goes on longer than its clip: from moment to moment that look alike (Schödl et al.,
-"Video Textures", SIGGRAPH 2000, sections 3 and 4).
+"""Extend a fire beyond its clip: a walk over its frames that jumps between similar ones (Schödl et
+al., "Video Textures", SIGGRAPH 2000, sections 3 and 4).
 
-A walk over the clip is searched for that lasts exactly so many frames, joins what looks alike, and
-neither makes the same join again soon nor goes back to what was just seen.
+A beam search finds the walk of exactly so many frames whose transitions cost least. Making the same
+transition again soon, or going back to what was just shown, costs extra.
 """
 
 from collections import defaultdict
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.timeline.cutting import Footage
-from fire_atlas.timeline.takes import Join
+from fire_atlas.timeline.cutting import CutAnalysis
+from fire_atlas.timeline.edit_list import Transition
 
-_JOINS = 60
-"""Best joins that a walk is made of."""
+_MOST_TRANSITIONS = 60
+"""Best transitions that walks are made of."""
 
-_APART = 3
-"""Frames by which joins differ that are not the same to the eye."""
+_SAME_WITHIN = 3
+"""Transitions whose ends differ by at most so many frames are the same to the eye."""
 
 _STARTS = 4
 """Places tried for a loop to begin at."""
 
-_WIDTH = 8
+_BEAM_WIDTH = 8
 """Walks that are kept of every length."""
 
-_AGAIN = 1.5
-"""What making a join again costs, in the cost of a usual join."""
+_REPEAT_COST = 1.5
+"""Cost of making a transition again, in median costs of a transition."""
 
-_BACK = 1.0
-"""What going back to what was just seen costs, in the same."""
+_BACKTRACK_COST = 1.0
+"""Cost of going back to what was just shown, in the same."""
+
+_Candidates = list[tuple[float, Transition]]
+"""Transitions that a walk may make, each with its cost."""
 
 
-class _Walk(NamedTuple):
-    """The beginning of a walk: what it costs, where it stands, and its joins so far."""
+class _PartialWalk(NamedTuple):
+    """The beginning of a walk: its cost, the frame it has come to, and its transitions so far."""
 
     cost: float
     at: int
-    joins: tuple[Join, ...]
+    transitions: tuple[Transition, ...]
 
 
-def continued_loop(footage: Footage, frames: int) -> list[Join] | None:
-    """Return the joins of a loop of ``frames``, the last leading back to its start; None if there
-    is none."""
-    costs, overlap = footage.costs(), footage.overlap
-    choice = _best_joins(costs, footage)
-    found: list[tuple[float, tuple[Join, ...]]] = []
-    for beginning in list(dict.fromkeys(join.beginning for _, join in choice))[:_STARTS]:
-        start = _wrap(beginning + overlap, footage)
-        for length, walks in _walks(choice, footage, start, frames - overlap).items():
+def extend_loop(analysis: CutAnalysis, frames: int) -> list[Transition] | None:
+    """Return the transitions of a loop of ``frames``, if there is one; the last one closes it."""
+    costs, overlap = analysis.costs(), analysis.overlap
+    candidates = _best_transitions(costs, analysis)
+    found: list[tuple[float, tuple[Transition, ...]]] = []
+    beginnings = dict.fromkeys(transition.beginning for _, transition in candidates)
+    for beginning in list(beginnings)[:_STARTS]:
+        start = _wrapped(beginning + overlap, analysis)
+        for length, walks in _walks(candidates, analysis, start, frames - overlap).items():
             for walk in walks:
                 ending = walk.at + frames - overlap - length
-                if not _may_run(footage, walk.at, ending):
+                if not _may_play(analysis, walk.at, ending):
                     continue
-                last = Join(_wrap(ending, footage), beginning)
-                price = costs[last] + _price(last, walk.joins, footage, _usual(choice))
-                if np.isfinite(price):
-                    found.append((walk.cost + float(price), (*walk.joins, last)))
+                last = Transition(_wrapped(ending, analysis), beginning)
+                cost = costs[last] + _extra_cost(last, walk, analysis, _median_cost(candidates))
+                if np.isfinite(cost):
+                    found.append((walk.cost + float(cost), (*walk.transitions, last)))
     return list(min(found)[1]) if found else None
 
 
-def continued_once(footage: Footage, frames: int) -> list[Join] | None:
-    """Return the joins of a walk of ``frames`` from the first frame on; None if there is none."""
-    choice = _best_joins(footage.costs(), footage)
+def extend_once(analysis: CutAnalysis, frames: int) -> list[Transition] | None:
+    """Return the transitions of a walk of ``frames`` from the first frame on, if there is one."""
+    candidates = _best_transitions(analysis.costs(), analysis)
     found = [
-        (walk.cost, walk.joins)
-        for length, walks in _walks(choice, footage, 0, frames).items()
+        (walk.cost, walk.transitions)
+        for length, walks in _walks(candidates, analysis, 0, frames).items()
         for walk in walks
-        if walk.joins and walk.at + frames - length <= footage.count
+        if walk.transitions and walk.at + frames - length <= analysis.count
     ]
     return list(min(found)[1]) if found else None
 
 
 def _walks(
-    choice: Sequence[tuple[float, Join]], footage: Footage, start: int, frames: int
-) -> dict[int, list[_Walk]]:
+    candidates: _Candidates, analysis: CutAnalysis, start: int, frames: int
+) -> dict[int, list[_PartialWalk]]:
     """Best beginnings of walks from frame ``start``, by their length, up to ``frames``."""
-    usual, overlap = _usual(choice), footage.overlap
-    walks: dict[int, list[_Walk]] = defaultdict(list, {0: [_Walk(0.0, start, ())]})
+    median, overlap = _median_cost(candidates), analysis.overlap
+    walks: dict[int, list[_PartialWalk]] = defaultdict(list, {0: [_PartialWalk(0.0, start, ())]})
     for length in range(frames):
-        walks[length] = _distinct(walks[length])
+        walks[length] = _beam(walks[length])
         for walk in walks[length]:
-            for cost, join in choice:
-                run = _run(footage, walk.at, join.ending)
-                then = length + run + overlap
-                if run < _shortest_run(footage) or then >= frames:
+            for cost, transition in candidates:
+                played = _played(analysis, walk.at, transition.ending)
+                then = length + played + overlap
+                if played < _shortest_stretch(analysis) or then >= frames:
                     continue
-                price = cost + _price(join, walk.joins, footage, usual)
-                landed = _wrap(join.beginning + overlap, footage)
-                walks[then].append(_Walk(walk.cost + price, landed, (*walk.joins, join)))
+                cost += _extra_cost(transition, walk, analysis, median)
+                landed = _wrapped(transition.beginning + overlap, analysis)
+                made = (*walk.transitions, transition)
+                walks[then].append(_PartialWalk(walk.cost + cost, landed, made))
     return walks
 
 
-def _distinct(walks: list[_Walk]) -> list[_Walk]:
-    """The cheapest walks; of those that end with the same join only one."""
-    best: dict[tuple[Join, ...], _Walk] = {}
+def _beam(walks: list[_PartialWalk]) -> list[_PartialWalk]:
+    """Return the cheapest walks; of those that end with the same transition only one."""
+    best: dict[tuple[Transition, ...], _PartialWalk] = {}
     for walk in sorted(walks):
-        best.setdefault(walk.joins[-1:], walk)
-        if len(best) == _WIDTH:
+        best.setdefault(walk.transitions[-1:], walk)
+        if len(best) == _BEAM_WIDTH:
             break
     return list(best.values())
 
 
-def _best_joins(costs: NDArray[np.float64], footage: Footage) -> list[tuple[float, Join]]:
-    """The cheapest joins that lead well away, none of them next to a cheaper one."""
+def _best_transitions(costs: NDArray[np.float64], analysis: CutAnalysis) -> _Candidates:
+    """Return the cheapest transitions that lead well away, none of them next to a cheaper one."""
     count = len(costs)
     ending, beginning = np.indices(costs.shape)
-    leap = np.abs(beginning - ending)
-    if footage.closed:
-        leap = np.minimum(leap, count - leap)
-    left = np.where(leap > _least_leap(footage), costs, np.inf)
-    found: list[tuple[float, Join]] = []
-    while len(found) < _JOINS:
+    jump = np.abs(beginning - ending)
+    if analysis.closed:
+        jump = np.minimum(jump, count - jump)
+    left = np.where(jump > _least_jump(analysis), costs, np.inf)
+    found: _Candidates = []
+    while len(found) < _MOST_TRANSITIONS:
         at = int(np.argmin(left))
-        join = Join(at // count, at % count)
-        if not np.isfinite(left[join]):
+        transition = Transition(at // count, at % count)
+        if not np.isfinite(left[transition]):
             break
-        found.append((float(costs[join]), join))
-        near = [np.arange(place - _APART, place + _APART + 1) for place in join]
-        near = [n % count if footage.closed else np.clip(n, 0, count - 1) for n in near]
+        found.append((float(costs[transition]), transition))
+        near = [np.arange(place - _SAME_WITHIN, place + _SAME_WITHIN + 1) for place in transition]
+        near = [n % count if analysis.closed else np.clip(n, 0, count - 1) for n in near]
         left[np.ix_(*near)] = np.inf
     return found
 
 
-def _price(join: Join, before: Sequence[Join], footage: Footage, usual: float) -> float:
-    """What is added to the cost of a join because of what the walk has shown before."""
-    again = sum(all(abs(a - b) <= _APART for a, b in zip(join, other, strict=True))
-                for other in before)  # fmt: skip
-    back = _run(footage, join.beginning, join.ending)
-    near = max(0.0, 1 - 2 * back / footage.count) if back > 0 else 0.0
-    return usual * (_AGAIN * again + _BACK * near)
+def _extra_cost(
+    transition: Transition, walk: _PartialWalk, analysis: CutAnalysis, median: float
+) -> float:
+    """Return what a transition costs more because of what the walk has shown before."""
+    repeats = sum(
+        all(abs(a - b) <= _SAME_WITHIN for a, b in zip(transition, other, strict=True))
+        for other in walk.transitions
+    )
+    back = _played(analysis, transition.beginning, transition.ending)
+    nearness = max(0.0, 1 - 2 * back / analysis.count) if back > 0 else 0.0
+    return median * (_REPEAT_COST * repeats + _BACKTRACK_COST * nearness)
 
 
-def _usual(choice: Sequence[tuple[float, Join]]) -> float:
-    return float(np.median([cost for cost, _ in choice])) if choice else 1.0
+def _median_cost(candidates: _Candidates) -> float:
+    return float(np.median([cost for cost, _ in candidates])) if candidates else 1.0
 
 
-def _least_leap(footage: Footage) -> int:
-    """A join that leads less far is a stutter."""
-    return min(footage.overlap + 1, footage.count // 4)
+def _least_jump(analysis: CutAnalysis) -> int:
+    """Return by how many frames a transition has to lead away: less would be a stutter."""
+    return min(analysis.overlap + 1, analysis.count // 4)
 
 
-def _shortest_run(footage: Footage) -> int:
-    """Fewest frames of a take that are seen alone."""
-    return max(1, min(footage.overlap, footage.count // 6))
+def _shortest_stretch(analysis: CutAnalysis) -> int:
+    """Return the fewest frames that are played between two transitions."""
+    return max(1, min(analysis.overlap, analysis.count // 6))
 
 
-def _may_run(footage: Footage, first: int, end: int) -> bool:
-    """Whether a take may be seen alone from ``first`` until ``end``, counted on past the end."""
-    last = first + footage.count - 1 if footage.closed else footage.longest
-    return first + _shortest_run(footage) <= end <= last
+def _may_play(analysis: CutAnalysis, first: int, end: int) -> bool:
+    """Whether frames ``first`` until ``end``, counted on past the end, may be played in a row."""
+    last = first + analysis.count - 1 if analysis.closed else analysis.longest
+    return first + _shortest_stretch(analysis) <= end <= last
 
 
-def _run(footage: Footage, first: int, end: int) -> int:
-    """Frames from ``first`` until ``end``; round the end of a clip that closes."""
-    return (end - first) % footage.count if footage.closed else end - first
+def _played(analysis: CutAnalysis, first: int, end: int) -> int:
+    """Return how many frames there are from ``first`` until ``end``, around the end of a loop."""
+    return (end - first) % analysis.count if analysis.closed else end - first
 
 
-def _wrap(frame: int, footage: Footage) -> int:
-    return frame % footage.count if footage.closed else frame
+def _wrapped(frame: int, analysis: CutAnalysis) -> int:
+    return frame % analysis.count if analysis.closed else frame

@@ -1,5 +1,5 @@
-"""Where to cut a clip so that its end passes into its beginning unseen (Schödl et al., "Video
-Textures", SIGGRAPH 2000, section 3)."""
+"""Choose where to cut a clip so that its end passes into its beginning unseen (Schödl et al.,
+"Video Textures", SIGGRAPH 2000, section 3)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,41 +8,61 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import Pixels
-from fire_atlas.timeline.takes import Join, stretch
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.pixels import Pixels, encode_bytes
+from fire_atlas.core.workers import Workers
+from fire_atlas.recipe.timeline import Timeline
+from fire_atlas.timeline.edit_list import Transition, stretch
 from fire_atlas.vision.thumbnails import Thumbnails, distance
 
-_SMOOTHING = (1, 4, 6, 4, 1)
-"""Weights of a frame's neighbours: what moves the other way is not alike."""
+_OVERLAP = 1 / 3
+"""Seconds of a transition, by default."""
+
+_LEAST_STRETCHES = 5
+"""By default a transition takes at most this part of the clip: one in so many."""
+
+_INCOHERENT = 1.2
+"""Where any two frames are no further apart than this many steps, neighbours have little in common,
+and a hard cut is seen as little as any step."""
+
+_MOST_FRAMES = 1024
+"""Frames, from the first on, among which cuts are searched."""
+
+_PIXEL_ART_COLOURS = 64
+"""Most colours, transparency among them, that a frame of pixel art has."""
+
+_KERNEL = (1, 4, 6, 4, 1)
+"""Weights of neighbouring frames in a distance, so that motion counts and not one pose alone."""
 
 _TRIED = 24
-"""Best cuts that are tried out."""
+"""Best cuts that are examined closely."""
 
-_SHORTNESS = 2.0
-"""What a loop of no length would cost, against one as long as the clip."""
+_SHORTNESS_COST = 2.0
+"""Cost of a loop of no length, against one as long as the clip, in median steps."""
 
-_SHORT = 12
+_SHORT_LOOP = 12
 """A loop of fewer frames than this keeps at least half of its clip: of a short clip, the best seam
 alone would keep a few frames and lose most of the fire."""
 
-_STEP = 1.1
+_UNSEEN_STEP = 1.1
 """A step this many times the median is not seen."""
 
-_HASTE = 0.8
-"""Flow at the seam this near to the 95th percentile of the loop's is not seen."""
+_UNSEEN_FLOW = 0.8
+"""Flow at the seam up to this share of the 95th percentile of the loop's is not seen."""
 
-_DETAIL = 0.97
-"""Detail in a seam this near to the median of the loop's is not missed."""
+_UNSEEN_DETAIL = 0.97
+"""Detail in a seam down to this share of the median of the loop's is not missed."""
 
 
 @dataclass(frozen=True, slots=True)
-class Footage:
-    """What is known of a clip that is to be cut.
+class CutAnalysis:
+    """Measures of a clip that is to be cut.
 
     Attributes:
         thumbnails: Of all its frames that may be used.
-        overlap: Frames of each join.
-        closed: Whether the first frame follows the last already.
+        overlap: Frames of each transition; 0 for hard cuts.
+        closed: Whether the clip is a loop already, so that frame numbers wrap around.
     """
 
     thumbnails: Thumbnails
@@ -54,118 +74,170 @@ class Footage:
         """Frames that may be used."""
         return len(self.thumbnails.frames)
 
-    def jump(self, join: Join) -> float:
-        """Step of a join that is cut hard, in median steps."""
-        apart = self.thumbnails.apart[(join.ending - 1) % self.count, join.beginning]
-        return float(apart) / max(self.thumbnails.step, 1e-9)
+    def hard_step(self, transition: Transition) -> float:
+        """Step of a transition that is cut hard, in median steps."""
+        return self._steps((transition.ending - 1) % self.count, transition.beginning)
 
-    def step_into(self, join: Join) -> float:
-        """Step with which the take after a join begins, in median steps."""
-        begun = (join.beginning + self.overlap) % self.count
-        return float(self.thumbnails.apart[begun - 1, begun]) / max(self.thumbnails.step, 1e-9)
+    def step_after(self, transition: Transition) -> float:
+        """Step out of the last frame of a transition, in median steps."""
+        first = (transition.beginning + self.overlap) % self.count
+        return self._steps(first - 1, first)
+
+    def _steps(self, one: int, other: int) -> float:
+        """Distance of two frames, in median steps."""
+        return float(self.thumbnails.distances[one, other]) / max(self.thumbnails.median_step, 1e-9)
 
     @property
     def longest(self) -> int:
-        """Frames of the longest loop with one join."""
+        """Frames of the longest loop with one transition."""
         return self.count if self.closed else self.count - max(self.overlap, 1)
 
     @property
     def shortest(self) -> int:
-        """Frames of the shortest loop that is cut where no length is asked for."""
+        """Frames of the shortest loop that is cut where the recipe states no length."""
         half = -(-self.count // 2)
-        return max(self.longest // 2, min(half, _SHORT), self.overlap + 1)
+        return max(self.longest // 2, min(half, _SHORT_LOOP), self.overlap + 1)
 
     def costs(self) -> NDArray[np.float64]:
-        """How unlike both sides of every join are, in median steps: entry (ending, beginning).
+        """Dissimilarity of both sides of every transition: entry (ending, beginning), median steps.
 
-        The distance in the middle of the overlap, smoothed over two neighbours either way. Joins
-        that would need frames the clip does not have cost infinitely much.
+        The distance in the middle of the overlap, averaged over two neighbours either way (section
+        3.1, "preserving dynamics"). Transitions that would need frames the clip does not have cost
+        infinitely much.
         """
-        apart = self.thumbnails.apart.astype(np.float64) / max(self.thumbnails.step, 1e-9)
-        middle, reach = self.overlap // 2, len(_SMOOTHING) // 2
-        smooth = np.zeros_like(apart)
-        for k, weight in enumerate(_SMOOTHING):
-            smooth += weight * _moved(apart, k - reach, self.closed)
-        costs = _moved(smooth / sum(_SMOOTHING), middle, self.closed)
+        distances = self.thumbnails.distances.astype(np.float64)
+        distances /= max(self.thumbnails.median_step, 1e-9)
+        middle, radius = self.overlap // 2, len(_KERNEL) // 2
+        filtered = np.zeros_like(distances)
+        for k, weight in enumerate(_KERNEL):
+            filtered += weight * _shifted(distances, k - radius, self.closed)
+        costs = _shifted(filtered / sum(_KERNEL), middle, self.closed)
         if not self.closed:
             costs[self.longest + 1 :] = np.inf
             costs[:, self.longest + 1 :] = np.inf
         return costs
 
 
-def _moved(apart: NDArray[np.float64], by: int, goes_round: bool) -> NDArray[np.float64]:
+def _shifted(distances: NDArray[np.float64], by: int, wraps: bool) -> NDArray[np.float64]:
     """Distances ``by`` frames later in both: entry (i, j) is that of (i + by, j + by)."""
-    at = np.arange(len(apart)) + by
-    at = at % len(apart) if goes_round else np.clip(at, 0, len(apart) - 1)
-    return apart[np.ix_(at, at)]
+    at = np.arange(len(distances)) + by
+    at = at % len(distances) if wraps else np.clip(at, 0, len(distances) - 1)
+    return distances[np.ix_(at, at)]
 
 
-def best_cut(footage: Footage, frames: int | None) -> Join | None:
-    """Return the join that makes the best loop; None if there is no such loop.
+def analyse_cuts(
+    clip: Clip, timeline: Timeline, wanted: int | None, closed: bool, workers: Workers
+) -> CutAnalysis:
+    """Compare all frames of ``clip``, of which ``wanted`` are to result (None: any number).
+
+    ``closed``: whether its first frame follows its last already.
+    """
+    used = min(clip.count, _MOST_FRAMES)
+    thumbnails = Thumbnails.of(clip, range(used), workers)
+    overlap = overlap_of(clip, timeline, wanted)
+    is_incoherent = thumbnails.median_distance <= _INCOHERENT * thumbnails.median_step
+    if timeline.overlap == "auto" and (is_incoherent or is_pixel_art(clip)):
+        overlap = 0
+    return CutAnalysis(thumbnails, overlap, closed and used == clip.count)
+
+
+def overlap_of(clip: Clip, timeline: Timeline, wanted: int | None) -> int:
+    """Return over how many frames an end passes into a beginning.
+
+    Raises:
+        RecipeError: The recipe asks for more than the clip has.
+    """
+    most = max(1, min(clip.count, wanted or clip.count) // 2)
+    if timeline.overlap == "auto":
+        return max(1, min(round(_OVERLAP * clip.fps), most, clip.count // _LEAST_STRETCHES))
+    if timeline.overlap > most:
+        raise RecipeError(
+            f"timeline.overlap is {timeline.overlap} frames, but with {clip.count} frames in and "
+            f"{wanted or 'as many'} out at most {most} can overlap"
+        )
+    return timeline.overlap
+
+
+def is_pixel_art(clip: Clip) -> bool:
+    """Whether a clip has so few colours that a mix of two would be seen as a new one."""
+    shown = np.ascontiguousarray(encode_bytes(clip.read(0)))
+    return len(np.unique(shown.view(np.uint32))) <= _PIXEL_ART_COLOURS
+
+
+def best_cut(analysis: CutAnalysis, frames: int | None) -> Transition | None:
+    """Return the transition that makes the best loop; None if there is no such loop.
 
     Args:
-        footage: The clip.
+        analysis: Of the clip.
         frames: Length of the loop. None: any from the shortest that keeps enough of the clip.
     """
-    costs, overlap, count = footage.costs(), footage.overlap, footage.count
-    longest = footage.longest
-    lengths = [frames] if frames else range(footage.shortest, longest + 1)
-    found: list[tuple[float, Join]] = []
-    for length in lengths:
-        if not overlap < length <= longest:
-            continue
-        starts = np.arange(count if footage.closed else longest - length + 1)
-        endings = (starts + length) % count if footage.closed else starts + length
-        short = _SHORTNESS * (1 - length / longest)
-        found += [
-            (float(costs[ending, start]) + short, Join(int(ending), int(start)))
-            for ending, start in zip(endings, starts, strict=True)
-            if np.isfinite(costs[ending, start])
-        ]
-    found.sort()
-    tried = [(cost + _flaws(footage, join), join) for cost, join in found[:_TRIED]]
+    lengths = [frames] if frames else range(analysis.shortest, analysis.longest + 1)
+    costs = analysis.costs()
+    found = sorted(each for length in lengths for each in _loops_of(analysis, costs, length))
+    tried = [
+        (cost + _visible_flaws(analysis, transition), transition)
+        for cost, transition in found[:_TRIED]
+    ]
     return min(tried)[1] if tried else None
 
 
-def _flaws(footage: Footage, join: Join) -> float:
-    """What would be seen of a join: steps that are too large or unlike the others, or a first step
-    that is faster than nearly all others of the loop."""
-    steps = np.array([distance(a, b) for a, b in pairwise(_around(footage, join))])
-    steps /= max(footage.thumbnails.step, 1e-9)
-    large = np.maximum(steps - _STEP, 0).max()
+def _loops_of(
+    analysis: CutAnalysis, costs: NDArray[np.float64], length: int
+) -> Iterator[tuple[float, Transition]]:
+    """Yield every loop of ``length`` frames with one transition, and its cost."""
+    count, longest = analysis.count, analysis.longest
+    if not analysis.overlap < length <= longest:
+        return
+    starts = np.arange(count if analysis.closed else longest - length + 1)
+    endings = (starts + length) % count if analysis.closed else starts + length
+    shortness = _SHORTNESS_COST * (1 - length / longest)
+    for ending, start in zip(endings.tolist(), starts.tolist(), strict=True):
+        if np.isfinite(costs[ending, start]):
+            yield float(costs[ending, start]) + shortness, Transition(ending, start)
+
+
+def _visible_flaws(analysis: CutAnalysis, transition: Transition) -> float:
+    """Return what would be seen of a transition, as a cost.
+
+    That are steps which are too large or unlike the others, a first step after it that is faster
+    than nearly all others of the loop, and lost detail.
+    """
+    seam = pairwise(_approximate_seam(analysis, transition))
+    steps = np.array([distance(a, b) for a, b in seam])
+    steps /= max(analysis.thumbnails.median_step, 1e-9)
+    large = np.maximum(steps - _UNSEEN_STEP, 0).max()
     unlike = abs(np.log(max(steps[-1], 1e-3)))
-    flows = footage.thumbnails.flows
-    begun = join.beginning + footage.overlap
-    shown = stretch(begun, join.ending, footage.count)
+    flows = analysis.thumbnails.flows
+    first = transition.beginning + analysis.overlap
+    shown = stretch(first, transition.ending, analysis.count)
     fast = np.percentile(flows[shown[:-1]], 95) if len(shown) > 1 else np.inf
-    into = flows[((begun or join.ending) - 1) % footage.count]
-    hasty = max(into / max(fast, 1e-9) - _HASTE, 0)
-    details = footage.thumbnails.details
+    into = flows[((first or transition.ending) - 1) % analysis.count]
+    too_fast = max(into / max(fast, 1e-9) - _UNSEEN_FLOW, 0)
+    details = analysis.thumbnails.details
     usual = float(np.median(details[shown])) if shown else 0.0
-    faint = min(_details(footage, join), default=usual) / max(usual, 1e-12)
-    return float(4 * (large + hasty + max(_DETAIL - faint, 0)) + unlike)
+    detail = min(_seam_details(analysis, transition), default=usual) / max(usual, 1e-12)
+    return float(4 * (large + too_fast + max(_UNSEEN_DETAIL - detail, 0)) + unlike)
 
 
-def _details(footage: Footage, join: Join) -> Iterator[float]:
-    """Detail of the frames of a seam: as much as their two sides have."""
-    details, count, overlap = footage.thumbnails.details, footage.count, footage.overlap
+def _seam_details(analysis: CutAnalysis, transition: Transition) -> Iterator[float]:
+    """Yield the detail of each frame of a seam: as much as its two sides have."""
+    details, overlap = analysis.thumbnails.details, analysis.overlap
     for k in range(overlap):
-        part = (k + 1) / (overlap + 1)
-        one, other = details[(join.ending + k) % count], details[(join.beginning + k) % count]
-        yield float(one + (other - one) * part)
+        share = (k + 1) / (overlap + 1)
+        one, other = (details[(start + k) % analysis.count] for start in transition)
+        yield float(one + (other - one) * share)
 
 
-def _around(footage: Footage, join: Join) -> Iterator[Pixels]:
-    """Small copies of the frames of a seam as it would be, with the ones before and after it."""
-    frames, overlap = footage.thumbnails.frames, footage.overlap
-    count = len(frames)
+def _approximate_seam(analysis: CutAnalysis, transition: Transition) -> Iterator[Pixels]:
+    """Yield small copies of a seam's frames without warping, and of the frames beside it."""
+    frames, overlap, count = analysis.thumbnails.frames, analysis.overlap, analysis.count
     mean = frames.mean(axis=0)
-    yield frames[(join.ending - 1) % count]
+    yield frames[(transition.ending - 1) % count]
     for k in range(overlap):
         angle = np.float32(np.pi / 2 * (k + 1) / (overlap + 1))
-        one, other = frames[(join.ending + k) % count], frames[(join.beginning + k) % count]
+        one, other = (frames[(start + k) % count] for start in transition)
         cos, sin = np.cos(angle), np.sin(angle)
         a, b = one - mean, other - mean
-        alike = np.sum(a * b) / max(float(np.sqrt(np.sum(a * a) * np.sum(b * b))), 1e-9)
-        yield mean + (cos * a + sin * b) / np.sqrt(1 + 2 * cos * sin * max(alike, 0))
-    yield frames[(join.beginning + overlap) % count]
+        correlation = np.sum(a * b) / max(float(np.sqrt(np.sum(a * a) * np.sum(b * b))), 1e-9)
+        yield mean + (cos * a + sin * b) / np.sqrt(1 + 2 * cos * sin * max(correlation, 0))
+    yield frames[(transition.beginning + overlap) % count]

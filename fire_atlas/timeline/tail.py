@@ -1,4 +1,4 @@
-"""Room after a clip that plays once, for its flakes to burn out in."""
+"""Add frames after a clip that plays once, in which its last flakes burn out."""
 
 import math
 from dataclasses import replace
@@ -9,7 +9,7 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import Picture
 
 _FADE = 1 / 3
-"""Seconds in which the last frame fades."""
+"""Seconds in which the last frame fades out."""
 
 
 def with_tail(clip: Clip, seconds: float) -> Clip:
@@ -28,11 +28,11 @@ def with_tail(clip: Clip, seconds: float) -> Clip:
             return clip.picture(i)
         if clip.matte == "none":
             return clip.picture(last)
-        gone = (i - last) / fade
-        if gone >= 1:
+        faded = (i - last) / fade
+        if faded >= 1:
             return np.zeros((clip.height, clip.width, 4), np.float32)
-        # Evenly to the eye, which sees about the square root of light.
-        return clip.read(last) * np.float32((1 - gone) ** 2)
+        # Evenly to the eye, whose response is about the square root of light.
+        return clip.read(last) * np.float32((1 - faded) ** 2)
 
     return replace(
         clip,
@@ -44,7 +44,7 @@ def with_tail(clip: Clip, seconds: float) -> Clip:
 
 
 def shortened(clip: Clip, needed: int) -> Clip:
-    """Return ``clip`` with ``needed`` frames of its tail, but with all in which its flame fades."""
+    """Return ``clip`` with ``needed`` frames of its tail, but at least those in which it fades."""
     if needed == 0:
         return replace(clip, count=clip.body, tail=0)
     kept = min(max(needed, fade_frames(clip.fps)), clip.tail)

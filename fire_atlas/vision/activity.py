@@ -1,4 +1,4 @@
-"""Where a clip changes by itself, and not only with the light of its fire."""
+"""Find where a clip changes apart from the flicker of its light."""
 
 from functools import reduce
 
@@ -9,18 +9,18 @@ from numpy.typing import NDArray
 from fire_atlas.core.pixels import Plane, as_plane
 
 _SIDE = 320
-"""Longest side, px, of the picture on which neighbourhoods of what moves are drawn."""
+"""Longest side, px, of the picture on which the mask is widened and filled."""
 
 _LIT = 12.0
-"""Brightness above which a place says something about the light."""
+"""Brightness, 0..255, above which a place is used to measure the flicker."""
 
 
 def activity(planes: list[Plane]) -> Plane:
-    """How much each place changes over a few frames, with its neighbourhood: (H, W) in 0..1.
+    """Return how much each place changes over a few frames, with its surroundings: (H, W) in 0..1.
 
     What the fire lights flickers with it, everywhere by the same factor: that is taken out first.
     Where flame comes and goes a place changes by most of its brightness. The core of a steady
-    flame does not change at all: it is surrounded by what does. A single frame moves everywhere.
+    flame does not change at all, but is surrounded by what does. Of a single frame all is 1.
 
     Args:
         planes: Brightness of the frames, 0..255.
@@ -28,27 +28,27 @@ def activity(planes: list[Plane]) -> Plane:
     if len(planes) == 1:
         return np.ones_like(planes[0])
     peak: Plane = reduce(np.maximum, planes)
-    change = _own_change(planes)
+    change = _change_beside_flicker(planes)
     share = np.clip((change / (peak + 10.0) - 0.25) / 0.25, 0.0, 1.0)
     brightest = np.clip(peak / max(float(np.quantile(peak, 0.995)), 1.0) * 4.0 - 2.8, 0.0, 1.0)
     moves = np.clip((change - 8.0) / 24.0, 0.0, 1.0) * np.maximum(share, brightest)
-    return _with_neighbourhood(as_plane(moves))
+    return _widened_and_filled(as_plane(moves))
 
 
 def mean_of(planes: list[Plane]) -> Plane:
-    """Mean of a few frames, (H, W)."""
+    """Return the mean of a few frames, (H, W)."""
     return as_plane(reduce(np.add, planes) / np.float32(len(planes)))
 
 
 def flicker(plane: Plane, mean: Plane) -> np.float32:
-    """Factor by which the light of a frame differs from the mean: the median over lit places."""
+    """Return the factor by which a frame is brighter than the mean: the median over lit places."""
     few = slice(None, None, 3), slice(None, None, 3)  # the median of some is that of all
     lit = mean[few] > _LIT
     return np.float32(np.median(plane[few][lit] / mean[few][lit])) if lit.any() else np.float32(1)
 
 
-def _own_change(planes: list[Plane]) -> Plane:
-    """Spread over time of each place's brightness, (H, W), less what the whole scene shares."""
+def _change_beside_flicker(planes: list[Plane]) -> Plane:
+    """Return the range of each place's brightness over time, (H, W), without the shared flicker."""
     mean = mean_of(planes)
     highest, lowest = np.full_like(mean, -np.inf), np.full_like(mean, np.inf)
     for plane in planes:
@@ -58,8 +58,8 @@ def _own_change(planes: list[Plane]) -> Plane:
     return highest - lowest
 
 
-def _with_neighbourhood(moves: Plane) -> Plane:
-    """Widen what moves a little, and fill what it surrounds."""
+def _widened_and_filled(moves: Plane) -> Plane:
+    """Return the mask dilated a little, with the holes in it filled and its edges soft."""
     height, width = moves.shape
     scale = min(1.0, _SIDE / max(height, width))
     size = max(1, round(width * scale)), max(1, round(height * scale))

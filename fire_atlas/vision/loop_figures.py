@@ -1,14 +1,14 @@
-"""How well an animation goes round, in figures."""
+"""Measure how well an animation loops: its seam against its other steps."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Bytes, Pixels, brightness, luminance
-from fire_atlas.vision.flow import SMALL, optical_flow, thumbnail
+from fire_atlas.vision.flow import SMALL, mean_flow, thumbnail
+from fire_atlas.vision.thumbnails import distance, gradient_product
 
 Figures = NDArray[np.float64]
 """(n,) one value a frame."""
@@ -16,8 +16,10 @@ Figures = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class LoopFigures:
-    """What frames and the steps between them measure; step i leads from frame i to the next, and
-    the last one, the seam, from the last frame to the first.
+    """Measures of the frames of a loop, and of the steps between them.
+
+    Step i leads from frame i to the next, and the last one, the seam, from the last frame to the
+    first.
 
     Attributes:
         steps: (n,) root mean square difference of neighbours, linear and premultiplied.
@@ -43,7 +45,7 @@ class LoopFigures:
 
     @property
     def smallest_step(self) -> float:
-        """The smallest step against the median step; next to 0, a frame is shown twice."""
+        """The smallest step against the median step; near 0, a frame is shown twice."""
         return _ratio(self.steps.min(), np.median(self.steps))
 
     @property
@@ -66,60 +68,50 @@ class LoopFigures:
 def loop_figures(frames: Iterable[Pixels]) -> LoopFigures:
     """Measure ``frames``, (H, W, 4) float32 each, of one size, at least 2, in playing order.
 
-    They are looked at one after the other: only two and the first are in memory.
+    They are read one after the other: only two and the first are in memory.
     """
     steps, flows, details, light = [], [], [], []
     first = before = None
     for frame in frames:
-        look = _Look.at(frame)
-        details.append(look.detail)
-        light.append(look.light)
+        here = _MeasuredFrame.of(frame)
+        details.append(here.detail)
+        light.append(here.light)
         if before is not None:
-            steps.append(_distance(before, look))
-            flows.append(_flow(before, look))
-        first, before = first or look, look
+            steps.append(distance(before.frame, here.frame))
+            flows.append(mean_flow(before.thumbnail, here.thumbnail, here.is_small))
+        first, before = first or here, here
     if first is None or before is None or first is before:
         raise ValueError("a loop has at least two frames")
-    steps.append(_distance(before, first))
-    flows.append(_flow(before, first))
+    steps.append(distance(before.frame, first.frame))
+    flows.append(mean_flow(before.thumbnail, first.thumbnail, first.is_small))
     return LoopFigures(*(np.array(column) for column in (steps, flows, details, light)))
 
 
 @dataclass(frozen=True, slots=True)
-class _Look:
-    """What is known of a frame without its neighbours."""
+class _MeasuredFrame:
+    """A frame, and what is measured without its neighbours."""
 
     frame: Pixels
-    thumb: Bytes
+    thumbnail: Bytes
+    is_small: bool
     detail: float
     light: float
 
     @classmethod
-    def at(cls, frame: Pixels) -> "_Look":
+    def of(cls, frame: Pixels) -> "_MeasuredFrame":
         light = luminance(frame)
-        across, down = (cv2.Sobel(light, cv2.CV_32F, *axis) for axis in ((1, 0), (0, 1)))
+        is_small = light.size <= SMALL
         return cls(
             frame,
-            thumbnail(brightness(frame, "linear"), light.size <= SMALL),
-            float(np.mean(across**2 + down**2, dtype=np.float64)),
+            thumbnail(brightness(frame, "linear"), is_small),
+            is_small,
+            gradient_product(light, light),
             float(light.mean(dtype=np.float64)),
         )
 
 
-def _flow(here: _Look, there: _Look) -> float:
-    is_small = here.frame[..., 0].size <= SMALL
-    flow = optical_flow(here.thumb, there.thumb, is_small)
-    weight = here.thumb.astype(np.float64)
-    length = np.hypot(flow[..., 0], flow[..., 1])
-    return float((length * weight).sum() / max(weight.sum(), 1.0))
-
-
-def _distance(one: _Look, other: _Look) -> float:
-    return float(np.sqrt(np.mean((one.frame - other.frame) ** 2, dtype=np.float64)))
-
-
 def _ratio(value: np.floating, usual: np.floating) -> float:
-    """``value`` against ``usual``; 1 where neither is anything."""
+    """``value`` against ``usual``; 1 where both are 0."""
     if usual > 0:
         return float(value / usual)
     return 1.0 if value == 0 else float("inf")

@@ -1,4 +1,4 @@
-"""A first glance at a clip: a few pairs of neighbouring frames, small."""
+"""Choose frames spread evenly over a clip, and look at a few pairs of neighbours."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -28,12 +28,12 @@ def evenly_spread(first: int, last: int, most: int) -> list[int]:
 
 
 @dataclass(frozen=True, slots=True)
-class Samples:
+class ClipSamples:
     """A few frames of a clip, small.
 
     Attributes:
         count: Frames of the clip.
-        frames: The small copies by frame, first and last among them, in order.
+        frames: The small copies by frame number, first and last among them, in order.
         starts: Frames whose next one is there too.
     """
 
@@ -42,23 +42,13 @@ class Samples:
     starts: tuple[int, ...]
 
     @classmethod
-    def of(cls, clip: Clip, workers: Workers) -> "Samples":
-        """Look at ``clip``."""
+    def of(cls, clip: Clip, workers: Workers) -> "ClipSamples":
+        """Read and shrink a few frames of ``clip``."""
         starts = evenly_spread(0, max(clip.count - 2, 0), _PAIRS)
         needed = {0, clip.count - 1, *starts, *(i + 1 for i in starts)}
         numbers = sorted(i for i in needed if i < clip.count)
         small = workers.map(lambda i: shrunk(clip.read(i), _SIDE), numbers)
         return cls(clip.count, dict(zip(numbers, small, strict=True)), tuple(starts))
-
-    @property
-    def first(self) -> Pixels:
-        """The first frame of the clip."""
-        return self.frames[0]
-
-    @property
-    def last(self) -> Pixels:
-        """The last frame of the clip."""
-        return self.frames[self.count - 1]
 
     def steps(self) -> list[float]:
         """Distances between neighbours."""

@@ -1,4 +1,4 @@
-"""Small copies of frames, and how far apart they are."""
+"""Small copies of all frames of a clip, and how far apart any two of them are."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Bytes, Pixels, Plane, as_plane, brightness, luminance
 from fire_atlas.core.workers import Workers
-from fire_atlas.vision.flow import flow_size, optical_flow, picture_of
+from fire_atlas.vision.flow import mean_flow, thumbnail_of
 
 _SIDE = 64
 """Longest side, px, of the copies that are kept of many frames."""
 
 _FLOW_AREA = 128 * 128
-"""Most px of the pictures in which flow is seen."""
+"""Most px of the pictures on which their flow is estimated."""
 
 
 def shrunk(pixels: Pixels, side: int) -> Pixels:
@@ -33,7 +33,7 @@ def distance(one: Pixels, other: Pixels) -> float:
 
 
 def detail_energy(pixels: Pixels) -> float:
-    """Mean squared gradient of a frame's luminance: what blur and ghosts take away."""
+    """Mean squared gradient of a frame's luminance: blur and ghosts lower it."""
     light = luminance(pixels)
     return gradient_product(light, light)
 
@@ -54,52 +54,46 @@ class Thumbnails:
 
     Attributes:
         frames: (n, h, w, 4) float32, linear light, premultiplied.
-        apart: (n, n) float32, the distance of every frame to every other.
+        distances: (n, n) float32, root mean square difference of every frame to every other.
         flows: (n,) mean optical flow from each frame to the next, and from the last to the
             first, where there is light, px of small pictures.
         details: (n,) mean squared gradient of each frame's luminance, at full size.
     """
 
     frames: NDArray[np.float32]
-    apart: NDArray[np.float32]
+    distances: NDArray[np.float32]
     flows: NDArray[np.float64]
     details: NDArray[np.float64]
 
     @classmethod
     def of(cls, clip: Clip, numbers: Iterable[int], workers: Workers) -> "Thumbnails":
         """Return those of the frames ``numbers`` of ``clip``; distances are between these."""
-        looks = list(workers.map(lambda i: _look(clip.read(i), clip.blend_space), numbers))
-        frames = np.stack([small for small, _, _ in looks])
-        seen = [picture for _, picture, _ in looks]
-        details = np.array([detail for _, _, detail in looks])
+        measured = list(workers.map(lambda i: _measured(clip.read(i), clip.blend_space), numbers))
+        frames = np.stack([small for small, _, _ in measured])
+        seen = [picture for _, picture, _ in measured]
+        details = np.array([detail for _, _, detail in measured])
         # ‖a − b‖² = ‖a‖² + ‖b‖² − 2ab; without the mean, less is lost in the difference.
         rows = as_plane((frames - frames.mean(axis=0)).reshape(len(frames), -1))
         products = rows @ rows.T
         power = np.diag(products)
         square = np.maximum(power[:, None] + power[None] - 2 * products, 0) / rows.shape[1]
-        flows = list(workers.map(lambda i: _flow(seen[i - 1], seen[i]), range(len(seen))))
+        flows = list(
+            workers.map(lambda i: mean_flow(seen[i - 1], seen[i], False), range(len(seen)))
+        )
         return cls(frames, as_plane(np.sqrt(square)), np.roll(np.array(flows), -1), details)
 
     @property
-    def step(self) -> float:
+    def median_step(self) -> float:
         """Median distance of neighbouring frames."""
-        return float(np.median(np.diag(self.apart, 1)))
+        return float(np.median(np.diag(self.distances, 1)))
 
     @property
-    def usual(self) -> float:
+    def median_distance(self) -> float:
         """Median distance of any two frames."""
-        return float(np.median(self.apart[np.triu_indices(len(self.apart), 1)]))
+        return float(np.median(self.distances[np.triu_indices(len(self.distances), 1)]))
 
 
-def _look(pixels: Pixels, blend_space: str) -> tuple[Pixels, Bytes, float]:
-    """A small copy, the picture flow is seen in, and the detail of a frame."""
-    size = flow_size(pixels.shape[1], pixels.shape[0], _FLOW_AREA)
-    picture = picture_of(brightness(pixels, blend_space), size)
+def _measured(pixels: Pixels, blend_space: str) -> tuple[Pixels, Bytes, float]:
+    """Return a small copy, the picture flow is estimated on, and the detail of a frame."""
+    picture = thumbnail_of(brightness(pixels, blend_space), _FLOW_AREA)
     return shrunk(pixels, _SIDE), picture, detail_energy(pixels)
-
-
-def _flow(before: Bytes, after: Bytes) -> float:
-    """Mean length of the flow, weighted by light."""
-    flow = optical_flow(before, after, False)
-    weight = before.astype(np.float32) + np.float32(1e-3)
-    return float((np.hypot(flow[..., 0], flow[..., 1]) * weight).sum() / weight.sum())

@@ -1,8 +1,4 @@
-"""What two frames have in common: where the shapes of one lie in the other, and warping by that.
-
-Displacements are parts of the frame (1 = its whole width, or height), so that fields found on small
-pictures hold for large ones.
-"""
+"""Warp pictures along optical flow, and find that flow in both directions between two frames."""
 
 from typing import NamedTuple
 
@@ -12,107 +8,130 @@ from cv2.typing import MatLike
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Bytes, Pixels, Plane, as_plane, brightness
-from fire_atlas.vision.flow import optical_flow
+from fire_atlas.vision.flow import optical_flow, resized
 
-_AGREEMENT = 0.01
-"""There and back again, a displacement may miss by this part of the frame."""
+_CONSISTENCY = 0.01
+"""Forward and backward flow may miss each other by this fraction of the frame."""
 
-_COVERAGE = 0.25
-"""How much coverage counts, against brightness: dark smoke has shapes too."""
+_COVERAGE_WEIGHT = 0.25
+"""Weight of coverage beside brightness in what is compared: dark smoke moves too."""
 
 
-class Field(NamedTuple):
-    """Displacement of every place, two (h, w) planes, in parts of the frame's width and height."""
+class FlowField(NamedTuple):
+    """Displacement of every place, two (h, w) planes, as fractions of the frame's width and height.
+
+    So a field that was found on small pictures holds for large ones.
+    """
 
     x: Plane
     y: Plane
 
-    def scaled(self, factor: "float | Plane") -> "Field":
+    def scaled(self, factor: "float | Plane") -> "FlowField":
         """Return the field times ``factor``."""
-        return Field(as_plane(self.x * factor), as_plane(self.y * factor))
+        return FlowField(as_plane(self.x * factor), as_plane(self.y * factor))
 
-    def plus(self, other: "Field") -> "Field":
+    def plus(self, other: "FlowField") -> "FlowField":
         """Return the sum of two fields."""
-        return Field(as_plane(self.x + other.x), as_plane(self.y + other.y))
+        return FlowField(as_plane(self.x + other.x), as_plane(self.y + other.y))
 
-    def of_size(self, size: tuple[int, int]) -> "Field":
+    def resized(self, size: tuple[int, int]) -> "FlowField":
         """Return the field at another (width, height)."""
-        return Field(*(resized(plane, size) for plane in self))
+        return FlowField(*(resized(plane, size) for plane in self))
 
 
-class Motion(NamedTuple):
-    """Where the shapes of a frame lie in another one, and those of the other in the first."""
+class BidirectionalFlow(NamedTuple):
+    """Flow from a frame to another one, and from that one back to the first."""
 
-    there: Field
-    back: Field
-
-
-def resized(picture: NDArray[np.float32], size: tuple[int, int]) -> NDArray[np.float32]:
-    """Return a picture or plane at another (width, height)."""
-    height, width = picture.shape[:2]
-    if (width, height) == size:
-        return picture
-    method = cv2.INTER_AREA if size[0] <= width else cv2.INTER_LINEAR
-    return as_plane(cv2.resize(picture, size, interpolation=method))
+    forward: FlowField
+    backward: FlowField
 
 
-def shapes(pixels: Pixels, blend_space: str) -> Bytes:
-    """Return the (h, w) uint8 picture in which the shapes of a frame are looked for."""
+def sample_at(
+    image: NDArray[np.float32],
+    x: NDArray[np.floating],
+    y: NDArray[np.floating],
+    interpolation: int = cv2.INTER_LINEAR,
+    border: int = cv2.BORDER_REPLICATE,
+) -> NDArray[np.float32]:
+    """Return ``image`` (h, w) or (h, w, channels) at the places (``x``, ``y``), (rows, columns).
+
+    Places are px, with (0, 0) the centre of the top-left pixel; by default the sampling is bilinear
+    and the outermost pixels go on beyond the border.
+    """
+    return as_plane(cv2.remap(image, as_plane(x), as_plane(y), interpolation, borderMode=border))
+
+
+def warp_by_pixels(
+    image: NDArray[np.float32],
+    flow: NDArray[np.float32],
+    share: float = 1.0,
+    interpolation: int = cv2.INTER_LINEAR,
+    border: int = cv2.BORDER_REPLICATE,
+) -> NDArray[np.float32]:
+    """Return at each p what ``image`` (h, w, ...) has at p + ``share`` · flow(p).
+
+    ``flow`` is (h, w, 2), px. The rest is as for ``sample_at``.
+    """
+    height, width = flow.shape[:2]
+    x, y = pixel_centres(width, height)
+    part = np.float32(share)
+    return sample_at(image, x + flow[..., 0] * part, y + flow[..., 1] * part, interpolation, border)
+
+
+def pixel_centres(width: int, height: int) -> tuple[Plane, Plane]:
+    """Return column and row of every pixel of a picture, (height, width) each."""
+    x, y = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
+    return as_plane(x), as_plane(y)
+
+
+def flow_input(pixels: Pixels, blend_space: str) -> Bytes:
+    """Return the (h, w) uint8 picture of a frame on which flow is estimated.
+
+    It holds brightness and, with less weight, coverage.
+    """
     bright, cover = brightness(pixels, blend_space), cv2.extractChannel(pixels, 3)
-    seen = cv2.addWeighted(bright, 1 - _COVERAGE, cover, 255 * _COVERAGE, 0.0)
-    return np.clip(np.rint(seen), 0, 255).astype(np.uint8)
+    mixed = cv2.addWeighted(bright, 1 - _COVERAGE_WEIGHT, cover, 255 * _COVERAGE_WEIGHT, 0.0)
+    return np.clip(np.rint(mixed), 0, 255).astype(np.uint8)
 
 
-def motion_between(one: Bytes, other: Bytes, softness: float) -> Motion:
-    """Return where the shapes of two pictures lie in each other.
+def bidirectional_flow(one: Bytes, other: Bytes, smoothing: float) -> BidirectionalFlow:
+    """Estimate the flow between two pictures in both directions.
 
-    Dense inverse search both ways; where the two ways disagree there is no common shape, and the
-    field is that of the surroundings, or nothing.
+    Where the two directions disagree (occlusion) the field is that of the surroundings, or 0 where
+    these disagree too.
 
     Args:
-        one: (h, w) uint8.
-        other: The same.
-        softness: Over how much of the height neighbouring places move alike.
+        one, other: (h, w) uint8.
+        smoothing: Standard deviation of the Gaussian over the fields, as a share of the height.
     """
     height, width = one.shape
-    fields = [
-        Field(as_plane(flow[..., 0] / width), as_plane(flow[..., 1] / height))
+    forward, backward = (
+        FlowField(as_plane(flow[..., 0] / width), as_plane(flow[..., 1] / height))
         for flow in (optical_flow(one, other, True), optical_flow(other, one, True))
-    ]
-    there, back = fields
-    reach = softness * height
-    return Motion(
-        _softened(there, _agreement(there, back), reach),
-        _softened(back, _agreement(back, there), reach),
+    )
+    sigma = smoothing * height
+    return BidirectionalFlow(
+        _smoothed(forward, _consistency(forward, backward), sigma),
+        _smoothed(backward, _consistency(backward, forward), sigma),
     )
 
 
-def warped(pixels: Pixels, field: Field) -> Pixels:
-    """Return the frame whose every place shows what ``pixels`` has at that place plus ``field``."""
+def warp(pixels: Pixels, flow: FlowField) -> Pixels:
+    """Return the frame that at every place shows what ``pixels`` has at that place plus flow."""
     height, width = pixels.shape[:2]
-    x, y = _places(width, height)
-    across, down = field.of_size((width, height))
-    at_x, at_y = as_plane(x + across * width), as_plane(y + down * height)
-    return as_plane(
-        cv2.remap(pixels, at_x, at_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    )
+    return sample_at(pixels, *_destinations(flow.resized((width, height)), (width, height)))
 
 
-def both_warped(sides: tuple[Pixels, Pixels], warps: tuple[Field, Field]) -> tuple[Pixels, Pixels]:
-    """Warp two frames, each by its own field."""
-    return warped(sides[0], warps[0]), warped(sides[1], warps[1])
+def intermediate_flows(flow: BidirectionalFlow, time: float) -> tuple[FlowField, FlowField]:
+    """Flow from the frame at ``time``, 0..1 between two frames, to the first and to the second.
 
-
-def met(motion: Motion, part: float) -> tuple[Field, Field]:
-    """Fields that warp two frames to where their shapes meet, ``part`` of the way to the second.
-
-    The frame in between is not known, so its displacements are made of those of both ends (Jiang et
-    al., "Super SloMo", CVPR 2018, eq. 4).
+    The frame in between is not known, so its flow is made of that of both ends (Jiang et al.,
+    "Super SloMo", CVPR 2018, eq. 4).
     """
-    there, back = motion
-    to_one = there.scaled(-(1 - part) * part).plus(back.scaled(part * part))
-    to_other = there.scaled((1 - part) ** 2).plus(back.scaled(-part * (1 - part)))
-    return to_one, to_other
+    forward, backward = flow
+    to_first = forward.scaled(-(1 - time) * time).plus(backward.scaled(time * time))
+    to_second = forward.scaled((1 - time) ** 2).plus(backward.scaled(-time * (1 - time)))
+    return to_first, to_second
 
 
 def over_channels(pixels: MatLike) -> Plane:
@@ -125,27 +144,26 @@ def blurred(plane: Plane, sigma: float) -> Plane:
     return as_plane(cv2.GaussianBlur(plane, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE))
 
 
-def _agreement(there: Field, back: Field) -> Plane:
-    """How well each place comes back to itself, (h, w) in 0..1."""
-    height, width = there.x.shape
-    x, y = _places(width, height)
-    at = as_plane(x + there.x * width), as_plane(y + there.y * height)
-    returned = [
-        as_plane(cv2.remap(plane, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
-        for plane in back
-    ]
-    miss = sum((a + b) ** 2 for a, b in zip(there, returned, strict=True))
-    length = sum(a**2 + b**2 for a, b in zip(there, returned, strict=True))
-    return as_plane(np.exp(-miss / (0.1 * length + np.float32(_AGREEMENT**2))))
+def _consistency(forward: FlowField, backward: FlowField) -> Plane:
+    """How well each place comes back to itself along both flows, (h, w) in 0..1."""
+    height, width = forward.x.shape
+    x, y = _destinations(forward, (width, height))
+    returned = [sample_at(plane, x, y) for plane in backward]
+    miss = sum((a + b) ** 2 for a, b in zip(forward, returned, strict=True))
+    length = sum(a**2 + b**2 for a, b in zip(forward, returned, strict=True))
+    return as_plane(np.exp(-miss / (0.1 * length + np.float32(_CONSISTENCY**2))))
 
 
-def _softened(field: Field, weight: Plane, reach: float) -> Field:
-    """Mean of the field around each place by ``weight``; nothing where all weights are small."""
-    total = blurred(weight, reach)
-    trust = np.minimum(1.5 * total, 1.0) / (total + np.float32(1e-3))
-    return Field(*(as_plane(blurred(as_plane(plane * weight), reach) * trust) for plane in field))
+def _smoothed(field: FlowField, weight: Plane, sigma: float) -> FlowField:
+    """Mean of the field around each place by ``weight``; 0 where all weights are small."""
+    total = blurred(weight, sigma)
+    scale = np.minimum(1.5 * total, 1.0) / (total + np.float32(1e-3))
+    return FlowField(
+        *(as_plane(blurred(as_plane(plane * weight), sigma) * scale) for plane in field)
+    )
 
 
-def _places(width: int, height: int) -> tuple[Plane, Plane]:
-    x, y = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
-    return as_plane(x), as_plane(y)
+def _destinations(flow: FlowField, size: tuple[int, int]) -> tuple[Plane, Plane]:
+    """Return where each pixel of a frame of that (width, height) is led by ``flow``, px."""
+    x, y = pixel_centres(*size)
+    return as_plane(x + flow.x * size[0]), as_plane(y + flow.y * size[1])

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fire_atlas.atlas.pack import Packing, Place, pack
+from fire_atlas.atlas.pack import Packing, PagePlacement, pack
 from fire_atlas.atlas.page_rules import PageRules, Size
 
 MAX_SIZE = 64
@@ -28,7 +28,7 @@ rules_of_pages = st.builds(
 )
 
 
-def extent(place: Place, size: Size) -> Size:
+def extent(place: PagePlacement, size: Size) -> Size:
     return (size[1], size[0]) if place.rotated else size
 
 
@@ -102,7 +102,7 @@ def test_padding_is_only_between_neighbours() -> None:
 def test_a_border_goes_all_around() -> None:
     packing = pack([(10, 20)], PageRules(64, border=3, padding=8))
     assert packing.pages == ((16, 26),)
-    assert packing.places == (Place(0, 3, 3),)
+    assert packing.places == (PagePlacement(0, 3, 3),)
 
 
 def test_equal_sprites_fill_a_page_without_waste() -> None:

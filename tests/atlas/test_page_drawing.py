@@ -9,9 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from fire_atlas.atlas.drawing import Edges, bled
-from fire_atlas.atlas.encode import encode_frame
-from fire_atlas.atlas.shrink import shrink
+from fire_atlas.atlas.drawing import Edges, bleed_colour
+from fire_atlas.atlas.encode import encode_frame, shrink
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.pixels import Bytes, Pixels
 from fire_atlas.core.workers import Workers
@@ -102,7 +101,7 @@ def test_hidden_pixels_take_the_colour_of_the_nearest_that_shows(
     clip: list[Pixels], reach: int
 ) -> None:
     image = encode_frame(clip[0], "straight", "srgb")
-    new = bled(image, reach)
+    new = bleed_colour(image, reach)
     shown = np.argwhere(image[..., 3] > 0)
     for y, x in np.argwhere(image[..., 3] == 0):
         if not len(shown):

@@ -61,7 +61,7 @@ def test_a_contradiction_is_refused_with_its_reason(
     assert re.search(advice, said), said
 
 
-def test_a_missing_extra_is_told_before_any_work(
+def test_a_missing_extra_is_reported_before_any_work(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("fire_atlas.formats.pages.limits.find_spec", lambda name: None)

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fire_atlas.atlas.sheet import Box
-from fire_atlas.atlas.trim import boxes, lit_box, trimmed
+from fire_atlas.atlas.sheet import Rect
+from fire_atlas.atlas.trim import lit_rect, trim_rects, trimmed
 from fire_atlas.core.pixels import Bytes
 
 sparse_images = arrays(
@@ -34,7 +34,7 @@ def test_trimming_keeps_every_lit_pixel_and_no_empty_border(image: Bytes) -> Non
 def test_light_without_alpha_counts() -> None:
     image = np.zeros((6, 8, 4), np.uint8)
     image[2, 3, 0] = 1
-    assert lit_box(image) == Box(3, 2, 1, 1)
+    assert lit_rect(image) == Rect(3, 2, 1, 1)
 
 
 def test_an_animation_shares_one_box_that_empty_frames_do_not_widen() -> None:
@@ -42,11 +42,11 @@ def test_an_animation_shares_one_box_that_empty_frames_do_not_widen() -> None:
     frames[0, 5:10, 8:12] = 9
     frames[1, 7:15, 10:20] = 9
     sprites = [trimmed(frame) for frame in frames]
-    assert boxes(sprites, "animation") == [Box(8, 5, 12, 10)] * 3
-    assert boxes(sprites, "frame") == [Box(8, 5, 4, 5), Box(10, 7, 10, 8), Box(0, 0, 1, 1)]
-    assert boxes(sprites, "none") == [Box(0, 0, 30, 20)] * 3
+    assert trim_rects(sprites, "animation") == [Rect(8, 5, 12, 10)] * 3
+    assert trim_rects(sprites, "frame") == [Rect(8, 5, 4, 5), Rect(10, 7, 10, 8), Rect(0, 0, 1, 1)]
+    assert trim_rects(sprites, "none") == [Rect(0, 0, 30, 20)] * 3
 
 
 def test_an_animation_without_any_light_is_one_pixel() -> None:
     sprites = [trimmed(np.zeros((20, 30, 4), np.uint8))] * 2
-    assert boxes(sprites, "animation") == [Box(0, 0, 1, 1)] * 2
+    assert trim_rects(sprites, "animation") == [Rect(0, 0, 1, 1)] * 2

@@ -39,9 +39,8 @@ from fire_atlas.core.progress import Silent
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.timeline.arrange import arrange
-from fire_atlas.timeline.cutting import best_cut
-from fire_atlas.timeline.footage import footage_of
-from fire_atlas.timeline.takes import edit_of_loop
+from fire_atlas.timeline.cutting import analyse_cuts, best_cut
+from fire_atlas.timeline.edit_list import loop_edit
 from fire_atlas.vision.loop_figures import LoopFigures, loop_figures
 
 HEADS = ("clip", "closed by", "frames", "seam", "step", "flow", "detail", "clip", "light",
@@ -98,24 +97,24 @@ def _compared(name: str, clip: Clip) -> list[Row]:
             return []
         if loop.count == clip.count:
             return [_row(name, "itself", _figures(loop.read, loop.count), 0, planned)]
-        footage = footage_of(clip, Timeline(), None, False, workers)
-    cut, overlap = best_cut(footage, None), footage.overlap
+        analysis = analyse_cuts(clip, Timeline(), None, False, workers)
+    cut, overlap = best_cut(analysis, None), analysis.overlap
     assert cut is not None
-    edit = edit_of_loop([cut], overlap, clip.count)
+    edit = loop_edit([cut], overlap, clip.count)
     begun = time.process_time()
     frames = [loop.read(i) for i in range(loop.count)]
     made = 1e3 * (time.process_time() - begun) / max(overlap, 1)
 
     def hard(i: int) -> Pixels:
-        part = edit.shown[i]
+        part = edit.frames[i]
         return clip.read(part if isinstance(part, int) else part[0].ending + part[1])
 
     def linear(i: int) -> Pixels:
-        part = edit.shown[i]
+        part = edit.frames[i]
         if isinstance(part, int):
             return clip.read(part)
-        join, k = part
-        one, other = clip.read(join.ending + k), clip.read(join.beginning + k)
+        transition, k = part
+        one, other = clip.read(transition.ending + k), clip.read(transition.beginning + k)
         return one + (other - one) * np.float32((k + 1) / (overlap + 1))
 
     return [

@@ -20,7 +20,7 @@ from fires import (
     real_clip,
     recipe_of,
 )
-from moving import Told
+from moving import Notes
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import encode_sprite
@@ -241,10 +241,10 @@ def test_flakes_as_large_as_the_frame_are_seen() -> None:
 
 
 def test_a_fire_that_sheds_nothing_says_why() -> None:
-    told = Told()
+    progress = Notes()
     clip = campfire(96, 8)
     recipe = recipe_of({"features": {"clamp": 10000}})
     with Workers(1) as workers:
         study = study_flame(clip, recipe.features, (0.0, -1.0), workers)
-        analyse(clip, study, AnalysisSettings.of(recipe), context_of(workers, told))
-    assert "features.clamp" in told.notes[-1]
+        analyse(clip, study, AnalysisSettings.of(recipe), context_of(workers, progress))
+    assert "features.clamp" in progress.notes[-1]

@@ -19,7 +19,7 @@ from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet, MotionScale, Reg
 from fire_atlas.atlas.trim import trimmed
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.channels.motion import Motion
-from fire_atlas.channels.sheet import with_maps
+from fire_atlas.channels.page import with_maps
 from fire_atlas.core.errors import OutputError, SourceError
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
@@ -110,7 +110,7 @@ def rounded(sheet: AtlasSheet) -> AtlasSheet:
             scale=round(each.scale, 9),
             pixels=pair(each.pixels, 6),
             cell_uv=each.cell_uv and pair(each.cell_uv, 9),
-            reach=pair(each.reach, 3),
+            longest=pair(each.longest, 3),
         )
 
     def pair(values: tuple[float, float], digits: int) -> tuple[float, float]:

@@ -11,10 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.drawing import Edges, draw_page
-from fire_atlas.atlas.encode import encode_frame, encode_sprites
+from fire_atlas.atlas.encode import encode_frame, encode_sprites, shrink
 from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.atlas.sheet import AnimationFrames
-from fire_atlas.atlas.shrink import shrink
 from fire_atlas.core.pixels import Bytes, Pixels
 from fire_atlas.core.workers import Workers
 from fire_atlas.formats.pages.page_file import write_page

@@ -44,8 +44,8 @@ def rgba(path: Path) -> np.ndarray[Any, np.dtype[np.uint8]]:
 
 
 def meta(build: Path, file: str = "fire.json") -> dict[str, Any]:
-    told: dict[str, Any] = json.loads((build / file).read_text(encoding="utf-8"))["meta"]
-    return told
+    found: dict[str, Any] = json.loads((build / file).read_text(encoding="utf-8"))["meta"]
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -125,12 +125,12 @@ def test_what_plays_once_ends_without_motion(books: dict[str, Path], engine: str
 def test_the_json_says_how_to_read_them(
     books: dict[str, Path], engine: str, red: str, green: str, unit: str
 ) -> None:
-    told = meta(books[engine])
-    (motion,) = told["maps"]
+    entry = meta(books[engine])
+    (motion,) = entry["maps"]
     assert motion["image"] == "fire.motion.png"
     assert (motion["engine"], motion["red"], motion["green"]) == (engine, red, green)
     assert motion["srgb"] is False and motion["neutral"] == 128 and motion["unit"] == unit
-    grid, strength = told["fireAtlas"]["grid"], motion["strength"]
+    grid, strength = entry["fireAtlas"]["grid"], motion["strength"]
     cell = grid["cellWidth"], grid["cellHeight"]
     for axis in (0, 1):
         uv = strength["pixels"][axis] / cell[axis]
@@ -252,11 +252,11 @@ def test_several_pages_loops_and_members_share_one_scale(tmp_path: Path) -> None
     scales = set()
     for path in out.glob("fire*.json"):
         if "manifest" not in path.name:
-            told = meta(out, path.name)
-            assert [m["kind"] for m in told["maps"]] == ["motion", "flakes"]
-            assert told["maps"][0]["image"] == told["image"].replace(".png", ".motion.png")
-            assert rgba(out / told["maps"][0]["image"]).shape == rgba(out / told["image"]).shape
-            scales.add(told["maps"][0]["scale"])
+            entry = meta(out, path.name)
+            assert [m["kind"] for m in entry["maps"]] == ["motion", "flakes"]
+            assert entry["maps"][0]["image"] == entry["image"].replace(".png", ".motion.png")
+            assert rgba(out / entry["maps"][0]["image"]).shape == rgba(out / entry["image"]).shape
+            scales.add(entry["maps"][0]["scale"])
     assert len(scales) == 1
     book = read_flipbook(out, "fire")
     assert not np.array_equal(ENGINES["unreal"](book, 2, 0.5, (1, 1)), plain(book, 2, 0.5))

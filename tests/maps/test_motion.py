@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fire_atlas.channels.cells import change_weight, extended
 from fire_atlas.channels.encoding import motion_encoding
-from fire_atlas.channels.flow import halfway, picture
-from fire_atlas.channels.margin import padded, restless
-from fire_atlas.channels.motion import Motion, learn_motion
+from fire_atlas.channels.flow import displayed_thumbnail, step_motion
+from fire_atlas.channels.motion import Motion, estimate_motion
 from fire_atlas.core.pixels import Bytes, as_plane
 from fire_atlas.core.workers import Workers
 
@@ -45,7 +45,7 @@ def learned(
 ) -> Motion:
     with Workers(jobs) as workers:
         reads, size = motion_encoding("unity"), (SIZE, SIZE)
-        return learn_motion(pictures, skipped or {}, size, loop, reads, workers, lambda: None)
+        return estimate_motion(pictures, skipped or {}, size, loop, reads, workers, lambda: None)
 
 
 def error_inside(found: NDArray[np.float16], true: Array, shown: Bytes) -> Array:
@@ -85,7 +85,7 @@ def test_what_stands_still_has_no_vectors() -> None:
     assert not np.any(motion.cells)
 
 
-def test_noise_that_cannot_be_foretold_has_no_vectors() -> None:
+def test_noise_that_cannot_be_predicted_has_no_vectors() -> None:
     rng = np.random.default_rng(5)
     frames = []
     for _ in range(10):
@@ -161,7 +161,7 @@ def test_a_vector_at_the_edge_goes_on_beyond_it_and_fades() -> None:
     flame[:, :40] = True
     vectors = np.zeros((100, 100, 2), np.float32)
     vectors[:, :40] = (3, -5)
-    spread = padded(vectors, flame, 10)
+    spread = extended(vectors, flame, 10)
     assert np.allclose(spread[:, 40:50], (3, -5), atol=0.01), "whole for the reach"
     assert np.abs(spread[:, 62:]).max() < 0.01, "none at twice the reach"
     length = np.hypot(*spread[50, 49:62].T)
@@ -180,8 +180,9 @@ def test_padding_is_a_tenth_of_the_frame_or_eight_pixels(side: int, pad: int) ->
         disc = np.clip(side / 5 - np.hypot(u, v), 0, 1)
         frames.append(np.dstack([light * disc] * 3 + [255 * disc]) / 255)
     with Workers(1) as workers:
-        motion = learn_motion(
-            [picture(as_plane(frame), "srgb") for frame in frames], {}, (side, side), False,
+        motion = estimate_motion(
+            [displayed_thumbnail(as_plane(frame), "srgb") for frame in frames], {}, (side, side),
+            False,
             motion_encoding("unity"), workers, lambda: None,
         )  # fmt: skip
     cell = cv2.resize(motion.cells[3].astype(np.float32), (side, side))
@@ -194,13 +195,13 @@ def test_pictures_that_hardly_differ_keep_few_of_their_vectors() -> None:
     rng = np.random.default_rng(1)
     still = rng.integers(60, 200, (80, 80, 4), np.uint8)
     noisy = np.clip(still + rng.normal(0, 0.6, still.shape), 0, 255).astype(np.uint8)
-    assert restless(still, noisy).max() < 0.2
-    assert restless(still, 255 - still).min() > 0.9
+    assert change_weight(still, noisy).max() < 0.2
+    assert change_weight(still, 255 - still).min() > 0.9
 
 
 def test_the_ways_there_and_back_are_one_way() -> None:
     one, other = clip(lambda x, y, i: (x - 4 * i, y + 2 * i), 2)
-    there, back = halfway(one, other), halfway(other, one)
+    there, back = step_motion(one, other), step_motion(other, one)
     inside = paint(*(np.mgrid[:SIZE, :SIZE][::-1] - SIZE / 2))[..., 3] > 250
     assert np.abs((there.vectors + back.vectors)[inside]).max() < 0.1
 

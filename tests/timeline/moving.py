@@ -1,4 +1,4 @@
-"""Clips whose motion is known by heart, and what tests of the timeline share."""
+"""Clips of known motion, and helpers that tests of the timeline share."""
 
 import math
 from collections.abc import Callable
@@ -17,8 +17,8 @@ from fire_atlas.timeline.arrange import arrange
 Place = tuple[float, float]
 
 
-class Told:
-    """A ``Progress`` that remembers what it was told."""
+class Notes:
+    """A ``Progress`` that keeps its notes."""
 
     def __init__(self) -> None:
         self.notes: list[str] = []
@@ -33,10 +33,10 @@ class Told:
         self.notes.append(message)
 
 
-def arranged(clip: Clip, told: Told | None = None, jobs: int = 2, **keys: Any) -> Clip:
+def arranged(clip: Clip, progress: Notes | None = None, jobs: int = 2, **keys: Any) -> Clip:
     """Return ``clip`` as a timeline of ``keys`` plays it; flakes live up to a second."""
     with Workers(jobs) as workers:
-        made = arrange(clip, Timeline(**keys), 1.0, workers, told or Told())
+        made = arrange(clip, Timeline(**keys), 1.0, workers, progress or Notes())
         # Pictures are read while the workers are there, as in a build.
         frames = [made.read(i) for i in range(made.count)]
     assert all(frame.shape == (clip.height, clip.width, 4) for frame in frames)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fires import campfire, clip_of, real_clip
-from moving import Told, arranged, blob, circling, moving, steps, turbulent
+from moving import Notes, arranged, blob, circling, moving, steps, turbulent
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.pixels import Pixels
@@ -63,10 +63,10 @@ def test_the_sample_is_cut_to_the_length_asked_for(frames: int) -> None:
 
 
 def test_a_clip_that_closes_is_left_as_it_is() -> None:
-    clip, told = circling(24, 24), Told()
-    loop = arranged(clip, told)
+    clip, progress = circling(24, 24), Notes()
+    loop = arranged(clip, progress)
     assert loop.loop and loop.count == 24 and loop.picture is clip.picture
-    assert told.notes == []
+    assert progress.notes == []
 
 
 @pytest.mark.parametrize("name", CLOSED)
@@ -79,10 +79,10 @@ def test_real_clips_that_close_come_through_untouched(clips: Path, name: str) ->
 
 def test_a_flash_plays_once_and_the_build_says_why() -> None:
     light = [0.05, 0.6, 1.0, 0.8, 0.5, 0.3, 0.15, 0.08, 0.03, 0.0]
-    told = Told()
-    clip = arranged(clip_of([blob(48, 48, light=v) for v in light]), told)
+    progress = Notes()
+    clip = arranged(clip_of([blob(48, 48, light=v) for v in light]), progress)
     assert not clip.loop and clip.count == 10
-    (note,) = told.notes
+    (note,) = progress.notes
     assert "flares up from nothing and fades to nothing" in note and "plays once" in note
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from fires import VX, VY, burn, campfire, clip_of, real_clip
-from moving import Told, arranged, blob, centre, circling, moving, steps, turbulent
+from moving import Notes, arranged, blob, centre, circling, moving, steps, turbulent
 
 from fire_atlas.core.clip import Clip
 
@@ -47,13 +47,13 @@ def test_a_loop_lasts_as_long_as_before_and_has_no_seam() -> None:
 def test_two_flames_that_have_nothing_in_common_are_not_shown_at_once() -> None:
     """A blob that jumps is here or there, and never at both places by half."""
     clip = clip_of([blob(24 if i % 2 else 72, 48) for i in range(12)])
-    told = Told()
-    made = arranged(clip, told, loop="none", fps=60)
+    progress = Notes()
+    made = arranged(clip, progress, loop="none", fps=60)
     for i in range(made.count):
         frame = made.read(i)
         here, there = frame[48, 24, 3], frame[48, 72, 3]
         assert max(here, there) > 0.8 and min(here, there) < 0.25
-    assert any("nearest" in note for note in told.notes)
+    assert any("nearest" in note for note in progress.notes)
 
 
 def test_a_clip_whose_rate_is_not_asked_for_keeps_it() -> None:

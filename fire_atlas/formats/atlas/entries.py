@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fire_atlas import __version__
-from fire_atlas.atlas.sheet import AtlasSheet, Grid, Page, Region
+from fire_atlas.atlas.sheet import AtlasSheet, CellGrid, Page, Region
 from fire_atlas.core.output_file import plain_name
 from fire_atlas.formats.atlas.maps import map_entries
 from fire_atlas.formats.checks import MOST_MILLISECONDS, number, text, whole
@@ -108,7 +108,7 @@ def about_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
     }
 
 
-def _grid_entry(grid: Grid) -> dict[str, Any]:
+def _grid_entry(grid: CellGrid) -> dict[str, Any]:
     return {
         "columns": grid.columns,
         "rows": grid.rows,
@@ -117,12 +117,12 @@ def _grid_entry(grid: Grid) -> dict[str, Any]:
     }
 
 
-def grid_of(about: dict[str, Any]) -> Grid | None:
+def grid_of(about: dict[str, Any]) -> CellGrid | None:
     """Return how the page divides into cells, as ``about_entry`` wrote it; None if it does not."""
     entry = about.get("grid")
     if entry is None:
         return None
-    return Grid(
+    return CellGrid(
         columns=whole(entry["columns"], 1),
         rows=whole(entry["rows"], 1),
         cell_width=whole(entry["cellWidth"], 1),

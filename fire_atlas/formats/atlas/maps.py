@@ -56,7 +56,7 @@ def _motion_entry(motion: MotionScale, fps: float) -> dict[str, Any]:
         "this": encoding.this,
         "next": encoding.following,
         "strength": strengths(motion, fps),
-        "reach": _pair(motion.reach, 3),
+        "reach": _pair(motion.longest, 3),
         "gutter": motion.gutter and list(motion.gutter),
     }
 
@@ -71,7 +71,7 @@ def _motion_of(entry: dict[str, Any]) -> MotionScale:
         scale=_strength(entry["scale"]),
         pixels=_pair_of(strength["pixels"]),
         cell_uv=None if strength["cellUv"] is None else _pair_of(strength["cellUv"]),
-        reach=_pair_of(entry["reach"]),
+        longest=_pair_of(entry["reach"]),
         gutter=None if gutter is None else (whole(gutter[0]), whole(gutter[1])),
     )
 

@@ -66,7 +66,7 @@ def _motion(sheet: AtlasSheet) -> dict[str, Any] | None:
         "pixels": strong["pixels"],
         "cell_uv": strong["cellUv"],
         "cell_uv_per_second": strong["cellUvPerSecond"],
-        "reach": [plain(length, 3) for length in motion.reach],
+        "reach": [plain(length, 3) for length in motion.longest],
         "gutter": motion.gutter and list(motion.gutter),
     }
 

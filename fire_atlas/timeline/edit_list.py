@@ -1,0 +1,123 @@
+"""Edit lists: which frames of a clip follow each other, and over which frames one stretch passes
+into the next."""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.memory import remembering
+from fire_atlas.core.picture import Picture
+from fire_atlas.core.pixels import as_plane
+from fire_atlas.core.workers import Workers
+from fire_atlas.timeline.seam import plan_seam
+from fire_atlas.vision.thumbnails import Thumbnails
+
+
+class Transition(NamedTuple):
+    """Where one stretch of a clip passes into another, over the frames of the overlap.
+
+    Attributes:
+        ending: First frame of the overlap in the stretch that ends.
+        beginning: First frame of the overlap in the stretch that begins.
+    """
+
+    ending: int
+    beginning: int
+
+
+@dataclass(frozen=True, slots=True)
+class EditList:
+    """How a clip is cut, frame by frame.
+
+    Attributes:
+        frames: For each frame of the result the number of the clip's frame that it shows, or a
+            transition and which frame of its overlap it is.
+        overlap: Frames of each transition.
+        loop: Whether the first frame follows the last.
+    """
+
+    frames: tuple["int | tuple[Transition, int]", ...]
+    overlap: int
+    loop: bool
+
+    @property
+    def transitions(self) -> tuple[Transition, ...]:
+        """Every transition once, in the order in which it is shown."""
+        return tuple(dict.fromkeys(each[0] for each in self.frames if not isinstance(each, int)))
+
+
+def loop_edit(transitions: list[Transition], overlap: int, count: int) -> EditList:
+    """Return the loop from transition to transition, the last of which leads back to its start.
+
+    Frame numbers wrap around where the ``count`` frames of the clip are a loop already.
+    """
+    frames: list[int | tuple[Transition, int]] = []
+    at = transitions[-1].beginning + overlap
+    for transition in transitions:
+        frames += stretch(at, transition.ending, count)
+        frames += [(transition, k) for k in range(overlap)]
+        at = transition.beginning + overlap
+    return EditList(tuple(frames), overlap, loop=True)
+
+
+def one_shot_edit(transitions: list[Transition], overlap: int, count: int) -> EditList:
+    """Return ``count`` frames from the first frame of the clip on, played once."""
+    frames: list[int | tuple[Transition, int]] = []
+    at = 0
+    for transition in transitions:
+        frames += range(at, transition.ending)
+        frames += [(transition, k) for k in range(overlap)]
+        at = transition.beginning + overlap
+    frames += range(at, at + count - len(frames))
+    return EditList(tuple(frames), overlap, loop=False)
+
+
+def stretch(first: int, end: int, count: int) -> list[int]:
+    """Frames from ``first`` until ``end``, past the end of a clip of ``count`` if that is less."""
+    return [n % count for n in range(first, end if end >= first else end + count)]
+
+
+def apply_edit(clip: Clip, edit: EditList, thumbnails: Thumbnails, workers: Workers) -> Clip:
+    """Return ``clip`` cut as ``edit`` says; frames of transitions are made when they are read."""
+    mean = as_plane(thumbnails.frames.mean(axis=0))
+    seams = {
+        transition: plan_seam(clip, _pairs(transition, edit.overlap, clip.count), mean, workers)
+        for transition in edit.transitions
+    }
+
+    def picture(i: int) -> Picture:
+        shown = edit.frames[i]
+        if isinstance(shown, int):
+            return clip.picture(shown)
+        transition, k = shown
+        one, other = (clip.read((start + k) % clip.count) for start in transition)
+        return seams[transition][k].blend(one, other, mean)
+
+    def flow(i: int) -> NDArray[np.float32]:
+        assert clip.flow is not None, "only given where the clip has one"
+        shown = edit.frames[i]
+        if isinstance(shown, int):
+            return clip.flow(shown)
+        transition, k = shown
+        one, other = (clip.flow((start + k) % clip.count) for start in transition)
+        return as_plane(one + (other - one) * ((k + 1) / (edit.overlap + 1)))
+
+    blended = {i for i, shown in enumerate(edit.frames) if not isinstance(shown, int)}
+    return replace(
+        clip,
+        count=len(edit.frames),
+        picture=remembering(picture, blended),
+        loop=edit.loop,
+        flow=None if clip.flow is None else flow,
+    )
+
+
+def _pairs(transition: Transition, overlap: int, count: int) -> list[tuple[int, int]]:
+    """Return which two frames of a clip of ``count`` each frame of a transition is made of."""
+    return [
+        ((transition.ending + k) % count, (transition.beginning + k) % count)
+        for k in range(overlap)
+    ]
