@@ -6,8 +6,7 @@ from fires import AGE, ID, LIFE, SIZE, STRETCH, VX, VY, Array, X, Y
 from numpy.typing import NDArray
 
 from fire_atlas.effect.flakes.statistics import Figure, ember_figures
-from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
-from fire_atlas.effect.flakes.wrapping import wrapped
+from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, fold_into_loop
 
 FPS = 10.0
 FRAMES = 12
@@ -43,7 +42,7 @@ def _tracks(*flights: list[tuple[int, Array]], frames_seen: int = FRAMES) -> Tra
         np.array(table).reshape(-1, len(COLUMNS)) for table in frames
     )
     spawns = np.array([_birth(*flight[0]) for flight in flights]).reshape(-1, len(SPAWN_COLUMNS))
-    return Tracks.once(FPS, (100, 200), 0, spawns, tables)
+    return Tracks.one_shot(FPS, (100, 200), 0, spawns, tables)
 
 
 UP = _flight(0, (50, 30), (0, -100), 3, life=9.0)  # y 30, 20, 10; the next is 0
@@ -132,7 +131,7 @@ def test_no_flakes_have_no_figures() -> None:
 def test_a_flake_of_a_loop_has_one_fate_even_where_its_id_is_split() -> None:
     """A flake seen longer than a short loop lasts changes its id: that is not its end."""
     long = _flight(0, (50, 190), (0, -60), 18, life=1.81)
-    tracks = wrapped(_tracks(long, frames_seen=2 * FRAMES), FRAMES)
+    tracks = fold_into_loop(_tracks(long, frames_seen=2 * FRAMES), FRAMES)
     assert len(tracks.spawns) == 2
     told = _figures(tracks)
     assert told["burnt out"] == 1.0
