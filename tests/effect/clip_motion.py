@@ -1,4 +1,4 @@
-"""How well flakes move with the flame of their clip, and how they fill the air above it."""
+"""How well flakes move with the flame of their clip, and how they fill the plume above it."""
 
 import math
 from collections.abc import Callable

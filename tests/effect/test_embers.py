@@ -131,7 +131,7 @@ def test_colours_stay_between_orange_red_and_orange(burnt: Burnt) -> None:
 
 
 def test_no_ember_flickers_in_colour(burnt: Burnt) -> None:
-    """Though the air may shake it: its colour follows its speed of late."""
+    """Though turbulence may shake it: its colour follows its speed of late."""
     widest = np.ptp(burnt.rows[:, G] / burnt.rows[:, R])
     steps = np.concatenate([np.abs(np.diff(f[:, G] / f[:, R])) for f in burnt.flights(2)])
     assert np.quantile(steps, 0.99) < 0.3 * widest

@@ -208,29 +208,66 @@ def emit(frame: int, strength: Plane, emitter: EmitterSettings) -> Spawns:
         strength: (H, W), ‖Fv*‖, 0 where no flake may be spawned.
         emitter: How flakes are spawned.
     """
-    places = np.flatnonzero(strength > emitter.alpha)
-    weights = np.cumsum(strength.ravel()[places], dtype=np.float64)
-    duration = places.size / emitter.candidate_count / emitter.fps
+    candidates = _Candidates.of(strength, emitter.alpha)
+    duration = candidates.places.size / emitter.candidate_count / emitter.fps
     first = round(frame / emitter.fps / TICK)
     ticks = max(1, round((frame + 1) / emitter.fps / TICK) - first)
     chance = generator(emitter.seed, Stage.EMISSION, frame)
     count = _steady_poisson(emitter.rate * duration, frame, emitter.seed)
-    where = _choose(chance, places, weights, count)
-    columns = _columns(chance, count, where, strength, emitter)
+    columns = _columns(chance, candidates.choose(chance, count), candidates.width, emitter)
     spawned = [Spawns(first + chance.integers(ticks, size=count), *columns)]
     chance = generator(emitter.seed, Stage.BURSTS, frame)
     if bursts := int(chance.poisson(emitter.burst_rate * duration)):
         sizes = chance.integers(*_BURST_SPARKS, bursts, endpoint=True)
-        centres = _choose(chance, places, weights, bursts)
-        radius, width = _BURST_WIDTH * emitter.height / 2, strength.shape[1]
-        where = np.concatenate([
-            _choose_near(chance, places, weights, sparks, centre, radius, width)
-            for centre, sparks in zip(centres, sizes, strict=True)
-        ])  # fmt: skip
-        columns = _columns(chance, len(where), where, strength, emitter, in_burst=True)
+        centres, radius = candidates.choose(chance, bursts), _BURST_WIDTH * emitter.height / 2
+        near = [candidates.near(centre, radius) for centre in centres]
+        where = [each.choose(chance, sparks) for each, sparks in zip(near, sizes, strict=True)]
+        columns = _columns(chance, np.concatenate(where), candidates.width, emitter, in_burst=True)
         when = np.repeat(first + chance.integers(ticks, size=bursts), sizes)
         spawned.append(Spawns(when, *columns))
     return Spawns.concatenate(spawned)
+
+
+@dataclass(frozen=True, slots=True)
+class _Candidates:
+    """Candidate pixels C_pos of a frame.
+
+    Attributes:
+        places: (candidates,) flat indices of pixels, ascending.
+        weights: (candidates,) running sum of their ‖Fv*‖.
+        width: Pixels of a row.
+    """
+
+    places: NDArray[np.intp]
+    weights: NDArray[np.float64]
+    width: int
+
+    @classmethod
+    def of(cls, strength: Plane, alpha: float) -> Self:
+        """Return the pixels whose ``strength`` ‖Fv*‖, (H, W), exceeds α."""
+        places = np.flatnonzero(strength > alpha)
+        weights = np.cumsum(strength.ravel()[places], dtype=np.float64)
+        return cls(places, weights, strength.shape[1])
+
+    def choose(self, chance: np.random.Generator, count: int) -> NDArray[np.intp]:
+        """Pick ``count`` of the pixels by weight; none where there are no candidates."""
+        if count == 0 or self.places.size == 0:
+            return np.empty(0, np.intp)
+        total = self.weights[-1]
+        at = np.searchsorted(self.weights, chance.random(count) * total, side="right")
+        picked: NDArray[np.intp] = self.places[np.minimum(at, self.places.size - 1)]
+        return picked
+
+    def near(self, centre: int, radius: float) -> Self:
+        """Return the candidates within ``radius`` px of a pixel, across and down."""
+        row, column = divmod(centre, self.width)
+        # Pixels are in order, row by row: those of neighbouring rows lie together.
+        rows = math.ceil(row - radius), math.floor(row + radius) + 1
+        band = slice(*np.searchsorted(self.places, [end * self.width for end in rows]))
+        near = np.abs(self.places[band] % self.width - column) <= radius
+        before = self.weights[band.start - 1] if band.start else 0.0
+        own = np.diff(self.weights[band], prepend=before)
+        return replace(self, places=self.places[band][near], weights=np.cumsum(own[near]))
 
 
 def _steady_poisson(mean: float, frame: int, seed: int) -> int:
@@ -247,50 +284,15 @@ def _steady_poisson(mean: float, frame: int, seed: int) -> int:
     return int(np.searchsorted(np.cumsum(probability), place, side="right"))
 
 
-def _choose(
-    chance: np.random.Generator,
-    places: NDArray[np.intp],
-    weights: NDArray[np.float64],
-    count: int,
-) -> NDArray[np.intp]:
-    """Pick ``count`` of ``places``; ``weights`` is the running sum of their weights."""
-    if count == 0 or places.size == 0:
-        return np.empty(0, np.intp)
-    at = np.searchsorted(weights, chance.random(count) * weights[-1], side="right")
-    picked: NDArray[np.intp] = places[np.minimum(at, places.size - 1)]
-    return picked
-
-
-def _choose_near(
-    chance: np.random.Generator,
-    places: NDArray[np.intp],
-    weights: NDArray[np.float64],
-    count: int,
-    centre: int,
-    radius: float,
-    width: int,
-) -> NDArray[np.intp]:
-    """As ``_choose``, of those ``places`` that lie within ``radius`` px of one of them, the
-    ``centre``, across and down; all are flat pixels of a plane ``width`` px wide."""
-    row, column = divmod(centre, width)
-    # Places are in order, row by row: those of neighbouring rows lie together.
-    rows = math.ceil(row - radius), math.floor(row + radius) + 1
-    band = slice(*np.searchsorted(places, [end * width for end in rows]))
-    near = np.abs(places[band] % width - column) <= radius
-    own = np.diff(weights[band], prepend=weights[band.start - 1] if band.start else 0.0)
-    return _choose(chance, places[band][near], np.cumsum(own[near]), count)
-
-
 def _columns(
     chance: np.random.Generator,
-    count: int,
     where: NDArray[np.intp],
-    strength: Plane,
+    width: int,
     emitter: EmitterSettings,
     in_burst: bool = False,
 ) -> tuple[NDArray[np.float64], ...]:
-    """Columns of ``Spawns`` but the tick, for flakes spawned in the flat pixels ``where``."""
-    row, column = np.divmod(where, strength.shape[1])
+    """Return ``Spawns`` but the tick, of flakes in the flat pixels ``where`` of ``width`` a row."""
+    count, (row, column) = len(where), np.divmod(where, width)
     inside = chance.random((2, count))
     heading = chance.uniform(0, 2 * np.pi, count)
     speed = chance.uniform(*_BURST_SPEED, count) * emitter.height * (1.0 if in_burst else 0.0)

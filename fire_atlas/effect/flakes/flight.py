@@ -114,37 +114,17 @@ def fly(
 
     Flakes move in ticks of 1/60 s; between two ticks a frame shows them on the straight line.
     """
-    state, inertia = ParticleState.empty(), _Inertia.of(spawns, settings)
+    model, state = _FlightModel.of(spawns, settings), ParticleState.empty()
     spawned = np.searchsorted(spawns.tick, np.arange(math.ceil(frames / record.fps / TICK) + 2))
     frame = 0
     for tick in range(len(spawned) - 1):
         field = _FieldSampler(record.at(tick * TICK), record.cell)
-        state = _spawn(state, spawns, int(spawned[tick]), int(spawned[tick + 1]), field, settings)
-        moved = _step(state, spawns, inertia, field, tick, settings)
+        state = model.spawn(state, int(spawned[tick]), int(spawned[tick + 1]), field)
+        moved = model.step(state, field, tick)
         while frame < frames and frame / record.fps / TICK < tick + 1:
-            part = frame / record.fps / TICK - tick
-            yield _between(state, moved, part, spawns)
+            yield model.between(state, moved, frame / record.fps / TICK - tick)
             frame += 1
-        state = moved.where(_is_alive(moved, spawns, settings))
-
-
-@dataclass(frozen=True, slots=True)
-class _Inertia:
-    """How slowly each flake takes on the field's velocity. Arrays (flakes,).
-
-    Attributes:
-        retained: Share of the velocity relative to the field that is left after a tick.
-        fall_speed: Terminal velocity under the recipe's gravity, px/s.
-    """
-
-    retained: Column
-    fall_speed: Column
-
-    @classmethod
-    def of(cls, spawns: Spawns, settings: FlightSettings) -> Self:
-        """Return the inertia of each of ``spawns``."""
-        lag = settings.lag * np.exp(_LAG_PER_SCORE * spawns.size_score)
-        return cls(np.exp(-TICK / np.maximum(lag, 1e-6)), settings.gravity * lag)
+        state = moved.where(model.is_alive(moved))
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,57 +149,121 @@ class _FieldSampler:
         return np.ascontiguousarray(found.T)
 
 
-def _spawn(
-    state: ParticleState,
-    spawns: Spawns,
-    first: int,
-    last: int,
-    field: _FieldSampler,
-    settings: FlightSettings,
-) -> ParticleState:
-    """Add the flakes ``first`` .. ``last`` of ``spawns``, as far as there is room for them."""
-    last = min(last, first + max(settings.max_alive - len(state.id), 0))
-    if first == last:
-        return state
-    new = slice(first, last)
-    vx, vy, _ = field.at(spawns.x[new], spawns.y[new])
-    ids = np.arange(first, last, dtype=np.int64)
-    speed, age = np.hypot(vx, vy), np.zeros(len(ids))
-    spawned = ParticleState(ids, spawns.x[new], spawns.y[new], vx, vy, speed, age)
-    return ParticleState.concatenate([state, spawned])
+@dataclass(frozen=True, slots=True)
+class _FlightModel:
+    """What does not change while flakes fly, and the step that changes their state.
 
+    Attributes:
+        spawns: All flakes that are ever spawned.
+        settings: How they fly.
+        retained: (flakes,) share of the velocity relative to the field that is left after a tick.
+        fall_speed: (flakes,) terminal velocity under the recipe's gravity, px/s.
+    """
 
-def _step(
-    state: ParticleState,
-    spawns: Spawns,
-    inertia: _Inertia,
-    field: _FieldSampler,
-    tick: int,
-    settings: FlightSettings,
-) -> ParticleState:
-    """Move flakes by one tick: v̇ = (u − v)/lag + g, solved exactly; then jitter; then x += v dt."""
-    *u, lit = field.at(state.x, state.y)
-    if settings.lag > 0:
-        retained = inertia.retained.take(state.id)
-        vx = u[0] + (state.vx - u[0]) * retained
-        target = u[1] + inertia.fall_speed.take(state.id)
-        vy = target + (state.vy - target) * retained
-    else:
+    spawns: Spawns
+    settings: FlightSettings
+    retained: Column
+    fall_speed: Column
+
+    @classmethod
+    def of(cls, spawns: Spawns, settings: FlightSettings) -> Self:
+        """Return the model of flakes that lag by their size."""
+        lag = settings.lag * np.exp(_LAG_PER_SCORE * spawns.size_score)
+        return cls(spawns, settings, np.exp(-TICK / np.maximum(lag, 1e-6)), settings.gravity * lag)
+
+    def spawn(
+        self, state: ParticleState, first: int, last: int, field: _FieldSampler
+    ) -> ParticleState:
+        """Add the flakes ``first`` .. ``last`` of all, as far as there is room for them."""
+        last = min(last, first + max(self.settings.max_alive - len(state.id), 0))
+        if first == last:
+            return state
+        x, y = self.spawns.x[first:last], self.spawns.y[first:last]
+        vx, vy, _ = field.at(x, y)
+        ids, age = np.arange(first, last, dtype=np.int64), np.zeros(last - first)
+        spawned = ParticleState(ids, x, y, vx, vy, np.hypot(vx, vy), age)
+        return ParticleState.concatenate([state, spawned])
+
+    def step(self, state: ParticleState, field: _FieldSampler, tick: int) -> ParticleState:
+        """Move flakes by one tick: v̇ = (u − v)/lag + g, solved exactly; jitter; then x += v dt."""
+        *u, lit = field.at(state.x, state.y)
         vx, vy = u
-    cos, sin = scatter_rotations(settings.seed, tick, state.id, settings.scatter)
-    vx, vy = vx * cos - vy * sin, vx * sin + vy * cos
-    own_x, own_y = _own_velocity(state, spawns, np.square(np.square(1 - lit)), settings)
-    all_x, all_y = vx + own_x, vy + own_y
-    change = np.hypot(all_x, all_y) - state.smoothed_speed
-    return replace(
-        state,
-        x=state.x + all_x * TICK,
-        y=state.y + all_y * TICK,
-        vx=vx,
-        vy=vy,
-        smoothed_speed=state.smoothed_speed + change * _COLOUR_GAIN,
-        age=_age_at(spawns.tick.take(state.id), tick + 1),
-    )
+        if self.settings.lag > 0:
+            retained = self.retained.take(state.id)
+            vx = u[0] + (state.vx - u[0]) * retained
+            target = u[1] + self.fall_speed.take(state.id)
+            vy = target + (state.vy - target) * retained
+        cos, sin = scatter_rotations(self.settings.seed, tick, state.id, self.settings.scatter)
+        vx, vy = vx * cos - vy * sin, vx * sin + vy * cos
+        own_x, own_y = self._own_velocity(state, np.square(np.square(1 - lit)))
+        all_x, all_y = vx + own_x, vy + own_y
+        change = np.hypot(all_x, all_y) - state.smoothed_speed
+        ticks = tick + 1 - self.spawns.tick.take(state.id)  # counted: a sum of them would drift
+        return replace(
+            state,
+            x=state.x + all_x * TICK,
+            y=state.y + all_y * TICK,
+            vx=vx,
+            vy=vy,
+            smoothed_speed=state.smoothed_speed + change * _COLOUR_GAIN,
+            age=np.multiply(ticks, TICK, dtype=np.float64),
+        )
+
+    def _own_velocity(self, state: ParticleState, outside: Column) -> tuple[Column, Column]:
+        """Velocity of each flake relative to the field, px/s, that its neighbours do not share.
+
+        The sum of its fall at the terminal velocity; the impulse of a burst, which drag stops; and
+        turbulence, so that flakes of one place do not fly in a line. The last two as far as a flake
+        is ``outside`` the flame (0..1), whose gas carries it along; but for some of the impulse.
+        """
+        ids, spawns, impulse = state.id, self.spawns, np.exp(-state.age / _IMPULSE_DECAY)
+        onset = np.minimum(state.age / _TURBULENCE_ONSET, 1.0)
+        speed = math.sqrt(2) * self.settings.turbulence * onset
+        turn = 2 * math.pi * spawns.turbulence_rate.take(ids) * state.age
+        aside = speed * _sine(turn + spawns.turbulence_phase_x.take(ids))
+        down = 0.5 * speed * _sine(turn + spawns.turbulence_phase_y.take(ids))
+        fall = spawns.terminal_velocity.take(ids) * (1 - impulse)
+        impulse *= np.maximum(outside, _MIN_IMPULSE_SHARE)
+        return (
+            spawns.impulse_x.take(ids) * impulse + outside * aside,
+            spawns.impulse_y.take(ids) * impulse + outside * down + fall,
+        )
+
+    def between(self, before: ParticleState, after: ParticleState, part: float) -> ParticleState:
+        """Return the flakes ``part`` of a tick after ``before``, without those that have cooled.
+
+        Their velocity is that of their whole motion, relative to the frame.
+        """
+        age = before.age + part * TICK
+        way_x, way_y = after.x - before.x, after.y - before.y
+        seen = replace(
+            after,
+            x=before.x + way_x * part,
+            y=before.y + way_y * part,
+            vx=way_x / TICK,
+            vy=way_y / TICK,
+            age=age,
+        )
+        return seen.where(age < self.spawns.life.take(before.id))
+
+    def is_alive(self, state: ParticleState) -> NDArray[np.bool_]:
+        """Return which flakes have not cooled, nor left the frame with all of their streak."""
+        margin = self.spawns.size.take(state.id)
+        if self.settings.streak > 0:
+            margin = margin + np.hypot(state.vx, state.vy) * (self.settings.streak / 2)
+        alive: NDArray[np.bool_] = (
+            (state.age < self.spawns.life.take(state.id))
+            & (state.x > -margin)
+            & (state.x < self.settings.width + margin)
+            & (state.y > -margin)
+            & (state.y < self.settings.height + margin)
+        )
+        return alive
+
+
+def _sine(angle: Column) -> NDArray[np.float32]:
+    """Sine of angles, rad, in single precision: several times as fast, and nobody sees 1e-6."""
+    return np.sin(as_plane(angle))
 
 
 def scattering_cosine(xi: NDArray[np.float64], k: float) -> NDArray[np.float64]:
@@ -249,70 +293,3 @@ def scatter_rotations(
     right = np.floor(draws)
     cos = scattering_cosine(draws - right, k)
     return cos, (2 * right - 1) * np.sqrt(1 - cos * cos)
-
-
-def _own_velocity(
-    state: ParticleState, spawns: Spawns, outside: Column, settings: FlightSettings
-) -> tuple[Column, Column]:
-    """Velocity of each flake relative to the field, px/s, that its neighbours do not share.
-
-    The sum of its fall at the terminal velocity; the impulse of a burst, which drag stops; and
-    turbulence, so that flakes of one place do not fly in a line. The last two as far as a flake is
-    ``outside`` the flame (0..1), whose gas carries it along; but for some of the impulse.
-    """
-    impulse = np.exp(-state.age / _IMPULSE_DECAY)
-    speed = math.sqrt(2) * settings.turbulence * np.minimum(state.age / _TURBULENCE_ONSET, 1.0)
-    turn = 2 * math.pi * spawns.turbulence_rate.take(state.id) * state.age
-    aside = speed * _sine(turn + spawns.turbulence_phase_x.take(state.id))
-    down = 0.5 * speed * _sine(turn + spawns.turbulence_phase_y.take(state.id))
-    fall = spawns.terminal_velocity.take(state.id) * (1 - impulse)
-    impulse *= np.maximum(outside, _MIN_IMPULSE_SHARE)
-    return (
-        spawns.impulse_x.take(state.id) * impulse + outside * aside,
-        spawns.impulse_y.take(state.id) * impulse + outside * down + fall,
-    )
-
-
-def _sine(angle: Column) -> NDArray[np.float32]:
-    """Sine of angles, rad, in single precision: several times as fast, and nobody sees 1e-6."""
-    return np.sin(as_plane(angle))
-
-
-def _age_at(spawned: NDArray[np.int64], tick: int) -> Column:
-    """Age, s, at ``tick``; counted, because a sum of ticks would drift."""
-    return np.multiply(tick - spawned, TICK, dtype=np.float64)
-
-
-def _between(
-    before: ParticleState, after: ParticleState, part: float, spawns: Spawns
-) -> ParticleState:
-    """Flakes ``part`` of a tick after ``before``, without those that have cooled by then.
-
-    Their velocity is that of their whole motion, relative to the frame.
-    """
-    age = before.age + part * TICK
-    way_x, way_y = after.x - before.x, after.y - before.y
-    seen = replace(
-        after,
-        x=before.x + way_x * part,
-        y=before.y + way_y * part,
-        vx=way_x / TICK,
-        vy=way_y / TICK,
-        age=age,
-    )
-    return seen.where(age < spawns.life.take(before.id))
-
-
-def _is_alive(state: ParticleState, spawns: Spawns, settings: FlightSettings) -> NDArray[np.bool_]:
-    """Return which flakes have not cooled, and have not left the frame with all of their streak."""
-    margin = spawns.size.take(state.id)
-    if settings.streak > 0:
-        margin = margin + np.hypot(state.vx, state.vy) * (settings.streak / 2)
-    alive: NDArray[np.bool_] = (
-        (state.age < spawns.life.take(state.id))
-        & (state.x > -margin)
-        & (state.x < settings.width + margin)
-        & (state.y > -margin)
-        & (state.y < settings.height + margin)
-    )
-    return alive

@@ -15,6 +15,9 @@ COLUMNS = (
 SPAWN_COLUMNS = ("id", "t", "life", "x", "y", "vx", "vy", "size", "wraps")
 """Columns of ``Tracks.spawns``. px, px/s, s; ``wraps`` 0 or 1."""
 
+Table = NDArray[np.float64]
+"""(rows, columns)."""
+
 RowNumbers = tuple[NDArray[np.int64], ...]
 """A number for each row of each frame: (rows,) a frame."""
 
@@ -58,22 +61,17 @@ class Tracks:
     height: int
     loop: bool
     seed: int
-    spawns: NDArray[np.float64]
-    frames: tuple[NDArray[np.float64], ...]
+    spawns: Table
+    frames: tuple[Table, ...]
     flights: RowNumbers
     flight_frames: RowNumbers
     hard: bool = False
 
     @classmethod
     def one_shot(
-        cls,
-        fps: float,
-        size: tuple[int, int],
-        seed: int,
-        spawns: NDArray[np.float64],
-        frames: Sequence[NDArray[np.float64]],
+        cls, fps: float, size: tuple[int, int], seed: int, spawns: Table, frames: Sequence[Table],
         hard: bool = False,
-    ) -> Self:
+    ) -> Self:  # fmt: skip
         """Return tracks that play once: each id is one flight, in frames that follow one another.
 
         ``size`` is the width and height of a frame, px; the rest as the attributes.
@@ -84,14 +82,9 @@ class Tracks:
 
     @classmethod
     def of_tables(
-        cls,
-        fps: float,
-        size: tuple[int, int],
-        loop: bool,
-        seed: int,
-        spawns: NDArray[np.float64],
-        frames: Sequence[NDArray[np.float64]],
-    ) -> Self:
+        cls, fps: float, size: tuple[int, int], loop: bool, seed: int, spawns: Table,
+        frames: Sequence[Table],
+    ) -> Self:  # fmt: skip
         """Return tracks of tables that were read: flights follow from births and ages.
 
         All ids of one flake have the same birth but for the time; the first of them is the least.
@@ -99,8 +92,7 @@ class Tracks:
         Raises:
             KeyError: A row has an id that was never spawned.
         """
-        ends = np.cumsum([len(rows) for rows in frames])[:-1]
-        rows = np.concatenate(frames)
+        rows, ends = np.concatenate(frames), np.cumsum([len(each) for each in frames])[:-1]
         births = map(tuple, spawns[:, _BIRTH].tolist())
         first = dict[tuple[float, ...], float]()
         known = zip(spawns[:, 0].tolist(), births, strict=True)
@@ -164,7 +156,7 @@ def fold_into_loop(tracks: Tracks, count: int) -> Tracks:
     """Fold tracks of one period and what flies on after it onto the ``count`` frames of a loop.
 
     A flake keeps its id across the end of the loop. One that is seen in as many frames as the
-    loop has, or more, would meet ittracks; it changes its id every ``count - 1`` frames, so that
+    loop has, or more, would meet itself; it changes its id every ``count - 1`` frames, so that
     an id is never in a frame twice, nor passed on from one flake to another in neighbouring
     frames. Only for one-shot tracks of more than ``count`` frames.
     """
@@ -188,9 +180,7 @@ def fold_into_loop(tracks: Tracks, count: int) -> Tracks:
     )
 
 
-def _with_parts(
-    spawns: NDArray[np.float64], parts: int, id_step: float, period: float
-) -> NDArray[np.float64]:
+def _with_parts(spawns: Table, parts: int, id_step: float, period: float) -> Table:
     """Return the spawns with a copy, a period (s) earlier each, for every part of a long flight."""
     copies = [spawns]
     for part in range(1, parts + 1):
@@ -201,7 +191,7 @@ def _with_parts(
     return np.concatenate(copies)
 
 
-def visible_count(rows: NDArray[np.float64]) -> int:
+def visible_count(rows: Table) -> int:
     """Return how many flakes of a frame's table are bright enough to be seen."""
     column = dict(zip(COLUMNS, rows.T, strict=True))
     brightest = np.maximum.reduce([column["r"], column["g"], column["b"]]) * column["a"]
@@ -229,7 +219,7 @@ def as_drawn(tracks: Tracks) -> Tracks:
     return replace(tracks, frames=tuple(map(_snapped, tracks.frames))) if tracks.hard else tracks
 
 
-def _snapped(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def _snapped(rows: Table) -> Table:
     column = dict(zip(COLUMNS, rows.T, strict=True))
     half, still = column["size"] / 2, np.zeros(len(rows))
     column |= {axis: np.rint(column[axis] - half) + half for axis in "xy"}

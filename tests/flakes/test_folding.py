@@ -103,7 +103,7 @@ def test_every_id_has_a_spawn() -> None:
 @pytest.mark.parametrize("seen", [5, 6, 7, 13, 17])
 @pytest.mark.parametrize("count", [1, 2, LOOP])
 def test_every_row_knows_its_flight_and_its_moment_there(count: int, seen: int) -> None:
-    """Whatever its id: the flakes are told apart by the px that they are at as they move."""
+    """Whatever its id: the flakes are recognised by their place, which moves by one px a frame."""
     tables, births = [list[list[float]]() for _ in range(24)], []
     for flake, first in ((0, 0), (1, 5)):
         for n, row in _flight(flake, first, seen).items():
