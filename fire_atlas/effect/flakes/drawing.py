@@ -127,25 +127,25 @@ class _Ellipses:
         column, row: Pixel of the middle, and first row covered, px.
         rows: Rows covered.
         area: Of the box around, px².
-        right, down: From the centre of that pixel to the middle, from the middle to the centre of
-            the first row, px.
-        bend: p.
+        offset_x, offset_y: Way from the centre of that pixel to the middle, and from the middle to
+            the centre of the first row, px.
+        curvature: p.
         slope: By how much a row's middle moves to the left, px a row: r / p.
-        drop: How fast depth falls, s − r² / p.
-        least, most: First and last column that may be covered, counted from ``column``.
+        depth_loss: How fast depth falls, s − r² / p.
+        first_column, last_column: Columns that may be covered, counted from ``column``.
     """
 
     column: Index
     row: Index
     rows: Index
     area: Index
-    right: Single
-    down: Single
-    bend: Single
+    offset_x: Single
+    offset_y: Single
+    curvature: Single
     slope: Single
-    drop: Single
-    least: Single
-    most: Single
+    depth_loss: Single
+    first_column: Single
+    last_column: Single
 
     @classmethod
     def of(
@@ -174,45 +174,47 @@ class _Ellipses:
             row=top.astype(np.intp),
             rows=np.maximum(end - top, 0).astype(np.intp),
             area=(np.maximum(end - top, 0) * (2 * along + 1)).astype(np.intp),
-            right=as_plane(x - column - 0.5),
-            down=as_plane(top + 0.5 - y),
-            bend=as_plane(p),
+            offset_x=as_plane(x - column - 0.5),
+            offset_y=as_plane(top + 0.5 - y),
+            curvature=as_plane(p),
             slope=as_plane(r / p),
-            drop=as_plane(1 / (p * product**2)),
-            least=as_plane(-column - edge),
-            most=as_plane(frame[1] - 1 - column + edge),
+            depth_loss=as_plane(1 / (p * product**2)),
+            first_column=as_plane(-column - edge),
+            last_column=as_plane(frame[1] - 1 - column + edge),
         )
 
-    def spans(self, group: Index) -> "_Spans":
-        """Return the spans of some of the ellipses, as many rows of each as the highest has."""
+    def spans(self, group: Index) -> "_RowSpans":
+        """Return the spans of a group of ellipses, as many rows of each as the tallest has."""
         step = np.arange(self.rows[group].max())[:, None]
-        dy = self.down[group] + as_plane(step)
-        depth = 1 - self.drop[group] * dy * dy
-        middle = self.right[group] - self.slope[group] * dy
-        half = np.sqrt(np.maximum(depth, 0) / self.bend[group])
-        first = np.maximum(np.ceil(middle - half), self.least[group])
-        last = np.minimum(np.floor(middle + half), self.most[group])
+        dy = self.offset_y[group] + as_plane(step)
+        depth = 1 - self.depth_loss[group] * dy * dy
+        middle = self.offset_x[group] - self.slope[group] * dy
+        half = np.sqrt(np.maximum(depth, 0) / self.curvature[group])
+        first = np.maximum(np.ceil(middle - half), self.first_column[group])
+        last = np.minimum(np.floor(middle + half), self.last_column[group])
         inside = (depth > 0) & (step < self.rows[group])
-        return _Spans(
+        return _RowSpans(
             x=(self.column[group] + first.astype(np.intp)).ravel(),
             y=(self.row[group] + step).ravel(),
             length=np.where(inside, last - first + 1, 0).astype(np.intp).ravel(),
             start=(first - middle).ravel(),
             depth=depth.ravel(),
-            bend=self.bend[group],
+            curvature=self.curvature[group],
         )
 
 
 @dataclass(frozen=True, slots=True)
-class _Spans:
-    """Rows of n ellipses, those of the first row before those of the second: span i is of ellipse
-    i mod n. Arrays (rows · n,), ``bend`` (n,).
+class _RowSpans:
+    """Spans of n ellipses: the pixels of one row that lie in one of them.
+
+    Spans of all first rows come before those of the second: span i is of ellipse i mod n. Arrays
+    (rows · n,), ``curvature`` (n,).
 
     Attributes:
         x, y: First pixel, px; it may lie outside the frame.
         length: Pixels; 0 where an ellipse has no such row.
         start: From the row's middle to the centre of the first pixel, px.
-        depth, bend: 1 − q² in the row's middle, and how fast it falls from there.
+        depth, curvature: 1 − q² in the row's middle, and how fast it falls from there.
     """
 
     x: Index
@@ -220,7 +222,7 @@ class _Spans:
     length: Index
     start: Single
     depth: Single
-    bend: Single
+    curvature: Single
 
     def weights(self, some: Index) -> Single:
         """Return the weight (1 − q²)² of each pixel of ``some`` spans, (pixels, spans); 0 past the
@@ -228,15 +230,16 @@ class _Spans:
         longest = self.length.take(some).max()
         d = self.start.take(some) + np.arange(longest, dtype=np.float32)[:, None]
         d *= d
-        d *= self.bend.take(some % len(self.bend))
+        d *= self.curvature.take(some % len(self.curvature))
         np.subtract(self.depth.take(some), d, out=d)
         np.maximum(d, 0, out=d)
         d *= d
         return d
 
 
-def _clip_where(edge: Column, large: NDArray[np.bool_], least: float, most: float) -> Column:
-    return np.where(large, np.clip(edge, least, most), edge)
+def _clip_where(edge: Column, large: NDArray[np.bool_], low: float, high: float) -> Column:
+    """Clip the edges of large ellipses to low..high."""
+    return np.where(large, np.clip(edge, low, high), edge)
 
 
 def _batches(lengths: Index, areas: Index, most: int) -> Iterator[Index]:
@@ -252,7 +255,7 @@ def _batches(lengths: Index, areas: Index, most: int) -> Iterator[Index]:
 
 def _add(
     canvas: NDArray[np.float32],
-    spans: _Spans,
+    spans: _RowSpans,
     some: NDArray[np.intp],
     weights: NDArray[np.float32],
     light: NDArray[np.float32],
