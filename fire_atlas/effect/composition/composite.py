@@ -25,8 +25,7 @@ _PALETTE_SAMPLES = 16
 """Frames in which a clip's colours are counted, evenly spread over it."""
 
 _PALETTE_SIZE = 512
-"""Most colours of a palette, the most frequent ones: pixel art has fewer, a painting has no
-palette."""
+"""Colours kept, the most frequent ones: pixel art has fewer, a painting has no palette."""
 
 
 def compose(

@@ -102,11 +102,7 @@ def flow_on_grid(
 def pad_to_grid(forcing: Forcing, window: Window, size: tuple[int, int], cell: int) -> Forcing:
     """Place the forcing of a part of the frame on the whole frame's grid, zero elsewhere.
 
-    Args:
-        forcing: Of the cells in the window.
-        window: The part, on multiples of ``cell`` px.
-        size: Width and height of the frame, px.
-        cell: Side of a cell, px.
+    The ``window`` is on multiples of ``cell`` px of a frame of ``size`` (width, height) px.
     """
     shape = grid_shape(*size, cell)
     row, column = window.top // cell, window.left // cell
