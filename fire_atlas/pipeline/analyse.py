@@ -13,10 +13,14 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip, Window, cropped
 from fire_atlas.core.picture import as_light, brightness_of
 from fire_atlas.core.pixels import Bytes, Plane, magnitude
-from fire_atlas.effect.field.buoyancy import Drive
-from fire_atlas.effect.field.carry import driving_order, record_field
-from fire_atlas.effect.field.drive import cell_means, flow_on_grid, on_whole_grid, rising
-from fire_atlas.effect.field.record import FieldRecord
+from fire_atlas.effect.field.forcing import (
+    Forcing,
+    cell_means,
+    flow_on_grid,
+    halve_descent,
+    pad_to_grid,
+)
+from fire_atlas.effect.field.record import FieldRecord, forcing_order, record_field
 from fire_atlas.effect.field.wind import wind_in_view
 from fire_atlas.effect.flakes.emission import EmitterSettings, Spawns, emit
 from fire_atlas.effect.flame.features import feature_vectors, refine
@@ -107,16 +111,16 @@ def analyse(
     emitter = _emitter(clip, study, settings)
     births = dict[int, Spawns]()
 
-    def drives() -> Iterator[Drive]:
+    def drives() -> Iterator[Forcing]:
         for i, spawns, drive in _frames(clip, study, settings, emitter, context):
             births[i] = spawns
             context.progress.advance()
             yield drive
 
     field = record_field(drives(), clip, settings.buoyancy, settings.wind, settings.seed)
-    spawns = Spawns.joined([births[i] for i in sorted(births)])
+    spawns = Spawns.concatenate([births[i] for i in sorted(births)])
     if study.burns_out and not clip.loop and not clip.tail:
-        spawns = spawns.cold_by((clip.count - 1) / clip.fps)
+        spawns = spawns.cooled_by((clip.count - 1) / clip.fps)
     if not len(spawns.tick) and emitter.rate * clip.body / clip.fps > _MANY:
         context.progress.note(
             "no flake is born: nothing in the clip is flame that moves, or features.epsilon, "
@@ -131,8 +135,8 @@ def _emitter(clip: Clip, study: FlameStudy, settings: AnalysisSettings) -> Emitt
     return EmitterSettings.of(
         flakes,
         clip,
-        extent=study.extent,
-        candidates=study.candidates,
+        moving_area=study.moving_area,
+        candidate_count=study.candidate_count,
         automatic_alpha=study.alpha,
         seed=settings.seed,
     )
@@ -144,25 +148,25 @@ def _frames(
     settings: AnalysisSettings,
     emitter: EmitterSettings,
     context: BuildContext,
-) -> Iterator[tuple[int, Spawns, Drive]]:
-    """Yield number, births and drive of each frame, in ``driving_order``."""
+) -> Iterator[tuple[int, Spawns, Forcing]]:
+    """Yield number, births and drive of each frame, in ``forcing_order``."""
     cell = settings.buoyancy.cell
     # The paper's candidates are anywhere in the image; else only where something moves.
     everywhere = settings.features.preset == "paper"
     window = Window(0, 0, clip.width, clip.height) if everywhere else study.active_window(cell)
     analyser = _FrameAnalyser(
         cropped(clip, window),
-        study.within(window),
+        study.cropped(window),
         settings,
         emitter,
         is_small=clip.width * clip.height <= SMALL,
     )
-    order = driving_order(clip)
+    order = forcing_order(clip)
     pairs = _pairs(context.workers.map(analyser.frame, order), clip.loop)
     size = clip.width, clip.height
     driven = context.workers.map(lambda pair: (pair[0].spawns, analyser.drive(*pair)), pairs)
     for i, (spawns, drive) in zip(order, driven, strict=True):
-        yield i, spawns.moved(window.left, window.top), on_whole_grid(drive, window, size, cell)
+        yield i, spawns.shifted(window.left, window.top), pad_to_grid(drive, window, size, cell)
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,7 +192,7 @@ class _FrameAnalyser:
         clip, study, cell = self.clip, self.study, self.settings.buoyancy.cell
         picture = clip.picture(i)
         bright = brightness_of(picture, clip.blend_space)
-        mask = study.mask.of(bright, lambda: as_light(picture))
+        mask = study.segmentation.mask(bright, lambda: as_light(picture))
         features = self.settings.features
         fx, fy = refine(
             *feature_vectors(bright, features.sigma, study.epsilon, study.kappa),
@@ -197,20 +201,20 @@ class _FrameAnalyser:
         strength = magnitude(fx, fy)
         if features.preset == "auto":
             strength = strength * mask
-        unit = np.float32(1 / study.typical)
+        unit = np.float32(1 / study.mean_feature)
         small = thumbnail(bright, self.is_small)
         return _FrameAnalysis(
             small,
             None if clip.flow is None else shrunk_flow(clip.flow(i), small.shape, clip.fps),
             mask,
-            cell_means(study.mask.lit(bright), cell),
+            cell_means(study.segmentation.lit(bright), cell),
             cell_means(fx, cell) * unit,
             cell_means(fy, cell) * unit,
-            emit(i, strength, self.emitter) if i < clip.body else Spawns.none(),
+            emit(i, strength, self.emitter) if i < clip.body else Spawns.empty(),
             i in clip.backwards,
         )
 
-    def drive(self, here: _FrameAnalysis, other: _FrameAnalysis, is_last: bool) -> Drive:
+    def drive(self, here: _FrameAnalysis, other: _FrameAnalysis, is_last: bool) -> Forcing:
         """Return what a frame does to the air, now that its neighbour is known."""
         # Where nothing follows, motion goes on as before; where the clip runs backwards, the gas of
         # the flame does not.
@@ -220,9 +224,9 @@ class _FrameAnalyser:
             flow = optical_flow(before.thumbnail, after.thumbnail, self.is_small)
         clip, cell = self.clip, self.settings.buoyancy.cell
         u, v = flow_on_grid(flow, here.mask, (clip.width, clip.height), cell, clip.fps)
-        u, v = rising(u, v, self.study.buoyancy)
+        u, v = halve_descent(u, v, self.study.buoyancy)
         flame = cell_means(here.mask, cell)
-        return Drive(flame, here.lit, u, v, here.feature_x, here.feature_y)
+        return Forcing(flame, here.lit, u, v, here.feature_x, here.feature_y)
 
 
 def _pairs(

@@ -7,7 +7,7 @@ import numpy as np
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.effect.field.buoyancy import lift_direction
-from fire_atlas.effect.flakes.tracks import Tracks, first_frames, glowing
+from fire_atlas.effect.flakes.tracks import Tracks, first_frames, visible_count
 from fire_atlas.effect.flame.study import study_flame
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
 from fire_atlas.pipeline.channels import measure_motion
@@ -98,7 +98,12 @@ def _arranged(clip: Clip, recipe: Recipe, context: BuildContext) -> Clip:
 
 def _note_flakes_left(clip: Clip, tracks: Tracks, loop: str, context: BuildContext) -> None:
     """Say how many flakes still glow when a clip that plays once ends."""
-    if loop == "auto" and not clip.loop and not clip.tail and (left := glowing(tracks.frames[-1])):
+    if (
+        loop == "auto"
+        and not clip.loop
+        and not clip.tail
+        and (left := visible_count(tracks.frames[-1]))
+    ):
         context.progress.note(
             f"flakes in the last frame: {left}; timeline.tail: true lets them burn out"
         )
@@ -108,7 +113,7 @@ def _without_dark_end(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:
     """Drop the frames of a tail in which no flake glows any more."""
     if not clip.tail:
         return clip, tracks
-    seen = [n for n, rows in enumerate(tracks.frames) if n >= clip.body and glowing(rows)]
+    seen = [n for n, rows in enumerate(tracks.frames) if n >= clip.body and visible_count(rows)]
     clip = shortened(clip, seen[-1] + 1 - clip.body if seen else 0)
     return clip, first_frames(tracks, clip.count)
 

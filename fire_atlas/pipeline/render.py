@@ -10,9 +10,9 @@ from fire_atlas.channels.flow import displayed_thumbnail
 from fire_atlas.channels.held_out import choose_held_out
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Bytes, brightness
+from fire_atlas.effect.composition.composite import clip_palette
 from fire_atlas.effect.composition.light import FrameLight
-from fire_atlas.effect.flame.palette import clip_palette
-from fire_atlas.effect.flame.scene import Scene
+from fire_atlas.effect.flame.segmentation import Background
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.layers import (
     Layers,
@@ -58,11 +58,12 @@ def render(
         settings: What the recipe says.
         context: The pool, and who hears of the progress.
     """
-    clip, scene, palette = simulated.clip, simulated.study.mask.scene, None
+    clip, palette = simulated.clip, None
+    background = simulated.study.segmentation.background
     if settings.composite.palette == "clip" and simulated.tracks is not None:
         palette = clip_palette(clip, context.workers)
     return render_each(
-        lambda i: finish(layers_of(i, simulated, settings), settings, palette, scene),
+        lambda i: finish(layers_of(i, simulated, settings), settings, palette, background),
         range(clip.count),
         context,
     )
@@ -84,7 +85,7 @@ def finish(
     layers: Layers,
     settings: RenderSettings,
     palette: Palette | None = None,
-    scene: Scene | None = None,
+    background: Background | None = None,
 ) -> RenderedFrame:
     """Measure a frame's light before anything of it is clipped, encode its layers, join them.
 
@@ -92,10 +93,10 @@ def finish(
         layers: The frame.
         settings: What the recipe says.
         palette: Colours that flakes are limited to.
-        scene: What stands still behind the flame, where the clip is an opaque scene.
+        background: What stands still behind the flame, where the clip is an opaque scene.
     """
     maps, atlas = settings.maps, settings.atlas
-    light = _light_of(layers, settings, scene) if settings.measures_light else None
+    light = _light_of(layers, settings, background) if settings.measures_light else None
     encoded: dict[Layer, tuple[Sprite, ...]] = {}
     if maps.flame:
         encoded["flame"] = encode_sprites(layers.flame, atlas)
@@ -110,11 +111,14 @@ def finish(
     return RenderedFrame((whole, *smaller), encoded, thumbnail, light, width, height)
 
 
-def _light_of(layers: Layers, settings: RenderSettings, scene: Scene | None) -> FrameLight:
+def _light_of(
+    layers: Layers, settings: RenderSettings, background: Background | None
+) -> FrameLight:
     """Measure the light of a frame: of an opaque scene, only what in it is flame."""
     flame = as_light(layers.flame)
-    if scene is not None:
-        flame = flame * scene.flame(brightness(flame, settings.atlas.blend_space), flame)[..., None]
+    if background is not None:
+        bright = brightness(flame, settings.atlas.blend_space)
+        flame = flame * background.foreground(bright, flame)[..., None]
     light = FrameLight.of(flame)
     if layers.flakes is None or not layers.bakes:
         return light

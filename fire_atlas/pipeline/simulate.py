@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from typing import Self
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.effect.flakes.embers import ramp
-from fire_atlas.effect.flakes.flight import Flight, Swarm, fly
-from fire_atlas.effect.flakes.rows import Appearance, rows_of, spawn_table
-from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.effect.flakes.wrapping import thinned, wrapped
+from fire_atlas.effect.flakes.appearance import Appearance, colour_stops, spawn_table, track_rows
+from fire_atlas.effect.flakes.emission import limit_alive
+from fire_atlas.effect.flakes.flight import FlightSettings, ParticleState, fly
+from fire_atlas.effect.flakes.tracks import Tracks, fold_into_loop
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.analyse import Analysis
 from fire_atlas.pipeline.context import BuildContext
@@ -61,37 +60,37 @@ def simulate(
     """
     flakes, spawns, progress = settings.flakes, analysis.spawns, context.progress
     if clip.loop:
-        spawns = thinned(spawns, flakes.max, clip.count, clip.fps, settings.seed)
+        spawns = limit_alive(spawns, flakes.max, clip.count, clip.fps, settings.seed)
     # A loop's flakes fly on past its end, until the last born has cooled.
     count = clip.count + (math.ceil(flakes.life[1] * clip.fps) + 1 if clip.loop else 0)
     progress.stage("fly", count)
-    swarms = list[Swarm]()
+    states = list[ParticleState]()
 
-    def flying() -> Iterator[Swarm]:
-        for swarm in fly(spawns, analysis.field, count, _flight(clip, settings)):
-            swarms.append(swarm)
+    def flying() -> Iterator[ParticleState]:
+        for state in fly(spawns, analysis.field, count, _flight(clip, settings)):
+            states.append(state)
             progress.advance()
-            yield swarm
+            yield state
 
     look = _appearance(clip, study, settings)
-    frames = list(rows_of(flying(), spawns, look, context.workers))
-    births, size = spawn_table(swarms, spawns, look.pixel), (clip.width, clip.height)
-    tracks = Tracks.once(clip.fps, size, settings.seed, births, frames, look.pixel)
-    return wrapped(tracks, clip.count) if clip.loop else tracks
+    frames = list(track_rows(flying(), spawns, look, context.workers))
+    births, size = spawn_table(states, spawns, look.pixel), (clip.width, clip.height)
+    tracks = Tracks.one_shot(clip.fps, size, settings.seed, births, frames, look.pixel)
+    return fold_into_loop(tracks, clip.count) if clip.loop else tracks
 
 
-def _flight(clip: Clip, settings: SimulationSettings) -> Flight:
+def _flight(clip: Clip, settings: SimulationSettings) -> FlightSettings:
     """Return how flakes fly in a clip, in px and s."""
     flakes, buoyancy = settings.flakes, settings.buoyancy
-    return Flight(
+    return FlightSettings(
         seed=settings.seed,
         scatter=flakes.scatter,
         lag=flakes.lag,
         gravity=buoyancy.gravity * clip.height,
-        wander=buoyancy.turbulence * clip.height,
+        turbulence=buoyancy.turbulence * clip.height,
         # What fades is dark before it is outside.
         streak=(flakes.stretch + settings.shutter) / clip.fps if flakes.edge == "crop" else 0.0,
-        most=flakes.max,
+        max_alive=flakes.max,
         width=clip.width,
         height=clip.height,
     )
@@ -101,7 +100,7 @@ def _appearance(clip: Clip, study: FlameStudy, settings: SimulationSettings) -> 
     """Return how flakes look in a clip."""
     flakes = settings.flakes
     return Appearance(
-        colours=ramp(flakes.colors),
+        colours=colour_stops(flakes.colors),
         intensity=flakes.intensity * settings.composite.intensity,
         stretch=flakes.stretch,
         shutter=settings.shutter,

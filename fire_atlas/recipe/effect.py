@@ -40,7 +40,7 @@ PAPER_ALPHA = 0.03
 
 
 class Features(Settings):
-    """Edges and gradients of each frame: where the fire tears (eq. 1-3)."""
+    """Feature vectors: the edges of each frame, and where they lead (eq. 1-3)."""
 
     preset: Literal["auto", "paper"] = "auto"
     """``auto`` adapts to the clip once; ``paper`` is eq. 1-3 with the paper's own constants."""
@@ -52,8 +52,8 @@ class Features(Settings):
     """[σ1, σ2] of the two Gaussians whose difference finds edges, px (eq. 1). Larger: thicker
     edges."""
     epsilon: AutoOrNumber = "auto"
-    """[ε] Gradients below this are no features (eq. 2), on the 0..255 scale. ``auto``: from the
-    clip's own statistics. Paper: 40."""
+    """[ε] Gradients below this are no features (eq. 2), on the 0..255 scale. ``auto``: measured
+    once for the whole clip. Paper: 40."""
     n: float = Field(default=1.5, ge=0, le=20)
     """[n] Exponent of κ: how much more the top of the fire counts than its base (eq. 2).
     Paper: 5."""
@@ -75,7 +75,7 @@ class Features(Settings):
 
 
 class Buoyancy(Settings):
-    """The velocity field that carries the flakes (eq. 12)."""
+    """The buoyancy field: the velocity field that flakes follow (eq. 12)."""
 
     motion: Literal["flow", "features"] = "flow"
     """What drives the field inside the flame: dense optical ``flow`` of the clip, or the
@@ -93,41 +93,41 @@ class Buoyancy(Settings):
     gravity: float = Field(default=0.0, ge=-100, le=100)
     """[g] Downward acceleration of field and flakes, heights/s²."""
     drag: float = Field(default=2.0, ge=0, le=1000)
-    """Rate at which motion outside the flame dies, 1/s. Speed of the plume: lift / drag."""
+    """Rate at which motion outside the flame decays, 1/s. Speed of the plume: lift / drag."""
     viscosity: float = Field(default=0.0005, ge=0, le=10)
     """[μ] How fast motion spreads to its surroundings, heights²/s."""
     turbulence: float = Field(default=0.2, ge=0, le=100)
-    """Speed (rms) of divergence-free eddies above the flame, heights/s."""
+    """Speed (rms) of divergence-free turbulence (curl noise) above the flame, heights/s."""
     projection: bool = False
     """Make the field divergence-free in every step (the paper does without)."""
 
 
 class Flakes(Settings):
-    """The fire-flakes (sparks): born at candidates, flown by the field (section III-C)."""
+    """The fire-flakes (sparks): spawned at candidates, they follow the field (section III-C)."""
 
     bake: bool = True
     """Draw the flakes into the frames. ``false``: tracks only."""
     alpha: AutoOrNumber = "auto"
-    """[α] Feature vectors longer than this are candidate birth places. Lower: more candidates and
-    more flakes. ``auto``: from the clip's own statistics. Paper: 0.03."""
+    """[α] Feature vectors longer than this are candidates, where flakes spawn. Lower: more
+    candidates and more flakes. ``auto``: measured once for the whole clip. Paper: 0.03."""
     rate: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100000), NUMBER], either("`auto` or a number")
     ] = "auto"
-    """Flakes born per second at the automatic α. ``auto``: as many as suit the size of the fire,
-    by the area in which it moves: some 5 for a candle, 30 for a campfire, 90 for a wall of fire;
+    """Spawn rate: flakes per second at the automatic α. ``auto``: by the size of the fire, that is
+    the area in which it moves: some 5 for a candle, 30 for a campfire, 90 for a wall of fire;
     fewer where the frame is too small to show flakes of ``size``."""
     bursts: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100), NUMBER], either("`auto` or a number")
     ] = "auto"
-    """Splinters per second: 3 to 14 small sparks thrown from one place. ``auto``: one for each 40
-    flakes that are born beyond 20; what burns as calmly as a candle does not burst."""
+    """Bursts per second, each of 3 to 14 small sparks from about one place. ``auto``: one for each
+    40 flakes spawned beyond 20; a fire as calm as a candle has none."""
     life: Annotated[
         tuple[Annotated[float, Field(gt=0, le=60)], Annotated[float, Field(gt=0, le=60)]],
         LIST,
         AfterValidator(ordered),
     ] = (0.8, 2.6)
-    """[min, max] seconds until a flake has cooled. Less where a fire that plays once burns out, so
-    that none is left when it ends."""
+    """[min, max] lifetime of a flake, s: until it has cooled. Less where a one-shot fire burns out,
+    so that none is left when it ends."""
     size: Annotated[
         tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
         LIST,
@@ -163,7 +163,7 @@ class MotionBlur(Settings):
     """Blur along the buoyancy field (eq. 14-17)."""
 
     shutter: float = Field(default=0.5, ge=0, le=4)
-    """Part of a frame the shutter is open."""
+    """Part of a frame for which the shutter is open."""
     samples: int = Field(default=9, ge=1, le=65)
     """Samples along the path of a flame pixel. Flakes are drawn as exact streaks."""
     flame: bool = False

@@ -1,4 +1,4 @@
-"""Recipe block ``wind``: one wind for every source."""
+"""Recipe block ``wind``: the wind around the fire, for every kind of source."""
 
 from typing import Annotated, Any, Self
 
@@ -20,7 +20,7 @@ Heading = Annotated[float, BeforeValidator(_degrees), Field(ge=-360, le=360)]
 
 
 class WindKeyframe(Settings):
-    """Wind at one moment; between moments it changes evenly."""
+    """Wind at one moment; between keyframes it is interpolated linearly."""
 
     t: float = Field(ge=0, le=3600)
     """Seconds from the first frame."""
@@ -31,12 +31,12 @@ class WindKeyframe(Settings):
 
 
 class Gusts(Settings):
-    """Wind that swells and falls, and begins anew every period."""
+    """Wind that rises and falls, again in every period."""
 
     mean: Level = 1.0
-    """Strength around which it swings, 0-5."""
+    """Mean strength, 0-5."""
     strength: Level = 1.0
-    """How far it swings, levels."""
+    """How far it rises above the mean and falls below it, levels."""
     period: float = Field(default=2.0, ge=0.1, le=600)
     """Seconds from gust to gust."""
 
@@ -52,7 +52,7 @@ class Wind(Settings):
     keyframes: Annotated[tuple[WindKeyframe, ...], LIST] = ()
     """Wind that changes over time, in order of ``t``."""
     gusts: Gusts | None = None
-    """Wind that swells and falls."""
+    """Wind that rises and falls again and again."""
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:

@@ -106,6 +106,6 @@ def test_blur_takes_the_field_where_flakes_do_though_the_grid_overhangs_the_fram
     still, fast_beyond = np.zeros((2, 2), np.float32), np.array([[0.0, 1000.0]] * 2, np.float32)
     here = pixels[..., 0].copy()
     blurred = blur_along(pixels, fast_beyond, still, 64, here, exposure=0.1, samples=201)
-    # Cells' middles are at 32 and 96 px: at 33.5 px the air moves at 23.4 px/s, or 1.17 px to
+    # Cells' centres are at 32 and 96 px: at 33.5 px the field moves at 23.4 px/s, or 1.17 px to
     # either side, of which the inner px is seen; and 5 % of light is put back.
     assert blurred[33, 33, 0] == pytest.approx(1.05 / 2.34, abs=0.02)

@@ -1,4 +1,4 @@
-"""How well flakes move with the flame of their clip, and how they fill the air above it."""
+"""How well flakes move with the flame of their clip, and how they fill the plume above it."""
 
 import math
 from collections.abc import Callable
@@ -11,8 +11,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.effect.field.air import grid_shape
-from fire_atlas.effect.field.drive import cell_means
+from fire_atlas.effect.field.forcing import cell_means, grid_shape
 from fire_atlas.effect.flakes.statistics import ember_figures
 
 Flow = NDArray[np.float32]

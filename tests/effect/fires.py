@@ -15,9 +15,9 @@ from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.progress import Progress, Silent
 from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
+from fire_atlas.effect.composition.composite import clip_palette
 from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
-from fire_atlas.effect.flame.palette import clip_palette
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
 from fire_atlas.pipeline.analyse import Analysis, AnalysisSettings, analyse
 from fire_atlas.pipeline.context import BuildContext

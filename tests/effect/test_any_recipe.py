@@ -249,7 +249,7 @@ def test_a_recipe_of_only_largest_values_works() -> None:
 @pytest.mark.parametrize("samples", [1, 2, 9, 64])
 @pytest.mark.parametrize("speed", [50.0, 2000.0, 1e5])
 def test_blur_never_makes_a_flame_brighter_than_it_was(samples: int, speed: float) -> None:
-    """However fast the air is, and even where all light is blown out of the frame."""
+    """However fast the field is, and even where all light is blown out of the frame."""
     pixels = _clip(40, 40, 1, False, "alpha").read(0)
     still, fast = np.zeros((10, 10), np.float32), np.full((10, 10), speed, np.float32)
     for u, v in ((fast, still), (still, -fast)):

@@ -1,4 +1,4 @@
-"""Embers are as embers are: heat, colour, size, streaks, bursts and twinkle, on three clips."""
+"""Embers are as embers are: heat, colour, size, streaks, bursts and flicker, on three clips."""
 
 import math
 from functools import cache
@@ -33,7 +33,13 @@ from scipy.stats import spearmanr
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import srgb_to_linear
 from fire_atlas.core.workers import Workers
-from fire_atlas.effect.flakes.embers import COOLEST, HOTTEST, glow, temperature, twinkle
+from fire_atlas.effect.flakes.appearance import (
+    COOLEST,
+    HOTTEST,
+    ember_flicker,
+    ember_light,
+    temperature,
+)
 from fire_atlas.effect.flakes.emission import TICK, EmitterSettings, emit
 from fire_atlas.effect.flakes.statistics import ember_figures
 from fire_atlas.pipeline.layers import draw
@@ -99,7 +105,7 @@ def test_embers_glow_between_1100_and_1600_kelvin(burnt: Burnt) -> None:
 
 def test_an_ember_ends_by_cooling_not_by_popping() -> None:
     age = np.linspace(0, 1.5, 400)
-    light = glow(age, np.full_like(age, 1.5))
+    light = ember_light(age, np.full_like(age, 1.5))
     assert light[-1] == pytest.approx(0, abs=1e-9)
     assert np.abs(np.diff(light)).max() < 0.1
     cooling = light[np.argmax(light) :]
@@ -125,7 +131,7 @@ def test_colours_stay_between_orange_red_and_orange(burnt: Burnt) -> None:
 
 
 def test_no_ember_flickers_in_colour(burnt: Burnt) -> None:
-    """Though the air may shake it: its colour follows its speed of late."""
+    """Though turbulence may shake it: its colour follows its speed of late."""
     widest = np.ptp(burnt.rows[:, G] / burnt.rows[:, R])
     steps = np.concatenate([np.abs(np.diff(f[:, G] / f[:, R])) for f in burnt.flights(2)])
     assert np.quantile(steps, 0.99) < 0.3 * widest
@@ -183,16 +189,16 @@ def test_blur_keeps_the_light_of_flakes(burnt: Burnt) -> None:
     assert streaks == pytest.approx(light, rel=0.01)
 
 
-def test_all_four_fates_occur_over_long_runs(clips: Path) -> None:
-    told = dict.fromkeys(("left by the top", "left by the sides", "burnt out", "fell back"), 0.0)
+def test_all_four_ends_of_life_occur_over_long_runs(clips: Path) -> None:
+    shares = dict.fromkeys(("left by the top", "left by the sides", "burnt out", "fell back"), 0.0)
     for name in CLIPS:
         burnt = _sparkling(name, clips)
         for figure in ember_figures(burnt.tracks):
-            if figure.name in told:
-                told[figure.name] += figure.value / len(CLIPS)
+            if figure.name in shares:
+                shares[figure.name] += figure.value / len(CLIPS)
         fallen = [f[-1, Y] > f[:, Y].min() + 0.02 * burnt.clip.height for f in burnt.flights(2)]
-        told["fell back"] += float(np.mean(fallen)) / len(CLIPS)
-    assert all(share > 0.005 for share in told.values()), told
+        shares["fell back"] += float(np.mean(fallen)) / len(CLIPS)
+    assert all(share > 0.005 for share in shares.values()), shares
 
 
 def _bursts(rate: float, frames: int) -> list[tuple[float, int]]:
@@ -204,7 +210,7 @@ def _bursts(rate: float, frames: int) -> list[tuple[float, int]]:
     bursts: list[tuple[float, int]] = []
     for frame in range(frames):
         born = emit(frame, plane, emitter)
-        assert (np.hypot(born.throw_x, born.throw_y) > 0).all()
+        assert (np.hypot(born.impulse_x, born.impulse_y) > 0).all()
         places = np.column_stack([born.tick, np.floor(born.x), np.floor(born.y)])
         for place, sparks in zip(*np.unique(places, axis=0, return_counts=True), strict=True):
             bursts.append(((place[0] + chance.random()) * TICK, int(sparks)))
@@ -222,12 +228,12 @@ def test_bursts_of_3_to_14_sparks_come_at_exponential_intervals() -> None:
     assert np.abs(found - (1 - np.exp(-waits))).max() < 1.63 / math.sqrt(len(waits))
 
 
-def test_embers_twinkle_visibly_and_slightly(burnt: Burnt) -> None:
-    rate = burnt.analysis.spawns.twinkle
+def test_embers_flicker_visibly_and_slightly(burnt: Burnt) -> None:
+    rate = burnt.analysis.spawns.flicker_rate
     assert rate.min() >= 0.5 and rate.max() <= 6.0
     age = np.linspace(0, 10, 6001)
     for hertz in (0.5, 2.0, 6.0):
-        light = twinkle(age, np.full_like(age, hertz), np.full_like(age, 0.3))
+        light = ember_flicker(age, np.full_like(age, hertz), np.full_like(age, 0.3))
         assert light.min() > 0 and light.max() <= 1.25
         crossings = np.count_nonzero(np.diff(np.sign(light - light.mean())))
         assert crossings / 2 / 10 == pytest.approx(hertz, rel=0.06)

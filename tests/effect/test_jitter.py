@@ -8,8 +8,12 @@ from fires import Array
 
 from fire_atlas.effect.field.record import FieldRecord
 from fire_atlas.effect.flakes.emission import Spawns
-from fire_atlas.effect.flakes.flight import Flight, Swarm, fly
-from fire_atlas.effect.flakes.scatter import scatter_turns
+from fire_atlas.effect.flakes.flight import (
+    FlightSettings,
+    ParticleState,
+    fly,
+    scatter_rotations,
+)
 
 COUNT = 4000
 
@@ -21,8 +25,8 @@ def _distance(values: Array, share_below: Array) -> float:
 
 
 @pytest.mark.parametrize("k", [-1.0, -0.6, 0.0, 0.3, 0.9, 0.99])
-def test_scatter_turns_are_those_of_the_closed_form(k: float) -> None:
-    turns = [scatter_turns(5, tick, np.arange(5000), k) for tick in range(8)]
+def test_scatter_rotations_are_those_of_the_closed_form(k: float) -> None:
+    turns = [scatter_rotations(5, tick, np.arange(5000), k) for tick in range(8)]
     cosines, sines = (np.concatenate(part) for part in zip(*turns, strict=True))
     if k == -1.0:
         assert np.allclose(cosines, -1) and np.allclose(sines, 0)
@@ -36,21 +40,22 @@ def test_scatter_turns_are_those_of_the_closed_form(k: float) -> None:
 def _spawns(count: int = COUNT) -> Spawns:
     one, none = np.ones(count), np.zeros(count)
     return Spawns(
-        tick=np.zeros(count, np.int64), x=200 * one, y=200 * one, throw_x=none, throw_y=none,
-        sink=none, life=9 * one, size=one, bulk=none, twinkle=one, phase=none, wander=one,
-        wander_x=none, wander_y=none,
+        tick=np.zeros(count, np.int64), x=200 * one, y=200 * one, impulse_x=none,
+        impulse_y=none, terminal_velocity=none, life=9 * one, size=one, size_score=none,
+        flicker_rate=one, flicker_phase=none, turbulence_rate=one, turbulence_phase_x=none,
+        turbulence_phase_y=none,
     )  # fmt: skip
 
 
 def _field(fps: float) -> FieldRecord:
-    """Air that rises at 60 px/s everywhere."""
+    """A field that rises at 60 px/s everywhere."""
     shape = (8, 100, 100)
     still, up = np.zeros(shape, np.float32), np.full(shape, -60, np.float32)
     return FieldRecord(still, up, np.zeros(shape, np.uint8), cell=4, fps=fps, loop=False)
 
 
-def _after_a_second(fps: float, k: float, lag: float) -> Swarm:
-    flight = Flight(3, k, lag, 0.0, 0.0, 0.0, COUNT, 400, 400)
+def _after_a_second(fps: float, k: float, lag: float) -> ParticleState:
+    flight = FlightSettings(3, k, lag, 0.0, 0.0, 0.0, COUNT, 400, 400)
     return list(fly(_spawns(), _field(fps), round(fps) + 1, flight))[-1]
 
 
@@ -71,7 +76,7 @@ def test_the_more_scatter_the_less_of_the_way_is_made() -> None:
 def test_as_many_flakes_fly_as_a_recipe_allows() -> None:
     """OpenCV's remap refuses more than 32766 places in a column."""
     most = 60000
-    flight = Flight(3, 0.99, 0.01, 0.0, 0.0, 0.0, most, 400, 400)
+    flight = FlightSettings(3, 0.99, 0.01, 0.0, 0.0, 0.0, most, 400, 400)
     last = list(fly(_spawns(most), _field(24.0), 3, flight))[-1]
     assert len(last.id) == most and np.isfinite(last.x).all()
 

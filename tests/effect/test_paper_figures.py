@@ -28,8 +28,8 @@ FIGURE_8: tuple[tuple[str, dict[str, float], float], ...] = (
     ("real_candle_red", AS_THE_PAPER, 1.5),
     ("real_fireplace_gif", AS_THE_PAPER, 1.5),
 )
-"""The rising flames that have features by the paper's ε (softer fire has next to none), the air,
-and how many times as many steps go down without κ at least."""
+"""The rising flames that have features by the paper's ε (softer fire has next to none), the
+field's settings, and how many times as many steps go down without κ at least."""
 
 
 def _alive(burnt: Burnt) -> float:
@@ -90,16 +90,16 @@ def test_figure_23_the_clamp_empties_weak_regions() -> None:
     assert _share_on_the_drum(clamped) == 0
 
 
-@pytest.mark.parametrize(("name", "air", "least"), FIGURE_8)
+@pytest.mark.parametrize(("name", "buoyancy", "least"), FIGURE_8)
 def test_figure_8_without_kappa_more_flakes_go_down(
-    clips: Path, name: str, air: dict[str, float], least: float
+    clips: Path, name: str, buoyancy: dict[str, float], least: float
 ) -> None:
     clip = real_clip(clips, name)
 
     def downward(**features: Any) -> float:
         keys = {
             "features": {"preset": "paper", **features},
-            "buoyancy": {"motion": "features", **air},
+            "buoyancy": {"motion": "features", **buoyancy},
             "flakes": {"rate": MANY, "scatter": 1, "bursts": 0},
         }
         return float(np.mean(burn(clip, keys).rows[:, VY] > 0))

@@ -6,8 +6,7 @@ from fires import AGE, ID, LIFE, SIZE, STRETCH, VX, VY, Array, X, Y
 from numpy.typing import NDArray
 
 from fire_atlas.effect.flakes.statistics import Figure, ember_figures
-from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
-from fire_atlas.effect.flakes.wrapping import wrapped
+from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, fold_into_loop
 
 FPS = 10.0
 FRAMES = 12
@@ -18,19 +17,19 @@ def _flight(
     first: int = 0, size: float = 4.0, stretch: float = 1.0,
 ) -> list[tuple[int, Array]]:  # fmt: skip
     """Rows of a flake that flies straight, each with its frame."""
-    told = []
+    rows_by_frame = []
     for n in range(rows):
         row = np.zeros(len(COLUMNS))
         row[[ID, SIZE, STRETCH, LIFE, VX, VY]] = flake, size, stretch, life, *velocity
         row[[X, Y]] = start[0] + velocity[0] * n / FPS, start[1] + velocity[1] * n / FPS
         row[AGE] = n / FPS + 0.01
-        told.append((first + n, row))
-    return told
+        rows_by_frame.append((first + n, row))
+    return rows_by_frame
 
 
 def _birth(frame: int, row: Array) -> Array:
-    told = {"id": ID, "life": LIFE, "x": X, "y": Y, "vx": VX, "vy": VY, "size": SIZE}
-    known = {name: row[column] for name, column in told.items()} | {"t": frame / FPS, "wraps": 0}
+    columns = {"id": ID, "life": LIFE, "x": X, "y": Y, "vx": VX, "vy": VY, "size": SIZE}
+    known = {name: row[column] for name, column in columns.items()} | {"t": frame / FPS, "wraps": 0}
     return np.array([known[name] for name in SPAWN_COLUMNS])
 
 
@@ -43,7 +42,7 @@ def _tracks(*flights: list[tuple[int, Array]], frames_seen: int = FRAMES) -> Tra
         np.array(table).reshape(-1, len(COLUMNS)) for table in frames
     )
     spawns = np.array([_birth(*flight[0]) for flight in flights]).reshape(-1, len(SPAWN_COLUMNS))
-    return Tracks.once(FPS, (100, 200), 0, spawns, tables)
+    return Tracks.one_shot(FPS, (100, 200), 0, spawns, tables)
 
 
 UP = _flight(0, (50, 30), (0, -100), 3, life=9.0)  # y 30, 20, 10; the next is 0
@@ -57,37 +56,39 @@ def _figures(tracks: Tracks) -> dict[str, float]:
     return {figure.name: figure.value for figure in ember_figures(tracks)}
 
 
-def test_every_fate_is_told_apart() -> None:
-    told = _figures(_tracks(UP, RIGHT, DOWN, COLD))
-    fates = "left by the top", "left by the sides", "fell out of the bottom", "burnt out"
-    assert [told[fate] for fate in fates] == [0.25] * 4
+def test_every_end_of_life_has_its_figure() -> None:
+    figures = _figures(_tracks(UP, RIGHT, DOWN, COLD))
+    ends = "left by the top", "left by the sides", "fell out of the bottom", "burnt out"
+    assert [figures[end] for end in ends] == [0.25] * 4
 
 
 @pytest.mark.parametrize(
-    ("flight", "fate"),
+    ("flight", "end"),
     [
         (UP, "left by the top"), (RIGHT, "left by the sides"), (DOWN, "fell out of the bottom"),
         (COLD, "burnt out"),
     ],
 )  # fmt: skip
-def test_a_single_fate_is_the_right_one(flight: list[tuple[int, Array]], fate: str) -> None:
-    assert _figures(_tracks(flight))[fate] == 1.0
+def test_a_single_end_of_life_is_the_right_one(flight: list[tuple[int, Array]], end: str) -> None:
+    assert _figures(_tracks(flight))[end] == 1.0
 
 
-def test_flakes_alive_at_the_end_have_no_fate_yet() -> None:
+def test_flakes_alive_at_the_end_have_not_ended_yet() -> None:
     assert "burnt out" not in _figures(_tracks(LASTING))
     assert _figures(_tracks(LASTING, UP))["left by the top"] == 1.0
 
 
 def test_counts_are_those_of_the_rows() -> None:
-    told = _figures(_tracks(UP, RIGHT, DOWN, COLD, LASTING))
-    assert told["born"] == 5
-    assert told["born, rate"] == pytest.approx(5 / (FRAMES / FPS))
-    assert told["seen for, mean"] == pytest.approx((3 + 3 + 4 + 5 + 4) / 5 / FPS)
-    assert told["alive, mean"] == pytest.approx(told["born, rate"] * told["seen for, mean"])
-    assert told["alive, mean"] == pytest.approx((3 + 3 + 4 + 5 + 4) / FRAMES)
-    assert told["end higher than born"] == pytest.approx(4 / 5)
-    assert told["life, median"] == 9.0
+    figures = _figures(_tracks(UP, RIGHT, DOWN, COLD, LASTING))
+    assert figures["born"] == 5
+    assert figures["born, rate"] == pytest.approx(5 / (FRAMES / FPS))
+    assert figures["seen for, mean"] == pytest.approx((3 + 3 + 4 + 5 + 4) / 5 / FPS)
+    assert figures["alive, mean"] == pytest.approx(
+        figures["born, rate"] * figures["seen for, mean"]
+    )
+    assert figures["alive, mean"] == pytest.approx((3 + 3 + 4 + 5 + 4) / FRAMES)
+    assert figures["end higher than born"] == pytest.approx(4 / 5)
+    assert figures["life, median"] == 9.0
 
 
 def test_speed_is_in_heights_a_second() -> None:
@@ -96,11 +97,11 @@ def test_speed_is_in_heights_a_second() -> None:
 
 def test_size_spread_is_that_of_its_logarithm() -> None:
     sizes = (2.0, 4.0, 8.0)
-    told = _figures(
+    figures = _figures(
         _tracks(*(_flight(i, (50, 100), (0, -9), 2, 9.0, size=s) for i, s in enumerate(sizes)))
     )
-    assert told["size, median"] == 4.0
-    assert told["size, σ of its logarithm"] == pytest.approx(np.std(np.log(sizes)))
+    assert figures["size, median"] == 4.0
+    assert figures["size, σ of its logarithm"] == pytest.approx(np.std(np.log(sizes)))
 
 
 def test_the_spread_of_sizes_is_not_judged_where_most_are_as_small_as_can_be_shown() -> None:
@@ -115,9 +116,9 @@ def test_the_spread_of_sizes_is_not_judged_where_most_are_as_small_as_can_be_sho
 
 def test_a_streak_is_measured_against_a_frames_way() -> None:
     # 100 px/s at 10 fps is 10 px a frame; 4 px stretched by 2.25 is a streak of 5 px
-    told = _figures(_tracks(_flight(0, (50, 150), (0, -100), 3, 9.0, stretch=2.25)))
-    assert told["streak, median"] == pytest.approx(5.0)
-    assert told["streak, of a frame's way"] == pytest.approx(0.5)
+    figures = _figures(_tracks(_flight(0, (50, 150), (0, -100), 3, 9.0, stretch=2.25)))
+    assert figures["streak, median"] == pytest.approx(5.0)
+    assert figures["streak, of a frame's way"] == pytest.approx(0.5)
 
 
 def test_flakes_seen_once_have_no_direction() -> None:
@@ -129,14 +130,14 @@ def test_no_flakes_have_no_figures() -> None:
     assert ember_figures(_tracks()) == []
 
 
-def test_a_flake_of_a_loop_has_one_fate_even_where_its_id_is_split() -> None:
+def test_a_flake_of_a_loop_has_one_end_even_where_its_id_is_split() -> None:
     """A flake seen longer than a short loop lasts changes its id: that is not its end."""
     long = _flight(0, (50, 190), (0, -60), 18, life=1.81)
-    tracks = wrapped(_tracks(long, frames_seen=2 * FRAMES), FRAMES)
+    tracks = fold_into_loop(_tracks(long, frames_seen=2 * FRAMES), FRAMES)
     assert len(tracks.spawns) == 2
-    told = _figures(tracks)
-    assert told["burnt out"] == 1.0
-    assert told["born"] == 1
+    figures = _figures(tracks)
+    assert figures["burnt out"] == 1.0
+    assert figures["born"] == 1
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from fires import Burnt, X, burn, campfire
 
-from fire_atlas.effect.field.ambient import Ambient
 from fire_atlas.effect.field.eddies import Eddies
 from fire_atlas.effect.field.wind import (
     LEVEL_SPEED,
+    AmbientFlow,
     fit_gusts,
     peak_level,
     wind_in_view,
@@ -115,7 +115,7 @@ def test_calm_air_is_the_default() -> None:
 
 def test_a_level_is_a_known_speed_of_the_air_around() -> None:
     still = Eddies.random(0, 50, 0.0)
-    u, v = Ambient(still, _wind(level=2.0), 200).velocity(0.5, (50, 40))
+    u, v = AmbientFlow(still, _wind(level=2.0), 200).velocity(0.5, (50, 40))
     assert np.allclose(u, 2 * LEVEL_SPEED * 200) and not v.any()
 
 

@@ -4,8 +4,13 @@ import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, first_frames
-from fire_atlas.effect.flakes.wrapping import wrapped
+from fire_atlas.effect.flakes.tracks import (
+    COLUMNS,
+    SPAWN_COLUMNS,
+    Tracks,
+    first_frames,
+    fold_into_loop,
+)
 
 _LONGEST = 40
 """Frames that a flake of a loop is seen in at most."""
@@ -29,8 +34,10 @@ def any_tracks(draw: st.DrawFn) -> Tracks:
         spawns.append(_birth(chance, id=flake, t=born / fps, life=life / fps, wraps=0))
     table = np.array(spawns).reshape(-1, len(SPAWN_COLUMNS))
     rows = [np.array(each).reshape(-1, len(COLUMNS)) for each in tables]
-    tracks = Tracks.once(fps, (640, 480), draw(st.integers(0, 9)), table, rows)
-    return wrapped(tracks, count) if loop else first_frames(tracks, draw(st.integers(1, count)))
+    tracks = Tracks.one_shot(fps, (640, 480), draw(st.integers(0, 9)), table, rows)
+    return (
+        fold_into_loop(tracks, count) if loop else first_frames(tracks, draw(st.integers(1, count)))
+    )
 
 
 def _row(chance: np.random.Generator, **known: float) -> NDArray[np.float64]:
@@ -46,7 +53,7 @@ def _birth(chance: np.random.Generator, **known: float) -> NDArray[np.float64]:
 def flights_of(tracks: Tracks) -> dict[int, list[float]]:
     """Return where each flight leads, by its number: the x of its rows, moment by moment."""
     found: dict[int, dict[int, float]] = {}
-    for rows in zip(tracks.frames, tracks.flights, tracks.moments, strict=True):
+    for rows in zip(tracks.frames, tracks.flights, tracks.flight_frames, strict=True):
         for row, flight, moment in zip(*rows, strict=True):
             found.setdefault(int(flight), {})[int(moment)] = float(row[COLUMNS.index("x")])
     for moments in found.values():

@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given
 from numpy.typing import NDArray
 
-from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
-from fire_atlas.effect.flakes.wrapping import wrapped
+from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, fold_into_loop
 from fire_atlas.pipeline.writers import track_writer
 
 from .any_tracks import any_tracks, flights_of
@@ -42,8 +41,8 @@ def flying(births: list[tuple[float, float]], *, loop: bool = True, first_id: in
                 ])  # fmt: skip
     frames = [np.array(table).reshape(-1, len(COLUMNS)) for table in tables]
     table = np.array(spawns).reshape(-1, len(SPAWN_COLUMNS))
-    tracks = Tracks.once(FPS, (WIDTH, HEIGHT), 7, table, frames)
-    return wrapped(tracks, FRAMES) if loop else tracks
+    tracks = Tracks.one_shot(FPS, (WIDTH, HEIGHT), 7, table, frames)
+    return fold_into_loop(tracks, FRAMES) if loop else tracks
 
 
 BIRTHS = [(0.0, 0.2), (0.1, 0.3), (0.35, 0.4), (0.4, 0.05), (0.44, 0.3)]
@@ -206,7 +205,7 @@ def test_a_flake_that_meets_itself_flies_on_under_ids_of_its_own() -> None:
     ages = np.arange(3 * FPS) / FPS
     rows = [np.array([[*row[:12], age, 3.0]]) for age in ages]
     spawns = np.array([[0, 0.0, 3.0, 300, 400, 0, -50, 3, 0.0]])
-    tracks = wrapped(Tracks.once(FPS, (WIDTH, HEIGHT), 7, spawns, rows), FRAMES)
+    tracks = fold_into_loop(Tracks.one_shot(FPS, (WIDTH, HEIGHT), 7, spawns, rows), FRAMES)
     assert [len(each) for each in hjson(tracks)] == [6] * FRAMES + [0]
 
 

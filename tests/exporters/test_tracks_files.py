@@ -30,7 +30,7 @@ def some_tracks(flakes: int = 5, frames: int = 3) -> Tracks:
     tables = [rng.normal(0, 50, (max(flakes - i, 0), len(COLUMNS))) for i in range(frames)]
     for table in tables:
         table[:, 0] = np.arange(len(table))
-    return replace(Tracks.once(24.0, (640, 480), 7, spawns, tables), loop=True)
+    return replace(Tracks.one_shot(24.0, (640, 480), 7, spawns, tables), loop=True)
 
 
 def strict_json(data: bytes) -> Any:

@@ -43,7 +43,7 @@ def assert_same(read: Tracks, told: Tracks) -> None:
     assert_near(read.spawns, told.spawns, *SPAWN_COLUMNS)
     for here, there in zip(read.frames, told.frames, strict=True):
         assert_near(here, there, *COLUMNS)
-    for numbers in ("flights", "moments"):
+    for numbers in ("flights", "flight_frames"):
         for here, there in zip(getattr(read, numbers), getattr(told, numbers), strict=True):
             assert here.tolist() == there.tolist()
 
@@ -69,7 +69,7 @@ def test_flights_of_a_clip_that_plays_once_are_read_as_they_were_flown(tmp_path:
     """With its tail, and with most of that cut off, so that flights end before they are over."""
     burnt = burn(campfire(96, 24), {"timeline": {"loop": "none", "tail": True}})
     cut = first_frames(burnt.tracks, burnt.clip.body + 3)
-    assert cut.moments[-1].any()
+    assert cut.flight_frames[-1].any()
     for tracks in (burnt.tracks, cut):
         assert_same(read_back(write_tracks_json("fire", tracks), tmp_path), tracks)
 
@@ -96,7 +96,7 @@ def test_as_many_embers_are_born_as_there_are_flights(tracks: Tracks) -> None:
 def test_what_is_no_tracks_is_refused(change: Callable[[str], str], tmp_path: Path) -> None:
     row: dict[str, Any] = dict.fromkeys(COLUMNS, 0.0) | {"x": 1.0}
     spawns = np.zeros((1, len(SPAWN_COLUMNS)))
-    tracks = Tracks.once(24, (640, 480), 7, spawns, [np.array([list(row.values())])])
+    tracks = Tracks.one_shot(24, (640, 480), 7, spawns, [np.array([list(row.values())])])
     file = write_tracks_json("fire", tracks)
     text = file.data.decode()
     assert change(text) != text

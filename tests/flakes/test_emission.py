@@ -15,8 +15,8 @@ from fire_atlas.effect.flakes.emission import (
 )
 
 EMITTER = EmitterSettings(
-    seed=5, rate=120.0, bursts=0.0, candidates=100.0, alpha=1.0, life=(0.5, 1.5), size=(2.0, 8.0),
-    height=200, fps=24.0,
+    seed=5, rate=120.0, burst_rate=0.0, candidate_count=100.0, alpha=1.0, life=(0.5, 1.5),
+    size=(2.0, 8.0), height=200, fps=24.0,
 )  # fmt: skip
 
 
@@ -27,7 +27,7 @@ def _strength(candidates: int = 100) -> np.ndarray[tuple[int, int], np.dtype[np.
 
 
 def _all(frames: int, emitter: EmitterSettings, candidates: int = 100) -> Spawns:
-    return Spawns.joined([emit(i, _strength(candidates), emitter) for i in range(frames)])
+    return Spawns.concatenate([emit(i, _strength(candidates), emitter) for i in range(frames)])
 
 
 def test_as_many_are_born_as_the_rate_says() -> None:
@@ -51,7 +51,7 @@ def test_a_lower_alpha_gives_more_flakes() -> None:
 def test_flakes_are_born_on_candidates_only_and_prefer_strong_ones() -> None:
     plane = np.zeros((40, 40), np.float32)
     plane[10, 10], plane[20, 30], plane[30, 5] = 2.0, 6.0, 0.9
-    born = [emit(i, plane, replace(EMITTER, candidates=1.0)) for i in range(60)]
+    born = [emit(i, plane, replace(EMITTER, candidate_count=1.0)) for i in range(60)]
     at = {(int(y), int(x)) for s in born for x, y in zip(s.x, s.y, strict=True)}
     assert at == {(10, 10), (20, 30)}
     strong = sum(int(np.sum(s.x >= 20)) for s in born)
@@ -72,7 +72,7 @@ def test_sizes_are_log_normal_between_their_bounds() -> None:
 
 
 def test_a_burst_throws_three_to_fourteen_small_sparks_from_about_one_place() -> None:
-    emitter = replace(EMITTER, rate=0.0, bursts=0.5, candidates=3000.0)
+    emitter = replace(EMITTER, rate=0.0, burst_rate=0.5, candidate_count=3000.0)
     bursts = [born for i in range(2000) if len((born := emit(i, _strength(3000), emitter)).x)]
     alone = [born for born in bursts if len(np.unique(born.tick)) == 1 and len(born.x) <= 14]
     assert len(alone) > 4
@@ -80,21 +80,21 @@ def test_a_burst_throws_three_to_fourteen_small_sparks_from_about_one_place() ->
         assert len(born.x) >= 3
         assert np.ptp(born.x) <= 0.05 * EMITTER.height + 1 >= np.ptp(born.y)
         assert np.all(born.size <= 4.0)
-        assert np.hypot(born.throw_x, born.throw_y).max() > 0
+        assert np.hypot(born.impulse_x, born.impulse_y).max() > 0
 
 
 def test_the_sparks_of_a_burst_are_born_on_candidates() -> None:
     plane = np.zeros((40, 40), np.float32)
     plane[10, 10], plane[12, 13], plane[11, 11], plane[30, 5] = 2.0, 6.0, 0.9, 3.0
-    emitter = replace(EMITTER, rate=0.0, bursts=240.0, candidates=3.0)
-    born = Spawns.joined([emit(i, plane, emitter) for i in range(60)])
+    emitter = replace(EMITTER, rate=0.0, burst_rate=240.0, candidate_count=3.0)
+    born = Spawns.concatenate([emit(i, plane, emitter) for i in range(60)])
     at = {(int(y), int(x)) for x, y in zip(born.x, born.y, strict=True)}
     assert at == {(10, 10), (12, 13), (30, 5)}
 
 
 def test_what_has_to_be_cold_by_the_end_lives_no_longer() -> None:
     born = _all(48, EMITTER)
-    cold = born.cold_by(2.0)
+    cold = born.cooled_by(2.0)
     ends = cold.tick * TICK + cold.life
     assert np.all(ends <= 2.0 + TICK) and np.all(cold.life > 0)
     assert np.array_equal(cold.life[born.tick * TICK < 0.5], born.life[born.tick * TICK < 0.5])

@@ -9,7 +9,7 @@ import pytest
 
 from fire_atlas.effect.field.record import FieldRecord
 from fire_atlas.effect.flakes.emission import Spawns
-from fire_atlas.effect.flakes.flight import Flight, Swarm, fly
+from fire_atlas.effect.flakes.flight import FlightSettings, ParticleState, fly
 
 FRAMES = 24
 FPS = 24.0
@@ -40,22 +40,22 @@ def _flight(
     scatter: float = 1.0,
     lag: float = 0.0,
     gravity: float = 0.0,
-    wander: float = 0.0,
-    most: int = 1000,
-) -> Flight:
-    return Flight(1, scatter, lag, gravity, wander, 0.0, most, 400, 400)
+    turbulence: float = 0.0,
+    max_alive: int = 1000,
+) -> FlightSettings:
+    return FlightSettings(1, scatter, lag, gravity, turbulence, 0.0, max_alive, 400, 400)
 
 
-def _flown(field: FieldRecord, flight: Flight, spawns: Spawns) -> list[Swarm]:
+def _flown(field: FieldRecord, flight: FlightSettings, spawns: Spawns) -> list[ParticleState]:
     return list(fly(spawns, field, FRAMES, flight))
 
 
 @pytest.mark.parametrize("fps", [24.0, 60.0, 23.81, 10.0])
 @pytest.mark.parametrize(("u", "v"), [(40.0, -70.0), (0.24, -0.24), (0.0, 0.0)])
 def test_a_uniform_field_moves_a_flake_by_v_dt(u: float, v: float, fps: float) -> None:
-    for frame, swarm in enumerate(_flown(_uniform(u, v, fps), _flight(), _spawns(1))):
-        assert swarm.x[0] == pytest.approx(100 + u * frame / fps, abs=1e-4)
-        assert swarm.y[0] == pytest.approx(200 + v * frame / fps, abs=1e-4)
+    for frame, state in enumerate(_flown(_uniform(u, v, fps), _flight(), _spawns(1))):
+        assert state.x[0] == pytest.approx(100 + u * frame / fps, abs=1e-4)
+        assert state.y[0] == pytest.approx(200 + v * frame / fps, abs=1e-4)
 
 
 def test_a_lagging_flake_approaches_terminal_fall_under_gravity() -> None:
@@ -76,25 +76,25 @@ def test_jitter_does_not_depend_on_the_frame_rate() -> None:
 
 
 def test_a_cold_flake_is_gone_and_a_departed_one_too() -> None:
-    swarms = _flown(_uniform(0, 0), _flight(), _spawns(3, life=0.5))
-    assert [len(s.id) for s in swarms] == [3] * 12 + [0] * 12  # alive while age < 0.5 s
-    swarms = _flown(_uniform(1200, 0), _flight(), _spawns(3))
-    assert len(swarms[3].id) == 3 and len(swarms[8].id) == 0
+    states = _flown(_uniform(0, 0), _flight(), _spawns(3, life=0.5))
+    assert [len(s.id) for s in states] == [3] * 12 + [0] * 12  # alive while age < 0.5 s
+    states = _flown(_uniform(1200, 0), _flight(), _spawns(3))
+    assert len(states[3].id) == 3 and len(states[8].id) == 0
 
 
 def test_no_more_flakes_than_allowed_are_alive() -> None:
-    assert max(len(s.id) for s in _flown(_uniform(0, 0), _flight(most=5), _spawns(40))) == 5
+    assert max(len(s.id) for s in _flown(_uniform(0, 0), _flight(max_alive=5), _spawns(40))) == 5
 
 
-def test_flakes_of_one_place_part_by_their_own_meandering() -> None:
+def test_flakes_of_one_place_part_by_their_own_turbulence() -> None:
     chance = np.random.default_rng(0)
     spawns = replace(
         _spawns(500),
-        wander=chance.uniform(0.3, 1.3, 500),
-        wander_x=chance.uniform(0, 2 * math.pi, 500),
-        wander_y=chance.uniform(0, 2 * math.pi, 500),
+        turbulence_rate=chance.uniform(0.3, 1.3, 500),
+        turbulence_phase_x=chance.uniform(0, 2 * math.pi, 500),
+        turbulence_phase_y=chance.uniform(0, 2 * math.pi, 500),
     )
-    end = _flown(_uniform(0, 0), _flight(wander=10.0), spawns)[-1]
+    end = _flown(_uniform(0, 0), _flight(turbulence=10.0), spawns)[-1]
     # ∫√2·10·sin(2π f t + φ) over about a second, averaged over f and φ
     assert 2.0 < np.std(end.x) < 6.0
     assert abs(np.mean(end.x) - 100) < 1.0
@@ -104,15 +104,15 @@ def test_a_flake_leaves_with_all_that_is_drawn_of_it() -> None:
     """One that is drawn out over half a second of its way is seen a quarter of a second longer."""
     field, spawns = _uniform(0.0, -400.0), _spawns(1)
     seen = [
-        sum(len(swarm.id) for swarm in _flown(field, replace(_flight(), streak=streak), spawns))
+        sum(len(state.id) for state in _flown(field, replace(_flight(), streak=streak), spawns))
         for streak in (0.0, 0.5)
     ]
     assert seen[1] - seen[0] == 6  # at 24 frames a second
 
 
 def test_velocity_is_that_of_the_way_whatever_moves_the_flake() -> None:
-    swarms = _flown(_uniform(30.0, -90.0), _flight(wander=60.0), _spawns(1))
-    way = np.array([(there.x - here.x)[0] * FPS for here, there in pairwise(swarms)])
-    told = np.array([swarm.vx[0] for swarm in swarms[:-1]])
+    states = _flown(_uniform(30.0, -90.0), _flight(turbulence=60.0), _spawns(1))
+    way = np.array([(there.x - here.x)[0] * FPS for here, there in pairwise(states)])
+    stated = np.array([state.vx[0] for state in states[:-1]])
     assert np.abs(way - 30).max() > 60
-    assert np.abs(told - way).max() < 12  # it meanders on within a frame
+    assert np.abs(stated - way).max() < 12  # turbulence turns it within a frame

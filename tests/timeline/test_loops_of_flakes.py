@@ -10,7 +10,7 @@ import pytest
 from fires import burn, campfire, real_clip
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.effect.flakes import rows as rows_of_flakes
+from fire_atlas.effect.flakes import appearance
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.pipeline.layers import draw
 from fire_atlas.recipe.effect import Flakes
@@ -21,13 +21,13 @@ KEYS: dict[str, Any] = {"flakes": {"rate": 150, "life": [0.3, 2.6]}}
 def _unfolded(clip: Clip, monkeypatch: pytest.MonkeyPatch) -> tuple[Tracks, list[Any]]:
     """Return the tracks of a loop, and the rows of every frame of one long flight."""
     flown: list[Any] = []
-    fold = rows_of_flakes.rows_of
+    fold = appearance.track_rows
 
     def remembering(*args: Any) -> Any:
         flown.extend(fold(*args))
         return list(flown)
 
-    monkeypatch.setattr("fire_atlas.pipeline.simulate.rows_of", remembering)
+    monkeypatch.setattr("fire_atlas.pipeline.simulate.track_rows", remembering)
     burnt = burn(clip, KEYS)
     return burnt.tracks, flown
 

@@ -1,1 +1,1 @@
-"""Motion blur and composition in linear light."""
+"""From layers to a picture: motion blur, composition, and the light of a frame."""

@@ -1,4 +1,4 @@
-"""Artificial motion blur of the flame layer (Kim & Lee, eq. 14 and 17)."""
+"""Artificial motion blur of the flame layer along the buoyancy field (Kim & Lee, eq. 14-17)."""
 
 import cv2
 import numpy as np
@@ -15,25 +15,25 @@ def blur_along(
     exposure: float,
     samples: int,
 ) -> Pixels:
-    """Box blur of each pixel along x_A(δ) = x(tⁿ) + (δ − tⁿ) Bv κ, in premultiplied linear light.
+    """Blur each pixel along x_A(δ) = x(tⁿ) + (δ − tⁿ) Bv κ (eq. 17), a box over the exposure.
 
     The samples lie evenly over the exposure, centred on the frame, so that nothing shifts. The
     light (and coverage) of the picture is kept.
 
     Args:
         pixels: The flame layer.
-        u, v: (rows, columns) Bv in the middle of each cell of its grid, px/s.
+        u, v: (rows, columns) Bv at the centre of each cell of its grid, px/s.
         cell: Side of a cell, px; those at the right and at the bottom may reach out of the frame.
         kappa: (H, W) κ of each pixel.
         exposure: Seconds the shutter is open.
-        samples: How many, at least 1.
+        samples: Number of samples along the path, at least 1.
     """
     height, width = pixels.shape[:2]
-    reach = kappa * np.float32(exposure)
-    middles = np.array([[1, 0, (1 - cell) / 2], [0, 1, (1 - cell) / 2]]) / cell
-    way_x, way_y = (
-        reach * cv2.warpAffine(
-            plane, middles, (width, height), borderMode=cv2.BORDER_REPLICATE,
+    duration = kappa * np.float32(exposure)
+    centres = np.array([[1, 0, (1 - cell) / 2], [0, 1, (1 - cell) / 2]]) / cell
+    path_x, path_y = (
+        duration * cv2.warpAffine(
+            plane, centres, (width, height), borderMode=cv2.BORDER_REPLICATE,
             flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         )
         for plane in (u, v)
@@ -43,7 +43,7 @@ def blur_along(
     for step in (np.arange(samples) + 0.5) / samples - 0.5:
         share = np.float32(step)
         moved = cv2.remap(
-            pixels, x - way_x * share, y - way_y * share, cv2.INTER_LINEAR,
+            pixels, x - path_x * share, y - path_y * share, cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_REPLICATE,
         )  # fmt: skip
         cv2.add(total, moved, dst=total)
@@ -51,8 +51,11 @@ def blur_along(
 
 
 def _with_light_of(original: Pixels, blurred: Pixels) -> Pixels:
-    """Scale ``blurred`` to the sums of ``original``, by 5 % at most: gathering along a field that
-    diverges is not exact, but light that was blurred out of the frame is gone."""
+    """Scale ``blurred`` to the sums of ``original``, by 5 % at most.
+
+    Gathering along a field that diverges is not exact, but light that was blurred out of the frame
+    is gone.
+    """
     before = original.reshape(-1, 4).sum(axis=0, dtype=np.float64)
     after = blurred.reshape(-1, 4).sum(axis=0, dtype=np.float64)
     scale = np.divide(before, after, out=np.ones(4), where=after > 0)

@@ -1,16 +1,31 @@
-"""How the flake layer joins the flame layer: in linear light, at the very end."""
+"""Composition: the flake layer joins the flame layer in linear light."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import as_plane, decode_unit, encode_unit, srgb_to_linear
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import (
+    as_plane,
+    decode_unit,
+    encode_bytes,
+    encode_unit,
+    srgb_to_linear,
+    unpremultiply,
+)
+from fire_atlas.core.workers import Workers
 
-_LEAST = np.float32(1e-6)
-"""Coverage that what is divided by it has at least."""
+_MIN_DIVISOR = np.float32(1e-6)
+"""Least coverage that light is divided by."""
 
-_SEEN = 0.25
+_MIN_VISIBLE = 0.25
 """Brightness (sRGB, 0..1) from which a flake has a colour of the palette: there is no fading in
 few colours."""
+
+_PALETTE_SAMPLES = 16
+"""Frames in which a clip's colours are counted, evenly spread over it."""
+
+_PALETTE_SIZE = 512
+"""Colours kept, the most frequent ones: pixel art has fewer, a painting has no palette."""
 
 
 def compose(
@@ -20,7 +35,7 @@ def compose(
     blend_space: str,
     palette: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
-    """Pixels (pixels, 4) of the flame with flakes on them.
+    """Compose the flame with the flakes on it, pixel by pixel: (pixels, 4).
 
     ``add``: flame + flakes. ``screen``: 1 − (1 − flame)(1 − flakes). ``over``: flakes cover the
     flame as far as they shine. The result's coverage is raised to carry the flakes' light over
@@ -41,9 +56,9 @@ def compose(
     if blend_space == "srgb":
         # Over nothing a client shows sRGB(c) · cover, and by this c that is sRGB(light).
         cover = shown
-        alone = decode_unit(as_plane(encode_unit(light) / np.maximum(cover, _LEAST))) * cover
+        alone = decode_unit(as_plane(encode_unit(light) / np.maximum(cover, _MIN_DIVISOR))) * cover
         light = as_plane(alone + (light - alone) * under[:, 3:])
-    joined = _joined(under[:, :3], light, brightest, blend)
+    joined = _blended(under[:, :3], light, brightest, blend)
     needed = np.minimum(_brightest(joined)[:, 0], 1.0)
     pixels = np.empty_like(under)
     pixels[:, :3] = joined
@@ -51,15 +66,18 @@ def compose(
     if palette is not None:
         pixels[:, :3] = _nearest_colours(pixels, palette)
         pixels[:, 3] = 1.0
-        faint = shown[:, 0] < _SEEN
+        faint = shown[:, 0] < _MIN_VISIBLE
         pixels[faint] = under[faint]
     return pixels
 
 
-def _joined(
+def _blended(
     under: NDArray[np.float32], light: NDArray[np.float32], cover: NDArray[np.float32], blend: str
 ) -> NDArray[np.float32]:
-    """Light (pixels, 3) of the flame ``under`` and of the flakes, which ``cover`` (pixels, 1)."""
+    """Return the light (pixels, 3) of the flame ``under`` the flakes' ``light``, by blend mode.
+
+    ``cover`` (pixels, 1) is the coverage of the flakes.
+    """
     if blend == "add":
         return under + light
     if blend == "screen":
@@ -68,9 +86,33 @@ def _joined(
 
 
 def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Bring HDR light (pixels, 3) into 0..1 by its brightest channel, so that embers keep their
-    hue instead of turning yellow."""
+    """Scale HDR light (pixels, 3) into 0..1 by its brightest channel.
+
+    So embers keep their hue instead of turning yellow.
+    """
     return as_plane(light / np.maximum(_brightest(light), 1.0))
+
+
+def clip_palette(clip: Clip, workers: Workers) -> NDArray[np.float32]:
+    """Return the most frequent opaque colours of a clip, (colours, 3) sRGB in 0..1."""
+    samples = sorted({round(i) for i in np.linspace(0, clip.count - 1, _PALETTE_SAMPLES)})
+    counted = np.zeros(1 << 24, np.int64)
+    for codes in workers.map(lambda i: _opaque_codes(clip, i), samples):
+        np.add.at(counted, codes, 1)
+    used = np.flatnonzero(counted)
+    frequent = used[np.argsort(-counted[used], kind="stable")][:_PALETTE_SIZE]
+    if frequent.size == 0:
+        frequent = np.array([0xFFFFFF])
+    channels = np.stack([frequent >> 16, frequent >> 8 & 255, frequent & 255], axis=1)
+    return (channels / 255).astype(np.float32)
+
+
+def _opaque_codes(clip: Clip, i: int) -> NDArray[np.int64]:
+    """Return 0xRRGGBB of every pixel of frame ``i`` that is more than half covered."""
+    pixels = clip.read(i)
+    solid = pixels[pixels[..., 3] > 0.5][None]
+    red, green, blue = encode_bytes(unpremultiply(solid))[0].T.astype(np.int64)
+    return np.asarray(red << 16 | green << 8 | blue, np.int64)
 
 
 def _nearest_colours(

@@ -1,4 +1,4 @@
-"""How much light the fire gives, of which colour and from where: for an engine's lamp."""
+"""Light of a fire in each frame: how much, its colour and centre, for an engine's light source."""
 
 from dataclasses import dataclass
 from typing import Self

@@ -1,1 +1,1 @@
-"""The buoyancy field that carries the flakes."""
+"""The buoyancy field Bv that flakes fly in, solved on a coarse grid; wind and eddies."""

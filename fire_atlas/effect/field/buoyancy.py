@@ -1,66 +1,75 @@
-"""The buoyancy field Bv: equation 12 carried from frame to frame on a coarse grid."""
+"""The buoyancy field Bv: the Navier-Stokes equation with the fire's own forces (eq. 12).
+
+    ∂u/∂t = −(u·∇)u + μ ∇²u + U_buoyancy − drag · u [− ∇P]
+
+is solved on a coarse grid (``forcing.py``), split into terms: ``advect``, ``diffuse``, body forces
+with drag (``effective_step``) and, where wanted, ``project``. Each is stable for any time step.
+"""
 
 import math
 from dataclasses import dataclass
+from typing import Self
 
+import cv2
 import numpy as np
 
+from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Plane, as_plane
-from fire_atlas.effect.field.air import Air, advect, diffuse, gain, still_air
-from fire_atlas.effect.field.ambient import Ambient
-from fire_atlas.effect.field.projection import project
+from fire_atlas.effect.field.forcing import Forcing, grid_shape
+from fire_atlas.effect.field.wind import AmbientFlow
 from fire_atlas.recipe.effect import Buoyancy
+from fire_atlas.recipe.wind import Wind
 
-_LONGEST_STEP = 1 / 20
-"""Slow clips are sub-stepped, so that air does not jump over eddies. s."""
+_MAX_STEP = 1 / 20
+"""Longest time step, s: slow clips are sub-stepped, so that nothing jumps over an eddy."""
 
-_SETTLING, _SETTLING_STEPS = 2.5, 12
-"""Seconds for which the first frame acts on the air before a clip begins, and in how many steps."""
+_SPIN_UP, _SPIN_UP_STEPS = 2.5, 12
+"""Seconds for which the first frame acts on still air before a clip begins, and in how many
+steps."""
 
 _UPDRAFT = 0.15
-"""Air in the flame rises by the lift of this many seconds against what the eye follows: the
-pattern of a steady flame stands still while its gas goes up."""
+"""Gas in the flame rises faster than the flow of its picture, by the lift of this many seconds:
+the pattern of a steady flame stands still while its gas goes up."""
 
 _COOLING = 0.3
 """Rate at which hot air cools, 1/s."""
 
-_TEPID = 0.2
-"""Heat at which air has little more than half of its lift: a plume that mixes still carries."""
+_SATURATION = 0.2
+"""Heat at which air has a little more than half of its lift: a plume that mixes still carries."""
 
 
 @dataclass(frozen=True, slots=True)
-class Drive:
-    """What one frame of the clip does to the air. All planes (rows, columns) float32.
+class BuoyancyField:
+    """State of the buoyancy field at one moment.
 
     Attributes:
-        flame: How much of each cell is flame, 0..1.
-        lit: How bright each cell is, 0..1, flame or not.
-        flow_x, flow_y: Optical flow there, px/s.
-        feature_x, feature_y: Mean Fv* of each cell, in units of the clip's typical ‖Fv‖.
+        u, v: (rows, columns) float32 velocity, px/s.
+        heat: (rows, columns) float32, 1 in the flame, 0 in cold air.
     """
 
-    flame: Plane
-    lit: Plane
-    flow_x: Plane
-    flow_y: Plane
-    feature_x: Plane
-    feature_y: Plane
+    u: Plane
+    v: Plane
+    heat: Plane
 
 
 @dataclass(frozen=True, slots=True)
-class Physics:
-    """The recipe's ``buoyancy`` in px and s.
+class BuoyancySolver:
+    """Eq. 12 on the grid of a clip: the recipe's ``buoyancy`` in px and s, and the ambient flow.
 
     Attributes:
-        cell: px.
-        coupling, drag: 1/s.
-        feature_force: Acceleration by one typical feature vector, px/s².
+        shape: (rows, columns) of the grid.
+        cell: Side of a cell, px.
+        coupling: Rate at which the field takes on the flow inside the flame, 1/s.
+        drag: Rate at which motion relative to the ambient flow dies, 1/s.
+        feature_force: Acceleration by a feature vector of the clip's mean length, px/s².
         lift: (x, y) acceleration of fully hot air, px/s², y down.
         gravity: Downward acceleration, px/s².
-        viscosity: px²/s.
-        projection: Whether each step ends divergence-free.
+        viscosity: μ, px²/s.
+        projection: Whether each time step ends divergence-free.
+        ambient: What the field is drawn to outside the flame.
     """
 
+    shape: tuple[int, int]
     cell: int
     coupling: float
     drag: float
@@ -69,13 +78,15 @@ class Physics:
     gravity: float
     viscosity: float
     projection: bool
+    ambient: AmbientFlow
 
     @classmethod
-    def of(cls, buoyancy: Buoyancy, height: int) -> "Physics":
-        """Turn heights into px for frames of ``height`` px."""
-        lift = buoyancy.lift
-        x, y = lift if isinstance(lift, tuple) else (0.0, lift)
+    def of(cls, buoyancy: Buoyancy, clip: Clip, wind: Wind, seed: int) -> Self:
+        """Convert the recipe's section from heights to px. ``seed`` is that of the eddies."""
+        height = clip.height
+        x, y = _lift(buoyancy)
         return cls(
+            shape=grid_shape(clip.width, height, buoyancy.cell),
             cell=buoyancy.cell,
             coupling=buoyancy.coupling if buoyancy.motion == "flow" else 0.0,
             drag=buoyancy.drag,
@@ -84,62 +95,138 @@ class Physics:
             gravity=buoyancy.gravity * height,
             viscosity=buoyancy.viscosity * height**2,
             projection=buoyancy.projection,
+            ambient=AmbientFlow.of(wind, buoyancy, clip, seed),
         )
+
+    def initial(self, forcing: Forcing) -> BuoyancyField:
+        """Return the field at time 0, after ``forcing`` has acted on still air for a while.
+
+        In a few long steps: all that matters is where they end.
+        """
+        zero, dt = np.zeros(self.shape, np.float32), _SPIN_UP / _SPIN_UP_STEPS
+        field = BuoyancyField(zero, zero, zero)
+        for step in range(-_SPIN_UP_STEPS, 0):
+            field = self._step(field, forcing, step * dt, dt)
+        return field
+
+    def advance(
+        self, field: BuoyancyField, forcing: Forcing, time: float, dt: float
+    ) -> BuoyancyField:
+        """Advance the field from ``time`` by a frame of ``dt`` seconds, in sub-steps if long."""
+        steps = max(1, math.ceil(dt / _MAX_STEP - 1e-6))
+        for step in range(steps):
+            field = self._step(field, forcing, time + step * dt / steps, dt / steps)
+        return field
+
+    def _step(
+        self, field: BuoyancyField, forcing: Forcing, time: float, dt: float
+    ) -> BuoyancyField:
+        """One time step of eq. 12: advection, viscosity, body forces and drag, projection.
+
+        Inside the flame the field follows the flow at the finite rate ``coupling``; everywhere drag
+        draws it towards the ambient flow, which does not reach into the flame.
+        """
+        ambient = self.ambient.velocity(time, self.shape)
+        field = diffuse(advect(field, dt, self.cell), self.viscosity, dt, self.cell)
+        follow = forcing.flame * np.float32(self.coupling)
+        rate = as_plane(follow + np.float32(self.drag))
+        outside = as_plane(np.float32(self.drag) * (1.0 - forcing.flame))
+        lifted = field.heat * np.float32(1 + _SATURATION) / (field.heat + np.float32(_SATURATION))
+        effective = effective_step(rate, dt)
+        planes = []
+        for velocity, feature, flow, around, lift, weight in (
+            (field.u, forcing.feature_x, forcing.flow_x, ambient[0], self.lift[0], 0.0),
+            (field.v, forcing.feature_y, forcing.flow_y, ambient[1], self.lift[1], self.gravity),
+        ):
+            force = lifted * np.float32(lift) + feature * np.float32(self.feature_force) + weight
+            pull = follow * (flow + np.float32(lift * _UPDRAFT)) + outside * around
+            planes.append(as_plane(velocity + (force + pull - rate * velocity) * effective))
+        u, v = project(*planes) if self.projection else planes
+        heat = np.maximum(field.heat * np.float32(math.exp(-_COOLING * dt)), forcing.flame)
+        return BuoyancyField(u, v, as_plane(heat))
 
 
 def lift_direction(buoyancy: Buoyancy) -> tuple[float, float]:
     """F_buoyancy of eq. 3: the unit vector of the lift in image axes; up where there is none."""
-    lift = buoyancy.lift
-    x, y = lift if isinstance(lift, tuple) else (0.0, lift)
+    x, y = _lift(buoyancy)
     length = math.hypot(x, y)
     return (x / length, -y / length) if length > 0 else (0.0, -1.0)
 
 
-def settle(drive: Drive, ambient: Ambient, physics: Physics, shape: tuple[int, int]) -> Air:
-    """Air as it moves after ``drive`` has acted on it for a while, at time 0.
+def _lift(buoyancy: Buoyancy) -> tuple[float, float]:
+    """Return the recipe's lift as (x, y), y up, heights/s²."""
+    return buoyancy.lift if isinstance(buoyancy.lift, tuple) else (0.0, buoyancy.lift)
 
-    In a few long steps: all that matters is where they end.
+
+def advect(field: BuoyancyField, dt: float, cell: int) -> BuoyancyField:
+    """Semi-Lagrangian self-advection over ``dt`` seconds: (u·∇)u of eq. 12. ``cell``: px.
+
+    Each plane is sampled on its own: OpenCV rounds the maps of two-channel data to 1/32 px, which
+    would stop slow air altogether.
     """
-    air, dt = still_air(shape), _SETTLING / _SETTLING_STEPS
-    for step in range(-_SETTLING_STEPS, 0):
-        around = ambient.velocity(step * dt, shape)
-        air = _substep(air, drive, around, physics, dt)
-    return air
+    rows, columns = field.u.shape
+    x, y = np.arange(columns, dtype=np.float32), np.arange(rows, dtype=np.float32)[:, None]
+    # Beyond the frame the border value holds, so a longer path back changes nothing.
+    longest = float(2 * max(rows, columns))
+    from_x = x - np.clip(field.u * np.float32(dt / cell), -longest, longest)
+    from_y = y - np.clip(field.v * np.float32(dt / cell), -longest, longest)
+    return BuoyancyField(
+        *(_sample(plane, from_x, from_y) for plane in (field.u, field.v, field.heat))
+    )
 
 
-def advance(
-    air: Air, drive: Drive, ambient: Ambient, physics: Physics, time: float, dt: float
-) -> Air:
-    """Carry the air from ``time`` over one frame of ``dt`` seconds under ``drive``."""
-    steps = max(1, math.ceil(dt / _LONGEST_STEP - 1e-6))
-    for step in range(steps):
-        around = ambient.velocity(time + step * dt / steps, air.u.shape)
-        air = _substep(air, drive, around, physics, dt / steps)
-    return air
+def diffuse(field: BuoyancyField, viscosity: float, dt: float, cell: int) -> BuoyancyField:
+    """Viscosity μ ∇²u over ``dt`` seconds, by the exact solution of the heat equation: a Gaussian.
 
-
-def _substep(
-    air: Air, drive: Drive, around: tuple[Plane, Plane], physics: Physics, dt: float
-) -> Air:
-    """One step of eq. 12: advection, viscosity, body forces and drag, projection.
-
-    Inside the flame the air follows the flow at the finite rate ``coupling``; everywhere drag draws
-    it towards the air around, whose wind and eddies do not reach into the flame.
+    Args:
+        field: State.
+        viscosity: μ, px²/s.
+        dt: Time step, s.
+        cell: Side of a cell, px.
     """
-    air = diffuse(advect(air, dt, physics.cell), physics.viscosity, dt, physics.cell)
-    follow = drive.flame * np.float32(physics.coupling)
-    rate = as_plane(follow + np.float32(physics.drag))
-    outside = as_plane(np.float32(physics.drag) * (1.0 - drive.flame))
-    lifted = air.heat * np.float32(1 + _TEPID) / (air.heat + np.float32(_TEPID))
-    acted = gain(rate, dt)
-    planes = []
-    for velocity, feature, flow, calm, lift, weight in (
-        (air.u, drive.feature_x, drive.flow_x, around[0], physics.lift[0], 0.0),
-        (air.v, drive.feature_y, drive.flow_y, around[1], physics.lift[1], physics.gravity),
-    ):
-        force = lifted * np.float32(lift) + feature * np.float32(physics.feature_force) + weight
-        pull = follow * (flow + np.float32(lift * _UPDRAFT)) + outside * calm
-        planes.append(as_plane(velocity + (force + pull - rate * velocity) * acted))
-    u, v = project(*planes) if physics.projection else planes
-    heat = np.maximum(air.heat * np.float32(math.exp(-_COOLING * dt)), drive.flame)
-    return Air(u, v, as_plane(heat))
+    sigma = min(math.sqrt(2 * viscosity * dt) / cell, max(field.u.shape))
+    if sigma < 0.05:  # the kernel is a single tap
+        return field
+    size = 2 * math.ceil(3 * sigma) + 1
+    return BuoyancyField(
+        *(
+            as_plane(cv2.GaussianBlur(p, (size, size), sigma, borderType=cv2.BORDER_REPLICATE))
+            for p in (field.u, field.v, field.heat)
+        )
+    )
+
+
+def effective_step(rate: Plane, dt: float) -> Plane:
+    """Time step (s) with which an explicit step of dw/dt = force + rate (target − w) is exact.
+
+    w(dt) = w + (force + rate (target − w)) · effective_step; ``rate``: 1/s, >= 0.
+    """
+    exponent = rate * np.float32(dt)
+    # (1 − e^−x)/x, whose limit at 0 is 1.
+    share = np.where(exponent > 1e-6, -np.expm1(-exponent) / np.maximum(exponent, 1e-6), 1.0)
+    return as_plane(share * np.float32(dt))
+
+
+def project(u: Plane, v: Plane) -> tuple[Plane, Plane]:
+    """Make a field (rows, columns) divergence-free: −∇P of eq. 12, solved spectrally.
+
+    The field is continued by its mirror image at every border (u odd in x, v odd in y), so that the
+    periodic transform sees closed walls instead of the opposite side.
+    """
+    rows, columns = u.shape
+    wide = np.block([[u, -u[:, ::-1]], [u[::-1], -u[::-1, ::-1]]])
+    tall = np.block([[v, v[:, ::-1]], [-v[::-1], -v[::-1, ::-1]]])
+    su, sv = np.fft.rfft2(wide), np.fft.rfft2(tall)
+    kx = np.fft.rfftfreq(2 * columns)[None].astype(np.float32)
+    ky = np.fft.fftfreq(2 * rows)[:, None].astype(np.float32)
+    square = kx**2 + ky**2
+    square[0, 0] = 1.0
+    along = (su * kx + sv * ky) / square
+    shape = wide.shape
+    free_u = np.fft.irfft2(su - along * kx, s=shape)[:rows, :columns]
+    free_v = np.fft.irfft2(sv - along * ky, s=shape)[:rows, :columns]
+    return as_plane(free_u), as_plane(free_v)
+
+
+def _sample(plane: Plane, x: Plane, y: Plane) -> Plane:
+    return as_plane(cv2.remap(plane, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))

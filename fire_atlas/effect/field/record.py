@@ -1,32 +1,37 @@
-"""The buoyancy field of every frame, for flakes to fly in."""
+"""The buoyancy field of a whole clip: solved frame by frame, and recorded for flakes to fly in."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Plane
-from fire_atlas.effect.field.air import Air
+from fire_atlas.effect.field.buoyancy import BuoyancyField, BuoyancySolver
+from fire_atlas.effect.field.forcing import Forcing
+from fire_atlas.recipe.effect import Buoyancy
+from fire_atlas.recipe.wind import Wind
 
 _OVERLAP = 0.25
-"""Seconds over which the end of a loop's field passes into its beginning."""
+"""Seconds over which the end of a loop's field cross-fades into its beginning."""
 
-
-def overlap_frames(fps: float) -> int:
-    """Frames over which the end of a loop's field passes into its beginning."""
-    return max(1, round(_OVERLAP * fps))
+_LEAD_IN = 0.5
+"""Last seconds of a loop that act on the field before its first frame, so that it begins as it
+ends."""
 
 
 @dataclass(frozen=True, slots=True)
 class FieldRecord:
-    """The buoyancy field of every frame.
+    """The buoyancy field of every frame of a clip.
 
     Attributes:
         u, v: (frames, rows, columns) float32, px/s.
         lit: (frames, rows, columns) uint8, how bright each cell is; 255 is as bright as flame.
-        cell: px.
+        cell: Side of a cell, px.
         fps: Frames per second.
         loop: Whether frame 0 follows the last frame.
     """
@@ -39,40 +44,40 @@ class FieldRecord:
     loop: bool
 
     @classmethod
-    def blank(cls, frames: int, shape: tuple[int, int], cell: int, fps: float, loop: bool) -> Self:
-        """Return a record of still air, to be written frame by frame."""
+    def empty(cls, frames: int, shape: tuple[int, int], cell: int, fps: float, loop: bool) -> Self:
+        """Return a record of zeros, to be written frame by frame."""
         u, v = (np.zeros((frames, *shape), np.float32) for _ in range(2))
         return cls(u, v, np.zeros(u.shape, np.uint8), cell, fps, loop)
 
-    def write(self, frame: int, air: Air, lit: Plane) -> None:
-        """Record one frame; what goes on past the end of a loop passes into its beginning.
+    def write(self, frame: int, field: BuoyancyField, lit: Plane) -> None:
+        """Record one frame; a loop's frames past its end cross-fade into its first ones.
 
-        A simulation does not come back bit for bit by waiting: in its first frames the
-        air that was there when the loop began gives way to the air that its end leads to.
+        The field of a loop does not come back bit for bit: in its first frames the state from
+        which the loop began gives way to the state that its end leads to.
         """
         past_end = frame - len(self.u)
         if past_end < 0:
-            self.u[frame], self.v[frame] = air.u, air.v
+            self.u[frame], self.v[frame] = field.u, field.v
             self.lit[frame] = np.rint(lit * 255)
             return
-        went_on = np.float32(1 - past_end / overlap_frames(self.fps))
-        for plane, now in ((self.u, air.u), (self.v, air.v)):
+        share = np.float32(1 - past_end / _overlap_frames(self.fps))
+        for plane, now in ((self.u, field.u), (self.v, field.v)):
             began = plane[past_end % len(plane)]
-            began += (now - began) * went_on
+            began += (now - began) * share
 
     def at(self, time: float) -> NDArray[np.float32]:
-        """u, v (px/s) and lit (0..1) of each cell, (rows, columns, 3), at ``time`` s.
+        """Interpolate u, v (px/s) and lit (0..1) of each cell at ``time`` s, (rows, columns, 3).
 
-        Before and after, a loop goes round and another clip holds its ends. Flow leads from a frame
-        to the next, so a frame's field is that of half a frame later. From there it passes into the
-        next one's smoothly and late, for what a frame shows lasts for most of the frame.
+        Outside its frames a loop repeats and another clip holds its ends. Flow leads from a frame
+        to the next, so a frame's field is that of half a frame later. From there a smooth step
+        leads to the next frame's, as what a frame shows lasts for most of it.
         """
         count = len(self.u)
         position = time * self.fps - 0.5
         if not self.loop:
             position = min(max(position, 0.0), count - 1.0)
         first = int(np.floor(position))
-        part = _smooth(position - first)
+        part = _smoother_step(position - first)
         here, there = first % count, (first + 1) % count if self.loop or part else first % count
         planes = (
             cv2.addWeighted(
@@ -83,6 +88,72 @@ class FieldRecord:
         return np.asarray(cv2.merge(tuple(planes)), np.float32)
 
 
-def _smooth(part: float) -> float:
-    """Pass from 0 to 1 with no slope and no bend at either end."""
+def forcing_order(clip: Clip) -> list[int]:
+    """Return the frames of a clip in the order in which ``record_field`` takes their forcing.
+
+    A loop begins with its last frames, so that its first one finds the field that they leave.
+    """
+    lead = _lead_frames(clip)
+    return [*range(clip.count - lead, clip.count), *range(clip.count - lead)]
+
+
+def record_field(
+    forcings: Iterator[Forcing], clip: Clip, buoyancy: Buoyancy, wind: Wind, seed: int
+) -> FieldRecord:
+    """Solve eq. 12 through all frames of a clip and record the field of each.
+
+    Args:
+        forcings: The forcing of each frame, in the order of ``forcing_order(clip)``.
+        clip: Its length, rate and size.
+        buoyancy: The forces, as the recipe states them.
+        wind: The recipe's wind in the clip's view.
+        seed: Of the eddies.
+    """
+    solver = BuoyancySolver.of(buoyancy, clip, wind, seed)
+    record = FieldRecord.empty(clip.count, solver.shape, solver.cell, clip.fps, clip.loop)
+    field = None
+    for n, forcing in _steps(forcings, clip):
+        field = solver.advance(
+            field or solver.initial(forcing), forcing, n / clip.fps, 1 / clip.fps
+        )
+        if n >= 0:
+            record.write(n, field, forcing.lit)
+    return record
+
+
+def _steps(forcings: Iterator[Forcing], clip: Clip) -> Iterator[tuple[int, Forcing]]:
+    """Yield the number of each step of the solver, and the forcing that acts in it.
+
+    A loop's last frames come before its first one, again at its end, and are followed by its first
+    frames once more, for the end to cross-fade into the beginning. Steps before frame 0 have
+    negative numbers.
+    """
+    count, lead = clip.count, _lead_frames(clip)
+    overlap = _overlap_frames(clip.fps) if lead else 0
+    last = list(islice(forcings, lead))
+    yield from zip(range(-lead, 0), last, strict=True)
+    first = []
+    for n, forcing in enumerate(forcings):
+        if n < overlap:
+            first.append(forcing)
+        yield n, forcing
+    yield from zip(range(count - lead, count), last, strict=True)
+    if lead:
+        # Where the loop is so short that its first frames are among its last, these follow.
+        again = first + last
+        yield from ((count + n, again[n % count]) for n in range(overlap))
+
+
+def _lead_frames(clip: Clip) -> int:
+    """Return how many of a loop's last frames act before its first; 0 of a one-shot clip."""
+    return min(max(1, round(_LEAD_IN * clip.fps)), clip.count) if clip.loop else 0
+
+
+def _overlap_frames(fps: float) -> int:
+    """Return over how many frames the end of a loop's field cross-fades into its beginning."""
+    return max(1, round(_OVERLAP * fps))
+
+
+def _smoother_step(part: float) -> float:
+    """Rise from 0 to 1 with no slope and no curvature at either end (Perlin's smootherstep)."""
     return part**3 * (part * (6 * part - 15) + 10)

@@ -1,4 +1,4 @@
-"""How the recipe's wind blows: its velocity at any moment, and from any side.
+"""Wind of the recipe: its velocity at any moment, seen from any side, and the ambient flow.
 
 Wind is horizontal. A velocity is the pair (right, away) in levels of wind: to the right of the
 camera, and away from it; ``LEVEL_SPEED`` makes frame heights per second of a level. Angles are
@@ -7,8 +7,17 @@ degrees seen from above, counter-clockwise: 0 blows to the right, 90 away.
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
+from typing import Self
 
+import numpy as np
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import Plane
+from fire_atlas.effect.field.eddies import Eddies
+from fire_atlas.effect.field.forcing import grid_shape
+from fire_atlas.recipe.effect import Buoyancy
 from fire_atlas.recipe.wind import Gusts, Wind, WindKeyframe
 
 LEVEL_SPEED = 0.15
@@ -19,6 +28,36 @@ _HARMONIC = 0.4
 
 _GUST_PEAK, _GUST_PEAK_PHASE = 1.2147, 1.0921
 """Highest sum of the two harmonics, and the phase, radians, at which they reach it."""
+
+
+@dataclass(frozen=True, slots=True)
+class AmbientFlow:
+    """The air around a fire, which the fire does not move: wind and turbulence.
+
+    Attributes:
+        eddies: The turbulence.
+        wind: The recipe's wind.
+        height: Frame height, px.
+    """
+
+    eddies: Eddies
+    wind: Wind
+    height: int
+
+    @classmethod
+    def of(cls, wind: Wind, buoyancy: Buoyancy, clip: Clip, seed: int) -> Self:
+        """Return the ambient flow of a clip; that of a loop repeats with it."""
+        rows, _ = grid_shape(clip.width, clip.height, buoyancy.cell)
+        period = clip.count / clip.fps if clip.loop else None
+        eddies = Eddies.random(seed, rows, buoyancy.turbulence * clip.height, period)
+        return cls(eddies, wind, clip.height)
+
+    def velocity(self, time: float, shape: tuple[int, int]) -> tuple[Plane, Plane]:
+        """Return u and v, each (rows, columns), px/s, at ``time`` s."""
+        u, v = self.eddies.velocity(time, shape)
+        # Wind away from the camera is not seen.
+        right, _ = wind_velocity(self.wind, time)
+        return u + np.float32(right * LEVEL_SPEED * self.height), v
 
 
 def wind_velocity(wind: Wind, time: float) -> tuple[float, float]:
@@ -62,7 +101,7 @@ def wind_in_view(wind: Wind, azimuth: float) -> Wind:
 
 
 def _gust_level(gusts: Gusts, time: float) -> float:
-    """Return the level of gusts at ``time`` s. They begin, and a loop closes, in the lull."""
+    """Return the level of gusts at ``time`` s. They begin, and a loop closes, at the weakest."""
     # The sum of the harmonics is odd: lowest at minus the phase at which it is highest.
     phase = 2 * math.pi * time / gusts.period - _GUST_PEAK_PHASE
     swell = (math.sin(phase) + _HARMONIC * math.sin(2 * phase)) / _GUST_PEAK

@@ -1,1 +1,1 @@
-"""Fire-flakes: emission, flight, embers, drawing, tracks."""
+"""Fire-flakes, the paper's name for sparks: emission, flight, appearance, drawing, tracks."""

@@ -1,4 +1,4 @@
-"""Flight of the flakes: each is carried by the field, with inertia, jitter and weight."""
+"""Flight: flakes are carried by the buoyancy field, with inertia, jitter and gravity (eq. 13)."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -9,48 +9,52 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.chance import Stage, generator
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.effect.field.record import FieldRecord
 from fire_atlas.effect.flakes.emission import TICK, Spawns
-from fire_atlas.effect.flakes.scatter import scatter_turns
 
 Column = NDArray[np.float64]
 
-_MOST_ROWS = 30000
+_REMAP_LIMIT = 30000
+"""Places sampled in one call: OpenCV's pictures have at most 32,767 rows."""
 
-_LAG_BY_BULK = 0.35
-"""A flake one standard deviation larger than usual lags e^0.35 times as long."""
+_LAG_PER_SCORE = 0.35
+"""A flake one standard deviation larger than the mean lags e^0.35 times as long."""
 
-_THROW = 0.12
-"""Seconds in which the air stops what a burst has thrown."""
+_IMPULSE_DECAY = 0.12
+"""Time constant with which drag stops the impulse of a burst, s."""
 
-_ESCAPES = 0.15
-"""Share of a throw that the gas of the flame does not hold."""
+_MIN_IMPULSE_SHARE = 0.15
+"""Share of an impulse that the gas of the flame does not hold back."""
 
-_PACE = 0.2
-"""Seconds over which a flake's speed is taken for its colour: metal does not cool in a frame."""
+_COLOUR_LAG = 0.2
+"""Time constant of the speed that decides a flake's colour, s: metal does not cool in a frame."""
 
-_TAKES_ON = 1 - math.exp(-TICK / _PACE)
-"""Share of a flake's speed that its pace takes on in a tick."""
+_COLOUR_GAIN = 1 - math.exp(-TICK / _COLOUR_LAG)
+"""Share of a flake's speed that ``smoothed_speed`` takes on in a tick."""
 
-_STRAY = 0.4
-"""Seconds in which a flake begins to meander; more to the sides than up and down."""
+_TURBULENCE_ONSET = 0.4
+"""Age, s, at which a flake's own turbulent motion is at full strength."""
+
+_ANGLES = 1 << 13
+"""Jitter angles drawn a tick. Flakes whose ids are so far apart share one, which nobody sees."""
 
 
 @dataclass(frozen=True, slots=True)
-class Flight:
+class FlightSettings:
     """How flakes fly.
 
     Attributes:
-        seed: Of the recipe, for the jitter.
+        seed: The recipe's, for the jitter.
         scatter: k of eq. 13.
-        lag: Seconds in which a flake of middle size takes on the field's velocity.
+        lag: Seconds in which a flake of median size takes on the field's velocity.
         gravity: Downward acceleration, px/s².
-        wander: Speed (rms) at which eddies too small for the grid move a flake outside the flame,
-            px/s: turbulence is strong after combustion (section III-A).
-        streak: Seconds of its way that a flake is drawn out over; what is drawn of it leaves the
-            frame as much later.
-        most: Most flakes alive at once.
+        turbulence: Speed (rms) at which eddies too small for the grid move a flake outside the
+            flame, px/s: turbulence is strong after combustion (section III-A).
+        streak: Seconds of its path that a flake is drawn out over: its streak leaves the frame as
+            much later.
+        max_alive: Most flakes alive at once.
         width, height: Frame, px: what has left it is gone.
     """
 
@@ -58,18 +62,23 @@ class Flight:
     scatter: float
     lag: float
     gravity: float
-    wander: float
+    turbulence: float
     streak: float
-    most: int
+    max_alive: int
     width: int
     height: int
 
 
 @dataclass(frozen=True, slots=True)
-class Swarm:
-    """Flakes alive at one moment, by id. Arrays (flakes,) of px, px/s and s.
+class ParticleState:
+    """Flakes alive at one moment, in order of id. Arrays (flakes,).
 
-    ``pace`` is the speed of each, px/s, as it was of late.
+    Attributes:
+        id: Index of each in its ``Spawns``.
+        x, y: Place, px.
+        vx, vy: Velocity, px/s.
+        smoothed_speed: Speed averaged over the last moments, px/s.
+        age: s.
     """
 
     id: NDArray[np.int64]
@@ -77,154 +86,179 @@ class Swarm:
     y: Column
     vx: Column
     vy: Column
-    pace: Column
+    smoothed_speed: Column
     age: Column
 
     @classmethod
     def empty(cls) -> Self:
-        """No flakes."""
+        """Return no flakes."""
         return cls(np.empty(0, np.int64), *(np.empty(0) for _ in fields(cls)[1:]))
 
-    def where(self, kept: NDArray[np.bool_]) -> "Swarm":
-        """Only the flakes of a mask."""
+    def where(self, kept: NDArray[np.bool_]) -> "ParticleState":
+        """Return the flakes of a mask."""
         places = np.flatnonzero(kept)
         if len(places) == len(kept):
             return self
-        return Swarm(*(getattr(self, f.name).take(places) for f in fields(self)))
+        return ParticleState(*(getattr(self, f.name).take(places) for f in fields(self)))
 
     @classmethod
-    def joined(cls, parts: Sequence["Swarm"]) -> Self:
-        """All of ``parts``, one after the other."""
+    def concatenate(cls, parts: Sequence["ParticleState"]) -> Self:
+        """Return the flakes of all parts, one part after the other."""
         return cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
 
 
-def fly(spawns: Spawns, field: FieldRecord, frames: int, flight: Flight) -> Iterator[Swarm]:
+def fly(
+    spawns: Spawns, record: FieldRecord, frames: int, settings: FlightSettings
+) -> Iterator[ParticleState]:
     """Yield the flakes of every frame; flake i is entry i of ``spawns``.
 
-    Flakes move in ticks of 1/60 s; between two ticks a frame sees them on the straight line.
+    Flakes move in ticks of 1/60 s; between two ticks a frame shows them on the straight line.
     """
-    swarm, inertia = Swarm.empty(), _Inertia.of(spawns, flight)
-    born = np.searchsorted(spawns.tick, np.arange(math.ceil(frames / field.fps / TICK) + 2))
+    model, state = _FlightModel.of(spawns, settings), ParticleState.empty()
+    spawned = np.searchsorted(spawns.tick, np.arange(math.ceil(frames / record.fps / TICK) + 2))
     frame = 0
-    for tick in range(len(born) - 1):
-        air = field.at(tick * TICK)
-        swarm = _hatch(swarm, spawns, int(born[tick]), int(born[tick + 1]), field, air, flight)
-        moved = _step(swarm, spawns, inertia, field, air, tick, flight)
-        while frame < frames and frame / field.fps / TICK < tick + 1:
-            part = frame / field.fps / TICK - tick
-            yield _between(swarm, moved, part, spawns)
+    for tick in range(len(spawned) - 1):
+        field = _FieldSampler(record.at(tick * TICK), record.cell)
+        state = model.spawn(state, int(spawned[tick]), int(spawned[tick + 1]), field)
+        moved = model.step(state, field, tick)
+        while frame < frames and frame / record.fps / TICK < tick + 1:
+            yield model.between(state, moved, frame / record.fps / TICK - tick)
             frame += 1
-        swarm = moved.where(_stays(moved, spawns, flight))
+        state = moved.where(model.is_alive(moved))
 
 
 @dataclass(frozen=True, slots=True)
-class _Inertia:
-    """How slowly each flake takes on the field's velocity. Arrays (flakes,).
+class _FieldSampler:
+    """The field at one moment: ``planes`` (rows, columns, 3) are u, v (px/s) and lit (0..1) of each
+    ``cell`` px."""
+
+    planes: NDArray[np.float32]
+    cell: int
+
+    def at(self, x: Column, y: Column) -> Column:
+        """Return u, v and lit, (3, flakes), at places in px: bilinear between the centres of
+        cells; the border's continue outside."""
+        map_x, map_y = (as_plane(c / self.cell - 0.5)[:, None] for c in (x, y))
+        found = np.empty((len(x), 3))
+        for start in range(0, len(x), _REMAP_LIMIT):
+            part = slice(start, start + _REMAP_LIMIT)
+            found[part] = cv2.remap(
+                self.planes, map_x[part], map_y[part], cv2.INTER_LINEAR,
+                borderMode=cv2.BORDER_REPLICATE,
+            )[:, 0]  # fmt: skip
+        return np.ascontiguousarray(found.T)
+
+
+@dataclass(frozen=True, slots=True)
+class _FlightModel:
+    """What does not change while flakes fly, and the step that changes their state.
 
     Attributes:
-        keeps: Share of the difference that is left after a tick.
-        falls: Speed at which gravity makes it fall in the end, px/s.
+        spawns: All flakes that are ever spawned.
+        settings: How they fly.
+        retained: (flakes,) share of the velocity relative to the field that is left after a tick.
+        fall_speed: (flakes,) terminal velocity under the recipe's gravity, px/s.
     """
 
-    keeps: Column
-    falls: Column
+    spawns: Spawns
+    settings: FlightSettings
+    retained: Column
+    fall_speed: Column
 
     @classmethod
-    def of(cls, spawns: Spawns, flight: Flight) -> Self:
-        """Return the inertia of each of ``spawns``."""
-        lag = flight.lag * np.exp(_LAG_BY_BULK * spawns.bulk)
-        return cls(np.exp(-TICK / np.maximum(lag, 1e-6)), flight.gravity * lag)
+    def of(cls, spawns: Spawns, settings: FlightSettings) -> Self:
+        """Return the model of flakes that lag by their size."""
+        lag = settings.lag * np.exp(_LAG_PER_SCORE * spawns.size_score)
+        return cls(spawns, settings, np.exp(-TICK / np.maximum(lag, 1e-6)), settings.gravity * lag)
 
+    def spawn(
+        self, state: ParticleState, first: int, last: int, field: _FieldSampler
+    ) -> ParticleState:
+        """Add the flakes ``first`` .. ``last`` of all, as far as there is room for them."""
+        last = min(last, first + max(self.settings.max_alive - len(state.id), 0))
+        if first == last:
+            return state
+        x, y = self.spawns.x[first:last], self.spawns.y[first:last]
+        vx, vy, _ = field.at(x, y)
+        ids, age = np.arange(first, last, dtype=np.int64), np.zeros(last - first)
+        spawned = ParticleState(ids, x, y, vx, vy, np.hypot(vx, vy), age)
+        return ParticleState.concatenate([state, spawned])
 
-def _sample(field: FieldRecord, air: NDArray[np.float32], x: Column, y: Column) -> Column:
-    """u, v and lit, (3, flakes), of the field's ``air`` at places in px: bilinear between the
-    centres of cells, whose border goes on outside."""
-    places = as_plane(x / field.cell - 0.5)[:, None], as_plane(y / field.cell - 0.5)[:, None]
-    found = np.empty((len(x), 3))
-    # OpenCV's pictures have at most 32,767 rows: more flakes are asked for in several parts.
-    for start in range(0, len(x), _MOST_ROWS):
-        part = slice(start, start + _MOST_ROWS)
-        found[part] = cv2.remap(
-            air, places[0][part], places[1][part], cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_REPLICATE,
-        )[:, 0]  # fmt: skip
-    return np.ascontiguousarray(found.T)
-
-
-def _hatch(
-    swarm: Swarm,
-    spawns: Spawns,
-    first: int,
-    last: int,
-    field: FieldRecord,
-    air: NDArray[np.float32],
-    flight: Flight,
-) -> Swarm:
-    """Add the flakes ``first`` .. ``last`` of ``spawns``, as far as there is room for them."""
-    last = min(last, first + max(flight.most - len(swarm.id), 0))
-    if first == last:
-        return swarm
-    new = slice(first, last)
-    vx, vy, _ = _sample(field, air, spawns.x[new], spawns.y[new])
-    ids = np.arange(first, last, dtype=np.int64)
-    pace, age = np.hypot(vx, vy), np.zeros(len(ids))
-    hatched = Swarm(ids, spawns.x[new], spawns.y[new], vx, vy, pace, age)
-    return Swarm.joined([swarm, hatched])
-
-
-def _step(
-    swarm: Swarm,
-    spawns: Spawns,
-    inertia: _Inertia,
-    field: FieldRecord,
-    air: NDArray[np.float32],
-    tick: int,
-    flight: Flight,
-) -> Swarm:
-    """One tick: v̇ = (u − v)/lag + g, solved exactly; then the jitter; then the way."""
-    *u, lit = _sample(field, air, swarm.x, swarm.y)
-    if flight.lag > 0:
-        keeps = inertia.keeps.take(swarm.id)
-        vx = u[0] + (swarm.vx - u[0]) * keeps
-        fall = u[1] + inertia.falls.take(swarm.id)
-        vy = fall + (swarm.vy - fall) * keeps
-    else:
+    def step(self, state: ParticleState, field: _FieldSampler, tick: int) -> ParticleState:
+        """Move flakes by one tick: v̇ = (u − v)/lag + g, solved exactly; jitter; then x += v dt."""
+        *u, lit = field.at(state.x, state.y)
         vx, vy = u
-    cos, sin = scatter_turns(flight.seed, tick, swarm.id, flight.scatter)
-    vx, vy = vx * cos - vy * sin, vx * sin + vy * cos
-    own_x, own_y = _own_motion(swarm, spawns, np.square(np.square(1 - lit)), flight)
-    all_x, all_y = vx + own_x, vy + own_y
-    return replace(
-        swarm,
-        x=swarm.x + all_x * TICK,
-        y=swarm.y + all_y * TICK,
-        vx=vx,
-        vy=vy,
-        pace=swarm.pace + (np.hypot(all_x, all_y) - swarm.pace) * _TAKES_ON,
-        age=_since(spawns.tick.take(swarm.id), tick + 1),
-    )
+        if self.settings.lag > 0:
+            retained = self.retained.take(state.id)
+            vx = u[0] + (state.vx - u[0]) * retained
+            target = u[1] + self.fall_speed.take(state.id)
+            vy = target + (state.vy - target) * retained
+        cos, sin = scatter_rotations(self.settings.seed, tick, state.id, self.settings.scatter)
+        vx, vy = vx * cos - vy * sin, vx * sin + vy * cos
+        own_x, own_y = self._own_velocity(state, np.square(np.square(1 - lit)))
+        all_x, all_y = vx + own_x, vy + own_y
+        change = np.hypot(all_x, all_y) - state.smoothed_speed
+        ticks = tick + 1 - self.spawns.tick.take(state.id)  # counted: a sum of them would drift
+        return replace(
+            state,
+            x=state.x + all_x * TICK,
+            y=state.y + all_y * TICK,
+            vx=vx,
+            vy=vy,
+            smoothed_speed=state.smoothed_speed + change * _COLOUR_GAIN,
+            age=np.multiply(ticks, TICK, dtype=np.float64),
+        )
 
+    def _own_velocity(self, state: ParticleState, outside: Column) -> tuple[Column, Column]:
+        """Velocity of each flake relative to the field, px/s, that its neighbours do not share.
 
-def _own_motion(
-    swarm: Swarm, spawns: Spawns, outside: Column, flight: Flight
-) -> tuple[Column, Column]:
-    """Velocity of each flake that its neighbours do not share, px/s.
+        The sum of its fall at the terminal velocity; the impulse of a burst, which drag stops; and
+        turbulence, so that flakes of one place do not fly in a line. The last two as far as a flake
+        is ``outside`` the flame (0..1), whose gas carries it along; but for some of the impulse.
+        """
+        ids, spawns, impulse = state.id, self.spawns, np.exp(-state.age / _IMPULSE_DECAY)
+        onset = np.minimum(state.age / _TURBULENCE_ONSET, 1.0)
+        speed = math.sqrt(2) * self.settings.turbulence * onset
+        turn = 2 * math.pi * spawns.turbulence_rate.take(ids) * state.age
+        aside = speed * _sine(turn + spawns.turbulence_phase_x.take(ids))
+        down = 0.5 * speed * _sine(turn + spawns.turbulence_phase_y.take(ids))
+        fall = spawns.terminal_velocity.take(ids) * (1 - impulse)
+        impulse *= np.maximum(outside, _MIN_IMPULSE_SHARE)
+        return (
+            spawns.impulse_x.take(ids) * impulse + outside * aside,
+            spawns.impulse_y.take(ids) * impulse + outside * down + fall,
+        )
 
-    Its weight; a burst's throw, which the air stops; and the meandering that keeps flakes of one
-    place from flying in a line. The last two as far as a flake is ``outside`` the flame (0..1), in
-    which the gas carries it along; but some of a throw escapes.
-    """
-    flung = np.exp(-swarm.age / _THROW)
-    speed = math.sqrt(2) * flight.wander * np.minimum(swarm.age / _STRAY, 1.0)
-    turn = 2 * math.pi * spawns.wander.take(swarm.id) * swarm.age
-    aside = speed * _sine(turn + spawns.wander_x.take(swarm.id))
-    down = 0.5 * speed * _sine(turn + spawns.wander_y.take(swarm.id))
-    fall = spawns.sink.take(swarm.id) * (1 - flung)
-    flung *= np.maximum(outside, _ESCAPES)
-    return (
-        spawns.throw_x.take(swarm.id) * flung + outside * aside,
-        spawns.throw_y.take(swarm.id) * flung + outside * down + fall,
-    )
+    def between(self, before: ParticleState, after: ParticleState, part: float) -> ParticleState:
+        """Return the flakes ``part`` of a tick after ``before``, without those that have cooled.
+
+        Their velocity is that of their whole motion, relative to the frame.
+        """
+        age = before.age + part * TICK
+        way_x, way_y = after.x - before.x, after.y - before.y
+        seen = replace(
+            after,
+            x=before.x + way_x * part,
+            y=before.y + way_y * part,
+            vx=way_x / TICK,
+            vy=way_y / TICK,
+            age=age,
+        )
+        return seen.where(age < self.spawns.life.take(before.id))
+
+    def is_alive(self, state: ParticleState) -> NDArray[np.bool_]:
+        """Return which flakes have not cooled, nor left the frame with all of their streak."""
+        margin = self.spawns.size.take(state.id)
+        if self.settings.streak > 0:
+            margin = margin + np.hypot(state.vx, state.vy) * (self.settings.streak / 2)
+        alive: NDArray[np.bool_] = (
+            (state.age < self.spawns.life.take(state.id))
+            & (state.x > -margin)
+            & (state.x < self.settings.width + margin)
+            & (state.y > -margin)
+            & (state.y < self.settings.height + margin)
+        )
+        return alive
 
 
 def _sine(angle: Column) -> NDArray[np.float32]:
@@ -232,38 +266,30 @@ def _sine(angle: Column) -> NDArray[np.float32]:
     return np.sin(as_plane(angle))
 
 
-def _since(born: NDArray[np.int64], tick: int) -> Column:
-    """Age, s, at ``tick``; counted, because a sum of ticks would drift."""
-    return np.multiply(tick - born, TICK, dtype=np.float64)
+def scattering_cosine(xi: NDArray[np.float64], k: float) -> NDArray[np.float64]:
+    """cosθ = (2ξ + k − 1)/(2kξ − k + 1) of eq. 13, for uniform ξ in [0, 1).
 
-
-def _between(before: Swarm, after: Swarm, part: float, spawns: Spawns) -> Swarm:
-    """Flakes ``part`` of a tick after ``before``, without those that have cooled by then.
-
-    Their velocity is that of their way: what they do of their own is part of it.
+    k = 0 scatters isotropically (cosθ uniform), k > 0 forward, k < 0 backward. At k = ±1, where
+    the formula can be 0/0, its limit is taken: cosθ = ±1.
     """
-    age = before.age + part * TICK
-    way_x, way_y = after.x - before.x, after.y - before.y
-    seen = replace(
-        after,
-        x=before.x + way_x * part,
-        y=before.y + way_y * part,
-        vx=way_x / TICK,
-        vy=way_y / TICK,
-        age=age,
-    )
-    return seen.where(age < spawns.life.take(before.id))
+    if abs(k) == 1.0:
+        return np.full_like(xi, k)
+    return np.clip((2 * xi + k - 1) / (2 * k * xi - k + 1), -1.0, 1.0)
 
 
-def _stays(swarm: Swarm, spawns: Spawns, flight: Flight) -> NDArray[np.bool_]:
-    margin = spawns.size.take(swarm.id)
-    if flight.streak > 0:
-        margin = margin + np.hypot(swarm.vx, swarm.vy) * (flight.streak / 2)
-    stays: NDArray[np.bool_] = (
-        (swarm.age < spawns.life.take(swarm.id))
-        & (swarm.x > -margin)
-        & (swarm.x < flight.width + margin)
-        & (swarm.y > -margin)
-        & (swarm.y < flight.height + margin)
-    )
-    return stays
+def scatter_rotations(
+    seed: int, tick: int, ids: NDArray[np.int64], k: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """cosθ and sinθ of the angle by which eq. 13 turns the velocity of each flake at ``tick``.
+
+    θ's sign is random. It depends on (seed, tick, id) alone, not on which other flakes are alive.
+    """
+    if k == 1.0 or not len(ids):
+        return np.ones(len(ids)), np.zeros(len(ids))
+    # The first draws do not depend on how many follow.
+    count = min(int(ids.max()) + 1, _ANGLES)
+    draws = 2 * generator(seed, Stage.SCATTER, tick).random(count).take(ids & (_ANGLES - 1))
+    # One draw serves both: its upper half turns to the right, its lower half to the left.
+    right = np.floor(draws)
+    cos = scattering_cosine(draws - right, k)
+    return cos, (2 * right - 1) * np.sqrt(1 - cos * cos)

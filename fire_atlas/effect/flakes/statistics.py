@@ -1,4 +1,4 @@
-"""What embers do, in figures, so that nobody has to judge them from a picture alone."""
+"""Statistics of the flakes of a build, with the ranges in which embers look real."""
 
 from dataclasses import dataclass
 
@@ -10,13 +10,13 @@ from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 _ID, _X, _Y, _VX, _VY, _SIZE, _STRETCH = range(7)
 _AGE, _LIFE = COLUMNS.index("age"), COLUMNS.index("life")
 
-_FEW = 20
-"""The spread of fewer flakes tells nothing."""
+_MIN_FLAKES = 20
+"""The spread of fewer flakes means nothing."""
 
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """One figure, and the range in which embers look real.
+    """One statistic, and the range in which embers look real.
 
     Attributes:
         name: What it is, for people.
@@ -40,11 +40,11 @@ class Figure:
 
 
 def ember_figures(tracks: Tracks) -> list[Figure]:
-    """Return the figures of all flakes of a build; none where there are no flakes.
+    """Return the statistics of all flakes of a build; none where there are no flakes.
 
-    As many are alive as are born in the mean time for which one is seen. Sizes are those that
-    are drawn: in small frames the smallest are widened to what a pixel grid can show. Where
-    most are, their spread tells nothing.
+    The number alive is the spawn rate times the mean time for which a flake is seen. Sizes are
+    those that are drawn: in small frames the smallest are widened to what a pixel grid can show.
+    Where most are, the spread of sizes has no range.
     """
     flights = _flights(tracks)
     if not flights:
@@ -55,11 +55,11 @@ def ember_figures(tracks: Tracks) -> list[Figure]:
     rise = np.mean([f[-1, _Y] < f[0, _Y] for f in moved]) if moved else 1.0
     speed = np.hypot(rows[:, _VX], rows[:, _VY]) / height
     sizes = np.array([f[0, _SIZE] for f in flights])
-    tells = len(flights) >= _FEW and np.median(sizes) > sizes.min()
-    spread = (0.25, 0.7) if tells else (None, None)
+    has_spread = len(flights) >= _MIN_FLAKES and np.median(sizes) > sizes.min()
+    spread = (0.25, 0.7) if has_spread else (None, None)
     alive = np.array([len(frame) for frame in tracks.frames])
     streak = (rows[:, _STRETCH] - 1) * rows[:, _SIZE]
-    way = np.maximum(np.hypot(rows[:, _VX], rows[:, _VY]) / tracks.fps, 1e-9)
+    travel = np.maximum(np.hypot(rows[:, _VX], rows[:, _VY]) / tracks.fps, 1e-9)
     return [
         Figure("born", float(len(flights))),
         Figure("born, rate", len(flights) * tracks.fps / len(tracks.frames), "a second"),
@@ -73,24 +73,24 @@ def ember_figures(tracks: Tracks) -> list[Figure]:
         ),
         Figure("life, median", float(np.median([f[0, _LIFE] for f in flights])), "s", 0.3, 4.0),
         Figure("streak, median", float(np.median(streak)), "px"),
-        Figure("streak, of a frame's way", float(np.median(streak / way)), "", None, 1.0),
-        *_fates(flights, tracks),
+        Figure("streak, of a frame's way", float(np.median(streak / travel)), "", None, 1.0),
+        *_ends(flights, tracks),
     ]
 
 
 def _flights(tracks: Tracks) -> list[NDArray[np.float64]]:
-    """Return all rows of each flight, (rows, 14), in the order of its moments."""
+    """Return all rows of each flight, (rows, 14), in the order of its frames."""
     rows, flight = np.concatenate(tracks.frames), np.concatenate(tracks.flights)
     if not len(rows):
         return []
-    order = np.lexsort((np.concatenate(tracks.moments), flight))
+    order = np.lexsort((np.concatenate(tracks.flight_frames), flight))
     return np.split(rows[order], np.flatnonzero(np.diff(flight[order])) + 1)
 
 
-def _fates(flights: list[NDArray[np.float64]], tracks: Tracks) -> list[Figure]:
-    """Shares of the flakes that left by the top, the sides and the bottom, or burnt out.
+def _ends(flights: list[NDArray[np.float64]], tracks: Tracks) -> list[Figure]:
+    """Return the shares of flakes that left by the top, the sides or the bottom, or burnt out.
 
-    Rows that end otherwise are no fate: the clip ended.
+    Flakes that end otherwise do not count: the clip ended.
     """
     last = np.stack([flight[-1] for flight in flights])
     x = last[:, _X] + last[:, _VX] / tracks.fps

@@ -15,10 +15,17 @@ COLUMNS = (
 SPAWN_COLUMNS = ("id", "t", "life", "x", "y", "vx", "vy", "size", "wraps")
 """Columns of ``Tracks.spawns``. px, px/s, s; ``wraps`` 0 or 1."""
 
+Table = NDArray[np.float64]
+"""(rows, columns)."""
+
 RowNumbers = tuple[NDArray[np.int64], ...]
 """A number for each row of each frame: (rows,) a frame."""
 
-_SEEN = 0.001
+_ID, _AGE = COLUMNS.index("id"), COLUMNS.index("age")
+_BIRTH = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
+_T, _WRAPS = SPAWN_COLUMNS.index("t"), SPAWN_COLUMNS.index("wraps")
+
+_MIN_VISIBLE = 0.001
 """Light that is next to none: 3 of 255 in sRGB."""
 
 
@@ -33,8 +40,8 @@ class Tracks:
 
     A flight is the unbroken life of one flake, from the first frame that shows it to the last. In a
     loop it goes on from the last frame into frame 0. A loop that is not longer than a flight shows
-    several of its moments in a frame: the flake changes its id on the way, so that no id is in a
-    frame twice (``wrapping.wrapped``).
+    several parts of it in one frame: the flake changes its id on the way, so that no id is in a
+    frame twice (``fold_into_loop``). So flights, not ids, say which rows are of one flake.
 
     Attributes:
         fps: Frames per second of the animation.
@@ -44,7 +51,8 @@ class Tracks:
         spawns: (ids, 9) float64, columns ``SPAWN_COLUMNS``, by id.
         frames: One (rows, 14) float64 table a frame, columns ``COLUMNS``, by id.
         flights: Which flight each row belongs to, (rows,) a frame: the first id of its flake.
-        moments: Where in its flight each row is, (rows,) a frame: frames since the flight began.
+        flight_frames: How many frames each row comes after the first of its flight, (rows,) a
+            frame.
         hard: Whether flakes are squares.
     """
 
@@ -53,32 +61,90 @@ class Tracks:
     height: int
     loop: bool
     seed: int
-    spawns: NDArray[np.float64]
-    frames: tuple[NDArray[np.float64], ...]
+    spawns: Table
+    frames: tuple[Table, ...]
     flights: RowNumbers
-    moments: RowNumbers
+    flight_frames: RowNumbers
     hard: bool = False
 
     @classmethod
-    def once(
-        cls,
-        fps: float,
-        size: tuple[int, int],
-        seed: int,
-        spawns: NDArray[np.float64],
-        frames: Sequence[NDArray[np.float64]],
+    def one_shot(
+        cls, fps: float, size: tuple[int, int], seed: int, spawns: Table, frames: Sequence[Table],
         hard: bool = False,
-    ) -> Self:
+    ) -> Self:  # fmt: skip
         """Return tracks that play once: each id is one flight, in frames that follow one another.
 
         ``size`` is the width and height of a frame, px; the rest as the attributes.
         """
-        flights = tuple(rows[:, 0].astype(np.int64) for rows in frames)
-        moments = _moments(flights)
-        return cls(fps, *size, False, seed, spawns, tuple(frames), flights, moments, hard)
+        flights = tuple(rows[:, _ID].astype(np.int64) for rows in frames)
+        since_first = _frames_since_first(flights)
+        return cls(fps, *size, False, seed, spawns, tuple(frames), flights, since_first, hard)
+
+    @classmethod
+    def of_tables(
+        cls, fps: float, size: tuple[int, int], loop: bool, seed: int, spawns: Table,
+        frames: Sequence[Table],
+    ) -> Self:  # fmt: skip
+        """Return tracks of tables that were read: flights follow from births and ages.
+
+        All ids of one flake have the same birth but for the time; the first of them is the least.
+
+        Raises:
+            KeyError: A row has an id that was never spawned.
+        """
+        rows, ends = np.concatenate(frames), np.cumsum([len(each) for each in frames])[:-1]
+        births = map(tuple, spawns[:, _BIRTH].tolist())
+        first = dict[tuple[float, ...], float]()
+        known = zip(spawns[:, 0].tolist(), births, strict=True)
+        flight = {number: first.setdefault(birth, number) for number, birth in known}
+        flights = np.array([flight[number] for number in rows[:, _ID].tolist()], np.int64)
+        ages, (_, which) = rows[:, _AGE] * fps, np.unique(flights, return_inverse=True)
+        youngest = np.full(len(flights), np.inf)
+        np.minimum.at(youngest, which, ages)
+        since_first = np.asarray(np.rint(ages - youngest[which]), np.int64)
+        return cls(
+            fps, *size, loop, seed, spawns, tuple(frames),
+            tuple(np.split(flights, ends)), tuple(np.split(since_first, ends)),
+        )  # fmt: skip
+
+    @property
+    def frame_numbers(self) -> NDArray[np.intp]:
+        """The frame of each row, (all rows,)."""
+        return np.repeat(np.arange(len(self.frames)), [len(rows) for rows in self.frames])
+
+    def following_rows(self) -> NDArray[np.int64]:
+        """Return for each row the index, of all, of its flake's row in the next frame, or -1."""
+        count, frame = len(self.frames), self.frame_numbers
+        following = np.full(len(frame), -1)
+        # One number for each row of a frame; the same flake's row a frame later has the next one.
+        numbers = (np.concatenate(self.flights) << 32) + np.concatenate(self.flight_frames)
+        begins = np.searchsorted(frame, np.arange(count + 1))
+        for i in range(count if self.loop else count - 1):
+            here = slice(*begins[i : i + 2])
+            after = (i + 1) % count
+            there = slice(*begins[after : after + 2])
+            _, rows, next_rows = np.intersect1d(
+                numbers[here] + 1, numbers[there], assume_unique=True, return_indices=True
+            )
+            following[here.start + rows] = there.start + next_rows
+        return following
+
+    def unlooped_ids(self) -> NDArray[np.float64]:
+        """Return an id for each row, (all rows,), that changes where a flake passes the loop's end.
+
+        So each of these ids is one unbroken run of frames. Rows that have flown on from the last
+        frame into frame 0 get new ones: their flight began a whole loop earlier than that of other
+        rows of their id.
+        """
+        ids = np.concatenate(self.frames)[:, _ID]
+        began = self.frame_numbers - np.concatenate(self.flight_frames)
+        _, which = np.unique(ids, return_inverse=True)
+        latest = np.full(len(ids), np.iinfo(np.int64).min)
+        np.maximum.at(latest, which, began)
+        return np.asarray(ids + (began < latest[which]) * (ids.max(initial=0) + 1), np.float64)
 
 
-def _moments(flights: RowNumbers) -> RowNumbers:
+def _frames_since_first(flights: RowNumbers) -> RowNumbers:
     """Return how many frames each row comes after the first of its flight."""
     counts = [len(rows) for rows in flights]
     frame = np.repeat(np.arange(len(counts)), counts)
@@ -86,35 +152,74 @@ def _moments(flights: RowNumbers) -> RowNumbers:
     return tuple(np.split(frame - frame[first][flight], np.cumsum(counts)[:-1]))
 
 
-def glowing(rows: NDArray[np.float64]) -> int:
-    """Return how many flakes of a frame's table can be seen."""
+def fold_into_loop(tracks: Tracks, count: int) -> Tracks:
+    """Fold tracks of one period and what flies on after it onto the ``count`` frames of a loop.
+
+    A flake keeps its id across the end of the loop. One that is seen in as many frames as the
+    loop has, or more, would meet itself; it changes its id every ``count - 1`` frames, so that
+    an id is never in a frame twice, nor passed on from one flake to another in neighbouring
+    frames. Only for one-shot tracks of more than ``count`` frames.
+    """
+    frame = tracks.frame_numbers
+    rows, since_first = np.concatenate(tracks.frames), np.concatenate(tracks.flight_frames)
+    spawns = tracks.spawns.copy()
+    spawns[:, _WRAPS] = np.isin(spawns[:, 0], rows[frame >= count, _ID])
+    part = since_first // max(count - 1, 1)
+    id_step = rows[:, _ID].max(initial=0) + 1  # keeps the ids of parts apart
+    rows[:, _ID] += part * id_step
+    spawns = _with_parts(spawns, int(part.max(initial=0)), id_step, count / tracks.fps)
+    order = np.lexsort((rows[:, _ID], frame % count))
+    bounds = np.searchsorted(frame[order] % count, np.arange(1, count))
+    return replace(
+        tracks,
+        loop=True,
+        spawns=spawns[np.isin(spawns[:, 0], rows[:, _ID])],
+        frames=tuple(np.split(rows[order], bounds)),
+        flights=tuple(np.split(np.concatenate(tracks.flights)[order], bounds)),
+        flight_frames=tuple(np.split(since_first[order], bounds)),
+    )
+
+
+def _with_parts(spawns: Table, parts: int, id_step: float, period: float) -> Table:
+    """Return the spawns with a copy, a period (s) earlier each, for every part of a long flight."""
+    copies = [spawns]
+    for part in range(1, parts + 1):
+        copy = spawns.copy()
+        copy[:, 0] += part * id_step
+        copy[:, _T] -= part * period
+        copies.append(copy)
+    return np.concatenate(copies)
+
+
+def visible_count(rows: Table) -> int:
+    """Return how many flakes of a frame's table are bright enough to be seen."""
     column = dict(zip(COLUMNS, rows.T, strict=True))
     brightest = np.maximum.reduce([column["r"], column["g"], column["b"]]) * column["a"]
-    return int(np.count_nonzero(brightest > _SEEN))
+    return int(np.count_nonzero(brightest > _MIN_VISIBLE))
 
 
 def first_frames(tracks: Tracks, count: int) -> Tracks:
-    """Tracks of the first ``count`` frames, and of the flakes that are seen there."""
+    """Return the tracks of the first ``count`` frames, and of the flakes that are seen there."""
     frames = tracks.frames[:count]
-    seen = np.isin(tracks.spawns[:, 0], np.concatenate([rows[:, 0] for rows in frames]))
+    seen = np.isin(tracks.spawns[:, 0], np.concatenate([rows[:, _ID] for rows in frames]))
     return replace(
         tracks,
         spawns=tracks.spawns[seen],
         frames=frames,
         flights=tracks.flights[:count],
-        moments=tracks.moments[:count],
+        flight_frames=tracks.flight_frames[:count],
     )
 
 
 def as_drawn(tracks: Tracks) -> Tracks:
-    """Tracks with hard flakes where they are drawn: on whole px, upright, still for a frame.
+    """Return tracks with hard flakes where they are drawn: on whole px, upright, still for a frame.
 
     Soft flakes are drawn where they are.
     """
     return replace(tracks, frames=tuple(map(_snapped, tracks.frames))) if tracks.hard else tracks
 
 
-def _snapped(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def _snapped(rows: Table) -> Table:
     column = dict(zip(COLUMNS, rows.T, strict=True))
     half, still = column["size"] / 2, np.zeros(len(rows))
     column |= {axis: np.rint(column[axis] - half) + half for axis in "xy"}

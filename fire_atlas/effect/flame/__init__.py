@@ -1,1 +1,1 @@
-"""Flame analysis: features, motion and what in the picture is flame."""
+"""Flame analysis: feature vectors, which pixels are flame, and what holds for the whole clip."""

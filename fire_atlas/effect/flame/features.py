@@ -1,4 +1,4 @@
-"""Feature vectors: where the fire tears, and how strongly (Kim & Lee, eq. 1-3).
+"""Feature vectors of a frame: the edges of the fire and where they lead (Kim & Lee, eq. 1-3).
 
 Brightness is on the 0..255 scale; on it the paper's ε = 40, α = 0.03 and β = 0.02 agree with each
 other. Image axes: x right, y down.
@@ -14,7 +14,7 @@ from fire_atlas.core.pixels import Plane, as_plane, magnitude
 
 
 class Box(NamedTuple):
-    """A box in a frame by its first and last columns and rows, px."""
+    """A box in a frame: its first and last columns and rows, px."""
 
     left: float
     top: float
@@ -50,8 +50,8 @@ def gradient(plane: Plane) -> tuple[Plane, Plane]:
     return as_plane(gx), as_plane(gy)
 
 
-def slope_of(brightness: Plane, sigma: tuple[float, float]) -> Plane:
-    """‖∇f‖ of a picture's edges (H, W), which eq. 2 compares with ε."""
+def gradient_magnitude(brightness: Plane, sigma: tuple[float, float]) -> Plane:
+    """‖∇f‖ of a picture's edges (eq. 1), (H, W): what eq. 2 compares with ε."""
     return magnitude(*gradient(difference_of_gaussians(brightness, sigma)))
 
 

@@ -1,6 +1,6 @@
 """Flake tracks as packed arrays that a script of the engine plays."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,7 +57,8 @@ def flake_arrays(
         assert_finite(flown)
         each = as_drawn(flown)
         counts = [len(frame) for frame in each.frames]
-        following += _following(each, first[-1])
+        rows_after = each.following_rows()
+        following += np.where(rows_after < 0, -1, first[-1] + rows_after).tolist()
         first += [first[-1] + int(end) for end in np.cumsum(counts)]
         begins.append(len(first) - 1)
         tables += [_rows(frame, each, pivots[name]) for frame in each.frames]
@@ -85,28 +86,6 @@ def _rows(
         column["vx"] / tracks.fps, column["vy"] / tracks.fps,
         size * column["stretch"], size, column["rotation"], *light,
     ])  # fmt: skip
-
-
-def _following(tracks: Tracks, first: int) -> Iterator[int]:
-    """Yield for each row the index, of all, of its flake's row in the next frame, else -1.
-
-    ``first`` is the index of the first row.
-    """
-    begins = first + np.cumsum([0, *(len(frame) for frame in tracks.frames)])
-    # One number for each row; the same flake's row a frame later has the next one.
-    numbers = [
-        (flights << 32) + moments
-        for flights, moments in zip(tracks.flights, tracks.moments, strict=True)
-    ]
-    for i, frame in enumerate(tracks.frames):
-        after = (i + 1) % len(tracks.frames)
-        row = np.full(len(frame), -1)
-        if after > 0 or tracks.loop:
-            _, here, there = np.intersect1d(
-                numbers[i] + 1, numbers[after], assume_unique=True, return_indices=True
-            )
-            row[here] = begins[after] + there
-        yield from row.tolist()
 
 
 def _bounds(rows: NDArray[np.float64]) -> tuple[int, int, int, int]:

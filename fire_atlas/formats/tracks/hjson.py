@@ -69,13 +69,12 @@ def _frame(rows: _Rows, frame: int, time: float) -> bytes:
 def _points(tracks: Tracks) -> list[_Rows]:
     """Return the points of each frame; none lives on into the frame behind the last."""
     counts = [len(table) for table in tracks.frames]
-    frame = np.repeat(np.arange(len(counts)), counts)
+    frame = tracks.frame_numbers
     row = dict(zip(COLUMNS, np.concatenate(tracks.frames).T, strict=True))
     born = frame / tracks.fps - row["age"]
-    began = frame - np.concatenate(tracks.moments)
     end = (len(counts) - 0.5) / tracks.fps
     points = np.column_stack([
-        _run_ids(row["id"], began),
+        tracks.unlooped_ids(),
         place(tracks, row["x"], row["y"]),
         velocity(tracks, row["vx"], row["vy"]),
         row["r"], row["g"], row["b"], row["a"],
@@ -85,20 +84,6 @@ def _points(tracks: Tracks) -> list[_Rows]:
     ])  # fmt: skip
     order = np.lexsort((points[:, _ID], -points[:, _AGE], frame))
     return np.split(points[order], np.cumsum(counts)[:-1])
-
-
-def _run_ids(ids: NDArray[np.float64], began: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return an id for each unbroken run of frames: rows that come from before frame 0 have others.
-
-    Args:
-        ids: (rows,) ids of the tracks.
-        began: (rows,) the frame in which their flight began; of rows that have flown on from the
-            loop's last frame into frame 0 it is a whole loop earlier than of their id's others.
-    """
-    _, which = np.unique(ids, return_inverse=True)
-    latest = np.full(len(ids), np.iinfo(np.int64).min)
-    np.maximum.at(latest, which, began)
-    return np.asarray(ids + (began < latest[which]) * (ids.max(initial=0) + 1), np.float64)
 
 
 def _unseen(frames: Sequence[_Rows], fps: float) -> _Rows:

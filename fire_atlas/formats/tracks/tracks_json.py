@@ -21,8 +21,7 @@ from fire_atlas.formats.decimals import plain, table_text
 from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite, frame_time
 from fire_atlas.formats.tracks.names import flakes_file, stem_of
 
-_AGE, _SIZE = COLUMNS.index("age"), COLUMNS.index("size")
-_BIRTH = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
+_SIZE = COLUMNS.index("size")
 
 _LARGEST = 2.0**53
 """No number of the tables comes near it, and whole ones are exact below."""
@@ -108,23 +107,10 @@ def _tracks(document: dict[str, Any]) -> Tracks:
     births = [[spawn[column] for column in SPAWN_COLUMNS] for spawn in document["spawns"]]
     spawns = _table(births, len(SPAWN_COLUMNS))
     frames = [_table(frame["rows"], len(COLUMNS))[:, order] for frame in document["frames"]]
-    every, counts = np.concatenate(frames), [len(rows) for rows in frames]
-    if (every[:, _SIZE] < 0).any():
+    if any((rows[:, _SIZE] < 0).any() for rows in frames):
         raise ValueError("a flake is smaller than nothing")
-    flights = _flights(every[:, 0], spawns)
-    moments = _moments(every[:, _AGE] * fps, flights)
-    ends = np.cumsum(counts)[:-1]
-    return Tracks(
-        fps=fps,
-        width=width,
-        height=height,
-        loop=bool(document["loop"]),
-        seed=whole(document["seed"], 0, 2**64),
-        spawns=spawns,
-        frames=tuple(frames),
-        flights=tuple(np.split(flights, ends)),
-        moments=tuple(np.split(moments, ends)),
-    )
+    seed = whole(document["seed"], 0, 2**64)
+    return Tracks.of_tables(fps, (width, height), bool(document["loop"]), seed, spawns, frames)
 
 
 def _table(rows: Sequence[Any], columns: int) -> NDArray[np.float64]:
@@ -132,27 +118,3 @@ def _table(rows: Sequence[Any], columns: int) -> NDArray[np.float64]:
     if not (np.abs(table) < _LARGEST).all():
         raise ValueError("a number is too large, or is none")
     return table
-
-
-def _flights(ids: NDArray[np.float64], spawns: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return which flight each row belongs to: the first id of its flake.
-
-    All ids of one flake have the same birth but for the time, and the first of them is the least.
-
-    Args:
-        ids: (rows,) of all frames.
-        spawns: (ids, 9) births, columns ``SPAWN_COLUMNS``, by id.
-    """
-    births = map(tuple, spawns[:, _BIRTH].tolist())
-    first = dict[tuple[float, ...], float]()
-    known = zip(spawns[:, 0].tolist(), births, strict=True)
-    flight = {number: first.setdefault(birth, number) for number, birth in known}
-    return np.array([flight[number] for number in ids.tolist()], np.int64)
-
-
-def _moments(ages: NDArray[np.float64], flights: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return how many frames each row comes after the first of its flight; ``ages`` in frames."""
-    _, flight = np.unique(flights, return_inverse=True)
-    youngest = np.full(len(flights), np.inf)
-    np.minimum.at(youngest, flight, ages)
-    return np.asarray(np.rint(ages - youngest[flight]), np.int64)

@@ -16,8 +16,7 @@ from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.composition.composite import compose
 from fire_atlas.effect.flakes.drawing import draw_flakes, draw_pixels
-from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
-from fire_atlas.effect.flakes.wrapping import wrapped
+from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, fold_into_loop
 from fire_atlas.engines.godot.flakes import flake_arrays
 from fire_atlas.formats.product import Product
 from fire_atlas.pipeline.writers import exported_files
@@ -138,7 +137,7 @@ def some_tracks(*, hard: bool = False) -> Tracks:
     if hard:
         column |= {"size": np.array([1.0, 2.0, 2.0]), "stretch": np.ones(3)}
     frame = np.column_stack([column[name] for name in COLUMNS])
-    return replace(Tracks.once(24, (60, 60), 0, spawns_of(3), [frame] * 9, hard), loop=True)
+    return replace(Tracks.one_shot(24, (60, 60), 0, spawns_of(3), [frame] * 9, hard), loop=True)
 
 
 def spawns_of(count: int) -> Table:
@@ -231,7 +230,7 @@ def test_a_flake_that_outlives_its_loop_goes_on_whatever_its_id() -> None:
         frame[:, COLUMNS.index("x")] = [age, 100 + age][: len(frame)]
         frame[:, COLUMNS.index("age")] = np.array([age + 0.4, age - 0.7][: len(frame)]) / 24
         rows.append(frame)
-    tracks = wrapped(Tracks.once(24, (60, 60), 0, spawns_of(2), rows), 4)
+    tracks = fold_into_loop(Tracks.one_shot(24, (60, 60), 0, spawns_of(2), rows), 4)
     made = flake_arrays({"a": tracks}, {"a": (0, 0)})
     (start,) = (i for i, x in enumerate(made.rows[:, 0]) if x == 0)
     seen = []

@@ -28,7 +28,7 @@ def some_tracks(frames: int = 3, fps: float = 24.0, *, loop: bool = True) -> Tra
         table[:, 6] += 1
         tables.append(table)
     spawns = np.zeros((5, len(SPAWN_COLUMNS)))
-    return replace(Tracks.once(fps, (FRAME, FRAME), 7, spawns, tables), loop=loop)
+    return replace(Tracks.one_shot(fps, (FRAME, FRAME), 7, spawns, tables), loop=loop)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from fires import Burnt, burn, campfire, clip_of, looped, real_clip
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.effect.flakes.tracks import glowing
+from fire_atlas.effect.flakes.tracks import visible_count
 from fire_atlas.pipeline.layers import draw
 from fire_atlas.recipe.effect import Flakes
 
@@ -58,7 +58,7 @@ def test_the_same_fire_in_a_larger_frame_sheds_fewer_as_flakes_are_larger_there(
 def test_of_a_single_picture_all_of_the_flame_counts() -> None:
     fire = campfire(240)
     still, moving = burn(clip_of([fire.read(0)])), burn(fire)
-    assert still.study.extent == pytest.approx(moving.study.extent, rel=0.5)
+    assert still.study.moving_area == pytest.approx(moving.study.moving_area, rel=0.5)
 
 
 def test_a_number_is_taken_as_it_is() -> None:
@@ -94,7 +94,7 @@ def test_without_flakes_there_are_no_bursts() -> None:
 
 def test_flakes_of_a_fire_that_burns_out_are_cold_when_it_ends(clips: Path) -> None:
     burnt = burn(real_clip(clips, "cartoon_wesnoth_fireball_impact"), {"flakes": {"rate": 100}})
-    lit = [glowing(rows) for rows in burnt.tracks.frames]
+    lit = [visible_count(rows) for rows in burnt.tracks.frames]
     assert max(lit) > 20 and lit[-1] == 0 and lit[-2] > 0
 
 
@@ -117,4 +117,4 @@ def test_in_a_frame_of_few_pixels_sparks_can_be_seen(clips: Path) -> None:
 
 def test_flakes_of_a_fire_that_burns_on_glow_to_the_end() -> None:
     burnt = burn(campfire(160, count=12), {"timeline": {"loop": "none"}, "flakes": {"rate": 100}})
-    assert glowing(burnt.tracks.frames[-1]) > 10
+    assert visible_count(burnt.tracks.frames[-1]) > 10

@@ -1,4 +1,4 @@
-"""Equation 12's steps against analytic solutions."""
+"""The terms of equation 12 against analytic solutions."""
 
 import math
 
@@ -7,9 +7,15 @@ import pytest
 
 from fire_atlas.core.noise import PlaneWaves
 from fire_atlas.core.pixels import Plane
-from fire_atlas.effect.field.air import Air, advect, diffuse, gain, grid_shape
+from fire_atlas.effect.field.buoyancy import (
+    BuoyancyField,
+    advect,
+    diffuse,
+    effective_step,
+    project,
+)
 from fire_atlas.effect.field.eddies import Eddies
-from fire_atlas.effect.field.projection import project
+from fire_atlas.effect.field.forcing import grid_shape
 
 SHAPE = (60, 80)
 
@@ -29,13 +35,13 @@ def test_a_uniform_field_advects_a_blob_of_heat_by_v_dt() -> None:
     def blob(cx: float, cy: float) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
         return np.asarray(np.exp(-((x - cx) ** 2 + (y - cy) ** 2) / 60), np.float32)
 
-    air = advect(Air(_plane(40.0), _plane(-20.0), blob(40, 30)), dt=0.5, cell=4)
-    assert np.abs(air.heat - blob(45, 27.5)).max() < 0.01  # 40·0.5/4 = 5 cells, 20·0.5/4 = 2.5
+    field = advect(BuoyancyField(_plane(40.0), _plane(-20.0), blob(40, 30)), dt=0.5, cell=4)
+    assert np.abs(field.heat - blob(45, 27.5)).max() < 0.01  # 40·0.5/4 = 5 cells, 20·0.5/4 = 2.5
 
 
 def test_a_slow_field_still_advects() -> None:
     heat = np.tile(np.arange(80, dtype=np.float32), (60, 1))
-    moved = advect(Air(_plane(0.01 * 24), _plane(0.0), heat), dt=1 / 24, cell=1).heat
+    moved = advect(BuoyancyField(_plane(0.01 * 24), _plane(0.0), heat), dt=1 / 24, cell=1).heat
     assert np.allclose(moved[:, 5:-5], heat[:, 5:-5] - 0.01, atol=2e-4)
 
 
@@ -43,10 +49,10 @@ def test_a_shear_field_is_advected_as_the_analytic_solution() -> None:
     y, x = np.mgrid[:60, :80].astype(np.float32)
     shear = (y - 30) * 0.8  # u(y): v = 0, so u itself is unchanged by its own advection
     heat = np.sin(x / 9).astype(np.float32)
-    air = advect(Air(shear, _plane(0.0), heat), dt=0.5, cell=1)
-    assert np.allclose(air.u, shear, atol=1e-4)
+    field = advect(BuoyancyField(shear, _plane(0.0), heat), dt=0.5, cell=1)
+    assert np.allclose(field.u, shear, atol=1e-4)
     wanted = np.sin((x - shear * 0.5) / 9)
-    assert np.abs(air.heat - wanted)[:, 16:-16].max() < 3e-3
+    assert np.abs(field.heat - wanted)[:, 16:-16].max() < 3e-3
 
 
 def test_viscosity_spreads_a_jet_as_the_heat_equation_does() -> None:
@@ -57,15 +63,15 @@ def test_viscosity_spreads_a_jet_as_the_heat_equation_does() -> None:
         return np.asarray(profile, np.float32)
 
     zero = np.zeros_like(y)
-    air = diffuse(Air(jet(16), zero, zero), viscosity=40.0, dt=0.5, cell=2)
+    field = diffuse(BuoyancyField(jet(16), zero, zero), viscosity=40.0, dt=0.5, cell=2)
     # variance grows by 2 ν t = 40 px², which is 10 cells²
-    assert np.abs(air.u - jet(26)).max() < 0.01 * jet(26).max()
+    assert np.abs(field.u - jet(26)).max() < 0.01 * jet(26).max()
 
 
 def _relaxed(value: float, force: float, target: float, rate: float, dt: float) -> Plane:
     """dw/dt = force + rate (target − w), from w = ``value`` on."""
     slope = _plane(force) + _plane(rate) * (_plane(target) - _plane(value))
-    return _plane(value) + slope * gain(_plane(rate), dt)
+    return _plane(value) + slope * effective_step(_plane(rate), dt)
 
 
 def test_drag_halves_speed_after_its_half_life() -> None:
@@ -86,8 +92,8 @@ def test_relaxing_never_overshoots(rate: float, dt: float) -> None:
 
 
 def test_huge_speeds_advect_without_nan() -> None:
-    air = advect(Air(_plane(1e30), _plane(-1e30), _plane(1.0)), dt=10.0, cell=1)
-    assert all(np.isfinite(p).all() for p in (air.u, air.v, air.heat))
+    field = advect(BuoyancyField(_plane(1e30), _plane(-1e30), _plane(1.0)), dt=10.0, cell=1)
+    assert all(np.isfinite(p).all() for p in (field.u, field.v, field.heat))
 
 
 def _divergence(

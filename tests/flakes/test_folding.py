@@ -6,8 +6,13 @@ from numpy.typing import NDArray
 
 from fire_atlas.effect.field.eddies import Eddies
 from fire_atlas.effect.field.record import FieldRecord
-from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, first_frames
-from fire_atlas.effect.flakes.wrapping import wrapped
+from fire_atlas.effect.flakes.tracks import (
+    COLUMNS,
+    SPAWN_COLUMNS,
+    Tracks,
+    first_frames,
+    fold_into_loop,
+)
 
 FPS = 10.0
 LOOP = 6
@@ -26,7 +31,7 @@ def _flight(flake: int, first: int, frames: int) -> dict[int, list[float]]:
 
 def _folded(births: list[dict[str, float]], tables: list[Table], count: int = LOOP) -> Tracks:
     spawns = np.array([[born[name] for name in SPAWN_COLUMNS] for born in births])
-    return wrapped(Tracks.once(FPS, (100, 100), 0, spawns, tables), count)
+    return fold_into_loop(Tracks.one_shot(FPS, (100, 100), 0, spawns, tables), count)
 
 
 def _fold(*flights: tuple[int, int, int]) -> Tracks:
@@ -98,7 +103,7 @@ def test_every_id_has_a_spawn() -> None:
 @pytest.mark.parametrize("seen", [5, 6, 7, 13, 17])
 @pytest.mark.parametrize("count", [1, 2, LOOP])
 def test_every_row_knows_its_flight_and_its_moment_there(count: int, seen: int) -> None:
-    """Whatever its id: the flakes are told apart by the px that they are at as they move."""
+    """Whatever its id: the flakes are recognised by their place, which moves by one px a frame."""
     tables, births = [list[list[float]]() for _ in range(24)], []
     for flake, first in ((0, 0), (1, 5)):
         for n, row in _flight(flake, first, seen).items():
@@ -106,7 +111,7 @@ def test_every_row_knows_its_flight_and_its_moment_there(count: int, seen: int) 
             tables[n].append(row)
         births.append(dict.fromkeys(SPAWN_COLUMNS, 0.0) | {"id": flake})
     tracks = _folded(births, [np.array(t).reshape(-1, len(COLUMNS)) for t in tables], count)
-    rows = zip(tracks.frames, tracks.flights, tracks.moments, strict=True)
+    rows = zip(tracks.frames, tracks.flights, tracks.flight_frames, strict=True)
     for frame, flights, moments in rows:
         column = dict(zip(COLUMNS, frame.T, strict=True))
         assert flights.tolist() == column["y"].tolist()
@@ -120,17 +125,17 @@ def test_what_is_cut_off_leaves_flights_as_they_began() -> None:
             tables[n].append(row)
     spawns = np.zeros((3, len(SPAWN_COLUMNS)))
     spawns[:, 0] = range(3)
-    whole = Tracks.once(
+    whole = Tracks.one_shot(
         FPS, (9, 9), 0, spawns, [np.array(t).reshape(-1, len(COLUMNS)) for t in tables]
     )
     cut = first_frames(whole, 5)
     assert [each.tolist() for each in cut.flights] == [[], [0], [0], [0, 1], [0, 1]]
-    assert [each.tolist() for each in cut.moments] == [[], [0], [1], [2, 0], [3, 1]]
+    assert [each.tolist() for each in cut.flight_frames] == [[], [0], [1], [2, 0], [3, 1]]
     assert cut.spawns[:, 0].tolist() == [0, 1]
 
 
 def test_a_looping_field_is_continuous_across_its_end() -> None:
-    field = FieldRecord.blank(4, (2, 2), 4, FPS, loop=True)
+    field = FieldRecord.empty(4, (2, 2), 4, FPS, loop=True)
     for i in range(4):
         field.u[i] = float(i)
     assert field.at(0.05)[0, 0, 0] == 0.0  # half a frame later: flow leads to the next frame

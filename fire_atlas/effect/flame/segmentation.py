@@ -1,0 +1,119 @@
+"""Segmentation: which pixels of a picture are flame, decided alike in all frames of a clip."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import reduce
+
+import cv2
+import numpy as np
+
+from fire_atlas.core.clip import Window
+from fire_atlas.core.pixels import Pixels, Plane, as_plane
+from fire_atlas.vision.activity import activity, flicker, mean_of
+
+
+@dataclass(frozen=True, slots=True)
+class Background:
+    """The static scene behind the flame of an opaque clip, which the flame's light flickers on.
+
+    Attributes:
+        mean: (H, W) mean brightness over time, 0..255.
+        lowest: (H, W) lowest brightness over time, the flicker divided out.
+        flame_level: Brightness that only flame reaches: the 99.5th percentile.
+    """
+
+    mean: Plane
+    lowest: Plane
+    flame_level: float
+
+    @classmethod
+    def estimate(cls, planes: list[Plane]) -> "Background":
+        """Estimate the background from the brightness (H, W), 0..255, of a few frames."""
+        mean = mean_of(planes)
+        steady = (plane / max(flicker(plane, mean), np.float32(0.1)) for plane in planes)
+        lowest: Plane = reduce(np.minimum, steady)
+        highest: Plane = reduce(np.maximum, planes)
+        return cls(mean, lowest, max(float(np.quantile(highest, 0.995)), 1.0))
+
+    def cropped(self, window: Window) -> "Background":
+        """Return the background of a part of the frame."""
+        return replace(self, mean=self.mean[window.slices], lowest=self.lowest[window.slices])
+
+    def foreground(self, brightness: Plane, pixels: Pixels) -> Plane:
+        """Confidence (H, W), 0..1, that each pixel of a frame is flame, by colour and brightness.
+
+        Flame is warm, and brighter than the background under the light of the moment. Where the
+        flame never goes out the background is not known, but nothing else is as bright.
+        """
+        lit_background = self.lowest * flicker(brightness, self.mean)
+        stands_out = linear_step(as_plane(brightness - lit_background), 12.0, 40.0)
+        core = linear_step(self.lowest, 0.8 * self.flame_level, self.flame_level)
+        return warmth(pixels) * np.maximum(stands_out, core)
+
+
+@dataclass(frozen=True, slots=True)
+class FlameSegmentation:
+    """Thresholds and maps that part flame from all else, the same for every frame of a clip.
+
+    Attributes:
+        dim, bright: Brightness (0..255) up to which nothing is flame, and from which all is.
+        activity: (H, W) float32, 0 where nothing ever moves to 1 where much does.
+        background: What the flame lights, where the clip is an opaque scene.
+    """
+
+    dim: float
+    bright: float
+    activity: Plane
+    background: Background | None
+
+    @classmethod
+    def estimate(cls, planes: list[Plane], is_opaque: bool) -> "FlameSegmentation":
+        """Estimate the segmentation of a clip from the brightness (H, W), 0..255, of a few frames.
+
+        A clip that ``is_opaque`` has no matte: what its flame lights differs from it by colour.
+        """
+        dim, bright = _thresholds(planes, is_opaque)
+        background = Background.estimate(planes) if is_opaque and len(planes) > 1 else None
+        return cls(dim, bright, activity(planes), background)
+
+    def mask(self, brightness: Plane, pixels: Callable[[], Pixels]) -> Plane:
+        """Confidence (H, W), 0..1, that each pixel of a frame is flame: luminous and moving.
+
+        ``pixels`` reads the frame; it is called only where colours part flame from a background.
+        """
+        mask = self.lit(brightness) * self.activity
+        if self.background is None:
+            return mask
+        return mask * self.background.foreground(brightness, pixels())
+
+    def lit(self, brightness: Plane) -> Plane:
+        """How bright each pixel of a frame is, (H, W) in 0..1, flame or not."""
+        return linear_step(brightness, self.dim, self.bright)
+
+    def cropped(self, window: Window) -> "FlameSegmentation":
+        """Return the segmentation of a part of the frame."""
+        background = self.background.cropped(window) if self.background is not None else None
+        return replace(self, activity=self.activity[window.slices], background=background)
+
+
+def linear_step(plane: Plane, low: float, high: float) -> Plane:
+    """Ramp (H, W) from 0 where a plane is at most ``low`` to 1 where it is at least ``high``."""
+    return as_plane(np.clip((plane - low) / (high - low), 0.0, 1.0))
+
+
+def warmth(pixels: Pixels) -> Plane:
+    """How fire-like the colour of each pixel is, (H, W) in 0..1: red above blue, or white-hot."""
+    red, blue = pixels[..., 0], pixels[..., 2]
+    fire_like = np.maximum((red - blue) / (red + 1e-4) * 2.0 - 0.3, red - 0.7)
+    return as_plane(np.clip(fire_like, 0.0, 1.0))
+
+
+def _thresholds(planes: list[Plane], is_opaque: bool) -> tuple[float, float]:
+    """Brightness that parts flame from darkness (Otsu over the lit pixels), or from a lit scene."""
+    lit = np.concatenate([plane[plane > 6].ravel()[::7] for plane in planes])
+    if lit.size == 0:
+        return 20.0, 60.0
+    otsu, _ = cv2.threshold(lit.astype(np.uint8), 0, 255, cv2.THRESH_OTSU)
+    if is_opaque:
+        return 0.75 * otsu, 1.25 * otsu + 1.0
+    return min(0.25 * otsu, 24.0), max(min(0.6 * otsu, 70.0), 2.0)
