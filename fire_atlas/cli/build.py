@@ -24,7 +24,9 @@ def run(args: Namespace) -> int:
         trees = read_recipes(args, view, failures)
         built = [tree for tree in trees if _build(tree, args, view, failures)]
         if args.depfile and not (args.dry_run or args.frozen):
-            write_depfile(args.depfile, [(tree, folder_of(tree, args)) for tree in built])
+            write_depfile(
+                args.depfile, [(tree, folder_of(tree, args)) for tree in built], view.note
+            )
     return failures.worst_code
 
 

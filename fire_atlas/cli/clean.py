@@ -1,7 +1,7 @@
 """``fire-atlas clean``."""
 
 from argparse import Namespace
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from fire_atlas.cli.build import folder_of
@@ -9,6 +9,7 @@ from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.interruption import signals_wait
 from fire_atlas.outputs.disk import explained
 from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
 from fire_atlas.outputs.manifest import Manifest, manifest_name
@@ -47,11 +48,18 @@ def _cleaned(tree: RecipeTree, out: Path, note: Callable[[str], None]) -> Iterat
                 f"{listed}: does not say soundly what was written here, so nothing was removed; "
                 f"build the recipe again, or remove its files by hand"
             )
-        for path in (*stale_outputs(claims, ()), listed):
+        going = [*stale_outputs(claims, ()), listed]
+        _remove(going)
+        yield from (f"removed {path}" for path in going)
+        yield from _kept(claims, claims.own)
+
+
+def _remove(paths: Sequence[Path]) -> None:
+    """Remove files. The manifest is the last one, so that what ends half-way can be done again."""
+    with signals_wait():
+        for path in paths:
             with explained(path):
                 path.unlink()
-            yield f"removed {path}"
-        yield from _kept(claims, claims.own)
 
 
 def _kept(claims: Claims, own: Manifest) -> Iterator[str]:

@@ -6,12 +6,9 @@ import shutil
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
-from tempfile import gettempdir
 
 from fire_atlas.core.errors import OutputError
-from fire_atlas.core.interruption import if_interrupted
 from fire_atlas.outputs.digest import file_digest
 
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
@@ -83,30 +80,3 @@ def sync_folder(folder: Path) -> None:
             raise
     finally:
         os.close(descriptor)
-
-
-@contextmanager
-def temporary_folder() -> Iterator[Path]:
-    """Make a folder that is gone afterwards, however that comes about."""
-    folder = Path(gettempdir()) / f"fire-atlas-{os.urandom(16).hex()}"
-    remove = partial(shutil.rmtree, folder, ignore_errors=True)
-    with if_interrupted(remove):
-        try:
-            with explained(folder):
-                folder.mkdir(mode=0o700)
-            yield folder
-        finally:
-            remove()
-
-
-def write_whole(target: Path, data: bytes) -> None:
-    """Write a file that is no output of a build: whole, or not at all."""
-    if target.is_dir():
-        raise OutputError(f"{target}: is a folder; name the file in it that is to be written")
-    temporary = target.with_name(f".{target.name}.{os.urandom(6).hex()}")
-    with explained(target), if_interrupted(partial(temporary.unlink, missing_ok=True)):
-        try:
-            write_synced(temporary, data)
-            temporary.replace(target)
-        finally:
-            temporary.unlink(missing_ok=True)

@@ -122,6 +122,38 @@ class Staging:
             raise OutputError(f"{target}: would be written over, but is read as input; {advice}")
 
 
+def refuse_existing(targets: Iterable[Path]) -> None:
+    """Refuse to write files, no outputs of a build, where there are any already.
+
+    Raises:
+        OutputError: There are, with a line for each.
+    """
+    taken = [f"{target}: is there already" for target in targets if target.is_file()]
+    if taken:
+        advice = "move it away, name another file with -o, or have it replaced with --overwrite"
+        raise OutputError("\n".join([*taken, f"nothing was written: {advice}"]))
+
+
+def write_whole(target: Path, data: bytes, note: Callable[[str], None]) -> None:
+    """Write one file that is no output of a build: whole or not at all, over what is there.
+
+    What a process that is killed meanwhile leaves goes with the next command that writes into the
+    folder. ``note`` is called with a sentence if another process is waited for.
+
+    Raises:
+        OutputError: It cannot be written.
+    """
+    if target.is_dir():
+        raise OutputError(f"{target}: is a folder; name the file in it that is to be written")
+    if not target.parent.is_dir():
+        raise OutputError(f"{target}: cannot be written (there is no folder {target.parent})")
+    with Staging(target.parent, target.name, note) as staging:
+        with staging.open(target.name) as file:
+            file.write(data)
+        with explained(target):
+            staging.path(target.name).replace(target)
+
+
 def _clear(folder: StagingFolder) -> None:
     """Remove a staging folder, unless a commit could not even be undone: the next command will."""
     if not folder.journal.exists():
