@@ -106,6 +106,8 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: Quiet) -> Outcome:
     from fire_atlas.pipeline.check import load_checked
     from fire_atlas.pipeline.context import BuildOptions
 
-    options = BuildOptions.of(args.jobs, args.most_pixels, args.overwrite)
+    options = BuildOptions.of(args.jobs, args.most_pixels, args.overwrite, args.force)
     report = build(load_checked(tree), out, options, view)
+    if report is None:
+        return Outcome(fresh=True)
     return Outcome(list(report.files), report.timings, report.statistics)

@@ -22,8 +22,25 @@ from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from fire_atlas.outputs.digest import tool_digest
 
+RECIPE = {
+    "source": {"path": "clip"},
+    "timeline": {"loop": "none"},
+    "flakes": {"rate": 60, "alpha": 0.01},
+    "motion_blur": "none",
+    "maps": {"flame": True},
+    "exports": ["json", "godot", "unity"],
+}
+"""Has flakes, a layer, and engines with import settings."""
+
 OLD = ("--set", "seed=1", "--set", "atlas.max_size=48")
-NEW = ("--set", "seed=2", "--set", "atlas.max_size=4096", "--set", "exports=[json, css]")
+NEW = (
+    "--set", "seed=2", "--set", "atlas.max_size=4096", "--set", "tracks=[csv, light]",
+    "--set", "exports=[json, css, {godot: {version: 3}}]",
+)  # fmt: skip
+"""Other pages, tracks and engines: most files are replaced, added or removed."""
+
+SHARED = ("flipbook.gdshader", "flakes.gd")
+"""Files that the other recipe in the folder writes too."""
 
 USERS = MappingProxyType({"mine.txt": b"mine", "fire-9.png": b"painted", ".hidden": b"mine too"})
 """Files of the user's own among the outputs."""
