@@ -1,4 +1,4 @@
-"""What builds ask of the file system: what is synced survives a power cut."""
+"""File operations of builds: writes that survive a power cut, and errors turned into advice."""
 
 import errno
 import os
@@ -36,7 +36,7 @@ def explained(path: Path) -> Iterator[None]:
 
 
 def write_synced(path: Path, data: bytes) -> None:
-    """Write a file that is on the disk afterwards."""
+    """Write a file and wait until its bytes are on the disk."""
     with path.open("wb") as file:
         file.write(data)
         file.flush()
@@ -44,7 +44,7 @@ def write_synced(path: Path, data: bytes) -> None:
 
 
 def digest_of(path: Path) -> str | None:
-    """Return the SHA-256 of a file; None where nothing lies; what is no file has none like it."""
+    """Return the SHA-256 of a file; None where there is nothing, and "" for a folder or a link."""
     if is_regular(path):
         return file_digest(path)
     return "" if path.is_symlink() or path.exists() else None
@@ -59,7 +59,7 @@ def is_regular(path: Path) -> bool:
 
 
 def link_or_copy(path: Path, to: Path) -> None:
-    """Keep the file ``path`` at ``to`` as well, so that it never is missing in between."""
+    """Give the file ``path`` a second name ``to``, as a hard link or, without these, as a copy."""
     try:
         to.hardlink_to(path)
     except OSError:  # not every file system knows hard links

@@ -15,11 +15,11 @@ from fire_atlas.outputs.recovery import recover
 
 
 def default_folder(recipe: Path) -> Path:
-    """Return where the outputs of ``recipe`` go when nobody says: ``build`` beside it.
+    """Return where the outputs of ``recipe`` go without ``-o``: to ``build`` beside it.
 
     Raises:
-        OutputError: It is a link that leads elsewhere. A recipe that came from a stranger must not
-            choose which of the user's folders is written to.
+        OutputError: It is a link that leads out of the recipe's folder. A recipe that came from a
+            stranger must not choose which of the user's folders is written to.
     """
     folder = recipe.parent / "build"
     if not folder.resolve().is_relative_to(recipe.parent.resolve()):
@@ -51,7 +51,7 @@ def make_folder(folder: Path) -> None:
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """Make a folder that is gone afterwards, however that comes about."""
+    """Yield a new temporary folder that is removed at the end, after errors and signals too."""
     folder = Path(gettempdir()) / f"fire-atlas-{os.urandom(16).hex()}"
     remove = partial(shutil.rmtree, folder, ignore_errors=True)
     with if_interrupted(remove):
