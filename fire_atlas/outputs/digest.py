@@ -51,7 +51,7 @@ class HashedFile:
             raise SourceError(f"{path}: cannot be read ({error.strerror})") from error
 
     def is_unchanged(self) -> bool:
-        """Whether nobody has written to the file, or put another in its place, since then."""
+        """Return whether the file was neither written to nor replaced since then."""
         try:
             return _stamp(self.path) == self.stamp
         except OSError:

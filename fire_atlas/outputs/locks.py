@@ -1,7 +1,6 @@
 """Locks between processes: one build of a recipe at a time, and one commit into a folder.
 
-The system drops the lock of a process that dies. A lock file is removed by whoever held it last, so
-that none is left behind by a build that ended well.
+The system drops the lock of a process that dies. A build that ends removes its lock file.
 """
 
 import errno
@@ -61,7 +60,7 @@ def locked(path: Path, note: Callable[[str], None]) -> Iterator[None]:
 
 @contextmanager
 def locked_if_free(path: Path) -> Iterator[bool]:
-    """Hold the lock file ``path`` if nobody else does; yield whether that is so."""
+    """Hold the lock file ``path`` if no other process does; yield whether it is held."""
     lock = _lock(path)
     try:
         is_taken = _is_taken(lock, path)

@@ -30,7 +30,7 @@ def recover(out: Path, name: str, note: Callable[[str], None]) -> None:
     if not folder.journal.exists():
         return
     with explained(out), locked(recipe_lock(out, name), note):
-        settle(folder, note)
+        clear_staging(folder, note)
 
 
 def tidy(out: Path, name: str, note: Callable[[str], None]) -> None:
@@ -41,15 +41,15 @@ def tidy(out: Path, name: str, note: Callable[[str], None]) -> None:
     """
     recover(out, name, note)
     with explained(out):
-        sweep(out, note)
+        clear_killed_builds(out, note)
 
 
-def sweep(out: Path, note: Callable[[str], None]) -> None:
+def clear_killed_builds(out: Path, note: Callable[[str], None]) -> None:
     """Remove the hidden files of killed builds into ``out``; those of running ones stay."""
     for name in sorted(_names_of_builds(out)):
         with locked_if_free(recipe_lock(out, name)) as is_free:
             if is_free:
-                settle(staging_folder(out, name), note)
+                clear_staging(staging_folder(out, name), note)
     if folder_lock(out).exists():
         with locked_if_free(folder_lock(out)):
             pass  # releasing a lock removes its file
@@ -61,7 +61,7 @@ def _names_of_builds(out: Path) -> set[str]:
     return {path.stem.removeprefix(_PREFIX) for path in paths}
 
 
-def settle(folder: StagingFolder, note: Callable[[str], None]) -> None:
+def clear_staging(folder: StagingFolder, note: Callable[[str], None]) -> None:
     """Undo the unfinished commit of a killed build, if any, and remove its folder.
 
     The caller holds the lock of the build.

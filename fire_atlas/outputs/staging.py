@@ -14,7 +14,7 @@ from fire_atlas.core.interruption import if_interrupted, signals_wait
 from fire_atlas.outputs.disk import explained
 from fire_atlas.outputs.journal import StagingFolder, commit
 from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
-from fire_atlas.outputs.recovery import settle, staging_folder, sweep
+from fire_atlas.outputs.recovery import clear_killed_builds, clear_staging, staging_folder
 
 
 class Staging:
@@ -49,9 +49,9 @@ class Staging:
         with self._stack as stack, explained(self.out):
             _at_the_end(stack, partial(_remove_empty, _missing_folders(self.out)))
             self.out.mkdir(parents=True, exist_ok=True)
-            sweep(self.out, self._note)
+            clear_killed_builds(self.out, self._note)
             stack.enter_context(locked(recipe_lock(self.out, self.name), self._note))
-            settle(self._folder, self._note)
+            clear_staging(self._folder, self._note)
             _at_the_end(stack, partial(_clear, self._folder))
             self._folder.previous.mkdir(parents=True)
             self._stack = stack.pop_all()
