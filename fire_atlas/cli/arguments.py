@@ -130,6 +130,7 @@ def _add_learn(commands: _Commands) -> _Parser:
     parser.add_argument("--side", type=_path, metavar="CLIP", help="the same fire from the right")
     _add_set(parser, "a key of source, like fps=30 or threshold=90")
     _add_jobs(parser)
+    _add_overwrite(parser, "replace files that are there")
     _add_limits(parser)
     _add_volume(parser)
     return parser
@@ -175,6 +176,7 @@ def _add_preview(commands: _Commands) -> _Parser:
     )
     _add_set(parser)
     _add_jobs(parser)
+    _add_overwrite(parser, "replace files that are there")
     _add_limits(parser)
     _add_volume(parser)
     return parser
@@ -208,10 +210,10 @@ def _add_out(parser: _Parser) -> None:
     )
 
 
-def _add_overwrite(parser: _Parser) -> None:
-    parser.add_argument(
-        "--overwrite", action="store_true", help="replace even files that no build wrote"
-    )
+def _add_overwrite(
+    parser: _Parser, meaning: str = "replace even files that no build wrote"
+) -> None:
+    parser.add_argument("--overwrite", action="store_true", help=meaning)
 
 
 def _add_jobs(parser: _Parser) -> None:

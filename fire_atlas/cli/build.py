@@ -24,7 +24,9 @@ def run(args: Namespace) -> int:
         trees = read_recipes(args, view, failures)
         built = [tree for tree in trees if _build(tree, args, view, failures)]
         if args.depfile and not (args.dry_run or args.frozen):
-            write_depfile(args.depfile, [(tree, folder_of(tree, args)) for tree in built])
+            write_depfile(
+                args.depfile, [(tree, folder_of(tree, args)) for tree in built], view.note
+            )
     return failures.worst_code
 
 
@@ -104,6 +106,8 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: Quiet) -> Outcome:
     from fire_atlas.pipeline.check import load_checked
     from fire_atlas.pipeline.context import BuildOptions
 
-    options = BuildOptions.of(args.jobs, args.most_pixels, args.overwrite)
+    options = BuildOptions.of(args.jobs, args.most_pixels, args.overwrite, args.force)
     report = build(load_checked(tree), out, options, view)
+    if report is None:
+        return Outcome(fresh=True)
     return Outcome(list(report.files), report.timings, report.statistics)

@@ -1,7 +1,7 @@
 """``fire-atlas clean``."""
 
 from argparse import Namespace
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from fire_atlas.cli.build import folder_of
@@ -9,10 +9,11 @@ from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.interruption import signals_wait
 from fire_atlas.outputs.disk import explained
 from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
 from fire_atlas.outputs.manifest import Manifest, manifest_name
-from fire_atlas.outputs.ownership import Claims, stale_outputs
+from fire_atlas.outputs.ownership import FolderManifests, stale_outputs
 from fire_atlas.outputs.recovery import tidy
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.tree import RecipeTree, read_without_members
@@ -41,23 +42,30 @@ def _cleaned(tree: RecipeTree, out: Path, note: Callable[[str], None]) -> Iterat
         yield f"nothing to remove: there is no {listed}"
         return
     with explained(out), locked(recipe_lock(out, tree.name), note), locked(folder_lock(out), note):
-        claims = Claims.read(out, tree.name)
-        if claims.own is None:
+        manifests = FolderManifests.read(out, tree.name)
+        if manifests.own is None:
             raise OutputError(
                 f"{listed}: does not say soundly what was written here, so nothing was removed; "
                 f"build the recipe again, or remove its files by hand"
             )
-        for path in (*stale_outputs(claims, ()), listed):
+        going = [*stale_outputs(manifests, ()), listed]
+        _remove(going)
+        yield from (f"removed {path}" for path in going)
+        yield from _kept(manifests, manifests.own)
+
+
+def _remove(paths: Sequence[Path]) -> None:
+    """Remove files. The manifest is the last one, so that what ends half-way can be done again."""
+    with signals_wait():
+        for path in paths:
             with explained(path):
                 path.unlink()
-            yield f"removed {path}"
-        yield from _kept(claims, claims.own)
 
 
-def _kept(claims: Claims, own: Manifest) -> Iterator[str]:
+def _kept(manifests: FolderManifests, own: Manifest) -> Iterator[str]:
     """Say which listed files are still there, and why."""
-    for path in (claims.out / output.name for output in own.outputs):
+    for path in (manifests.out / output.name for output in own.outputs):
         if path.exists() or path.is_symlink():
-            other = claims.owner_besides(path.name)
+            other = manifests.other_owner(path.name)
             wrote = f"the build of {other} wrote it too"
             yield f"kept {path}: {wrote if other else 'it is not as the build wrote it'}"

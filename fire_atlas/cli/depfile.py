@@ -7,7 +7,7 @@ versions of ninja; there, it starts builds that find that they are up to date.
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from fire_atlas.core.errors import OutputError
@@ -23,18 +23,21 @@ _TARGET_END = f"{manifest_name('')}: \\".encode()
 _LONGEST_LINE = 1 << 16
 
 
-def write_depfile(path: Path, built: Sequence[tuple[RecipeTree, Path]]) -> None:
+def write_depfile(
+    path: Path, built: Sequence[tuple[RecipeTree, Path]], note: Callable[[str], None]
+) -> None:
     """Write a rule for each recipe that was built into a folder.
 
     Its target is the manifest, which every build writes. It depends on recipes, inputs and
     templates, and on the folders in which another file would be another frame. Each of them also
     is a target of its own without a rule, so that make goes on where one was removed; but for names
-    with ``%``, which only as targets would be patterns.
+    with ``%``, which only as targets would be patterns. ``note`` is called with a sentence if
+    another process is waited for.
 
     Raises:
         OutputError: make cannot be told one of the names, or ``path`` holds something else.
     """
-    from fire_atlas.outputs.disk import write_whole  # most builds do without
+    from fire_atlas.outputs.staging import write_whole  # most builds do without
 
     rules, known = [], dict[str, None]()
     for tree, out in built:
@@ -48,7 +51,7 @@ def write_depfile(path: Path, built: Sequence[tuple[RecipeTree, Path]]) -> None:
         known |= dict.fromkeys(needs)
     targets = [f"\n{need}:\n" for need in known if "%" not in need]
     refuse_overwriting(path)
-    write_whole(path, os.fsencode("".join([*rules, *targets])))
+    write_whole(path, os.fsencode("".join([*rules, *targets])), note)
 
 
 def refuse_overwriting(path: Path) -> None:

@@ -1,11 +1,14 @@
 """``fire-atlas init``."""
 
-import shutil
 from argparse import Namespace
+from collections.abc import Mapping
 from pathlib import Path
 
+from fire_atlas.cli.progress import view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import OutputError, RecipeError
+from fire_atlas.outputs.folder import make_folder
+from fire_atlas.outputs.staging import write_whole
 from fire_atlas.recipe.inherit import presets
 from fire_atlas.recipe.problem import did_you_mean
 from fire_atlas.recipe.tree import RecipeTree, read_tree, source_files
@@ -19,12 +22,10 @@ def run(args: Namespace) -> int:
     recipe = _preset(args.preset)
     target = args.folder / recipe.name
     text, samples = _relocated(read_tree(recipe))
-    _refuse_overwriting(target, text, samples, args.folder)
-    args.folder.mkdir(parents=True, exist_ok=True)
-    target.write_text(text, encoding="utf-8", newline="\n")
-    for name, sample in samples.items():
-        (args.folder / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(sample, args.folder / name)
+    files = {args.folder / name: sample.read_bytes() for name, sample in samples.items()}
+    files[target] = text.encode()
+    _refuse_overwriting(files)
+    _write(files, args.quiet)
     if not args.quiet:
         samples_too = f" and {len(samples)} files of input" if samples else ""
         print(printable(f"wrote {target}{samples_too}"))
@@ -87,16 +88,27 @@ def _files_of(source: Path) -> dict[str, Path]:
     return {path.name: path for path in sorted(source.parent.glob(source.name))}
 
 
-def _refuse_overwriting(target: Path, text: str, samples: dict[str, Path], folder: Path) -> None:
-    """Raise if a file that is there already is not the one about to be written."""
-    written = {target: text.encode()}
-    written |= {folder / name: sample.read_bytes() for name, sample in samples.items()}
-    taken = [path for path, data in written.items() if path.exists() and not _holds(path, data)]
+def _refuse_overwriting(files: Mapping[Path, bytes]) -> None:
+    """Raise if a file that is there already is not the one about to be written.
+
+    ``files`` are the bytes of each, the recipe's last.
+    """
+    taken = [path for path, data in files.items() if path.exists() and not _holds(path, data)]
     if taken:
         raise OutputError(
-            f"{taken[0]}: is there already and differs; move it away, or name another folder: "
-            f"fire-atlas init {target.stem} DIR"
+            f"{taken[-1]}: is there already and differs; move it away, or name another folder: "
+            f"fire-atlas init {[*files][-1].stem} DIR"
         )
+
+
+def _write(files: Mapping[Path, bytes], quiet: bool) -> None:
+    """Write those that are not there yet; the recipe is the last, so nothing misses where it is."""
+    view = view_for(False, quiet, False)
+    for path, data in files.items():
+        view.begin(path)
+        make_folder(path.parent)
+        if not path.exists():
+            write_whole(path, data, view.note)
 
 
 def _holds(path: Path, data: bytes) -> bool:

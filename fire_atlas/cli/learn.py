@@ -7,6 +7,7 @@ from pathlib import Path
 from fire_atlas.cli.progress import view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import RecipeError
+from fire_atlas.outputs.staging import Staging, refuse_existing
 from fire_atlas.recipe.document import Document, parse_override
 from fire_atlas.recipe.inherit import merge
 from fire_atlas.recipe.load import LoadedRecipe, load_tree
@@ -20,15 +21,16 @@ def run(args: Namespace) -> int:
     out = args.out or Path(f"{args.clip.stem}.profile.json")
     if out.suffix != ".json":
         raise RecipeError(f"-o {out}: a profile's name ends in .json, like {out.stem}.profile.json")
+    picture = out.with_suffix(".png")
+    if not args.overwrite:
+        refuse_existing([out, picture])
     loaded = _as_recipe(args.clip, args.side, args.overrides)
 
     from fire_atlas.core.workers import Workers, default_jobs
     from fire_atlas.generators.profile.file import write_profile
-    from fire_atlas.outputs.staging import Staging
     from fire_atlas.preview.profile_picture import profile_picture
     from fire_atlas.sources.profile import learn_from_files
 
-    picture = out.with_suffix(".png")
     view = view_for(False, args.quiet, args.verbose > 0)
     view.begin(out)
     assert isinstance(loaded.recipe.source, ProfileSource), "made so"

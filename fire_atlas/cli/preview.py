@@ -4,54 +4,70 @@ from argparse import Namespace
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from PIL import ImageColor
 
-from fire_atlas.cli.progress import told_if_interrupted, view_for
+from fire_atlas.cli.progress import Quiet, told_if_interrupted, view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.formats.atlas.json_hash import read_atlas
 from fire_atlas.formats.tracks.names import flakes_file
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks, read_tracks
-from fire_atlas.outputs.disk import explained, temporary_folder, write_whole
-from fire_atlas.outputs.folder import default_folder, recover_default
-from fire_atlas.preview.page import preview_page
+from fire_atlas.outputs.folder import (
+    default_folder,
+    make_folder,
+    recover_default,
+    temporary_folder,
+)
+from fire_atlas.outputs.staging import refuse_existing, write_whole
+from fire_atlas.preview.page import is_preview_page, preview_page
 from fire_atlas.preview.pictures import Color, animation, contact_sheet
+from fire_atlas.recipe.tree import RecipeTree, read_tree
 
-_SUFFIX = {"gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"}
+_SUFFIX = {"page": ".html", "gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"}
 
 
 def run(args: Namespace) -> int:
     """Make what was asked for, of a recipe or of an atlas that is built already."""
     background = _color(args.background)
-    with _atlas(args) as (path, clip):
-        atlas = read_atlas(path)
-        match args.kind:
-            case "page":
-                data = preview_page(atlas, read_all_tracks(atlas), background)
-            case "sheet":
-                tracks = read_tracks(path.with_name(flakes_file(path.stem, "json")))
-                data = contact_sheet(atlas, tracks, clip, background)
-            case _:
-                data = animation(atlas, args.kind, background)
-        target = args.out or _default_target(args, path.stem)
-    write_whole(target, data)
+    tree = _tree(args)
+    target = args.out or _default_target(args, args.subject.stem if tree is None else tree.name)
+    if not args.overwrite and not (args.kind == "page" and is_preview_page(target)):
+        refuse_existing([target])
+    view = view_for(json_lines=False, quiet=args.quiet, verbose=False)
+    view.begin(args.subject)
+    with _atlas(tree, args, view) as (path, clip):
+        data, count = _made(path, clip, args.kind, background)
+    if args.out is None:
+        make_folder(target.parent)
+    write_whole(target, data, view.note)
     if not args.quiet:
-        print(printable(f"{target}: {len(atlas.frames)} frames"))
+        print(printable(f"{target}: {count} frames"))
     return 0
+
+
+def _made(path: Path, clip: Clip | None, kind: Any, background: Color) -> tuple[bytes, int]:
+    """Return the page or picture of the atlas at ``path``, and how many frames that has."""
+    atlas = read_atlas(path)
+    match kind:
+        case "page":
+            data = preview_page(atlas, read_all_tracks(atlas), background)
+        case "sheet":
+            tracks = read_tracks(path.with_name(flakes_file(path.stem, "json")))
+            data = contact_sheet(atlas, tracks, clip, background)
+        case _:
+            data = animation(atlas, kind, background)
+    return data, len(atlas.frames)
 
 
 def _default_target(args: Namespace, name: str) -> Path:
     """Return where the result goes: pictures beside what they are of, a page beside the atlas."""
-    if args.kind != "page":
-        return Path(args.subject.with_name(f"{name}.preview{_SUFFIX[args.kind]}"))
-    if not _is_recipe(args.subject):
-        return Path(args.subject.with_name(f"{name}.preview.html"))
-    folder = default_folder(args.subject)
-    with explained(folder):
-        folder.mkdir(exist_ok=True)
-    return folder / f"{name}.preview.html"
+    suffix = _SUFFIX[args.kind]
+    if args.kind == "page" and _is_recipe(args.subject):
+        return default_folder(args.subject) / f"{name}.preview{suffix}"
+    return Path(args.subject.with_name(f"{name}.preview{suffix}"))
 
 
 def _color(text: str) -> Color:
@@ -67,15 +83,24 @@ def _is_recipe(path: Path) -> bool:
     return path.suffix in {".yaml", ".yml"}
 
 
+def _tree(args: Namespace) -> RecipeTree | None:
+    """Return the recipe to be built, or None if the subject is an atlas."""
+    if _is_recipe(args.subject):
+        return read_tree(args.subject, [*args.overrides, "exports=[json]", "tracks=[json]"])
+    if args.overrides:
+        raise RecipeError("--set changes recipes; an atlas that is built stays as it is")
+    return None
+
+
 @contextmanager
-def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
+def _atlas(
+    tree: RecipeTree | None, args: Namespace, view: Quiet
+) -> Iterator[tuple[Path, Clip | None]]:
     """Yield the JSON of the atlas, and the clip it came from where that is known.
 
     The atlas of a recipe is built first, and removed at the end.
     """
-    if not _is_recipe(args.subject):
-        if args.overrides:
-            raise RecipeError("--set changes recipes; an atlas that is built stays as it is")
+    if tree is None:
         yield args.subject, None
         return
 
@@ -83,12 +108,7 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
     from fire_atlas.pipeline.check import load_checked
     from fire_atlas.pipeline.context import BuildOptions
     from fire_atlas.pipeline.open import open_alone
-    from fire_atlas.recipe.tree import read_tree
 
-    overrides = [*args.overrides, "exports=[json]", "tracks=[json]"]
-    tree = read_tree(args.subject, overrides)
-    view = view_for(json_lines=False, quiet=args.quiet, verbose=False)
-    view.begin(args.subject)
     recover_default(args.subject, tree.name, view.note)
     loaded = load_checked(tree)
     with temporary_folder() as folder:
@@ -101,4 +121,4 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
         shown = open_alone(loaded, args.most_pixels) if not loaded.members else None
         clips = list(shown.values()) if isinstance(shown, Mapping) else []
         clip = clips[0] if len(clips) == 1 else None
-        yield folder / f"{loaded.recipe.name}.json", clip
+        yield folder / f"{tree.name}.json", clip

@@ -1,7 +1,7 @@
 """Input files: only regular ones are opened, and none is read beyond a bound.
 
-Opening a named pipe waits for somebody to write into it, and a device may never end: neither is
-ever what a person meant to give. Whoever reads a file that came from outside opens it here.
+Opening a named pipe waits for a writer, and a device may never end: neither is ever meant as input.
+Every module that reads a file from outside opens it by these functions.
 """
 
 import errno

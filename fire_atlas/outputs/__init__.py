@@ -1,1 +1,1 @@
-"""Files appear whole or not at all, and are known again."""
+"""Output folders: builds write all their files or none, and recognise them later."""

@@ -1,6 +1,6 @@
 """Which files a build reads, for its freshness, for build systems and for ``watch``.
 
-Nothing heavy is imported here: an up-to-date build asks no more than this.
+Nothing heavy is imported here: a build that is up to date needs no more than this.
 """
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""SHA-256 of what a manifest remembers: of files, of what a recipe asks for, of this tool."""
+"""SHA-256 digests that a manifest records: of files, of a recipe, of this tool."""
 
 import hashlib
 import json
@@ -17,10 +17,10 @@ from fire_atlas.recipe.tree import RecipeTree
 
 _PROJECT = "fire-atlas"
 _CHECKOUT = Path(__file__).resolve().parents[2] / "pyproject.toml"
-"""What says it where the tool runs without being installed."""
+"""States the requirements where the tool runs from a checkout, without being installed."""
 
 _DEVELOPMENT = "extra == 'test'"
-"""Marks what only those need who work on the tool."""
+"""Marks the requirements of those who develop the tool."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class HashedFile:
     Attributes:
         path: Absolute.
         sha256: Of its bytes, as hexadecimal digits.
-        stamp: What the file system said of it just before it was hashed.
+        stamp: Its identity, size and times in the file system, taken just before it was hashed.
     """
 
     path: Path
@@ -39,7 +39,7 @@ class HashedFile:
 
     @classmethod
     def of(cls, path: Path) -> Self:
-        """Look at the file as it is now.
+        """Hash the file as it is now.
 
         Raises:
             SourceError: It cannot be read.
@@ -51,7 +51,7 @@ class HashedFile:
             raise SourceError(f"{path}: cannot be read ({error.strerror})") from error
 
     def is_unchanged(self) -> bool:
-        """Whether nobody has written to the file, or put another in its place, since then."""
+        """Return whether the file was neither written to nor replaced since then."""
         try:
             return _stamp(self.path) == self.stamp
         except OSError:
@@ -65,7 +65,7 @@ def file_digest(path: Path) -> str:
 
 
 def _stamp(path: Path) -> tuple[int, ...]:
-    """Return numbers that differ once the file was written, replaced, or put back as it was."""
+    """Return numbers that change whenever the file is written to or replaced."""
     about = path.stat()
     return about.st_dev, about.st_ino, about.st_size, about.st_mtime_ns, about.st_ctime_ns
 
@@ -76,7 +76,7 @@ def text_digest(text: str) -> str:
 
 
 def request_digest(tree: RecipeTree) -> str:
-    """Return the SHA-256 of all that a recipe, its members, what they extend and ``--set`` say.
+    """Return the SHA-256 of every value in a recipe, its members, what they extend and ``--set``.
 
     Comments, and the file and line in which a key stands, make no difference.
     """
@@ -85,9 +85,9 @@ def request_digest(tree: RecipeTree) -> str:
 
 @cache
 def tool_digest() -> str:
-    """Return the SHA-256 of what makes the bytes: this tool's code and its libraries' versions.
+    """Return the SHA-256 of what outputs depend on besides inputs: the code, and library versions.
 
-    Looked at once: what is changed while the tool runs is not what it runs.
+    Computed once, as edits to the code while the tool runs do not change what it runs.
     """
     digest = hashlib.sha256()
     package = Path(__file__).resolve().parents[1]
@@ -111,7 +111,7 @@ def libraries() -> list[str]:
 
 
 def _requirements() -> list[str]:
-    """Return what the tool says it needs, as it is installed or in the checkout it runs from."""
+    """Return the tool's requirements, from its installed metadata or from the checkout."""
     try:
         return metadata.requires(_PROJECT) or []
     except metadata.PackageNotFoundError:

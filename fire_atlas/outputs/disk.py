@@ -1,4 +1,4 @@
-"""What builds ask of the file system: what is synced survives a power cut."""
+"""File operations of builds: writes that survive a power cut, and errors turned into advice."""
 
 import errno
 import os
@@ -6,12 +6,9 @@ import shutil
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
-from tempfile import gettempdir
 
 from fire_atlas.core.errors import OutputError
-from fire_atlas.core.interruption import if_interrupted
 from fire_atlas.outputs.digest import file_digest
 
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
@@ -39,7 +36,7 @@ def explained(path: Path) -> Iterator[None]:
 
 
 def write_synced(path: Path, data: bytes) -> None:
-    """Write a file that is on the disk afterwards."""
+    """Write a file and wait until its bytes are on the disk."""
     with path.open("wb") as file:
         file.write(data)
         file.flush()
@@ -47,7 +44,7 @@ def write_synced(path: Path, data: bytes) -> None:
 
 
 def digest_of(path: Path) -> str | None:
-    """Return the SHA-256 of a file; None where nothing lies; what is no file has none like it."""
+    """Return the SHA-256 of a file; None where there is nothing, and "" for a folder or a link."""
     if is_regular(path):
         return file_digest(path)
     return "" if path.is_symlink() or path.exists() else None
@@ -62,7 +59,7 @@ def is_regular(path: Path) -> bool:
 
 
 def link_or_copy(path: Path, to: Path) -> None:
-    """Keep the file ``path`` at ``to`` as well, so that it never is missing in between."""
+    """Give the file ``path`` a second name ``to``, as a hard link or, without these, as a copy."""
     try:
         to.hardlink_to(path)
     except OSError:  # not every file system knows hard links
@@ -83,30 +80,3 @@ def sync_folder(folder: Path) -> None:
             raise
     finally:
         os.close(descriptor)
-
-
-@contextmanager
-def temporary_folder() -> Iterator[Path]:
-    """Make a folder that is gone afterwards, however that comes about."""
-    folder = Path(gettempdir()) / f"fire-atlas-{os.urandom(16).hex()}"
-    remove = partial(shutil.rmtree, folder, ignore_errors=True)
-    with if_interrupted(remove):
-        try:
-            with explained(folder):
-                folder.mkdir(mode=0o700)
-            yield folder
-        finally:
-            remove()
-
-
-def write_whole(target: Path, data: bytes) -> None:
-    """Write a file that is no output of a build: whole, or not at all."""
-    if target.is_dir():
-        raise OutputError(f"{target}: is a folder; name the file in it that is to be written")
-    temporary = target.with_name(f".{target.name}.{os.urandom(6).hex()}")
-    with explained(target), if_interrupted(partial(temporary.unlink, missing_ok=True)):
-        try:
-            write_synced(temporary, data)
-            temporary.replace(target)
-        finally:
-            temporary.unlink(missing_ok=True)

@@ -1,18 +1,25 @@
-"""Where the outputs of a recipe go."""
+"""Folders that outputs go to: the one beside a recipe, and one that is gone afterwards."""
 
-from collections.abc import Callable
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
+from tempfile import gettempdir
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.interruption import if_interrupted
+from fire_atlas.outputs.disk import explained
 from fire_atlas.outputs.recovery import recover
 
 
 def default_folder(recipe: Path) -> Path:
-    """Return where the outputs of ``recipe`` go when nobody says: ``build`` beside it.
+    """Return where the outputs of ``recipe`` go without ``-o``: to ``build`` beside it.
 
     Raises:
-        OutputError: It is a link that leads elsewhere. A recipe that came from a stranger must not
-            choose which of the user's folders is written to.
+        OutputError: It is a link that leads out of the recipe's folder. A recipe that came from a
+            stranger must not choose which of the user's folders is written to.
     """
     folder = recipe.parent / "build"
     if not folder.resolve().is_relative_to(recipe.parent.resolve()):
@@ -30,3 +37,27 @@ def recover_default(recipe: Path, name: str, note: Callable[[str], None]) -> Non
     except OutputError:
         return  # it is a link that only a build with -o follows
     recover(out, name, note)
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those that it lies in, where there is none.
+
+    Raises:
+        OutputError: It cannot be made.
+    """
+    with explained(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+
+
+@contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """Yield a new temporary folder that is removed at the end, after errors and signals too."""
+    folder = Path(gettempdir()) / f"fire-atlas-{os.urandom(16).hex()}"
+    remove = partial(shutil.rmtree, folder, ignore_errors=True)
+    with if_interrupted(remove):
+        try:
+            with explained(folder):
+                folder.mkdir(mode=0o700)
+            yield folder
+        finally:
+            remove()

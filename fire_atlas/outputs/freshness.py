@@ -58,7 +58,7 @@ def _why_inputs_differ(
 
 
 def _first_difference(before: Sequence[InputEntry], names: Sequence[str]) -> str:
-    """Name an input that is new or gone, and say which; or that their order is another."""
+    """Say which input is new or gone; or that only their order differs."""
     known, found = {entry.path for entry in before}, set(names)
     for name in names:
         if name not in known:
@@ -70,7 +70,7 @@ def _first_difference(before: Sequence[InputEntry], names: Sequence[str]) -> str
 
 
 def _is_unchanged(path: Path, sha256: str) -> bool:
-    """Return whether ``path`` is as it was; if it cannot be read, the build will say why."""
+    """Return whether a file has this SHA-256; False if it cannot be read, as a build says why."""
     try:
         return file_digest(path) == sha256
     except OSError:

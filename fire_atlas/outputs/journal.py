@@ -1,10 +1,11 @@
-"""The commit of a build: every change of an output folder, or none, whatever ends the process.
+"""Commit a build: make all its changes to an output folder, or none if the process is killed.
 
-Before the first change, all that will be replaced or removed is kept in the staging folder, and a
-journal there names it. What is found with a journal was not finished, and is undone from it. The
-last file of a commit, the manifest, is withdrawn before any other changes and put in place after
-all others have, so that it never vouches for a mixture. Each step is on the disk before the next
-begins: what a power cut leaves is undone alike.
+Before the first change, every file that will be replaced or removed is kept in the staging folder,
+and a journal there lists the changes. A commit whose journal is still there was not finished, and
+is undone from it. The last file of a commit, the manifest, is its marker: it is removed before any
+other file changes and put in place after all of them, so that no manifest ever lists a mixture of
+old and new files. Each step is synced to the disk before the next begins, so that a commit cut off
+by a power failure can be undone as well.
 """
 
 import json
@@ -74,20 +75,20 @@ class StagingFolder:
 
 
 def commit(folder: StagingFolder, changes: Sequence[Change]) -> None:
-    """Make all ``changes``; the last one seals the others.
+    """Make all ``changes``; the last one, the marker, goes first and comes back after all others.
 
     Raises:
-        OSError: One failed, and all were undone. If even that failed, the journal is still there.
+        OSError: One failed, and all were undone. If that failed too, the journal is still there.
     """
     _keep_previous(folder, changes)
     _write_journal(folder, changes)
-    *others, seal = changes
+    *others, marker = changes
     try:
-        _remove(folder, seal)
+        _remove(folder, marker)
         for change in others:
             _make(folder, change)
         sync_folder(folder.out)
-        _make(folder, seal)
+        _make(folder, marker)
         sync_folder(folder.out)
     except BaseException:
         _undo(folder, changes)
@@ -97,9 +98,9 @@ def commit(folder: StagingFolder, changes: Sequence[Change]) -> None:
 
 
 def undo_unfinished(folder: StagingFolder) -> None:
-    """Undo the commit that a journal tells of, if it was not finished.
+    """Undo the commit that a journal lists, if it was not finished.
 
-    A journal is input like any other: nothing is changed but what is byte for byte as it states.
+    The journal is untrusted input: only files whose bytes are those it states are changed.
     """
     changes = _read_journal(folder)
     if changes and digest_of(folder.out / changes[-1].name) != changes[-1].after:
@@ -144,7 +145,7 @@ def _sound(changes: list[Change]) -> list[Change]:
     """
     names = [plain_name(change.name) for change in changes]
     if any(map(is_reserved, names[:-1])):
-        raise ValueError("builds keep that name for themselves")
+        raise ValueError("the name is reserved for manifests and hidden files")
     return changes
 
 
@@ -157,30 +158,32 @@ def _make(folder: StagingFolder, change: Change) -> None:
             (folder.path / change.name).replace(target)
 
 
-def _remove(folder: StagingFolder, seal: Change) -> None:
-    """Withdraw the seal of a commit, before anything that it vouches for changes."""
-    target = folder.out / seal.name
+def _remove(folder: StagingFolder, marker: Change) -> None:
+    """Remove the marker of a commit, before any file that it lists changes."""
+    target = folder.out / marker.name
     with explained(target):
         target.unlink(missing_ok=True)
         sync_folder(folder.out)
 
 
 def _undo(folder: StagingFolder, changes: Sequence[Change]) -> None:
-    """Put everything back as it was; the seal first goes and then comes last."""
-    *others, seal = changes
-    if digest_of(folder.out / seal.name) == seal.after:
-        _remove(folder, seal)
+    """Put every file back as it was: remove the marker first, and restore it last."""
+    *others, marker = changes
+    if digest_of(folder.out / marker.name) == marker.after:
+        _remove(folder, marker)
     are_restored = [_restore(folder, change) for change in others]
     sync_folder(folder.out)
     if all(are_restored):
-        _restore(folder, seal)
+        _restore(folder, marker)
         sync_folder(folder.out)
     folder.journal.unlink(missing_ok=True)
 
 
 def _restore(folder: StagingFolder, change: Change) -> bool:
-    """Put one file back; return False where what it was is lost. What anybody wrote there since
-    stays."""
+    """Put one file back; return False if its old bytes are lost.
+
+    A file that is neither as before nor as after the commit was written by a user, and stays.
+    """
     target, previous = folder.out / change.name, folder.previous / change.name
     now = digest_of(target)
     if now == change.before or now not in {None, change.after}:

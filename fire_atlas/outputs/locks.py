@@ -1,7 +1,6 @@
 """Locks between processes: one build of a recipe at a time, and one commit into a folder.
 
-The system drops the lock of a process that dies. A lock file is removed by whoever held it last, so
-that none is left behind by a build that ended well.
+The system drops the lock of a process that dies. A build that ends removes its lock file.
 """
 
 import errno
@@ -39,15 +38,16 @@ def locked(path: Path, note: Callable[[str], None]) -> Iterator[None]:
 
     Args:
         path: Its folder is made again where another build, which failed, has removed it.
-        note: Hears whom we wait for, or that the file system knows no locks.
+        note: Called with a sentence that names the process waited for, or that says that the file
+            system has no locks.
     """
     lock = _lock(path)
-    is_told = False
+    is_noted = False
     try:
         while not _is_taken(lock, path):
-            if not is_told:
+            if not is_noted:
                 note(f"waits for {_holder(path)}, which writes into {path.parent} too")
-            is_told = True
+            is_noted = True
             time.sleep(_INTERVAL)
     except OSError as error:
         if error.errno not in _NOT_SUPPORTED:
@@ -60,7 +60,7 @@ def locked(path: Path, note: Callable[[str], None]) -> Iterator[None]:
 
 @contextmanager
 def locked_if_free(path: Path) -> Iterator[bool]:
-    """Hold the lock file ``path`` if nobody else does; yield whether that is so."""
+    """Hold the lock file ``path`` if no other process does; yield whether it is held."""
     lock = _lock(path)
     try:
         is_taken = _is_taken(lock, path)
@@ -71,7 +71,7 @@ def locked_if_free(path: Path) -> Iterator[bool]:
 
 
 def _lock(path: Path) -> "BaseFileLock":
-    from filelock import FileLock  # what writes nothing does without
+    from filelock import FileLock  # commands that write nothing do not import it
 
     return FileLock(path, fallback_to_soft=False, on_acquired=_write_holder)
 
@@ -103,13 +103,13 @@ def _released(lock: "BaseFileLock", path: Path) -> Iterator[None]:
 def _write_holder(descriptor: int) -> None:
     from platform import node
 
-    with suppress(OSError):  # on a full disk others hear less
+    with suppress(OSError):  # on a full disk the file stays empty
         os.ftruncate(descriptor, 0)
         os.write(descriptor, f"process {os.getpid()} on {node()}".encode())
 
 
 def _holder(path: Path) -> str:
-    """Say who holds a lock."""
+    """Return the name of the process that holds a lock, for a person."""
     try:
         return path.read_text(encoding="utf-8") or "another build"
     except OSError:

@@ -1,8 +1,8 @@
 """Which files of an output folder a build may replace or remove.
 
-Only bytes that a manifest in the folder vouches for are a build's; all else is somebody's work.
-Import settings are the one exception: engines and people write on in them, so they are known by
-what they say instead.
+Only files whose bytes a manifest in the folder lists belong to a build; all others are a user's.
+Import settings are the one exception: engines and people edit them, so they are recognised by their
+content instead.
 """
 
 import hashlib
@@ -32,8 +32,8 @@ _LARGEST_SETTINGS = 1 << 24
 
 
 @dataclass(frozen=True, slots=True)
-class Claims:
-    """Who vouches for the files of an output folder, as seen by one build.
+class FolderManifests:
+    """The manifests in an output folder, as seen by one build.
 
     Attributes:
         out: The folder.
@@ -56,8 +56,8 @@ class Claims:
         others = {other: manifest for other, manifest in found.items() if manifest is not None}
         return cls(out, name, read_manifest(out, name), others)
 
-    def owner_besides(self, file: str) -> str | None:
-        """Return another build whose manifest lists ``file``; None where there is none."""
+    def other_owner(self, file: str) -> str | None:
+        """Return the name of another build whose manifest lists ``file``; None if there is none."""
         return next((o for o, manifest in self.others.items() if _lists(manifest, file)), None)
 
     def owns(self, file: str) -> bool:
@@ -65,7 +65,7 @@ class Claims:
         return self.own is not None and _lists(self.own, file)
 
     def may_replace(self, file: str, role: str) -> bool:
-        """Return whether what lies at the name of an output is no work of anybody's."""
+        """Return whether an output of this name and role would replace no file of a user's."""
         path = self.out / file
         if not path.exists():
             return True
@@ -79,65 +79,65 @@ class Claims:
 
 
 def refuse_replacing(
-    claims: Claims, outputs: Iterable[tuple[str, str]], overwrite: bool = False
+    manifests: FolderManifests, outputs: Iterable[tuple[str, str]], overwrite: bool = False
 ) -> None:
-    """Refuse to write ``outputs``, names with roles, where somebody else's files would go.
+    """Refuse to write ``outputs``, names with roles, over files that are not the build's own.
 
     Args:
-        claims: Who vouches for what is there.
+        manifests: Those in the output folder.
         outputs: Builds may share a file that is the same for all: leave out what would not change.
-        overwrite: Replace what no manifest vouches for. What belongs to another build stays.
+        overwrite: Replace files that no manifest lists. Files of another build are still refused.
 
     Raises:
-        OutputError: Some would replace what belongs to another build, is nobody's output, or was
-            changed since; with a line for each.
+        OutputError: Some would replace a file that belongs to another build, is no output, or was
+            changed since it was built; with a line for each.
     """
-    there = [each for each in sorted(outputs) if (claims.out / each[0]).exists()]
+    there = [each for each in sorted(outputs) if (manifests.out / each[0]).exists()]
     for file, _ in there:
-        if not claims.owns(file) and (other := claims.owner_besides(file)):
+        if not manifests.owns(file) and (other := manifests.other_owner(file)):
             raise OutputError(
-                f"{claims.out / file}: belongs to the build of {other}; choose another `name` or "
-                f"folder (-o), or clean that build first"
+                f"{manifests.out / file}: belongs to the build of {other}; choose another `name` "
+                f"or folder (-o), or clean that build first"
             )
-    taken = [each for each in there if not overwrite and not claims.may_replace(*each)]
+    taken = [each for each in there if not overwrite and not manifests.may_replace(*each)]
     if taken:
-        raise OutputError("\n".join([*(_objection(claims, *each) for each in taken), _ADVICE]))
+        raise OutputError("\n".join([*(_objection(manifests, *each) for each in taken), _ADVICE]))
 
 
-def _objection(claims: Claims, file: str, role: str) -> str:
+def _objection(manifests: FolderManifests, file: str, role: str) -> str:
     """Say why a file is not the build's to replace."""
     if role == "manifest":
         why = "is no sound manifest, so that no build vouches for it"
-    elif claims.owns(file):
+    elif manifests.owns(file):
         why = "was changed since it was built"
     else:
         why = "was there before, and is no output of a build"
-    return f"{claims.out / file}: {why}"
+    return f"{manifests.out / file}: {why}"
 
 
-def stale_outputs(claims: Claims, written: Collection[str]) -> list[Path]:
+def stale_outputs(manifests: FolderManifests, written: Collection[str]) -> list[Path]:
     """Return the files that an earlier build wrote and that may go now.
 
-    They are not among those ``written`` now, nobody changed them since, and no other build wrote
-    them too. What says how to import a file goes and stays with it, whoever wrote on in it.
+    They are not among those ``written`` now, were not changed since, and no other build wrote them
+    too. Import settings go or stay with the file that they are about, edited or not.
     """
-    if claims.own is None:
+    if manifests.own is None:
         return []
-    listed = {entry.name: entry for entry in claims.own.outputs}
+    listed = {entry.name: entry for entry in manifests.own.outputs}
     old = {
         name: entry
         for name, entry in listed.items()
-        if not (name in written or is_reserved(name) or claims.owner_besides(name))
+        if not (name in written or is_reserved(name) or manifests.other_owner(name))
     }
-    going: Set[str] = {name for name, entry in old.items() if _vouches(entry, claims.out / name)}
+    going: Set[str] = {name for name, entry in old.items() if _vouches(entry, manifests.out / name)}
     for name, entry in old.items():
         if entry.role == "import" and Path(name).stem in listed:
-            going = _with_settings(claims.out, name, going)
-    return [claims.out / name for name in old if name in going]
+            going = _with_settings(manifests.out, name, going)
+    return [manifests.out / name for name in old if name in going]
 
 
 def _with_settings(out: Path, name: str, going: Set[str]) -> Set[str]:
-    """Return which files go, once the import settings ``name`` go or stay with their subject."""
+    """Return ``going`` with the import settings ``name`` if the file they are about goes too."""
     subject = Path(name).stem
     if subject not in going and (out / subject).exists():
         return going - {name}

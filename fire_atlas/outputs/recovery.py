@@ -1,4 +1,4 @@
-"""What builds that died have left in an output folder is put right by whoever comes next."""
+"""Undo the unfinished commits of builds that were killed, and remove their hidden files."""
 
 import shutil
 from collections.abc import Callable
@@ -13,14 +13,15 @@ _PREFIX, _LOCK, _STAGING = ".fire-atlas-", ".lock", ".staging"
 
 
 def staging_folder(out: Path, name: str) -> StagingFolder:
-    """Return where the files of a build ``name`` into ``out`` wait for their commit."""
+    """Return the folder in which a build ``name`` into ``out`` keeps its files until the commit."""
     return StagingFolder(out, out / f"{_PREFIX}{name}{_STAGING}")
 
 
 def recover(out: Path, name: str, note: Callable[[str], None]) -> None:
     """Undo the commit of a build ``name`` into ``out`` that was killed in the middle of it.
 
-    Where there was none, nothing is written or imported. One that is alive is waited for.
+    Without such a commit nothing is written or imported. A commit that is still going on is waited
+    for, and ``note`` is called with a sentence that says so.
 
     Raises:
         OutputError: It cannot be undone.
@@ -29,29 +30,29 @@ def recover(out: Path, name: str, note: Callable[[str], None]) -> None:
     if not folder.journal.exists():
         return
     with explained(out), locked(recipe_lock(out, name), note):
-        settle(folder, note)
+        clear_staging(folder, note)
 
 
 def tidy(out: Path, name: str, note: Callable[[str], None]) -> None:
-    """Do so, and clear away the hidden files of all builds into ``out`` that died.
+    """Recover the build ``name``, and remove the hidden files of all killed builds into ``out``.
 
     Raises:
         OutputError: They cannot be removed.
     """
     recover(out, name, note)
     with explained(out):
-        sweep(out, note)
+        clear_killed_builds(out, note)
 
 
-def sweep(out: Path, note: Callable[[str], None]) -> None:
-    """Clear away what builds into ``out`` that died have left; what belongs to a live one stays."""
+def clear_killed_builds(out: Path, note: Callable[[str], None]) -> None:
+    """Remove the hidden files of killed builds into ``out``; those of running ones stay."""
     for name in sorted(_names_of_builds(out)):
-        with locked_if_free(recipe_lock(out, name)) as is_dead:
-            if is_dead:
-                settle(staging_folder(out, name), note)
+        with locked_if_free(recipe_lock(out, name)) as is_free:
+            if is_free:
+                clear_staging(staging_folder(out, name), note)
     if folder_lock(out).exists():
         with locked_if_free(folder_lock(out)):
-            pass  # whoever holds a lock last removes its file
+            pass  # releasing a lock removes its file
 
 
 def _names_of_builds(out: Path) -> set[str]:
@@ -60,8 +61,11 @@ def _names_of_builds(out: Path) -> set[str]:
     return {path.stem.removeprefix(_PREFIX) for path in paths}
 
 
-def settle(folder: StagingFolder, note: Callable[[str], None]) -> None:
-    """Undo what a dead build left half way, if it did, and remove its folder; under its lock."""
+def clear_staging(folder: StagingFolder, note: Callable[[str], None]) -> None:
+    """Undo the unfinished commit of a killed build, if any, and remove its folder.
+
+    The caller holds the lock of the build.
+    """
     if folder.path.is_symlink():  # no build makes one
         folder.path.unlink()
     if folder.journal.exists():

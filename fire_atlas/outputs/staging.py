@@ -1,4 +1,4 @@
-"""Outputs appear all at once or not at all."""
+"""Write files into a hidden folder first, and put them in place at the end: all or none."""
 
 import os
 import shutil
@@ -14,14 +14,14 @@ from fire_atlas.core.interruption import if_interrupted, signals_wait
 from fire_atlas.outputs.disk import explained
 from fire_atlas.outputs.journal import StagingFolder, commit
 from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
-from fire_atlas.outputs.recovery import settle, staging_folder, sweep
+from fire_atlas.outputs.recovery import clear_killed_builds, clear_staging, staging_folder
 
 
 class Staging:
     """A hidden folder inside the output folder, whose files are renamed into place at the end.
 
-    While it is open, no other process builds the same name into the same folder. Signals wait
-    during the commit; at any other time they remove it.
+    While it is open, no other process builds the same name into the same folder. A signal that ends
+    the process removes it; during the commit, signals wait.
     """
 
     def __init__(
@@ -31,9 +31,9 @@ class Staging:
 
         Args:
             out: The output folder.
-            name: Of what is built there.
-            note: Hears whom the build waits for.
-            overwrite: What no build wrote may be replaced.
+            name: Of the build.
+            note: Called with a sentence if another process is waited for.
+            overwrite: Files that no build wrote may be replaced.
         """
         self.out = out
         self.name = name
@@ -45,13 +45,13 @@ class Staging:
         self._kept: set[Path] = set()
 
     def __enter__(self) -> Self:
-        """Make the folders, and clear away what builds that died have left."""
+        """Make the folders, and remove what killed builds have left."""
         with self._stack as stack, explained(self.out):
             _at_the_end(stack, partial(_remove_empty, _missing_folders(self.out)))
             self.out.mkdir(parents=True, exist_ok=True)
-            sweep(self.out, self._note)
+            clear_killed_builds(self.out, self._note)
             stack.enter_context(locked(recipe_lock(self.out, self.name), self._note))
-            settle(self._folder, self._note)
+            clear_staging(self._folder, self._note)
             _at_the_end(stack, partial(_clear, self._folder))
             self._folder.previous.mkdir(parents=True)
             self._stack = stack.pop_all()
@@ -60,11 +60,11 @@ class Staging:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
     ) -> None:
-        """Leave nothing behind but what was committed."""
+        """Remove everything that was not committed."""
         self._stack.close()
 
     def keep(self, inputs: Iterable[Path]) -> None:
-        """Refuse to write over any of ``inputs`` from now on."""
+        """From now on refuse to write over any of ``inputs``."""
         self._kept.update(path.resolve() for path in inputs)
 
     @contextmanager
@@ -79,38 +79,38 @@ class Staging:
         self._names.append(name)
 
     def existing(self, name: str) -> bytes | None:
-        """Return what lies now where the output ``name`` will go, if anything does."""
+        """Return the bytes that the output ``name`` will replace; None if there are none."""
         target = self.out / name
         self.refuse(name)
         with explained(target):
             return target.read_bytes() if target.is_file() else None
 
     def path(self, name: str) -> Path:
-        """Where the output ``name`` lies until it is committed."""
+        """Return where the output ``name`` lies until it is committed."""
         return self._folder.path / name
 
     def alone(self) -> AbstractContextManager[None]:
-        """Let no other build commit into the same folder meanwhile."""
+        """Hold the lock of the output folder: no other build commits into it meanwhile."""
         return locked(folder_lock(self.out), self._note)
 
     def commit(self, stale: Iterable[Path]) -> None:
         """Put everything in place and remove the ``stale`` files of an earlier build.
 
-        What was written last seals the others. What fails is undone, so that outputs never are a
-        mixture.
+        The file that was written last, the manifest, marks the commit as whole. A commit that
+        fails is undone, so that outputs never are a mixture.
         """
-        *names, seal = self._names
+        *names, marker = self._names
         with explained(self.out):
             changes = [
                 *(self._folder.change(name) for name in names),
                 *(self._folder.change(path.name, removes=True) for path in stale),
-                self._folder.change(seal),
+                self._folder.change(marker),
             ]
             with signals_wait():
                 commit(self._folder, changes)
 
     def refuse(self, name: str) -> None:
-        """Raise if what lies at the name of an output is nothing a build ever replaces."""
+        """Refuse to write an output where there is a link, a folder, or an input of the build."""
         target = self.out / name
         advice = "choose another `name` or folder (-o)"
         if target.is_symlink() or target.is_dir():
@@ -122,8 +122,40 @@ class Staging:
             raise OutputError(f"{target}: would be written over, but is read as input; {advice}")
 
 
+def refuse_existing(targets: Iterable[Path]) -> None:
+    """Refuse to write files, no outputs of a build, where there are any already.
+
+    Raises:
+        OutputError: There are, with a line for each.
+    """
+    taken = [f"{target}: is there already" for target in targets if target.is_file()]
+    if taken:
+        advice = "move it away, name another file with -o, or have it replaced with --overwrite"
+        raise OutputError("\n".join([*taken, f"nothing was written: {advice}"]))
+
+
+def write_whole(target: Path, data: bytes, note: Callable[[str], None]) -> None:
+    """Write one file that is no output of a build: whole or not at all, over what is there.
+
+    What a process that is killed meanwhile leaves goes with the next command that writes into the
+    folder. ``note`` is called with a sentence if another process is waited for.
+
+    Raises:
+        OutputError: It cannot be written.
+    """
+    if target.is_dir():
+        raise OutputError(f"{target}: is a folder; name the file in it that is to be written")
+    if not target.parent.is_dir():
+        raise OutputError(f"{target}: cannot be written (there is no folder {target.parent})")
+    with Staging(target.parent, target.name, note) as staging:
+        with staging.open(target.name) as file:
+            file.write(data)
+        with explained(target):
+            staging.path(target.name).replace(target)
+
+
 def _clear(folder: StagingFolder) -> None:
-    """Remove a staging folder, unless a commit could not even be undone: the next command will."""
+    """Remove a staging folder, but keep a journal that could not be undone for the next command."""
     if not folder.journal.exists():
         shutil.rmtree(folder.path, ignore_errors=True)
 

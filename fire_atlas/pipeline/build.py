@@ -8,6 +8,7 @@ from fire_atlas.core.clock import Clock
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.digest import tool_digest
+from fire_atlas.outputs.freshness import why_stale
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.animate import animate_views
 from fire_atlas.pipeline.check import CheckedRecipe
@@ -45,8 +46,11 @@ class BuildReport:
 
 def build(
     loaded: CheckedRecipe, out: Path, options: BuildOptions, progress: Progress
-) -> BuildReport:
+) -> BuildReport | None:
     """Build one recipe into the folder ``out``: everything is written, or nothing is.
+
+    Returns:
+        What was done; None if another build, which this one waited for, has done it already.
 
     Raises:
         FireAtlasError: Anything a person can mend; the previous outputs are whole.
@@ -56,6 +60,8 @@ def build(
         Workers(options.jobs) as workers,
         Staging(out, recipe.name, progress.note, options.overwrite) as staging,
     ):
+        if not options.force and why_stale(loaded.tree, out) is None:
+            return None
         context = BuildContext(workers, progress, clock, options.most_pixels)
         tool = workers.start(tool_digest)
         with clock.measure("study"):

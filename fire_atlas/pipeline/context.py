@@ -17,16 +17,20 @@ class BuildOptions:
         jobs: Threads.
         most_pixels: Larger pictures of a source are refused.
         overwrite: Files that no manifest vouches for may be replaced.
+        force: Build even what is up to date.
     """
 
     jobs: int = field(default_factory=default_jobs)
     most_pixels: int = MAX_PIXELS
     overwrite: bool = False
+    force: bool = False
 
     @classmethod
-    def of(cls, jobs: int | None, most_pixels: int, overwrite: bool = False) -> Self:
+    def of(
+        cls, jobs: int | None, most_pixels: int, overwrite: bool = False, force: bool = False
+    ) -> Self:
         """Return options; without a number of ``jobs``, as many as there are processors."""
-        return cls(jobs or default_jobs(), most_pixels, overwrite)
+        return cls(jobs or default_jobs(), most_pixels, overwrite, force)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from fire_atlas.outputs.manifest import (
     encode_manifest,
     manifest_name,
 )
-from fire_atlas.outputs.ownership import Claims, refuse_replacing, stale_outputs
+from fire_atlas.outputs.ownership import FolderManifests, refuse_replacing, stale_outputs
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import FinishedAnimation
@@ -36,7 +36,7 @@ def refuse_taken_names(recipe: Recipe, staging: Staging) -> None:
     expected = list(expected_outputs(recipe))
     for name, _ in expected:
         staging.refuse(name)
-    refuse_replacing(Claims.read(staging.out, recipe.name), expected, staging.overwrite)
+    refuse_replacing(FolderManifests.read(staging.out, recipe.name), expected, staging.overwrite)
 
 
 def write_images(
@@ -105,10 +105,10 @@ def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> None:
     """
     _refuse_alike([output.name for output in outputs])
     with staging.alone():
-        claims = Claims.read(staging.out, name)
+        manifests = FolderManifests.read(staging.out, name)
         changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
-        refuse_replacing(claims, changed, staging.overwrite)
-        staging.commit(stale_outputs(claims, [output.name for output in outputs]))
+        refuse_replacing(manifests, changed, staging.overwrite)
+        staging.commit(stale_outputs(manifests, [output.name for output in outputs]))
 
 
 def _refuse_alike(names: Sequence[str]) -> None:

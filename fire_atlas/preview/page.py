@@ -7,6 +7,7 @@ blends the very bytes that a client loads.
 import base64
 import json
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from fire_atlas import __version__
 from fire_atlas.atlas.sheet import Animation, MotionScale, Region
 from fire_atlas.channels.encoding import motion_encoding
+from fire_atlas.core.files import open_file
 from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.statistics import Figure, ember_figures
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
@@ -64,6 +66,19 @@ _KEYBOARD = {
     "square pixels": ("p",),
     "repeat": ("r",),
 }
+
+
+_GENERATOR = b'<meta name="generator" content="fire-atlas '
+"""Stands near the beginning of every page, as ``templates/preview/page.html.j2`` has it."""
+
+
+def is_preview_page(path: Path) -> bool:
+    """Return whether a file is a page that ``preview_page`` made, in this version or another."""
+    try:
+        with open_file(path) as file:
+            return _GENERATOR in file.read(1024)
+    except OSError:
+        return False
 
 
 def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Color) -> bytes:

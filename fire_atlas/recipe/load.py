@@ -8,6 +8,7 @@ from typing import Any
 import yaml
 
 from fire_atlas.recipe.models import Recipe
+from fire_atlas.recipe.output import Maps
 from fire_atlas.recipe.tree import RecipeTree, source_files, templates
 from fire_atlas.recipe.validate import validate
 
@@ -72,6 +73,8 @@ def resolved_yaml(loaded: LoadedRecipe) -> str:
     values["atlas"]["members"] = [
         _relative(member.path.resolve(), base) for member in loaded.members
     ]
+    if loaded.recipe.atlas.layout == "grid" or loaded.recipe.maps != Maps():
+        values["atlas"]["dedupe"] = False  # what such a recipe means by leaving it out
     for export in values["exports"]:
         if isinstance(export, dict) and "template" in export:
             export["template"] = _relative(loaded.templates[export["template"]], base)

@@ -4,8 +4,12 @@ An up-to-date build asks only this, so neither cv2 nor numpy nor Pillow may be i
 """
 
 import glob
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from fnmatch import fnmatch
+from itertools import islice
 from pathlib import Path
 from typing import Protocol
 
@@ -20,6 +24,13 @@ MAX_PIXELS = 8192 * 8192
 
 MAX_FRAMES = 10_000
 """More frames than this are refused: no atlas can hold them."""
+
+MAX_ENTRIES = 200_000
+"""Most names that are read of the folders in which frames are looked for; ``**`` reads each twice.
+It keeps a pattern such as ``/**/*.png`` from reading a whole disk."""
+
+_MAX_HINTS = 10_000
+"""Most names of a folder among which a misspelt one is looked for."""
 
 
 class Cut(Protocol):
@@ -113,7 +124,7 @@ def cut(settings: Cut, available: int, path: Path) -> range:
 
 
 def _images_of_folder(folder: Path) -> tuple[Path, ...]:
-    names = [entry.name for entry in folder.iterdir()]
+    names = [entry.name for entry in _Walk(folder, folder).entries(folder)]
     if not names:
         raise SourceError(f"{folder}: the folder is empty; put the frames there, one image each")
     files = _stills(folder / name for name in names if not name.startswith("."))
@@ -131,9 +142,7 @@ def _matches(pattern: Path) -> tuple[Path, ...]:
     rest = list(pattern.parts[1:] if pattern.anchor else pattern.parts)
     while rest and (base / rest[0]).is_dir():
         base /= rest.pop(0)
-    # Unlike Path.glob, this leaves hidden files out.
-    names = glob.glob(str(Path(*rest)), root_dir=base, recursive=True)  # noqa: PTH207
-    found = [base / name for name in names]
+    found = list(dict.fromkeys(_Walk(pattern, base).matches(base, rest)))
     if not found:
         raise SourceError(f"{pattern}: no file matches; {base} holds {_some(_names(base))}")
     if len(found) == 1 and found[0].is_file():
@@ -145,6 +154,99 @@ def _matches(pattern: Path) -> tuple[Path, ...]:
             f"frames end in {', '.join(STILLS)}"
         )
     return files
+
+
+@dataclass(slots=True)
+class _Walk:
+    """A search through folders that reads at most ``MAX_ENTRIES`` names.
+
+    Attributes:
+        path: What the recipe states, a folder or a pattern.
+        base: The folder in which the search begins.
+        count: How many names were read.
+    """
+
+    path: Path
+    base: Path
+    count: int = 0
+
+    def matches(self, folder: Path, segments: Sequence[str]) -> Iterator[Path]:
+        """Yield the paths in ``folder`` that fit a pattern, given as names between slashes.
+
+        ``**`` stands for any number of folders. Only a name with a dot in front fits hidden files.
+        A path may be yielded more than once.
+        """
+        segment, *rest = segments
+        if segment == "**":
+            for each in self._folders(folder):
+                yield from self.matches(each, rest or ["*"])
+            return
+        for path in self._fitting(folder, segment):
+            if not rest:
+                yield path
+            elif _is_folder(path):
+                yield from self.matches(path, rest)
+
+    def entries(self, folder: Path) -> Iterator[os.DirEntry[str]]:
+        """Yield what lies in a folder.
+
+        Raises:
+            OSError: The folder cannot be read.
+            SourceError: The whole search has read too many names.
+        """
+        with os.scandir(folder) as entries:
+            for entry in entries:
+                self.count += 1
+                if self.count > MAX_ENTRIES:
+                    raise SourceError(
+                        f"{self.path}: too many files to search: {self.base} and the folders in "
+                        f"it hold more than {MAX_ENTRIES}; name a folder that holds little else "
+                        f"than the frames"
+                    )
+                yield entry
+
+    def _fitting(self, folder: Path, segment: str) -> list[Path]:
+        """Return what lies in ``folder`` and fits one name of the pattern."""
+        if not glob.has_magic(segment):
+            path = folder / segment
+            return [path] if os.path.lexists(path) else []
+        shows_hidden = segment.startswith(".")
+        return [
+            folder / entry.name
+            for entry in self._readable(folder)
+            if (shows_hidden or not entry.name.startswith(".")) and fnmatch(entry.name, segment)
+        ]
+
+    def _folders(self, top: Path) -> Iterator[Path]:
+        """Yield ``top`` and all folders below it except hidden ones.
+
+        Links to folders are followed, unless they lead back to a folder that holds the link.
+        """
+        waiting: list[tuple[Path, frozenset[Path]]] = [(top, frozenset())]
+        while waiting:
+            folder, above = waiting.pop()
+            resolved = folder.resolve()
+            if resolved in above:
+                continue
+            yield folder
+            waiting += [
+                (folder / entry.name, above | {resolved})
+                for entry in self._readable(folder)
+                if not entry.name.startswith(".") and _is_folder(entry)
+            ]
+
+    def _readable(self, folder: Path) -> list[os.DirEntry[str]]:
+        """Return what lies in a folder: nothing in one that cannot be read."""
+        with suppress(OSError):
+            return list(self.entries(folder))
+        return []
+
+
+def _is_folder(path: "Path | os.DirEntry[str]") -> bool:
+    """Return whether a folder lies there, or a link to one; not where that cannot be found out."""
+    with suppress(OSError):
+        return path.is_dir()
+    return False
 
 
 def _stills(paths: Iterable[Path]) -> tuple[Path, ...]:
@@ -177,10 +279,10 @@ def _missing(path: Path) -> str:
 
 
 def _names(folder: Path) -> list[str]:
-    try:
-        return sorted(p.name for p in folder.iterdir() if not p.name.startswith("."))
-    except OSError:
-        return []
+    """Return names that lie in a folder, hidden ones left out, for a hint."""
+    with suppress(OSError), os.scandir(folder) as entries:
+        return sorted(e.name for e in islice(entries, _MAX_HINTS) if not e.name.startswith("."))
+    return []
 
 
 def _some(names: list[str]) -> str:

@@ -30,6 +30,12 @@ from fire_atlas.sources.reader import FrameReader, resample, sequential_reader
 # Read by OpenCV when it opens its first video: its FFmpeg would print what errors say already.
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 
+_CONTAINERS = "matroska,mov,avi,mpeg,mpegts,mpegvideo,m4v,ogg,asf,flv"
+"""FFmpeg's names of the file formats that are read. It knows playlists too, whatever the file is
+called, and would open the files or addresses that one names."""
+
+os.environ["OPENCV_FFMPEG_CAPTURE_OPTIONS"] = f"format_whitelist;{_CONTAINERS}"
+
 _ALPHA_DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
 
 
@@ -143,7 +149,8 @@ def _open_stream(path: Path) -> Generator[tuple[Any, Any]]:
     """Open the file with PyAV and give the container and its video stream."""
     av = _load_pyav(path)
     try:
-        with av.open(str(path), metadata_errors="replace") as container:
+        options = {"format_whitelist": _CONTAINERS}
+        with av.open(str(path), options=options, metadata_errors="replace") as container:
             stream = next(iter(container.streams.video), None)
             if stream is None:
                 raise SourceError(f"{path}: holds no pictures (no video stream)")

@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,10 @@ import pytest
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
 from fire_atlas.generators.profile.fire import learn_profile
 from fire_atlas.generators.profile.model import Profile
+from fire_atlas.outputs.locks import locked, recipe_lock
 from fire_atlas.sources.registry import open_source
 
-from .desk import Desk, contents
+from .desk import Desk, command, contents, environment
 
 
 def stamps(folder: Path) -> dict[str, int]:
@@ -309,3 +311,25 @@ def test_what_another_build_wrote_is_never_written_over(desk: Desk) -> None:
     assert not (desk.build / "fire.png").exists()
     desk.run("clean", desk.folder / "fire-1.yaml")
     assert desk.run("build", desk.recipe(), *many).code == 0
+
+
+@pytest.mark.parametrize("force", [(), ("--force",)])
+def test_a_build_that_waited_for_another_of_the_same_finds_it_done(
+    desk: Desk, force: tuple[str, ...]
+) -> None:
+    desk.clip()
+    recipe = desk.recipe()
+    whole = desk.built(recipe)
+    for name in whole:
+        (desk.build / name).unlink()
+    with locked(recipe_lock(desk.build, "fire"), print):
+        line = command("build", recipe, *force)
+        process = subprocess.Popen(
+            line, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        assert process.stderr is not None and "waits for" in process.stderr.readline()
+        for name, data in whole.items():
+            (desk.build / name).write_bytes(data)
+    out, _ = process.communicate(timeout=60)
+    assert process.returncode == 0 and ("up to date" in out) is not bool(force)
+    assert contents(desk.build) == whole

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from .stage import NEW, OLD, USERS, Stage, code_of
+from .stage import NEW, OLD, Stage, code_of
 
 _COUNT = 200
 _SLOWEST = 0.03
@@ -30,7 +30,7 @@ def run(count: int | None, seed: int) -> list[str]:
             second = stage.start(*other, before=slow)
             codes = code_of(first), code_of(second)
             found = [] if codes == (0, 0) else [f"exit codes {codes}"]
-            states = [stage.new, USERS] if is_clean else [stage.new, stage.old]
+            states = [stage.new, stage.others] if is_clean else [stage.new, stage.old]
             found += stage.faults_after(*states)
             kind = f"{'slow ' if is_slow else ''}{'build and clean' if is_clean else 'builds'}"
             faults += [f"{i} ({kind}): {fault}" for fault in found]

@@ -11,10 +11,9 @@ import shutil
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import cv2
 
@@ -22,32 +21,48 @@ from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from fire_atlas.outputs.digest import tool_digest
 
+RECIPE: dict[str, Any] = {
+    "source": {"path": "clip"},
+    "timeline": {"loop": "none"},
+    "flakes": {"rate": 60, "alpha": 0.01},
+    "motion_blur": "none",
+    "maps": {"flame": True},
+    "exports": ["json", "godot", "unity", {"template": "shared.j2", "to": "shared.txt"}],
+}
+"""Has flakes, a layer, two engines with their import settings, and a file shared with another."""
+
+OTHER = {**RECIPE, "flakes": "none", "maps": {}, "exports": RECIPE["exports"][-1:]}
+"""Built into the same folder: writes the same ``shared.txt``."""
+
 OLD = ("--set", "seed=1", "--set", "atlas.max_size=48")
-NEW = ("--set", "seed=2", "--set", "atlas.max_size=4096", "--set", "exports=[json, css]")
+NEW = (
+    "--set", "seed=2", "--set", "atlas.max_size=4096", "--set", "tracks=[csv, light]",
+    "--set", "exports=[json, css, godot, unity]",
+)  # fmt: skip
+"""Files of all kinds are replaced, added and removed between the two."""
 
 USERS = MappingProxyType({"mine.txt": b"mine", "fire-9.png": b"painted", ".hidden": b"mine too"})
 """Files of the user's own among the outputs."""
 
-_NEEDED = (
-    "filelock", "fire_atlas.pipeline.build", "fire_atlas.pipeline.check", "fire_atlas.cli.build",
-    "fire_atlas.cli.check", "fire_atlas.cli.clean", "fire_atlas.formats.atlas.json_hash",
-    "fire_atlas.formats.templates.shipped",
-    "fire_atlas.outputs.recovery", "fire_atlas.sources.frames",
-)  # fmt: skip
-
 
 class Stage:
-    """A recipe, a folder of outputs with files of the user's in it, and its two whole states."""
+    """A recipe, its two whole states, and what else lies in the folder of its outputs.
+
+    Attributes:
+        others: Name and bytes of files that no command may touch: the user's, and the outputs of
+            another recipe.
+        old, new: Name and bytes of all files after a build in either way.
+        shelf: A copy of the folder as it is after the old build.
+    """
 
     def __init__(self, folder: Path) -> None:
-        for module in _NEEDED:
-            import_module(module)
         tool_digest()  # looked at once: the code may be edited while a campaign runs
         self.folder = folder
         self.out = folder / "build"
         self.recipe = folder / "fire.yaml"
         self._make_clip()
-        self.recipe.write_text(json.dumps({"source": {"path": "clip"}, "flakes": "none"}))
+        self.recipe.write_text(json.dumps(RECIPE))
+        self.others = self._built_beside()
         self.new = self._state_of(NEW)
         self.old = self._state_of(OLD)
         self.shelf = folder / "shelf"
@@ -61,12 +76,23 @@ class Stage:
             assert image is not None
             cv2.imwrite(str(clip / f"{i}.png"), cv2.resize(image, (32, 40)))
 
-    def _state_of(self, options: tuple[str, ...]) -> Mapping[str, bytes]:
-        shutil.rmtree(self.out, ignore_errors=True)
+    def _built_beside(self) -> Mapping[str, bytes]:
         self.out.mkdir()
         for name, data in USERS.items():
             (self.out / name).write_bytes(data)
-        assert self.run("build", *options) == 0
+        (self.folder / "shared.j2").write_text("of both")
+        other = self.folder / "other.yaml"
+        other.write_text(json.dumps(OTHER))
+        assert main(["build", str(other), "-q"]) == 0
+        return self.contents()
+
+    def _state_of(self, options: tuple[str, ...]) -> Mapping[str, bytes]:
+        shutil.rmtree(self.out)
+        self.out.mkdir()
+        for name, data in self.others.items():
+            (self.out / name).write_bytes(data)
+        # In this process, so that forks of it find all imported that a build needs.
+        assert main(["build", str(self.recipe), "-q", *options]) == 0
         return self.contents()
 
     def reset(self) -> None:
@@ -107,13 +133,13 @@ class Stage:
 
     def faults_after_death(self) -> list[str]:
         """Return what is wrong before anything is put right."""
-        faults = [f"{name} of the user's is gone or changed" for name in self._lost()]
-        manifest = self.out / "fire.manifest.json"
-        for entry in json.loads(manifest.read_bytes())["outputs"] if manifest.exists() else []:
-            path = self.out / entry["path"]
-            data = path.read_bytes() if path.exists() else b""
-            if hashlib.sha256(data).hexdigest() != entry["sha256"]:
-                faults.append(f"the manifest vouches for other bytes of {path.name}")
+        faults = self._lost()
+        for manifest in self.out.glob("*.manifest.json"):
+            for entry in json.loads(manifest.read_bytes())["outputs"]:
+                path = self.out / entry["path"]
+                data = path.read_bytes() if path.exists() else b""
+                if hashlib.sha256(data).hexdigest() != entry["sha256"]:
+                    faults.append(f"{manifest.name} vouches for other bytes of {path.name}")
         return faults
 
     def faults_after(self, *states: Mapping[str, bytes], litter: bool = False) -> list[str]:
@@ -126,7 +152,7 @@ class Stage:
         now = self.contents()
         left = [name for name in now if name.startswith(".fire-atlas")]
         shown = {name: data for name, data in now.items() if name not in left}
-        faults = [f"{name} of the user's is gone or changed" for name in self._lost()]
+        faults = self._lost()
         if shown not in [dict(state) for state in states]:
             faults.append(f"a mixed or wrong state: {_nearest(shown, states)}")
         if left and not litter:
@@ -134,9 +160,12 @@ class Stage:
         return faults
 
     def _lost(self) -> list[str]:
-        paths = {name: self.out / name for name in USERS}
+        """Return a line for each file that no command may touch and that is not as it was."""
+        now = self.contents()
         return [
-            n for n, path in paths.items() if not path.exists() or path.read_bytes() != USERS[n]
+            f"{name}, which is not the recipe's, is gone or changed"
+            for name, data in self.others.items()
+            if now.get(name) != data
         ]
 
     def then(self, command: str) -> list[str]:
@@ -145,7 +174,7 @@ class Stage:
             case "check":
                 code, states = self.run("check"), [self.old, self.new]
             case "clean":
-                code, states = self.run("clean"), [USERS]
+                code, states = self.run("clean"), [self.others]
             case "build old":
                 code, states = self.run("build", *OLD), [self.old]
             case _:

@@ -4,8 +4,11 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 from subprocess import CompletedProcess
+from typing import Any
 
 import pytest
+
+from fire_atlas.cli import main
 
 Run = Callable[..., CompletedProcess[str]]
 
@@ -97,3 +100,29 @@ def test_what_an_engine_wrote_on_in_goes_with_its_file(run: Run, campfire: Path)
     meta.write_text(meta.read_text() + "# the engine's own\n")
     assert "kept" not in run("clean", campfire.name).stdout
     assert names(meta.parent) == set()
+
+
+def test_a_clean_that_was_cut_short_is_finished_by_the_next(
+    campfire: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    line = [str(campfire), "-q", "--set", "exports=[json, godot]"]
+    assert main(["build", *line]) == 0
+    out = campfire.parent / "build"
+    whole = {path.name: path.read_bytes() for path in out.iterdir()}
+    unlink = Path.unlink
+    for cut_at in range(len(whole)):
+        removed = iter(range(len(whole)))
+
+        def fail(path: Path, missing_ok: bool = False, k: Any = removed, at: int = cut_at) -> None:
+            if path.suffix != ".lock" and next(k) == at:
+                raise OSError(5, "Input/output error")
+            unlink(path, missing_ok=missing_ok)
+
+        for name, data in whole.items():
+            (out / name).write_bytes(data)
+        monkeypatch.setattr(Path, "unlink", fail)
+        assert main(["clean", *line]) == 1
+        monkeypatch.setattr(Path, "unlink", unlink)
+        assert "campfire.manifest.json" in names(out) and len(names(out)) == len(whole) - cut_at
+        assert main(["clean", *line]) == 0
+        assert names(out) == set()

@@ -1,5 +1,6 @@
 """``init``: ready recipes, with their input."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -97,3 +98,29 @@ def test_a_misspelt_preset_is_guessed(presets: Path, capsys: pytest.CaptureFixtu
 def test_every_preset_that_ships_can_be_copied_and_checked(preset: str) -> None:
     assert main(["init", preset]) == 0
     assert main(["check", f"{preset}.yaml"]) == 0
+
+
+def test_an_init_that_was_cut_short_is_finished_by_the_next(
+    presets: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replace = Path.replace
+    for cut_at in range(3):  # two frames, then the recipe
+        count = iter(range(9))
+
+        def fail(path: Path, to: Path, at: int = cut_at, count: Iterator[int] = count) -> Path:
+            if next(count) == at:
+                raise OSError(28, "No space left on device")
+            return replace(path, to)
+
+        folder = elsewhere / str(cut_at)
+        monkeypatch.setattr(Path, "replace", fail)
+        assert main(["init", "clip", str(folder)]) == 1
+        monkeypatch.undo()
+        monkeypatch.chdir(elsewhere)
+        monkeypatch.setattr(inherit, "shipped", lambda kind: presets.parent / kind)
+        assert not (folder / "clip.yaml").exists()
+        assert len([path for path in folder.rglob("*") if path.is_file()]) == cut_at
+        assert main(["init", "clip", str(folder)]) == 0
+        made = {path.name: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+        assert made.keys() == {"clip.yaml", "0.png", "1.png"}
+        assert made["1.png"] == b"1.png"

@@ -208,6 +208,30 @@ def test_a_recipe_is_built_for_its_preview_and_nothing_else_stays(run: Run, camp
     assert {path.name for path in made} == {"campfire.preview.gif"}
 
 
+def test_a_file_that_is_there_is_replaced_only_when_that_is_asked_for(
+    run: Run, campfire: Path
+) -> None:
+    folder = campfire.parent
+    (folder / "build").mkdir()
+    mine = {"build/campfire.preview.html": "--", "campfire.preview.gif": "--gif", "x.png": "--apng"}
+    for name, kind in mine.items():
+        (folder / name).write_text("<html>mine</html>")
+        end = ["-o", name] if name == "x.png" else []
+        line = ["preview", campfire.name, "-q", *end, *([kind] if kind != "--" else [])]
+        result = run(*line)
+        assert result.returncode == 1 and f"{name}: is there already" in result.stderr
+        assert "--overwrite" in result.stderr and "Traceback" not in result.stderr
+        assert (folder / name).read_text() == "<html>mine</html>"
+        assert run(*line, "--overwrite").returncode == 0
+        assert (folder / name).read_bytes() != b"<html>mine</html>"
+
+
+def test_a_page_that_an_earlier_preview_made_is_replaced(run: Run, campfire: Path) -> None:
+    for seed in (1, 2):
+        result = run("preview", campfire.name, "-q", "--set", f"seed={seed}")
+        assert (result.returncode, result.stderr) == (0, "")
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [

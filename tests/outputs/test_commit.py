@@ -17,7 +17,7 @@ from fire_atlas.core.errors import OutputError
 from fire_atlas.outputs.journal import commit
 from fire_atlas.outputs.locks import folder_lock, locked, locked_if_free, recipe_lock
 from fire_atlas.outputs.recovery import recover, staging_folder, tidy
-from fire_atlas.outputs.staging import Staging
+from fire_atlas.outputs.staging import Staging, write_whole
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="symbolic links of POSIX")
 
@@ -227,7 +227,7 @@ def test_what_dead_builds_left_is_removed_by_the_next_one_of_any_name(out: Path)
 _HOLDS = """
 import sys, time
 from pathlib import Path
-from fire_atlas.outputs.staging import Staging
+from fire_atlas.outputs.staging import Staging, write_whole
 with Staging(Path(sys.argv[1]), sys.argv[2], print):
     print("holds", flush=True)
     time.sleep(float(sys.argv[3]))
@@ -311,3 +311,33 @@ def test_waiting_ends_when_the_other_dies(out: Path) -> None:
         begun = time.monotonic()
         write_new(out)
     assert time.monotonic() - begun < 30
+
+
+@posix
+@pytest.mark.parametrize("call", ["fsync", "replace"])
+def test_what_a_killed_writer_of_one_file_leaves_goes_with_the_next(
+    tmp_path: Path, call: str
+) -> None:
+    target = tmp_path / "page.html"
+    target.write_bytes(b"before")
+    program = (
+        "import os, signal, sys; from pathlib import Path\n"
+        "from fire_atlas.outputs.staging import write_whole\n"
+        f"os.{call} = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "write_whole(Path(sys.argv[1]), b'after', print)"
+    )
+    done = subprocess.run([sys.executable, "-c", program, str(target)], check=False)
+    assert done.returncode == -9
+    assert target.read_bytes() == b"before"
+    write_whole(tmp_path / "other.html", b"other", ignore)
+    assert contents(tmp_path) == {"page.html": b"before", "other.html": b"other"}
+    write_whole(target, b"after", ignore)
+    assert contents(tmp_path) == {"page.html": b"after", "other.html": b"other"}
+
+
+def test_one_file_is_written_into_a_folder_that_is_there(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="there is no folder"):
+        write_whole(tmp_path / "no" / "page.html", b"", ignore)
+    with pytest.raises(OutputError, match="is a folder; name the file"):
+        write_whole(tmp_path, b"", ignore)
+    assert contents(tmp_path) == {}

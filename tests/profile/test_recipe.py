@@ -192,6 +192,18 @@ def test_learn_names_its_output_and_will_not_overwrite_its_input(
     assert code == 2 and "ends in .json" in said
 
 
+@pytest.mark.parametrize("taken", ["kite.profile.json", "kite.profile.png"])
+def test_learn_replaces_a_file_only_when_that_is_asked_for(desk: Path, taken: str) -> None:
+    (desk / taken).write_text("mine")
+    line = ("learn", desk / "front", "-o", desk / "kite.profile.json")
+    code, said = run(*line)
+    assert code == 1 and f"{taken}: is there already" in said and "--overwrite" in said
+    assert {path.name for path in desk.glob("kite*")} == {taken}
+    assert (desk / taken).read_text() == "mine"
+    code, said = run(*line, "--overwrite")
+    assert code == 0 and (desk / taken).read_bytes() != b"mine", said
+
+
 @pytest.mark.parametrize("preset", ["endless_candle", "windy_torch"])
 def test_the_ready_recipes_check_with_their_samples(preset: str) -> None:
     code, said = run("check", shipped("recipes") / f"{preset}.yaml")

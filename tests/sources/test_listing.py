@@ -1,5 +1,6 @@
 """Which files a clip is made of, their order, and what is said when they are not there."""
 
+import glob
 import random
 import subprocess
 import sys
@@ -57,6 +58,47 @@ def test_a_glob_may_reach_into_folders(tmp_path: Path) -> None:
     touch(tmp_path / "take10", "1.png")
     found = inputs(tmp_path / "take*" / "*.png")
     assert [p.parent.name for p in found] == ["take2", "take10"]
+
+
+@pytest.mark.parametrize(
+    "pattern",
+    ["**/*.png", "**", "*/*.png", "**/c/*.png", "a*/**/x[12].png", "**/**/*1.png", "*/.h/*.png",
+     ".*/*.png", "**/b/../*.png", "a/?/x*.png", "*/c/x1.png", "**/x[!2]*"],
+)  # fmt: skip
+def test_a_pattern_matches_what_the_standard_library_matches(pattern: str, tmp_path: Path) -> None:
+    for folder in ("", "a", "a/b", "a/b/c", "a2/c", "a/.h", ".h", "z/c/c"):
+        touch(tmp_path / folder, "x1.png", "x2.png", ".x1.png", "y.txt")
+    (tmp_path / "link").symlink_to(tmp_path / "a" / "b", target_is_directory=True)
+    (tmp_path / "itself").symlink_to(tmp_path / "itself")
+    names = glob.glob(pattern, root_dir=tmp_path, recursive=True)  # noqa: PTH207
+    images = {tmp_path / name for name in names if name.endswith(".png")}
+    assert set(inputs(tmp_path / pattern)) == images
+
+
+def test_a_pattern_that_would_search_a_whole_disk_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(listing, "MAX_ENTRIES", 50)
+    for number in range(6):
+        touch(tmp_path / "many" / str(number), *(f"{i}.png" for i in range(10)))
+    for pattern in ("**/*.png", "*/*", "**"):
+        with pytest.raises(SourceError, match=r"too many files to search.*name a folder") as caught:
+            inputs(tmp_path / "many" / pattern)
+        assert str(caught.value).startswith(str(tmp_path / "many" / pattern))
+        assert f": {tmp_path / 'many'} and" in str(caught.value)
+    touch(tmp_path / "full", *(f"{i}.txt" for i in range(51)))
+    with pytest.raises(SourceError, match="too many files"):
+        inputs(tmp_path / "full")
+
+
+def test_links_that_lead_in_a_circle_end(tmp_path: Path) -> None:
+    touch(tmp_path / "a", "1.png")
+    touch(tmp_path / "b", "2.png")
+    (tmp_path / "a" / "up").symlink_to(tmp_path, target_is_directory=True)
+    (tmp_path / "a" / "other").symlink_to(tmp_path / "b", target_is_directory=True)
+    (tmp_path / "b" / "other").symlink_to(tmp_path / "a", target_is_directory=True)
+    found = {path.relative_to(tmp_path).as_posix() for path in inputs(tmp_path / "**" / "*.png")}
+    assert found == {"a/1.png", "b/2.png", "a/other/2.png", "b/other/1.png"}
 
 
 @pytest.mark.parametrize("settings", [{}, {"start": 2}, {"start": 1, "count": 3}])

@@ -8,6 +8,7 @@ import pytest
 import synthetic_fire as fire
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.sources.video import open_video
 
 
 def mp4(path: Path, count: int = 24) -> Path:
@@ -92,6 +93,21 @@ def test_a_film_of_garbage_is_refused(tmp_path: Path, capfd: pytest.CaptureFixtu
     with pytest.raises(SourceError, match=r"d\.mpg"):
         fire.open_clip(tmp_path / "d.mpg")
     assert capfd.readouterr().err == ""
+
+
+HLS = "#EXTM3U\n#EXT-X-VERSION:3\n#EXT-X-TARGETDURATION:2\n#EXTINF:2,\n{}\n#EXT-X-ENDLIST\n"
+PLAYLISTS = {"hls": HLS, "concat": "ffconcat version 1.0\nfile {}\n"}
+
+
+@pytest.mark.parametrize("playlist", PLAYLISTS)
+@pytest.mark.parametrize("name", ["a.avi", "a.m3u8.mpg", "a.mp4", "a.webm", "a.mov"])
+def test_a_playlist_that_is_called_a_video_leads_to_no_other_file(
+    tmp_path: Path, playlist: str, name: str
+) -> None:
+    other = mp4(tmp_path / "other.mp4")
+    (tmp_path / name).write_text(PLAYLISTS[playlist].format(other.name))
+    with pytest.raises(SourceError, match=r"not a video that can be read|cannot be decoded"):
+        open_video(tmp_path / name, None)
 
 
 def test_without_pyav_mp4_is_read_and_webm_says_what_to_install(
