@@ -44,21 +44,21 @@ def animate(recipe: Recipe, clip: Clip, azimuth: float, context: BuildContext) -
             from another side there.
         context: The pool, and who hears of the progress.
     """
-    clock = context.clock
-    with clock.measure("study"):
+    timer = context.timer
+    with timer.measure("study"):
         clip = _arranged(clip, recipe, context)
         study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), context.workers)
     analysis = tracks = None
-    with clock.measure("analyse"):
+    with timer.measure("analyse"):
         if has_effect(recipe):
             analysis = analyse(clip, study, AnalysisSettings.of(recipe, azimuth), context)
-    with clock.measure("fly"):
+    with timer.measure("fly"):
         if analysis is not None and recipe.flakes != "none":
             tracks = simulate(clip, study, analysis, SimulationSettings.of(recipe), context)
             _note_flakes_left(clip, tracks, recipe.timeline.loop, context)
             clip, tracks = _without_dark_end(clip, tracks)
     simulated, settings = SimulatedClip(clip, study, analysis, tracks), RenderSettings.of(recipe)
-    with clock.measure("render"):
+    with timer.measure("render"):
         frames = render(simulated, settings, context)
     between = flames_between(simulated, settings, context)
     motion = measure_motion(frames, between, clip.loop, recipe.maps, context)

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fire_atlas.core.clock import Clock
-from fire_atlas.core.progress import Progress
+from fire_atlas.core.progress import Progress, StageTimer
 from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.digest import tool_digest
 from fire_atlas.outputs.staging import Staging
@@ -51,19 +50,19 @@ def build(
     Raises:
         FireAtlasError: Anything a person can mend; the previous outputs are whole.
     """
-    recipe, clock = loaded.recipe, Clock()
+    recipe, timer = loaded.recipe, StageTimer()
     with (
         Workers(options.jobs) as workers,
         Staging(out, recipe.name, progress.note, options.overwrite) as staging,
     ):
-        context = BuildContext(workers, progress, clock, options.most_pixels)
+        context = BuildContext(workers, progress, timer, options.most_pixels)
         tool = workers.start(tool_digest)
-        with clock.measure("study"):
+        with timer.measure("study"):
             inputs = hash_inputs(loaded, staging, workers)
         refuse_taken_names(recipe, staging)
         contributions, files = [], list[Path]()
         for part in loaded.parts:
-            with clock.measure("study"):
+            with timer.measure("study"):
                 opened = open_input(part, context)
                 files += input_files(opened)
             if isinstance(opened, Sprites):
@@ -71,9 +70,9 @@ def build(
             else:
                 contributions.append(animate_views(part.recipe, opened, context))
         animations = named(contributions)
-        with clock.measure("pack"):
+        with timer.measure("pack"):
             sheets = pack(recipe.name, animations, recipe.atlas, recipe.maps, progress)
-        with clock.measure("write"):
+        with timer.measure("write"):
             drawn = images(sheets, animations.values(), recipe.atlas, recipe.maps)
             outputs = write_images(list(drawn), recipe.atlas, staging, context)
             product = product_of(sheets, animations, recipe.tracks, staging)
@@ -87,4 +86,4 @@ def build(
                 write_manifest(loaded, tool.result(), inputs, outputs, statistics, staging)
             )
             commit(recipe.name, outputs, staging)
-    return BuildReport(tuple(out / each.name for each in outputs), clock.seconds, statistics)
+    return BuildReport(tuple(out / each.name for each in outputs), timer.seconds, statistics)

@@ -39,7 +39,7 @@ def measure_motion(
             "in one to a place in the next; make them one size, or leave maps.motion out"
         )
     thumbnails = [frame.thumbnail for frame in frames if frame.thumbnail is not None]
-    with context.clock.measure("motion"):
+    with context.timer.measure("motion"):
         context.progress.stage("motion", len(frames))
         return learn_motion(
             thumbnails,

@@ -3,8 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Self
 
-from fire_atlas.core.clock import Clock
-from fire_atlas.core.progress import Progress, Silent
+from fire_atlas.core.progress import Progress, SilentProgress, StageTimer
 from fire_atlas.core.workers import Workers, default_jobs
 from fire_atlas.sources.listing import MAX_PIXELS
 
@@ -36,16 +35,16 @@ class BuildContext:
     Attributes:
         workers: The pool of threads.
         progress: Hears of stages, steps and notes.
-        clock: Measures how long the stages take.
+        timer: Measures how long each stage takes.
         most_pixels: Larger pictures of a source are refused.
     """
 
     workers: Workers
     progress: Progress
-    clock: Clock
+    timer: StageTimer
     most_pixels: int = MAX_PIXELS
 
     @classmethod
     def silent(cls, workers: Workers, most_pixels: int = MAX_PIXELS) -> Self:
         """Return the context of a step that is run on its own: nobody hears of it."""
-        return cls(workers, Silent(), Clock(), most_pixels)
+        return cls(workers, SilentProgress(), StageTimer(), most_pixels)

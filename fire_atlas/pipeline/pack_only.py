@@ -23,7 +23,7 @@ def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contri
         )
     settings = RenderSettings.of(recipe)
     numbers = [i for played in sprites.animations.values() for i in played]
-    with context.clock.measure("render"):
+    with context.timer.measure("render"):
         rendered = render_each(
             lambda i: finish(Layers(sprites.picture(i)), settings), numbers, context
         )

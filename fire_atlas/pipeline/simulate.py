@@ -5,8 +5,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Self
 
+import numpy as np
+
 from fire_atlas.core.clip import Clip
-from fire_atlas.effect.flakes.embers import ramp
+from fire_atlas.core.pixels import hex_to_linear
 from fire_atlas.effect.flakes.flight import Flight, Swarm, fly
 from fire_atlas.effect.flakes.rows import Appearance, rows_of, spawn_table
 from fire_atlas.effect.flakes.tracks import Tracks
@@ -101,7 +103,7 @@ def _appearance(clip: Clip, study: FlameStudy, settings: SimulationSettings) -> 
     """Return how flakes look in a clip."""
     flakes = settings.flakes
     return Appearance(
-        colours=ramp(flakes.colors),
+        colours=hex_to_linear(flakes.colors).astype(np.float64),
         intensity=flakes.intensity * settings.composite.intensity,
         stretch=flakes.stretch,
         shutter=settings.shutter,

@@ -14,6 +14,7 @@ import numpy as np
 from fire_atlas import __version__
 from fire_atlas.atlas.sheet import Animation, MotionScale, Region
 from fire_atlas.channels.encoding import motion_encoding
+from fire_atlas.core.pixels import srgb_to_hex
 from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.statistics import Figure, ember_figures
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
@@ -80,7 +81,7 @@ def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Col
     """
     folder = shipped("templates") / "preview"
     parts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
-    first = "#{:02x}{:02x}{:02x}".format(*background)
+    first = srgb_to_hex(background)
     loops = loops_of(atlas)
     motion, sheets = atlas.sheet.motion, _sheets(atlas)
     html = environment().from_string(parts["page.html.j2"]).render(

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip
-from fire_atlas.core.memory import remembering
+from fire_atlas.core.clip import Clip, cached
 from fire_atlas.core.picture import Picture
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.core.workers import Workers
@@ -52,7 +51,7 @@ def spliced(clip: Clip, edit: Edit, thumbnails: Thumbnails, workers: Workers) ->
     return replace(
         clip,
         count=len(edit.shown),
-        picture=remembering(picture, made),
+        picture=cached(picture, made),
         loop=edit.loop,
         flow=None if clip.flow is None else flow,
     )

@@ -8,7 +8,7 @@ from typing import Any
 import cv2
 import yaml
 
-from fire_atlas.core.progress import Silent
+from fire_atlas.core.progress import SilentProgress
 from fire_atlas.core.shipped import shipped
 from fire_atlas.pipeline.build import BuildReport, build
 from fire_atlas.pipeline.check import load_checked
@@ -73,7 +73,7 @@ def make_recipe(clip: Path, rate: float) -> Path:
 def run(recipe: Path, jobs: int) -> BuildReport:
     """Build ``recipe`` in this process."""
     out = recipe.parent / "build"
-    return build(load_checked(read_tree(recipe)), out, BuildOptions(jobs), Silent())
+    return build(load_checked(read_tree(recipe)), out, BuildOptions(jobs), SilentProgress())
 
 
 def alive(report: BuildReport) -> float:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.core.progress import Progress, Silent
+from fire_atlas.core.progress import Progress, SilentProgress
 from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.field.buoyancy import lift_direction
@@ -103,7 +103,7 @@ def burn(clip: Clip, keys: Mapping[str, Any] | None = None, jobs: int = 2) -> Bu
     """Run the effect on ``clip`` with a recipe of ``keys``, up to the tracks."""
     recipe = recipe_of(keys or {})
     with Workers(jobs) as workers:
-        clip = arrange(clip, recipe.timeline, _LIFE, workers, Silent())
+        clip = arrange(clip, recipe.timeline, _LIFE, workers, SilentProgress())
         study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
         context = context_of(workers)
         analysis = analyse(clip, study, AnalysisSettings.of(recipe), context)

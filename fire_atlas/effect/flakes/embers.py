@@ -5,8 +5,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import srgb_to_linear
-
 HOTTEST, COOLEST = 1600.0, 980.0
 """Temperature, K, at birth and where an ember is no longer seen."""
 
@@ -47,12 +45,6 @@ def twinkle(
 ) -> NDArray[np.float64]:
     """Factor up to 1 by which an ember flickers; ``rate`` Hz, ``phase`` rad."""
     return 1 - _TWINKLE_DEPTH * (0.5 - 0.5 * np.sin(2 * np.pi * rate * age + phase))
-
-
-def ramp(colors: tuple[str, ...]) -> NDArray[np.float64]:
-    """Linear light (colours, 3) of sRGB hex colours such as ``#ff5800``."""
-    values = [[int(c[i : i + 2], 16) / 255 for i in (1, 3, 5)] for c in colors]
-    return srgb_to_linear(np.array(values)).astype(np.float64)
 
 
 def colour_by_speed(

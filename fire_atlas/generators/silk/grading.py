@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import srgb_to_linear
+from fire_atlas.core.pixels import hex_to_linear
 
 HEAT = np.linspace(0.0, 1.25, 512)
 """Heats for which colours are tabled."""
@@ -47,8 +47,7 @@ def blackbody(kelvin: NDArray[np.floating]) -> NDArray[np.float64]:
 def ramp_colours(ramp: tuple[str, ...], reach: float = 1.0) -> NDArray[np.float64]:
     """Linear colour (512, 3) of each of ``HEAT``, along sRGB hex colours from cool to hot, of which
     a heat of 1 comes as far as ``reach``."""
-    values = np.array([[int(c[i : i + 2], 16) / 255 for i in (1, 3, 5)] for c in ramp])
-    stops = srgb_to_linear(values).astype(np.float64)
+    stops = hex_to_linear(ramp).astype(np.float64)
     at = np.linspace(0.0, 1.0, len(stops))
     return np.stack([np.interp(HEAT * reach, at, stops[:, c]) for c in range(3)], axis=1)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import srgb_to_linear
+from fire_atlas.core.pixels import hex_to_linear
 from fire_atlas.generators.silk.fuel import Fuel
 from fire_atlas.generators.silk.grading import body_colours, graded, light_table, ramp_colours
 
@@ -54,9 +54,9 @@ class Tint:
         else:
             colours = [ramp_colours(fuel.ramp, fuel.reach)]
         tables = np.stack([light_table(each, light, fuel.contrast) for each in colours])
-        blue = srgb_to_linear(np.array([int(_BLUE[k : k + 2], 16) / 255 for k in (1, 3, 5)]))
+        (blue,) = hex_to_linear([_BLUE])
         # Red fire thins to red, blue fire to blue.
-        cool = srgb_to_linear(np.array([int(fuel.ramp[0][k : k + 2], 16) / 255 for k in (1, 3, 5)]))
+        (cool,) = hex_to_linear(fuel.ramp[:1])
         thin = _THIN if grading == "blackbody" or cool[0] > cool[2] else _THIN[::-1]
         return cls(tables, fuel.speed, gain, thin, blue * np.float32(fuel.blue * gain))
 
