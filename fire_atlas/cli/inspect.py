@@ -10,10 +10,10 @@ from fire_atlas.channels.cross_validation import ValidationReport, read_reports
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.cli.console import PlainConsole
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.files import MOST_JSON, read_file
+from fire_atlas.core.files import MAX_JSON_BYTES, read_file
 from fire_atlas.effect.flakes.statistics import ember_figures
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.formats.atlas.json_hash import AtlasFile, read_atlas
+from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
 from fire_atlas.formats.templates.context import context_of
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks
 from fire_atlas.outputs.manifest import decode_manifest, manifest_name
@@ -130,7 +130,7 @@ def _reports(folder: Path, title: str) -> dict[str, ValidationReport | None]:
     if not path.exists():
         return {}
     try:
-        return read_reports(decode_manifest(read_file(path, MOST_JSON)).statistics)
+        return read_reports(decode_manifest(read_file(path, MAX_JSON_BYTES)).statistics)
     except (OSError, ValueError) as error:
         raise SourceError(
             f"{path}: is no manifest that fire-atlas wrote ({type(error).__name__}: {error}); "

@@ -11,8 +11,8 @@ from fire_atlas.cli.progress import told_if_interrupted, view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.formats.atlas.json_hash import read_atlas
-from fire_atlas.formats.tracks.names import flakes_file
+from fire_atlas.formats.atlas.texture_packer import read_atlas
+from fire_atlas.formats.names import flakes_file
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks, read_tracks
 from fire_atlas.outputs.disk import explained, temporary_folder, write_whole
 from fire_atlas.outputs.folder import default_folder, recover_default

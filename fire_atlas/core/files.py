@@ -15,7 +15,7 @@ from pathlib import Path
 
 MIB = 1 << 20
 
-MOST_JSON = 256 * MIB
+MAX_JSON_BYTES = 256 * MIB
 """Largest JSON file that is read: an atlas, tracks, a manifest, a profile."""
 
 

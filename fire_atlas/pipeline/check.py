@@ -12,9 +12,7 @@ from fire_atlas.channels.limits import map_limits
 from fire_atlas.core.errors import OutputError
 from fire_atlas.engines.godot.limits import godot_limits
 from fire_atlas.engines.unity.limits import unity_limits
-from fire_atlas.formats.atlas.limits import atlas_limits
-from fire_atlas.formats.pages.limits import missing_extra, page_limits
-from fire_atlas.formats.templates.limits import template_limits
+from fire_atlas.formats.limits import description_limits, missing_extra, page_limits
 from fire_atlas.recipe.load import LoadedRecipe, load_tree
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.problem import Problem
@@ -51,7 +49,6 @@ def _problems(recipe: Recipe) -> Iterator[Problem]:
     has_flakes = recipe.flakes != "none" or bool(atlas.members)
     yield from page_limits(atlas)
     yield from map_limits(recipe.maps, atlas, has_flakes)
-    yield from atlas_limits(atlas, exports)
-    yield from template_limits(atlas, exports)
+    yield from description_limits(atlas, exports)
     yield from godot_limits(atlas, exports, recipe.tracks)
     yield from unity_limits(atlas, exports)

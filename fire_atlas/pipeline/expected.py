@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from fire_atlas.core.output_file import Role
-from fire_atlas.formats.tracks.names import flakes_file
+from fire_atlas.formats.names import flakes_file
 from fire_atlas.outputs.manifest import manifest_name
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import export_name

@@ -82,7 +82,7 @@ def _files_of(
     if not isinstance(export, TemplateExport):
         yield from exporter(export)(product)
         return
-    from fire_atlas.formats.templates.user import export_template
+    from fire_atlas.formats.templates.export import export_template
 
     for sheet in product.sheets:
         yield export_template(sheet, export, templates[export.template])
@@ -101,11 +101,11 @@ def exporter(export: ExportName | EngineExport) -> Exporter:
     """Return the exporter that a recipe names, with its options where it has any."""
     match export:
         case "json":
-            from fire_atlas.formats.atlas.json_hash import export_json_hash
+            from fire_atlas.formats.atlas.texture_packer import export_json_hash
 
             return _of_each_sheet(export_json_hash)
         case "json-array":
-            from fire_atlas.formats.atlas.json_array import export_json_array
+            from fire_atlas.formats.atlas.texture_packer import export_json_array
 
             return _of_each_sheet(export_json_array)
         case "phaser":
@@ -113,15 +113,15 @@ def exporter(export: ExportName | EngineExport) -> Exporter:
 
             return _of_each_sheet(export_phaser)
         case "aseprite":
-            from fire_atlas.formats.atlas.aseprite import export_aseprite
+            from fire_atlas.formats.atlas.texture_packer import export_aseprite
 
             return _of_each_sheet(export_aseprite)
         case "css":
-            from fire_atlas.formats.templates.shipped import export_css
+            from fire_atlas.formats.templates.export import export_css
 
             return _of_each_sheet(export_css)
         case "tpsheet":
-            from fire_atlas.formats.templates.shipped import export_tpsheet
+            from fire_atlas.formats.templates.export import export_tpsheet
 
             return _of_each_sheet(export_tpsheet)
         case "godot":

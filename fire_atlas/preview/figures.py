@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from fire_atlas.atlas.sheet import Page
 from fire_atlas.effect.flakes.statistics import Figure
-from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.atlas.texture_packer import AtlasFile
 
 
 @dataclass(frozen=True, slots=True)

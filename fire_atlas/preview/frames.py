@@ -7,7 +7,7 @@ import numpy as np
 from fire_atlas.atlas.sheet import Region
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Bytes
-from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.pages.page_file import read_page
 
 

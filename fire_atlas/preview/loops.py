@@ -4,7 +4,7 @@ from collections import deque
 from itertools import islice
 
 from fire_atlas.effect.flakes.statistics import Figure
-from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.preview.blend import as_seen
 from fire_atlas.preview.frames import cut_frames
 from fire_atlas.vision.loop_figures import LoopFigures, loop_figures

@@ -18,7 +18,7 @@ from fire_atlas.core.pixels import srgb_to_hex
 from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.statistics import Figure, ember_figures
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
-from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.pages.page_file import read_page_file
 from fire_atlas.formats.templates.jinja import environment
 from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted

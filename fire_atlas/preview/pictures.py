@@ -14,7 +14,7 @@ from fire_atlas.core.pixels import Bytes, encode_bytes
 from fire_atlas.effect.composition.composite import expose
 from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.frames import cut_frames, staged_frames
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.files import MOST_JSON, read_file
+from fire_atlas.core.files import MAX_JSON_BYTES, read_file
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.blaze import Burning
 from fire_atlas.generators.profile.file import SUFFIX, read_profile
@@ -96,6 +96,6 @@ def learnt(
 
 def _read(path: Path) -> bytes:
     try:
-        return read_file(path, MOST_JSON)
+        return read_file(path, MAX_JSON_BYTES)
     except OSError as error:
         raise SourceError(f"{path}: cannot be read ({error.strerror})") from error

@@ -30,8 +30,8 @@ USERS = MappingProxyType({"mine.txt": b"mine", "fire-9.png": b"painted", ".hidde
 
 _NEEDED = (
     "filelock", "fire_atlas.pipeline.build", "fire_atlas.pipeline.check", "fire_atlas.cli.build",
-    "fire_atlas.cli.check", "fire_atlas.cli.clean", "fire_atlas.formats.atlas.json_hash",
-    "fire_atlas.formats.templates.shipped",
+    "fire_atlas.cli.check", "fire_atlas.cli.clean", "fire_atlas.formats.atlas.texture_packer",
+    "fire_atlas.formats.templates.export",
     "fire_atlas.outputs.recovery", "fire_atlas.sources.frames",
 )  # fmt: skip
 

@@ -23,7 +23,7 @@ from fire_atlas.channels.sheet import with_maps
 from fire_atlas.core.errors import OutputError, SourceError
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
-from fire_atlas.formats.atlas.json_hash import export_json_hash, read_atlas
+from fire_atlas.formats.atlas.texture_packer import export_json_hash, read_atlas
 from fire_atlas.formats.pages.page_file import read_page, write_page
 from fire_atlas.preview.frames import cut_frames
 from fire_atlas.recipe.output import Atlas, Engine, Layer

@@ -12,7 +12,7 @@ from PIL import Image
 
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.pixels import decode_bytes, encode_bytes
-from fire_atlas.formats.atlas.json_hash import read_atlas
+from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.preview.frames import staged_frames
 
 from .browser import Browser, Seen, assert_quiet, built, picture

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fire_atlas.formats.atlas.json_hash import AtlasFile, read_atlas
+from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.frames import staged_frames
 

@@ -13,7 +13,7 @@ from fire_atlas.cli import main
 from fire_atlas.core.pixels import decode_bytes, encode_bytes
 from fire_atlas.effect.composition.composite import expose
 from fire_atlas.effect.flakes.drawing import draw_flakes
-from fire_atlas.formats.atlas.json_hash import read_atlas
+from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.tracks.tracks_json import read_tracks
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.frames import staged_frames

@@ -14,9 +14,9 @@ from fire_atlas.engines.godot.settings_file import KEEP, import_settings
 from fire_atlas.engines.godot.stage import Stage, pivot
 from fire_atlas.engines.godot.text import node_name, number, quoted, real, titles
 from fire_atlas.engines.godot.uids import uid_of
+from fire_atlas.formats.names import flakes_file
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
-from fire_atlas.formats.tracks.names import flakes_file
 from fire_atlas.recipe.godot import GodotOptions
 
 _PLAYER, _TRACKS, _TABLES = "_flakes.gd", "_flake_tracks.gd", "_flakes.tres"

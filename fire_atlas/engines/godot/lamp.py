@@ -7,7 +7,7 @@ import numpy as np
 
 from fire_atlas.core.pixels import linear_to_srgb
 from fire_atlas.effect.composition.light import ClipLight
-from fire_atlas.formats.tracks.light import shining
+from fire_atlas.formats.tracks.light import light_of_frames
 
 TEXTURE = 256
 """Side of the lamp's texture, px: light falls off to nothing from its middle to its edge."""
@@ -40,7 +40,7 @@ def lamp_of(
     """Return the lamp of ``lights``; ``pivots`` says where in px of its frame each is held."""
     begins, rows, radii = [0], list[tuple[float, ...]](), list[float]()
     for name, light in lights.items():
-        for frame in shining(light):
+        for frame in light_of_frames(light):
             colour = np.array([frame[channel] for channel in "rgb"])
             told = linear_to_srgb(colour) if blend_space == "srgb" else colour
             place = frame["x"] - pivots[name][0], frame["y"] - pivots[name][1]

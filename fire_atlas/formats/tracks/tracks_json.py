@@ -1,6 +1,6 @@
-"""Flake tracks as JSON: spawns to emit the flakes again, and every flake in every frame.
+"""Flake tracks as JSON: the spawns of all flakes, and each flake in each frame.
 
-The form from which this tool reads tracks back, for ``preview`` and ``inspect``.
+This format is also read back, for ``preview`` and ``inspect``.
 """
 
 import json
@@ -12,24 +12,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.files import MOST_JSON, read_file
+from fire_atlas.core.files import MAX_JSON_BYTES, read_file
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
-from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.checks import number, whole
 from fire_atlas.formats.decimals import plain, table_text
+from fire_atlas.formats.names import animation_stem, flakes_file
 from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite, frame_time
-from fire_atlas.formats.tracks.names import flakes_file, stem_of
 
 _AGE, _SIZE = COLUMNS.index("age"), COLUMNS.index("size")
 _BIRTH = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
 
-_LARGEST = 2.0**53
-"""No number of the tables comes near it, and whole ones are exact below."""
+_MAX_NUMBER = 2.0**53
+"""Largest number that is read: whole ones are exact below."""
 
 
 def write_tracks_json(name: str, tracks: Tracks) -> OutputFile:
-    """Return ``name.flakes.json``: one spawn and one flake of a frame a line."""
+    """Return ``name.flakes.json``, with a line for each spawn and for each flake of a frame."""
     assert_finite(tracks)
     head = json.dumps(_head(name, tracks), ensure_ascii=False)[:-1].encode()
     spawns = ",\n".join(_spawns(tracks)).encode()
@@ -70,26 +70,26 @@ def _frame(tracks: Tracks, frame: int) -> bytes:
 
 
 def read_all_tracks(atlas: AtlasFile) -> dict[str, Tracks]:
-    """Return the flakes of each animation of an atlas that lie beside it, by its name."""
+    """Read the tracks that lie beside an atlas, by the name of the animation."""
     names = [animation.name for animation in atlas.sheet.animations]
-    files = {name: flakes_file(stem_of(atlas.sheet.title, name), "json") for name in names}
+    files = {name: flakes_file(animation_stem(atlas.sheet.title, name), "json") for name in names}
     found = {name: read_tracks(atlas.path.with_name(file)) for name, file in files.items()}
     return {name: tracks for name, tracks in found.items() if tracks is not None}
 
 
 def read_tracks(path: Path) -> Tracks | None:
-    """Return the tracks in a file; None where there is no such file.
+    """Read the tracks in a file; None if there is no such file.
 
-    Whether flakes are drawn as squares is not written, nor which flight a row belongs to: this is
-    derived from births and ages.
+    The file does not state which flight a row belongs to: that is derived from spawns and ages. It
+    does not state either whether flakes are drawn as squares.
 
     Raises:
-        SourceError: The file is none that ``write_tracks_json`` made.
+        SourceError: The file was not made by ``write_tracks_json``.
     """
     if not path.exists():
         return None
     try:
-        return _tracks(json.loads(read_file(path, MOST_JSON)))
+        return _tracks(json.loads(read_file(path, MAX_JSON_BYTES)))
     except OSError as error:
         raise SourceError(f"{path}: the tracks cannot be read ({error.strerror})") from None
     except (
@@ -108,11 +108,11 @@ def _tracks(document: dict[str, Any]) -> Tracks:
     births = [[spawn[column] for column in SPAWN_COLUMNS] for spawn in document["spawns"]]
     spawns = _table(births, len(SPAWN_COLUMNS))
     frames = [_table(frame["rows"], len(COLUMNS))[:, order] for frame in document["frames"]]
-    every, counts = np.concatenate(frames), [len(rows) for rows in frames]
-    if (every[:, _SIZE] < 0).any():
+    rows, counts = np.concatenate(frames), [len(frame) for frame in frames]
+    if (rows[:, _SIZE] < 0).any():
         raise ValueError("a flake is smaller than nothing")
-    flights = _flights(every[:, 0], spawns)
-    moments = _moments(every[:, _AGE] * fps, flights)
+    flights = _flights(rows[:, 0], spawns)
+    moments = _moments(rows[:, _AGE] * fps, flights)
     ends = np.cumsum(counts)[:-1]
     return Tracks(
         fps=fps,
@@ -129,19 +129,19 @@ def _tracks(document: dict[str, Any]) -> Tracks:
 
 def _table(rows: Sequence[Any], columns: int) -> NDArray[np.float64]:
     table = np.array(rows, np.float64).reshape(-1, columns)
-    if not (np.abs(table) < _LARGEST).all():
+    if not (np.abs(table) < _MAX_NUMBER).all():
         raise ValueError("a number is too large, or is none")
     return table
 
 
 def _flights(ids: NDArray[np.float64], spawns: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return which flight each row belongs to: the first id of its flake.
+    """Return the flight that each row belongs to: the smallest id of its flake.
 
-    All ids of one flake have the same birth but for the time, and the first of them is the least.
+    All ids of one flake have the same spawn except for its time.
 
     Args:
         ids: (rows,) of all frames.
-        spawns: (ids, 9) births, columns ``SPAWN_COLUMNS``, by id.
+        spawns: (ids, 9), columns ``SPAWN_COLUMNS``, sorted by id.
     """
     births = map(tuple, spawns[:, _BIRTH].tolist())
     first = dict[tuple[float, ...], float]()
@@ -151,7 +151,10 @@ def _flights(ids: NDArray[np.float64], spawns: NDArray[np.float64]) -> NDArray[n
 
 
 def _moments(ages: NDArray[np.float64], flights: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return how many frames each row comes after the first of its flight; ``ages`` in frames."""
+    """Return the number of frames between the first row of a flight and each row.
+
+    ``ages`` (rows,) are in frames.
+    """
     _, flight = np.unique(flights, return_inverse=True)
     youngest = np.full(len(flights), np.inf)
     np.minimum.at(youngest, flight, ages)
