@@ -1,11 +1,6 @@
 """Names of the files that describe a build's pages and flakes, known before any work is done."""
 
-from typing import Literal, TypeAlias
-
-DescriptionName: TypeAlias = Literal["json", "json-array", "phaser", "aseprite", "css", "tpsheet"]
-"""Exports that describe the pages of one scale."""
-
-ENDINGS: dict[DescriptionName, str] = {
+ENDINGS = {
     "json": ".json",
     "json-array": ".array.json",
     "phaser": ".phaser.json",
@@ -13,7 +8,7 @@ ENDINGS: dict[DescriptionName, str] = {
     "css": ".css",
     "tpsheet": ".tpsheet",
 }
-"""Endings of the files that such an export writes, at least one of each scale."""
+"""Endings of the files that describe the pages of one scale, by the export that writes them."""
 
 
 def animation_stem(build: str, animation: str) -> str:

@@ -1,4 +1,4 @@
-"""Flake tracks as packed arrays that a script of the engine plays."""
+"""Flake tracks as packed arrays, which a script plays in Godot."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -21,16 +21,16 @@ class FlakeArrays:
     """The flakes of all animations, one after the other.
 
     Attributes:
-        begins: Number of the first frame of each animation, and behind the last of them.
+        begins: Number of the first frame of each animation, and last the number of all frames.
         loops: Whether frame 0 of an animation follows its last one, 1 or 0.
-        hard: Whether the flakes of an animation are squares that stay for a frame, 1 or 0.
-        first: Index of the first row of each frame, and behind the last of them.
-        next: Index of the row that shows the same flake in the following frame; -1: it is gone.
-        rows: (rows, 10) place x, y from the pivot, px, y down; way to the next frame dx, dy, px;
-            length along and width across the rotation, px; rotation, rad, clockwise on screen;
-            light r, g, b at the centre, linear.
-        most: Most rows of a frame.
-        bounds: (x, y, width, height) px around all flakes, seen from the pivot.
+        hard: Whether the flakes of an animation are squares that move once a frame, 1 or 0.
+        first: Index of the first row of each frame, and last the number of all rows.
+        next: Index of the row of the same flake in the following frame, -1 if there is none.
+        rows: (rows, 10) position x, y from the pivot, px, y down; displacement to the next frame
+            dx, dy, px; length and width, px; rotation, rad, clockwise on screen; linear light
+            r, g, b at the centre.
+        most: Largest number of rows of a frame.
+        bounds: (x, y, width, height) around all flakes, px from the pivot.
     """
 
     begins: list[int]
@@ -43,19 +43,19 @@ class FlakeArrays:
     bounds: tuple[int, int, int, int]
 
     def rows_text(self) -> str:
-        """Return ``rows`` as text, a row a line."""
+        """Return ``rows`` as text, one line per row."""
         return table_text(self.rows, _DECIMALS, "", ", ", ",\n").decode().removesuffix(",\n")
 
 
 def flake_arrays(
     tracks: Mapping[str, Tracks], pivots: Mapping[str, tuple[float, float]]
 ) -> FlakeArrays:
-    """Return the arrays of ``tracks``; ``pivots`` says where in px of its frame each is held."""
+    """Return the arrays of ``tracks``; ``pivots`` has the pivot of each animation, px."""
     begins, first, following = [0], [0], list[int]()
     tables = []
-    for name, flown in tracks.items():
-        assert_finite(flown)
-        each = as_drawn(flown)
+    for name, recorded in tracks.items():
+        assert_finite(recorded)
+        each = as_drawn(recorded)
         counts = [len(frame) for frame in each.frames]
         following += _following(each, first[-1])
         first += [first[-1] + int(end) for end in np.cumsum(counts)]
@@ -88,12 +88,12 @@ def _rows(
 
 
 def _following(tracks: Tracks, first: int) -> Iterator[int]:
-    """Yield for each row the index, of all, of its flake's row in the next frame, else -1.
+    """Yield for each row the index of the same flake's row in the next frame, -1 if there is none.
 
-    ``first`` is the index of the first row.
+    ``first`` is the index of the first row of ``tracks``.
     """
     begins = first + np.cumsum([0, *(len(frame) for frame in tracks.frames)])
-    # One number for each row; the same flake's row a frame later has the next one.
+    # A number for each row; the same flake has the next number a frame later.
     numbers = [
         (flights << 32) + moments
         for flights, moments in zip(tracks.flights, tracks.moments, strict=True)

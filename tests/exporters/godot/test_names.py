@@ -13,7 +13,7 @@ from PIL import Image
 
 from fire_atlas.cli import main
 from fire_atlas.core.errors import OutputError
-from fire_atlas.engines.godot.text import node_name, number, quoted, real, titles
+from fire_atlas.engines.godot.names import node_name, number, quoted, real, titles
 
 from ..test_sprites_and_members import draw
 from .engine import Game

@@ -9,8 +9,8 @@ import pytest
 
 from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
-from fire_atlas.engines.godot.settings_file import import_settings
-from fire_atlas.engines.godot.uids import derived_uid
+from fire_atlas.engines.godot.import_settings import import_settings
+from fire_atlas.engines.godot.names import derived_uid
 from fire_atlas.recipe.godot import GodotOptions
 
 from .engine import Game

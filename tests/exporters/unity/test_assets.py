@@ -7,8 +7,8 @@ import pytest
 import yaml
 from unityparser import UnityDocument
 
-from fire_atlas.engines.unity.geometry import max_texture_size
 from fire_atlas.engines.unity.names import player_name
+from fire_atlas.engines.unity.sprites import max_texture_size
 
 from .products import ALONE, SEVERAL, Fire, exported, kinds
 from .type_trees import Loader, documents, faults, importer

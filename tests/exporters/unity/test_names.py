@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.engines.unity.export import scalar, single
 from fire_atlas.engines.unity.names import file_stems, player_name, sprite_names, state_names
-from fire_atlas.engines.unity.yaml_text import scalar, single
 from fire_atlas.recipe.name import NAME_PATTERN
 
 from .products import Fire, exported
