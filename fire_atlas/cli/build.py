@@ -5,7 +5,7 @@ from pathlib import Path
 
 from fire_atlas.cli.depfile import refuse_overwriting, write_depfile
 from fire_atlas.cli.failure import Failures
-from fire_atlas.cli.progress import Outcome, Quiet, told_if_interrupted, view_for
+from fire_atlas.cli.progress import BuildView, Outcome, shows_interruption, view_for
 from fire_atlas.core.errors import OutputError
 from fire_atlas.outputs.folder import default_folder
 from fire_atlas.outputs.freshness import why_other_bytes, why_stale
@@ -18,7 +18,7 @@ def run(args: Namespace) -> int:
     """Build every recipe named, whatever becomes of the others; return the worst exit code."""
     view = view_for(args.json, args.quiet, args.verbose > 0)
     failures = Failures(args.verbose > 1, view.failed)
-    with failures.caught(), told_if_interrupted(view):
+    with failures.caught(), shows_interruption(view):
         if args.depfile:
             refuse_overwriting(args.depfile)
         trees = read_recipes(args, view, failures)
@@ -28,7 +28,7 @@ def run(args: Namespace) -> int:
     return failures.worst_code
 
 
-def read_recipes(args: Namespace, view: Quiet, failures: Failures) -> list[RecipeTree]:
+def read_recipes(args: Namespace, view: BuildView, failures: Failures) -> list[RecipeTree]:
     """Return the recipes that can be read and whose outputs have a good name.
 
     Raises:
@@ -50,7 +50,7 @@ def folder_of(tree: RecipeTree, args: Namespace) -> Path:
     return args.out or default_folder(tree.path)
 
 
-def _build(tree: RecipeTree, args: Namespace, view: Quiet, failures: Failures) -> bool:
+def _build(tree: RecipeTree, args: Namespace, view: BuildView, failures: Failures) -> bool:
     """Build one recipe, or say what would be done; return whether that went well."""
     view.begin(tree.path)
     with failures.caught():
@@ -94,7 +94,7 @@ def _confirm(tree: RecipeTree, args: Namespace) -> Outcome:
     return Outcome(fresh=True)
 
 
-def build_recipe(tree: RecipeTree, args: Namespace, view: Quiet) -> Outcome:
+def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
     """Build one recipe, or find that there is nothing to do before anything heavy is imported."""
     out = folder_of(tree, args)
     if not args.force and why_stale(tree, out) is None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PIL import ImageColor
 
-from fire_atlas.cli.progress import told_if_interrupted, view_for
+from fire_atlas.cli.progress import shows_interruption, view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
@@ -17,7 +17,7 @@ from fire_atlas.formats.tracks.tracks_json import read_all_tracks, read_tracks
 from fire_atlas.outputs.disk import explained, temporary_folder, write_whole
 from fire_atlas.outputs.folder import default_folder, recover_default
 from fire_atlas.preview.page import preview_page
-from fire_atlas.preview.pictures import Color, animation, contact_sheet
+from fire_atlas.preview.pictures import Color, animated_image, contact_sheet
 
 _SUFFIX = {"gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"}
 
@@ -34,7 +34,7 @@ def run(args: Namespace) -> int:
                 tracks = read_tracks(path.with_name(flakes_file(path.stem, "json")))
                 data = contact_sheet(atlas, tracks, clip, background)
             case _:
-                data = animation(atlas, args.kind, background)
+                data = animated_image(atlas, args.kind, background)
         target = args.out or _default_target(args, path.stem)
     write_whole(target, data)
     if not args.quiet:
@@ -93,7 +93,7 @@ def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
     loaded = load_checked(tree)
     with temporary_folder() as folder:
         try:
-            with told_if_interrupted(view):
+            with shows_interruption(view):
                 options = BuildOptions.of(args.jobs, args.most_pixels)
                 build(loaded, folder, options, view)
         finally:

@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 from fire_atlas.cli.build import build_recipe, folder_of, read_recipes
 from fire_atlas.cli.failure import Failures
-from fire_atlas.cli.progress import Quiet, told_if_interrupted, view_for
+from fire_atlas.cli.progress import BuildView, shows_interruption, view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import SourceError
 from fire_atlas.outputs.dependencies import files_of, folders_of, recipe_files
@@ -73,7 +73,7 @@ def run(args: Namespace) -> int:
         if not path.exists():
             read_tree(path)  # says so
     view = view_for(False, args.quiet, args.verbose > 0)
-    with told_if_interrupted(view):
+    with shows_interruption(view):
         watched = _pass(args, view, _Watched())
         while True:
             if not args.quiet:
@@ -120,7 +120,7 @@ def _identity(folder: Path) -> _Identity | None:
     return (status.st_dev, status.st_ino) if S_ISDIR(status.st_mode) else None
 
 
-def _pass(args: Namespace, view: Quiet, before: _Watched) -> _Watched:
+def _pass(args: Namespace, view: BuildView, before: _Watched) -> _Watched:
     """Build what is not up to date, and return what to look at from now on."""
     failures = Failures(args.verbose > 1, view.failed)
     named = [path.resolve() for path in args.recipes]

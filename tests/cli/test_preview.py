@@ -18,7 +18,7 @@ from fire_atlas.core.pixels import linear_to_srgb, srgb_to_linear
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.frames import cut_frames
-from fire_atlas.preview.pictures import animation, contact_sheet, schedule
+from fire_atlas.preview.pictures import animated_image, contact_sheet, schedule
 
 Run = Callable[..., CompletedProcess[str]]
 
@@ -154,7 +154,7 @@ def test_rounded_durations_keep_time(durations: list[float], format_: tuple[int,
 
 @pytest.mark.parametrize(("kind", "name"), [("gif", "GIF"), ("webp", "WEBP"), ("apng", "PNG")])
 def test_an_animation_has_every_frame_at_its_time(atlas: Path, kind: Any, name: str) -> None:
-    with Image.open(io.BytesIO(animation(read_atlas(atlas), kind, (0, 0, 64)))) as picture:
+    with Image.open(io.BytesIO(animated_image(read_atlas(atlas), kind, (0, 0, 64)))) as picture:
         assert picture.format == name
         durations, colours = [], []
         for frame in ImageSequence.Iterator(picture):

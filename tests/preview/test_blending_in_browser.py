@@ -13,7 +13,7 @@ from PIL import Image
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.pixels import decode_bytes, encode_bytes
 from fire_atlas.formats.atlas.texture_packer import read_atlas
-from fire_atlas.preview.frames import staged_frames
+from fire_atlas.preview.frames import aligned_frames
 
 from .browser import Browser, Seen, assert_quiet, built, picture
 
@@ -202,7 +202,7 @@ def test_packed_frames_pass_into_one_another_through_their_own_boxes(
 def test_rotated_frames_blend(browser: Browser, tmp_path: Path) -> None:
     page = built(tmp_path, atlas={"rotate": True, "alpha": "premultiplied", "max_size": 120})
     file = read_atlas(page.with_name("fire.json"))
-    frames = [frame.astype(np.float64) for frame in staged_frames(file)]
+    frames = [frame.astype(np.float64) for frame in aligned_frames(file)]
     seen = browser.visit(page, ("press", "m"), ("press", "."), PIXELS)
     assert any(region.rotated for region in file.frames)
     assert np.abs(shown(seen, 0) - over((frames[0] + frames[1]) / 2)).max() <= 2

@@ -10,7 +10,7 @@ from PIL import Image
 
 from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import staged_frames
+from fire_atlas.preview.frames import aligned_frames
 
 from .browser import COUNT, Browser, assert_quiet, built, picture, previewed
 
@@ -42,7 +42,7 @@ def test_each_layer_is_shown_as_its_page_has_it(
     steps = [each for _ in range(COUNT) for each in (*looks, ("press", "ArrowRight"))]
     seen = browser.visit(page, *steps)
     assert_quiet(seen, page)
-    sheets = [list(staged_frames(a)) for a in (atlas, *(layer(atlas, k) for k in KINDS))]
+    sheets = [list(aligned_frames(a)) for a in (atlas, *(layer(atlas, k) for k in KINDS))]
     for i in range(COUNT):
         shown = [picture(r)[..., :3].astype(int) for r in seen.results[6 * i : 6 * i + 6 : 2]]
         for drawn, frames in zip(shown, sheets, strict=True):

@@ -16,7 +16,7 @@ from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.tracks.tracks_json import read_tracks
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import staged_frames
+from fire_atlas.preview.frames import aligned_frames
 
 from .browser import COUNT, Browser, assert_quiet, built, picture, previewed
 
@@ -55,7 +55,7 @@ def test_every_frame_is_blended_as_its_client_blends_it(
         page, *look_and_step, ("click", "[value='#ffffff']"), ("pixels", "#picture")
     )
     assert_quiet(seen, page)
-    frames = list(staged_frames(read_atlas(page.with_name("fire.json"))))
+    frames = list(aligned_frames(read_atlas(page.with_name("fire.json"))))
     grounds = [(32, 64, 96)] * COUNT + [(255, 255, 255)]
     for frame, ground, drawn in zip([*frames, frames[0]], grounds, seen.results, strict=True):
         expected = blend(frame, ground, atlas["alpha"], atlas["blend_space"])
@@ -161,7 +161,7 @@ def test_each_control_works_by_mouse_and_by_key(number: int, toggled: Any) -> No
 
 
 def frames_of(page: Path) -> list[NDArray[np.uint8]]:
-    return list(staged_frames(read_atlas(page.with_name("fire.json"))))
+    return list(aligned_frames(read_atlas(page.with_name("fire.json"))))
 
 
 def test_the_seam_lays_the_last_frame_over_the_first(browser: Browser, page: Path) -> None:

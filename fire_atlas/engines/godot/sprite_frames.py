@@ -120,10 +120,7 @@ def textures_of(sheet: AtlasSheet) -> tuple[list[AtlasTexture], dict[str, int]]:
 def animations_of(
     sheet: AtlasSheet, textures: dict[str, int], options: GodotOptions
 ) -> list[SpriteAnimation]:
-    """Return the animations; ``textures`` has the index of each frame's texture by its name.
-
-    Godot 3 shows every frame for one tick, so frames that last longer are repeated there.
-    """
+    """Return the animations; ``textures`` has the index of each frame's texture by its name."""
     durations = {region.name: region.duration for region in sheet.regions}
     title_of = titles(animation.name for animation in sheet.animations)
     animations = []
@@ -134,10 +131,10 @@ def animations_of(
             SpriteFrame(textures[frame], count)
             for frame, count in zip(animation.frames, ticks, strict=True)
         ]
-        if options.version == 3:
+        if options.version == 3:  # shows every frame for one tick: longer ones are repeated
             frames = [SpriteFrame(f.texture, 1) for f in frames for _ in range(int(f.duration))]
-        title = title_of[animation.name]
-        animations.append(SpriteAnimation(title, animation.loop, speed, tuple(frames)))
+        title, loop = title_of[animation.name], animation.loop
+        animations.append(SpriteAnimation(title, loop, speed, tuple(frames)))
     return animations
 
 

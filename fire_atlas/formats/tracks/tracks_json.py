@@ -80,8 +80,7 @@ def read_all_tracks(atlas: AtlasFile) -> dict[str, Tracks]:
 def read_tracks(path: Path) -> Tracks | None:
     """Read the tracks in a file; None if there is no such file.
 
-    The file does not state which flight a row belongs to: that is derived from spawns and ages. It
-    does not state either whether flakes are drawn as squares.
+    The flight of each row is not in the file but derived from spawns and ages.
 
     Raises:
         SourceError: The file was not made by ``write_tracks_json``.
