@@ -1,4 +1,4 @@
-"""The whole line in one function: recipe in, finished files out."""
+"""Build a recipe: the whole pipeline from recipe to output files in one function."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.animate import animate_views
 from fire_atlas.pipeline.check import CheckedRecipe
 from fire_atlas.pipeline.context import BuildContext, BuildOptions
-from fire_atlas.pipeline.contribution import build_statistics, named
+from fire_atlas.pipeline.contribution import animations_by_name, build_statistics
 from fire_atlas.pipeline.open import check_inputs, hash_inputs, input_files, open_input
 from fire_atlas.pipeline.pack_only import pack_only
 from fire_atlas.pipeline.pages import images, pack
@@ -29,12 +29,12 @@ from fire_atlas.sources.sprites import Sprites
 
 @dataclass(frozen=True, slots=True)
 class BuildReport:
-    """What a build did.
+    """The result of a build.
 
     Attributes:
         files: The outputs, in the order they were written.
-        timings: Seconds by stage.
-        statistics: Figures about the result, as in the manifest.
+        timings: Seconds spent in each stage.
+        statistics: Of the result, as in the manifest.
     """
 
     files: tuple[Path, ...]
@@ -45,10 +45,10 @@ class BuildReport:
 def build(
     loaded: CheckedRecipe, out: Path, options: BuildOptions, progress: Progress
 ) -> BuildReport:
-    """Build one recipe into the folder ``out``: everything is written, or nothing is.
+    """Build one recipe into the folder ``out``: all outputs are written, or none.
 
     Raises:
-        FireAtlasError: Anything a person can mend; the previous outputs are whole.
+        FireAtlasError: A problem that the user can mend; the previous outputs are unchanged.
     """
     recipe, timer = loaded.recipe, StageTimer()
     with (
@@ -69,7 +69,7 @@ def build(
                 contributions.append(pack_only(part.recipe, opened, context))
             else:
                 contributions.append(animate_views(part.recipe, opened, context))
-        animations = named(contributions)
+        animations = animations_by_name(contributions)
         with timer.measure("pack"):
             sheets = pack(recipe.name, animations, recipe.atlas, recipe.maps, progress)
         with timer.measure("write"):

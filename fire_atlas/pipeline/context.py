@@ -1,4 +1,4 @@
-"""What every step of a build shares besides its data."""
+"""The context of a build, shared by all its steps: workers, progress, timer and limits."""
 
 from dataclasses import dataclass, field
 from typing import Self
@@ -10,12 +10,12 @@ from fire_atlas.sources.listing import MAX_PIXELS
 
 @dataclass(frozen=True, slots=True)
 class BuildOptions:
-    """What whoever starts a build decides besides the recipe.
+    """Options of a build that are not in the recipe.
 
     Attributes:
-        jobs: Threads.
-        most_pixels: Larger pictures of a source are refused.
-        overwrite: Files that no manifest vouches for may be replaced.
+        jobs: Number of threads.
+        most_pixels: Input images with more pixels are refused.
+        overwrite: Whether files that no build wrote may be replaced.
     """
 
     jobs: int = field(default_factory=default_jobs)
@@ -24,19 +24,19 @@ class BuildOptions:
 
     @classmethod
     def of(cls, jobs: int | None, most_pixels: int, overwrite: bool = False) -> Self:
-        """Return options; without a number of ``jobs``, as many as there are processors."""
+        """Return options; without ``jobs``, the number of processors is taken."""
         return cls(jobs or default_jobs(), most_pixels, overwrite)
 
 
 @dataclass(frozen=True, slots=True)
 class BuildContext:
-    """Who works, who hears of the progress, and who takes the time. No result depends on it.
+    """What the steps of a build share besides their data; no result depends on it.
 
     Attributes:
         workers: The pool of threads.
-        progress: Hears of stages, steps and notes.
+        progress: Receives stages, steps and notes.
         timer: Measures how long each stage takes.
-        most_pixels: Larger pictures of a source are refused.
+        most_pixels: Input images with more pixels are refused.
     """
 
     workers: Workers
@@ -46,5 +46,5 @@ class BuildContext:
 
     @classmethod
     def silent(cls, workers: Workers, most_pixels: int = MAX_PIXELS) -> Self:
-        """Return the context of a step that is run on its own: nobody hears of it."""
+        """Return a context that reports no progress, for a step that runs on its own."""
         return cls(workers, SilentProgress(), StageTimer(), most_pixels)

@@ -1,4 +1,4 @@
-"""Simulate the flakes of a clip: they fly over the recorded field (Kim & Lee, section III-C)."""
+"""Simulate the flakes of a clip in the recorded velocity field (Kim & Lee, section III-C)."""
 
 import math
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ class SimulationSettings:
 
     @classmethod
     def of(cls, recipe: Recipe) -> Self:
-        """Take the sections from a recipe that has flakes."""
+        """Return the sections of a recipe that has flakes."""
         if recipe.flakes == "none":
             raise ValueError("without flakes there is nothing to simulate")
         return cls(
@@ -41,7 +41,7 @@ class SimulationSettings:
 
     @property
     def shutter(self) -> float:
-        """Part of a frame the shutter is open."""
+        """Part of a frame during which the shutter is open, 0..1."""
         return self.motion_blur.shutter if isinstance(self.motion_blur, MotionBlur) else 0.0
 
 
@@ -52,19 +52,19 @@ def simulate(
     settings: SimulationSettings,
     context: BuildContext,
 ) -> Tracks:
-    """Fly the flakes over the recorded field and record where each is in every frame.
+    """Move the flakes through the recorded field, and record all of them in every frame.
 
     Args:
         clip: The clip as it is played.
-        study: What holds for the whole clip.
-        analysis: Births and field.
-        settings: What the recipe says.
-        context: The pool, and who hears of the progress.
+        study: Constants of the whole clip.
+        analysis: Spawns and field.
+        settings: Sections of the recipe.
+        context: Workers, progress and timer.
     """
     flakes, spawns, progress = settings.flakes, analysis.spawns, context.progress
     if clip.loop:
         spawns = thinned(spawns, flakes.max, clip.count, clip.fps, settings.seed)
-    # A loop's flakes fly on past its end, until the last born has cooled.
+    # The flakes of a loop fly on past its end, until the last one has burnt out.
     count = clip.count + (math.ceil(flakes.life[1] * clip.fps) + 1 if clip.loop else 0)
     progress.stage("fly", count)
     swarms = list[Swarm]()
@@ -91,7 +91,7 @@ def _flight(clip: Clip, settings: SimulationSettings) -> Flight:
         lag=flakes.lag,
         gravity=buoyancy.gravity * clip.height,
         wander=buoyancy.turbulence * clip.height,
-        # What fades is dark before it is outside.
+        # Flakes that fade at the edge are dark before they leave the frame.
         streak=(flakes.stretch + settings.shutter) / clip.fps if flakes.edge == "crop" else 0.0,
         most=flakes.max,
         width=clip.width,

@@ -21,7 +21,7 @@ from fire_atlas.effect.flame.palette import clip_palette
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
 from fire_atlas.pipeline.analyse import Analysis, AnalysisSettings, analyse
 from fire_atlas.pipeline.context import BuildContext
-from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip, join, layers_of
+from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip, compose_layers, layers_of
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import FramesSource
@@ -64,7 +64,7 @@ class Burnt:
         if settings.composite.palette == "clip":
             with Workers(1) as workers:
                 palette = clip_palette(self.clip, workers)
-        return as_light(join(layers_of(i, self.simulated, settings), settings, palette))
+        return as_light(compose_layers(layers_of(i, self.simulated, settings), settings, palette))
 
     @property
     def simulated(self) -> SimulatedClip:
