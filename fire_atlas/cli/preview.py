@@ -23,7 +23,7 @@ _SUFFIX = {"gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"
 
 
 def run(args: Namespace) -> int:
-    """Make what was asked for, of a recipe or of an atlas that is built already."""
+    """Make the page or picture of a recipe, or of an atlas that is built already."""
     background = _color(args.background)
     with _atlas(args) as (path, clip):
         atlas = read_atlas(path)
@@ -43,7 +43,7 @@ def run(args: Namespace) -> int:
 
 
 def _default_target(args: Namespace, name: str) -> Path:
-    """Return where the result goes: pictures beside what they are of, a page beside the atlas."""
+    """Return the default path: pictures beside the recipe or atlas, a page beside the atlas."""
     if args.kind != "page":
         return Path(args.subject.with_name(f"{name}.preview{_SUFFIX[args.kind]}"))
     if not _is_recipe(args.subject):
@@ -69,9 +69,9 @@ def _is_recipe(path: Path) -> bool:
 
 @contextmanager
 def _atlas(args: Namespace) -> Iterator[tuple[Path, Clip | None]]:
-    """Yield the JSON of the atlas, and the clip it came from where that is known.
+    """Yield the path of the atlas's JSON, and the clip of its source if that is known.
 
-    The atlas of a recipe is built first, and removed at the end.
+    The atlas of a recipe is built in a temporary folder.
     """
     if not _is_recipe(args.subject):
         if args.overrides:

@@ -70,7 +70,10 @@ def test_a_manifest_that_climbs_out_of_its_folder_removes_nothing(
     before = names(build)
     result = run("clean", campfire.name)
     assert result.returncode == 1
-    assert "campfire.manifest.json: does not say soundly what was written here" in result.stderr
+    assert (
+        "campfire.manifest.json: is damaged and does not state what was written here"
+        in result.stderr
+    )
     assert names(build) == before
     assert (campfire.parent / "precious.txt").is_file()
 
