@@ -112,7 +112,7 @@ def _following(tracks: Tracks, first: int) -> Iterator[int]:
 def _bounds(rows: NDArray[np.float64]) -> tuple[int, int, int, int]:
     if not len(rows):
         return 0, 0, 0, 0
-    reach = rows[:, 4] / 2 + np.abs(rows[:, 2:4]).max(axis=1)
-    low = [int(np.floor((rows[:, axis] - reach).min())) for axis in (0, 1)]
-    high = [int(np.ceil((rows[:, axis] + reach).max())) for axis in (0, 1)]
+    extent = rows[:, 4] / 2 + np.abs(rows[:, 2:4]).max(axis=1)
+    low = [int(np.floor((rows[:, axis] - extent).min())) for axis in (0, 1)]
+    high = [int(np.ceil((rows[:, axis] + extent).max())) for axis in (0, 1)]
     return low[0], low[1], high[0] - low[0], high[1] - low[1]

@@ -64,7 +64,7 @@ def export_json_array(sheet: AtlasSheet) -> Iterator[OutputFile]:
 def _array_text(
     sheet: AtlasSheet, page: int, regions: Sequence[Region], names: Sequence[str]
 ) -> str:
-    """Return the array of frames that are called ``names`` there."""
+    """Return the array of a page, whose frames are called ``names`` in it."""
     frames = ",\n".join(
         compact({"filename": name, **frame_entry(region)})
         for name, region in zip(names, regions, strict=True)
