@@ -22,8 +22,8 @@ def test_what_a_build_wrote_is_removed_and_named(run: Run, campfire: Path) -> No
     result = run("clean", campfire.name)
     assert (result.returncode, result.stderr) == (0, "")
     assert names(build) == {"mine.txt"}
-    told = {line.split("removed ")[1] for line in result.stdout.splitlines()}
-    assert told == {str(Path("build") / name) for name in written}
+    stated = {line.split("removed ")[1] for line in result.stdout.splitlines()}
+    assert stated == {str(Path("build") / name) for name in written}
     assert campfire.is_file() and len(list((campfire.parent / "clip").iterdir())) == 6
 
 

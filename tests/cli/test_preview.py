@@ -229,25 +229,25 @@ def test_bad_previews_are_explained(
 
 def test_inspect_prints_pages_frames_and_flakes(run: Run, campfire: Path) -> None:
     run("build", campfire.name, "-q")
-    told = run("inspect", "build/campfire.json").stdout
+    stated = run("inspect", "build/campfire.json").stdout
     for word in ("campfire.png", "occupancy", "24 x 32", "0.50 s", "12", "born", "heights/s"):
-        assert word in told
+        assert word in stated
 
 
 def test_inspect_tells_of_the_flakes_of_every_animation(run: Run, campfire: Path) -> None:
     text = campfire.read_text().replace("rate: 200", "rate: 90")
     campfire.with_name("torch.yaml").write_text(f"{text}atlas: {{members: [campfire.yaml]}}\n")
     run("build", "torch.yaml", "-q")
-    told = run("inspect", "build/torch.json").stdout
-    assert "flakes of torch" in told and "flakes of campfire" in told
+    stated = run("inspect", "build/torch.json").stdout
+    assert "flakes of torch" in stated and "flakes of campfire" in stated
 
 
 def test_inspect_counts_frames_page_by_page(run: Run, atlas: Path) -> None:
-    told = run("inspect", atlas.name).stdout
-    assert "18.8 %" in told
-    assert "100.0 %" in told
-    assert "2, to 6..10 x 4..8" in told
-    assert "flakes" not in told
+    stated = run("inspect", atlas.name).stdout
+    assert "18.8 %" in stated
+    assert "100.0 %" in stated
+    assert "2, to 6..10 x 4..8" in stated
+    assert "flakes" not in stated
 
 
 def test_broken_tracks_are_refused(run: Run, atlas: Path) -> None:

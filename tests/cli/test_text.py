@@ -1,4 +1,4 @@
-"""What comes from others is printed, and nothing else: a terminal is never told to do anything."""
+"""Text from outside is printed so that a terminal interprets none of it."""
 
 import ast
 import struct

@@ -135,8 +135,8 @@ def test_a_uid_that_stands_in_a_file_is_kept(tmp_path: Path) -> None:
     for name, text in theirs.items():
         (folder / name).write_text(text)
     build(tmp_path, "art", "--overwrite")
-    told = uids(folder)
-    assert [told[name] for name in theirs] == [
+    stated = uids(folder)
+    assert [stated[name] for name in theirs] == [
         "uid://b1", "uid://b2", "uid://b3", "uid://cxjsam1fyjnui",
     ]  # fmt: skip
 
