@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from fire_atlas.cli.text import printable
 from fire_atlas.core.interruption import MESSAGE, if_interrupted
+from fire_atlas.core.progress import SilentProgress
 
 if TYPE_CHECKING:
     from fire_atlas.cli.console import ProgressBars
@@ -36,20 +37,11 @@ class Outcome:
     fresh: bool = False
 
 
-class BuildView:
+class BuildView(SilentProgress):
     """A ``Progress`` that shows nothing: the base of all views, and the one for ``--quiet``."""
 
     def begin(self, recipe: Path) -> None:
         """Begin the build of ``recipe``."""
-
-    def stage(self, name: str, total: int) -> None:
-        """Begin stage ``name``, which has ``total`` steps."""
-
-    def advance(self, done: int = 1) -> None:
-        """Count ``done`` more steps of the stage as done."""
-
-    def note(self, message: str) -> None:
-        """Show a sentence that is worth knowing but no error."""
 
     def planned(self, why: str | None) -> None:
         """Show for which reason the recipe would be built; None: it is up to date."""

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import Protocol
 
 
@@ -32,12 +33,11 @@ class SilentProgress:
         """Do nothing."""
 
 
+@dataclass(slots=True)
 class StageTimer:
     """Seconds spent in each stage of a build; a stage may be entered several times."""
 
-    def __init__(self) -> None:
-        """Start without any stage."""
-        self.seconds: dict[str, float] = {}
+    seconds: dict[str, float] = field(default_factory=dict)
 
     @contextmanager
     def measure(self, stage: str) -> Iterator[None]:

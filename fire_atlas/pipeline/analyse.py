@@ -96,14 +96,7 @@ class _FrameAnalysis:
 def analyse(
     clip: Clip, study: FlameStudy, settings: AnalysisSettings, context: BuildContext
 ) -> Analysis:
-    """Find features, flow and spawns of every frame, and record the buoyancy field.
-
-    Args:
-        clip: The clip as it is played.
-        study: Constants of the whole clip.
-        settings: Sections of the recipe.
-        context: Workers, progress and timer.
-    """
+    """Find features, flow and spawns of every frame, and record the buoyancy field."""
     context.progress.stage("analyse", clip.count)
     emitter = _emitter(clip, study, settings)
     births = dict[int, Spawns]()

@@ -54,13 +54,9 @@ def images(
     atlas: Atlas,
     maps: Maps,
 ) -> Iterator[Image]:
-    """Yield the images of all sheets: for each its pages, then its maps.
+    """Yield the images of all sheets, one for each scale: its pages, then its maps.
 
-    Args:
-        sheets: One for each scale of ``atlas``, as packed.
-        animations: In the order in which they were packed.
-        atlas: Settings of pages.
-        maps: Settings of the maps beside them.
+    ``animations`` are in the order in which they were packed.
     """
     animations = list(animations)
     frames = [frame for animation in animations for frame in animation.frames]

@@ -51,13 +51,7 @@ class RenderedFrame:
 def render(
     simulated: SimulatedClip, settings: RenderSettings, context: BuildContext
 ) -> list[RenderedFrame]:
-    """Render every frame of a clip with its flakes.
-
-    Args:
-        simulated: The clip and the results of the steps before.
-        settings: Sections of the recipe.
-        context: Workers, progress and timer.
-    """
+    """Render every frame of a clip with its flakes."""
     clip, scene, palette = simulated.clip, simulated.study.mask.scene, None
     if settings.composite.palette == "clip" and simulated.tracks is not None:
         palette = clip_palette(clip, context.workers)

@@ -52,15 +52,7 @@ def simulate(
     settings: SimulationSettings,
     context: BuildContext,
 ) -> Tracks:
-    """Move the flakes through the recorded field, and record all of them in every frame.
-
-    Args:
-        clip: The clip as it is played.
-        study: Constants of the whole clip.
-        analysis: Spawns and field.
-        settings: Sections of the recipe.
-        context: Workers, progress and timer.
-    """
+    """Move the flakes through the recorded field, and record all of them in every frame."""
     flakes, spawns, progress = settings.flakes, analysis.spawns, context.progress
     if clip.loop:
         spawns = thinned(spawns, flakes.max, clip.count, clip.fps, settings.seed)

@@ -31,7 +31,7 @@ def figures_of_loops(atlas: AtlasFile) -> dict[str, list[Figure]]:
             (regions[name].frame_width, regions[name].frame_height) for name in animation.frames
         }
         if animation.loop and len(sizes) == 1 and 2 <= len(animation.frames) <= _MAX_FRAMES:
-            seen = (as_seen(frame, atlas.alpha, atlas.blend_space) for frame in shown)
+            seen = (as_seen(frame, atlas.sheet.alpha, atlas.sheet.blend_space) for frame in shown)
             found[animation.name] = _figures(loop_figures(seen))
         else:
             deque(shown, maxlen=0)

@@ -103,9 +103,9 @@ def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Col
         absent=[layer for layer in _LAYERS if layer not in sheets],
         motion=motion,
         encoding=motion and motion_encoding(motion.engine),
-        alpha=atlas.alpha,
-        space=_SPACES[atlas.blend_space],
-        formula=_FORMULAS[atlas.alpha],
+        alpha=atlas.sheet.alpha,
+        space=_SPACES[atlas.sheet.blend_space],
+        formula=_FORMULAS[atlas.sheet.alpha],
         shades={first: first, **{k: v for k, v in _BACKGROUNDS.items() if v != first}},
         keyboard=_KEYBOARD,
         data=_json_in_html(_data(atlas, tracks, sheets)),
@@ -130,8 +130,8 @@ def _data(
     """Return the data that the script plays."""
     motion = atlas.sheet.motion
     return {
-        "alpha": atlas.alpha,
-        "blendSpace": atlas.blend_space,
+        "alpha": atlas.sheet.alpha,
+        "blendSpace": atlas.sheet.blend_space,
         "scale": atlas.sheet.scale,
         "hasCells": atlas.sheet.grid is not None,
         "motion": motion and _vectors(motion),

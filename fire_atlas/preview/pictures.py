@@ -42,7 +42,7 @@ def animated_image(atlas: AtlasFile, kind: AnimationKind, background: Color) -> 
     durations = [frame.duration for frame in atlas.frames]
     shown = dict(schedule(durations, _TIME_STEP[kind], _MIN_DURATION[kind]))
     pictures = [
-        Image.fromarray(blend(frame, background, atlas.alpha, atlas.blend_space))
+        Image.fromarray(blend(frame, background, atlas.sheet.alpha, atlas.sheet.blend_space))
         for i, frame in enumerate(aligned_frames(atlas))
         if i in shown
     ]
@@ -94,7 +94,7 @@ def contact_sheet(
     if tracks is not None and len(tracks.frames) == count:
         rows.append([_flakes(tracks, i) for i in chosen])
     pictures = [
-        _fit(blend(frame, background, atlas.alpha, atlas.blend_space))
+        _fit(blend(frame, background, atlas.sheet.alpha, atlas.sheet.blend_space))
         for i, frame in enumerate(cut_frames(atlas))
         if i % count in chosen
     ]

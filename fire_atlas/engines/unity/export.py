@@ -27,12 +27,7 @@ from fire_atlas.engines.unity.names import (
     player_name,
     state_names,
 )
-from fire_atlas.engines.unity.sprites import (
-    PageSprite,
-    max_texture_size,
-    pivot_px,
-    sprites_of,
-)
+from fire_atlas.engines.unity.sprites import PageSprite, max_texture_size, pivot_px, sprites_of
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
 from fire_atlas.recipe.unity import UnityOptions

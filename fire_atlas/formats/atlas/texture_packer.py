@@ -105,16 +105,6 @@ class AtlasFile:
     sheet: AtlasSheet
 
     @property
-    def alpha(self) -> str:
-        """``straight``, ``premultiplied`` or ``additive``."""
-        return self.sheet.alpha
-
-    @property
-    def blend_space(self) -> str:
-        """``srgb`` or ``linear``: in which values clients blend."""
-        return self.sheet.blend_space
-
-    @property
     def frames(self) -> tuple[Region, ...]:
         """The frames of all animations in playing order, one animation after the other."""
         return self.sheet.regions
