@@ -20,7 +20,7 @@ _UNWRITABLE = re.compile(r"[\t\n\r;=|]|\\(?![\w.-])|[ :&]$|^~")
 _TARGET_END = f"{manifest_name('')}: \\".encode()
 """End of the first line of every depfile."""
 
-_LONGEST_LINE = 1 << 16
+_MAX_LINE_BYTES = 1 << 16
 
 
 def write_depfile(path: Path, built: Sequence[tuple[RecipeTree, Path]]) -> None:
@@ -59,7 +59,7 @@ def refuse_overwriting(path: Path) -> None:
     """
     if path.exists() and not _is_depfile(path):
         raise OutputError(
-            f"{path}: is no depfile, so --depfile does not write over it; choose another name, "
+            f"{path}: is not a depfile, so --depfile does not write over it; choose another name, "
             f"like {path.stem}.d"
         )
 
@@ -68,7 +68,7 @@ def _is_depfile(path: Path) -> bool:
     if not path.is_file():
         return False
     with path.open("rb") as file:
-        first = file.readline(_LONGEST_LINE).rstrip()
+        first = file.readline(_MAX_LINE_BYTES).rstrip()
     return not first or first.endswith(_TARGET_END)
 
 

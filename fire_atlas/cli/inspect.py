@@ -40,6 +40,6 @@ def _motion(manifest: Path) -> list[str]:
         return motion_sentences(decode_manifest(read_file(manifest, MAX_JSON_BYTES)).statistics)
     except (OSError, ValueError) as error:
         raise SourceError(
-            f"{manifest}: is no manifest that fire-atlas wrote ({type(error).__name__}: {error}); "
-            f"build the recipe again"
+            f"{manifest}: is not a manifest that fire-atlas wrote ({type(error).__name__}: {error})"
+            f"; build the recipe again"
         ) from error

@@ -23,8 +23,8 @@ def open_file(path: Path) -> io.BufferedReader:
     """Open a regular file, or what a link to one leads to, for reading.
 
     Raises:
-        OSError: There is none, it cannot be read, or it is a folder, pipe, device or socket, which
-            ``strerror`` says.
+        OSError: It is missing, cannot be read, or is a folder, pipe, device or socket; ``strerror``
+            says which.
     """
     file = open(path, "rb", opener=_open_at_once)  # noqa: SIM115 - the caller closes it
     mode = os.fstat(file.fileno()).st_mode

@@ -47,8 +47,8 @@ _DEVICES = {"con", "prn", "aux", "nul", "conin$", "conout$"} | {
     f"{port}{number}" for port in ("com", "lpt") for number in "123456789¹²³"
 }
 _FORBIDDEN = frozenset('<>:"/\\|?*')
-_LONGEST = 255
-"""Bytes in UTF-8."""
+_MAX_NAME_BYTES = 255
+"""Longest file name, in UTF-8, that every file system has."""
 
 
 def is_device(name: str) -> bool:
@@ -63,7 +63,7 @@ def is_portable(name: str) -> bool:
         and _FORBIDDEN.isdisjoint(name)
         and not name.endswith((".", " "))
         and not is_device(name)
-        and 0 < len(name.encode()) <= _LONGEST
+        and 0 < len(name.encode()) <= _MAX_NAME_BYTES
     )
 
 
@@ -90,5 +90,5 @@ def plain_name(name: str) -> str:
     """
     is_elsewhere = PureWindowsPath(name).name != name or not name.strip(".")
     if is_elsewhere or _UNPRINTABLE.search(name):
-        raise ValueError(f"{name!a} is no plain file name")
+        raise ValueError(f"{name!a} is not a plain file name")
     return name

@@ -21,7 +21,7 @@ class Progress(Protocol):
 
 
 class SilentProgress:
-    """Progress that is shown to nobody."""
+    """A ``Progress`` that shows nothing."""
 
     def stage(self, name: str, total: int) -> None:
         """Do nothing."""

@@ -46,7 +46,7 @@ def text(value: Any) -> str:
         ValueError: It is not.
     """
     if not isinstance(value, str):
-        raise ValueError(f"{_shown(value)} is no text")
+        raise ValueError(f"{_shown(value)} is not text")
     value.encode()
     return value
 
@@ -60,11 +60,11 @@ def one_of(value: Any, choices: Sequence[Choice]) -> Choice:
     for choice in choices:
         if value == choice:
             return choice
-    raise ValueError(f"{_shown(value)} is none of {', '.join(choices)}")
+    raise ValueError(f"{_shown(value)} is not one of {', '.join(choices)}")
 
 
 def _out_of_range(value: Any, low: float, high: float) -> ValueError:
-    return ValueError(f"{_shown(value)} is no number from {low:g} to {high:g}")
+    return ValueError(f"{_shown(value)} is not a number from {low:g} to {high:g}")
 
 
 def _shown(value: Any) -> str:

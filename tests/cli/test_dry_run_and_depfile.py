@@ -186,14 +186,14 @@ def test_a_depfile_overwrites_no_input_and_no_output(run: Run, campfire: Path, n
     before = (campfire.parent / name).read_bytes()
     result = run("build", campfire.name, "--force", "--depfile", name)
     assert result.returncode == 1
-    assert f"{name}: is no depfile" in result.stderr
+    assert f"{name}: is not a depfile" in result.stderr
     assert (campfire.parent / name).read_bytes() == before
 
 
 def test_a_depfile_does_not_overwrite_what_the_same_build_wrote(run: Run, campfire: Path) -> None:
     result = run("build", campfire.name, "--depfile", "build/campfire.json")
     assert result.returncode == 1
-    assert "is no depfile" in result.stderr
+    assert "is not a depfile" in result.stderr
     assert json.loads((campfire.parent / "build" / "campfire.json").read_text())["frames"]
 
 

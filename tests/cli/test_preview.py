@@ -80,15 +80,18 @@ def test_frames_are_cut_out_at_their_full_size_across_pages(atlas: Path) -> None
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda d: d.pop("animations"), "is no atlas that fire-atlas wrote"),
-        (lambda d: d["meta"].pop("fireAtlas"), "is no atlas that fire-atlas wrote"),
-        (lambda d: d.update(frames=[]), "is no atlas that fire-atlas wrote"),
-        (lambda d: d["meta"].update(image="../secret.png"), "is no plain file name"),
-        (lambda d: d["meta"].update(related_multi_packs=["/etc/x.json"]), "is no plain file name"),
+        (lambda d: d.pop("animations"), "is not an atlas that fire-atlas wrote"),
+        (lambda d: d["meta"].pop("fireAtlas"), "is not an atlas that fire-atlas wrote"),
+        (lambda d: d.update(frames=[]), "is not an atlas that fire-atlas wrote"),
+        (lambda d: d["meta"].update(image="../secret.png"), "is not a plain file name"),
+        (
+            lambda d: d["meta"].update(related_multi_packs=["/etc/x.json"]),
+            "is not a plain file name",
+        ),
         (lambda d: d["meta"].update(image="gone.png"), "gone.png: the page cannot be read"),
         (lambda d: d["meta"]["size"].update(w=99), "is 16x16, but the atlas says 99x16"),
         (lambda d: d["frames"]["fire/0000"]["frame"].update(x=12), "lies outside of its page"),
-        (lambda d: d["frames"]["fire/0000"]["frame"].update(x=-2), "-2 is no number from 0"),
+        (lambda d: d["frames"]["fire/0000"]["frame"].update(x=-2), "-2 is not a number from 0"),
         (lambda d: d["frames"]["fire/0001"]["spriteSourceSize"].update(y=5), "its own frame"),
     ],
 )
@@ -254,4 +257,4 @@ def test_broken_tracks_are_refused(run: Run, atlas: Path) -> None:
     atlas.with_name("fire.flakes.json").write_text('{"columns": []}')
     result = run("inspect", atlas.name)
     assert result.returncode == 1
-    assert "fire.flakes.json: are no tracks that fire-atlas wrote" in result.stderr
+    assert "fire.flakes.json: is not a file of tracks that fire-atlas wrote" in result.stderr

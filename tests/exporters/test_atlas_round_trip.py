@@ -199,8 +199,8 @@ def test_a_damaged_page_is_refused(tmp_path: Path) -> None:
         (lambda motion: motion.update(engine=["unity"]), "is no engine"),
         (lambda motion: motion.pop("scale"), "KeyError: 'scale'"),
         (lambda motion: motion["strength"].update(pixels=[1]), "IndexError"),
-        (lambda motion: motion.update(image="../fire.png"), "is no plain file name"),
-        (lambda motion: motion.update(image="c:fire.png"), "is no plain file name"),
+        (lambda motion: motion.update(image="../fire.png"), "is not a plain file name"),
+        (lambda motion: motion.update(image="c:fire.png"), "is not a plain file name"),
     ],
 )
 def test_motion_vectors_of_another_making_are_refused(
@@ -218,5 +218,5 @@ def test_motion_vectors_of_another_making_are_refused(
     document = json.loads(path.read_bytes())
     change(document["meta"]["maps"][0])
     path.write_text(json.dumps(document))
-    with pytest.raises(SourceError, match=f"is no atlas that fire-atlas wrote.*{reason}"):
+    with pytest.raises(SourceError, match=f"is not an atlas that fire-atlas wrote.*{reason}"):
         read_atlas(path)

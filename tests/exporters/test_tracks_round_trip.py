@@ -100,7 +100,9 @@ def test_what_is_no_tracks_is_refused(change: Callable[[str], str], tmp_path: Pa
     file = write_tracks_json("fire", tracks)
     text = file.data.decode()
     assert change(text) != text
-    with pytest.raises(SourceError, match=r"fire\.flakes\.json: are no tracks that fire-atlas"):
+    with pytest.raises(
+        SourceError, match=r"fire\.flakes\.json: is not a file of tracks that fire-atlas"
+    ):
         read_back(replace(file, data=change(text).encode()), tmp_path)
 
 

@@ -78,7 +78,7 @@ def test_the_same_atlas_gives_the_same_page(recipe: Path) -> None:
     ("spoil", "stated"),
     [
         (lambda page: page.unlink(), "campfire.png: the page cannot be read"),
-        (lambda page: page.write_bytes(b"no image"), "campfire.png: is no PNG or WebP"),
+        (lambda page: page.write_bytes(b"no image"), "campfire.png: is neither PNG nor WebP"),
         (
             lambda page: Image.new("RGBA", (7, 5)).save(page),
             "campfire.png: is 7x5, but the atlas says",

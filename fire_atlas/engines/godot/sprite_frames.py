@@ -25,7 +25,7 @@ _MAX_DENOMINATOR = 64
 
 
 class Margin(NamedTuple):
-    """Godot's margin of a texture, px: left and above it, and in all along x and y."""
+    """Godot's margin of a texture, px: left of and above it, and the sums of both sides."""
 
     left: float
     top: float

@@ -126,7 +126,7 @@ def read_atlas(path: Path) -> AtlasFile:
         KeyError, TypeError, AttributeError, ValueError, ArithmeticError, IndexError
     ) as error:  # fmt: skip
         raise SourceError(
-            f"{path}: is no atlas that fire-atlas wrote ({type(error).__name__}: {error});"
+            f"{path}: is not an atlas that fire-atlas wrote ({type(error).__name__}: {error});"
             " name the .json beside the pages"
         ) from error
 
@@ -139,9 +139,11 @@ def _read_json(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise RecipeError(f"{path}: cannot be read ({error.strerror})") from None
     except (ValueError, RecursionError) as error:
-        raise SourceError(f"{path}: is no JSON ({error})") from None
+        raise SourceError(f"{path}: is not JSON ({error})") from None
     if not isinstance(document, dict) or not {"frames", "meta"} <= document.keys():
-        raise SourceError(f"{path}: is no atlas (`frames` and `meta`); name the .json of a build")
+        raise SourceError(
+            f"{path}: is not an atlas (`frames` and `meta`); name the .json of a build"
+        )
     return document
 
 

@@ -73,7 +73,7 @@ def read_page_file(path: Path, width: int, height: int) -> bytes:
         with Image.open(io.BytesIO(data), formats=["PNG", "WEBP"]) as image:
             size = image.size
     except Exception as error:  # decoders raise what they like
-        raise SourceError(f"{path}: is no PNG or WebP; build the recipe again") from error
+        raise SourceError(f"{path}: is neither PNG nor WebP; build the recipe again") from error
     if size != (width, height):
         raise SourceError(
             f"{path}: is {size[0]}x{size[1]}, but the atlas says {width}x{height}; "

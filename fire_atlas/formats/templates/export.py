@@ -1,7 +1,7 @@
 """Text files made by Jinja templates: those of the tool, and a user's own.
 
-A user's template may come from somebody else, so it is rendered in a process of its own, which has
-only the context, little memory and little time.
+A user's template may come with a recipe from the Internet, so it is rendered in a process of its
+own, which has only the context, little memory and little time.
 """
 
 import json
@@ -55,7 +55,7 @@ def export_template(sheet: AtlasSheet, export: TemplateExport, path: Path) -> Ou
 def _checked_name(name: str, path: Path) -> str:
     """Return the name that the template at ``path`` gives its file, if it is allowed."""
     if name.startswith(".") or not is_portable(name):
-        objection = "which is no plain file name, good on every system"
+        objection = "which is not a file name that every system allows"
     elif is_reserved(name):
         objection = "a name that builds keep for themselves"
     else:

@@ -95,8 +95,8 @@ def read_tracks(path: Path) -> Tracks | None:
         LookupError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError
     ) as error:  # fmt: skip
         raise SourceError(
-            f"{path}: are no tracks that fire-atlas wrote ({type(error).__name__}: {error});"
-            " build the recipe again"
+            f"{path}: is not a file of tracks that fire-atlas wrote "
+            f"({type(error).__name__}: {error}); build the recipe again"
         ) from error
 
 
@@ -129,7 +129,7 @@ def _tracks(document: dict[str, Any]) -> Tracks:
 def _table(rows: Sequence[Any], columns: int) -> NDArray[np.float64]:
     table = np.array(rows, np.float64).reshape(-1, columns)
     if not (np.abs(table) < _MAX_NUMBER).all():
-        raise ValueError("a number is too large, or is none")
+        raise ValueError("a value is not a number, or is too large")
     return table
 
 
