@@ -143,7 +143,7 @@ def test_a_template_without_end_is_stopped(
      "CON", "nul.{{ name }}", "x.", "x ", "a:b", "a?", "a\x1b[2J"],
 )  # fmt: skip
 def test_a_template_writes_beside_the_other_outputs_only(to: str, tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="no plain file name"):
+    with pytest.raises(OutputError, match="not a plain file name"):
         rendered("x", tmp_path, to)
 
 

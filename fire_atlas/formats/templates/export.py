@@ -55,7 +55,7 @@ def export_template(sheet: AtlasSheet, export: TemplateExport, path: Path) -> Ou
 def _checked_name(name: str, path: Path) -> str:
     """Return the name that the template at ``path`` gives its file, if it is allowed."""
     if name.startswith(".") or not is_portable(name):
-        objection = "which is not a file name that every system allows"
+        objection = "which is not a plain file name that every system allows"
     elif is_reserved(name):
         objection = "a name that builds keep for themselves"
     else:
