@@ -1,4 +1,4 @@
-"""The command line. Nothing heavy is imported before a command needs it."""
+"""The command line: a module for each command, imported only when it runs."""
 
 import atexit
 import gc
@@ -20,7 +20,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     _open_missing_streams()
     try:
         return _run(parse(arguments))
-    except BrokenPipeError:  # whoever read our output has seen enough: `fire-atlas schema | head`
+    except BrokenPipeError:  # the reader has closed the pipe: `fire-atlas schema | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except (Exception, KeyboardInterrupt) as error:
@@ -29,9 +29,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _open_missing_streams() -> None:
-    """Stand in for those of stdin, stdout and stderr that this process was started without.
+    """Open stdin, stdout and stderr on the null device if this process has none.
 
-    The files it opens would take their numbers otherwise, and what is printed would go there.
+    Otherwise the files it opens would get their numbers, and what is printed would go there.
     """
     while (number := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(number, True)
@@ -44,10 +44,10 @@ def _open_missing_streams() -> None:
 
 
 def _run(args: Namespace) -> int:
-    """Run the command that ``args`` name; each is the function ``run`` of a module of its name."""
+    """Run the command in ``args``: the function ``run`` of the module of that name."""
     pin_kernels()
-    # Importing makes many objects and no garbage; looking for it as often as by default would take
-    # a tenth of that time. At the end all memory goes at once: a last look takes as long again.
+    # Imports create many objects and no garbage: collecting as often as by default would take a
+    # tenth of their time, and a last collection at exit as long again.
     gc.set_threshold(50_000)
     atexit.register(gc.freeze)
     command = import_module(f"fire_atlas.cli.{args.command}")

@@ -25,7 +25,7 @@ exit codes: 0 built or up to date, 1 a build failed, 2 invalid recipe or usage, 
 
 
 class _Formatter(argparse.RawDescriptionHelpFormatter):
-    """Finds the width without ``shutil``, which takes longer to import than all of this."""
+    """Help text, its width found without ``shutil``, which is slow to import."""
 
     def __init__(self, prog: str) -> None:
         try:
@@ -36,7 +36,7 @@ class _Formatter(argparse.RawDescriptionHelpFormatter):
 
 
 class _Parser(argparse.ArgumentParser):
-    """Reports mistakes as errors like any other."""
+    """A parser that reports mistakes as ``RecipeError``."""
 
     def __init__(self, **settings: object) -> None:
         super().__init__(formatter_class=_Formatter, allow_abbrev=False, **settings)  # type: ignore[arg-type]
@@ -224,7 +224,7 @@ def _add_limits(parser: _Parser) -> None:
     parser.add_argument(
         "--limit-pixels",
         type=_positive,
-        default=8192 * 8192,  # as of sources.listing, which --help does without
+        default=8192 * 8192,  # as in sources.listing, which --help does not import
         dest="most_pixels",
         metavar="N",
         help="refuse pictures of more pixels (default: 8192 x 8192)",
@@ -253,7 +253,7 @@ def _add_volume(parser: _Parser) -> None:
 
 
 def _path(text: str) -> "Path":
-    from pathlib import Path  # --help does without
+    from pathlib import Path  # --help does not import it
 
     return Path(text)
 
@@ -276,7 +276,7 @@ def _no_command(word: str, parsers: dict[str, _Parser]) -> str:
 
 
 def _refuse_rest(parser: _Parser, rest: list[str]) -> None:
-    """Raise for arguments that nothing took."""
+    """Raise for arguments that no option or parameter takes."""
     if not rest:
         return
     from fire_atlas.recipe.problem import did_you_mean

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from fire_atlas.cli.depfile import refuse_overwriting, write_depfile
 from fire_atlas.cli.failure import Failures
-from fire_atlas.cli.progress import Outcome, Quiet, told_if_interrupted, view_for
+from fire_atlas.cli.progress import BuildView, Outcome, shows_interruption, view_for
 from fire_atlas.core.errors import OutputError
 from fire_atlas.outputs.folder import default_folder
 from fire_atlas.outputs.freshness import why_other_bytes, why_stale
@@ -15,10 +15,10 @@ from fire_atlas.recipe.tree import RecipeTree, read_tree
 
 
 def run(args: Namespace) -> int:
-    """Build every recipe named, whatever becomes of the others; return the worst exit code."""
+    """Build every recipe, even if others fail; return the highest exit code."""
     view = view_for(args.json, args.quiet, args.verbose > 0)
     failures = Failures(args.verbose > 1, view.failed)
-    with failures.caught(), told_if_interrupted(view):
+    with failures.caught(), shows_interruption(view):
         if args.depfile:
             refuse_overwriting(args.depfile)
         trees = read_recipes(args, view, failures)
@@ -30,8 +30,8 @@ def run(args: Namespace) -> int:
     return failures.worst_code
 
 
-def read_recipes(args: Namespace, view: Quiet, failures: Failures) -> list[RecipeTree]:
-    """Return the recipes that can be read and whose outputs have a good name.
+def read_recipes(args: Namespace, view: BuildView, failures: Failures) -> list[RecipeTree]:
+    """Return the recipes that can be read and have a valid name.
 
     Raises:
         RecipeError: Two of them would write the same files.
@@ -52,8 +52,8 @@ def folder_of(tree: RecipeTree, args: Namespace) -> Path:
     return args.out or default_folder(tree.path)
 
 
-def _build(tree: RecipeTree, args: Namespace, view: Quiet, failures: Failures) -> bool:
-    """Build one recipe, or say what would be done; return whether that went well."""
+def _build(tree: RecipeTree, args: Namespace, view: BuildView, failures: Failures) -> bool:
+    """Build one recipe, or show what would be done; return whether that succeeded."""
     view.begin(tree.path)
     with failures.caught():
         out = folder_of(tree, args)
@@ -69,17 +69,17 @@ def _build(tree: RecipeTree, args: Namespace, view: Quiet, failures: Failures) -
 
 
 def _plan(tree: RecipeTree, args: Namespace) -> str | None:
-    """Say why a recipe would be built; None if it would not."""
+    """Return why a recipe would be built; None if it would not."""
     reason = why_stale(tree, folder_of(tree, args))
     if reason is not None or args.force:
         from fire_atlas.pipeline.check import load_checked
 
-        load_checked(tree)  # a build would report what is wrong in it as well
+        load_checked(tree)  # raises what a build would report as well
     return reason or ("--force" if args.force else None)
 
 
 def _confirm(tree: RecipeTree, args: Namespace) -> Outcome:
-    """Return that a recipe is up to date.
+    """Return the outcome for a recipe that is up to date.
 
     Raises:
         OutputError: It is not, or its outputs were made on another class of CPU.
@@ -96,8 +96,8 @@ def _confirm(tree: RecipeTree, args: Namespace) -> Outcome:
     return Outcome(fresh=True)
 
 
-def build_recipe(tree: RecipeTree, args: Namespace, view: Quiet) -> Outcome:
-    """Build one recipe, or find that there is nothing to do before anything heavy is imported."""
+def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
+    """Build one recipe if it is not up to date; only then anything heavy is imported."""
     out = folder_of(tree, args)
     if not args.force and why_stale(tree, out) is None:
         return Outcome(fresh=True)

@@ -16,7 +16,7 @@ from fire_atlas.sources.listing import WHOLE, list_inputs
 
 
 def run(args: Namespace) -> int:
-    """Check every recipe named, and that its input is there; return the worst exit code."""
+    """Check every recipe and that its inputs exist; return the highest exit code."""
     failures = Failures(args.verbose > 1)
     view = view_for(False, args.quiet, args.verbose > 0)
     with failures.caught():

@@ -20,7 +20,7 @@ from fire_atlas.recipe.tree import RecipeTree, read_without_members
 
 
 def run(args: Namespace) -> int:
-    """Remove what builds of the recipes wrote, as far as it still is what they wrote."""
+    """Remove the outputs of the recipes that are unchanged; return the highest exit code."""
     failures = Failures(args.verbose > 1)
     view = view_for(False, args.quiet, args.verbose > 0)
     with failures.caught():
@@ -35,7 +35,7 @@ def run(args: Namespace) -> int:
 
 
 def _cleaned(tree: RecipeTree, out: Path, note: Callable[[str], None]) -> Iterator[str]:
-    """Remove the outputs of a recipe in ``out``, its manifest last; yield what was done."""
+    """Remove the outputs of a recipe in ``out``, its manifest last; yield a line for each."""
     tidy(out, tree.name, note)
     listed = out / manifest_name(tree.name)
     if not listed.is_file():
@@ -45,8 +45,8 @@ def _cleaned(tree: RecipeTree, out: Path, note: Callable[[str], None]) -> Iterat
         manifests = FolderManifests.read(out, tree.name)
         if manifests.own is None:
             raise OutputError(
-                f"{listed}: does not say soundly what was written here, so nothing was removed; "
-                f"build the recipe again, or remove its files by hand"
+                f"{listed}: is damaged and does not state what was written here, so nothing was "
+                f"removed; build the recipe again, or remove its files by hand"
             )
         going = [*stale_outputs(manifests, ()), listed]
         _remove(going)
@@ -63,7 +63,7 @@ def _remove(paths: Sequence[Path]) -> None:
 
 
 def _kept(manifests: FolderManifests, own: Manifest) -> Iterator[str]:
-    """Say which listed files are still there, and why."""
+    """Yield a line for each output that was kept, with the reason."""
     for path in (manifests.out / output.name for output in own.outputs):
         if path.exists() or path.is_symlink():
             other = manifests.other_owner(path.name)

@@ -1,8 +1,8 @@
-"""What outputs depend on, in the words of make and ninja.
+"""Depfiles: what the outputs depend on, as rules for make and ninja.
 
-They agree on little: a backslash before a space, ``#`` or ``:``, and ``$$``. Names that make cannot
-be told so are refused, for it would not read the file at all. A few characters are unknown to some
-versions of ninja; there, it starts builds that find that they are up to date.
+The escapes that both know are a backslash before a space, ``#`` or ``:``, and ``$$``. Names that
+cannot be written with these are refused, because make would reject the whole file. Some versions of
+ninja do not know all of them; they start builds that are up to date.
 """
 
 import os
@@ -15,12 +15,12 @@ from fire_atlas.outputs.dependencies import files_of, folders_of
 from fire_atlas.outputs.manifest import manifest_name
 from fire_atlas.recipe.tree import RecipeTree
 
-_UNTELLABLE = re.compile(r"[\t\n\r;=|]|\\(?![\w.-])|[ :&]$|^~")
+_UNWRITABLE = re.compile(r"[\t\n\r;=|]|\\(?![\w.-])|[ :&]$|^~")
 
 _TARGET_END = f"{manifest_name('')}: \\".encode()
-"""How the first line of every depfile ends."""
+"""End of the first line of every depfile."""
 
-_LONGEST_LINE = 1 << 16
+_MAX_LINE_BYTES = 1 << 16
 
 
 def write_depfile(
@@ -29,13 +29,13 @@ def write_depfile(
     """Write a rule for each recipe that was built into a folder.
 
     Its target is the manifest, which every build writes. It depends on recipes, inputs and
-    templates, and on the folders in which another file would be another frame. Each of them also
-    is a target of its own without a rule, so that make goes on where one was removed; but for names
-    with ``%``, which only as targets would be patterns. ``note`` is called with a sentence if
-    another process is waited for.
+    templates, and on the folders where a new file would be another frame. Each of these is also a
+    target without a rule, so that make continues if one was removed; except names with ``%``, which
+    as targets would be patterns. ``note`` is called with a sentence if another process is waited
+    for.
 
     Raises:
-        OutputError: make cannot be told one of the names, or ``path`` holds something else.
+        OutputError: make cannot read one of the names, or ``path`` is another file.
     """
     from fire_atlas.outputs.staging import write_whole  # most builds do without
 
@@ -55,14 +55,14 @@ def write_depfile(
 
 
 def refuse_overwriting(path: Path) -> None:
-    """Refuse to write a depfile over anything but an earlier one: an input, an output or a note.
+    """Refuse to overwrite a file that is not an earlier depfile.
 
     Raises:
-        OutputError: Something else is there.
+        OutputError: There is such a file.
     """
     if path.exists() and not _is_depfile(path):
         raise OutputError(
-            f"{path}: is no depfile, so --depfile does not write over it; choose another name, "
+            f"{path}: is not a depfile, so --depfile does not write over it; choose another name, "
             f"like {path.stem}.d"
         )
 
@@ -71,23 +71,23 @@ def _is_depfile(path: Path) -> bool:
     if not path.is_file():
         return False
     with path.open("rb") as file:
-        first = file.readline(_LONGEST_LINE).rstrip()
+        first = file.readline(_MAX_LINE_BYTES).rstrip()
     return not first or first.endswith(_TARGET_END)
 
 
 def _settled(folders: Sequence[Path], out: Path) -> list[Path]:
-    """Leave out folders that a build itself changes: it would never be up to date."""
+    """Return the folders without those that a build itself changes, which would keep it stale."""
     return [folder for folder in folders if folder not in (out.resolve(), out.resolve().parent)]
 
 
 def _escaped(path: Path) -> str:
-    """Return a path as a depfile spells it: relative to here where it lies below."""
+    """Return a path as written in a depfile: relative to the current folder if it is inside."""
     here = Path.cwd()
     whole = Path(os.path.abspath(path))  # noqa: PTH100 - links stay as they are named
     text = (whole.relative_to(here) if whole.is_relative_to(here) else whole).as_posix()
-    if _UNTELLABLE.search(text):
+    if _UNWRITABLE.search(text):
         raise OutputError(
-            f"{text}: has a name that make cannot be told (a tab, a line break, one of ; = |, or a "
+            f"{text}: has a name that make cannot read (a tab, a line break, one of ; = |, or a "
             f"backslash before a character that is special); rename it, or do without --depfile"
         )
     return re.sub(r"([ #:])", r"\\\1", text).replace("$", "$$")

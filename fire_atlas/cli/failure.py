@@ -1,4 +1,4 @@
-"""How errors are shown and which exit code they give."""
+"""Errors on the command line: how they are shown, and their exit codes."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -10,39 +10,41 @@ from fire_atlas.core.interruption import EXIT_CODE, MESSAGE
 
 
 class Failures:
-    """Lets one recipe fail while the others go on."""
+    """Reports the failure of one recipe and lets the others continue."""
 
     def __init__(
-        self, with_traceback: bool, tell: Callable[[str], None] = lambda message: None
+        self, with_traceback: bool, report: Callable[[str], None] = lambda message: None
     ) -> None:
-        """``tell`` hears the message of every failure, besides stderr."""
+        """``report`` gets the message of every failure, which is printed on stderr as well."""
         self.worst_code = 0
         self._with_traceback = with_traceback
-        self._tell = tell
+        self._report = report
 
     @contextmanager
     def caught(self) -> Iterator[None]:
-        """Report what is raised inside and go on after it; only an interruption goes through, and
-        the end of whoever reads the output."""
+        """Report exceptions raised inside and continue after it.
+
+        Only interruptions and a closed output pipe are raised.
+        """
         try:
             yield
-        except BrokenPipeError:  # nobody reads on: there is nobody to tell
+        except BrokenPipeError:  # the output is no longer read
             raise
         except Exception as error:
-            self._tell(message_of(error))
+            self._report(message_of(error))
             print_error(error, self._with_traceback)
             self.worst_code = max(self.worst_code, exit_code_of(error))
 
 
 def exit_code_of(error: BaseException) -> int:
-    """Return the exit code of a command that ended with ``error``."""
+    """Return the exit code of a command that ends with ``error``."""
     if isinstance(error, FireAtlasError):
         return error.exit_code
     return EXIT_CODE if isinstance(error, KeyboardInterrupt) else 1
 
 
 def message_of(error: BaseException) -> str:
-    """Say what happened, to a person."""
+    """Return the message for the user."""
     match error:
         case FireAtlasError():
             return str(error)
@@ -57,7 +59,7 @@ def message_of(error: BaseException) -> str:
 
 
 def print_error(error: BaseException, with_traceback: bool = False) -> None:
-    """Print ``error`` on stderr, one line of it after the other."""
+    """Print ``error`` on stderr, each line of its message with a prefix."""
     if with_traceback:
         import traceback
 

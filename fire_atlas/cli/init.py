@@ -15,7 +15,7 @@ from fire_atlas.recipe.tree import RecipeTree, read_tree, source_files
 
 
 def run(args: Namespace) -> int:
-    """List the ready recipes, or copy one with its sample input."""
+    """List the presets, or copy one with its sample input."""
     if args.preset is None:
         _list_presets()
         return 0
@@ -40,7 +40,7 @@ def _list_presets() -> None:
 
 
 def _first_comment(path: Path) -> str:
-    """Return what a recipe says about itself."""
+    """Return the first comment of a recipe, which describes it."""
     lines = path.read_text(encoding="utf-8").splitlines()
     comments = (line.lstrip("# ") for line in lines if line.startswith("#"))
     return next((text for text in comments if not text.startswith("yaml-language-server")), "")
@@ -55,32 +55,32 @@ def _preset(name: str) -> Path:
 
 
 def _relocated(tree: RecipeTree) -> tuple[str, dict[str, Path]]:
-    """Return a preset's text with its input beside it, and each file of that input by new name.
+    """Return a preset's text with new paths of its input, and each input file by its new path.
 
-    The text is changed only where it names files, so that its comments stay.
+    Only the paths in the text are changed, so that its comments stay.
     """
     text = tree.path.read_text(encoding="utf-8")
     lines = text.splitlines(keepends=True)
     samples: dict[str, Path] = {}
     for key, source in source_files(tree).items():
         origin = tree.origin(key)
-        if origin.file != tree.path:  # inherited: found where the preset is that states it
+        if origin.file != tree.path:  # inherited: found relative to the preset that states it
             continue
         stated = str(tree.value(key))
-        lines[origin.line - 1] = _restated(lines[origin.line - 1], stated, f"samples/{source.name}")
+        lines[origin.line - 1] = _replaced(lines[origin.line - 1], stated, f"samples/{source.name}")
         samples |= {f"samples/{name}": path for name, path in _files_of(source).items()}
     return "".join(lines), samples
 
 
-def _restated(line: str, old: str, new: str) -> str:
-    """Return a line with ``new`` for ``old``, a comment after it staying in its column."""
+def _replaced(line: str, old: str, new: str) -> str:
+    """Return a line with ``new`` for ``old`` and a comment after it in the same column."""
     if f"{old} " in line:
         return line.replace(f"{old} ", f"{new} ".ljust(len(old) + 1), 1)
     return line.replace(old, new, 1)
 
 
 def _files_of(source: Path) -> dict[str, Path]:
-    """Return the files a source path stands for: a file, a folder's or a glob's."""
+    """Return the files of a source path by name: a file, those of a folder or of a glob."""
     if source.is_dir():
         return {f"{source.name}/{path.name}": path for path in sorted(source.iterdir())}
     if source.is_file():
@@ -89,14 +89,14 @@ def _files_of(source: Path) -> dict[str, Path]:
 
 
 def _refuse_overwriting(files: Mapping[Path, bytes]) -> None:
-    """Raise if a file that is there already is not the one about to be written.
+    """Raise if a file exists already and differs from the one to be written.
 
     ``files`` are the bytes of each, the recipe's last.
     """
     taken = [path for path, data in files.items() if path.exists() and not _holds(path, data)]
     if taken:
         raise OutputError(
-            f"{taken[-1]}: is there already and differs; move it away, or name another folder: "
+            f"{taken[-1]}: exists already and differs; move it away, or name another folder: "
             f"fire-atlas init {[*files][-1].stem} DIR"
         )
 

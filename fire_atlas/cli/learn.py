@@ -60,7 +60,7 @@ def run(args: Namespace) -> int:
 
 
 def _as_recipe(clip: Path, side: Path | None, overrides: Sequence[str]) -> LoadedRecipe:
-    """Return the recipe that would learn from ``clip``: what it may say, ``--set`` may say."""
+    """Return a recipe that learns from ``clip``, with the keys of ``source`` in ``--set``."""
     source: dict[str, str] = {"kind": "profile", "path": str(clip.absolute())}
     if side is not None:
         source["side_path"] = str(side.absolute())

@@ -8,12 +8,12 @@ from typing import Any
 
 from PIL import ImageColor
 
-from fire_atlas.cli.progress import Quiet, told_if_interrupted, view_for
+from fire_atlas.cli.progress import BuildView, shows_interruption, view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.formats.atlas.json_hash import read_atlas
-from fire_atlas.formats.tracks.names import flakes_file
+from fire_atlas.formats.atlas.texture_packer import read_atlas
+from fire_atlas.formats.names import flakes_file
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks, read_tracks
 from fire_atlas.outputs.folder import (
     default_folder,
@@ -23,14 +23,14 @@ from fire_atlas.outputs.folder import (
 )
 from fire_atlas.outputs.staging import refuse_existing, write_whole
 from fire_atlas.preview.page import is_preview_page, preview_page
-from fire_atlas.preview.pictures import Color, animation, contact_sheet
+from fire_atlas.preview.pictures import Color, animated_image, contact_sheet
 from fire_atlas.recipe.tree import RecipeTree, read_tree
 
 _SUFFIX = {"page": ".html", "gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"}
 
 
 def run(args: Namespace) -> int:
-    """Make what was asked for, of a recipe or of an atlas that is built already."""
+    """Make the page or picture of a recipe, or of an atlas that is built already."""
     background = _color(args.background)
     tree = _tree(args)
     target = args.out or _default_target(args, args.subject.stem if tree is None else tree.name)
@@ -58,7 +58,7 @@ def _made(path: Path, clip: Clip | None, kind: Any, background: Color) -> tuple[
             tracks = read_tracks(path.with_name(flakes_file(path.stem, "json")))
             data = contact_sheet(atlas, tracks, clip, background)
         case _:
-            data = animation(atlas, kind, background)
+            data = animated_image(atlas, kind, background)
     return data, len(atlas.frames)
 
 
@@ -94,11 +94,11 @@ def _tree(args: Namespace) -> RecipeTree | None:
 
 @contextmanager
 def _atlas(
-    tree: RecipeTree | None, args: Namespace, view: Quiet
+    tree: RecipeTree | None, args: Namespace, view: BuildView
 ) -> Iterator[tuple[Path, Clip | None]]:
-    """Yield the JSON of the atlas, and the clip it came from where that is known.
+    """Yield the path of the atlas's JSON, and the clip of its source if that is known.
 
-    The atlas of a recipe is built first, and removed at the end.
+    The atlas of a recipe is built in a temporary folder.
     """
     if tree is None:
         yield args.subject, None
@@ -113,7 +113,7 @@ def _atlas(
     loaded = load_checked(tree)
     with temporary_folder() as folder:
         try:
-            with told_if_interrupted(view):
+            with shows_interruption(view):
                 options = BuildOptions.of(args.jobs, args.most_pixels)
                 build(loaded, folder, options, view)
         finally:

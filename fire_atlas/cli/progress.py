@@ -1,4 +1,4 @@
-"""What people and programs see of a build: lines, bars, JSON or nothing."""
+"""Views of a build: how its progress and result are shown, as lines, bars, JSON or not at all."""
 
 import json
 import sys
@@ -11,23 +11,24 @@ from typing import TYPE_CHECKING, Any
 
 from fire_atlas.cli.text import printable
 from fire_atlas.core.interruption import MESSAGE, if_interrupted
+from fire_atlas.core.progress import SilentProgress
 
 if TYPE_CHECKING:
-    from fire_atlas.cli.bars import Bars
+    from fire_atlas.cli.console import ProgressBars
 
 _JSON_INTERVAL = 0.1
-"""Least seconds between two JSON lines of a stage; its first and its last always come."""
+"""Minimal seconds between two JSON lines of a stage, except its first and its last."""
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a build did.
+    """The result of a build, as a view shows it.
 
     Attributes:
         files: What was written.
         timings: Seconds by stage.
         statistics: Figures about the result.
-        fresh: The outputs were up to date: nothing was done.
+        fresh: Whether the outputs were up to date, so that nothing was done.
     """
 
     files: list[Path] = field(default_factory=list)
@@ -36,48 +37,39 @@ class Outcome:
     fresh: bool = False
 
 
-class Quiet:
-    """A ``Progress`` that shows nothing; what the others show, they override."""
+class BuildView(SilentProgress):
+    """A ``Progress`` that shows nothing: the base of all views, and the one for ``--quiet``."""
 
     def begin(self, recipe: Path) -> None:
-        """The build of ``recipe`` begins."""
-
-    def stage(self, name: str, total: int) -> None:
-        """Stage ``name`` begins; it has ``total`` steps."""
-
-    def advance(self, done: int = 1) -> None:
-        """``done`` more steps of the stage are done."""
-
-    def note(self, message: str) -> None:
-        """Something worth knowing, as a sentence."""
+        """Begin the build of ``recipe``."""
 
     def planned(self, why: str | None) -> None:
-        """The recipe would be built for this reason, or not at all."""
+        """Show for which reason the recipe would be built; None: it is up to date."""
 
     def done(self, outcome: Outcome) -> None:
-        """The build succeeded."""
+        """Show that the build succeeded."""
 
     def failed(self, message: str) -> None:
-        """The build failed (``message`` is printed by the caller), or was interrupted."""
+        """Show that the build failed or was interrupted; the caller prints ``message``."""
 
     def close(self) -> None:
-        """Nothing more will be told of this build."""
+        """End the view of this build."""
 
 
-class Lines(Quiet):
-    """One plain line for each stage and note on stderr, one for each recipe on stdout."""
+class LineView(BuildView):
+    """Plain lines: for each stage and note on stderr, for each recipe on stdout."""
 
     def __init__(self, verbose: bool) -> None:
-        """``verbose``: list files and timings too."""
+        """With ``verbose``, also list files and timings."""
         self.verbose = verbose
         self._recipe = Path()
 
     def begin(self, recipe: Path) -> None:
-        """Remember whose lines follow."""
+        """Name the recipe in the lines that follow."""
         self._recipe = recipe
 
     def stage(self, name: str, total: int) -> None:
-        """Print its name."""
+        """Print the name of the stage."""
         print(printable(f"{self._recipe}: {name} ({total})"), file=sys.stderr)
 
     def note(self, message: str) -> None:
@@ -90,7 +82,7 @@ class Lines(Quiet):
         print(printable(f"{self._recipe}: {plan}"))
 
     def done(self, outcome: Outcome) -> None:
-        """Say what was written."""
+        """Print how many files were written where."""
         print(printable(f"{self._recipe}: {_summary(outcome)}"))
         if self.verbose:
             for path in outcome.files:
@@ -99,17 +91,17 @@ class Lines(Quiet):
                 print(printable(f"  {name}: {seconds:.2f} s"))
 
 
-class Terminal(Lines):
-    """Bars on stderr that move, instead of its lines."""
+class BarView(LineView):
+    """Moving bars on stderr instead of lines, for a terminal."""
 
-    _bars: "Bars | None" = None
+    _bars: "ProgressBars | None" = None
 
     def stage(self, name: str, total: int) -> None:
-        """Add a bar. Only now is rich imported: an up-to-date build does without."""
+        """Add a bar; rich is imported only now, so that an up-to-date build does without it."""
         if self._bars is None:
-            from fire_atlas.cli.bars import Bars
+            from fire_atlas.cli.console import ProgressBars
 
-            self._bars = Bars(str(self._recipe))
+            self._bars = ProgressBars(str(self._recipe))
         self._bars.stage(name, total)
 
     def advance(self, done: int = 1) -> None:
@@ -118,19 +110,19 @@ class Terminal(Lines):
             self._bars.advance(done)
 
     def note(self, message: str) -> None:
-        """Print it above the bars."""
+        """Print the sentence above the bars."""
         if self._bars is None:
             super().note(message)
         else:
             self._bars.note(message)
 
     def done(self, outcome: Outcome) -> None:
-        """Leave the bars standing and say what was written."""
+        """Leave the bars as they are, and print how many files were written where."""
         self.close()
         super().done(outcome)
 
     def failed(self, message: str) -> None:
-        """Leave the bars standing as they are."""
+        """Leave the bars as they are."""
         self.close()
 
     def close(self) -> None:
@@ -140,11 +132,11 @@ class Terminal(Lines):
         self._bars = None
 
 
-class JsonLines(Quiet):
-    """One JSON object a line on stdout."""
+class JsonView(BuildView):
+    """JSON lines on stdout: one object for each event."""
 
     def __init__(self) -> None:
-        """Begin outside of any stage."""
+        """Start outside of any stage."""
         self._recipe, self._stage = "", ""
         self._done = self._total = 0
         self._last = 0.0
@@ -154,12 +146,12 @@ class JsonLines(Quiet):
         self._recipe = str(recipe)
 
     def stage(self, name: str, total: int) -> None:
-        """Print its first line."""
+        """Print the first line of the stage."""
         self._stage, self._done, self._total = name, 0, total
         self._print_stage()
 
     def advance(self, done: int = 1) -> None:
-        """Print a line now and then, and the last one."""
+        """Print a line at intervals, and the last one of the stage."""
         self._done += done
         is_due = time.monotonic() - self._last >= _JSON_INTERVAL
         if is_due or self._done >= self._total:
@@ -174,7 +166,7 @@ class JsonLines(Quiet):
         self._print("plan", fresh=why is None, why=why)
 
     def done(self, outcome: Outcome) -> None:
-        """Print all there is to know."""
+        """Print files, timings and statistics."""
         self._print(
             "done",
             fresh=outcome.fresh,
@@ -184,7 +176,7 @@ class JsonLines(Quiet):
         )
 
     def failed(self, message: str) -> None:
-        """Print why."""
+        """Print the message."""
         self._print("error", message=message)
 
     def _print_stage(self) -> None:
@@ -195,18 +187,18 @@ class JsonLines(Quiet):
         print(json.dumps({"event": event, "recipe": self._recipe, **values}), flush=True)
 
 
-def told_if_interrupted(view: Quiet) -> AbstractContextManager[None]:
-    """Let ``view`` tell of a signal that ends the process inside this context."""
+def shows_interruption(view: BuildView) -> AbstractContextManager[None]:
+    """Let ``view`` show that a signal ended the process, if that happens inside this context."""
     return if_interrupted(partial(view.failed, MESSAGE))
 
 
-def view_for(json_lines: bool, quiet: bool, verbose: bool) -> Quiet:
-    """Return what suits the options and whether anyone is watching."""
+def view_for(json_lines: bool, quiet: bool, verbose: bool) -> BuildView:
+    """Return the view for these options; bars only if stderr is a terminal."""
     if json_lines:
-        return JsonLines()
+        return JsonView()
     if quiet:
-        return Quiet()
-    return Terminal(verbose) if sys.stderr.isatty() else Lines(verbose)
+        return BuildView()
+    return BarView(verbose) if sys.stderr.isatty() else LineView(verbose)
 
 
 def _summary(outcome: Outcome) -> str:

@@ -1,18 +1,18 @@
-"""Text that comes from others, made fit to be printed.
+"""Make text from outside safe to print.
 
-Names of files, metadata of images and text in recipes may hold what a terminal obeys: escape
-sequences, line breaks, marks that reverse what follows. All that is printed passes through here,
-but for JSON, which escapes these by itself.
+File names, image metadata and text in recipes may contain what a terminal interprets: escape
+sequences, line breaks, marks that reverse the direction. Everything that is printed passes through
+here, except JSON, which escapes them anyway.
 """
 
 _SPACES = frozenset("\u00a0\u202f\u3000")
-"""Spaces of other scripts. Python counts them as not printable; they do no harm."""
+"""Spaces that are harmless, although Python does not count them as printable."""
 
 
 def printable(text: str) -> str:
-    """Return one line of text in which whatever is no visible character is spelled as in Python.
+    """Return one line of text in which invisible characters are escaped as in Python.
 
-    An escape becomes ``\\x1b``, a byte of a file name that is no UTF-8 ``\\udcff``.
+    An escape becomes ``\\x1b``, a byte of a file name that is not UTF-8 ``\\udcff``.
     """
     if text.isprintable():
         return text

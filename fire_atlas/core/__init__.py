@@ -1,1 +1,1 @@
-"""What every room stands on: pixels, clips, errors, chance and workers."""
+"""What all packages use: pixels, clips, errors, random numbers, files, workers."""

@@ -1,4 +1,4 @@
-"""Random numbers that depend on nothing but what they are for."""
+"""Random numbers: one counter-based stream for each use, the same in any order of calls."""
 
 from enum import IntEnum
 
@@ -6,7 +6,10 @@ import numpy as np
 
 
 class Stage(IntEnum):
-    """What a stream of random numbers is for. Values are part of every result: never reuse one."""
+    """What a stream of random numbers is used for.
+
+    Its value is part of the key, and so of every result: never reuse one.
+    """
 
     EMISSION = 1
     SCATTER = 2
@@ -24,5 +27,8 @@ class Stage(IntEnum):
 
 
 def generator(seed: int, stage: Stage, index: int = 0) -> np.random.Generator:
-    """Return the counter-based stream of one (seed, stage, index): the same in any order."""
+    """Return the random stream (Philox) with the key (seed, stage, index).
+
+    ``index`` is that of a frame, tick or view.
+    """
     return np.random.Generator(np.random.Philox(key=[seed, (int(stage) << 48) | index]))

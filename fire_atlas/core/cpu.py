@@ -45,7 +45,7 @@ def pin_kernels() -> None:
     if cpu_class() != "x86-64-v3":
         return
     os.environ.update(_SETTINGS)
-    # OpenCV prints a line where it is told to disable what is not there.
+    # OpenCV prints a warning for a set it is to disable that the CPU does not have.
     newer = "AVX512-SKX" if "avx512f" in _instruction_sets() else ""
     os.environ["OPENCV_CPU_DISABLE"] = newer
 
@@ -75,7 +75,7 @@ def _instruction_sets_of_linux() -> frozenset[str]:
 
 
 def _instruction_sets_of_windows() -> frozenset[str]:
-    """Windows tells of AVX2 and AVX-512 alone; what else makes up level 3 came with AVX2."""
+    """Return what Windows reports: AVX2 and AVX-512 alone. The rest of level 3 came with AVX2."""
     import ctypes
 
     has = ctypes.windll.kernel32.IsProcessorFeaturePresent  # type: ignore[attr-defined]
@@ -88,5 +88,5 @@ def _instruction_sets_of_macos() -> frozenset[str]:
     import subprocess
 
     keys = ["machdep.cpu.features", "machdep.cpu.leaf7_features"]
-    told = subprocess.run(["sysctl", "-n", *keys], capture_output=True, text=True, check=False)
-    return frozenset(told.stdout.lower().split())
+    report = subprocess.run(["sysctl", "-n", *keys], capture_output=True, text=True, check=False)
+    return frozenset(report.stdout.lower().split())

@@ -1,18 +1,21 @@
-"""Input files: only regular ones are opened, and none is read beyond a bound.
+"""Input files: how they are opened and read, and the order of numbered ones.
 
-Opening a named pipe waits for a writer, and a device may never end: neither is ever meant as input.
-Every module that reads a file from outside opens it by these functions.
+Only regular files are opened, and none is read beyond a bound.
+
+Opening a named pipe waits until another process writes into it, and a device may have no end:
+neither is ever what a user meant to give. All files from outside are opened here.
 """
 
 import errno
 import io
 import os
+import re
 import stat
 from pathlib import Path
 
 MIB = 1 << 20
 
-MOST_JSON = 256 * MIB
+MAX_JSON_BYTES = 256 * MIB
 """Largest JSON file that is read: an atlas, tracks, a manifest, a profile."""
 
 
@@ -20,8 +23,8 @@ def open_file(path: Path) -> io.BufferedReader:
     """Open a regular file, or what a link to one leads to, for reading.
 
     Raises:
-        OSError: There is none, it cannot be read, or it is a folder, pipe, device or socket, which
-            ``strerror`` says.
+        OSError: It is missing, cannot be read, or is a folder, pipe, device or socket; ``strerror``
+            says which.
     """
     file = open(path, "rb", opener=_open_at_once)  # noqa: SIM115 - the caller closes it
     mode = os.fstat(file.fileno()).st_mode
@@ -33,10 +36,10 @@ def open_file(path: Path) -> io.BufferedReader:
 
 
 def read_file(path: Path, most: int) -> bytes:
-    """Return the bytes of a regular file, of which there are at most ``most``.
+    """Return the content of a regular file of at most ``most`` bytes.
 
     Raises:
-        OSError: As of ``open_file``, or the file is larger.
+        OSError: As for ``open_file``, or the file is larger.
     """
     with open_file(path) as file:
         size = os.fstat(file.fileno()).st_size
@@ -56,3 +59,13 @@ def _open_at_once(path: str, flags: int) -> int:
     if stat.S_ISDIR(mode):
         raise OSError(errno.EISDIR, "is a folder, not a file", path)
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def natural_key(path: Path) -> tuple[object, ...]:
+    """Return the sort key that puts fire2 before fire10, on every machine and in every locale."""
+    parts = [re.split(r"([0-9]+)", part.casefold()) for part in path.parts]
+    words = tuple(
+        tuple((int(w), "") if w.isascii() and w.isdigit() else (-1, w) for w in part)
+        for part in parts
+    )
+    return (words, str(path))

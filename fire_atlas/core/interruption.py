@@ -1,4 +1,4 @@
-"""A signal ends the process at once, wherever it is, and nothing half-written stays on the disk.
+"""End the process at once on SIGINT and SIGTERM, leaving nothing half-written on the disk.
 
 Python would raise ``KeyboardInterrupt`` out of any line of the main thread. That may be lost in a
 finalizer or an import, leaves locks of a pool taken, and then waits for threads that still work.
@@ -18,21 +18,21 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 
 EXIT_CODE = 130
-"""Of a process that a signal ended."""
+"""Exit code of a process that a signal ended."""
 
 MESSAGE = "interrupted; every build's outputs are whole: as they were before it, or all new"
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_PATIENCE = 0.5
-"""Seconds for what is registered; a pipe that nobody reads would take for ever."""
+_CLEANUP_SECONDS = 0.5
+"""Time for all registered actions: writing into a pipe that nobody reads would take for ever."""
 
 _registered: list[Callable[[], object]] = []
 
 
 def end_on_signals() -> None:
-    """From now on, SIGINT and SIGTERM end the process with ``EXIT_CODE``.
+    """Install the handlers: from now on, SIGINT and SIGTERM end the process with ``EXIT_CODE``.
 
-    What whoever started it wants ignored (``nohup``) stays so.
+    Signals that the parent process had ignored (``nohup``) stay ignored.
     """
     for number in _SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:
@@ -40,14 +40,14 @@ def end_on_signals() -> None:
 
 
 def ignore_signals() -> None:
-    """From now on, nothing that is worth an interruption is left to do."""
+    """Ignore signals from now on: only the end of the process is left to do."""
     for number in _SIGNALS:
         signal.signal(number, signal.SIG_IGN)
 
 
 @contextmanager
 def if_interrupted(action: Callable[[], object]) -> Iterator[None]:
-    """Run ``action`` if a signal ends the process inside this context, the innermost first.
+    """Run ``action`` if a signal ends the process inside this context; the innermost runs first.
 
     It runs in the main thread between any two of its instructions, so it must need no lock.
     """
@@ -60,15 +60,15 @@ def if_interrupted(action: Callable[[], object]) -> Iterator[None]:
 
 @contextmanager
 def signals_wait() -> Iterator[None]:
-    """Let signals that come inside this context be handled after it, whoever handles them."""
+    """Defer signals that come inside this context until after it, whatever their handlers are."""
     import threading
 
     if threading.current_thread() is not threading.main_thread():  # others never get any
         yield
         return
-    came: list[int] = []
+    caught: list[int] = []
     before = {
-        number: signal.signal(number, lambda caught, _: came.append(caught))
+        number: signal.signal(number, lambda received, _: caught.append(received))
         for number in _SIGNALS
         if signal.getsignal(number) not in (signal.SIG_IGN, None)
     }
@@ -77,15 +77,15 @@ def signals_wait() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-        for caught in came:
-            signal.raise_signal(caught)
+        for received in caught:
+            signal.raise_signal(received)
 
 
 def _end(_: int, __: FrameType | None) -> None:
     ignore_signals()
     if hasattr(signal, "setitimer"):  # not on Windows
         signal.signal(signal.SIGALRM, _leave)
-        signal.setitimer(signal.ITIMER_REAL, _PATIENCE)
+        signal.setitimer(signal.ITIMER_REAL, _CLEANUP_SECONDS)
     for action in (*reversed(_registered), sys.stdout.flush):
         with suppress(Exception):
             action()

@@ -1,4 +1,4 @@
-"""What a writer hands over: a file that is not on the disk yet, and what it is for."""
+"""Output files before they are written: content, role, and which names are safe everywhere."""
 
 import re
 from dataclasses import dataclass
@@ -20,16 +20,17 @@ Role: TypeAlias = Literal[
 ]
 """What an output is for, as the manifest states it.
 
-``page`` and ``map`` are images; ``atlas``, ``tracks`` and ``light`` describe them to any client,
-``template`` to that of the user's own template; ``engine``, ``scene`` and ``script`` are one
-engine's. ``import`` says how an engine imports another file: the engine and people go on writing
-in it, so other bytes there are no reason to build again, and it goes with the file it is about.
+``page`` and ``map`` are images; ``atlas``, ``tracks`` and ``light`` describe them to any client;
+``template`` is what a user's own template made; ``engine``, ``scene`` and ``script`` are for one
+engine. ``import`` holds the settings with which an engine imports another file. The engine and the
+user write into it as well, so that a change there does not make a build stale; it is removed along
+with the file it belongs to.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class OutputFile:
-    """A finished file.
+    """A finished file that is not on the disk yet.
 
     Attributes:
         name: File name, without a folder.
@@ -46,8 +47,8 @@ _DEVICES = {"con", "prn", "aux", "nul", "conin$", "conout$"} | {
     f"{port}{number}" for port in ("com", "lpt") for number in "123456789¹²³"
 }
 _FORBIDDEN = frozenset('<>:"/\\|?*')
-_LONGEST = 255
-"""Bytes in UTF-8."""
+_MAX_NAME_BYTES = 255
+"""Longest file name, in UTF-8, that every file system has."""
 
 
 def is_device(name: str) -> bool:
@@ -62,16 +63,16 @@ def is_portable(name: str) -> bool:
         and _FORBIDDEN.isdisjoint(name)
         and not name.endswith((".", " "))
         and not is_device(name)
-        and 0 < len(name.encode()) <= _LONGEST
+        and 0 < len(name.encode()) <= _MAX_NAME_BYTES
     )
 
 
 MANIFEST_ENDING = ".manifest.json"
-"""Of the names of manifests, which say what belongs to a build."""
+"""Ending of the names of manifests, which list the files of a build."""
 
 
 def is_reserved(name: str) -> bool:
-    """Return whether a file name is one that builds keep for themselves, on any file system."""
+    """Return whether a file name is reserved for builds' own files, on any file system."""
     return name.startswith(".") or name.casefold().endswith(MANIFEST_ENDING)
 
 
@@ -79,15 +80,15 @@ _UNPRINTABLE = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff]")
 
 
 def plain_name(name: str) -> str:
-    """Return ``name``, which has to be that of a file without a folder, on any system.
+    """Return ``name`` if it is a plain file name, without a folder on any system.
 
-    ``a/b``, ``a\\b``, ``C:b`` and ``..`` are none, whatever system wrote them; nor is what holds
-    control characters, or is no text.
+    ``a/b``, ``a\\b``, ``C:b`` and ``..`` are not, whatever system wrote them; nor are names with
+    control characters or lone surrogates.
 
     Raises:
-        ValueError: It may lead elsewhere.
+        ValueError: It is not, and might lead to another folder.
     """
     is_elsewhere = PureWindowsPath(name).name != name or not name.strip(".")
     if is_elsewhere or _UNPRINTABLE.search(name):
-        raise ValueError(f"{name!a} is no plain file name")
+        raise ValueError(f"{name!a} is not a plain file name")
     return name

@@ -1,4 +1,4 @@
-"""A decoded frame as its file holds it, and the step from there to light."""
+"""Decoded frames as their files hold them, and their conversion to linear light."""
 
 from functools import cache
 from typing import Any, cast
@@ -24,19 +24,19 @@ full range. float32: linear light, premultiplied."""
 
 @cache
 def _light_of_steps(steps: int) -> NDArray[np.float32]:
-    """(steps,) float32: linear light of the sRGB steps."""
+    """Return linear light of the sRGB steps, (steps,) float32."""
     return srgb_to_linear(np.arange(steps) / (steps - 1))
 
 
 @cache
 def _table(steps: int) -> NDArray[np.float32]:
-    """(1, steps, 4) float32: linear light of the sRGB steps; the alpha column is linear itself."""
+    """Return linear light of the sRGB steps, (1, steps, 4) float32; alpha is linear itself."""
     light, unit = _light_of_steps(steps), np.arange(steps) / (steps - 1)
     return np.dstack([light, light, light, unit.astype(np.float32)])
 
 
 def white(dtype: np.dtype[Any]) -> int:
-    """Return the value that means 1.0 in a picture of this type."""
+    """Return the value that stands for 1.0 in a picture of this type: 255, 65535 or 1."""
     return int(np.iinfo(dtype).max) if dtype.kind == "u" else 1
 
 
@@ -51,15 +51,17 @@ def with_alpha(picture: Picture) -> Picture:
 
 
 def has_transparency(picture: Picture) -> bool:
-    """Whether any pixel lets something through."""
+    """Return whether any pixel is not fully opaque."""
     if picture.shape[2] < 4:
         return False
     return cv2.minMaxLoc(cv2.extractChannel(picture, 3))[0] < white(picture.dtype)
 
 
 def where_covered(picture: Picture) -> tuple[slice, slice]:
-    """Rows and columns of the smallest part of a picture (H, W, 4) that holds all of its coverage;
-    none where there is none. Most sprites of fire have a wide empty border."""
+    """Return rows and columns of the smallest box that holds all coverage of a picture (H, W, 4).
+
+    It is empty where nothing is covered. Most sprites of fire have a wide transparent border.
+    """
     cover = cv2.extractChannel(picture, 3)
     left, top, width, height = cv2.boundingRect(
         cover if cover.dtype == np.uint8 else (cover > 0).view(np.uint8)
@@ -68,7 +70,7 @@ def where_covered(picture: Picture) -> tuple[slice, slice]:
 
 
 def to_light(picture: Picture) -> Pixels:
-    """Pixels of a picture: linear light, premultiplied; a fresh array."""
+    """Return a picture as ``Pixels``, linear light and premultiplied, in a fresh array."""
     full = with_alpha(picture)
     if full.dtype == np.float32:
         return full.copy() if full is picture else full
@@ -85,18 +87,18 @@ def to_light(picture: Picture) -> Pixels:
 
 
 def as_light(picture: Picture) -> Pixels:
-    """``picture`` (H, W, 4) as light: itself where it is light already, as float32 is."""
+    """Return ``picture`` (H, W, 4) as ``Pixels``; float32 is that already and returned itself."""
     return picture if picture.dtype == np.float32 else to_light(picture)
 
 
 @cache
 def _luminance_tables() -> list[NDArray[np.float32]]:
-    """What each of 256 steps of sRGB red, green and blue adds to the luminance, (256,) float32."""
+    """Return what each step of 8-bit red, green and blue adds to the luminance, (256,) float32."""
     return [_light_of_steps(256) * weight for weight in REC709]
 
 
 def brightness_of(picture: Picture, blend_space: str) -> Plane:
-    """``brightness`` (H, W) of a picture (H, W, 4); bytes need not become light first."""
+    """Return ``pixels.brightness`` (H, W) of a picture (H, W, 4), from tables where it is 8-bit."""
     if picture.dtype != np.uint8:
         return brightness(as_light(picture), blend_space)
     shown, part = np.zeros(picture.shape[:2], np.float32), where_covered(picture)
@@ -119,7 +121,7 @@ def brightest(picture: Picture) -> Picture:
 
 
 def light_of_unit(value: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Linear light, float32, of sRGB values in 0..1, by a 16-bit table; any shape."""
+    """Return linear light, float32, of sRGB values in 0..1, by a 16-bit table; any shape."""
     flat = np.ascontiguousarray(value).reshape(value.shape[0], -1)
     steps = cv2.addWeighted(flat, 65535, flat, 0.0, 0.0, dtype=cv2.CV_16U)
     return cast(NDArray[np.float32], cv2.LUT(steps, _light_of_steps(65536)).reshape(value.shape))

@@ -1,8 +1,9 @@
-"""Light and its encodings: sRGB tables, premultiplied alpha, luminance.
+"""Light and its encodings: sRGB, hex colours, premultiplied alpha, luminance.
 
-Inside the tool a picture is a ``Pixels`` array; 8-bit sRGB exists only at the file edge.
+Images are computed with as ``Pixels``; 8-bit sRGB is only what files hold.
 """
 
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any, TypeVar, cast
 
@@ -16,7 +17,7 @@ Pixels = NDArray[np.float32]
 """(H, W, 4) float32: linear light R, G, B premultiplied by coverage A, 0..1; light may exceed 1."""
 
 Plane = NDArray[np.float32]
-"""(H, W) float32: one value a pixel."""
+"""(H, W) float32: one value per pixel."""
 
 Bytes = NDArray[np.uint8]
 """(H, W, C) uint8: what a file holds."""
@@ -28,12 +29,15 @@ _STEPS = 65535
 
 
 def as_plane(array: NDArray[Any]) -> NDArray[np.float32]:
-    """``array`` as float32, without a copy where it is already: OpenCV types its results widely."""
+    """Return ``array`` as float32, without a copy where it is that already.
+
+    It narrows the type of what OpenCV returns.
+    """
     return np.asarray(array, np.float32)
 
 
 def magnitude(x: Plane, y: Plane) -> Plane:
-    """Lengths of the vectors (x, y), float32; any shape.
+    """Return the lengths of the vectors (x, y), float32; any shape.
 
     Not ``cv2.magnitude``: in builds with Intel IPP the last bits of its results depend on where in
     memory these lie, and the same recipe would not always give the same files.
@@ -42,7 +46,7 @@ def magnitude(x: Plane, y: Plane) -> Plane:
 
 
 def srgb_to_linear(value: NDArray[np.floating]) -> NDArray[np.float32]:
-    """Linear light of sRGB values in 0..1, by the exact curve (IEC 61966-2-1); any shape."""
+    """Return linear light of sRGB values in 0..1, by the exact curve (IEC 61966-2-1); any shape."""
     v = np.asarray(value, np.float64)
     low, high = v / 12.92, ((np.maximum(v, 0.0) + 0.055) / 1.055) ** 2.4
     return np.where(v <= 0.04045, low, high).astype(np.float32)
@@ -76,7 +80,7 @@ def _byte_of_step() -> NDArray[np.uint8]:
 
 
 def decode_bytes(image: Bytes) -> NDArray[np.float32]:
-    """Linear light, float32, of 8-bit sRGB values of any channel count."""
+    """Return linear light, float32, of 8-bit sRGB values of any channel count."""
     return cast(NDArray[np.float32], cv2.LUT(image, _linear_of_byte()))
 
 
@@ -98,22 +102,37 @@ def _look_up(table: NDArray[Number], light: NDArray[np.float32]) -> NDArray[Numb
 
 
 def encode_bytes(light: NDArray[np.float32]) -> Bytes:
-    """8-bit sRGB of linear light; values outside 0..1 are clipped. Any shape."""
+    """Return 8-bit sRGB of linear light; values outside 0..1 are clipped. Any shape."""
     return _look_up(_byte_of_step(), light)
 
 
 def encode_unit(light: NDArray[np.float32]) -> NDArray[np.float32]:
-    """sRGB in 0..1, as float32, of linear light; values outside 0..1 are clipped. Any shape."""
+    """Return sRGB in 0..1, float32, of linear light; values outside are clipped. Any shape."""
     return _look_up(_srgb_of_step(), light)
 
 
 def decode_unit(shown: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Linear light of sRGB values in 0..1; values outside are clipped. Any shape."""
+    """Return linear light of sRGB values in 0..1; values outside are clipped. Any shape."""
     return _look_up(_linear_of_step(), shown)
 
 
+def hex_to_srgb(colors: Sequence[str]) -> NDArray[np.uint8]:
+    """Return 8-bit sRGB, (colours, 3), of hex colours such as ``#ff7300``."""
+    return np.array([list(bytes.fromhex(color[1:])) for color in colors], np.uint8)
+
+
+def srgb_to_hex(color: Iterable[int]) -> str:
+    """Return an 8-bit sRGB colour as hex, such as ``#ff7300``."""
+    return f"#{bytes(color).hex()}"
+
+
+def hex_to_linear(colors: Sequence[str]) -> NDArray[np.float32]:
+    """Return linear light, (colours, 3), of sRGB hex colours such as ``#ff7300``."""
+    return srgb_to_linear(hex_to_srgb(colors) / 255)
+
+
 def premultiply(colour: NDArray[np.float32], alpha: Plane) -> Pixels:
-    """Pixels of a straight linear colour (H, W, 3) seen through coverage ``alpha`` (H, W)."""
+    """Return pixels of a straight linear colour (H, W, 3) with coverage ``alpha`` (H, W)."""
     pixels = np.empty((*alpha.shape, 4), np.float32)
     np.multiply(colour, alpha[..., None], out=pixels[..., :3])
     pixels[..., 3] = alpha
@@ -121,22 +140,23 @@ def premultiply(colour: NDArray[np.float32], alpha: Plane) -> Pixels:
 
 
 def unpremultiply(pixels: Pixels) -> NDArray[np.float32]:
-    """Straight linear colour (H, W, 3) of pixels; black where nothing covers."""
+    """Return the straight linear colour (H, W, 3) of pixels; black where nothing covers."""
     alpha = pixels[..., 3:]
     return np.divide(pixels[..., :3], alpha, out=np.zeros_like(pixels[..., :3]), where=alpha > 0)
 
 
 def luminance(pixels: Pixels) -> Plane:
-    """Relative luminance (H, W), linear, of pixels composited over black."""
+    """Return the relative luminance (H, W), linear, of pixels composited over black."""
     red, green, blue = (cv2.extractChannel(pixels, channel) for channel in range(3))
     light = cv2.addWeighted(red, float(REC709[0]), green, float(REC709[1]), 0.0, dst=red)
     return as_plane(cv2.scaleAdd(blue, float(REC709[2]), light, dst=light))
 
 
 def brightness(pixels: Pixels, blend_space: str) -> Plane:
-    """Luminance (H, W) on the papers' 0..255 scale (sRGB), as a client shows it over black.
+    """Return the luminance (H, W) that a client shows over black, as sRGB on a scale of 0..255.
 
-    A client that blends sRGB shows sRGB(c)·α, one that blends linear light sRGB(c·α).
+    That is the scale of the papers. A client that blends sRGB shows sRGB(c)·α, one that blends
+    linear light sRGB(c·α); ``blend_space`` says which, ``srgb`` or ``linear``.
     """
     light = luminance(pixels)
     if blend_space == "linear":

@@ -1,4 +1,7 @@
-"""Work in a process of its own: what must not take the build with it, or would let nobody in."""
+"""Run a module of the tool in a process of its own.
+
+For code that must not crash the build, or that holds Python's interpreter lock for long.
+"""
 
 import os
 import subprocess
@@ -13,10 +16,10 @@ _IMPORT_ROOT = str(Path(__file__).resolve().parents[2])
 def run_module(
     module: str, data: bytes, seconds: float | None = None
 ) -> "subprocess.CompletedProcess[bytes]":
-    """Run a module of this tool on ``data``, its stdin, and return what it wrote.
+    """Run a module of this tool with ``data`` as its stdin, and return what it wrote.
 
-    Nothing in the working folder can pass for a module of Python's (``-P``). Signals meant for the
-    build do not reach the process: it ends with the build.
+    Files in the working folder cannot shadow modules (``-P``). Signals to the build do not reach
+    the process; it is killed when they end the build.
 
     Raises:
         subprocess.TimeoutExpired: It took longer than ``seconds``, and was killed.

@@ -1,4 +1,4 @@
-"""Where the recipes, templates and samples lie that travel with the tool."""
+"""The folders of recipes, templates and samples that are installed with the tool."""
 
 from pathlib import Path
 from typing import Literal

@@ -1,4 +1,7 @@
-"""Threads that keep order: cv2, zlib and numpy release the interpreter while they work."""
+"""A thread pool with results in input order.
+
+Threads suffice: OpenCV, zlib and numpy release the interpreter lock while they work.
+"""
 
 import os
 from collections import deque
@@ -13,7 +16,7 @@ Result = TypeVar("Result")
 
 
 def default_jobs() -> int:
-    """Return how many workers a build takes when nobody says: the processors it may use."""
+    """Return the default number of workers: the processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -27,8 +30,11 @@ class Workers:
         self._pool = ThreadPoolExecutor(jobs, thread_name_prefix="fire-atlas")
 
     def start(self, work: Callable[[], Result]) -> Future[Result]:
-        """Begin ``work``, whose result is needed later, or which takes long without returning to
-        Python: a signal is heard while the main thread waits, but not while it works."""
+        """Start ``work`` in the pool.
+
+        Also for calls that take long without returning to Python: while the main thread waits for
+        the result it handles signals, which it could not inside such a call.
+        """
         return self._pool.submit(work)
 
     def map(self, work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
@@ -46,9 +52,9 @@ class Workers:
                 future.cancel()
 
     def __enter__(self) -> Self:
-        """Use the pool as a context: it is shut down on leaving."""
+        """Return the pool; leaving the context shuts it down."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Wait for what runs, drop what has not started."""
+        """Wait for what runs, and cancel what has not started."""
         self._pool.shutdown(wait=True, cancel_futures=True)

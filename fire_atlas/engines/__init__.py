@@ -1,1 +1,1 @@
-"""A folder for each engine: the files it plays as they are."""
+"""Exports to game engines, a package for each."""

@@ -1,1 +1,1 @@
-"""Files that belong to no engine, each written and read in one module."""
+"""File formats that are not specific to an engine; each is written and read in one module."""

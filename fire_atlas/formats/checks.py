@@ -1,23 +1,22 @@
-"""Values of files that are read back, held to what their writers write.
+"""Checks of values in files that are read back.
 
-A file may have been edited, cut short, or written by somebody who wishes ill: each value that is
-reckoned with is checked where it enters.
+Such a file may have been edited, truncated or forged, so each value is checked where it is read.
 """
 
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
-MOST_PIXELS = 1 << 15
-"""Largest length or place that is read, px: images have at most half of that."""
+MAX_PIXELS = 1 << 15
+"""Largest length or coordinate that is read, px: images have at most half of that."""
 
-MOST_MILLISECONDS = 600_000.0
-"""Longest time a frame is shown: more is not said in a GIF."""
+MAX_MILLISECONDS = 600_000.0
+"""Longest duration of a frame that is read; a GIF cannot state more."""
 
 Choice = TypeVar("Choice", bound=str)
 
 
-def whole(value: Any, low: int = 0, high: int = MOST_PIXELS) -> int:
-    """Return ``value``, which has to be a whole number in ``low`` to ``high``.
+def whole(value: Any, low: int = 0, high: int = MAX_PIXELS) -> int:
+    """Return ``value`` if it is a whole number from ``low`` to ``high``.
 
     Raises:
         ValueError: It is not.
@@ -29,7 +28,7 @@ def whole(value: Any, low: int = 0, high: int = MOST_PIXELS) -> int:
 
 
 def number(value: Any, low: float, high: float) -> float:
-    """Return ``value``, which has to be a number in ``low`` to ``high``.
+    """Return ``value`` if it is a number from ``low`` to ``high``.
 
     Raises:
         ValueError: It is not.
@@ -41,19 +40,19 @@ def number(value: Any, low: float, high: float) -> float:
 
 
 def text(value: Any) -> str:
-    """Return ``value``, which has to be text that can be written in UTF-8.
+    """Return ``value`` if it is text that UTF-8 can encode.
 
     Raises:
         ValueError: It is not.
     """
     if not isinstance(value, str):
-        raise ValueError(f"{_shown(value)} is no text")
+        raise ValueError(f"{_shown(value)} is not text")
     value.encode()
     return value
 
 
 def one_of(value: Any, choices: Sequence[Choice]) -> Choice:
-    """Return ``value``, which has to be one of ``choices``.
+    """Return ``value`` if it is one of ``choices``.
 
     Raises:
         ValueError: It is not.
@@ -61,11 +60,11 @@ def one_of(value: Any, choices: Sequence[Choice]) -> Choice:
     for choice in choices:
         if value == choice:
             return choice
-    raise ValueError(f"{_shown(value)} is none of {', '.join(choices)}")
+    raise ValueError(f"{_shown(value)} is not one of {', '.join(choices)}")
 
 
 def _out_of_range(value: Any, low: float, high: float) -> ValueError:
-    return ValueError(f"{_shown(value)} is no number from {low:g} to {high:g}")
+    return ValueError(f"{_shown(value)} is not a number from {low:g} to {high:g}")
 
 
 def _shown(value: Any) -> str:

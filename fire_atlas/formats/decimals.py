@@ -1,7 +1,7 @@
-"""Tables of numbers as text, a column at a time: many times faster than number by number.
+"""Write tables of numbers as text, a column at a time: many times faster than one by one.
 
-Text is built as a matrix of characters, one row a line, in which each number has all the digits
-its column could need; a mask then drops those it does not.
+The text is a matrix of characters with a row for each line, in which every number of a column has
+the same width; a mask drops the characters it does not need.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ _ZERO, _MINUS, _POINT = b"0-."
 
 
 class _Text(NamedTuple):
-    """Characters (rows, width) and which of them are written."""
+    """Characters (rows, width), and a mask of those that are written."""
 
     characters: Characters
     written: Mask
@@ -26,7 +26,7 @@ class _Text(NamedTuple):
 def table_text(
     table: NDArray[np.float64], decimals: Sequence[int], before: str, between: str, after: str
 ) -> bytes:
-    """Return ``table`` (rows, columns) as text, one line a row.
+    """Return ``table`` (rows, columns) as text, one line per row.
 
     Args:
         table: Finite numbers.
@@ -57,7 +57,7 @@ def _constant(text: str, rows: int) -> _Text:
 
 
 def _numbers(values: NDArray[np.float64], decimals: int) -> _Text:
-    """Return one number a row: a sign, its integer digits, a point, its decimals."""
+    """Return the text of ``values`` (rows,): sign, integer digits, point, decimals."""
     scaled = np.rint(values * 10**decimals)
     if not (np.abs(scaled) < 2**53).all():
         raise AssertionError(f"not finite, or too large to be exact to {decimals} decimals")

@@ -1,13 +1,52 @@
-"""What the clients of several formats and engines cannot show."""
+"""What formats cannot hold and their clients cannot show, checked before any work is done.
+
+Nothing heavy is imported here.
+"""
 
 from collections.abc import Iterator, Sequence
+from importlib.util import find_spec
 
 from fire_atlas.recipe.output import Atlas, Export, ExportName, export_name, exports_called
 from fire_atlas.recipe.problem import Problem
 
+_MAX_WEBP_SIDE = 16383
+"""Largest side of a WebP, px: its header has 14 bits for it."""
+
+
+def page_limits(atlas: Atlas) -> Iterator[Problem]:
+    """Yield what the image files of pages cannot hold."""
+    if atlas.format == "webp" and atlas.max_size > _MAX_WEBP_SIDE:
+        yield Problem(
+            ("atlas", "max_size"),
+            f"a WebP has at most {_MAX_WEBP_SIDE} px a side; got {atlas.max_size}",
+        )
+
+
+def missing_extra(atlas: Atlas) -> str | None:
+    """Return which optional package has to be installed to write such pages; None if none has."""
+    if (atlas.format, atlas.compression) != ("png", "small") or find_spec("oxipng"):
+        return None
+    return (
+        "atlas.compression: small needs oxipng for PNG pages: pip install 'fire-atlas[small]', or "
+        "set atlas.compression to fast, or atlas.format to webp"
+    )
+
+
+def description_limits(atlas: Atlas, exports: Sequence[Export]) -> Iterator[Problem]:
+    """Yield the descriptions of pages whose clients cannot show these pages, or not correctly."""
+    yield from upright_only(atlas, exports, "phaser", "aseprite", "css", "tpsheet")
+    if (atlas.alpha, atlas.blend_space) == ("straight", "srgb"):
+        return
+    for path, _ in exports_called(exports, "css"):
+        yield Problem(
+            path,
+            f"css cannot be had with atlas.alpha {atlas.alpha} and blend_space "
+            f"{atlas.blend_space}: browsers blend images with straight alpha in sRGB",
+        )
+
 
 def upright_only(atlas: Atlas, exports: Sequence[Export], *names: ExportName) -> Iterator[Problem]:
-    """Yield the exports called ``names`` where frames may lie rotated on their page."""
+    """Yield the exports called ``names``, if frames may lie rotated on their page."""
     if not atlas.rotate:
         return
     for path, export in exports_called(exports, *names):

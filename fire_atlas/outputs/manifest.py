@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from fire_atlas import __version__
-from fire_atlas.core.files import MOST_JSON, read_file
+from fire_atlas.core.files import MAX_JSON_BYTES, read_file
 from fire_atlas.core.output_file import MANIFEST_ENDING, Role, plain_name
 from fire_atlas.outputs.digest import HashedFile, file_digest
 
@@ -106,7 +106,7 @@ def input_path(path: Path, folder: Path) -> str:
 def read_manifest(out: Path, name: str) -> Manifest | None:
     """Return the manifest of the build ``name`` in ``out``, or None where there is no sound one."""
     try:
-        return decode_manifest(read_file(out / manifest_name(name), MOST_JSON))
+        return decode_manifest(read_file(out / manifest_name(name), MAX_JSON_BYTES))
     except (OSError, ValueError):
         return None
 

@@ -1,1 +1,1 @@
-"""The line from recipe to files: a step a file."""
+"""The pipeline from recipe to output files, a module for each step."""

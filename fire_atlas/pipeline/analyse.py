@@ -1,6 +1,6 @@
-"""Analyse a clip: where flakes are born, and the field that will carry them.
+"""Analyse a clip: find where flakes are born, and record the velocity field that carries them.
 
-Frames are looked at in the pool; the air is carried from one to the next in one thread.
+Frames are analysed in the pool; the field is advected from frame to frame in one thread.
 """
 
 from collections.abc import Iterator
@@ -31,8 +31,8 @@ from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.wind import Wind
 from fire_atlas.vision.flow import SMALL, optical_flow, shrunk_flow, thumbnail
 
-_MANY = 5
-"""So many expected births are not left out by chance."""
+_SURE_BIRTHS = 5
+"""If so many births are expected, it is no coincidence that there is none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class AnalysisSettings:
     """The sections of a recipe that the analysis reads.
 
     Attributes:
-        wind: As it blows in the clip's own view.
+        wind: Relative to the direction of the clip's view.
     """
 
     seed: int
@@ -51,7 +51,7 @@ class AnalysisSettings:
 
     @classmethod
     def of(cls, recipe: Recipe, azimuth: float = 0.0) -> Self:
-        """Take the sections from a recipe.
+        """Return the sections of a recipe.
 
         ``azimuth`` is the direction of the clip's view, degrees counter-clockwise from above.
         """
@@ -61,11 +61,11 @@ class AnalysisSettings:
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """What is known of a clip once all its frames were seen.
+    """Result of the analysis of a clip.
 
     Attributes:
         field: The recorded buoyancy field.
-        spawns: Births of all flakes.
+        spawns: Spawns of all flakes.
     """
 
     field: FieldRecord
@@ -74,16 +74,17 @@ class Analysis:
 
 @dataclass(frozen=True, slots=True)
 class _FrameAnalysis:
-    """What one frame of the clip says, before its neighbours are known.
+    """Result of the analysis of one frame on its own.
 
     Attributes:
         thumbnail: (h, w) uint8, for the optical flow.
-        flow: (h, w, 2), px of the thumbnail a frame, where the clip knows its own motion.
-        mask: (H, W) float32, how surely each pixel is flame, 0..1.
-        lit: (rows, columns), how bright each cell is, 0..1.
-        feature_x, feature_y: (rows, columns), mean Fv* of each cell in typical lengths.
+        flow: (h, w, 2), px of the thumbnail per frame, if the clip knows its own motion.
+        mask: (H, W) float32, confidence that each pixel is flame, 0..1.
+        lit: (rows, columns), brightness of each cell, 0..1.
+        feature_x, feature_y: (rows, columns), mean of Fv* in each cell, in units of its typical
+            length in the clip.
         spawns: Flakes born in this frame.
-        is_reversed: Whether the clip goes backwards from this frame to the next.
+        is_reversed: Whether the clip runs backwards from this frame to the next.
     """
 
     thumbnail: Bytes
@@ -99,14 +100,7 @@ class _FrameAnalysis:
 def analyse(
     clip: Clip, study: FlameStudy, settings: AnalysisSettings, context: BuildContext
 ) -> Analysis:
-    """Find features, flow and births of every frame and record the buoyancy field.
-
-    Args:
-        clip: The clip as it is played.
-        study: What holds for the whole clip.
-        settings: What the recipe says.
-        context: The pool, and who hears of the progress.
-    """
+    """Find features, flow and spawns of every frame, and record the buoyancy field."""
     context.progress.stage("analyse", clip.count)
     emitter = _emitter(clip, study, settings)
     births = dict[int, Spawns]()
@@ -121,7 +115,7 @@ def analyse(
     spawns = Spawns.concatenate([births[i] for i in sorted(births)])
     if study.burns_out and not clip.loop and not clip.tail:
         spawns = spawns.cooled_by((clip.count - 1) / clip.fps)
-    if not len(spawns.tick) and emitter.rate * clip.body / clip.fps > _MANY:
+    if not len(spawns.tick) and emitter.rate * clip.body / clip.fps > _SURE_BIRTHS:
         context.progress.note(
             "no flake is born: nothing in the clip is flame that moves, or features.epsilon, "
             "features.clamp or flakes.alpha is above all of its edges"
@@ -130,7 +124,7 @@ def analyse(
 
 
 def _emitter(clip: Clip, study: FlameStudy, settings: AnalysisSettings) -> EmitterSettings:
-    # Without flakes the flame may still be blurred along the field: nothing is born then.
+    # Without flakes the field may still be needed, to blur the flame along it.
     flakes = settings.flakes if settings.flakes != "none" else Flakes(rate=0, bursts=0)
     return EmitterSettings.of(
         flakes,
@@ -149,9 +143,9 @@ def _frames(
     emitter: EmitterSettings,
     context: BuildContext,
 ) -> Iterator[tuple[int, Spawns, Forcing]]:
-    """Yield number, births and drive of each frame, in ``forcing_order``."""
+    """Yield number, spawns and forcing of each frame, in ``forcing_order``."""
     cell = settings.buoyancy.cell
-    # The paper's candidates are anywhere in the image; else only where something moves.
+    # In the paper flakes are born anywhere in the image; otherwise only where something moves.
     everywhere = settings.features.preset == "paper"
     window = Window(0, 0, clip.width, clip.height) if everywhere else study.active_window(cell)
     analyser = _FrameAnalyser(
@@ -174,11 +168,11 @@ class _FrameAnalyser:
     """Analyses single frames of a clip; its methods run in the pool.
 
     Attributes:
-        clip: The clip, or the part of its frames where anything moves.
-        study: What holds for all frames.
-        settings: What the recipe says.
+        clip: The clip, perhaps cropped to where anything moves.
+        study: Constants of the whole clip.
+        settings: Sections of the recipe.
         emitter: How flakes are spawned.
-        is_small: Whether the clip's frames are small enough for a close look at their flow.
+        is_small: Whether the clip's frames are so small that flow is computed at a finer scale.
     """
 
     clip: Clip
@@ -188,7 +182,7 @@ class _FrameAnalyser:
     is_small: bool
 
     def frame(self, i: int) -> _FrameAnalysis:
-        """Return everything that frame ``i`` says on its own."""
+        """Return the analysis of frame ``i`` on its own."""
         clip, study, cell = self.clip, self.study, self.settings.buoyancy.cell
         picture = clip.picture(i)
         bright = brightness_of(picture, clip.blend_space)
@@ -215,9 +209,9 @@ class _FrameAnalyser:
         )
 
     def drive(self, here: _FrameAnalysis, other: _FrameAnalysis, is_last: bool) -> Forcing:
-        """Return what a frame does to the air, now that its neighbour is known."""
-        # Where nothing follows, motion goes on as before; where the clip runs backwards, the gas of
-        # the flame does not.
+        """Return how frame ``here`` drives the velocity field, given its neighbour ``other``."""
+        # The last frame continues the motion before it. Where the clip runs backwards, the flow is
+        # taken forwards: hot gas always rises.
         before, after = (other, here) if is_last or here.is_reversed else (here, other)
         flow = here.flow
         if flow is None:
@@ -232,10 +226,10 @@ class _FrameAnalyser:
 def _pairs(
     frames: Iterator[_FrameAnalysis], closes: bool
 ) -> Iterator[tuple[_FrameAnalysis, _FrameAnalysis, bool]]:
-    """Yield each frame with the one that follows it.
+    """Yield each frame with the one after it, and whether it is the last.
 
-    In a circle that ``closes`` the first follows the last. Otherwise nothing does: the last comes
-    with the one before it, and True.
+    In a loop that ``closes``, the first frame follows the last, and none is the last. Otherwise the
+    last comes with the one before it.
     """
     first = previous = here = next(frames)
     for following in frames:

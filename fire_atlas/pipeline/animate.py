@@ -1,4 +1,4 @@
-"""Animate a clip: the fire-flake effect from first to last step (Kim & Lee, section III)."""
+"""Animate a clip: the fire-flake effect of Kim & Lee, section III, with all its steps."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -24,12 +24,12 @@ from fire_atlas.timeline.tail import shortened
 
 
 def animate_views(recipe: Recipe, clips: Mapping[str, Clip], context: BuildContext) -> Contribution:
-    """Animate each of ``clips``, by name: views of one fire, evenly around it."""
+    """Animate each of ``clips``: by name, views of one fire from evenly spaced directions."""
     animations = {
         name: animate(recipe, clip, 360 * k / len(clips), context)
         for k, (name, clip) in enumerate(clips.items())
     }
-    statistics = {name: each.figures() for name, each in animations.items()}
+    statistics = {name: each.all_statistics() for name, each in animations.items()}
     figures = statistics.popitem()[1] if len(animations) == 1 else {"animations": statistics}
     return Contribution(recipe.name, animations, figures)
 
@@ -38,27 +38,27 @@ def animate(recipe: Recipe, clip: Clip, azimuth: float, context: BuildContext) -
     """Make a finished animation of a clip: arrange, study, analyse, simulate, render, channels.
 
     Args:
-        recipe: What is to be made.
+        recipe: The whole recipe; each step reads sections of it.
         clip: As its source gives it.
-        azimuth: Direction of the view, degrees counter-clockwise seen from above: the wind comes
-            from another side there.
-        context: The pool, and who hears of the progress.
+        azimuth: Direction of the view, degrees counter-clockwise seen from above, relative to
+            which the wind blows.
+        context: Workers, progress and timer.
     """
-    clock = context.clock
-    with clock.measure("study"):
+    timer = context.timer
+    with timer.measure("study"):
         clip = _arranged(clip, recipe, context)
         study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), context.workers)
     analysis = tracks = None
-    with clock.measure("analyse"):
+    with timer.measure("analyse"):
         if has_effect(recipe):
             analysis = analyse(clip, study, AnalysisSettings.of(recipe, azimuth), context)
-    with clock.measure("fly"):
+    with timer.measure("fly"):
         if analysis is not None and recipe.flakes != "none":
             tracks = simulate(clip, study, analysis, SimulationSettings.of(recipe), context)
             _note_flakes_left(clip, tracks, recipe.timeline.loop, context)
             clip, tracks = _without_dark_end(clip, tracks)
     simulated, settings = SimulatedClip(clip, study, analysis, tracks), RenderSettings.of(recipe)
-    with clock.measure("render"):
+    with timer.measure("render"):
         frames = render(simulated, settings, context)
     between = flames_between(simulated, settings, context)
     motion = measure_motion(frames, between, clip.loop, recipe.maps, context)
@@ -75,14 +75,14 @@ def animate(recipe: Recipe, clip: Clip, azimuth: float, context: BuildContext) -
 
 
 def has_effect(recipe: Recipe) -> bool:
-    """Whether a recipe does anything but pack: it adds flakes, or blurs the flame."""
+    """Return whether a recipe changes frames: it adds flakes, or blurs the flame."""
     blurs_flame = isinstance(recipe.motion_blur, MotionBlur) and recipe.motion_blur.flame
     return recipe.flakes != "none" or blurs_flame
 
 
 def _arranged(clip: Clip, recipe: Recipe, context: BuildContext) -> Clip:
-    """Return the clip as it is played: footage is cut, retimed and closed; fire that is generated
-    is so already."""
+    """Return the clip as it is played: footage is cut, retimed and looped, generated fire is not
+    changed."""
     if not isinstance(recipe.source, FramesSource):
         return clip
     flakes = recipe.flakes
@@ -97,7 +97,7 @@ def _arranged(clip: Clip, recipe: Recipe, context: BuildContext) -> Clip:
 
 
 def _note_flakes_left(clip: Clip, tracks: Tracks, loop: str, context: BuildContext) -> None:
-    """Say how many flakes still glow when a clip that plays once ends."""
+    """Note how many flakes still glow in the last frame of a clip that plays once."""
     if (
         loop == "auto"
         and not clip.loop
@@ -110,11 +110,11 @@ def _note_flakes_left(clip: Clip, tracks: Tracks, loop: str, context: BuildConte
 
 
 def _without_dark_end(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:
-    """Drop the frames of a tail in which no flake glows any more."""
+    """Return clip and tracks without the frames at the end of a tail in which no flake glows."""
     if not clip.tail:
         return clip, tracks
-    seen = [n for n, rows in enumerate(tracks.frames) if n >= clip.body and visible_count(rows)]
-    clip = shortened(clip, seen[-1] + 1 - clip.body if seen else 0)
+    lit = [n for n, rows in enumerate(tracks.frames) if n >= clip.body and visible_count(rows)]
+    clip = shortened(clip, lit[-1] + 1 - clip.body if lit else 0)
     return clip, first_frames(tracks, clip.count)
 
 

@@ -1,11 +1,10 @@
-"""The whole line in one function: recipe in, finished files out."""
+"""Build a recipe: the whole pipeline from recipe to output files in one function."""
 
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fire_atlas.core.clock import Clock
-from fire_atlas.core.progress import Progress
+from fire_atlas.core.progress import Progress, StageTimer
 from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.digest import tool_digest
 from fire_atlas.outputs.freshness import why_stale
@@ -13,7 +12,7 @@ from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.animate import animate_views
 from fire_atlas.pipeline.check import CheckedRecipe
 from fire_atlas.pipeline.context import BuildContext, BuildOptions
-from fire_atlas.pipeline.contribution import build_statistics, named
+from fire_atlas.pipeline.contribution import animations_by_name, build_statistics
 from fire_atlas.pipeline.open import check_inputs, hash_inputs, input_files, open_input
 from fire_atlas.pipeline.pack_only import pack_only
 from fire_atlas.pipeline.pages import images, pack
@@ -31,12 +30,12 @@ from fire_atlas.sources.sprites import Sprites
 
 @dataclass(frozen=True, slots=True)
 class BuildReport:
-    """What a build did.
+    """The result of a build.
 
     Attributes:
         files: The outputs, in the order they were written.
-        timings: Seconds by stage.
-        statistics: Figures about the result, as in the manifest.
+        timings: Seconds spent in each stage.
+        statistics: Of the result, as in the manifest.
     """
 
     files: tuple[Path, ...]
@@ -47,39 +46,39 @@ class BuildReport:
 def build(
     loaded: CheckedRecipe, out: Path, options: BuildOptions, progress: Progress
 ) -> BuildReport | None:
-    """Build one recipe into the folder ``out``: everything is written, or nothing is.
+    """Build one recipe into the folder ``out``: all outputs are written, or none.
 
     Returns:
         What was done; None if another build, which this one waited for, has done it already.
 
     Raises:
-        FireAtlasError: Anything a person can mend; the previous outputs are whole.
+        FireAtlasError: A problem that the user can mend; the previous outputs are unchanged.
     """
-    recipe, clock = loaded.recipe, Clock()
+    recipe, timer = loaded.recipe, StageTimer()
     with (
         Workers(options.jobs) as workers,
         Staging(out, recipe.name, progress.note, options.overwrite) as staging,
     ):
         if not options.force and why_stale(loaded.tree, out) is None:
             return None
-        context = BuildContext(workers, progress, clock, options.most_pixels)
+        context = BuildContext(workers, progress, timer, options.most_pixels)
         tool = workers.start(tool_digest)
-        with clock.measure("study"):
+        with timer.measure("study"):
             inputs = hash_inputs(loaded, staging, workers)
         refuse_taken_names(recipe, staging)
         contributions, files = [], list[Path]()
         for part in loaded.parts:
-            with clock.measure("study"):
+            with timer.measure("study"):
                 opened = open_input(part, context)
                 files += input_files(opened)
             if isinstance(opened, Sprites):
                 contributions.append(pack_only(part.recipe, opened, context))
             else:
                 contributions.append(animate_views(part.recipe, opened, context))
-        animations = named(contributions)
-        with clock.measure("pack"):
+        animations = animations_by_name(contributions)
+        with timer.measure("pack"):
             sheets = pack(recipe.name, animations, recipe.atlas, recipe.maps, progress)
-        with clock.measure("write"):
+        with timer.measure("write"):
             drawn = images(sheets, animations.values(), recipe.atlas, recipe.maps)
             outputs = write_images(list(drawn), recipe.atlas, staging, context)
             product = product_of(sheets, animations, recipe.tracks, staging)
@@ -93,4 +92,4 @@ def build(
                 write_manifest(loaded, tool.result(), inputs, outputs, statistics, staging)
             )
             commit(recipe.name, outputs, staging)
-    return BuildReport(tuple(out / each.name for each in outputs), clock.seconds, statistics)
+    return BuildReport(tuple(out / each.name for each in outputs), timer.seconds, statistics)

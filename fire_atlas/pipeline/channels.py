@@ -1,4 +1,4 @@
-"""What a frame holds besides its colours: how the flame in it moves."""
+"""Channels of frames besides colours: motion vectors of the flame."""
 
 from collections.abc import Mapping, Sequence
 
@@ -18,17 +18,17 @@ def measure_motion(
     maps: Maps,
     context: BuildContext,
 ) -> Motion | None:
-    """Return how an animation moves, where the recipe asks for motion vectors.
+    """Return the motion of an animation; None if the recipe has no motion vectors.
 
     Args:
         frames: The animation, in playing order.
-        between: What its source shows between some of them, as of ``render.flames_between``.
+        between: Frames of the source between some of them; see ``render.flames_between``.
         loop: Whether frame 0 follows the last frame.
-        maps: What the recipe asks for.
-        context: The pool, and who hears of the progress.
+        maps: The section of the recipe.
+        context: Workers, progress and timer.
 
     Raises:
-        SourceError: Its frames differ in size, so that no place in one is a place in the next.
+        SourceError: Its frames differ in size, so that their pixels do not correspond.
     """
     if maps.motion == "none":
         return None
@@ -39,7 +39,7 @@ def measure_motion(
             "in one to a place in the next; make them one size, or leave maps.motion out"
         )
     thumbnails = [frame.thumbnail for frame in frames if frame.thumbnail is not None]
-    with context.clock.measure("motion"):
+    with context.timer.measure("motion"):
         context.progress.stage("motion", len(frames))
         return estimate_motion(
             thumbnails,

@@ -1,23 +1,22 @@
-"""What every step of a build shares besides its data."""
+"""The context of a build, shared by all its steps: workers, progress, timer and limits."""
 
 from dataclasses import dataclass, field
 from typing import Self
 
-from fire_atlas.core.clock import Clock
-from fire_atlas.core.progress import Progress, Silent
+from fire_atlas.core.progress import Progress, SilentProgress, StageTimer
 from fire_atlas.core.workers import Workers, default_jobs
 from fire_atlas.sources.listing import MAX_PIXELS
 
 
 @dataclass(frozen=True, slots=True)
 class BuildOptions:
-    """What whoever starts a build decides besides the recipe.
+    """Options of a build that are not in the recipe.
 
     Attributes:
-        jobs: Threads.
-        most_pixels: Larger pictures of a source are refused.
-        overwrite: Files that no manifest vouches for may be replaced.
-        force: Build even what is up to date.
+        jobs: Number of threads.
+        most_pixels: Input images with more pixels are refused.
+        overwrite: Whether files that no build wrote may be replaced.
+        force: Whether even what is up to date is built.
     """
 
     jobs: int = field(default_factory=default_jobs)
@@ -29,27 +28,27 @@ class BuildOptions:
     def of(
         cls, jobs: int | None, most_pixels: int, overwrite: bool = False, force: bool = False
     ) -> Self:
-        """Return options; without a number of ``jobs``, as many as there are processors."""
+        """Return options; without ``jobs``, the number of processors is taken."""
         return cls(jobs or default_jobs(), most_pixels, overwrite, force)
 
 
 @dataclass(frozen=True, slots=True)
 class BuildContext:
-    """Who works, who hears of the progress, and who takes the time. No result depends on it.
+    """What the steps of a build share besides their data; no result depends on it.
 
     Attributes:
         workers: The pool of threads.
-        progress: Hears of stages, steps and notes.
-        clock: Measures how long the stages take.
-        most_pixels: Larger pictures of a source are refused.
+        progress: Receives stages, steps and notes.
+        timer: Measures how long each stage takes.
+        most_pixels: Input images with more pixels are refused.
     """
 
     workers: Workers
     progress: Progress
-    clock: Clock
+    timer: StageTimer
     most_pixels: int = MAX_PIXELS
 
     @classmethod
     def silent(cls, workers: Workers, most_pixels: int = MAX_PIXELS) -> Self:
-        """Return the context of a step that is run on its own: nobody hears of it."""
-        return cls(workers, Silent(), Clock(), most_pixels)
+        """Return a context that reports no progress, for a step that runs on its own."""
+        return cls(workers, SilentProgress(), StageTimer(), most_pixels)

@@ -1,7 +1,6 @@
-"""What a recipe brings to the pages: finished animations.
+"""Finished animations, and the contribution of a recipe to the pages: all of its animations.
 
-Usually a build has one contribution. Recipes that share their pages (``atlas.members``) bring one
-each.
+A build has one contribution, or one of each member if recipes share pages (``atlas.members``).
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,17 +18,17 @@ from fire_atlas.pipeline.render import RenderedFrame
 
 @dataclass(frozen=True, slots=True)
 class FinishedAnimation:
-    """An animation whose frames are rendered.
+    """An animation with rendered frames, ready for packing.
 
     Attributes:
         frames: In playing order.
         fps: Frames per second.
         loop: Whether frame 0 follows the last frame.
-        foot: (x, y) of the effect's foot in the frame, px, y down; None: the middle of its bottom.
-        motion: How the flame moves, where that is asked for.
-        tracks: The flakes, where there are any.
-        bakes_flakes: Whether the flakes are in the frames too.
-        statistics: Figures about the clip and its flakes, for the manifest.
+        foot: (x, y) of the base of the fire, px, y down; None: the middle of the bottom edge.
+        motion: Motion of the flame, if the recipe has motion vectors.
+        tracks: Flakes, if there are any.
+        bakes_flakes: Whether flakes are drawn into the frames.
+        statistics: Of the clip and its flakes, for the manifest.
     """
 
     frames: Sequence[RenderedFrame]
@@ -42,18 +41,18 @@ class FinishedAnimation:
     statistics: Mapping[str, Any] = field(default_factory=dict)
 
     def frames_for_pages(self, name: str) -> AnimationFrames:
-        """Return what goes onto the pages, of the largest scale, under the name ``name``."""
+        """Return the frames of the largest scale for packing, as the animation ``name``."""
         sprites = tuple(frame.sprites[0] for frame in self.frames)
         return AnimationFrames(name, sprites, 1000 / self.fps, self.loop, self.foot)
 
-    def figures(self) -> dict[str, Any]:
-        """Return what the manifest states of the animation."""
+    def all_statistics(self) -> dict[str, Any]:
+        """Return the statistics with those of motion vectors, as the manifest states them."""
         motion = {} if self.motion is None else motion_statistics(self.motion.validation)
         return {**self.statistics, **motion}
 
     @property
     def light(self) -> ClipLight | None:
-        """The light the animation gives, where it was measured."""
+        """The light that the animation gives; None if it was not measured."""
         lights = tuple(frame.light for frame in self.frames if frame.light is not None)
         width = max(frame.width for frame in self.frames)
         height = max(frame.height for frame in self.frames)
@@ -62,12 +61,12 @@ class FinishedAnimation:
 
 @dataclass(frozen=True, slots=True)
 class Contribution:
-    """What one recipe brings.
+    """The animations of one recipe.
 
     Attributes:
         name: Of the recipe.
         animations: By name.
-        statistics: Figures about them, for the manifest.
+        statistics: Of the animations, for the manifest.
     """
 
     name: str
@@ -76,10 +75,7 @@ class Contribution:
 
 
 def build_statistics(contributions: Sequence[Contribution], sheet: AtlasSheet) -> dict[str, Any]:
-    """Return figures about the pages of a sheet, and about the one recipe or each of several.
-
-    With them stands the class of the CPU that the bytes come from.
-    """
+    """Return statistics of the pages and of each recipe, and the class of the CPU."""
     area = sum(page.width * page.height for page in sheet.pages)
     places = {(region.page, region.x, region.y): region for region in sheet.regions}
     used = sum(region.width * region.height for region in places.values())
@@ -94,10 +90,10 @@ def build_statistics(contributions: Sequence[Contribution], sheet: AtlasSheet) -
     return {"frames": len(sheet.regions), **of_all, "members": members}
 
 
-def named(contributions: Sequence[Contribution]) -> dict[str, FinishedAnimation]:
-    """Return all animations by the name they have on the pages.
+def animations_by_name(contributions: Sequence[Contribution]) -> dict[str, FinishedAnimation]:
+    """Return all animations by their names on the pages.
 
-    Where several recipes share the pages, the recipe's name goes before that of its animation.
+    If several recipes share pages, the name of an animation begins with that of its recipe.
     """
     return {
         _title(name, each, contributions): animation
@@ -106,6 +102,6 @@ def named(contributions: Sequence[Contribution]) -> dict[str, FinishedAnimation]
     }
 
 
-def _title(name: str, contribution: Contribution, all_of_them: Sequence[Contribution]) -> str:
-    is_only = len(all_of_them) == 1 or list(contribution.animations) == [contribution.name]
+def _title(name: str, contribution: Contribution, contributions: Sequence[Contribution]) -> str:
+    is_only = len(contributions) == 1 or list(contribution.animations) == [contribution.name]
     return name if is_only else f"{contribution.name}/{name}"

@@ -1,37 +1,33 @@
-"""Which files a build will write, as far as that is known before any work is done."""
+"""The files that a build is sure to write, known before any work is done."""
 
 from collections.abc import Iterator
 
 from fire_atlas.core.output_file import Role
-from fire_atlas.formats.tracks.names import flakes_file
+from fire_atlas.engines.godot import names as godot
+from fire_atlas.engines.unity import names as unity
+from fire_atlas.formats.names import ENDINGS, flakes_file
 from fire_atlas.outputs.manifest import manifest_name
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import export_name
 
-_DESCRIPTIONS: dict[str, tuple[tuple[str, Role], ...]] = {
-    "json": ((".json", "atlas"),),
-    "json-array": ((".array.json", "atlas"),),
-    "phaser": ((".phaser.json", "atlas"),),
-    "aseprite": ((".aseprite.json", "atlas"),),
-    "css": ((".css", "atlas"),),
-    "tpsheet": ((".tpsheet", "atlas"),),
-    "godot": ((".tres", "scene"), (".tscn", "scene")),
-    "unity": ((".controller", "engine"), (".prefab", "engine")),
+_ENGINE_FILES: dict[str, tuple[tuple[str, Role], ...]] = {
+    "godot": ((godot.FRAMES_ENDING, "scene"), (godot.SCENE_ENDING, "scene")),
+    "unity": ((unity.CONTROLLER_ENDING, "engine"), (unity.PREFAB_ENDING, "engine")),
 }
-"""Endings and roles of what each export writes of every scale, whatever the frames are."""
+"""Endings and roles of the files that an engine's export writes of every scale."""
 
-_SETTINGS = {"godot": ".import", "unity": ".meta"}
-"""Endings of the import settings that an engine's export writes beside each image."""
+_IMPORT_ENDINGS = {"godot": godot.IMPORT_ENDING, "unity": unity.META_ENDING}
+"""Endings of the import settings that an engine's export writes for each image."""
 
 
 def expected_outputs(recipe: Recipe) -> Iterator[tuple[str, Role]]:
-    """Yield name and role of outputs that a build of ``recipe`` is sure to write.
+    """Yield the name and role of each output that a build of ``recipe`` is sure to write.
 
-    How many pages there are, what a user's template is called, and whose flakes there are is known
-    only when the frames are.
+    The number of pages, the names that a user's template gives, and which animations have flakes
+    are known only when the frames are.
     """
     for scale in recipe.atlas.scales:
-        yield from _of_sheet(recipe, recipe.name if scale == 1 else f"{recipe.name}@{scale:g}x")
+        yield from _sheet_files(recipe, recipe.name if scale == 1 else f"{recipe.name}@{scale:g}x")
     if not recipe.atlas.members and recipe.views.count == 1 and recipe.flakes != "none":
         for track in recipe.tracks:
             if track != "light":
@@ -39,20 +35,22 @@ def expected_outputs(recipe: Recipe) -> Iterator[tuple[str, Role]]:
     yield manifest_name(recipe.name), "manifest"
 
 
-def _of_sheet(recipe: Recipe, sheet: str) -> Iterator[tuple[str, Role]]:
-    """Yield what is written of one scale."""
+def _sheet_files(recipe: Recipe, sheet: str) -> Iterator[tuple[str, Role]]:
+    """Yield the files of one scale."""
     exports = [export_name(export) for export in recipe.exports]
     for image, role in _images(recipe, sheet):
         yield image, role
-        for engine in _SETTINGS.keys() & exports:
-            yield image + _SETTINGS[engine], "import"
+        for engine in _IMPORT_ENDINGS.keys() & exports:
+            yield image + _IMPORT_ENDINGS[engine], "import"
     for export in exports:
-        for ending, described in _DESCRIPTIONS.get(export, ()):
+        for ending, described in _ENGINE_FILES.get(export, ()):
             yield sheet + ending, described
+        if export in ENDINGS:
+            yield sheet + ENDINGS[export], "atlas"
 
 
 def _images(recipe: Recipe, sheet: str) -> Iterator[tuple[str, Role]]:
-    """Yield the first page of a sheet, and what lies beside it."""
+    """Yield the first page of a sheet and the maps beside it."""
     ending = f".{recipe.atlas.format}"
     yield f"{sheet}{ending}", "page"
     motion = () if recipe.maps.motion == "none" else ("motion",)

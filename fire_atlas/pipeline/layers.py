@@ -1,4 +1,4 @@
-"""The layers of a frame, flame and flakes, and how they are joined."""
+"""Layers of a frame, flame and flakes: how they are drawn and composed."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -21,18 +21,18 @@ from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Atlas, Maps
 
 Palette = NDArray[np.float32]
-"""(colours, 3) sRGB in 0..1 that flakes are limited to."""
+"""(colours, 3) sRGB in 0..1: the colours that flakes may have."""
 
 
 @dataclass(frozen=True, slots=True)
 class SimulatedClip:
-    """A clip with all that is known of it before its frames are drawn.
+    """A clip with the results of all steps before its frames are rendered.
 
     Attributes:
         clip: As it is played.
-        study: What holds for the whole clip.
-        analysis: Births and field; None where nothing is done to the flame.
-        tracks: The flakes; None where there are none.
+        study: Constants of the whole clip.
+        analysis: Spawns and field; None if the recipe has no effect.
+        tracks: Flakes; None if there are none.
     """
 
     clip: Clip
@@ -43,7 +43,7 @@ class SimulatedClip:
 
 @dataclass(frozen=True, slots=True)
 class RenderSettings:
-    """The sections of a recipe that drawing a frame reads.
+    """The sections of a recipe that rendering reads.
 
     Attributes:
         bakes_flakes: Whether flakes are drawn into the pixels of the pages.
@@ -60,7 +60,7 @@ class RenderSettings:
 
     @classmethod
     def of(cls, recipe: Recipe) -> Self:
-        """Take the sections from a recipe."""
+        """Return the sections of a recipe."""
         return cls(
             motion_blur=recipe.motion_blur,
             flakes=recipe.flakes,
@@ -74,12 +74,12 @@ class RenderSettings:
 
 @dataclass(frozen=True, slots=True)
 class Layers:
-    """A frame that is not joined yet.
+    """A frame before its layers are composed.
 
     Attributes:
-        flame: (H, W, 4), as of ``Clip.picture``; blurred if asked.
-        flakes: (H, W, 3) their light on black, may exceed 1; None where nobody sees them.
-        bakes: Whether they are joined with the flame.
+        flame: (H, W, 4), as from ``Clip.picture``; blurred if the recipe has motion blur.
+        flakes: (H, W, 3) linear light on black, which may exceed 1; None if it is not needed.
+        bakes: Whether flakes are drawn into the page.
     """
 
     flame: Picture
@@ -88,11 +88,11 @@ class Layers:
 
 
 def layers_of(i: int, simulated: SimulatedClip, settings: RenderSettings) -> Layers:
-    """Return frame ``i`` as flame and flakes."""
+    """Return the layers of frame ``i``."""
     clip, tracks, flakes = simulated.clip, simulated.tracks, settings.flakes
     flame = flame_of(i, clip.picture(i), simulated, settings)
-    is_seen = settings.bakes_flakes or settings.maps.flakes
-    if tracks is None or flakes == "none" or not is_seen:
+    is_needed = settings.bakes_flakes or settings.maps.flakes
+    if tracks is None or flakes == "none" or not is_needed:
         return Layers(flame)
     light = draw(flakes, tracks.frames[i], clip.height, clip.width)
     return Layers(flame, light, settings.bakes_flakes)
@@ -101,7 +101,7 @@ def layers_of(i: int, simulated: SimulatedClip, settings: RenderSettings) -> Lay
 def flame_of(
     i: int, picture: Picture, simulated: SimulatedClip, settings: RenderSettings
 ) -> Picture:
-    """Return the flame of a ``picture`` shown at frame ``i``, blurred along the field if asked."""
+    """Return the flame of a ``picture`` at frame ``i``, blurred along the field if so set."""
     blur, analysis, clip = settings.motion_blur, simulated.analysis, simulated.clip
     if analysis is None or not isinstance(blur, MotionBlur) or not blur.flame:
         return picture
@@ -113,7 +113,7 @@ def flame_of(
 
 
 def draw(flakes: Flakes, rows: NDArray[np.float64], height: int, width: int) -> NDArray[np.float32]:
-    """Draw the flake layer (height, width, 3) of one frame as the recipe wants it.
+    """Return the flake layer (height, width, 3) of one frame, drawn as the recipe states.
 
     Args:
         flakes: The recipe's section.
@@ -126,15 +126,15 @@ def draw(flakes: Flakes, rows: NDArray[np.float64], height: int, width: int) -> 
     return add_halo(light, flakes.glow, flakes.edge == "fade") if flakes.glow > 0 else light
 
 
-def join(layers: Layers, settings: RenderSettings, palette: Palette | None) -> Picture:
-    """Compose a frame's layers (H, W, 4) as the recipe wants it; light is changed in place."""
+def compose_layers(layers: Layers, settings: RenderSettings, palette: Palette | None) -> Picture:
+    """Return a frame's layers composed, (H, W, 4); a flame in light may be changed in place."""
     if layers.flakes is None or not layers.bakes:
         return layers.flame
     return _with_flakes(layers.flame, layers.flakes, settings, palette)
 
 
 def flakes_alone(layers: Layers, settings: RenderSettings, palette: Palette | None) -> Picture:
-    """Return the flakes (H, W, 4) as they would be with no flame behind them."""
+    """Return the flakes (H, W, 4) composed without a flame behind them."""
     empty = np.zeros(layers.flame.shape, np.float32)
     if layers.flakes is None:
         return empty
@@ -144,9 +144,9 @@ def flakes_alone(layers: Layers, settings: RenderSettings, palette: Palette | No
 def _with_flakes(
     flame: Picture, flakes: NDArray[np.float32], settings: RenderSettings, palette: Palette | None
 ) -> Picture:
-    """Return the flame with its flakes; only pixels that flakes touch are made anew.
+    """Return the flame with flakes; only pixels that flakes touch are computed.
 
-    Where the page holds the flame as its file does, the others stay as they are stored.
+    All others stay unchanged, as bytes if the page stores them like the flame's file.
     """
     lit = np.flatnonzero(cv2.transform(flakes, np.ones((1, 3), np.float32)) > 0)
     if not lit.size:
@@ -154,15 +154,15 @@ def _with_flakes(
     blend, space = settings.composite.blend, settings.atlas.blend_space
     is_ready = is_page_ready(flame, settings.atlas)
     whole = flame.copy() if is_ready else np.ascontiguousarray(as_light(flame))
-    under = to_light(_taken(whole, lit)[None])[0] if is_ready else _taken(whole, lit)
-    pixels = compose(under, _taken(flakes, lit), blend, space, palette)
+    under = to_light(_pixels_at(whole, lit)[None])[0] if is_ready else _pixels_at(whole, lit)
+    pixels = compose(under, _pixels_at(flakes, lit), blend, space, palette)
     pixels = encode_frame(pixels[None], "straight", space)[0] if is_ready else pixels
-    # A pixel at a time: as one number each they are put several times as fast.
+    # Assigning each pixel as one number is several times as fast.
     number = np.uint32 if is_ready else np.complex128
     whole.view(number).reshape(-1)[lit] = pixels.view(number).reshape(-1)
     return whole
 
 
-def _taken(picture: Picture, places: NDArray[np.intp]) -> Picture:
+def _pixels_at(picture: Picture, places: NDArray[np.intp]) -> Picture:
     """Return the pixels (places, channels) of a picture at ``places``, counted row by row."""
     return np.take(picture.reshape(-1, picture.shape[2]), places, axis=0)

@@ -1,4 +1,4 @@
-"""Open what a recipe names as its source: footage, sprites, or fire that is generated."""
+"""Hash and open the inputs of a recipe: footage, sprites, or generated fire."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -20,8 +20,8 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Mapping[str, Clip
     """Open a recipe's source.
 
     Returns:
-        Clips by the name of their animation, one for each view; or sprites, where the recipe only
-        packs images that are several animations or of several sizes.
+        Clips by the name of their animation, one for each view; or sprites, if the recipe only
+        packs images that make up several animations or have several sizes.
     """
     settings = SourceSettings.of(loaded, context.most_pixels)
     sprites = None if has_effect(loaded.recipe) else open_sprites(settings)
@@ -32,19 +32,19 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Mapping[str, Clip
 
 
 def open_alone(loaded: LoadedRecipe, most_pixels: int) -> Mapping[str, Clip] | Sprites:
-    """Open a recipe's source outside of a build, to look at its frames."""
+    """Open a recipe's source outside of a build, to read its frames."""
     with Workers(1) as workers:
         return open_input(loaded, BuildContext.silent(workers, most_pixels))
 
 
 def hash_inputs(loaded: LoadedRecipe, staging: Staging, workers: Workers) -> list[HashedFile]:
-    """Hash every file that sources and templates stand for, before anything of them is read.
+    """Hash every file of sources and templates, before any of them is opened.
 
-    No output may overwrite them, nor the files of the recipes. What changes from now on is not up
-    to date afterwards: the manifest says so of a file that was touched when all has been read.
+    These files and those of the recipes are protected from being overwritten by outputs. A file
+    that changes from now on makes the build stale: the manifest has the hash taken here.
 
     Raises:
-        SourceError: One is missing, or cannot be read.
+        SourceError: A file is missing, or cannot be read.
     """
     files = inputs_of(loaded.tree)
     staging.keep([*files, *recipe_files(loaded.tree)])
@@ -52,7 +52,7 @@ def hash_inputs(loaded: LoadedRecipe, staging: Staging, workers: Workers) -> lis
 
 
 def input_files(opened: Mapping[str, Clip] | Sprites) -> tuple[Path, ...]:
-    """Return the files that an opened source is read from, in order."""
+    """Return the files of an opened source, in order."""
     return _first(opened).inputs
 
 
@@ -62,12 +62,12 @@ def check_inputs(
     loaded: LoadedRecipe,
     context: BuildContext,
 ) -> None:
-    """Look back, when all inputs have been read, at whether they are those that were hashed.
+    """Check, when all inputs have been read, that they are as they were hashed.
 
-    ``opened`` are the files of all sources, in order. The user is told of files that were written.
+    ``opened`` are the files of all sources, in order. A note names each file that has changed.
 
     Raises:
-        SourceError: Sources were opened with other files than those: some came or went.
+        SourceError: Files were added to sources or removed.
     """
     files = [*opened, *loaded.templates.values()]
     expected = [file.path for file in hashed]
@@ -80,5 +80,5 @@ def check_inputs(
 
 
 def _first(opened: Mapping[str, Clip] | Sprites) -> Clip | Sprites:
-    """Return the sprites, or the first of the clips: all views have the same files and matte."""
+    """Return the sprites, or the first clip: all views have the same files and matte."""
     return next(iter(opened.values())) if isinstance(opened, Mapping) else opened

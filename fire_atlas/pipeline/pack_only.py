@@ -1,20 +1,20 @@
-"""Pack images as they are, of any sizes, in named animations: no effect is added."""
+"""Pack images of any sizes as they are, in named animations, without adding an effect."""
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.pipeline.channels import measure_motion
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.layers import Layers, RenderSettings
-from fire_atlas.pipeline.render import finish, render_each
+from fire_atlas.pipeline.render import render_each, render_frame
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.sources.sprites import Sprites
 
 
 def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contribution:
-    """Make finished animations of plain sprites.
+    """Make finished animations of sprites.
 
     Raises:
-        RecipeError: The timeline asks for what only one clip can be.
+        RecipeError: The timeline has settings that need a single clip.
     """
     if not recipe.timeline.keeps_frames:
         raise RecipeError(
@@ -23,9 +23,9 @@ def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contri
         )
     settings = RenderSettings.of(recipe)
     numbers = [i for played in sprites.animations.values() for i in played]
-    with context.clock.measure("render"):
+    with context.timer.measure("render"):
         rendered = render_each(
-            lambda i: finish(Layers(sprites.picture(i)), settings), numbers, context
+            lambda i: render_frame(Layers(sprites.picture(i)), settings), numbers, context
         )
     frames = dict(zip(numbers, rendered, strict=True))
     loop = recipe.timeline.loop != "none"
@@ -41,5 +41,5 @@ def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contri
         "matte": sprites.matte,
     }
     if recipe.maps.motion != "none":
-        statistics["motions"] = {name: each.figures() for name, each in animations.items()}
+        statistics["motions"] = {name: each.all_statistics() for name, each in animations.items()}
     return Contribution(recipe.name, animations, statistics)

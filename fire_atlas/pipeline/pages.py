@@ -1,4 +1,4 @@
-"""Pages: where every frame goes, and the images drawn of them one after the other."""
+"""Pages: pack all frames, and draw the images one after the other."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
@@ -16,7 +16,7 @@ from fire_atlas.pipeline.contribution import FinishedAnimation
 from fire_atlas.recipe.output import Atlas, Maps
 
 Image: TypeAlias = tuple[str, Role, Callable[[], Bytes]]
-"""Name and role of an image, and what draws it: (H, W, 4) uint8."""
+"""Name and role of an image, and the function that draws it: (H, W, 4) uint8."""
 
 
 def pack(
@@ -26,14 +26,14 @@ def pack(
     maps: Maps,
     progress: Progress,
 ) -> tuple[AtlasSheet, ...]:
-    """Decide where every frame goes, on the pages of each scale and on what lies beside them.
+    """Pack the frames of all animations onto the pages of each scale, and their maps.
 
     Args:
         name: File stem of the outputs.
         animations: By their names on the pages.
-        atlas: What pages may be like.
-        maps: What lies beside them.
-        progress: Hears of it where one page does not do.
+        atlas: Settings of pages.
+        maps: Settings of the maps beside them.
+        progress: Gets a note if one page is not enough.
     """
     motions = [each.motion for each in animations.values() if each.motion is not None]
     packed = [animation.frames_for_pages(title) for title, animation in animations.items()]
@@ -53,13 +53,9 @@ def images(
     atlas: Atlas,
     maps: Maps,
 ) -> Iterator[Image]:
-    """Yield the images of all sheets: of each its pages, then what lies beside them.
+    """Yield the images of all sheets, one for each scale: its pages, then its maps.
 
-    Args:
-        sheets: One for each scale of ``atlas``, as packed.
-        animations: In the order in which they were packed.
-        atlas: What goes around frames on pages.
-        maps: What lies beside pages.
+    ``animations`` are in the order in which they were packed.
     """
     animations = list(animations)
     frames = [frame for animation in animations for frame in animation.frames]
@@ -81,6 +77,6 @@ def images(
 def _sprite_pages(
     sheet: AtlasSheet, files: Sequence[str], role: Role, sprites: Sequence[Sprite], edges: Edges
 ) -> Iterator[Image]:
-    """Yield the images that show ``sprites`` in the layout of a sheet."""
+    """Yield the images that show ``sprites`` where the sheet has its frames."""
     for i, file in enumerate(files):
         yield file, role, partial(draw_page, sheet, i, sprites, edges)

@@ -1,4 +1,4 @@
-"""Render frames: draw their layers, join them, and keep what later steps need of each."""
+"""Render frames: compose their layers, encode them, and keep what later steps need."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,9 +19,9 @@ from fire_atlas.pipeline.layers import (
     Palette,
     RenderSettings,
     SimulatedClip,
+    compose_layers,
     flakes_alone,
     flame_of,
-    join,
     layers_of,
 )
 from fire_atlas.recipe.output import Layer
@@ -32,11 +32,11 @@ class RenderedFrame:
     """A frame, trimmed and encoded.
 
     Attributes:
-        sprites: For the pages of each scale. What counts as visible in the largest includes what
-            is visible in the layers, so that one box cuts them all.
-        layers: The same of each layer that is asked for.
-        thumbnail: The flame, small, (h, w, 4) uint8 premultiplied, where its motion is asked for.
-        light: Sums of its light, where that is asked for.
+        sprites: For the pages of each scale. The visible box of the largest contains those of all
+            layers, so that all are trimmed alike.
+        layers: Sprites of each layer that the recipe has as a map.
+        thumbnail: The flame, small, (h, w, 4) uint8 premultiplied, if motion vectors are made.
+        light: Sums of its light, if light is measured.
         width, height: Of the whole frame, px.
     """
 
@@ -51,19 +51,13 @@ class RenderedFrame:
 def render(
     simulated: SimulatedClip, settings: RenderSettings, context: BuildContext
 ) -> list[RenderedFrame]:
-    """Render every frame of a clip with its flakes.
-
-    Args:
-        simulated: The clip and all that is known of it.
-        settings: What the recipe says.
-        context: The pool, and who hears of the progress.
-    """
+    """Render every frame of a clip with its flakes."""
     clip, palette = simulated.clip, None
     background = simulated.study.segmentation.background
     if settings.composite.palette == "clip" and simulated.tracks is not None:
         palette = clip_palette(clip, context.workers)
     return render_each(
-        lambda i: finish(layers_of(i, simulated, settings), settings, palette, background),
+        lambda i: render_frame(layers_of(i, simulated, settings), settings, palette, background),
         range(clip.count),
         context,
     )
@@ -81,19 +75,19 @@ def render_each(
     return frames
 
 
-def finish(
+def render_frame(
     layers: Layers,
     settings: RenderSettings,
     palette: Palette | None = None,
     background: Background | None = None,
 ) -> RenderedFrame:
-    """Measure a frame's light before anything of it is clipped, encode its layers, join them.
+    """Render a frame: measure its light, which is not clipped yet, compose and encode its layers.
 
     Args:
-        layers: The frame.
-        settings: What the recipe says.
-        palette: Colours that flakes are limited to.
-        background: What stands still behind the flame, where the clip is an opaque scene.
+        layers: Of the frame.
+        settings: Sections of the recipe.
+        palette: Colours that flakes may have.
+        background: The static background, if the clip is an opaque scene.
     """
     maps, atlas = settings.maps, settings.atlas
     light = _light_of(layers, settings, background) if settings.measures_light else None
@@ -105,7 +99,7 @@ def finish(
     moves = maps.motion != "none"
     thumbnail = displayed_thumbnail(as_light(layers.flame), atlas.blend_space) if moves else None
     height, width = layers.flame.shape[:2]
-    whole, *smaller = encode_sprites(join(layers, settings, palette), atlas)
+    whole, *smaller = encode_sprites(compose_layers(layers, settings, palette), atlas)
     lit = [each.lit for each in (whole, *(each[0] for each in encoded.values())) if each.lit]
     whole = replace(whole, lit=bounding_rect(lit) if lit else None)
     return RenderedFrame((whole, *smaller), encoded, thumbnail, light, width, height)
@@ -114,7 +108,7 @@ def finish(
 def _light_of(
     layers: Layers, settings: RenderSettings, background: Background | None
 ) -> FrameLight:
-    """Measure the light of a frame: of an opaque scene, only what in it is flame."""
+    """Return the light of a frame; of an opaque scene, only that of its flame."""
     flame = as_light(layers.flame)
     if background is not None:
         bright = brightness(flame, settings.atlas.blend_space)
@@ -128,10 +122,10 @@ def _light_of(
 def flames_between(
     simulated: SimulatedClip, settings: RenderSettings, context: BuildContext
 ) -> dict[int, tuple[float, Bytes]]:
-    """Return the flame, small, as the source shows it between some of the clip's frames, and when.
+    """Return thumbnails of the flame in source frames that the clip skips, to test motion vectors.
 
-    By frame; the time is a part of the step to the next one. Only where motion vectors are asked
-    for, and only of a clip that has fewer frames than its source.
+    By the frame before, with the time as a part of the step to the next frame. Empty without
+    motion vectors, or if the clip has all frames of its source.
     """
     if settings.maps.motion == "none":
         return {}

@@ -1,12 +1,15 @@
-"""Simulate the flakes of a clip: they fly over the recorded field (Kim & Lee, section III-C)."""
+"""Simulate the flakes of a clip in the recorded velocity field (Kim & Lee, section III-C)."""
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Self
 
+import numpy as np
+
 from fire_atlas.core.clip import Clip
-from fire_atlas.effect.flakes.appearance import Appearance, colour_stops, spawn_table, track_rows
+from fire_atlas.core.pixels import hex_to_linear
+from fire_atlas.effect.flakes.appearance import Appearance, spawn_table, track_rows
 from fire_atlas.effect.flakes.emission import limit_alive
 from fire_atlas.effect.flakes.flight import FlightSettings, ParticleState, fly
 from fire_atlas.effect.flakes.tracks import Tracks, fold_into_loop
@@ -29,7 +32,7 @@ class SimulationSettings:
 
     @classmethod
     def of(cls, recipe: Recipe) -> Self:
-        """Take the sections from a recipe that has flakes."""
+        """Return the sections of a recipe that has flakes."""
         if recipe.flakes == "none":
             raise ValueError("without flakes there is nothing to simulate")
         return cls(
@@ -38,7 +41,7 @@ class SimulationSettings:
 
     @property
     def shutter(self) -> float:
-        """Part of a frame the shutter is open."""
+        """Part of a frame during which the shutter is open, 0..1."""
         return self.motion_blur.shutter if isinstance(self.motion_blur, MotionBlur) else 0.0
 
 
@@ -49,19 +52,11 @@ def simulate(
     settings: SimulationSettings,
     context: BuildContext,
 ) -> Tracks:
-    """Fly the flakes over the recorded field and record where each is in every frame.
-
-    Args:
-        clip: The clip as it is played.
-        study: What holds for the whole clip.
-        analysis: Births and field.
-        settings: What the recipe says.
-        context: The pool, and who hears of the progress.
-    """
+    """Move the flakes through the recorded field, and record all of them in every frame."""
     flakes, spawns, progress = settings.flakes, analysis.spawns, context.progress
     if clip.loop:
         spawns = limit_alive(spawns, flakes.max, clip.count, clip.fps, settings.seed)
-    # A loop's flakes fly on past its end, until the last born has cooled.
+    # The flakes of a loop fly on past its end, until the last one has burnt out.
     count = clip.count + (math.ceil(flakes.life[1] * clip.fps) + 1 if clip.loop else 0)
     progress.stage("fly", count)
     states = list[ParticleState]()
@@ -88,7 +83,7 @@ def _flight(clip: Clip, settings: SimulationSettings) -> FlightSettings:
         lag=flakes.lag,
         gravity=buoyancy.gravity * clip.height,
         turbulence=buoyancy.turbulence * clip.height,
-        # What fades is dark before it is outside.
+        # Flakes that fade at the edge are dark before they leave the frame.
         streak=(flakes.stretch + settings.shutter) / clip.fps if flakes.edge == "crop" else 0.0,
         max_alive=flakes.max,
         width=clip.width,
@@ -100,7 +95,7 @@ def _appearance(clip: Clip, study: FlameStudy, settings: SimulationSettings) -> 
     """Return how flakes look in a clip."""
     flakes = settings.flakes
     return Appearance(
-        colours=colour_stops(flakes.colors),
+        colours=hex_to_linear(flakes.colors).astype(np.float64),
         intensity=flakes.intensity * settings.composite.intensity,
         stretch=flakes.stretch,
         shutter=settings.shutter,

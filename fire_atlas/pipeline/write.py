@@ -1,4 +1,4 @@
-"""Write what was made: pages, the files that describe them, and the manifest."""
+"""Write the outputs of a build: pages, the files that describe them, and the manifest."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -28,10 +28,10 @@ from fire_atlas.recipe.output import Atlas, TrackName
 
 
 def refuse_taken_names(recipe: Recipe, staging: Staging) -> None:
-    """Refuse a build, before any work, that would replace what is no build's to replace.
+    """Refuse, before any work, a build that would replace files that no build wrote.
 
     Raises:
-        OutputError: A name that it is sure to write is taken.
+        OutputError: The name of an output that is known by now is taken.
     """
     expected = list(expected_outputs(recipe))
     for name, _ in expected:
@@ -42,7 +42,7 @@ def refuse_taken_names(recipe: Recipe, staging: Staging) -> None:
 def write_images(
     images: Sequence[Image], atlas: Atlas, staging: Staging, context: BuildContext
 ) -> list[OutputEntry]:
-    """Draw and write one image after the other, so that only one is in memory."""
+    """Draw and write the images one after the other, so that only one is in memory."""
     context.progress.stage("write", len(images))
     outputs = []
     for name, role, draw in images:
@@ -54,7 +54,7 @@ def write_images(
 
 
 def write_files(files: Iterable[OutputFile], staging: Staging) -> list[OutputEntry]:
-    """Write files as they are made."""
+    """Write files one after the other, as they are made."""
     return [_write(file, staging) for file in files]
 
 
@@ -72,15 +72,15 @@ def write_manifest(
     statistics: dict[str, Any],
     staging: Staging,
 ) -> OutputEntry:
-    """Write what the build was made from and what it wrote.
+    """Write the manifest: what the build was made from, and what it wrote.
 
     Args:
         loaded: The recipe.
-        tool_digest: Of the tool that made the outputs, taken before it made them.
+        tool_digest: Of the tool, taken before it made the outputs.
         inputs: Files that were read.
         outputs: Files that were written.
-        statistics: Figures about the result.
-        staging: Where the manifest is written.
+        statistics: Of the result.
+        staging: Of the outputs.
     """
     resolved = (loaded.recipe, *(member.recipe for member in loaded.members))
     manifest = Manifest(
@@ -97,13 +97,13 @@ def write_manifest(
 
 
 def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> None:
-    """Put all outputs of the build ``name`` in place, and remove what it no longer writes.
+    """Move all outputs of the build ``name`` into place, and remove those it no longer writes.
 
     Raises:
-        OutputError: One of them would replace a file of another build, or of a person, or another
-            of them where upper and lower case are one.
+        OutputError: An output would replace a file of another build or of the user, or another
+            output on a file system that ignores case.
     """
-    _refuse_alike([output.name for output in outputs])
+    _refuse_names_equal_but_for_case([output.name for output in outputs])
     with staging.alone():
         manifests = FolderManifests.read(staging.out, name)
         changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
@@ -111,7 +111,7 @@ def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> None:
         staging.commit(stale_outputs(manifests, [output.name for output in outputs]))
 
 
-def _refuse_alike(names: Sequence[str]) -> None:
+def _refuse_names_equal_but_for_case(names: Sequence[str]) -> None:
     known: dict[str, str] = {}
     for name in names:
         other = known.setdefault(name.casefold(), name)
@@ -128,13 +128,13 @@ def product_of(
     track_formats: tuple[TrackName, ...],
     staging: Staging,
 ) -> Product:
-    """Return what was made, as writers see it.
+    """Return the result of a build for exporters and track writers.
 
     Args:
         sheets: The atlas in each scale.
         animations: By their names on the pages.
         track_formats: In which flakes are written.
-        staging: Knows the files that lie where the outputs will go.
+        staging: Gives access to the files that are in the output folder already.
     """
     tracks = {name: each.tracks for name, each in animations.items() if each.tracks is not None}
     lights = {name: each.light for name, each in animations.items() if each.light is not None}

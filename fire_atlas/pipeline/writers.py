@@ -1,7 +1,7 @@
-"""Which function writes what a recipe names in ``exports`` and ``tracks``.
+"""The functions that write what a recipe names in ``exports`` and ``tracks``.
 
-A new format is one new module and one case here; the type checker asks for the case as soon as the
-name stands in ``fire_atlas.recipe.output``. Writers are imported only when they are asked for.
+A new format is a module and a case here; the type checker demands the case once the name is in
+``fire_atlas.recipe.output``. Writers are imported only when a recipe names them.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -30,13 +30,13 @@ from fire_atlas.recipe.output import (
 )
 
 Exporter: TypeAlias = Callable[[Product], Iterator[OutputFile]]
-"""Describes what a build made to a client."""
+"""Gives the files of an export for all scales."""
 
 SheetExporter: TypeAlias = Callable[[AtlasSheet], Iterator[OutputFile]]
-"""Describes the pages of one scale, all that its client needs to know."""
+"""Gives the files of an export that describes each scale on its own."""
 
 TrackWriter: TypeAlias = Callable[[str, Tracks], OutputFile]
-"""Writes the flakes of the build of that name."""
+"""Gives the file of an animation's flakes, from its stem and tracks."""
 
 
 def exported_files(
@@ -45,25 +45,24 @@ def exported_files(
     """Yield the files of all exports of a recipe.
 
     Args:
-        exports: As the recipe names them.
-        product: What was built.
-        templates: Where each template of a user lies, by what the recipe calls it.
+        exports: As in the recipe.
+        product: The result of the build.
+        templates: Paths of the user's templates, by their names in the recipe.
 
     Raises:
-        OutputError: Two of them would have the same name; many file systems tell no upper case
-            from lower.
+        OutputError: Two files would have the same name without regard to case.
     """
     taken = {file.casefold() for sheet in product.sheets for file in sheet.files}
     for export in exports:
         for file in _files_of(export, product, templates):
             if file.name.casefold() in taken:
-                raise OutputError(_twice(file.name, export))
+                raise OutputError(_repeated(file.name, export))
             taken.add(file.name.casefold())
             yield file
 
 
 def track_files(formats: Sequence[TrackName], product: Product) -> Iterator[OutputFile]:
-    """Yield the flakes of each animation in each of the ``formats`` that hold flakes."""
+    """Yield the tracks of each animation in each of ``formats`` for flakes."""
     for animation, tracks in product.tracks.items():
         for name in formats:
             if name != "light":
@@ -71,7 +70,7 @@ def track_files(formats: Sequence[TrackName], product: Product) -> Iterator[Outp
 
 
 def light_files(product: Product) -> Iterator[OutputFile]:
-    """Yield the light of each animation in which it was measured."""
+    """Yield the light of each animation for which it was measured."""
     for animation, light in product.lights.items():
         yield write_light(product.stem(animation), light)
 
@@ -82,13 +81,13 @@ def _files_of(
     if not isinstance(export, TemplateExport):
         yield from exporter(export)(product)
         return
-    from fire_atlas.formats.templates.user import export_template
+    from fire_atlas.formats.templates.export import export_template
 
     for sheet in product.sheets:
         yield export_template(sheet, export, templates[export.template])
 
 
-def _twice(name: str, export: Export) -> str:
+def _repeated(name: str, export: Export) -> str:
     if isinstance(export, TemplateExport):
         return (
             f"exports: {export.template} would write {name}, which is another output already; "
@@ -98,32 +97,32 @@ def _twice(name: str, export: Export) -> str:
 
 
 def exporter(export: ExportName | EngineExport) -> Exporter:
-    """Return the exporter that a recipe names, with its options where it has any."""
+    """Return the exporter that a recipe names, with its options."""
     match export:
         case "json":
-            from fire_atlas.formats.atlas.json_hash import export_json_hash
+            from fire_atlas.formats.atlas.texture_packer import export_json_hash
 
-            return _of_each_sheet(export_json_hash)
+            return _for_each_sheet(export_json_hash)
         case "json-array":
-            from fire_atlas.formats.atlas.json_array import export_json_array
+            from fire_atlas.formats.atlas.texture_packer import export_json_array
 
-            return _of_each_sheet(export_json_array)
+            return _for_each_sheet(export_json_array)
         case "phaser":
             from fire_atlas.formats.atlas.phaser import export_phaser
 
-            return _of_each_sheet(export_phaser)
+            return _for_each_sheet(export_phaser)
         case "aseprite":
-            from fire_atlas.formats.atlas.aseprite import export_aseprite
+            from fire_atlas.formats.atlas.texture_packer import export_aseprite
 
-            return _of_each_sheet(export_aseprite)
+            return _for_each_sheet(export_aseprite)
         case "css":
-            from fire_atlas.formats.templates.shipped import export_css
+            from fire_atlas.formats.templates.export import export_css
 
-            return _of_each_sheet(export_css)
+            return _for_each_sheet(export_css)
         case "tpsheet":
-            from fire_atlas.formats.templates.shipped import export_tpsheet
+            from fire_atlas.formats.templates.export import export_tpsheet
 
-            return _of_each_sheet(export_tpsheet)
+            return _for_each_sheet(export_tpsheet)
         case "godot":
             return exporter(GodotExport(godot=GodotOptions()))
         case GodotExport():
@@ -140,8 +139,8 @@ def exporter(export: ExportName | EngineExport) -> Exporter:
             assert_never(export)
 
 
-def _of_each_sheet(export: SheetExporter) -> Exporter:
-    """Return the exporter that describes every scale on its own."""
+def _for_each_sheet(export: SheetExporter) -> Exporter:
+    """Return the exporter that applies ``export`` to every scale."""
     return lambda product: (file for sheet in product.sheets for file in export(sheet))
 
 

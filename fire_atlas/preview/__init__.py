@@ -1,1 +1,1 @@
-"""Looking at what was built, from the written files alone."""
+"""Preview of finished builds for people, read from the written files alone."""

@@ -1,4 +1,4 @@
-"""How a game engine lays a frame over what is behind it."""
+"""Blending of a stored frame over a background, as game engines do it."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,10 +7,10 @@ from fire_atlas.core.pixels import Bytes, Pixels, decode_bytes, encode_bytes
 
 
 def blend(frame: Bytes, background: tuple[int, int, int], alpha: str, blend_space: str) -> Bytes:
-    """Return what a client shows, (H, W, 3) uint8 sRGB.
+    """Return a frame blended over a background, (H, W, 3) uint8 sRGB.
 
-    Straight: rgb·a + bg·(1 − a). Premultiplied: rgb + bg·(1 − a). Additive: rgb + bg. On the
-    stored sRGB values for clients that blend in ``srgb``, on light for those in ``linear``.
+    Straight: rgb·a + bg·(1 − a). Premultiplied: rgb + bg·(1 − a). Additive: rgb + bg. In ``srgb``
+    this is done with the stored values, in ``linear`` with their linear light.
 
     Args:
         frame: (H, W, 4) uint8 RGBA, as stored in the page.
@@ -37,6 +37,6 @@ def _over(
 
 
 def as_seen(frame: Bytes, alpha: str, blend_space: str) -> Pixels:
-    """Return a stored frame as pixels whose light is what a client shows over black."""
+    """Return the pixels of a stored frame, with the light that a client shows over black."""
     light = decode_bytes(blend(frame, (0, 0, 0), alpha, blend_space))
     return np.dstack([light, frame[..., 3] * np.float32(1 / 255)])

@@ -1,21 +1,21 @@
-"""Figures about a result, in words, for tables and the preview page."""
+"""Text of figures about an atlas, for tables and the preview page."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fire_atlas.atlas.sheet import Page
 from fire_atlas.effect.flakes.statistics import Figure
-from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.atlas.texture_packer import AtlasFile
 
 
 @dataclass(frozen=True, slots=True)
 class PageUse:
-    """How a page is filled.
+    """Use of a page's area.
 
     Attributes:
-        frames: Frames that lie on it.
-        places: Places they take: equal frames may share one.
-        occupancy: Part of its area that frames cover.
+        frames: Number of frames on it.
+        places: Number of rectangles they take: equal frames may share one.
+        occupancy: Part of the page's area that they cover, 0..1.
     """
 
     frames: int
@@ -24,7 +24,7 @@ class PageUse:
 
 
 def page_use(atlas: AtlasFile, page: int) -> PageUse:
-    """Return how a page is filled."""
+    """Return the use of a page."""
     frames = atlas.sheet.regions_of(page)
     places = {(frame.x, frame.y, frame.width, frame.height) for frame in frames}
     covered = sum(width * height for _, _, width, height in places)
@@ -33,17 +33,17 @@ def page_use(atlas: AtlasFile, page: int) -> PageUse:
 
 
 def safe_mip(page: Page) -> str:
-    """Say how deep a client may go before neighbouring frames mix."""
+    """Return the smallest mip level without colours of neighbouring frames, as text."""
     return "none, not even filtering" if page.safe_mip is None else str(page.safe_mip)
 
 
-def told(figure: Figure) -> str:
-    """Return a figure with its unit."""
+def value_text(figure: Figure) -> str:
+    """Return the value of a figure with its unit."""
     return f"{figure.value:.3g} {figure.unit}".strip()
 
 
-def wanted(figure: Figure) -> str:
-    """Say where a figure should lie; empty if it may lie anywhere."""
+def range_text(figure: Figure) -> str:
+    """Return the range in which a figure should lie; empty if there is none."""
     match figure.low, figure.high:
         case None, None:
             return ""
@@ -56,7 +56,7 @@ def wanted(figure: Figure) -> str:
 
 
 def span(values: Iterable[int]) -> str:
-    """Return the least and the greatest of some values, or the one they all are."""
+    """Return the range of some values, as text: ``3..5``, or ``3`` if all are equal."""
     known = sorted(values)
     low, high = known[0], known[-1]
     return str(low) if low == high else f"{low}..{high}"

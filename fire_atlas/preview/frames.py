@@ -1,4 +1,4 @@
-"""The frames of a finished atlas, cut out of its pages."""
+"""Frames of a finished atlas, cut out of its pages."""
 
 from collections.abc import Iterator, Sequence
 
@@ -7,7 +7,7 @@ import numpy as np
 from fire_atlas.atlas.sheet import Region
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Bytes
-from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.pages.page_file import read_page
 
 
@@ -15,7 +15,7 @@ def cut_frames(atlas: AtlasFile) -> Iterator[Bytes]:
     """Yield every frame at its full size, (H, W, 4) uint8 RGBA as stored, in playing order.
 
     Raises:
-        SourceError: A page file is missing, or is not what the atlas says.
+        SourceError: A page file is missing, or is not as the atlas states.
     """
     pages: dict[int, Bytes] = {}
     for frame in atlas.frames:
@@ -31,18 +31,18 @@ def cut_frames(atlas: AtlasFile) -> Iterator[Bytes]:
         yield cut
 
 
-def staged_frames(atlas: AtlasFile) -> Iterator[Bytes]:
-    """Yield every frame on a canvas that holds all of them, their pivots in one place."""
-    (width, height), places = stage(atlas.frames)
+def aligned_frames(atlas: AtlasFile) -> Iterator[Bytes]:
+    """Yield every frame on a canvas that holds all of them, aligned at their pivots."""
+    (width, height), places = common_canvas(atlas.frames)
     for frame, (x, y) in zip(cut_frames(atlas), places, strict=True):
         canvas = np.zeros((height, width, 4), np.uint8)
         canvas[y : y + frame.shape[0], x : x + frame.shape[1]] = frame
         yield canvas
 
 
-def stage(frames: Sequence[Region]) -> tuple[tuple[int, int], list[tuple[int, int]]]:
-    """Return the size of a canvas that holds all ``frames`` with their pivots in one place, and
-    where on it the top-left corner of each whole frame is, px."""
+def common_canvas(frames: Sequence[Region]) -> tuple[tuple[int, int], list[tuple[int, int]]]:
+    """Return the size of a canvas that holds all ``frames`` aligned at their pivots, and the
+    top-left corner of each untrimmed frame on it; px."""
     pivots = [
         (round(f.anchor[0] * f.frame_width), round(f.anchor[1] * f.frame_height)) for f in frames
     ]
@@ -53,7 +53,7 @@ def stage(frames: Sequence[Region]) -> tuple[tuple[int, int], list[tuple[int, in
 
 
 def _cut(page: Bytes, frame: Region) -> Bytes | None:
-    """Return a whole frame; None where it lies outside of its page or of its own size."""
+    """Return an untrimmed frame; None if it lies outside of its page or of its own size."""
     full = np.zeros((frame.frame_height, frame.frame_width, 4), np.uint8)
     cell = _window(page, frame.x, frame.y, *frame.page_size)
     if frame.rotated:
@@ -66,5 +66,5 @@ def _cut(page: Bytes, frame: Region) -> Bytes | None:
 
 
 def _window(image: Bytes, x: int, y: int, width: int, height: int) -> Bytes:
-    """Return the part of ``image`` at (x, y); empty for negative places."""
+    """Return the part of ``image`` at (x, y); empty if x or y is negative."""
     return image[y : y + height, x : x + width] if min(x, y) >= 0 else image[:0, :0]

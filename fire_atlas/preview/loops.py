@@ -1,26 +1,26 @@
-"""How well the loops of a finished atlas go round."""
+"""Figures about the quality of the loops of a finished atlas."""
 
 from collections import deque
 from itertools import islice
 
 from fire_atlas.effect.flakes.statistics import Figure
-from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.preview.blend import as_seen
 from fire_atlas.preview.frames import cut_frames
 from fire_atlas.vision.loop_figures import LoopFigures, loop_figures
 
-_MEASURED = 512
-"""Longer loops are not measured: it takes some ms a frame."""
+_MAX_FRAMES = 512
+"""Longer loops are not measured: it takes some ms per frame."""
 
 
-def loops_of(atlas: AtlasFile) -> dict[str, list[Figure]]:
-    """Return the figures of each looping animation whose frames are alike, by its name.
+def figures_of_loops(atlas: AtlasFile) -> dict[str, list[Figure]]:
+    """Return figures of each looping animation whose frames have one size, by its name.
 
-    Steps are told against the median step, flow and change of light at the seam against the 95th
-    percentile, detail against the median.
+    Steps are relative to the median step, flow and change of light at the seam to their 95th
+    percentile, detail to its median.
 
     Raises:
-        SourceError: A page file is missing, or is not what the atlas says.
+        SourceError: A page file is missing, or is not as the atlas states.
     """
     found = {}
     frames = cut_frames(atlas)
@@ -30,8 +30,8 @@ def loops_of(atlas: AtlasFile) -> dict[str, list[Figure]]:
         sizes = {
             (regions[name].frame_width, regions[name].frame_height) for name in animation.frames
         }
-        if animation.loop and len(sizes) == 1 and 2 <= len(animation.frames) <= _MEASURED:
-            seen = (as_seen(frame, atlas.alpha, atlas.blend_space) for frame in shown)
+        if animation.loop and len(sizes) == 1 and 2 <= len(animation.frames) <= _MAX_FRAMES:
+            seen = (as_seen(frame, atlas.sheet.alpha, atlas.sheet.blend_space) for frame in shown)
             found[animation.name] = _figures(loop_figures(seen))
         else:
             deque(shown, maxlen=0)

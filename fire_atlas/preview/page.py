@@ -1,7 +1,7 @@
-"""A page that plays an atlas in a browser: one HTML file that needs no other, nor a network.
+"""The preview page: one HTML file that plays an atlas in a browser, without other files.
 
-Its parts lie in ``templates/preview``. Page files travel in it as they are, so that the browser
-blends the very bytes that a client loads.
+Its parts lie in ``templates/preview``. The files of pages are embedded unchanged, so that the
+browser blends the bytes that a client loads.
 """
 
 import base64
@@ -16,15 +16,16 @@ from fire_atlas import __version__
 from fire_atlas.atlas.sheet import Animation, MotionScale, Region
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.files import open_file
+from fire_atlas.core.pixels import srgb_to_hex
 from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.statistics import Figure, ember_figures
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
-from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.pages.page_file import read_page_file
 from fire_atlas.formats.templates.jinja import environment
-from fire_atlas.preview.figures import page_use, safe_mip, span, told, wanted
-from fire_atlas.preview.frames import stage
-from fire_atlas.preview.loops import loops_of
+from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
+from fire_atlas.preview.frames import common_canvas
+from fire_atlas.preview.loops import figures_of_loops
 from fire_atlas.preview.pictures import Color
 
 _SCRIPTS = (
@@ -43,11 +44,11 @@ _FORMULAS = {
 
 _SPACES = {"srgb": "sRGB values", "linear": "linear light"}
 
-_SHADES = {"Black": "#000000", "Grey": "#5b5b5b", "White": "#ffffff", "Sky": "#8fb8de"}
-"""Backgrounds to choose from, besides the one that was asked for."""
+_BACKGROUNDS = {"Black": "#000000", "Grey": "#5b5b5b", "White": "#ffffff", "Sky": "#8fb8de"}
+"""Backgrounds to choose from, besides that of the command line."""
 
 _LAYERS = {"composed": "Composed", "flame": "Flame", "flakes": "Flakes"}
-"""What can be looked at: the pages, and the layers alone where ``maps`` asked for them."""
+"""Layers to choose from: the pages, and flame or flakes alone if ``maps`` has them."""
 
 _KEYBOARD = {
     "play or pause": ("space",),
@@ -87,16 +88,15 @@ def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Col
     Args:
         atlas: What it plays.
         tracks: Flakes of each animation that has any, by its name.
-        background: First of those to choose from.
+        background: The first of those to choose from.
 
     Raises:
-        SourceError: A file of a page, or of what lies beside it, is missing, or is not what the
-            atlas says.
+        SourceError: The file of a page or map is missing, or is not as the atlas states.
     """
     folder = shipped("templates") / "preview"
     parts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
-    first = "#{:02x}{:02x}{:02x}".format(*background)
-    loops = loops_of(atlas)
+    first = srgb_to_hex(background)
+    loops = figures_of_loops(atlas)
     motion, sheets = atlas.sheet.motion, _sheets(atlas)
     html = environment().from_string(parts["page.html.j2"]).render(
         version=__version__,
@@ -104,7 +104,7 @@ def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Col
         style=parts["page.css"],
         script="\n".join(parts[name] for name in _SCRIPTS),
         animations=[
-            _words(
+            _animation_text(
                 animation,
                 _frames(atlas, animation),
                 loops.get(animation.name, []),
@@ -118,10 +118,10 @@ def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Col
         absent=[layer for layer in _LAYERS if layer not in sheets],
         motion=motion,
         encoding=motion and motion_encoding(motion.engine),
-        alpha=atlas.alpha,
-        space=_SPACES[atlas.blend_space],
-        formula=_FORMULAS[atlas.alpha],
-        shades={first: first, **{k: v for k, v in _SHADES.items() if v != first}},
+        alpha=atlas.sheet.alpha,
+        space=_SPACES[atlas.sheet.blend_space],
+        formula=_FORMULAS[atlas.sheet.alpha],
+        shades={first: first, **{k: v for k, v in _BACKGROUNDS.items() if v != first}},
         keyboard=_KEYBOARD,
         data=_json_in_html(_data(atlas, tracks, sheets)),
     )  # fmt: skip
@@ -129,7 +129,7 @@ def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Col
 
 
 def _json_in_html(value: Any) -> str:
-    """Return JSON that no name in it can end the element it stands in."""
+    """Return JSON that is safe inside an HTML element: no text in it can close the element."""
     text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c")
 
@@ -142,11 +142,11 @@ def _frames(atlas: AtlasFile, animation: Animation) -> list[Region]:
 def _data(
     atlas: AtlasFile, tracks: Mapping[str, Tracks], sheets: Mapping[str, list[str]]
 ) -> dict[str, Any]:
-    """Return what the script plays."""
+    """Return the data that the script plays."""
     motion = atlas.sheet.motion
     return {
-        "alpha": atlas.alpha,
-        "blendSpace": atlas.blend_space,
+        "alpha": atlas.sheet.alpha,
+        "blendSpace": atlas.sheet.blend_space,
         "scale": atlas.sheet.scale,
         "hasCells": atlas.sheet.grid is not None,
         "motion": motion and _vectors(motion),
@@ -161,15 +161,17 @@ def _data(
             for page in atlas.sheet.pages
         ],
         "animations": [
-            _film(animation, _frames(atlas, animation), tracks.get(animation.name))
+            _animation_data(animation, _frames(atlas, animation), tracks.get(animation.name))
             for animation in atlas.sheet.animations
         ],
     }
 
 
-def _film(animation: Animation, frames: list[Region], tracks: Tracks | None) -> dict[str, Any]:
-    """Return where the frames of an animation lie, and where on its stage they are shown."""
-    size, places = stage(frames)
+def _animation_data(
+    animation: Animation, frames: list[Region], tracks: Tracks | None
+) -> dict[str, Any]:
+    """Return the rectangles of an animation's frames, on their pages and on the common canvas."""
+    size, places = common_canvas(frames)
     return {
         "name": animation.name,
         "loop": animation.loop,
@@ -198,13 +200,13 @@ def _film(animation: Animation, frames: list[Region], tracks: Tracks | None) -> 
     }
 
 
-def _words(
+def _animation_text(
     animation: Animation,
     frames: list[Region],
     loop: list[Figure],
     tracks: Tracks | None,
 ) -> dict[str, Any]:
-    """Return what the page says about an animation, and the rows of its flakes as base64."""
+    """Return the text about an animation, and the rows of its flakes as base64."""
     figures = {"Loop": loop, "Embers": ember_figures(tracks) if tracks else []}
     seconds = sum(frame.duration for frame in frames) / 1000
     plays = "in a loop" if animation.loop else "once"
@@ -212,7 +214,7 @@ def _words(
     rate = f"{len(frames) / seconds:.4g} fps" if seconds else "no time"
     return {
         "name": animation.name,
-        "told": f"{len(frames)} frames · {rate} · {seconds:.2f} s {plays} · {sizes}",
+        "text": f"{len(frames)} frames · {rate} · {seconds:.2f} s {plays} · {sizes}",
         "figures": {title: _figures(known) for title, known in figures.items() if known},
         "rows": _rows(tracks) if tracks else "",
     }
@@ -220,7 +222,7 @@ def _words(
 
 def _figures(figures: list[Figure]) -> list[dict[str, Any]]:
     return [
-        {"name": f.name, "told": told(f), "wanted": wanted(f), "good": f.is_in_range}
+        {"name": f.name, "text": value_text(f), "wanted": range_text(f), "good": f.is_in_range}
         for f in figures
     ]
 
@@ -232,7 +234,7 @@ def _rows(tracks: Tracks) -> str:
 
 
 def _vectors(motion: MotionScale) -> dict[str, Any]:
-    """Return what bytes of R and G stand for: (byte - zero) / span of px to the right and down."""
+    """Return how R and G are decoded: (byte - zero) / span, times px to the right and down."""
     encoding, (across, along) = motion_encoding(motion.engine), motion.pixels
     return {
         "zero": encoding.zero,
@@ -242,8 +244,7 @@ def _vectors(motion: MotionScale) -> dict[str, Any]:
 
 
 def _sheets(atlas: AtlasFile) -> dict[str, list[str]]:
-    """Return the files, as base64, of all pages by what they show: ``composed`` or the kind of a
-    map."""
+    """Return the files of all pages as base64, by layer: ``composed`` or the kind of a map."""
     pages = atlas.sheet.pages
     kinds = {"composed": tuple(page.file for page in pages)}
     kinds |= {each.kind: each.files for each in atlas.sheet.maps}
@@ -259,7 +260,7 @@ def _sheets(atlas: AtlasFile) -> dict[str, list[str]]:
 
 
 def _page(atlas: AtlasFile, index: int) -> dict[str, Any]:
-    """Return what the page says about a page of the atlas."""
+    """Return the text about a page of the atlas."""
     page, use = atlas.sheet.pages[index], page_use(atlas, index)
     size = atlas.path.with_name(page.file).stat().st_size
     places = f" in {use.places} places" if use.places < use.frames else ""
@@ -273,5 +274,5 @@ def _page(atlas: AtlasFile, index: int) -> dict[str, Any]:
         "file": page.file,
         "width": page.width,
         "height": page.height,
-        "told": " · ".join(facts),
+        "text": " · ".join(facts),
     }

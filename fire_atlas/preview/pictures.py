@@ -1,4 +1,4 @@
-"""Animations and contact sheets of a result."""
+"""Animated images and contact sheets of an atlas."""
 
 import io
 from collections.abc import Iterable, Sequence
@@ -14,9 +14,9 @@ from fire_atlas.core.pixels import Bytes, encode_bytes
 from fire_atlas.effect.composition.composite import expose
 from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import cut_frames, staged_frames
+from fire_atlas.preview.frames import aligned_frames, cut_frames
 
 Color = tuple[int, int, int]
 """sRGB, 0..255."""
@@ -24,45 +24,47 @@ Color = tuple[int, int, int]
 AnimationKind = Literal["gif", "webp", "apng"]
 
 _COLUMNS = 12
-_CELL = 192
-"""Largest side of a picture in a contact sheet, px."""
+_MAX_SIDE = 192
+"""Of a picture in a contact sheet, px."""
 _GAP = 4
 _LABEL = 16
 _LABEL_COLOR = (170, 170, 180)
 
-_TICK = {"gif": 10, "webp": 1, "apng": 1}
-"""Milliseconds a format counts in."""
-_LEAST = {"gif": 20, "webp": 1, "apng": 1}
-"""Shortest time a frame can be shown; browsers slow down GIFs that go below."""
+_PILLOW_FORMAT = {"gif": "GIF", "webp": "WEBP", "apng": "PNG"}
+_TIME_STEP = {"gif": 10, "webp": 1, "apng": 1}
+"""Unit of durations in each format, ms."""
+_MIN_DURATION = {"gif": 20, "webp": 1, "apng": 1}
+"""Shortest duration of a frame, ms: browsers play GIFs with shorter ones slowly."""
 
 
-def animation(atlas: AtlasFile, kind: AnimationKind, background: Color) -> bytes:
-    """Return the atlas playing over ``background``, as a GIF, WebP or APNG file."""
-    shown = dict(schedule([f.duration for f in atlas.frames], _TICK[kind], _LEAST[kind]))
+def animated_image(atlas: AtlasFile, kind: AnimationKind, background: Color) -> bytes:
+    """Return a GIF, WebP or APNG file of an atlas that plays over ``background``."""
+    durations = [frame.duration for frame in atlas.frames]
+    shown = dict(schedule(durations, _TIME_STEP[kind], _MIN_DURATION[kind]))
     pictures = [
-        Image.fromarray(blend(frame, background, atlas.alpha, atlas.blend_space))
-        for i, frame in enumerate(staged_frames(atlas))
+        Image.fromarray(blend(frame, background, atlas.sheet.alpha, atlas.sheet.blend_space))
+        for i, frame in enumerate(aligned_frames(atlas))
         if i in shown
     ]
-    durations = list(shown.values())
     file = io.BytesIO()
-    first, rest = pictures[0], pictures[1:]
-    save = {"save_all": True, "append_images": rest, "duration": durations, "loop": 0}
-    match kind:
-        case "gif":
-            first.save(file, "GIF", **save)
-        case "webp":
-            first.save(file, "WEBP", lossless=True, **save)
-        case "apng":
-            first.save(file, "PNG", **save)
+    pictures[0].save(
+        file,
+        _PILLOW_FORMAT[kind],
+        save_all=True,
+        append_images=pictures[1:],
+        duration=list(shown.values()),
+        loop=0,
+        **({"lossless": True} if kind == "webp" else {}),
+    )
     return file.getvalue()
 
 
 def schedule(durations: Sequence[float], tick: int, least: int) -> list[tuple[int, int]]:
-    """Return which frames to show, each with its milliseconds: whole ticks, at least ``least``.
+    """Return the numbers of the frames to show, each with its duration, ms.
 
-    Rounding does not add up: every frame ends within half a tick of where it should. Frames too
-    short to show are left out, and their time goes to the next.
+    Durations are multiples of ``tick`` and at least ``least``. Rounding errors do not add up: every
+    frame ends within half a tick of its time. Frames too short to show are left out, and the next
+    is shown for their time as well.
     """
     shown: list[tuple[int, int]] = []
     start, end = 0, 0.0
@@ -78,10 +80,10 @@ def schedule(durations: Sequence[float], tick: int, least: int) -> list[tuple[in
 def contact_sheet(
     atlas: AtlasFile, tracks: Tracks | None, clip: Clip | None, background: Color
 ) -> bytes:
-    """Return a PNG of some dozen frames, evenly spread: as they came in, their flakes, the result.
+    """Return a PNG with up to 12 frames of an atlas: rows of the input, the flakes and the result.
 
-    Without ``tracks`` or ``clip`` their rows are left out. Several animations of one length, like
-    the sides of a fire, have a row each.
+    The frames are evenly spread. Without ``clip`` or ``tracks`` their rows are left out. Several
+    animations of one length, like the views of a fire, have a row each.
     """
     lengths = [len(animation.frames) for animation in atlas.sheet.animations]
     count = lengths[0] if len(set(lengths)) == 1 else len(atlas.frames)
@@ -92,7 +94,7 @@ def contact_sheet(
     if tracks is not None and len(tracks.frames) == count:
         rows.append([_flakes(tracks, i) for i in chosen])
     pictures = [
-        _fit(blend(frame, background, atlas.alpha, atlas.blend_space))
+        _fit(blend(frame, background, atlas.sheet.alpha, atlas.sheet.blend_space))
         for i, frame in enumerate(cut_frames(atlas))
         if i % count in chosen
     ]
@@ -113,15 +115,15 @@ def _input(clip: Clip, i: int, background: Color) -> Bytes:
 
 
 def _fit(picture: Bytes) -> Bytes:
-    """Shrink a picture until it fits a cell."""
+    """Return a picture, shrunk to ``_MAX_SIDE`` if it is larger."""
     height, width = picture.shape[:2]
-    scale = min(1.0, _CELL / max(height, width))
+    scale = min(1.0, _MAX_SIDE / max(height, width))
     size = max(1, round(width * scale)), max(1, round(height * scale))
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def _sheet(numbers: Iterable[int], rows: list[list[Bytes]], background: Color) -> Image.Image:
-    """Lay out rows of pictures of one size, with frame numbers on top."""
+    """Return rows of pictures of one size, with frame numbers on top."""
     height = max(picture.shape[0] for row in rows for picture in row) + _GAP
     width = max(picture.shape[1] for row in rows for picture in row) + _GAP
     size = len(rows[0]) * width + _GAP, len(rows) * height + _LABEL + _GAP

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.core.natural import natural_key
+from fire_atlas.core.files import natural_key
 from fire_atlas.recipe.document import read_document
 from fire_atlas.recipe.inherit import EXTENDS
 from fire_atlas.recipe.tree import RecipeTree

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Protocol
 
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.natural import natural_key
+from fire_atlas.core.files import natural_key
 
 STILLS = (".png", ".tga", ".bmp", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".gif")
 """Endings of the files that count as frames of a folder."""

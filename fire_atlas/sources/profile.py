@@ -5,7 +5,7 @@ from pathlib import Path
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.files import MOST_JSON, read_file
+from fire_atlas.core.files import MAX_JSON_BYTES, read_file
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.file import SUFFIX, read_profile
 from fire_atlas.generators.profile.fire import generate_clips, learn_profile
@@ -73,6 +73,6 @@ def _read(paths: Sequence[Path]) -> Profile:
             f"or name the clip as source.path"
         )
     try:
-        return read_profile(read_file(path, MOST_JSON), str(path))
+        return read_profile(read_file(path, MAX_JSON_BYTES), str(path))
     except OSError as error:
         raise SourceError(f"{path}: cannot be read ({error.strerror})") from error

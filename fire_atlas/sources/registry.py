@@ -91,10 +91,10 @@ def open_source(settings: SourceSettings, workers: Workers) -> dict[str, Clip]:
             clips = open_silk(source, texture, settings.generation, settings.blend_space, most)
         case _:
             assert_never(source)
-    from fire_atlas.core.memory import remembering
+    from fire_atlas.core.clip import cached
 
     names = [f"view_{k}" for k in range(len(clips))] if len(clips) > 1 else [settings.name]
-    kept = (replace(clip, picture=remembering(clip.picture, range(clip.count))) for clip in clips)
+    kept = (replace(clip, picture=cached(clip.picture, range(clip.count))) for clip in clips)
     return dict(zip(names, kept, strict=True))
 
 

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip
-from fire_atlas.core.memory import remembering
+from fire_atlas.core.clip import Clip, cached
 from fire_atlas.core.picture import Picture
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.core.workers import Workers
@@ -109,7 +108,7 @@ def apply_edit(clip: Clip, edit: EditList, thumbnails: Thumbnails, workers: Work
     return replace(
         clip,
         count=len(edit.frames),
-        picture=remembering(picture, blended),
+        picture=cached(picture, blended),
         loop=edit.loop,
         flow=None if clip.flow is None else flow,
     )

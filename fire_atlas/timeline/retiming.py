@@ -8,8 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip, Skipped
-from fire_atlas.core.memory import remembering
+from fire_atlas.core.clip import Clip, Skipped, cached
 from fire_atlas.core.picture import Picture
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.core.workers import Workers
@@ -75,7 +74,7 @@ def retimed(clip: Clip, fps: float, count: int, is_smooth: bool) -> Clip:
         clip,
         count=count,
         fps=fps,
-        picture=remembering(retiming.picture, made),
+        picture=cached(retiming.picture, made),
         flow=retiming.flow if clip.count > 1 else clip.flow,
         backwards=frozenset(i for i, place in enumerate(places) if place.before in clip.backwards),
         skipped={i: shown for i in range(steps) if (shown := retiming.skipped(i)) is not None},

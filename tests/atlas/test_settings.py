@@ -64,7 +64,7 @@ def test_a_contradiction_is_refused_with_its_reason(
 def test_a_missing_extra_is_reported_before_any_work(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fire_atlas.formats.pages.limits.find_spec", lambda name: None)
+    monkeypatch.setattr("fire_atlas.formats.limits.find_spec", lambda name: None)
     code, said = checked(tmp_path, capsys, atlas={"compression": "small"})
     assert (code, "pip install 'fire-atlas[small]'" in said) == (1, True)
     for command in (["build"], ["build", "--dry-run"], ["preview"]):

@@ -35,7 +35,7 @@ from fires import ALL_CLIPS, kept, real_clip
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.core.progress import Silent
+from fire_atlas.core.progress import SilentProgress
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.timeline.arrange import arrange
@@ -91,7 +91,7 @@ def _compared(name: str, clip: Clip) -> list[Row]:
     """Close a clip by itself, by a hard cut and by a linear cross-fade of the same frames."""
     begun = time.process_time()
     with Workers(2) as workers:
-        loop = arrange(clip, Timeline(), 0.0, workers, Silent())
+        loop = arrange(clip, Timeline(), 0.0, workers, SilentProgress())
         planned = 1e3 * (time.process_time() - begun) / clip.count
         if not loop.loop:
             return []
@@ -128,7 +128,7 @@ def _crossfaded(name: str, clip: Clip) -> list[Row]:
     """A clip that closes already, closed once more: what the cross-fade itself does to it."""
     timeline = Timeline(loop="crossfade")
     with Workers(2) as workers:
-        loop = arrange(clip, timeline, 0.0, workers, Silent())
+        loop = arrange(clip, timeline, 0.0, workers, SilentProgress())
         figures = _figures(loop.read, loop.count)
     return [_row(name, "crossfade", figures, clip.count - loop.count)]
 

@@ -8,7 +8,7 @@ from typing import Any
 import cv2
 import yaml
 
-from fire_atlas.core.progress import Silent
+from fire_atlas.core.progress import SilentProgress
 from fire_atlas.core.shipped import shipped
 from fire_atlas.pipeline.build import BuildReport, build
 from fire_atlas.pipeline.check import load_checked
@@ -74,7 +74,7 @@ def run(recipe: Path, jobs: int) -> BuildReport:
     """Build ``recipe`` in this process."""
     out = recipe.parent / "build"
     options = BuildOptions(jobs, force=True)
-    report = build(load_checked(read_tree(recipe)), out, options, Silent())
+    report = build(load_checked(read_tree(recipe)), out, options, SilentProgress())
     assert report is not None, "forced"
     return report
 

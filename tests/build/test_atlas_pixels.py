@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 from fire_atlas.atlas.encode import Alpha, BlendSpace, encode_frame
 from fire_atlas.core.picture import as_light, to_light
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.pipeline.layers import Layers, RenderSettings, SimulatedClip, join, layers_of
+from fire_atlas.pipeline.layers import (
+    Layers,
+    RenderSettings,
+    SimulatedClip,
+    compose_layers,
+    layers_of,
+)
 
 from .desk import Desk, pages
 
@@ -26,7 +32,7 @@ def rendered(monkeypatch: pytest.MonkeyPatch) -> dict[int, Pixels]:
     def watched(i: int, simulated: SimulatedClip, settings: RenderSettings) -> Layers:
         parts = layers_of(i, simulated, settings)
         flame = parts.flame.copy() if parts.flame.dtype == np.float32 else to_light(parts.flame)
-        frames[i] = as_light(join(replace(parts, flame=flame), settings, None))
+        frames[i] = as_light(compose_layers(replace(parts, flame=flame), settings, None))
         return parts
 
     monkeypatch.setattr("fire_atlas.pipeline.render.layers_of", watched)

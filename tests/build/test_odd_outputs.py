@@ -115,5 +115,5 @@ def test_a_manifest_that_names_what_no_file_is_called_is_not_sound(
     assert plan.code == 0 and "no sound fire.manifest.json" in plan.out
     assert desk.run("clean", desk.folder / "fire.yaml").code == 1
     shown = desk.run("inspect", build / "fire.json")
-    assert shown.code == 1 and "is no manifest that fire-atlas wrote" in shown.err
+    assert shown.code == 1 and "is not a manifest that fire-atlas wrote" in shown.err
     assert "\x1b" not in shown.err and "\0" not in shown.err

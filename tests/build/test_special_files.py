@@ -161,6 +161,6 @@ def test_a_file_beyond_its_bound_is_not_read(tmp_path: Path) -> None:
 def test_an_atlas_that_is_too_large_is_refused(desk: Desk) -> None:
     desk.folder.joinpath("huge.json").write_text(json.dumps({}), encoding="utf-8")
     with (desk.folder / "huge.json").open("r+b") as file:
-        file.truncate(files.MOST_JSON + 1)
+        file.truncate(files.MAX_JSON_BYTES + 1)
     ran = desk.run("inspect", desk.folder / "huge.json")
     assert ran.code == 2 and "larger than 256 MiB" in ran.err

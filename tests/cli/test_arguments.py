@@ -15,10 +15,10 @@ Run = Callable[..., CompletedProcess[str]]
 
 def test_version_and_help_succeed(run: Run) -> None:
     assert run("--version").stdout == f"fire-atlas {__version__}\n"
-    told = run("--help")
-    assert told.returncode == 0
+    stated = run("--help")
+    assert stated.returncode == 0
     for command in ("build", "check", "init", "watch", "clean", "preview", "inspect", "schema"):
-        assert f"\n    {command} " in told.stdout
+        assert f"\n    {command} " in stated.stdout
         assert run(command, "--help").returncode == 0
 
 

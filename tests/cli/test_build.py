@@ -59,14 +59,14 @@ def test_quiet_says_nothing_and_verbose_names_the_files(run: Run, campfire: Path
 
 def test_json_lines_tell_a_program_everything(run: Run, campfire: Path) -> None:
     result = run("build", campfire.name, "--json")
-    told = events(result)
-    render = [event for event in told if event.get("stage") == "render"]
+    stated = events(result)
+    render = [event for event in stated if event.get("stage") == "render"]
     assert (render[0]["done"], render[-1]["done"]) == (0, 6)
     assert {event["total"] for event in render} == {6}
-    assert {event["recipe"] for event in told} == {"campfire.yaml"}
-    assert told[-1]["event"] == "done"
-    assert str(Path("build") / "campfire.png") in told[-1]["files"]  # type: ignore[operator]
-    assert set(told[-1]) == {"event", "recipe", "fresh", "files", "timings", "statistics"}
+    assert {event["recipe"] for event in stated} == {"campfire.yaml"}
+    assert stated[-1]["event"] == "done"
+    assert str(Path("build") / "campfire.png") in stated[-1]["files"]  # type: ignore[operator]
+    assert set(stated[-1]) == {"event", "recipe", "fresh", "files", "timings", "statistics"}
     assert result.stderr == ""
     assert events(run("build", campfire.name, "--json"))[-1]["fresh"] is True
 

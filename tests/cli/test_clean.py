@@ -25,8 +25,8 @@ def test_what_a_build_wrote_is_removed_and_named(run: Run, campfire: Path) -> No
     result = run("clean", campfire.name)
     assert (result.returncode, result.stderr) == (0, "")
     assert names(build) == {"mine.txt"}
-    told = {line.split("removed ")[1] for line in result.stdout.splitlines()}
-    assert told == {str(Path("build") / name) for name in written}
+    stated = {line.split("removed ")[1] for line in result.stdout.splitlines()}
+    assert stated == {str(Path("build") / name) for name in written}
     assert campfire.is_file() and len(list((campfire.parent / "clip").iterdir())) == 6
 
 
@@ -73,7 +73,10 @@ def test_a_manifest_that_climbs_out_of_its_folder_removes_nothing(
     before = names(build)
     result = run("clean", campfire.name)
     assert result.returncode == 1
-    assert "campfire.manifest.json: does not say soundly what was written here" in result.stderr
+    assert (
+        "campfire.manifest.json: is damaged and does not state what was written here"
+        in result.stderr
+    )
     assert names(build) == before
     assert (campfire.parent / "precious.txt").is_file()
 

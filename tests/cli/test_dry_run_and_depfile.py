@@ -66,8 +66,8 @@ def test_a_dry_run_of_what_is_up_to_date(run: Run, campfire: Path) -> None:
     assert run("build", campfire.name, "--dry-run").stdout == "campfire.yaml: up to date\n"
     forced = run("build", campfire.name, "--dry-run", "--force").stdout
     assert forced == "campfire.yaml: would be built: --force\n"
-    told = json.loads(run("build", campfire.name, "--dry-run", "--json").stdout)
-    assert told == {"event": "plan", "recipe": "campfire.yaml", "fresh": True, "why": None}
+    stated = json.loads(run("build", campfire.name, "--dry-run", "--json").stdout)
+    assert stated == {"event": "plan", "recipe": "campfire.yaml", "fresh": True, "why": None}
 
 
 def test_a_dry_run_finds_what_is_wrong(run: Run, campfire: Path) -> None:
@@ -113,7 +113,7 @@ def test_a_depfile_is_written_for_what_is_up_to_date_and_not_for_what_failed(
 
 
 AWKWARD = ["my $fire #1", "a:b", "100%", "back\\slash", "it's [a] {b} ~c, d+e@f!", "feu de café"]
-"""Names that build systems have to be told with care. (The quote only make reads everywhere.)"""
+"""Names that build systems need escapes for. (The quote only make reads everywhere.)"""
 
 
 def program(name: str) -> str:
@@ -186,14 +186,14 @@ def test_a_depfile_overwrites_no_input_and_no_output(run: Run, campfire: Path, n
     before = (campfire.parent / name).read_bytes()
     result = run("build", campfire.name, "--force", "--depfile", name)
     assert result.returncode == 1
-    assert f"{name}: is no depfile" in result.stderr
+    assert f"{name}: is not a depfile" in result.stderr
     assert (campfire.parent / name).read_bytes() == before
 
 
 def test_a_depfile_does_not_overwrite_what_the_same_build_wrote(run: Run, campfire: Path) -> None:
     result = run("build", campfire.name, "--depfile", "build/campfire.json")
     assert result.returncode == 1
-    assert "is no depfile" in result.stderr
+    assert "is not a depfile" in result.stderr
     assert json.loads((campfire.parent / "build" / "campfire.json").read_text())["frames"]
 
 

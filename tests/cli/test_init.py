@@ -85,7 +85,7 @@ def test_what_is_there_already_is_never_overwritten(
     (elsewhere / "samples" / "clip" / "1.png").write_bytes(b"mine")
     (elsewhere / "clip.yaml").unlink()
     assert main(["init", "clip"]) == 1
-    assert "1.png: is there already and differs" in capsys.readouterr().err
+    assert "1.png: exists already and differs" in capsys.readouterr().err
     assert not (elsewhere / "clip.yaml").exists()
 
 

@@ -15,10 +15,10 @@ from PIL import Image, ImageSequence
 
 from fire_atlas.core.errors import FireAtlasError, SourceError
 from fire_atlas.core.pixels import linear_to_srgb, srgb_to_linear
-from fire_atlas.formats.atlas.json_hash import read_atlas
+from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.frames import cut_frames
-from fire_atlas.preview.pictures import animation, contact_sheet, schedule
+from fire_atlas.preview.pictures import animated_image, contact_sheet, schedule
 
 Run = Callable[..., CompletedProcess[str]]
 
@@ -80,15 +80,18 @@ def test_frames_are_cut_out_at_their_full_size_across_pages(atlas: Path) -> None
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda d: d.pop("animations"), "is no atlas that fire-atlas wrote"),
-        (lambda d: d["meta"].pop("fireAtlas"), "is no atlas that fire-atlas wrote"),
-        (lambda d: d.update(frames=[]), "is no atlas that fire-atlas wrote"),
-        (lambda d: d["meta"].update(image="../secret.png"), "is no plain file name"),
-        (lambda d: d["meta"].update(related_multi_packs=["/etc/x.json"]), "is no plain file name"),
+        (lambda d: d.pop("animations"), "is not an atlas that fire-atlas wrote"),
+        (lambda d: d["meta"].pop("fireAtlas"), "is not an atlas that fire-atlas wrote"),
+        (lambda d: d.update(frames=[]), "is not an atlas that fire-atlas wrote"),
+        (lambda d: d["meta"].update(image="../secret.png"), "is not a plain file name"),
+        (
+            lambda d: d["meta"].update(related_multi_packs=["/etc/x.json"]),
+            "is not a plain file name",
+        ),
         (lambda d: d["meta"].update(image="gone.png"), "gone.png: the page cannot be read"),
         (lambda d: d["meta"]["size"].update(w=99), "is 16x16, but the atlas says 99x16"),
         (lambda d: d["frames"]["fire/0000"]["frame"].update(x=12), "lies outside of its page"),
-        (lambda d: d["frames"]["fire/0000"]["frame"].update(x=-2), "-2 is no number from 0"),
+        (lambda d: d["frames"]["fire/0000"]["frame"].update(x=-2), "-2 is not a number from 0"),
         (lambda d: d["frames"]["fire/0001"]["spriteSourceSize"].update(y=5), "its own frame"),
     ],
 )
@@ -154,7 +157,7 @@ def test_rounded_durations_keep_time(durations: list[float], format_: tuple[int,
 
 @pytest.mark.parametrize(("kind", "name"), [("gif", "GIF"), ("webp", "WEBP"), ("apng", "PNG")])
 def test_an_animation_has_every_frame_at_its_time(atlas: Path, kind: Any, name: str) -> None:
-    with Image.open(io.BytesIO(animation(read_atlas(atlas), kind, (0, 0, 64)))) as picture:
+    with Image.open(io.BytesIO(animated_image(read_atlas(atlas), kind, (0, 0, 64)))) as picture:
         assert picture.format == name
         durations, colours = [], []
         for frame in ImageSequence.Iterator(picture):
@@ -253,29 +256,29 @@ def test_bad_previews_are_explained(
 
 def test_inspect_prints_pages_frames_and_flakes(run: Run, campfire: Path) -> None:
     run("build", campfire.name, "-q")
-    told = run("inspect", "build/campfire.json").stdout
+    stated = run("inspect", "build/campfire.json").stdout
     for word in ("campfire.png", "occupancy", "24 x 32", "0.50 s", "12", "born", "heights/s"):
-        assert word in told
+        assert word in stated
 
 
 def test_inspect_tells_of_the_flakes_of_every_animation(run: Run, campfire: Path) -> None:
     text = campfire.read_text().replace("rate: 200", "rate: 90")
     campfire.with_name("torch.yaml").write_text(f"{text}atlas: {{members: [campfire.yaml]}}\n")
     run("build", "torch.yaml", "-q")
-    told = run("inspect", "build/torch.json").stdout
-    assert "flakes of torch" in told and "flakes of campfire" in told
+    stated = run("inspect", "build/torch.json").stdout
+    assert "flakes of torch" in stated and "flakes of campfire" in stated
 
 
 def test_inspect_counts_frames_page_by_page(run: Run, atlas: Path) -> None:
-    told = run("inspect", atlas.name).stdout
-    assert "18.8 %" in told
-    assert "100.0 %" in told
-    assert "2, to 6..10 x 4..8" in told
-    assert "flakes" not in told
+    stated = run("inspect", atlas.name).stdout
+    assert "18.8 %" in stated
+    assert "100.0 %" in stated
+    assert "2, to 6..10 x 4..8" in stated
+    assert "flakes" not in stated
 
 
 def test_broken_tracks_are_refused(run: Run, atlas: Path) -> None:
     atlas.with_name("fire.flakes.json").write_text('{"columns": []}')
     result = run("inspect", atlas.name)
     assert result.returncode == 1
-    assert "fire.flakes.json: are no tracks that fire-atlas wrote" in result.stderr
+    assert "fire.flakes.json: is not a file of tracks that fire-atlas wrote" in result.stderr

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from fire_atlas.cli.progress import JsonLines, Lines, Outcome, Quiet, Terminal, view_for
+from fire_atlas.cli.progress import BarView, BuildView, JsonView, LineView, Outcome, view_for
 
 
 class FakeTerminal(io.StringIO):
@@ -16,11 +16,11 @@ class FakeTerminal(io.StringIO):
 def test_a_terminal_gets_bars_and_files_and_programs_get_lines(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    assert type(view_for(json_lines=False, quiet=False, verbose=False)) is Lines
-    assert type(view_for(json_lines=True, quiet=False, verbose=False)) is JsonLines
-    assert type(view_for(json_lines=False, quiet=True, verbose=False)) is Quiet
+    assert type(view_for(json_lines=False, quiet=False, verbose=False)) is LineView
+    assert type(view_for(json_lines=True, quiet=False, verbose=False)) is JsonView
+    assert type(view_for(json_lines=False, quiet=True, verbose=False)) is BuildView
     monkeypatch.setattr("sys.stderr", FakeTerminal())
-    assert type(view_for(json_lines=False, quiet=False, verbose=False)) is Terminal
+    assert type(view_for(json_lines=False, quiet=False, verbose=False)) is BarView
 
 
 def test_bars_show_stages_and_notes(
@@ -29,7 +29,7 @@ def test_bars_show_stages_and_notes(
     terminal = FakeTerminal()
     monkeypatch.setattr("sys.stderr", terminal)
     monkeypatch.setenv("TERM", "xterm")
-    view = Terminal(verbose=False)
+    view = BarView(verbose=False)
     view.begin(Path("campfire.yaml"))
     view.stage("render", 4)
     view.advance(3)
@@ -46,7 +46,7 @@ def test_bars_show_stages_and_notes(
 def test_a_note_before_the_first_stage_is_a_plain_line(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    view = Terminal(verbose=False)
+    view = BarView(verbose=False)
     view.begin(Path("campfire.yaml"))
     view.note("hello")
     view.failed("so it goes")
@@ -54,7 +54,7 @@ def test_a_note_before_the_first_stage_is_a_plain_line(
 
 
 def test_json_stages_are_throttled_but_begin_and_end(capsys: pytest.CaptureFixture[str]) -> None:
-    view = JsonLines()
+    view = JsonView()
     view.stage("render", 1000)
     for _ in range(1000):
         view.advance()

@@ -1,4 +1,4 @@
-"""What comes from others is printed, and nothing else: a terminal is never told to do anything."""
+"""Text from outside is printed so that a terminal interprets none of it."""
 
 import ast
 import struct
@@ -12,8 +12,7 @@ import pytest
 from rich.table import Table
 
 import fire_atlas.cli
-from fire_atlas.cli.bars import Bars
-from fire_atlas.cli.console import PlainConsole
+from fire_atlas.cli.console import PlainConsole, ProgressBars
 from fire_atlas.cli.text import printable
 
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
@@ -86,7 +85,7 @@ def test_bars_show_markup_as_it_is_and_no_commands(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("COLUMNS", "200")
-    bars = Bars(HOSTILE)
+    bars = ProgressBars(HOSTILE)
     bars.stage(HOSTILE, 3)
     bars.note(HOSTILE)
     bars.close()

@@ -9,9 +9,12 @@ from fire_atlas.core.pixels import (
     decode_unit,
     encode_bytes,
     encode_unit,
+    hex_to_linear,
+    hex_to_srgb,
     linear_to_srgb,
     magnitude,
     premultiply,
+    srgb_to_hex,
     srgb_to_linear,
     unpremultiply,
 )
@@ -77,3 +80,10 @@ def test_a_magnitude_has_the_same_bits_wherever_in_memory_it_lies() -> None:
     x, y = (rng.normal(size=(37, 29)).astype(np.float32) for _ in range(2))
     found = [magnitude(x, y) for _ in range(64)]  # all kept, so that each lies elsewhere
     assert len({plane.tobytes() for plane in found}) == 1
+
+
+def test_hex_colours_are_read_as_they_are_written() -> None:
+    shown = hex_to_srgb(["#ff7300", "#000102"])
+    assert shown.tolist() == [[255, 115, 0], [0, 1, 2]]
+    assert [srgb_to_hex(color) for color in shown] == ["#ff7300", "#000102"]
+    assert hex_to_linear(["#ffffff"]).tolist() == [[1, 1, 1]]

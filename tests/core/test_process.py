@@ -8,7 +8,7 @@ import pytest
 
 from fire_atlas.core.process import run_module
 
-_TEMPLATES = "fire_atlas.formats.templates.process"
+_TEMPLATES = "fire_atlas.formats.templates.render_process"
 
 
 def test_a_module_answers_on_what_it_is_given() -> None:

@@ -15,7 +15,7 @@ from fire_atlas.cli import main
 from fire_atlas.core.output_file import Role
 from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS
-from fire_atlas.formats.atlas.json_hash import read_atlas
+from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.templates.context import context_of
 
 from .markdown import code_blocks, page_text, section, table_column

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.core.progress import Progress, Silent
+from fire_atlas.core.progress import Progress, SilentProgress
 from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.composition.composite import clip_palette
@@ -21,7 +21,7 @@ from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
 from fire_atlas.pipeline.analyse import Analysis, AnalysisSettings, analyse
 from fire_atlas.pipeline.context import BuildContext
-from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip, join, layers_of
+from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip, compose_layers, layers_of
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import FramesSource
@@ -64,7 +64,7 @@ class Burnt:
         if settings.composite.palette == "clip":
             with Workers(1) as workers:
                 palette = clip_palette(self.clip, workers)
-        return as_light(join(layers_of(i, self.simulated, settings), settings, palette))
+        return as_light(compose_layers(layers_of(i, self.simulated, settings), settings, palette))
 
     @property
     def simulated(self) -> SimulatedClip:
@@ -103,7 +103,7 @@ def burn(clip: Clip, keys: Mapping[str, Any] | None = None, jobs: int = 2) -> Bu
     """Run the effect on ``clip`` with a recipe of ``keys``, up to the tracks."""
     recipe = recipe_of(keys or {})
     with Workers(jobs) as workers:
-        clip = arrange(clip, recipe.timeline, _LIFE, workers, Silent())
+        clip = arrange(clip, recipe.timeline, _LIFE, workers, SilentProgress())
         study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
         context = context_of(workers)
         analysis = analyse(clip, study, AnalysisSettings.of(recipe), context)

@@ -30,7 +30,7 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flakes.drawing import add_halo
 from fire_atlas.effect.flame.study import study_flame
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
-from fire_atlas.pipeline.layers import Layers, RenderSettings, draw, join
+from fire_atlas.pipeline.layers import Layers, RenderSettings, compose_layers, draw
 from fire_atlas.recipe.effect import Flakes
 
 
@@ -209,7 +209,7 @@ def test_pixels_without_flakes_stay_bit_for_bit_as_they_were(stored: bool) -> No
     before = flame.astype(np.uint8 if stored else np.float32)
     flakes = np.zeros((4, 5, 3), np.float32)
     flakes[1, 2] = 1.0
-    after = join(Layers(before.copy(), flakes), RenderSettings.of(recipe_of({})), None)
+    after = compose_layers(Layers(before.copy(), flakes), RenderSettings.of(recipe_of({})), None)
     assert after.dtype == before.dtype and not np.array_equal(after[1, 2], before[1, 2])
     after[1, 2] = before[1, 2]
     assert np.array_equal(after, before)

@@ -41,13 +41,15 @@ def any_tracks(draw: st.DrawFn) -> Tracks:
 
 
 def _row(chance: np.random.Generator, **known: float) -> NDArray[np.float64]:
-    told = dict(zip(COLUMNS, chance.uniform(1, 400, len(COLUMNS)), strict=True)) | known
-    return np.array([told[name] for name in COLUMNS])
+    stated = dict(zip(COLUMNS, chance.uniform(1, 400, len(COLUMNS)), strict=True)) | known
+    return np.array([stated[name] for name in COLUMNS])
 
 
 def _birth(chance: np.random.Generator, **known: float) -> NDArray[np.float64]:
-    told = dict(zip(SPAWN_COLUMNS, chance.uniform(1, 400, len(SPAWN_COLUMNS)), strict=True)) | known
-    return np.array([told[name] for name in SPAWN_COLUMNS])
+    stated = (
+        dict(zip(SPAWN_COLUMNS, chance.uniform(1, 400, len(SPAWN_COLUMNS)), strict=True)) | known
+    )
+    return np.array([stated[name] for name in SPAWN_COLUMNS])
 
 
 def flights_of(tracks: Tracks) -> dict[int, list[float]]:

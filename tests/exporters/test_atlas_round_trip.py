@@ -23,7 +23,7 @@ from fire_atlas.channels.page import with_maps
 from fire_atlas.core.errors import OutputError, SourceError
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
-from fire_atlas.formats.atlas.json_hash import export_json_hash, read_atlas
+from fire_atlas.formats.atlas.texture_packer import export_json_hash, read_atlas
 from fire_atlas.formats.pages.page_file import read_page, write_page
 from fire_atlas.preview.frames import cut_frames
 from fire_atlas.recipe.output import Atlas, Engine, Layer
@@ -199,8 +199,8 @@ def test_a_damaged_page_is_refused(tmp_path: Path) -> None:
         (lambda motion: motion.update(engine=["unity"]), "is no engine"),
         (lambda motion: motion.pop("scale"), "KeyError: 'scale'"),
         (lambda motion: motion["strength"].update(pixels=[1]), "IndexError"),
-        (lambda motion: motion.update(image="../fire.png"), "is no plain file name"),
-        (lambda motion: motion.update(image="c:fire.png"), "is no plain file name"),
+        (lambda motion: motion.update(image="../fire.png"), "is not a plain file name"),
+        (lambda motion: motion.update(image="c:fire.png"), "is not a plain file name"),
     ],
 )
 def test_motion_vectors_of_another_making_are_refused(
@@ -218,5 +218,5 @@ def test_motion_vectors_of_another_making_are_refused(
     document = json.loads(path.read_bytes())
     change(document["meta"]["maps"][0])
     path.write_text(json.dumps(document))
-    with pytest.raises(SourceError, match=f"is no atlas that fire-atlas wrote.*{reason}"):
+    with pytest.raises(SourceError, match=f"is not an atlas that fire-atlas wrote.*{reason}"):
         read_atlas(path)

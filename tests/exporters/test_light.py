@@ -28,7 +28,7 @@ def spot(
     return pixels
 
 
-def told(*frames: NDArray[np.float32]) -> Any:
+def stated(*frames: NDArray[np.float32]) -> Any:
     light = ClipLight(24, WIDTH, HEIGHT, True, tuple(map(FrameLight.of, frames)))
     file = write_light("fire", light)
     assert (file.name, file.role) == ("fire.light.json", "light")
@@ -36,7 +36,7 @@ def told(*frames: NDArray[np.float32]) -> Any:
 
 
 def test_the_file_tells_what_it_is() -> None:
-    document = told(spot(0, 0, 2, (1, 0, 0)), spot(0, 0, 2, (1, 0, 0)))
+    document = stated(spot(0, 0, 2, (1, 0, 0)), spot(0, 0, 2, (1, 0, 0)))
     frames, mean = document.pop("frames"), document.pop("mean")
     assert document == {
         "format": "fire-atlas/light",
@@ -55,7 +55,7 @@ def test_the_file_tells_what_it_is() -> None:
 
 
 def test_a_square_of_light_has_its_centre_colour_and_spread() -> None:
-    (frame,) = told(spot(10, 6, 8, (0.5, 0.25, 0.1), 0.7))["frames"]
+    (frame,) = stated(spot(10, 6, 8, (0.5, 0.25, 0.1), 0.7))["frames"]
     assert (frame["x"], frame["y"]) == (14, 10)
     assert (frame["r"], frame["g"], frame["b"]) == (1, 0.5, 0.2)
     assert frame["intensity"] == 1
@@ -65,7 +65,7 @@ def test_a_square_of_light_has_its_centre_colour_and_spread() -> None:
 
 def test_intensity_times_colour_is_in_proportion_to_the_light() -> None:
     colours = [(4.0, 2.0, 0.5), (0.3, 0.6, 0.1), (1.0, 1.0, 1.0)]
-    frames = told(*(spot(3 * i, 2, 5, rgb) for i, rgb in enumerate(colours)))["frames"]
+    frames = stated(*(spot(3 * i, 2, 5, rgb) for i, rgb in enumerate(colours)))["frames"]
     lamp = np.array([[f["intensity"] * f[c] for c in "rgb"] for f in frames])
     assert lamp / lamp[0, 0] == pytest.approx(np.array(colours) / 4, abs=1e-3)
     # 1 is the brightest channel of the mean frame: red, (4 + 0.3 + 1) / 3.
@@ -85,7 +85,7 @@ spots = st.builds(
 def test_the_light_of_every_frame_can_be_told_from_the_file(
     frames: list[NDArray[np.float32]],
 ) -> None:
-    document = told(*frames)
+    document = stated(*frames)
     brightest = document["mean"]["light"] * WIDTH * HEIGHT
     for frame, pixels in zip(document["frames"], frames, strict=True):
         light = np.array([frame[c] for c in "rgb"]) * frame["intensity"] * brightest
@@ -102,7 +102,7 @@ def test_light_of_layers_adds_up() -> None:
 
 
 def test_a_dark_frame_is_like_the_mean_without_its_light() -> None:
-    document = told(spot(4, 6, 4, (1, 0.5, 0)), np.zeros((HEIGHT, WIDTH, 4), np.float32))
+    document = stated(spot(4, 6, 4, (1, 0.5, 0)), np.zeros((HEIGHT, WIDTH, 4), np.float32))
     bright, dark = document["frames"]
     assert (bright["intensity"], dark["intensity"]) == (2, 0)
     keys = ("r", "g", "b", "x", "y", "radius")
@@ -110,7 +110,7 @@ def test_a_dark_frame_is_like_the_mean_without_its_light() -> None:
 
 
 def test_a_clip_without_light_has_a_lamp_that_is_off() -> None:
-    (frame,) = told(np.zeros((HEIGHT, WIDTH, 4), np.float32))["frames"]
+    (frame,) = stated(np.zeros((HEIGHT, WIDTH, 4), np.float32))["frames"]
     assert frame["intensity"] == 0
     assert (frame["x"], frame["y"], frame["radius"]) == (WIDTH / 2, HEIGHT / 2, 0)
 

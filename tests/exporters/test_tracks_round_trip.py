@@ -28,23 +28,23 @@ def read_back(file: OutputFile, folder: Path) -> Tracks:
     return tracks
 
 
-def assert_near(read: NDArray[np.float64], told: NDArray[np.float64], *columns: str) -> None:
+def assert_near(read: NDArray[np.float64], stated: NDArray[np.float64], *columns: str) -> None:
     """Half a step of each column's last decimal may be lost, and a hair."""
-    assert read.shape == told.shape
+    assert read.shape == stated.shape
     half_steps = [0.5001 * 10.0 ** -DECIMALS[column] for column in columns]
-    assert (np.abs(read - told) <= half_steps).all()
+    assert (np.abs(read - stated) <= half_steps).all()
 
 
-def assert_same(read: Tracks, told: Tracks) -> None:
+def assert_same(read: Tracks, stated: Tracks) -> None:
     assert (read.width, read.height, read.loop, read.seed) == (
-        told.width, told.height, told.loop, told.seed,
+        stated.width, stated.height, stated.loop, stated.seed,
     )  # fmt: skip
-    assert read.fps == pytest.approx(told.fps, abs=5e-7)
-    assert_near(read.spawns, told.spawns, *SPAWN_COLUMNS)
-    for here, there in zip(read.frames, told.frames, strict=True):
+    assert read.fps == pytest.approx(stated.fps, abs=5e-7)
+    assert_near(read.spawns, stated.spawns, *SPAWN_COLUMNS)
+    for here, there in zip(read.frames, stated.frames, strict=True):
         assert_near(here, there, *COLUMNS)
     for numbers in ("flights", "flight_frames"):
-        for here, there in zip(getattr(read, numbers), getattr(told, numbers), strict=True):
+        for here, there in zip(getattr(read, numbers), getattr(stated, numbers), strict=True):
             assert here.tolist() == there.tolist()
 
 
@@ -100,7 +100,9 @@ def test_what_is_no_tracks_is_refused(change: Callable[[str], str], tmp_path: Pa
     file = write_tracks_json("fire", tracks)
     text = file.data.decode()
     assert change(text) != text
-    with pytest.raises(SourceError, match=r"fire\.flakes\.json: are no tracks that fire-atlas"):
+    with pytest.raises(
+        SourceError, match=r"fire\.flakes\.json: is not a file of tracks that fire-atlas"
+    ):
         read_back(replace(file, data=change(text).encode()), tmp_path)
 
 

@@ -223,7 +223,7 @@ def test_inspect_refuses_a_broken_manifest(
     manifest.write_text(text, encoding="utf-8")
     assert main(["inspect", str(out / "fire.json")]) == 1
     said = capsys.readouterr().err
-    assert f"fire.manifest.json: is no manifest that fire-atlas wrote ({reason}" in said
+    assert f"fire.manifest.json: is not a manifest that fire-atlas wrote ({reason}" in said
     assert "); build the recipe again" in said
 
 

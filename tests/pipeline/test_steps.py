@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from fire_atlas.core.progress import Silent
+from fire_atlas.core.progress import SilentProgress
 from fire_atlas.core.shipped import shipped
 from fire_atlas.pipeline import animate, build
 from fire_atlas.pipeline.check import load_checked
@@ -186,7 +186,7 @@ def test_each_step_reads_just_its_keys(reads: Reads, tmp_path: Path) -> None:
         recipe.write_text(json.dumps(keys), encoding="utf-8")
         loaded = load_checked(read_tree(recipe))
         reads.forget()
-        build.build(loaded, tmp_path / "out", BuildOptions(2), Silent())
+        build.build(loaded, tmp_path / "out", BuildOptions(2), SilentProgress())
     found = {
         step: {key.partition(".")[0] if key.startswith(WHOLE) else key for key in keys}
         for step, keys in reads.of.items()

@@ -12,8 +12,8 @@ from PIL import Image
 
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.pixels import decode_bytes, encode_bytes
-from fire_atlas.formats.atlas.json_hash import read_atlas
-from fire_atlas.preview.frames import staged_frames
+from fire_atlas.formats.atlas.texture_packer import read_atlas
+from fire_atlas.preview.frames import aligned_frames
 
 from .browser import Browser, Seen, assert_quiet, built, picture
 
@@ -81,9 +81,9 @@ def test_half_a_step_on_each_way_shows_what_its_formula_says(
     for way in range(3):
         assert np.abs(shown(seen, 2 * way) - expected[way]).max() <= 3
     assert np.abs(expected[1] - expected[2]).max() > 20, "vectors do something"
-    told = [look["label"] for look in seen.results[1::2]]
+    stated = [look["label"] for look in seen.results[1::2]]
     there = f"fire, between frames 3 and 4 of {count}"
-    assert told == [f"fire, frame 3 of {count}", f"{there}, blend", f"{there}, vectors"]
+    assert stated == [f"fire, frame 3 of {count}", f"{there}, blend", f"{there}, vectors"]
     assert seen.results[-1]["between"] == "hold"
 
 
@@ -99,7 +99,7 @@ def test_paused_anywhere_it_shows_what_belongs_there(
         index, part = divmod(look["frame"] - 1, 1)
         expected = staged(page, book.frame_part(ENGINES["unity"](book, int(index), part, (1, 1))))
         off = np.abs(shown(seen, 1) - expected)
-        assert off.max() <= 8 and off.mean() < 0.2, "the time is told to a hundredth of a frame"
+        assert off.max() <= 8 and off.mean() < 0.2, "the time is stated to a hundredth of a frame"
 
 
 def test_the_flame_alone_moves_along_the_vectors(grids: dict[str, Path], browser: Browser) -> None:
@@ -202,7 +202,7 @@ def test_packed_frames_pass_into_one_another_through_their_own_boxes(
 def test_rotated_frames_blend(browser: Browser, tmp_path: Path) -> None:
     page = built(tmp_path, atlas={"rotate": True, "alpha": "premultiplied", "max_size": 120})
     file = read_atlas(page.with_name("fire.json"))
-    frames = [frame.astype(np.float64) for frame in staged_frames(file)]
+    frames = [frame.astype(np.float64) for frame in aligned_frames(file)]
     seen = browser.visit(page, ("press", "m"), ("press", "."), PIXELS)
     assert any(region.rotated for region in file.frames)
     assert np.abs(shown(seen, 0) - over((frames[0] + frames[1]) / 2)).max() <= 2

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fire_atlas.formats.atlas.json_hash import AtlasFile, read_atlas
+from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import staged_frames
+from fire_atlas.preview.frames import aligned_frames
 
 from .browser import COUNT, Browser, assert_quiet, built, picture, previewed
 
@@ -42,15 +42,15 @@ def test_each_layer_is_shown_as_its_page_has_it(
     steps = [each for _ in range(COUNT) for each in (*looks, ("press", "ArrowRight"))]
     seen = browser.visit(page, *steps)
     assert_quiet(seen, page)
-    sheets = [list(staged_frames(a)) for a in (atlas, *(layer(atlas, k) for k in KINDS))]
+    sheets = [list(aligned_frames(a)) for a in (atlas, *(layer(atlas, k) for k in KINDS))]
     for i in range(COUNT):
         shown = [picture(r)[..., :3].astype(int) for r in seen.results[6 * i : 6 * i + 6 : 2]]
         for drawn, frames in zip(shown, sheets, strict=True):
             expected = blend(frames[i], GROUND, packing["alpha"], packing["blend_space"])
             assert np.abs(drawn - expected).max() <= 2
-        told = [look["label"] for look in seen.results[6 * i + 1 : 6 * i + 6 : 2]]
+        stated = [look["label"] for look in seen.results[6 * i + 1 : 6 * i + 6 : 2]]
         plain = f"fire, frame {i + 1} of {COUNT}"
-        assert told == [plain, f"{plain}, flame alone", f"{plain}, flakes alone"]
+        assert stated == [plain, f"{plain}, flame alone", f"{plain}, flakes alone"]
     assert np.abs(shown[1] - shown[2]).max() > 50, "layers are not one and the same"
 
 
@@ -66,8 +66,8 @@ def test_layers_are_chosen_by_mouse_and_shown_as_pages_too(
         ("look",), ("click", "[name=layer][value=composed]"), ("pixels", "#picture"),
     )  # fmt: skip
     assert_quiet(seen, page)
-    flakes, told, composed = seen.results
-    assert told["layer"] == "flakes" and told["label"].endswith(", flakes alone")
+    flakes, stated, composed = seen.results
+    assert stated["layer"] == "flakes" and stated["label"].endswith(", flakes alone")
     for drawn, file in ((flakes, "fire.flakes.png"), (composed, "fire.png")):
         with Image.open(page.with_name(file)) as image:
             expected = blend(np.asarray(image.convert("RGBA")), GROUND, "straight", "srgb")
@@ -95,13 +95,13 @@ def test_what_a_build_did_not_write_is_not_offered_but_told(
     page = built(tmp_path, maps=maps)
     seen = browser.visit(page, ("run", OFFER), ("press", "l"), ("press", "l"), ("look",))
     assert_quiet(seen, page)
-    offer, told = seen.results
+    offer, stated = seen.results
     assert {value for value, disabled, _ in offer if disabled} == missing.keys()
     for value, _, hint in offer:
         assert missing.get(value, "") in hint
-    assert told["layer"] not in missing
+    assert stated["layer"] not in missing
     if "flame" in missing:
-        assert "maps.flame: true" in told["said"]
+        assert "maps.flame: true" in stated["said"]
 
 
 def test_a_layer_that_is_missing_is_named(

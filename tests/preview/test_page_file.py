@@ -75,10 +75,10 @@ def test_the_same_atlas_gives_the_same_page(recipe: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("spoil", "told"),
+    ("spoil", "stated"),
     [
         (lambda page: page.unlink(), "campfire.png: the page cannot be read"),
-        (lambda page: page.write_bytes(b"no image"), "campfire.png: is no PNG or WebP"),
+        (lambda page: page.write_bytes(b"no image"), "campfire.png: is neither PNG nor WebP"),
         (
             lambda page: Image.new("RGBA", (7, 5)).save(page),
             "campfire.png: is 7x5, but the atlas says",
@@ -86,14 +86,14 @@ def test_the_same_atlas_gives_the_same_page(recipe: Path) -> None:
     ],
 )
 def test_a_page_that_is_not_what_it_should_be_is_refused(
-    recipe: Path, spoil: object, told: str, capsys: pytest.CaptureFixture[str]
+    recipe: Path, spoil: object, stated: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["build", str(recipe), "-q"]) == 0
     atlas = recipe.parent / "build" / "campfire.json"
     assert callable(spoil)
     spoil(atlas.with_suffix(".png"))
     assert main(["preview", str(atlas)]) == 1
-    assert told in capsys.readouterr().err
+    assert stated in capsys.readouterr().err
     assert not atlas.with_name("campfire.preview.html").exists()
 
 

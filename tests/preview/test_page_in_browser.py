@@ -13,10 +13,10 @@ from fire_atlas.cli import main
 from fire_atlas.core.pixels import decode_bytes, encode_bytes
 from fire_atlas.effect.composition.composite import expose
 from fire_atlas.effect.flakes.drawing import draw_flakes
-from fire_atlas.formats.atlas.json_hash import read_atlas
+from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.tracks.tracks_json import read_tracks
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import staged_frames
+from fire_atlas.preview.frames import aligned_frames
 
 from .browser import COUNT, Browser, assert_quiet, built, picture, previewed
 
@@ -55,7 +55,7 @@ def test_every_frame_is_blended_as_its_client_blends_it(
         page, *look_and_step, ("click", "[value='#ffffff']"), ("pixels", "#picture")
     )
     assert_quiet(seen, page)
-    frames = list(staged_frames(read_atlas(page.with_name("fire.json"))))
+    frames = list(aligned_frames(read_atlas(page.with_name("fire.json"))))
     grounds = [(32, 64, 96)] * COUNT + [(255, 255, 255)]
     for frame, ground, drawn in zip([*frames, frames[0]], grounds, seen.results, strict=True):
         expected = blend(frame, ground, atlas["alpha"], atlas["blend_space"])
@@ -161,21 +161,21 @@ def test_each_control_works_by_mouse_and_by_key(number: int, toggled: Any) -> No
 
 
 def frames_of(page: Path) -> list[NDArray[np.uint8]]:
-    return list(staged_frames(read_atlas(page.with_name("fire.json"))))
+    return list(aligned_frames(read_atlas(page.with_name("fire.json"))))
 
 
 def test_the_seam_lays_the_last_frame_over_the_first(browser: Browser, page: Path) -> None:
     seen = browser.visit(page, ("press", "2"), ("pixels", "#picture"), LOOK, ("press", "d"),
                          ("pixels", "#picture"), LOOK)  # fmt: skip
     frames = [blend(f, (0, 0, 0), "straight", "srgb").astype(float) for f in frames_of(page)]
-    overlay, told, difference, _ = seen.results
+    overlay, stated, difference, _ = seen.results
     grey = [frame @ np.array([0.2126, 0.7152, 0.0722]) for frame in frames]
     shown = picture(overlay).astype(float)
     assert np.abs(shown[..., 0] - grey[-1]).max() <= 2
     assert np.abs(shown[..., 1] - grey[0]).max() <= 2
     expected = np.minimum(4 * np.abs(frames[-1] - frames[0]), 255)
     assert np.abs(picture(difference)[..., :3] - expected).max() <= 8
-    assert told["label"] == "fire, last and first frame, overlay"
+    assert stated["label"] == "fire, last and first frame, overlay"
 
 
 def test_a_page_shows_its_frames_and_leads_to_them(browser: Browser, page: Path) -> None:
@@ -210,12 +210,12 @@ def test_a_page_shows_its_frames_and_leads_to_them(browser: Browser, page: Path)
 def test_flakes_are_marked_where_the_tracks_say(browser: Browser, page: Path) -> None:
     seen = browser.visit(page, ("press", "ArrowRight"), ("pixels", "#marks"), ("press", "f"),
                          ("pixels", "#marks"), LOOK)  # fmt: skip
-    without, marked, told = seen.results
+    without, marked, stated = seen.results
     assert not picture(without)[..., 3].any()
     tracks = read_tracks(page.with_name("fire.flakes.json"))
     assert tracks is not None
     rows = tracks.frames[1]
-    assert told["caption"] == f"fire/0001 · {len(rows)} flakes"
+    assert stated["caption"] == f"fire/0001 · {len(rows)} flakes"
     lines = picture(marked)[..., 3] > 0
     scale = lines.shape[0] / tracks.height
     near = np.zeros_like(lines)
@@ -301,10 +301,10 @@ def test_names_cannot_break_out_of_the_page(browser: Browser, tmp_path: Path) ->
     previewed(atlas)
     seen = browser.visit(page, LOOK, ("run", "window.broken === undefined"))
     assert_quiet(seen, page)
-    told, whole = seen.results
+    stated, whole = seen.results
     assert whole is True
-    assert told["caption"].startswith(f"{evil}/0000")
-    assert told["label"] == f"{evil}, frame 1 of 6"
+    assert stated["caption"].startswith(f"{evil}/0000")
+    assert stated["label"] == f"{evil}, frame 1 of 6"
 
 
 NAMELESS = """[...document.querySelectorAll("button, input, select, output, canvas[role]")]
@@ -350,12 +350,12 @@ def test_no_width_needs_to_be_scrolled_sideways(browser: Browser, page: Path, wi
 
 def test_figures_of_embers_are_those_that_inspect_prints(browser: Browser, page: Path) -> None:
     rows = "[...document.querySelectorAll('tr')].map((row) => row.innerText.split(/[\\t\\n]+/))"
-    told = {
+    stated = {
         row[0]: row[1:] for row in browser.visit(page, ("run", rows)).results[0] if len(row) > 1
     }
     tracks = read_tracks(page.with_name("fire.flakes.json"))
     assert tracks is not None
-    assert told["born"] == [str(len(tracks.spawns))]
-    assert told["end higher than born"][1].endswith("at least 0.95")
+    assert stated["born"] == [str(len(tracks.spawns))]
+    assert stated["end higher than born"][1].endswith("at least 0.95")
     first = read_atlas(page.with_name("fire.json")).sheet.pages[0]
-    assert told["fire.png"] == [f"{first.width} × {first.height}"]
+    assert stated["fire.png"] == [f"{first.width} × {first.height}"]

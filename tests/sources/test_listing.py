@@ -11,7 +11,7 @@ import pytest
 import synthetic_fire as fire
 
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.natural import natural_key
+from fire_atlas.core.files import natural_key
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import listing
 

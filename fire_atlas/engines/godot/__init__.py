@@ -1,1 +1,1 @@
-"""Files that Godot plays as they are: sprite frames, a scene, import settings and flakes."""
+"""Export to Godot 3 and 4."""

@@ -1,4 +1,4 @@
-"""Everything that a Godot project needs of a build."""
+"""Export a build to Godot: sprite frames, scene, import settings, flakes, lamp, flipbook."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -7,16 +7,24 @@ from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.engines.godot.describe import animations_of, textures_of
 from fire_atlas.engines.godot.flakes import flake_arrays
-from fire_atlas.engines.godot.lamp import TEXTURE, lamp_of
-from fire_atlas.engines.godot.settings_file import KEEP, import_settings
-from fire_atlas.engines.godot.stage import Stage, pivot
-from fire_atlas.engines.godot.text import node_name, number, quoted, real, titles
-from fire_atlas.engines.godot.uids import uid_of
+from fire_atlas.engines.godot.import_settings import KEEP, import_settings
+from fire_atlas.engines.godot.lamp import TEXTURE_SIDE, lamp_of
+from fire_atlas.engines.godot.names import (
+    FRAMES_ENDING,
+    IMPORT_ENDING,
+    SCENE_ENDING,
+    node_name,
+    number,
+    quoted,
+    real,
+    titles,
+    uid_of,
+)
+from fire_atlas.engines.godot.sprite_frames import FrameBounds, animations_of, pivot, textures_of
+from fire_atlas.formats.names import flakes_file
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
-from fire_atlas.formats.tracks.names import flakes_file
 from fire_atlas.recipe.output import GodotOptions
 
 _PLAYER, _TRACKS, _TABLES = "_flakes.gd", "_flake_tracks.gd", "_flakes.tres"
@@ -24,9 +32,9 @@ _LAMP, _FLIPBOOK = "_light.gd", "_motion.gdshader"
 
 
 def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
-    """Yield the sprite and the scene of each scale, the flakes that all share, and how Godot
-    imports them."""
-    flakes = _played(product)
+    """Yield sprite frames and scene of each scale, the flakes and lamp that all scales share, and
+    import settings."""
+    flakes = _played_flakes(product)
     for sheet in product.sheets:
         yield from _page_settings(product, sheet, options)
         yield _frames(product, sheet, options)
@@ -40,19 +48,19 @@ def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile
         yield from _script(product, _LAMP, options)
     if "csv" in product.track_formats and options.version == 4:
         for animation in product.tracks:
-            # The engine takes every table for translations.
+            # Godot would import every CSV as translations.
             table = flakes_file(product.stem(animation), "csv")
-            yield OutputFile(f"{table}.import", "import", KEEP)
+            yield OutputFile(table + IMPORT_ENDING, "import", KEEP)
 
 
-def _played(product: Product) -> dict[str, Tracks]:
-    """Return the flakes that the scene plays: those that pixels do not show, if there are any."""
-    unseen = {name: each for name, each in product.tracks.items() if name not in product.baked}
-    return unseen or dict(product.tracks)
+def _played_flakes(product: Product) -> dict[str, Tracks]:
+    """Return the flakes that the scene plays: those that the pages do not show, or else all."""
+    not_baked = {name: each for name, each in product.tracks.items() if name not in product.baked}
+    return not_baked or dict(product.tracks)
 
 
 def _is_lit(product: Product, options: GodotOptions) -> bool:
-    """Whether the scene has a lamp. Godot 3 has no texture for one that a scene could hold."""
+    """Return whether the scene has a lamp; Godot 3 has no texture for it that a scene can hold."""
     return bool(product.lights) and options.version == 4
 
 
@@ -60,8 +68,8 @@ def _page_settings(
     product: Product, sheet: AtlasSheet, options: GodotOptions
 ) -> Iterator[OutputFile]:
     for file in sheet.files:
-        name = f"{file}.import"
-        # Vectors are data: as little may be done to them as to light that is multiplied already.
+        name = file + IMPORT_ENDING
+        # Motion vectors are data: they must not be changed, as premultiplied light must not.
         is_data = any(file in each.files for each in sheet.maps if each.motion)
         alpha = "premultiplied" if is_data else sheet.alpha
         data = import_settings(product.existing(name), alpha, _image_uid(product, file), options)
@@ -69,11 +77,11 @@ def _page_settings(
 
 
 def _image_uid(product: Product, file: str) -> str:
-    return uid_of(product, file, told_in=f"{file}.import")
+    return uid_of(product, file, stated_in=file + IMPORT_ENDING)
 
 
 def _flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iterator[OutputFile]:
-    """Yield a material that plays a grid along its motion vectors, where one page holds it all."""
+    """Yield a material that plays a grid with motion vectors, if it has one page and animation."""
     if sheet.motion is None or sheet.motion.engine != "godot":
         return
     if options.version == 3 or len(sheet.pages) > 1 or len(sheet.animations) > 1 or not sheet.grid:
@@ -95,10 +103,10 @@ def _flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Ite
 
 
 def _frames(product: Product, sheet: AtlasSheet, options: GodotOptions) -> OutputFile:
-    name = f"{sheet.name}.tres"
+    name = sheet.name + FRAMES_ENDING
     pages = [(page.file, _image_uid(product, page.file)) for page in sheet.pages]
-    textures, shown = textures_of(sheet)
-    animations = animations_of(sheet, shown, options)
+    textures, texture_of_frame = textures_of(sheet)
+    animations = animations_of(sheet, texture_of_frame, options)
     return _resource(
         "frames.tres", name, product, options, pages=pages, textures=textures, animations=animations
     )
@@ -107,24 +115,24 @@ def _frames(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Outpu
 def _scene(
     product: Product, sheet: AtlasSheet, flakes: dict[str, Tracks], options: GodotOptions
 ) -> OutputFile:
-    frames = f"{sheet.name}.tres"
+    frames = sheet.name + FRAMES_ENDING
     tables = f"{product.name}{_TABLES}"
     return _resource(
         "scene.tscn",
-        f"{sheet.name}.tscn",
+        sheet.name + SCENE_ENDING,
         product,
         options,
         node=node_name(product.name),
         sheet=sheet,
         frames=(frames, uid_of(product, frames)),
         first=next(iter(titles(animation.name for animation in sheet.animations).values())),
-        stage=Stage.of(sheet.regions),
+        bounds=FrameBounds.of(sheet.regions),
         player=f"{product.name}{_PLAYER}",
         tables=(tables, uid_of(product, tables)) if flakes else None,
         hidden=product.baked.issuperset(flakes),
         lamp=_lamp(product, sheet) if _is_lit(product, options) else None,
         lamp_script=f"{product.name}{_LAMP}",
-        texture=TEXTURE,
+        texture=TEXTURE_SIDE,
         shader=_text("flakes.gdshader", alpha=sheet.alpha, blend_space=sheet.blend_space),
     )
 
@@ -149,7 +157,7 @@ def _pivots(sheet: AtlasSheet) -> dict[str, tuple[float, float]]:
 
 
 def _lamp(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
-    """Return the lamp of a scene, whose place and size are those of its scale."""
+    """Return what the template of a scene needs of its lamp; lengths are in px of this scale."""
     named = titles(animation.name for animation in sheet.animations)
     lamp = lamp_of(product.lights, _pivots(product.sheets[0]), sheet.blend_space)
     return {
@@ -164,19 +172,19 @@ def _lamp(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
 
 
 def _script(product: Product, ending: str, options: GodotOptions) -> Iterator[OutputFile]:
-    """Yield a script and, for Godot 4.4 and later, its uid."""
+    """Yield a script, and for Godot 4.4 and later the file of its uid."""
     name = f"{product.name}{ending}"
     text = _text(ending.removeprefix("_"), version=options.version)
     yield OutputFile(name, "script", text.encode())
     if options.version == 4:
-        uid = uid_of(product, name, told_in=f"{name}.uid")
+        uid = uid_of(product, name, stated_in=f"{name}.uid")
         yield OutputFile(f"{name}.uid", "import", f"{uid}\n".encode())
 
 
 def _resource(
     template: str, name: str, product: Product, options: GodotOptions, **context: Any
 ) -> OutputFile:
-    """Return a text file of the engine; Godot 4 marks resources with text, Godot 3 with numbers."""
+    """Return a scene or resource; its parts are marked by strings in Godot 4, by numbers in 3."""
     text = _text(
         template,
         version=options.version,

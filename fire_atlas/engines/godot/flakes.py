@@ -1,4 +1,4 @@
-"""Flake tracks as packed arrays that a script of the engine plays."""
+"""Flake tracks as packed arrays, which a script plays in Godot."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,16 +21,16 @@ class FlakeArrays:
     """The flakes of all animations, one after the other.
 
     Attributes:
-        begins: Number of the first frame of each animation, and behind the last of them.
+        begins: Number of the first frame of each animation, and last the number of all frames.
         loops: Whether frame 0 of an animation follows its last one, 1 or 0.
-        hard: Whether the flakes of an animation are squares that stay for a frame, 1 or 0.
-        first: Index of the first row of each frame, and behind the last of them.
-        next: Index of the row that shows the same flake in the following frame; -1: it is gone.
-        rows: (rows, 10) place x, y from the pivot, px, y down; way to the next frame dx, dy, px;
-            length along and width across the rotation, px; rotation, rad, clockwise on screen;
-            light r, g, b at the centre, linear.
-        most: Most rows of a frame.
-        bounds: (x, y, width, height) px around all flakes, seen from the pivot.
+        hard: Whether the flakes of an animation are squares that move once a frame, 1 or 0.
+        first: Index of the first row of each frame, and last the number of all rows.
+        next: Index of the row of the same flake in the following frame, -1 if there is none.
+        rows: (rows, 10) position x, y from the pivot, px, y down; displacement to the next frame
+            dx, dy, px; length and width, px; rotation, rad, clockwise on screen; linear light
+            r, g, b at the centre.
+        most: Largest number of rows of a frame.
+        bounds: (x, y, width, height) around all flakes, px from the pivot.
     """
 
     begins: list[int]
@@ -43,19 +43,19 @@ class FlakeArrays:
     bounds: tuple[int, int, int, int]
 
     def rows_text(self) -> str:
-        """Return ``rows`` as text, a row a line."""
+        """Return ``rows`` as text, one line per row."""
         return table_text(self.rows, _DECIMALS, "", ", ", ",\n").decode().removesuffix(",\n")
 
 
 def flake_arrays(
     tracks: Mapping[str, Tracks], pivots: Mapping[str, tuple[float, float]]
 ) -> FlakeArrays:
-    """Return the arrays of ``tracks``; ``pivots`` says where in px of its frame each is held."""
+    """Return the arrays of ``tracks``; ``pivots`` has the pivot of each animation, px."""
     begins, first, following = [0], [0], list[int]()
     tables = []
-    for name, flown in tracks.items():
-        assert_finite(flown)
-        each = as_drawn(flown)
+    for name, recorded in tracks.items():
+        assert_finite(recorded)
+        each = as_drawn(recorded)
         counts = [len(frame) for frame in each.frames]
         rows_after = each.following_rows()
         following += np.where(rows_after < 0, -1, first[-1] + rows_after).tolist()
@@ -91,7 +91,7 @@ def _rows(
 def _bounds(rows: NDArray[np.float64]) -> tuple[int, int, int, int]:
     if not len(rows):
         return 0, 0, 0, 0
-    reach = rows[:, 4] / 2 + np.abs(rows[:, 2:4]).max(axis=1)
-    low = [int(np.floor((rows[:, axis] - reach).min())) for axis in (0, 1)]
-    high = [int(np.ceil((rows[:, axis] + reach).max())) for axis in (0, 1)]
+    extent = rows[:, 4] / 2 + np.abs(rows[:, 2:4]).max(axis=1)
+    low = [int(np.floor((rows[:, axis] - extent).min())) for axis in (0, 1)]
+    high = [int(np.ceil((rows[:, axis] + extent).max())) for axis in (0, 1)]
     return low[0], low[1], high[0] - low[0], high[1] - low[1]

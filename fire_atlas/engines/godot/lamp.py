@@ -1,4 +1,4 @@
-"""The light of a fire as a lamp of the engine plays it."""
+"""The light of a fire as arrays for an animated PointLight2D of Godot."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,13 +7,13 @@ import numpy as np
 
 from fire_atlas.core.pixels import linear_to_srgb
 from fire_atlas.effect.composition.light import ClipLight
-from fire_atlas.formats.tracks.light import shining
+from fire_atlas.formats.tracks.light import light_of_frames
 
-TEXTURE = 256
+TEXTURE_SIDE = 256
 """Side of the lamp's texture, px: light falls off to nothing from its middle to its edge."""
 
-_REACH = 6.0
-"""How far the lamp reaches, in root mean square radii of the fire's own light."""
+_RANGE = 6.0
+"""Diameter of the lamp's texture, in root mean square diameters of the fire's own light."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,11 +21,11 @@ class Lamp:
     """The light of all animations, one after the other.
 
     Attributes:
-        begins: Number of the first frame of each animation, and behind the last of them.
+        begins: Number of the first frame of each animation, and last the number of all frames.
         loops: Whether frame 0 of an animation follows its last one, 1 or 0.
-        rows: One of each frame: energy, 1 in the mean; colour r, g, b as the client blends; place
-            x, y from the pivot, px of the full-size frame, y down.
-        spread: How much larger than its texture the lamp is, at full size.
+        rows: For each frame its energy, with mean 1; colour r, g, b in the client's blend space;
+            position x, y from the pivot, px of the full-size frame, y down.
+        spread: Scale of the lamp's texture, at full size.
     """
 
     begins: list[int]
@@ -37,15 +37,15 @@ class Lamp:
 def lamp_of(
     lights: Mapping[str, ClipLight], pivots: Mapping[str, tuple[float, float]], blend_space: str
 ) -> Lamp:
-    """Return the lamp of ``lights``; ``pivots`` says where in px of its frame each is held."""
+    """Return the lamp of ``lights``; ``pivots`` has the pivot of each animation, px."""
     begins, rows, radii = [0], list[tuple[float, ...]](), list[float]()
     for name, light in lights.items():
-        for frame in shining(light):
+        for frame in light_of_frames(light):
             colour = np.array([frame[channel] for channel in "rgb"])
-            told = linear_to_srgb(colour) if blend_space == "srgb" else colour
+            shown = linear_to_srgb(colour) if blend_space == "srgb" else colour
             place = frame["x"] - pivots[name][0], frame["y"] - pivots[name][1]
-            rows.append((frame["intensity"], *told.tolist(), *place))
+            rows.append((frame["intensity"], *shown.tolist(), *place))
             radii.append(frame["radius"])
         begins.append(len(rows))
-    spread = 2 * _REACH * float(np.mean(radii)) / TEXTURE
+    spread = 2 * _RANGE * float(np.mean(radii)) / TEXTURE_SIDE
     return Lamp(begins, [int(light.loop) for light in lights.values()], rows, max(spread, 0.01))

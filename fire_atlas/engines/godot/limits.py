@@ -1,4 +1,4 @@
-"""What Godot cannot show or import."""
+"""What Godot cannot show or import, checked before any work is done."""
 
 from collections.abc import Iterator, Sequence
 
@@ -10,7 +10,7 @@ from fire_atlas.recipe.problem import Problem
 def godot_limits(
     atlas: Atlas, exports: Sequence[Export], tracks: Sequence[TrackName]
 ) -> Iterator[Problem]:
-    """Yield the exports for Godot that cannot show such pages or live beside such tracks."""
+    """Yield the exports for Godot that cannot show such pages, or that such tracks would break."""
     yield from upright_only(atlas, exports, "godot")
     for path, export in exports_called(exports, "godot"):
         if isinstance(export, GodotExport) and export.godot.version == 3:
@@ -19,7 +19,7 @@ def godot_limits(
 
 
 def _of_godot_3(atlas: Atlas, tracks: Sequence[TrackName]) -> Iterator[str]:
-    """Yield what version 3 cannot do and 4 can."""
+    """Yield messages about what version 4 can do and version 3 cannot."""
     if atlas.blend_space == "linear":
         yield (
             "Godot 3 draws its 2D in sRGB, so that pages cannot have atlas.blend_space linear; "

@@ -1,1 +1,1 @@
-"""Finished assets for Unity 2021.3 and later."""
+"""Export to Unity 2021.3 and later."""

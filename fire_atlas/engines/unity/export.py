@@ -1,64 +1,77 @@
-"""Finished assets for Unity, and the ``.meta`` of each, so that nothing is left to set by hand."""
+"""Export a build to Unity: assets with their ``.meta``, so that nothing has to be set by hand."""
 
+import re
 from collections.abc import Iterator
 from typing import NamedTuple
+
+import numpy as np
 
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.output_file import OutputFile, Role
 from fire_atlas.engines.unity.flake_tracks import AnimationFlakes, flake_bytes
-from fire_atlas.engines.unity.geometry import max_texture_size, pivot_px
-from fire_atlas.engines.unity.identity import guid_of, guids_in, part_id
 from fire_atlas.engines.unity.meta import (
-    SECONDARY,
+    SECONDARY_TEXTURES,
     TEXTURE_KEYS,
     merged,
     read_meta,
     with_max_size,
 )
-from fire_atlas.engines.unity.names import file_stems, player_name, state_names
-from fire_atlas.engines.unity.sprites import SpriteOfPage, sprites_of
-from fire_atlas.engines.unity.yaml_text import scalar, single
+from fire_atlas.engines.unity.names import (
+    CONTROLLER_ENDING,
+    META_ENDING,
+    PREFAB_ENDING,
+    file_stems,
+    guid_of,
+    guids_in,
+    local_file_id,
+    player_name,
+    state_names,
+)
+from fire_atlas.engines.unity.sprites import PageSprite, max_texture_size, pivot_px, sprites_of
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
 from fire_atlas.recipe.output import UnityOptions
 
-_FILTERS = (scalar, single)
-
 _DEFAULT_SPRITE_MATERIAL = "{fileID: 10754, guid: 0000000000000000f000000000000000, type: 0}"
-"""Unity's own: for straight alpha."""
+"""Unity's own material, for straight alpha."""
+
+_PLAIN_SCALAR = re.compile(r"[A-Za-z_][\w./@+-]*( [\w./@+-]+)*", re.ASCII)
+"""Text that needs no quotes in YAML."""
+
+_ESCAPED = {'"': '\\"', "\\": "\\\\"}
 
 
-class _Kind(NamedTuple):
-    """What imports a kind of file, and the id of the main thing in it."""
+class _AssetType(NamedTuple):
+    """Importer of a type of file, and the local id of its main object."""
 
     importer: str
     main_id: int = 0
 
 
-_KINDS = {
-    ".anim": _Kind("NativeFormatImporter", 7400000),
-    ".controller": _Kind("NativeFormatImporter", 9100000),
-    ".mat": _Kind("NativeFormatImporter", 2100000),
-    ".prefab": _Kind("PrefabImporter"),
-    ".shader": _Kind("ShaderImporter"),
-    ".cs": _Kind("MonoImporter"),
-    ".bytes": _Kind("TextScriptImporter"),
-    ".asmdef": _Kind("AssemblyDefinitionImporter"),
+_ASSET_TYPES = {
+    ".anim": _AssetType("NativeFormatImporter", 7400000),
+    CONTROLLER_ENDING: _AssetType("NativeFormatImporter", 9100000),
+    ".mat": _AssetType("NativeFormatImporter", 2100000),
+    PREFAB_ENDING: _AssetType("PrefabImporter"),
+    ".shader": _AssetType("ShaderImporter"),
+    ".cs": _AssetType("MonoImporter"),
+    ".bytes": _AssetType("TextScriptImporter"),
+    ".asmdef": _AssetType("AssemblyDefinitionImporter"),
 }
-"""By the ending of the file's name."""
+"""By the ending of the file name."""
 
 
 def export_unity(product: Product, options: UnityOptions) -> Iterator[OutputFile]:
-    """Yield all that Unity needs to play the product; see ``docs/engines/unity.md``.
+    """Yield all assets with their ``.meta``; see ``docs/engines/unity.md``.
 
     Raises:
-        OutputError: Two names cannot be told apart in Unity, or a ``.meta`` cannot be kept.
+        OutputError: Two names would be the same in Unity, or a ``.meta`` cannot be kept.
     """
     yield from _Export(product, options).files()
 
 
 class _Export:
-    """One export: what all its files have in common."""
+    """One export, with what all its files share: product, options and names."""
 
     def __init__(self, product: Product, options: UnityOptions) -> None:
         self.product = product
@@ -68,7 +81,7 @@ class _Export:
         self.player = f"{player_name(self.name)}.cs"
 
     def files(self) -> Iterator[OutputFile]:
-        """Yield every file: shaders and scripts first, what refers to them after."""
+        """Yield every file: shaders and scripts first, then what refers to them."""
         if self.product.sheets[0].alpha != "straight":
             yield from self.shader(self.name, "sprite.shader.j2")
         if self.plays_flakes:
@@ -78,47 +91,50 @@ class _Export:
 
     @property
     def plays_flakes(self) -> bool:
-        """Whether there are flakes for the player, and it is wanted."""
+        """Whether the prefab plays flakes: there are some, and the options allow it."""
         return bool(self.product.tracks) and self.options.flakes
 
     def guid(self, file: str) -> str:
-        """Return the GUID of an output: that which it has already, or one made from its name."""
-        meta = f"{file}.meta"
+        """Return the GUID of an output: the one it has already, or one derived from its name."""
+        meta = file + META_ENDING
         old = read_meta(meta, self.product.existing(meta))
         return guids_in(old)[0] if old else guid_of(self.options.namespace, file)
 
     def asset(self, file: str, data: bytes, role: Role = "engine") -> Iterator[OutputFile]:
         """Yield a file and its ``.meta``."""
-        kind = _KINDS[file[file.rindex(".") :]]
+        meta = file + META_ENDING
+        asset_type = _ASSET_TYPES[file[file.rindex(".") :]]
         yield OutputFile(file, role, data)
         fresh = rendered(
             "unity/asset.meta.j2",
             guid=self.guid(file),
-            importer=kind.importer,
-            main_id=kind.main_id,
+            importer=asset_type.importer,
+            main_id=asset_type.main_id,
         )
-        old = read_meta(f"{file}.meta", self.product.existing(f"{file}.meta"))
-        yield OutputFile(f"{file}.meta", "import", merged(old, fresh, ()).encode())
+        old = read_meta(meta, self.product.existing(meta))
+        yield OutputFile(meta, "import", merged(old, fresh, ()).encode())
 
     def text(self, file: str, template: str, **context: object) -> Iterator[OutputFile]:
-        """Yield what a template makes, and its ``.meta``."""
+        """Yield a file rendered from a template, and its ``.meta``."""
         stem = file[: file.rindex(".")]
         context = {"name": stem, "namespace": self.options.namespace, **context}
-        yield from self.asset(file, rendered(f"unity/{template}", _FILTERS, **context).encode())
+        yield from self.asset(
+            file, rendered(f"unity/{template}", (scalar, single), **context).encode()
+        )
 
     def shader(
         self, stem: str, template: str, floats: tuple[str, ...] = ()
     ) -> Iterator[OutputFile]:
-        """Yield a shader and a material of it, ``floats`` of which are 0.
+        """Yield a shader and its material, whose properties ``floats`` are 0.
 
-        The material is its owner's once it is there.
+        A material that exists already is kept: the user may have changed it.
         """
         yield from self.text(f"{stem}.shader", template, name=self.name)
         material = (
             self.product.existing(f"{stem}.mat")
             or rendered(
                 "unity/material.mat.j2",
-                _FILTERS,
+                (scalar, single),
                 name=stem,
                 shader=self.guid(f"{stem}.shader"),
                 floats=floats,
@@ -127,7 +143,7 @@ class _Export:
         yield from self.asset(f"{stem}.mat", material, "import")
 
     def flakes(self) -> Iterator[OutputFile]:
-        """Yield the flakes' tracks and what plays them."""
+        """Yield the tracks of the flakes, and the script and shader that play them."""
         class_name = self.player.removesuffix(".cs")
         yield from self.text(self.player, "player.cs.j2", name=self.name, **{"class": class_name})
         if self.options.assembly:
@@ -158,21 +174,21 @@ class _Export:
         sheet: AtlasSheet,
         index: int,
         image: str,
-        sprites: dict[str, SpriteOfPage],
+        sprites: dict[str, PageSprite],
         *,
         data: bool = False,
     ) -> OutputFile:
-        """Return the ``.meta`` of a page or of a layer, which cuts it into sprites.
+        """Return the ``.meta`` of the image of a page or map, which cuts it into sprites.
 
-        Motion vectors are ``data``: no colours, no sprites, and nothing may compress them.
+        Motion vectors are ``data``: without colour space, sprites and compression.
         """
-        page, file = sheet.pages[index], f"{image}.meta"
+        page, file = sheet.pages[index], image + META_ENDING
         size = max_texture_size(page.width, page.height)
         moving = [each.files[index] for each in sheet.maps if each.kind == "motion"]
         beside = moving if image == page.file else []
         fresh = rendered(
             "unity/texture.meta.j2",
-            _FILTERS,
+            (scalar, single),
             guid=self.guid(image),
             sprites=[] if data else [sprites[region.name] for region in sheet.regions_of(index)],
             alpha=sheet.alpha,
@@ -182,11 +198,11 @@ class _Export:
             pixels_per_unit=self.options.pixels_per_unit * sheet.scale,
         )
         old = read_meta(file, self.product.existing(file))
-        owned = (*TEXTURE_KEYS, *((SECONDARY,) if beside else ()))
+        owned = (*TEXTURE_KEYS, *((SECONDARY_TEXTURES,) if beside else ()))
         meta = with_max_size(merged(old, fresh, owned), size)
         return OutputFile(file, "import", meta.encode())
 
-    def clips(self, sheet: AtlasSheet, sprites: dict[str, SpriteOfPage]) -> Iterator[OutputFile]:
+    def clips(self, sheet: AtlasSheet, sprites: dict[str, PageSprite]) -> Iterator[OutputFile]:
         """Yield an animation clip for each animation, and the controller of them."""
         duration = {region.name: region.duration for region in sheet.regions}
         stems = file_stems(sheet.title, [each.name for each in sheet.animations])
@@ -200,11 +216,15 @@ class _Export:
             ]
             yield from self.text(file, "clip.anim.j2", keys=keys, fps=fps, loop=animation.loop)
             state = self.states[animation.name]
-            states.append({"name": state, "id": part_id("state", state), "clip": self.guid(file)})
-        yield from self.text(f"{sheet.name}.controller", "animator.controller.j2", states=states)
+            states.append(
+                {"name": state, "id": local_file_id("state", state), "clip": self.guid(file)}
+            )
+        yield from self.text(
+            sheet.name + CONTROLLER_ENDING, "animator.controller.j2", states=states
+        )
 
-    def prefab(self, sheet: AtlasSheet, sprites: dict[str, SpriteOfPage]) -> Iterator[OutputFile]:
-        """Yield what is dragged into a scene."""
+    def prefab(self, sheet: AtlasSheet, sprites: dict[str, PageSprite]) -> Iterator[OutputFile]:
+        """Yield the prefab of one scale, which a user drags into a scene."""
         first = sprites[sheet.animations[0].frames[0]]
         units = self.options.pixels_per_unit * sheet.scale
         material = f"{{fileID: 2100000, guid: {self.guid(f'{self.name}.mat')}, type: 2}}"
@@ -216,11 +236,30 @@ class _Export:
             "baked": bool(self.product.baked),
         }
         yield from self.text(
-            f"{sheet.name}.prefab",
+            sheet.name + PREFAB_ENDING,
             "effect.prefab.j2",
             sprite=first,
             size=(first.rect.width / units, first.rect.height / units),
             material=_DEFAULT_SPRITE_MATERIAL if sheet.alpha == "straight" else material,
-            controller=self.guid(f"{sheet.name}.controller"),
+            controller=self.guid(sheet.name + CONTROLLER_ENDING),
             player=player if self.plays_flakes else None,
         )
+
+
+def scalar(text: str) -> str:
+    """Return text as a scalar of YAML in one line: plain, or quoted and in ASCII."""
+    if _PLAIN_SCALAR.fullmatch(text):
+        return text
+    return f'"{"".join(map(_escaped, text))}"'
+
+
+def single(value: float) -> str:
+    """Return a number with the fewest digits that identify it in single precision."""
+    return np.format_float_positional(np.float32(value), trim="-")
+
+
+def _escaped(character: str) -> str:
+    code = ord(character)
+    if 32 <= code < 127:
+        return _ESCAPED.get(character, character)
+    return f"\\u{code:04X}" if code < 0x10000 else f"\\U{code:08X}"

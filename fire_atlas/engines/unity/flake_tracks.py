@@ -1,21 +1,22 @@
-"""Flake tracks as bytes that the player reads without parsing text: ``name.flakes.bytes``.
+"""Flake tracks in binary, ``name.flakes.bytes``, which the player in Unity reads.
 
-Little-endian. All of int32, and float32 where said:
+Little-endian; int32 unless float32 is stated:
 
 ====================  =====================================================================
-``FAFL``, 1           what it is, and its version
-animations            how many; then of each
-· bytes, UTF-8        its state in the Animator
+``FAFL``, 1           magic bytes, version
+animations            their number; then for each
+· bytes, UTF-8        number, then the name of its state in the Animator
 · fps (float32)       frames per second
 · loop                1 if frame 0 follows the last frame
-· hard                1 if its flakes are squares that are all as bright
-· x, y (float32)      its pivot, px
-· frames              how many; then the number of flakes in each
-rows                  24 bytes a flake and frame, of all frames of all animations in turn
+· hard                1 if its flakes are squares of even brightness
+· x, y (float32)      pivot, px
+· frames              their number; then the number of flakes in each
+rows                  24 bytes for each flake in each frame, of all animations in turn
 ====================  =====================================================================
 
 A row is x, y (float32) and dx, dy, size, stretch, rotation, r, g, b (float16): px, y down, as in
-``effect.flakes.tracks``; dx, dy the way to the next frame; r g b the linear light at the centre.
+``effect.flakes.tracks``; dx, dy the displacement to the next frame; r g b the linear light at the
+centre.
 """
 
 from collections.abc import Iterable
@@ -33,9 +34,9 @@ ROW = np.dtype(
     [("x", "<f4"), ("y", "<f4")]
     + [(name, "<f2") for name in ("dx", "dy", "size", "stretch", "rotation", "r", "g", "b")]
 )
-"""A flake in a frame."""
+"""Type of a row: a flake in a frame."""
 
-_LARGEST = float(np.finfo(np.float16).max)
+_MAX_HALF = float(np.finfo(np.float16).max)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +44,8 @@ class AnimationFlakes:
     """The flakes of one animation.
 
     Attributes:
-        state: What the Animator calls the animation.
-        pivot: (x, y) of it in the frame, px, y down.
+        state: Name of its state in the Animator.
+        pivot: (x, y) in the frame, px, y down.
         tracks: The flakes.
     """
 
@@ -74,13 +75,13 @@ def _head(animation: AnimationFlakes) -> bytes:
 
 def _rows(tracks: Tracks) -> NDArray[np.void]:
     assert_finite(tracks)
-    every = np.concatenate(as_drawn(tracks).frames)
-    column = {name: every[:, i] for i, name in enumerate(COLUMNS)}
-    told = {**column, "dx": column["vx"] / tracks.fps, "dy": column["vy"] / tracks.fps}
-    told |= {name: column[name] * column["a"] for name in "rgb"}
-    rows = np.empty(len(every), ROW)
+    table = np.concatenate(as_drawn(tracks).frames)
+    column = {name: table[:, i] for i, name in enumerate(COLUMNS)}
+    values = {**column, "dx": column["vx"] / tracks.fps, "dy": column["vy"] / tracks.fps}
+    values |= {name: column[name] * column["a"] for name in "rgb"}
+    rows = np.empty(len(table), ROW)
     for name in ROW.names or ():
-        rows[name] = told[name] if name in "xy" else np.clip(told[name], -_LARGEST, _LARGEST)
+        rows[name] = values[name] if name in "xy" else np.clip(values[name], -_MAX_HALF, _MAX_HALF)
     return rows
 
 

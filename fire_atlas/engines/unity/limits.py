@@ -1,4 +1,4 @@
-"""What Unity cannot show or import."""
+"""What Unity cannot show or import, checked before any work is done."""
 
 from collections.abc import Iterator, Sequence
 
@@ -8,7 +8,7 @@ from fire_atlas.recipe.problem import Problem
 
 
 def unity_limits(atlas: Atlas, exports: Sequence[Export]) -> Iterator[Problem]:
-    """Yield the exports for Unity that cannot show such pages, or import their files."""
+    """Yield the exports for Unity that cannot show such pages or import their files."""
     yield from upright_only(atlas, exports, "unity")
     if atlas.format == "webp":
         for path, _ in exports_called(exports, "unity"):

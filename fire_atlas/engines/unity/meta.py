@@ -1,15 +1,25 @@
-"""``.meta`` files: Unity and people write into them too, and what is theirs stays theirs."""
+"""``.meta`` files: the settings with which Unity imports a file, and its GUID.
+
+Unity and the user write into these files as well, and what they wrote is kept. The YAML is handled
+as lines, so that the lines of one key can be replaced and every other byte stays. The lines of a
+key are its own and all after it that are indented deeper; items of a list are indented as deep as
+the key they belong to.
+"""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import NamedTuple, TypeAlias
 
 from fire_atlas.core.errors import OutputError
-from fire_atlas.engines.unity.blocks import Path, Span, find, replaced
-from fire_atlas.engines.unity.identity import guids_in
+from fire_atlas.engines.unity.names import guids_in
+
+YamlPath: TypeAlias = tuple[str, ...]
+"""Keys that lead to a value."""
 
 _TEXTURE = "TextureImporter"
 
-TEXTURE_KEYS: tuple[Path, ...] = (
+TEXTURE_KEYS: tuple[YamlPath, ...] = (
     (_TEXTURE, "internalIDToNameTable"),
     (_TEXTURE, "mipmaps", "sRGBTexture"),
     (_TEXTURE, "nPOTScale"),
@@ -20,19 +30,27 @@ TEXTURE_KEYS: tuple[Path, ...] = (
     (_TEXTURE, "spriteSheet", "sprites"),
     (_TEXTURE, "spriteSheet", "nameFileIdTable"),
 )
-"""What a build decides about a page, whoever wrote its ``.meta`` since. All else is kept."""
+"""Keys that a build sets for a page, whoever changed them; all others are kept."""
 
-SECONDARY: Path = (_TEXTURE, "spriteSheet", "secondaryTextures")
-"""What else it decides where a page has motion vectors."""
+SECONDARY_TEXTURES: YamlPath = (_TEXTURE, "spriteSheet", "secondaryTextures")
+"""The key that a build sets as well if a page has motion vectors."""
 
 _CONFLICT = re.compile(r"^(<{7}|>{7}) ", re.MULTILINE)
 
 
+class LineSpan(NamedTuple):
+    """Lines ``start`` to ``stop`` (excluded)."""
+
+    start: int
+    stop: int
+
+
 def read_meta(file: str, data: bytes | None) -> str | None:
-    """Return the text of the ``.meta`` called ``file``; None where there is none to be kept.
+    """Return the text of the ``.meta`` called ``file``; None if there is none, or none with a GUID.
 
     Raises:
-        OutputError: It is none, or two at once: its GUID, which others refer to, cannot be told.
+        OutputError: It is not text or has merge conflicts, so that its GUID, which other files
+            refer to, cannot be kept.
     """
     if data is None:
         return None
@@ -40,7 +58,7 @@ def read_meta(file: str, data: bytes | None) -> str | None:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise OutputError(
-            f"{file}: is no text, so that the GUID in it cannot be kept; restore it, or remove it "
+            f"{file}: is not text, so that its GUID cannot be kept; restore it, or remove it "
             f"if nothing refers to it"
         ) from None
     guids = set(guids_in(text))
@@ -49,29 +67,29 @@ def read_meta(file: str, data: bytes | None) -> str | None:
     return text if guids else None
 
 
-def merged(old: str | None, fresh: str, owned: Sequence[Path]) -> str:
-    """Return the ``.meta`` to write: ``old`` with what is ``owned`` from ``fresh``, if it fits.
+def merged(old: str | None, fresh: str, owned: Sequence[YamlPath]) -> str:
+    """Return the ``.meta`` to write: ``old`` with the keys ``owned`` from ``fresh``.
 
-    An old one of another importer only leaves its GUID and labels.
+    Of an old one for another importer only the GUID and the labels are kept.
     """
     if old is None:
         return fresh
     ends = "\r\n" if "\r\n" in old else "\n"
     kept, new = _lines(old), _lines(fresh)
-    if find(kept, _importer(new)) is None:
-        kept, new, owned = replaced(new, kept, ("labels",)), kept, [("guid",)]
+    if _find(kept, _importer(new)) is None:
+        kept, new, owned = _with_block(new, kept, ("labels",)), kept, [("guid",)]
     for path in owned:
-        kept = replaced(kept, new, path)
+        kept = _with_block(kept, new, path)
     return ends.join([*kept, ""])
 
 
 def with_max_size(meta: str, needed: int) -> str:
-    """Return the ``.meta`` of a page with import limits of at least ``needed`` px.
+    """Return the ``.meta`` of a page with maximal sizes of at least ``needed`` px.
 
-    What a person set for one platform stays, smaller or not.
+    A size that the user set for one platform is kept, even if it is smaller.
     """
     lines = meta.split("\n")
-    spans = [find(lines, (_TEXTURE, "maxTextureSize")), *_platforms(lines)]
+    spans = [_find(lines, (_TEXTURE, "maxTextureSize")), *_platforms(lines)]
     for span in filter(None, spans):
         inside = range(*span)
         if any(re.match(r" *overridden: 1", lines[i]) for i in inside):
@@ -83,20 +101,65 @@ def with_max_size(meta: str, needed: int) -> str:
     return "\n".join(lines)
 
 
-def _importer(lines: Sequence[str]) -> Path:
-    """Return the key of the importer that a ``.meta`` configures."""
+def _importer(lines: Sequence[str]) -> YamlPath:
+    """Return the key of the importer that a ``.meta`` is for."""
     return next((line[:-1],) for line in lines if re.fullmatch(r"\w+Importer:", line))
 
 
 def _lines(text: str) -> list[str]:
-    """Return the lines, the last of which ends as the others do."""
+    """Return the lines without their ends."""
     return text.rstrip("\r\n").replace("\r\n", "\n").split("\n")
 
 
-def _platforms(lines: Sequence[str]) -> list[Span]:
-    """Return the lines of each platform's settings."""
-    block = find(lines, (_TEXTURE, "platformSettings"))
+def _platforms(lines: Sequence[str]) -> list[LineSpan]:
+    """Return the span of each platform's settings."""
+    block = _find(lines, (_TEXTURE, "platformSettings"))
     if block is None:
         return []
     starts = [i for i in range(*block) if re.match(r" *- ", lines[i])]
-    return [Span(*each) for each in zip(starts, [*starts[1:], block.stop], strict=True)]
+    return [LineSpan(*each) for each in zip(starts, [*starts[1:], block.stop], strict=True)]
+
+
+def _find(lines: Sequence[str], path: YamlPath) -> LineSpan | None:
+    """Return the lines of the key at ``path``; None if there is no such key."""
+    span = LineSpan(-1, len(lines))
+    for key in path:
+        inner = LineSpan(span.start + 1, span.stop)
+        matching = (found for name, found in _keys(lines, inner) if name == key)
+        found = next(matching, None)
+        if found is None:
+            return None
+        span = found
+    return span
+
+
+def _with_block(old: Sequence[str], new: Sequence[str], path: YamlPath) -> list[str]:
+    """Return ``old`` with the lines that ``new`` has at ``path``, which are indented alike.
+
+    If ``old`` lacks the key, it is added at the end of its block; if it lacks the block, all of
+    that is added.
+    """
+    source, target = _find(new, path), _find(old, path)
+    if source is None:
+        return list(old)
+    if target is None:
+        block = _find(old, path[:-1])
+        if block is None or block.stop - block.start == 1:
+            return _with_block(old, new, path[:-1])
+        target = LineSpan(block.stop, block.stop)
+    return [*old[: target.start], *new[source.start : source.stop], *old[target.stop :]]
+
+
+def _keys(lines: Sequence[str], inside: LineSpan) -> Iterator[tuple[str, LineSpan]]:
+    """Yield the keys at the outermost level of some lines, and the span of each."""
+    if inside.start >= inside.stop:
+        return
+    depth = _depth(lines[inside.start])
+    key = re.compile(rf" {{{depth}}}([^\s:-][^:]*):(?: |$)")
+    starts = [(i, found[1]) for i in range(*inside) if (found := key.match(lines[i]))]
+    for (start, name), (stop, _) in pairwise([*starts, (inside.stop, "")]):
+        yield name, LineSpan(start, stop)
+
+
+def _depth(line: str) -> int:
+    return len(line) - len(line.lstrip(" "))

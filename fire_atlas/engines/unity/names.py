@@ -1,4 +1,7 @@
-"""What things are called in Unity: files, sprites, states, and the class of the player."""
+"""Names and ids in Unity: of files, sprites, animator states, and the class that plays flakes.
+
+All are derived from names of the build, so that no rebuild changes them.
+"""
 
 import hashlib
 import re
@@ -7,49 +10,75 @@ from collections.abc import Iterable, Sequence
 
 from fire_atlas.core.errors import OutputError
 
-_UNFIT = re.compile(r'[\x00-\x1f\x7f<>:"/\\|?*\ud800-\udfff]')
-"""What no file of a Unity project may be called on some system."""
+_FORBIDDEN = re.compile(r'[\x00-\x1f\x7f<>:"/\\|?*\ud800-\udfff]')
+"""Characters that file names may not have on some system."""
 
-_LONGEST = 100
-"""Bytes of an animation's name in that of a file: a file system takes 255 for the whole."""
+_MAX_NAME_BYTES = 100
+"""Of an animation's name within a file name, which may have 255."""
+
+_GUID = re.compile(r"^guid: ([0-9a-f]{32})\s*$", re.MULTILINE)
+
+CONTROLLER_ENDING, PREFAB_ENDING, META_ENDING = ".controller", ".prefab", ".meta"
+"""Of the animator controller and the prefab of each scale, and of a file's import settings."""
 
 
 def sprite_names(frames: Iterable[str]) -> dict[str, str]:
-    """Return what the sprite of each frame is called: ``campfire_0000``.
+    """Return the name of each frame's sprite, such as ``campfire_0000``.
 
-    A slash would make submenus of it wherever the editor lists sprites.
+    Unity's editor would list names with slashes in submenus.
     """
-    return _told_apart({frame: _UNFIT.sub("_", frame) for frame in frames}, "frames")
+    return _require_distinct({frame: _FORBIDDEN.sub("_", frame) for frame in frames}, "frames")
 
 
 def state_names(animations: Sequence[str]) -> dict[str, str]:
-    """Return what an Animator calls each animation; dots and slashes part layers from states."""
-    names = {each: _UNFIT.sub("_", each).replace(".", "_") for each in animations}
-    return _told_apart(names, "animations")
+    """Return the animator state of each animation; dots and slashes separate layers from states."""
+    names = {each: _FORBIDDEN.sub("_", each).replace(".", "_") for each in animations}
+    return _require_distinct(names, "animations")
 
 
 def file_stems(title: str, animations: Sequence[str]) -> dict[str, str]:
-    """Return the file stem of each animation of the build ``title``: its own for the only one."""
+    """Return the file stem of each animation of the build ``title``, which its only one shares."""
     names = {each: _stem(title, each) for each in animations}
-    return _told_apart(names, "animations")
+    return _require_distinct(names, "animations")
 
 
 def player_name(title: str) -> str:
-    """Return the name of the class, and so of the file, that plays the flakes of ``title``.
+    """Return the name of the C# class, and of its file, that plays the flakes of build ``title``.
 
-    No two recipes share one: whatever is no part of a C# name is told by a hash.
+    No two builds share one: where ``title`` is not a C# identifier, a hash of it is appended.
     """
     plain = re.sub(r"[^A-Za-z0-9_]", "_", title)
     plain = f"_{plain}" if plain[0].isdigit() else plain
     return f"{plain}_flakes" + (f"_{_digest(title)}" if plain != title else "")
 
 
+def guid_of(namespace: str, file: str) -> str:
+    """Return the GUID of a file, 32 hexadecimal digits, whatever its folder."""
+    return hashlib.md5(f"fire-atlas/unity/{namespace}/{file}".encode()).hexdigest()
+
+
+def local_file_id(kind: str, name: str) -> int:
+    """Return the local file id, a signed 64-bit number, of an object called ``name`` in a file."""
+    digest = hashlib.sha256(f"{kind}/{name}".encode()).digest()
+    return int.from_bytes(digest[:8], "little", signed=True) or 1
+
+
+def sprite_guid(name: str) -> str:
+    """Return the GUID of a sprite in Unity's Sprite Editor."""
+    return hashlib.md5(f"sprite/{name}".encode()).hexdigest()
+
+
+def guids_in(meta: str) -> list[str]:
+    """Return the GUIDs in a ``.meta``; a valid one has exactly one."""
+    return _GUID.findall(meta)
+
+
 def _stem(title: str, animation: str) -> str:
     if animation == title:
         return title
-    plain = _UNFIT.sub("_", animation.removeprefix(f"{title}/").replace("/", "."))
-    if len(plain.encode()) > _LONGEST:
-        kept = plain.encode()[:_LONGEST].decode(errors="ignore")
+    plain = _FORBIDDEN.sub("_", animation.removeprefix(f"{title}/").replace("/", "."))
+    if len(plain.encode()) > _MAX_NAME_BYTES:
+        kept = plain.encode()[:_MAX_NAME_BYTES].decode(errors="ignore")
         plain = f"{kept}-{_digest(animation)}"
     return f"{title}.{plain}"
 
@@ -58,8 +87,12 @@ def _digest(text: str) -> str:
     return hashlib.sha256(text.encode(errors="surrogatepass")).hexdigest()[:8]
 
 
-def _told_apart(names: dict[str, str], what: str) -> dict[str, str]:
-    """Refuse names that are one on a system that tells neither case nor Unicode forms apart."""
+def _require_distinct(names: dict[str, str], what: str) -> dict[str, str]:
+    """Return ``names`` if they differ even without regard to case and Unicode form.
+
+    Raises:
+        OutputError: Two of them do not.
+    """
     taken: dict[str, str] = {}
     for name, made in names.items():
         other = taken.setdefault(unicodedata.normalize("NFC", made).casefold(), name)

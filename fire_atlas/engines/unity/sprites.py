@@ -1,21 +1,35 @@
-"""The sprites of a sheet, as Unity refers to them."""
+"""The sprites of a sheet in Unity's terms: names, ids, rectangles and pivots.
+
+Unity measures pages, rectangles and pivots from the bottom left, y up.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
-from fire_atlas.atlas.sheet import AtlasSheet
-from fire_atlas.engines.unity.geometry import Rect, pivot_of, rect_of
-from fire_atlas.engines.unity.identity import part_id, sprite_guid
-from fire_atlas.engines.unity.names import sprite_names
+from fire_atlas.atlas.sheet import AtlasSheet, Region
+from fire_atlas.engines.unity.names import local_file_id, sprite_guid, sprite_names
+
+_MIN_MAX_SIZE = 2048
+"""Unity's default for the largest side of a texture, px."""
+
+
+class SpriteRect(NamedTuple):
+    """A sprite on its page, px: bottom-left corner, y up, and size."""
+
+    x: int
+    y: int
+    width: int
+    height: int
 
 
 @dataclass(frozen=True, slots=True)
-class SpriteOfPage:
+class PageSprite:
     """A frame as a sprite of its page.
 
     Attributes:
-        name: In Unity.
-        id, guid: What refers to it, inside its page's assets and in the Sprite Editor.
+        name: Its name in Unity.
+        id, guid: Its ids, for references to it and in the Sprite Editor.
         page: GUID of its page.
         rect: Where it is on the page, px, y up.
         pivot: In 0..1 of the rect, y up.
@@ -25,11 +39,11 @@ class SpriteOfPage:
     id: int
     guid: str
     page: str
-    rect: Rect
+    rect: SpriteRect
     pivot: tuple[float, float]
 
 
-def sprites_of(sheet: AtlasSheet, guid: Callable[[str], str]) -> dict[str, SpriteOfPage]:
+def sprites_of(sheet: AtlasSheet, guid: Callable[[str], str]) -> dict[str, PageSprite]:
     """Return the sprite of every frame, by the frame's name, in playing order.
 
     Args:
@@ -38,9 +52,9 @@ def sprites_of(sheet: AtlasSheet, guid: Callable[[str], str]) -> dict[str, Sprit
     """
     names = sprite_names(region.name for region in sheet.regions)
     return {
-        region.name: SpriteOfPage(
+        region.name: PageSprite(
             name=names[region.name],
-            id=part_id("sprite", names[region.name]),
+            id=local_file_id("sprite", names[region.name]),
             guid=sprite_guid(names[region.name]),
             page=guid(sheet.pages[region.page].file),
             rect=rect_of(region, sheet.pages[region.page].height),
@@ -48,3 +62,26 @@ def sprites_of(sheet: AtlasSheet, guid: Callable[[str], str]) -> dict[str, Sprit
         )
         for region in sheet.regions
     }
+
+
+def rect_of(region: Region, page_height: int) -> SpriteRect:
+    """Return the rectangle of a frame on a page of that height, px."""
+    bottom = page_height - region.y - region.height
+    return SpriteRect(region.x, bottom, region.width, region.height)
+
+
+def pivot_of(region: Region) -> tuple[float, float]:
+    """Return the pivot (x, y) in sizes of the trimmed frame, y up; it may lie outside of 0..1."""
+    x, y = pivot_px(region)
+    bottom = region.trim_y + region.height
+    return (x - region.trim_x) / region.width, (bottom - y) / region.height
+
+
+def pivot_px(region: Region) -> tuple[float, float]:
+    """Return the pivot (x, y) in px of the untrimmed frame, y down."""
+    return region.anchor[0] * region.frame_width, region.anchor[1] * region.frame_height
+
+
+def max_texture_size(width: int, height: int) -> int:
+    """Return the import setting Max Size with which Unity does not shrink a page of that size."""
+    return max(_MIN_MAX_SIZE, 1 << (max(width, height) - 1).bit_length())

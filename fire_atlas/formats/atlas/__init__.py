@@ -1,1 +1,1 @@
-"""JSON descriptions of pages, frames and animations."""
+"""JSON files that describe pages, frames and animations."""

@@ -1,31 +1,35 @@
-"""What TexturePacker's JSON says of frames and pages, in every arrangement of it.
+"""Entries of TexturePacker's JSON: a frame, a page, an animation, the maps beside a page.
 
-What is written is read by the function next to its writer. Readers raise KeyError, TypeError or
-ValueError where an entry is not what its writer makes.
+They are the same in every variant of that format. Each entry is read by the function next to its
+writer. Readers raise KeyError, TypeError or ValueError for an entry that no writer here makes.
 """
 
 import json
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, get_args
 
 from fire_atlas import __version__
-from fire_atlas.atlas.sheet import AtlasSheet, CellGrid, Page, Region
+from fire_atlas.atlas.sheet import AtlasSheet, CellGrid, MotionScale, Page, Region, SheetMap
+from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.output_file import plain_name
-from fire_atlas.formats.atlas.maps import map_entries
-from fire_atlas.formats.checks import MOST_MILLISECONDS, number, text, whole
+from fire_atlas.formats.checks import MAX_MILLISECONDS, number, one_of, text, whole
 from fire_atlas.formats.decimals import plain
+from fire_atlas.recipe.output import Engine
 
-_FARTHEST = 1000.0
-"""How far from its frame a pivot may lie, in sizes of the frame."""
+_MAX_ANCHOR = 1000.0
+"""Largest distance of a pivot from its frame that is read, in sizes of the frame."""
+
+_MAX_STRENGTH = 1e6
+"""Largest motion that is read for a decoded 1, in any unit."""
 
 
 def compact(value: Any) -> str:
-    """Return strict JSON without needless space."""
+    """Return strict JSON without spaces."""
     return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
 def frame_entry(region: Region) -> dict[str, Any]:
-    """Return where a frame is; ``frame`` has its upright size even where it lies rotated."""
+    """Return the entry of a frame; ``frame`` has its upright size even if it lies rotated."""
     size = {"w": region.width, "h": region.height}
     return {
         "frame": {"x": region.x, "y": region.y, **size},
@@ -39,7 +43,7 @@ def frame_entry(region: Region) -> dict[str, Any]:
 
 
 def region_of(name: str, page: int, entry: dict[str, Any]) -> Region:
-    """Return the frame ``name`` on the page of that number, as ``frame_entry`` wrote it."""
+    """Read the entry of frame ``name`` on page number ``page``."""
     place, trim, full = entry["frame"], entry["spriteSourceSize"], entry["sourceSize"]
     anchor = entry.get("anchor", {"x": 0.5, "y": 0.5})
     return Region(
@@ -55,16 +59,16 @@ def region_of(name: str, page: int, entry: dict[str, Any]) -> Region:
         frame_width=whole(full["w"], 1),
         frame_height=whole(full["h"], 1),
         anchor=(_anchor(anchor["x"]), _anchor(anchor["y"])),
-        duration=number(entry["duration"], 0, MOST_MILLISECONDS),
+        duration=number(entry["duration"], 0, MAX_MILLISECONDS),
     )
 
 
 def _anchor(value: Any) -> float:
-    return number(value, -_FARTHEST, _FARTHEST)
+    return number(value, -_MAX_ANCHOR, _MAX_ANCHOR)
 
 
 def page_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
-    """Return what says which image a page is."""
+    """Return the file, size and scale of a page."""
     return {
         "image": sheet.pages[page].file,
         "format": "RGBA8888",
@@ -74,7 +78,7 @@ def page_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
 
 
 def meta_entry(sheet: AtlasSheet, page: int, regions: Sequence[Region]) -> dict[str, Any]:
-    """Return what holds for a whole page with these frames."""
+    """Return the ``meta`` block of a page with these frames."""
     return {
         "app": "fire-atlas",
         "version": __version__,
@@ -86,7 +90,7 @@ def meta_entry(sheet: AtlasSheet, page: int, regions: Sequence[Region]) -> dict[
 
 
 def page_of(meta: dict[str, Any]) -> Page:
-    """Return a page, as ``meta_entry`` wrote it."""
+    """Read a page from its ``meta`` block."""
     size, safe_mip = meta["size"], meta.get("fireAtlas", {}).get("safeMipLevel")
     return Page(
         file=plain_name(meta["image"]),
@@ -97,7 +101,7 @@ def page_of(meta: dict[str, Any]) -> Page:
 
 
 def about_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
-    """Return what only this tool writes: how to draw the page, and how far to filter it."""
+    """Return the block ``fireAtlas``, which TexturePacker lacks: blending, loops, mip levels."""
     return {
         "alpha": sheet.alpha,
         "blendSpace": sheet.blend_space,
@@ -118,7 +122,7 @@ def _grid_entry(grid: CellGrid) -> dict[str, Any]:
 
 
 def grid_of(about: dict[str, Any]) -> CellGrid | None:
-    """Return how the page divides into cells, as ``about_entry`` wrote it; None if it does not."""
+    """Read the cells of a page from the block ``fireAtlas``; None if it has no grid."""
     entry = about.get("grid")
     if entry is None:
         return None
@@ -131,10 +135,10 @@ def grid_of(about: dict[str, Any]) -> CellGrid | None:
 
 
 def animations_on(sheet: AtlasSheet, regions: Sequence[Region]) -> dict[str, list[str]]:
-    """Return the animations as far as they play with these frames.
+    """Return the frames of each animation that are among ``regions``, those of one page.
 
-    PixiJS looks frames up on their own page only, and breaks on a name it cannot find there. An
-    animation that needed several pages is joined by the client; names sort in playing order:
+    PixiJS looks frames up on their own page only, and fails for a name that is not there. Clients
+    join an animation that spans several pages; names sort in playing order:
     ``[sheet, ...sheet.linkedSheets].flatMap((page) => page.animations.campfire ?? [])`` and
     ``.sort((a, b) => (a.label < b.label ? -1 : 1))``.
     """
@@ -147,9 +151,9 @@ def animations_on(sheet: AtlasSheet, regions: Sequence[Region]) -> dict[str, lis
 
 
 def frame_tags(sheet: AtlasSheet, regions: Sequence[Region]) -> list[dict[str, Any]]:
-    """Return Aseprite's tags: which of these frames an animation plays, from the first to the last.
+    """Return Aseprite's tags: the number of the first and the last frame of each animation.
 
-    A part of one whose frames do not follow one another here has no tag.
+    An animation whose frames are not consecutive in ``regions`` has no tag.
     """
     number = {region.name: i for i, region in enumerate(regions)}
     tags = []
@@ -160,3 +164,87 @@ def frame_tags(sheet: AtlasSheet, regions: Sequence[Region]) -> list[dict[str, A
             once = {} if animation.loop else {"repeat": "1"}
             tags.append({**tag, "direction": "forward", **once})
     return tags
+
+
+def map_entries(sheet: AtlasSheet, page: int) -> list[dict[str, Any]]:
+    """Return the entries of the maps beside a page: ``meta.maps``."""
+    return [
+        {
+            "kind": each.kind,
+            "image": each.files[page],
+            **({} if each.motion is None else _motion_entry(each.motion, sheet.fps)),
+        }
+        for each in sheet.maps
+    ]
+
+
+def maps_of(pages: Sequence[Sequence[dict[str, Any]]]) -> tuple[SheetMap, ...]:
+    """Read the maps beside the pages from their entries; all pages have the same kinds."""
+    return tuple(
+        SheetMap(
+            one_of(entry["kind"], ("motion", "flame", "flakes")),
+            tuple(plain_name(page[i]["image"]) for page in pages),
+            _motion_of(entry) if entry["kind"] == "motion" else None,
+        )
+        for i, entry in enumerate(pages[0])
+    )
+
+
+def _motion_entry(motion: MotionScale, fps: float) -> dict[str, Any]:
+    """Return how motion vectors are decoded: channels, formula, scale."""
+    encoding = motion_encoding(motion.engine)
+    return {
+        "engine": encoding.engine,
+        "red": "right",
+        "green": encoding.green,
+        "srgb": False,
+        "neutral": encoding.neutral,
+        "decode": encoding.decode,
+        "scale": plain(motion.scale, 9),
+        "unit": encoding.unit,
+        "this": encoding.this,
+        "next": encoding.following,
+        "strength": strengths(motion, fps),
+        "reach": _pair(motion.longest, 3),
+        "gutter": motion.gutter and list(motion.gutter),
+    }
+
+
+def _motion_of(entry: dict[str, Any]) -> MotionScale:
+    """Read the scale of motion vectors; all else follows from the engine's name."""
+    engine, strength, gutter = entry["engine"], entry["strength"], entry["gutter"]
+    if engine not in get_args(Engine):
+        raise ValueError(f"{engine!r} is no engine with a known encoding of motion vectors")
+    return MotionScale(
+        engine=engine,
+        scale=_strength(entry["scale"]),
+        pixels=_pair_of(strength["pixels"]),
+        cell_uv=None if strength["cellUv"] is None else _pair_of(strength["cellUv"]),
+        longest=_pair_of(entry["reach"]),
+        gutter=None if gutter is None else (whole(gutter[0]), whole(gutter[1])),
+    )
+
+
+def strengths(motion: MotionScale, fps: float) -> dict[str, Any]:
+    """Return the motion that a decoded 1 stands for, along x and y, in the units clients use.
+
+    Those in UV of a cell are None where a page has no grid.
+    """
+    cell = motion.cell_uv
+    return {
+        "cellUv": cell and _pair(cell, 9),
+        "pixels": _pair(motion.pixels, 6),
+        "cellUvPerSecond": cell and _pair((cell[0] * fps, cell[1] * fps), 9),
+    }
+
+
+def _pair(values: tuple[float, float], digits: int) -> list[float]:
+    return [plain(values[0], digits), plain(values[1], digits)]
+
+
+def _pair_of(values: Sequence[Any]) -> tuple[float, float]:
+    return _strength(values[0]), _strength(values[1])
+
+
+def _strength(value: Any) -> float:
+    return number(value, -_MAX_STRENGTH, _MAX_STRENGTH)

@@ -1,4 +1,4 @@
-"""Phaser's multi-atlas: all pages in one file, and the animations for ``load.animation``."""
+"""Phaser's multi-atlas: one JSON file with all pages and animations."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -6,15 +6,21 @@ from typing import Any
 from fire_atlas import __version__
 from fire_atlas.atlas.sheet import AtlasSheet, Region
 from fire_atlas.core.output_file import OutputFile
-from fire_atlas.formats.atlas.entries import about_entry, compact, frame_entry, page_entry
-from fire_atlas.formats.atlas.maps import map_entries
+from fire_atlas.formats.atlas.entries import (
+    about_entry,
+    compact,
+    frame_entry,
+    map_entries,
+    page_entry,
+)
 from fire_atlas.formats.decimals import plain
+from fire_atlas.formats.names import ENDINGS
 
 
 def export_phaser(sheet: AtlasSheet) -> Iterator[OutputFile]:
     """Yield ``name.phaser.json``, for ``load.multiatlas`` and ``load.animation``.
 
-    The animations show frames of the texture called as the sheet, whatever its scale.
+    Its animations refer to the texture by the sheet's title, which has no scale in it.
     """
     textures = ",\n".join(_texture(sheet, page) for page in range(len(sheet.pages)))
     maps = [entry for i in range(len(sheet.pages)) for entry in map_entries(sheet, i)]
@@ -29,7 +35,7 @@ def export_phaser(sheet: AtlasSheet) -> Iterator[OutputFile]:
         f'"anims":{compact(_animations(sheet))},\n'
         f'"meta":{compact(meta)}}}\n'
     )
-    yield OutputFile(sheet.file(0, ".phaser.json"), "atlas", text.encode())
+    yield OutputFile(sheet.file(0, ENDINGS["phaser"]), "atlas", text.encode())
 
 
 def _texture(sheet: AtlasSheet, page: int) -> str:

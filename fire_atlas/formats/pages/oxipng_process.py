@@ -1,7 +1,7 @@
-"""Make the PNG on stdin as small as oxipng can, on stdout.
+"""Optimise the PNG on stdin with oxipng and write it to stdout.
 
-``python -m fire_atlas.formats.pages.oxipng_process``: in the build's own process, oxipng would not
-let go of Python's interpreter, for up to minutes, and no signal would be heard.
+Run as ``python -m fire_atlas.formats.pages.oxipng_process``: oxipng holds Python's interpreter lock
+for up to minutes, so in the build's own process signals would not be handled for so long.
 """
 
 import sys
@@ -9,8 +9,8 @@ import sys
 import oxipng
 
 _LEVEL, _FILTERS = 2, ("NoOp", "Sub", "MinSum", "Entropy", "Bigrams", "Brute")
-"""On fire as small as level 4 to within 0.5 %, in a quarter of its time: more ways to filter rows
-pay, more ways to deflate them do not."""
+"""For fire within 0.5 % of the size of level 4 in a quarter of its time: trying more row filters
+pays, trying more ways to deflate does not."""
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""Write PNG fast: flames deflate as well by run lengths as by anything slower.
+"""Write PNG fast: run-length encoding compresses flames as well as slower methods.
 
 A page is cut into bands of rows that are filtered (each row minus the one above) and deflated at
 the same time. Each band ends on a full flush, so that the bands joined are one zlib stream, the
@@ -17,12 +17,12 @@ from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.process import run_module
 from fire_atlas.core.workers import Workers
 
-_BAND = 64
-"""Rows in a band. Part of the bytes of every page: another value, other files."""
+_BAND_ROWS = 64
+"""Rows in a band. Pages have other bytes with another value."""
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _HEADER_OF_RGBA8 = bytes([8, 6, 0, 0, 0])
-_PERCEPTUAL = b"\x00"
+_PERCEPTUAL_INTENT = b"\x00"
 _ZLIB_HEADER = b"\x78\x01"
 _FILTER_UP = 2
 _ADLER_BASE = 65521
@@ -41,10 +41,10 @@ def write_png(file: BinaryIO, image: Bytes, workers: Workers) -> None:
     height, width = image.shape[:2]
     file.write(_SIGNATURE)
     _write_chunk(file, b"IHDR", struct.pack(">II", width, height) + _HEADER_OF_RGBA8)
-    _write_chunk(file, b"sRGB", _PERCEPTUAL)
+    _write_chunk(file, b"sRGB", _PERCEPTUAL_INTENT)
     _write_chunk(file, b"IDAT", _ZLIB_HEADER)
     adler = 1
-    for band in workers.map(lambda top: _deflate_band(image, top), range(0, height, _BAND)):
+    for band in workers.map(lambda top: _deflate_band(image, top), range(0, height, _BAND_ROWS)):
         _write_chunk(file, b"IDAT", band.deflated)
         adler = _joined_adler(adler, band)
     _write_chunk(file, b"IDAT", struct.pack(">I", adler))
@@ -52,23 +52,23 @@ def write_png(file: BinaryIO, image: Bytes, workers: Workers) -> None:
 
 
 def write_small_png(file: BinaryIO, image: Bytes, workers: Workers) -> None:
-    """Write an (H, W, 4) uint8 RGBA image as small as oxipng, an optional dependency, makes it.
+    """Write an (H, W, 4) uint8 RGBA image, optimised by oxipng, an optional dependency.
 
     Raises:
-        OutputError: It could not.
+        OutputError: oxipng failed.
     """
     fast = io.BytesIO()
     write_png(fast, image, workers)
     done = run_module("fire_atlas.formats.pages.oxipng_process", fast.getvalue())
     if done.returncode:
-        why = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
-        raise OutputError(f"oxipng failed ({why}); set atlas.compression to fast")
+        reason = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+        raise OutputError(f"oxipng failed ({reason}); set atlas.compression to fast")
     file.write(done.stdout)
 
 
 def _deflate_band(image: Bytes, top: int) -> _Band:
     rows = _filtered(image, top).data
-    is_last = top + _BAND >= image.shape[0]
+    is_last = top + _BAND_ROWS >= image.shape[0]
     deflate = zlib.compressobj(1, zlib.DEFLATED, -15, 9, zlib.Z_RLE)
     deflated = deflate.compress(rows)
     deflated += deflate.flush(zlib.Z_FINISH if is_last else zlib.Z_FULL_FLUSH)
@@ -76,10 +76,10 @@ def _deflate_band(image: Bytes, top: int) -> _Band:
 
 
 def _filtered(image: Bytes, top: int) -> Bytes:
-    """Return rows ``top`` to ``top + _BAND`` by PNG's filter Up: (rows, 1 + 4 W)."""
+    """Return rows ``top`` to ``top + _BAND_ROWS`` by PNG's filter Up: (rows, 1 + 4 W)."""
     height, width = image.shape[:2]
     flat = image.reshape(height, 4 * width)
-    band = flat[top : top + _BAND]
+    band = flat[top : top + _BAND_ROWS]
     rows = np.empty((len(band), 1 + 4 * width), np.uint8)
     rows[:, 0] = _FILTER_UP
     rows[0, 1:] = band[0] - flat[top - 1] if top else band[0]

@@ -1,1 +1,1 @@
-"""Text files made by Jinja templates."""
+"""Text files rendered from Jinja templates."""

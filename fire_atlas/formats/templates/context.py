@@ -1,19 +1,19 @@
-"""What templates see of an atlas: plain words, numbers, lists. Lengths in px, y down."""
+"""The context of templates: an atlas as plain text, numbers and lists; lengths in px, y down."""
 
 from typing import Any
 
 from fire_atlas import __version__
 from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region
 from fire_atlas.channels.encoding import motion_encoding
-from fire_atlas.formats.atlas.maps import strengths
+from fire_atlas.formats.atlas.entries import strengths
 from fire_atlas.formats.decimals import plain
 
 
 def context_of(sheet: AtlasSheet) -> dict[str, Any]:
-    """Return the context; ``fire-atlas inspect --context`` prints it.
+    """Return the context of a sheet; ``fire-atlas inspect --context`` prints it.
 
-    name, title: File stem of the outputs, and that without a scale such as ``@0.5x``.
-    scale: 1, or a part of it.
+    name, title: File stem of the outputs, with and without a scale such as ``@0.5x``.
+    scale: Size of the pages, 1 at full size.
     fps: Frames per second.
     alpha, blend_space: As in the recipe.
     version: Of fire-atlas.
@@ -21,8 +21,8 @@ def context_of(sheet: AtlasSheet) -> dict[str, Any]:
         kind) and its ``frames``.
     frames: All frames in playing order; see ``_frame``.
     animations: Each with ``name``, ``loop``, ``duration`` (ms) and its ``frames``.
-    grid: None, or ``columns``, ``rows``, ``cell_width``, ``cell_height``.
-    motion: None, or how motion vectors are read; see ``_motion``.
+    grid: None without a grid, or ``columns``, ``rows``, ``cell_width``, ``cell_height``.
+    motion: None, or how motion vectors are decoded; see ``_motion``.
     """
     frames = {region.name: _frame(sheet, i, region) for i, region in enumerate(sheet.regions)}
     grid = sheet.grid
@@ -46,14 +46,14 @@ def context_of(sheet: AtlasSheet) -> dict[str, Any]:
 
 
 def _motion(sheet: AtlasSheet) -> dict[str, Any] | None:
-    """Return how motion vectors are read, where there are any: what ``meta.maps`` of the JSON says.
+    """Return how motion vectors are decoded, as in ``meta.maps`` of the JSON; None without any.
 
-    ``pixels``, ``cell_uv``, ``cell_uv_per_second`` are [x, y] that a decoded 1 stands for.
+    ``pixels``, ``cell_uv``, ``cell_uv_per_second``: the motion [x, y] that a decoded 1 stands for.
     """
     motion = sheet.motion
     if motion is None:
         return None
-    encoding, strong = motion_encoding(motion.engine), strengths(motion, sheet.fps)
+    encoding, strength = motion_encoding(motion.engine), strengths(motion, sheet.fps)
     return {
         "engine": encoding.engine,
         "green": encoding.green,
@@ -63,20 +63,20 @@ def _motion(sheet: AtlasSheet) -> dict[str, Any] | None:
         "next": encoding.following,
         "unit": encoding.unit,
         "scale": plain(motion.scale, 9),
-        "pixels": strong["pixels"],
-        "cell_uv": strong["cellUv"],
-        "cell_uv_per_second": strong["cellUvPerSecond"],
+        "pixels": strength["pixels"],
+        "cell_uv": strength["cellUv"],
+        "cell_uv_per_second": strength["cellUvPerSecond"],
         "reach": [plain(length, 3) for length in motion.longest],
         "gutter": motion.gutter and list(motion.gutter),
     }
 
 
 def _frame(sheet: AtlasSheet, index: int, region: Region) -> dict[str, Any]:
-    """Return a frame: ``x`` to ``height`` is where its trimmed pixels lie on its page.
+    """Return a frame: ``x``, ``y``, ``width``, ``height`` is the box of its trimmed pixels.
 
-    ``width`` and ``height`` are upright; a ``rotated`` frame lies turned by 90° clockwise.
-    ``trim_x``, ``trim_y`` is their corner in the untrimmed frame of ``source_width`` ×
-    ``source_height``; ``anchor_x``, ``anchor_y`` the pivot in 0..1 of that.
+    The size is upright; on the page a ``rotated`` frame is turned by 90° clockwise.
+    ``trim_x``, ``trim_y`` is the top-left corner of these pixels in the untrimmed frame, whose size
+    is ``source_width`` × ``source_height``; ``anchor_x``, ``anchor_y`` the pivot in 0..1 of that.
     """
     return {
         "name": region.name,

@@ -1,4 +1,4 @@
-"""Jinja as all templates of this tool know it: sandboxed, strict, without other files."""
+"""The Jinja environment of all templates: sandboxed, strict, without access to files."""
 
 import re
 from collections.abc import Callable
@@ -11,11 +11,11 @@ from jinja2.sandbox import ImmutableSandboxedEnvironment
 from fire_atlas.core.shipped import shipped
 
 Filter: TypeAlias = Callable[[Any], str]
-"""What turns a value into text inside a template; called there by its own name."""
+"""A function that turns a value into text; templates call it by its own name."""
 
 
 def environment() -> ImmutableSandboxedEnvironment:
-    """Return the environment. What is not in the context is an error, not an empty text."""
+    """Return a new environment, in which names that are not in the context are errors."""
     made = ImmutableSandboxedEnvironment(
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -23,13 +23,13 @@ def environment() -> ImmutableSandboxedEnvironment:
         keep_trailing_newline=True,
     )
     made.filters["identifier"] = identifier
-    # Equal builds have equal bytes: nothing here is left to chance.
+    # Builds must be reproducible, so nothing random.
     del made.filters["random"], made.globals["lipsum"]
     return made
 
 
 def rendered(template: str, filters: tuple[Filter, ...] = (), **context: object) -> str:
-    """Return what one of our own templates makes of the context, with these filters as well."""
+    """Return one of the tool's own templates rendered with ``context`` and additional filters."""
     return _shipped_template(template, filters).render(context)
 
 
@@ -41,6 +41,6 @@ def _shipped_template(name: str, filters: tuple[Filter, ...]) -> Template:
 
 
 def identifier(text: Any) -> str:
-    """Return ``text`` as a name that CSS and most languages take: ``campfire-0000``."""
+    """Return ``text`` as an identifier valid in CSS and most languages: ``campfire-0000``."""
     name = re.sub(r"[^\w-]+", "-", str(text))
     return name if re.match(r"[^\W\d]", name) else f"_{name}"

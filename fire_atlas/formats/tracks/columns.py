@@ -1,6 +1,11 @@
-"""What all text forms of flake tracks share: how exactly their numbers are written."""
+"""Columns of flake tracks as text formats write them: decimals, times, and an engine's axes.
+
+Point caches have the axes of an engine's world: m, x right, y up, z towards the viewer. The frame
+stands upright there, 1 m high, with the middle of its bottom edge at the origin.
+"""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 
@@ -11,16 +16,39 @@ DECIMALS = {
 """Decimals of each column of ``Tracks``, the same in every format. 0: an integer."""
 
 
+AXES = "metres, x right, y up; one frame height is 1 m; origin: middle of the frame's bottom edge"
+
+POSITION_DECIMALS = 6
+"""Decimals of positions and sizes, m."""
+VELOCITY_DECIMALS = 5
+"""Decimals of velocities, m/s."""
+
+
 def frame_time(tracks: Tracks, frame: int) -> float:
-    """Return when a frame begins, s, rounded as it is written."""
+    """Return when a frame begins, s, rounded to the decimals of the column ``t``."""
     return round(frame / tracks.fps, DECIMALS["t"])
 
 
 def assert_finite(tracks: Tracks) -> None:
-    """Refuse NaN and infinities, which no JSON can hold: they are a fault of the simulation."""
+    """Raise AssertionError for NaN and infinities: they would be a bug of the simulation."""
     tables = {"spawns": tracks.spawns} | {f"frame {i}": t for i, t in enumerate(tracks.frames)}
     for where, table in tables.items():
         if not np.isfinite(table).all():
             row, column = np.argwhere(~np.isfinite(table))[0]
             name = (SPAWN_COLUMNS if where == "spawns" else COLUMNS)[column]
             raise AssertionError(f"tracks, {where}, row {row}: {name} is {table[row, column]}")
+
+
+def world_position(
+    tracks: Tracks, x: NDArray[np.float64], y: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return positions (n, 3) in the world, m, of x and y (n,), px of the frame, y down."""
+    right, up = (x - tracks.width / 2) / tracks.height, 1 - y / tracks.height
+    return np.column_stack([right, up, np.zeros_like(right)])
+
+
+def world_velocity(
+    tracks: Tracks, vx: NDArray[np.float64], vy: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return velocities (n, 3) in the world, m/s, of vx and vy (n,), px/s, y down."""
+    return np.column_stack([vx, -vy, np.zeros_like(vx)]) / tracks.height

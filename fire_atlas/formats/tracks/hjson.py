@@ -1,9 +1,9 @@
-"""Flakes as Houdini's point cache in JSON, as the plugin HoudiniNiagara reads it for Unreal.
+"""Flake tracks as Houdini's point cache in JSON, which the plugin HoudiniNiagara reads for Unreal.
 
-Niagara emits a point when its id first appears and keeps it for its life, so that every id is one
-unbroken flight: a flake that flies on from a loop's last frame into its first has a second id
-there. One empty frame at the end, when the loop starts over, lies behind every life: a point that
-lives on in the last frame would never die.
+Niagara spawns a point when its id first appears and keeps it for its lifetime, so every id has to
+be one unbroken flight: a flake that flies on from a loop's last frame into its first has a second
+id there. An empty frame follows the last one, because a point that is alive in the last frame
+of a cache would never die.
 """
 
 import json
@@ -15,16 +15,24 @@ from numpy.typing import NDArray
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.formats.decimals import table_text
-from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite, frame_time
-from fire_atlas.formats.tracks.names import flakes_file
-from fire_atlas.formats.tracks.world import METRES, SPEED, place, velocity
+from fire_atlas.formats.names import flakes_file
+from fire_atlas.formats.tracks.columns import (
+    DECIMALS,
+    POSITION_DECIMALS,
+    VELOCITY_DECIMALS,
+    assert_finite,
+    frame_time,
+    world_position,
+    world_velocity,
+)
 
 _ATTRIBUTES = {"id": 1, "P": 3, "v": 3, "Cd": 3, "alpha": 1, "pscale": 1, "age": 1, "life": 1}
-"""Attributes of a point, each with its number of components."""
+"""Attributes of a point, with their number of components."""
 
 _DECIMALS = [
-    0, *[METRES] * 3, *[SPEED] * 3, *(DECIMALS[channel] for channel in "rgba"), METRES,
-    DECIMALS["age"], DECIMALS["life"],
+    0, *[POSITION_DECIMALS] * 3, *[VELOCITY_DECIMALS] * 3,
+    *(DECIMALS[channel] for channel in "rgba"),
+    POSITION_DECIMALS, DECIMALS["age"], DECIMALS["life"],
 ]  # fmt: skip
 _ID, _AGE, _LIFE = 0, 12, 13
 
@@ -33,16 +41,16 @@ _Rows = NDArray[np.float64]
 
 
 def write_tracks_hjson(name: str, tracks: Tracks) -> OutputFile:
-    """Return ``name.flakes.hjson``: every flake in every frame, the oldest of a frame first.
+    """Return ``name.flakes.hjson``: each flake in each frame, the oldest of a frame first.
 
-    Metres with y up, as Houdini has them (``tracks.world``); ``Cd`` is linear light that may
-    exceed 1, ``pscale`` the width. Lives of flakes that are cut off by the end are shortened to it.
-    The first frame always has a point: where it has no flake, one without size and light.
+    In m with y up, Houdini's axes (``tracks.columns``). ``Cd`` is linear light that may exceed 1,
+    ``pscale`` the width. Lifetimes end with the animation. The first frame always has a
+    point: if there is no flake, one without size and light.
     """
     assert_finite(tracks)
     frames = [*_points(tracks), np.zeros((0, len(_DECIMALS)))]
     if not len(frames[0]):
-        frames[0] = _unseen(frames, tracks.fps)
+        frames[0] = _invisible_point(frames, tracks.fps)
     header = {
         "version": "1.0",
         "num_samples": sum(map(len, frames)),
@@ -67,7 +75,7 @@ def _frame(rows: _Rows, frame: int, time: float) -> bytes:
 
 
 def _points(tracks: Tracks) -> list[_Rows]:
-    """Return the points of each frame; none lives on into the frame behind the last."""
+    """Return the points of each frame, with lifetimes that end before the frame after the last."""
     counts = [len(table) for table in tracks.frames]
     frame = tracks.frame_numbers
     row = dict(zip(COLUMNS, np.concatenate(tracks.frames).T, strict=True))
@@ -75,8 +83,8 @@ def _points(tracks: Tracks) -> list[_Rows]:
     end = (len(counts) - 0.5) / tracks.fps
     points = np.column_stack([
         tracks.unlooped_ids(),
-        place(tracks, row["x"], row["y"]),
-        velocity(tracks, row["vx"], row["vy"]),
+        world_position(tracks, row["x"], row["y"]),
+        world_velocity(tracks, row["vx"], row["vy"]),
         row["r"], row["g"], row["b"], row["a"],
         row["size"] / tracks.height,
         row["age"],
@@ -86,8 +94,8 @@ def _points(tracks: Tracks) -> list[_Rows]:
     return np.split(points[order], np.cumsum(counts)[:-1])
 
 
-def _unseen(frames: Sequence[_Rows], fps: float) -> _Rows:
-    """Return a point that nobody sees and that ends with its frame, of an id that none has."""
+def _invisible_point(frames: Sequence[_Rows], fps: float) -> _Rows:
+    """Return a point without size and light that lives for one frame, with an unused id."""
     point = np.zeros((1, len(_DECIMALS)))
     point[0, _ID] = 1 + max(rows[:, _ID].max(initial=-1) for rows in frames)
     point[0, _LIFE] = 0.5 / fps

@@ -1,4 +1,4 @@
-"""The light of a fire as JSON, for the lamp that an engine puts where the fire is."""
+"""The light that a fire gives, frame by frame, as JSON: for a lamp in the game."""
 
 import json
 
@@ -16,25 +16,24 @@ _DECIMALS = {
 
 
 def write_light(name: str, light: ClipLight) -> OutputFile:
-    """Return ``name.light.json``: how bright, of which colour, where and how wide each frame is.
+    """Return ``name.light.json``: brightness, colour, place and size of the light of each frame.
 
-    Measured in linear light, before flakes are clipped to what a page can show; of an opaque scene,
-    only in the flame itself.
+    Measured in linear light before flakes are clipped to 1; in an opaque scene, of the flame alone.
 
     - ``intensity``: 1 is the mean of the animation. A lamp of energy E shines with E · intensity.
     - ``r g b``: linear colour, its brightest channel 1. intensity · (r, g, b) is, channel by
       channel, in proportion to the light of the frame.
     - ``x y``: centre of luminance, source px. ``radius``: root of the mean square distance of the
       light from there, px; for lamps with a size.
-    - ``mean``: the same of the whole animation, and as its ``light`` what the brightest channel
-      gives in the mean per px of the frame: in what proportion effects shine.
+    - ``mean``: the same of the whole animation, and as its ``light`` the mean of the brightest
+      channel per px of the frame, by which effects can be compared.
 
-    A frame without light has intensity 0 and is else like the mean, so that nothing jumps.
+    A frame without light has intensity 0 and otherwise the values of the mean, so nothing jumps.
     """
     mean = _mean(light)
     rows = [
         {"i": i, **_rounded({"t": i / light.fps, **frame})}
-        for i, frame in enumerate(shining(light))
+        for i, frame in enumerate(light_of_frames(light))
     ]
     head = {
         "format": "fire-atlas/light",
@@ -60,26 +59,26 @@ def write_light(name: str, light: ClipLight) -> OutputFile:
     )
 
 
-def shining(light: ClipLight) -> list[dict[str, float]]:
-    """Return intensity, r, g, b, x, y and radius of each frame, as ``write_light`` tells them."""
+def light_of_frames(light: ClipLight) -> list[dict[str, float]]:
+    """Return intensity, r, g, b, x, y and radius of each frame; see ``write_light``."""
     mean = _mean(light)
-    usual, brightest = _shape(mean, light), float(mean.rgb.max())
+    mean_shape, brightest = _shape(mean, light), float(mean.rgb.max())
     return [
         {"intensity": float(frame.rgb.max()) / brightest, **_shape(frame, light)}
         if frame.rgb.max() > 0
-        else {"intensity": 0.0, **usual}
+        else {"intensity": 0.0, **mean_shape}
         for frame in light.frames
     ]
 
 
 def _mean(light: ClipLight) -> FrameLight:
     """Return the light of the mean frame."""
-    whole, share = sum(light.frames, FrameLight(np.zeros(3), 0, 0, 0)), 1 / len(light.frames)
-    return FrameLight(whole.rgb * share, whole.x * share, whole.y * share, whole.square * share)
+    total, share = sum(light.frames, FrameLight(np.zeros(3), 0, 0, 0)), 1 / len(light.frames)
+    return FrameLight(total.rgb * share, total.x * share, total.y * share, total.square * share)
 
 
 def _shape(frame: FrameLight, light: ClipLight) -> dict[str, float]:
-    """Return colour, centre and radius of a frame; white in the middle where there is no light."""
+    """Return colour, centre and radius of a frame's light; white in the middle if it has none."""
     if not frame.rgb.max() > 0:
         return {"r": 1, "g": 1, "b": 1, "x": light.width / 2, "y": light.height / 2, "radius": 0}
     luminance = float((frame.rgb * REC709).sum())

@@ -1,7 +1,7 @@
-"""Flakes as a point cache of Unity's VFX Graph: the births, for a graph that emits them again.
+"""Flake spawns as a point cache for Unity's VFX Graph, which simulates the flakes itself.
 
-A point cache is one still set of points, so it holds the spawn table; the graph flies the flakes.
-The importer reads lines that end in LF alone, knows ``float`` and keeps it as half precision.
+A point cache has one set of points without time, so it holds the table of spawns. Unity's importer
+needs lines that end in LF and properties of type ``float``, which it keeps in half precision.
 """
 
 import numpy as np
@@ -10,33 +10,40 @@ from numpy.typing import NDArray
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 from fire_atlas.formats.decimals import plain, table_text
-from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite
-from fire_atlas.formats.tracks.names import flakes_file
-from fire_atlas.formats.tracks.world import AXES, METRES, SPEED, place, velocity
+from fire_atlas.formats.names import flakes_file
+from fire_atlas.formats.tracks.columns import (
+    AXES,
+    DECIMALS,
+    POSITION_DECIMALS,
+    VELOCITY_DECIMALS,
+    assert_finite,
+    world_position,
+    world_velocity,
+)
 
 _PROPERTIES = {
-    **{f"position.{axis}": METRES for axis in "xyz"},
-    **{f"velocity.{axis}": SPEED for axis in "xyz"},
+    **{f"position.{axis}": POSITION_DECIMALS for axis in "xyz"},
+    **{f"velocity.{axis}": VELOCITY_DECIMALS for axis in "xyz"},
     **{f"color.{channel}": DECIMALS[channel] for channel in "rgba"},
-    "size": METRES,
+    "size": POSITION_DECIMALS,
     "angle": 3,
     "lifetime": DECIMALS["life"],
     "spawnTime": DECIMALS["t"],
     "flakeId": 0,
 }
-"""Properties of a point, each with its decimals."""
+"""Properties of a point, with their decimals."""
 
-_WHOLE = 2048
-"""Half precision tells whole numbers apart up to here."""
+_MAX_EXACT_ID = 2048
+"""Half precision represents all whole numbers up to here."""
 
 
 def write_tracks_pcache(name: str, tracks: Tracks) -> OutputFile:
-    """Return ``name.flakes.pcache``: a point for each birth, in the order of the JSON's spawns.
+    """Return ``name.flakes.pcache``: a point for each spawn, in the order of the JSON's spawns.
 
-    ``angle`` is that of the velocity, degrees, counter-clockwise from +x, as Unity turns about z;
-    ``color`` that of the flake where it shines brightest, linear light that may exceed 1;
-    ``flakeId`` the JSON's id modulo 2048. ``spawnTime`` is negative for a further round of a flake
-    that outlives its loop, which a graph that plays the loop again and again has by itself.
+    ``angle`` is the direction of the velocity, degrees counter-clockwise from +x, as Unity rotates
+    about z; ``color`` the linear light at the flake's brightest, which may exceed 1; ``flakeId``
+    the JSON's id modulo 2048. ``spawnTime`` is negative for a flake that outlives its loop: a graph
+    that repeats the loop spawns it without that.
     """
     assert_finite(tracks)
     points = table_text(_points(tracks), list(_PROPERTIES.values()), "", " ", "\n")
@@ -45,7 +52,7 @@ def write_tracks_pcache(name: str, tracks: Tracks) -> OutputFile:
         "pcache",
         "format ascii 1.0",
         f"comment flakes of {name}, one point a birth, by fire-atlas",
-        f"comment {AXES}; frame {plain(tracks.width / tracks.height, METRES)} m x 1 m",
+        f"comment {AXES}; frame {plain(tracks.width / tracks.height, POSITION_DECIMALS)} m x 1 m",
         "comment velocity m/s, lifetime and spawnTime s, angle degrees counter-clockwise from +x",
         f"comment plays {seconds} s, {'in a loop' if tracks.loop else 'once'}",
         f"elements {len(tracks.spawns)}",
@@ -57,22 +64,22 @@ def write_tracks_pcache(name: str, tracks: Tracks) -> OutputFile:
 
 
 def _points(tracks: Tracks) -> NDArray[np.float64]:
-    """Return (births, 15), columns as ``_PROPERTIES``."""
+    """Return (spawns, 15), columns as ``_PROPERTIES``."""
     birth = dict(zip(SPAWN_COLUMNS, tracks.spawns.T, strict=True))
     return np.column_stack([
-        place(tracks, birth["x"], birth["y"]),
-        velocity(tracks, birth["vx"], birth["vy"]),
+        world_position(tracks, birth["x"], birth["y"]),
+        world_velocity(tracks, birth["vx"], birth["vy"]),
         _brightest(tracks),
         birth["size"] / tracks.height,
         np.degrees(np.arctan2(-birth["vy"], birth["vx"])),
         birth["life"],
         birth["t"],
-        birth["id"] % _WHOLE,
+        birth["id"] % _MAX_EXACT_ID,
     ])  # fmt: skip
 
 
 def _brightest(tracks: Tracks) -> NDArray[np.float64]:
-    """Return the light and opacity (births, 4) of each flake where its opacity is highest."""
+    """Return light and opacity (spawns, 4) of each flake when its opacity is highest."""
     rows = np.concatenate([np.zeros((0, len(COLUMNS))), *tracks.frames])
     rows = rows[np.lexsort((-rows[:, COLUMNS.index("a")], rows[:, 0]))]
     ids, first = np.unique(rows[:, 0], return_index=True)

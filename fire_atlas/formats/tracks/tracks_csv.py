@@ -1,18 +1,18 @@
-"""Flake tracks as CSV: one row a flake and frame, for spreadsheets, Houdini and the like."""
+"""Flake tracks as CSV: a row for each flake in each frame, for spreadsheets and Houdini."""
 
 import numpy as np
 
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.formats.decimals import table_text
+from fire_atlas.formats.names import flakes_file
 from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite, frame_time
-from fire_atlas.formats.tracks.names import flakes_file
 
 _DECIMALS = [0, DECIMALS["t"], *(DECIMALS[column] for column in COLUMNS)]
 
 
 def write_tracks_csv(name: str, tracks: Tracks) -> OutputFile:
-    """Return ``name.flakes.csv``: the JSON's columns, after the frame's number and its time, s."""
+    """Return ``name.flakes.csv``: frame number, time in s, then the columns of the tracks."""
     assert_finite(tracks)
     header = ",".join(("frame", "t", *COLUMNS)) + "\n"
     frames = (_frame(tracks, i) for i in range(len(tracks.frames)))
@@ -21,5 +21,5 @@ def write_tracks_csv(name: str, tracks: Tracks) -> OutputFile:
 
 def _frame(tracks: Tracks, frame: int) -> bytes:
     rows = tracks.frames[frame]
-    when = np.broadcast_to([float(frame), frame_time(tracks, frame)], (len(rows), 2))
-    return table_text(np.hstack([when, rows]), _DECIMALS, "", ",", "\n")
+    times = np.broadcast_to([float(frame), frame_time(tracks, frame)], (len(rows), 2))
+    return table_text(np.hstack([times, rows]), _DECIMALS, "", ",", "\n")

@@ -1,6 +1,6 @@
-"""Flake tracks as JSON: spawns to emit the flakes again, and every flake in every frame.
+"""Flake tracks as JSON: the spawns of all flakes, and each flake in each frame.
 
-The form from which this tool reads tracks back, for ``preview`` and ``inspect``.
+This format is also read back, for ``preview`` and ``inspect``.
 """
 
 import json
@@ -12,23 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.files import MOST_JSON, read_file
+from fire_atlas.core.files import MAX_JSON_BYTES, read_file
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
-from fire_atlas.formats.atlas.json_hash import AtlasFile
+from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.checks import number, whole
 from fire_atlas.formats.decimals import plain, table_text
+from fire_atlas.formats.names import animation_stem, flakes_file
 from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite, frame_time
-from fire_atlas.formats.tracks.names import flakes_file, stem_of
 
 _SIZE = COLUMNS.index("size")
 
-_LARGEST = 2.0**53
-"""No number of the tables comes near it, and whole ones are exact below."""
+_MAX_NUMBER = 2.0**53
+"""Largest number that is read: whole ones are exact below."""
 
 
 def write_tracks_json(name: str, tracks: Tracks) -> OutputFile:
-    """Return ``name.flakes.json``: one spawn and one flake of a frame a line."""
+    """Return ``name.flakes.json``, with a line for each spawn and for each flake of a frame."""
     assert_finite(tracks)
     head = json.dumps(_head(name, tracks), ensure_ascii=False)[:-1].encode()
     spawns = ",\n".join(_spawns(tracks)).encode()
@@ -69,34 +69,33 @@ def _frame(tracks: Tracks, frame: int) -> bytes:
 
 
 def read_all_tracks(atlas: AtlasFile) -> dict[str, Tracks]:
-    """Return the flakes of each animation of an atlas that lie beside it, by its name."""
+    """Read the tracks that lie beside an atlas, by the name of the animation."""
     names = [animation.name for animation in atlas.sheet.animations]
-    files = {name: flakes_file(stem_of(atlas.sheet.title, name), "json") for name in names}
+    files = {name: flakes_file(animation_stem(atlas.sheet.title, name), "json") for name in names}
     found = {name: read_tracks(atlas.path.with_name(file)) for name, file in files.items()}
     return {name: tracks for name, tracks in found.items() if tracks is not None}
 
 
 def read_tracks(path: Path) -> Tracks | None:
-    """Return the tracks in a file; None where there is no such file.
+    """Read the tracks in a file; None if there is no such file.
 
-    Whether flakes are drawn as squares is not written, nor which flight a row belongs to: this is
-    derived from births and ages.
+    The flight of each row is not in the file but derived from spawns and ages.
 
     Raises:
-        SourceError: The file is none that ``write_tracks_json`` made.
+        SourceError: The file was not made by ``write_tracks_json``.
     """
     if not path.exists():
         return None
     try:
-        return _tracks(json.loads(read_file(path, MOST_JSON)))
+        return _tracks(json.loads(read_file(path, MAX_JSON_BYTES)))
     except OSError as error:
         raise SourceError(f"{path}: the tracks cannot be read ({error.strerror})") from None
     except (
         LookupError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError
     ) as error:  # fmt: skip
         raise SourceError(
-            f"{path}: are no tracks that fire-atlas wrote ({type(error).__name__}: {error});"
-            " build the recipe again"
+            f"{path}: is not a file of tracks that fire-atlas wrote "
+            f"({type(error).__name__}: {error}); build the recipe again"
         ) from error
 
 
@@ -115,6 +114,6 @@ def _tracks(document: dict[str, Any]) -> Tracks:
 
 def _table(rows: Sequence[Any], columns: int) -> NDArray[np.float64]:
     table = np.array(rows, np.float64).reshape(-1, columns)
-    if not (np.abs(table) < _LARGEST).all():
-        raise ValueError("a number is too large, or is none")
+    if not (np.abs(table) < _MAX_NUMBER).all():
+        raise ValueError("a value is not a number, or is too large")
     return table

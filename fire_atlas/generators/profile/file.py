@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fire_atlas import __version__
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.pixels import Bytes
+from fire_atlas.core.pixels import Bytes, hex_to_srgb, srgb_to_hex
 from fire_atlas.generators.profile.model import (
     FLOW_CELL,
     FLOW_UNIT,
@@ -67,7 +67,7 @@ class _ColoursBlock(_Block):
 
     @classmethod
     def of(cls, table: ColourTable) -> "_ColoursBlock":
-        rows = tuple(tuple("#%02x%02x%02x" % tuple(c) for c in row) for row in table.colours)  # noqa: UP031
+        rows = tuple(tuple(map(srgb_to_hex, row)) for row in table.colours)
         coverage = tuple(tuple(round(float(c), 3) for c in row) for row in table.coverage)
         return cls(cells=len(rows), rows=rows, coverage=coverage)
 
@@ -76,8 +76,8 @@ class _ColoursBlock(_Block):
         size = self.cells
         if [len(row) for row in (*self.rows, *self.coverage)] != [size] * 2 * size:
             raise ValueError(f"a colour table of {size} cells has {size} rows of {size}")
-        colours = np.array([[list(bytes.fromhex(c[1:])) for c in row] for row in self.rows])
-        return ColourTable(colours.astype(np.uint8), np.array(self.coverage, np.float32))
+        colours = np.stack([hex_to_srgb(row) for row in self.rows])
+        return ColourTable(colours, np.array(self.coverage, np.float32))
 
 
 class _GridBlock(_Block):

@@ -54,8 +54,8 @@ class Game:
     def _is_imported(self) -> bool:
         """Whether what each picture was made into is there."""
         pictures = [path for kind in ("png", "webp") for path in self.folder.rglob(f"*.{kind}")]
-        told = [path.with_name(f"{path.name}.import") for path in pictures]
-        made = [re.findall(r'"res://(.import/.*?)"', path.read_text()) for path in told]
+        stated = [path.with_name(f"{path.name}.import") for path in pictures]
+        made = [re.findall(r'"res://(.import/.*?)"', path.read_text()) for path in stated]
         return all(files and (self.folder / files[0]).is_file() for files in made)
 
     def ask(self, script: str, job: Any = None, size: tuple[int, int] = (0, 0)) -> Any:

@@ -1,4 +1,4 @@
-"""Godot 4 text, as far as we write it, told in the words of Godot 3, which can be run everywhere.
+"""Godot 4 text, as far as it is written here, in the syntax of Godot 3, which runs everywhere.
 
 Nothing is lost on the way but what Godot 3 does not know: uids, and how long each frame lasts.
 """

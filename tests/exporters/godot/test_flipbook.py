@@ -26,8 +26,8 @@ def built(folder: Path, motion: str = "godot", **atlas: Any) -> Path:
 def test_the_material_is_set_as_the_json_says(tmp_path: Path, scale: str) -> None:
     folder = built(tmp_path / "game", scales=[1, 0.5], alpha="premultiplied")
     atlas = (folder / f"fire{scale}.json").read_text()
-    told = json.loads(atlas)["meta"]
-    (motion,) = (each for each in told["maps"] if each["kind"] == "motion")
+    stated = json.loads(atlas)["meta"]
+    (motion,) = (each for each in stated["maps"] if each["kind"] == "motion")
     material = (folder / f"fire{scale}_motion.tres").read_text()
     set_to = dict(re.findall(r"^shader_parameter/(\w+) = (.*)$", material, re.MULTILINE))
     assert float(set_to["scale"]) == pytest.approx(motion["scale"], abs=1e-5)

@@ -47,14 +47,14 @@ def test_every_frame_is_understood_as_it_is_on_the_sheet(
         as_godot_3(folder)
     game = Game.at(folder)
     assert game.import_all() == []
-    told = game.ask(
+    stated = game.ask(
         "describe.gd", [f"res://{name}.{e}" for name in names for e in ("tres", "tscn")]
     )
     for name in names:
         pages = sorted(folder.glob(f"{name}.json")) + sorted(folder.glob(f"{name}-*.json"))
         sheets = [json.loads(page.read_text()) for page in pages]
         frames = {key: (frame, sheet) for sheet in sheets for key, frame in sheet["frames"].items()}
-        (animation,) = told[f"res://{name}.tres"].values()
+        (animation,) = stated[f"res://{name}.tres"].values()
         assert len(animation["frames"]) == len(frames)
         for shown, key in zip(animation["frames"], sorted(frames), strict=True):
             entry, sheet = frames[key]
@@ -65,7 +65,7 @@ def test_every_frame_is_understood_as_it_is_on_the_sheet(
         ticks = lasting[name] if version == 4 else [1.0] * len(frames)
         seconds = sum(entry["duration"] for entry, _ in frames.values()) / 1000
         assert sum(ticks) / animation["speed"] == pytest.approx(seconds, abs=1e-4)
-        assert_scene(told[f"res://{name}.tscn"], folder, name, sheets[0], atlas)
+        assert_scene(stated[f"res://{name}.tscn"], folder, name, sheets[0], atlas)
     if "max_size" in atlas:
         assert len(pages) > 1
 
@@ -120,13 +120,13 @@ def test_effects_and_sprites_that_share_pages_are_one_sprite(tmp_path: Path) -> 
     assert main(["build", "-q", str(folder / "level.yaml"), "-o", str(folder)]) == 0
     game = Game.at(folder)
     assert game.import_all() == []
-    told = game.ask("describe.gd", ["res://level.tres", "res://level.tscn"])
-    animations = told["res://level.tres"]
+    stated = game.ask("describe.gd", ["res://level.tres", "res://level.tscn"])
+    animations = stated["res://level.tres"]
     counts = {name: len(animation["frames"]) for name, animation in animations.items()}
     assert counts == {"torch": 5, "candle": 5, "hero_walk": 2}
     assert {tuple(frame["size"]) for a in animations.values() for frame in a["frames"]} == {
         tuple(animations["torch"]["frames"][0]["size"])  # one stage for all
     }
     assert len({frame["page"] for a in animations.values() for frame in a["frames"]}) > 1
-    flakes = told["res://level.tscn"]["flakes"]
+    flakes = stated["res://level.tscn"]["flakes"]
     assert (flakes["animations"], flakes["visible"]) == (["torch"], True)

@@ -13,7 +13,7 @@ from PIL import Image
 
 from fire_atlas.cli import main
 from fire_atlas.core.errors import OutputError
-from fire_atlas.engines.godot.text import node_name, number, quoted, real, titles
+from fire_atlas.engines.godot.names import node_name, number, quoted, real, titles
 
 from ..test_sprites_and_members import draw
 from .engine import Game
@@ -43,11 +43,11 @@ def test_animations_may_be_called_anything(godot: None, tmp_path: Path) -> None:
         image.unlink()
     game = Game.at(folder)
     assert game.import_all() == []
-    told = game.ask("describe.gd", ["res://v3/hero.tres", "res://v4/hero.tres"])
+    stated = game.ask("describe.gd", ["res://v3/hero.tres", "res://v4/hero.tres"])
     sheet = json.loads((folder / "v3/hero.json").read_text())
     wanted = {name.replace(",", " ").replace("/", "_") for name in sheet["animations"]}
     assert len(wanted) == len(ANIMATIONS)
-    for animations in told.values():
+    for animations in stated.values():
         assert set(animations) == wanted
         assert all(len(animation["frames"]) == 2 for animation in animations.values())
         for animation in animations.values():
@@ -67,9 +67,9 @@ def test_outputs_may_be_called_what_a_recipe_may_be(name: str, godot: None, tmp_
     assert main(["build", "-q", str(folder / "r.yaml"), "-o", str(folder)]) == 0
     game = Game.at(folder)
     assert game.import_all() == []
-    told = game.ask("describe.gd", [f"res://{name}.tscn", f"res://{name}.tres"])
-    assert told[f"res://{name}.tscn"]["name"] == node_name(name)
-    assert set(told[f"res://{name}.tres"]) == {name}
+    stated = game.ask("describe.gd", [f"res://{name}.tscn", f"res://{name}.tres"])
+    assert stated[f"res://{name}.tscn"]["name"] == node_name(name)
+    assert set(stated[f"res://{name}.tres"]) == {name}
 
 
 @pytest.mark.parametrize("name", ["a b", "ö", "a;b", 'a"b', "a/b", "x" * 200, "..", ""])

@@ -12,7 +12,7 @@ from PIL import Image
 from fire_atlas.cli import main
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.shipped import shipped
-from fire_atlas.formats.atlas.json_hash import read_atlas
+from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.pipeline.writers import exported_files
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.frames import cut_frames

@@ -9,8 +9,8 @@ import pytest
 
 from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
-from fire_atlas.engines.godot.settings_file import import_settings
-from fire_atlas.engines.godot.uids import derived_uid
+from fire_atlas.engines.godot.import_settings import import_settings
+from fire_atlas.engines.godot.names import derived_uid
 from fire_atlas.recipe.output import GodotOptions
 
 from .engine import Game
@@ -135,8 +135,8 @@ def test_a_uid_that_stands_in_a_file_is_kept(tmp_path: Path) -> None:
     for name, text in theirs.items():
         (folder / name).write_text(text)
     build(tmp_path, "art", "--overwrite")
-    told = uids(folder)
-    assert [told[name] for name in theirs] == [
+    stated = uids(folder)
+    assert [stated[name] for name in theirs] == [
         "uid://b1", "uid://b2", "uid://b3", "uid://cxjsam1fyjnui",
     ]  # fmt: skip
 

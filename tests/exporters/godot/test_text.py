@@ -11,8 +11,12 @@ from hypothesis import strategies as st
 
 from fire_atlas.atlas.sheet import Region
 from fire_atlas.effect.composition.light import ClipLight, FrameLight
-from fire_atlas.engines.godot.stage import Stage, pivot
-from fire_atlas.engines.godot.tempo import tempo, whole_tempo
+from fire_atlas.engines.godot.sprite_frames import (
+    FrameBounds,
+    frame_timing,
+    pivot,
+    whole_frame_timing,
+)
 from fire_atlas.formats.product import Product
 from fire_atlas.pipeline.writers import exported_files
 
@@ -46,7 +50,7 @@ def region(width: int, height: int, anchor: tuple[float, float], trim: tuple[int
 
 def test_frames_that_are_alike_stand_on_their_own_untrimmed_frame() -> None:
     frames = [region(64, 96, (0.5, 0.9), (6, 25, 54, 71)), region(64, 96, (0.5, 0.9), (0, 0, 1, 1))]
-    stage = Stage.of(frames)
+    stage = FrameBounds.of(frames)
     assert (stage.x, stage.y, stage.width, stage.height) == (-32, -86.4, 64, 96)
     assert stage.margin(frames[0]) == (6, 25, 10, 25)
     assert stage.margin(frames[1]) == (0, 0, 63, 95)
@@ -66,34 +70,34 @@ def regions(draw: st.DrawFn) -> Region:
 
 @given(st.lists(regions(), min_size=1, max_size=5))
 def test_every_pivot_is_at_the_nodes_own_place_and_every_frame_inside(made: list[Region]) -> None:
-    stage = Stage.of(made)
+    stage = FrameBounds.of(made)
     for each in made:
         margin = stage.margin(each)
         x, y = pivot(each)
         # Where the engine puts the trimmed frame, and where its frame's pivot then is.
         assert stage.x + margin.left - each.trim_x + x == pytest.approx(0, abs=1e-4)
         assert stage.y + margin.top - each.trim_y + y == pytest.approx(0, abs=1e-4)
-        assert margin.across + each.width == stage.width
-        assert margin.down + each.height == stage.height
-        assert -1e-4 <= margin.left <= margin.across + 1e-4
-        assert -1e-4 <= margin.top <= margin.down + 1e-4
+        assert margin.width + each.width == stage.width
+        assert margin.height + each.height == stage.height
+        assert -1e-4 <= margin.left <= margin.width + 1e-4
+        assert -1e-4 <= margin.top <= margin.height + 1e-4
 
 
 def test_frames_of_one_length_last_one_tick() -> None:
-    for measure in (tempo, whole_tempo):
+    for measure in (frame_timing, whole_frame_timing):
         assert measure([1000 / 24] * 3) == (24.0, (1.0, 1.0, 1.0))
         assert measure([1000 / 29.97]) == (29.97, (1.0,))
 
 
 def test_longer_frames_last_more_ticks() -> None:
-    assert tempo([50.0, 125.0, 50.0]) == (20.0, (1.0, 2.5, 1.0))
-    assert whole_tempo([50.0, 125.0, 50.0]) == (40.0, (2.0, 5.0, 2.0))
-    assert whole_tempo([300.0, 200.0]) == (10.0, (3.0, 2.0))
+    assert frame_timing([50.0, 125.0, 50.0]) == (20.0, (1.0, 2.5, 1.0))
+    assert whole_frame_timing([50.0, 125.0, 50.0]) == (40.0, (2.0, 5.0, 2.0))
+    assert whole_frame_timing([300.0, 200.0]) == (10.0, (3.0, 2.0))
 
 
 @given(st.lists(st.integers(1, 30), min_size=1, max_size=12))
 def test_whole_ticks_last_as_long_as_the_frames(hundredths: list[int]) -> None:
     durations = [10.0 * each for each in hundredths]
-    speed, ticks = whole_tempo(durations)
+    speed, ticks = whole_frame_timing(durations)
     assert [1000 * tick / speed for tick in ticks] == pytest.approx(durations, rel=1e-4)
     assert all(tick >= 1 and tick.is_integer() for tick in ticks)

@@ -7,8 +7,8 @@ import pytest
 import yaml
 from unityparser import UnityDocument
 
-from fire_atlas.engines.unity.geometry import max_texture_size
 from fire_atlas.engines.unity.names import player_name
+from fire_atlas.engines.unity.sprites import max_texture_size
 
 from .products import ALONE, SEVERAL, Fire, exported, kinds
 from .type_trees import Loader, documents, faults, importer
@@ -38,8 +38,8 @@ def sprite_ids(meta: bytes) -> dict[str, int]:
     _, fields = importer(meta.decode())
     sprites = {s["name"]: s["internalID"] for s in fields["spriteSheet"]["sprites"]}
     assert sprites == fields["spriteSheet"]["nameFileIdTable"]
-    told = {entry["second"]: entry["first"][213] for entry in fields["internalIDToNameTable"]}
-    assert sprites == told
+    stated = {entry["second"]: entry["first"][213] for entry in fields["internalIDToNameTable"]}
+    assert sprites == stated
     assert len(set(sprites.values())) == len(sprites) and 0 not in sprites.values()
     return sprites
 
@@ -189,8 +189,8 @@ def test_two_effects_in_one_project_share_nothing() -> None:
         files |= made
     guids(files)
     scripts = {n: d.decode() for n, d in files.items() if n.endswith(".cs")}
-    told = re.compile(r"public sealed class (\w+) : MonoBehaviour")
-    classes = {told.findall(script)[0] for script in scripts.values()}
+    stated = re.compile(r"public sealed class (\w+) : MonoBehaviour")
+    classes = {stated.findall(script)[0] for script in scripts.values()}
     assert classes == {name.removesuffix(".cs") for name in scripts}
     assert len({c.casefold() for c in classes}) == len(names) == len(set(map(player_name, names)))
     shaders = {

@@ -11,7 +11,7 @@ from PIL import Image
 
 from fire_atlas.cli import main
 from fire_atlas.core.pixels import Bytes
-from fire_atlas.engines.unity.identity import guids_in
+from fire_atlas.engines.unity.names import guids_in
 
 from .type_trees import faults, importer
 

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fire_atlas.core.errors import OutputError
-from fire_atlas.engines.unity.identity import guids_in
 from fire_atlas.engines.unity.meta import TEXTURE_KEYS, merged
+from fire_atlas.engines.unity.names import guids_in
 
 from .products import ALONE, SEVERAL, Fire, exported
 from .type_trees import Loader, faults, importer
@@ -155,12 +155,12 @@ def test_a_stub_that_only_names_the_importer_gets_what_is_ours() -> None:
 @pytest.mark.parametrize(
     ("data", "advice"),
     [
-        (b"\xff\xfe\x00", r"fire\.png\.meta: is no text"),
+        (b"\xff\xfe\x00", r"fire\.png\.meta: is not text"),
         (b"<<<<<<< HEAD\nguid: 1\n=======\n>>>>>>> theirs\n", "resolve that first"),
         (f"guid: {GUID}\nguid: {GUID[::-1]}\n".encode(), "resolve that first"),
     ],
 )
-def test_a_guid_that_cannot_be_told_is_never_replaced(data: bytes, advice: str) -> None:
+def test_a_guid_that_cannot_be_read_is_never_replaced(data: bytes, advice: str) -> None:
     with pytest.raises(OutputError, match=advice):
         exported(ALONE.product({"fire.png.meta": data}))
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.engines.unity.export import scalar, single
 from fire_atlas.engines.unity.names import file_stems, player_name, sprite_names, state_names
-from fire_atlas.engines.unity.yaml_text import scalar, single
 from fire_atlas.recipe.tree import NAME_PATTERN
 
 from .products import Fire, exported
@@ -34,8 +34,8 @@ def test_an_odd_animation_becomes_sound_files(odd: str) -> None:
     assert len(set(names)) == 4 and all(name.startswith("hero_") for name in names)
     clips = [n for n in files if n.endswith(".anim")]
     for clip in clips:
-        told = re.findall("m_Name: (.*)", files[clip].decode())[0]
-        assert yaml.load(told, yaml.BaseLoader) == clip.removesuffix(".anim")
+        stated = re.findall("m_Name: (.*)", files[clip].decode())[0]
+        assert yaml.load(stated, yaml.BaseLoader) == clip.removesuffix(".anim")
 
 
 @pytest.mark.parametrize(

@@ -38,11 +38,11 @@ class Player:
     tracks: Path
 
     def lines(self, how: str, state: str, frames: Sequence[float]) -> list[str]:
-        told = ",".join(map(repr, frames))
+        stated = ",".join(map(repr, frames))
         # A nursery so small that any allocation in a loop has to be collected.
         env = {**os.environ, "MONO_GC_PARAMS": "nursery-size=256k"}
         done = subprocess.run(
-            ["mono", str(self.program), how, str(self.tracks), state, told],
+            ["mono", str(self.program), how, str(self.tracks), state, stated],
             capture_output=True, text=True, check=True, env=env,
         )  # fmt: skip
         return done.stdout.splitlines()
@@ -50,9 +50,9 @@ class Player:
     def flakes(self, how: str, state: str, frames: Sequence[float]) -> list[NDArray[np.float64]]:
         """(flakes, 10) at each moment."""
         lines = self.lines(how, state, frames)
-        told = lines[1:] if how == "show" else lines[:-1]
-        assert len(told) == len(frames)
-        tables = [np.array(line.split(), float) for line in told]
+        stated = lines[1:] if how == "show" else lines[:-1]
+        assert len(stated) == len(frames)
+        tables = [np.array(line.split(), float) for line in stated]
         return [table[1:].reshape(int(table[0]), 10) for table in tables]
 
 

@@ -1,8 +1,8 @@
-"""``.import`` files: how Godot imports a page. The engine writes on in them, and people do.
+"""``.import`` files: the settings with which Godot imports a page.
 
-What is asked of a new file is what finished pixels need: no compression, no mipmaps, and no
-"fixing" of colours under low alpha. Of a file that exists only keys are changed without which the
-page would be shown wrongly; the rest is the engine's and the user's.
+Godot and the user write into these files as well. A new file gets settings for finished pixels: no
+compression, no mipmaps, and no "fixing" of colours under low alpha. In an existing file only the
+keys are changed without which the page would be shown wrongly.
 """
 
 import re
@@ -13,28 +13,28 @@ from fire_atlas.recipe.output import GodotOptions
 _BORDER, _PREMULTIPLY = "process/fix_alpha_border", "process/premult_alpha"
 _LIMIT = {4: "process/size_limit", 3: "size_limit"}
 _TYPE = {4: "CompressedTexture2D", 3: "StreamTexture"}
-_FIRST: dict[int, dict[str, str]] = {
+_DEFAULTS: dict[int, dict[str, str]] = {
     4: {"compress/mode": "0", "mipmaps/generate": "false", "detect_3d/compress_to": "0"},
     3: {"compress/mode": "0", "flags/mipmaps": "false", "detect_3d": "false"},
 }
 
 KEEP = b'[remap]\n\nimporter="keep"\n'
-"""Settings of a file that the engine shall not import."""
+"""Settings of a file that Godot must not import."""
 
 
 def import_settings(existing: bytes | None, alpha: str, uid: str, options: GodotOptions) -> bytes:
     """Return the ``.import`` file of a page.
 
     Args:
-        existing: The file as it lies there, if it does.
+        existing: Content of the file, if there is one.
         alpha: How the page stores coverage, as in the recipe.
-        uid: Of the page; Godot 3 knows none.
-        options: The export's.
+        uid: Of the page; Godot 3 has none.
+        options: Of the export.
     """
     text = _decoded(existing)
     importer = re.search(r'^importer\s*=\s*"(.*)"', text, re.MULTILINE)
     if importer and importer[1] not in ("", "texture"):
-        return existing or b""  # somebody wants the page imported as something else
+        return existing or b""  # the user imports the page as something else
     if not importer or f'type="{_TYPE[options.version]}"' not in text:
         return _new(uid, options).encode()
     if options.version == 4:
@@ -44,15 +44,18 @@ def import_settings(existing: bytes | None, alpha: str, uid: str, options: Godot
 
 def _new(uid: str, options: GodotOptions) -> str:
     version = options.version
-    params = _FIRST[version] | {_BORDER: "false", _PREMULTIPLY: "false", _LIMIT[version]: "0"}
-    told = [f'uid="{uid}"'] if version == 4 else []
-    head = ["[remap]", "", 'importer="texture"', f'type="{_TYPE[version]}"', *told]
+    params = _DEFAULTS[version] | {_BORDER: "false", _PREMULTIPLY: "false", _LIMIT[version]: "0"}
+    uid_line = [f'uid="{uid}"'] if version == 4 else []
+    head = ["[remap]", "", 'importer="texture"', f'type="{_TYPE[version]}"', *uid_line]
     return "\n".join([*head, "", "[params]", "", *(f"{k}={v}" for k, v in params.items()), ""])
 
 
 def _needed(alpha: str, options: GodotOptions) -> dict[str, str]:
-    """Return what has to hold: a smaller page has no such regions, and light that was multiplied
-    with coverage is neither multiplied again nor replaced where coverage is low."""
+    """Return the settings without which a page would be shown wrongly.
+
+    A size limit would shrink it, so that regions do not fit; premultiplied light must neither be
+    multiplied by alpha again nor be replaced where alpha is low.
+    """
     limit = {_LIMIT[options.version]: "0"}
     return limit if alpha == "straight" else {_BORDER: "false", _PREMULTIPLY: "false", **limit}
 
@@ -65,7 +68,7 @@ def _decoded(existing: bytes | None) -> str:
 
 
 def _with(text: str, section: str, values: Mapping[str, str]) -> str:
-    """Return ``text`` with ``values`` in ``[section]``; every other character stays."""
+    """Return ``text`` with ``values`` set in ``[section]`` and all else unchanged."""
     newline = "\r\n" if "\r\n" in text else "\n"
     head = re.search(rf"^\[{section}\][^\S\n]*\n?", text, re.MULTILINE)
     if head is None:

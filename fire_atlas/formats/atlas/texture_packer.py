@@ -1,6 +1,7 @@
-"""TexturePacker's JSON hash, as PixiJS, Phaser and most engines read it: one file a page.
+"""TexturePacker's JSON, one file per page: frames as a hash or as an array.
 
-The form from which this tool reads its own atlases back, for ``preview`` and ``inspect``.
+PixiJS, Phaser and most engines read it. The hash is also read back here, for ``preview`` and
+``inspect``. Aseprite's JSON is the array with frames called "0", "1", ...
 """
 
 import json
@@ -10,38 +11,41 @@ from pathlib import Path
 from typing import Any
 
 from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region
-from fire_atlas.core.errors import RecipeError, SourceError
-from fire_atlas.core.files import MOST_JSON, read_file
+from fire_atlas.core.errors import OutputError, RecipeError, SourceError
+from fire_atlas.core.files import MAX_JSON_BYTES, read_file
 from fire_atlas.core.output_file import OutputFile, plain_name
 from fire_atlas.formats.atlas.entries import (
     animations_on,
     compact,
     frame_entry,
     grid_of,
+    maps_of,
     meta_entry,
     page_of,
     region_of,
 )
-from fire_atlas.formats.atlas.maps import maps_of
 from fire_atlas.formats.checks import number, one_of, text
+from fire_atlas.formats.names import ENDINGS
 
 
 def export_json_hash(sheet: AtlasSheet) -> Iterator[OutputFile]:
-    """Yield ``name.json``, ``name-1.json``, ...: each describes one page."""
+    """Yield the hash of each page: ``name.json``, ``name-1.json``, ..."""
     for page in range(len(sheet.pages)):
-        text = _page_text(sheet, page)
-        yield OutputFile(sheet.file(page, ".json"), "atlas", text.encode())
+        text = _hash_text(sheet, page)
+        yield OutputFile(sheet.file(page, ENDINGS["json"]), "atlas", text.encode())
 
 
-def _page_text(sheet: AtlasSheet, page: int) -> str:
-    """Return the page's JSON with one frame a line: small, and good to look at in a diff."""
+def _hash_text(sheet: AtlasSheet, page: int) -> str:
+    """Return the hash of a page, with one frame per line: small, and readable in a diff."""
     regions = sheet.regions_of(page)
     frames = ",\n".join(
         f"{compact(region.name)}:{compact(frame_entry(region))}" for region in regions
     )
     meta = meta_entry(sheet, page, regions)
     if page == 0 and len(sheet.pages) > 1:  # only the first links to the others
-        meta["related_multi_packs"] = [sheet.file(i, ".json") for i in range(1, len(sheet.pages))]
+        meta["related_multi_packs"] = [
+            sheet.file(i, ENDINGS["json"]) for i in range(1, len(sheet.pages))
+        ]
     return (
         f'{{"frames":{{\n{frames}\n}},\n'
         f'"animations":{compact(animations_on(sheet, regions))},\n'
@@ -49,26 +53,60 @@ def _page_text(sheet: AtlasSheet, page: int) -> str:
     )
 
 
+def export_json_array(sheet: AtlasSheet) -> Iterator[OutputFile]:
+    """Yield the array of each page: ``name.array.json``, ``name-1.array.json``, ..."""
+    for page in range(len(sheet.pages)):
+        regions = sheet.regions_of(page)
+        text = _array_text(sheet, page, regions, [region.name for region in regions])
+        yield OutputFile(sheet.file(page, ENDINGS["json-array"]), "atlas", text.encode())
+
+
+def _array_text(
+    sheet: AtlasSheet, page: int, regions: Sequence[Region], names: Sequence[str]
+) -> str:
+    """Return the array of a page, whose frames are called ``names`` in it."""
+    frames = ",\n".join(
+        compact({"filename": name, **frame_entry(region)})
+        for name, region in zip(names, regions, strict=True)
+    )
+    called = {region.name: name for name, region in zip(names, regions, strict=True)}
+    animations = {
+        animation: [called[frame] for frame in played]
+        for animation, played in animations_on(sheet, regions).items()
+    }
+    return (
+        f'{{"frames":[\n{frames}\n],\n'
+        f'"animations":{compact(animations)},\n'
+        f'"meta":{compact(meta_entry(sheet, page, regions))}}}\n'
+    )
+
+
+def export_aseprite(sheet: AtlasSheet) -> Iterator[OutputFile]:
+    """Yield ``name.aseprite.json``, with frames called "0", "1", ... for Phaser's Aseprite loader.
+
+    Raises:
+        OutputError: There are several pages; that loader knows one.
+    """
+    if len(sheet.pages) > 1:
+        raise OutputError(
+            f"exports: aseprite describes one page, but {sheet.name} needs {len(sheet.pages)}; "
+            f"raise atlas.max_size, or export phaser instead"
+        )
+    numbers = [str(i) for i in range(len(sheet.regions))]
+    text = _array_text(sheet, 0, sheet.regions, numbers)
+    yield OutputFile(sheet.file(0, ENDINGS["aseprite"]), "atlas", text.encode())
+
+
 @dataclass(frozen=True, slots=True)
 class AtlasFile:
-    """A whole atlas, and its (first) JSON file; pages lie beside that."""
+    """A finished atlas with the path of its first JSON file; its pages lie beside it."""
 
     path: Path
     sheet: AtlasSheet
 
     @property
-    def alpha(self) -> str:
-        """``straight``, ``premultiplied`` or ``additive``."""
-        return self.sheet.alpha
-
-    @property
-    def blend_space(self) -> str:
-        """``srgb`` or ``linear``: where its client blends."""
-        return self.sheet.blend_space
-
-    @property
     def frames(self) -> tuple[Region, ...]:
-        """The frames of all animations, one animation after the other."""
+        """The frames of all animations in playing order, one animation after the other."""
         return self.sheet.regions
 
 
@@ -76,8 +114,8 @@ def read_atlas(path: Path) -> AtlasFile:
     """Read the JSON of the first page of an atlas, and those of its further pages beside it.
 
     Raises:
-        RecipeError: There is no such file, or it is a recipe.
-        SourceError: It is no JSON hash that this tool wrote.
+        RecipeError: The file cannot be read, or is a recipe.
+        SourceError: It is not a JSON hash that this tool wrote.
     """
     first = _read_json(path)
     try:
@@ -88,7 +126,7 @@ def read_atlas(path: Path) -> AtlasFile:
         KeyError, TypeError, AttributeError, ValueError, ArithmeticError, IndexError
     ) as error:  # fmt: skip
         raise SourceError(
-            f"{path}: is no atlas that fire-atlas wrote ({type(error).__name__}: {error});"
+            f"{path}: is not an atlas that fire-atlas wrote ({type(error).__name__}: {error});"
             " name the .json beside the pages"
         ) from error
 
@@ -97,18 +135,20 @@ def _read_json(path: Path) -> dict[str, Any]:
     if path.suffix in {".yaml", ".yml"}:
         raise RecipeError(f"{path}: is a recipe; build it and name the .json it writes")
     try:
-        document = json.loads(read_file(path, MOST_JSON))
+        document = json.loads(read_file(path, MAX_JSON_BYTES))
     except OSError as error:
         raise RecipeError(f"{path}: cannot be read ({error.strerror})") from None
     except (ValueError, RecursionError) as error:
-        raise SourceError(f"{path}: is no JSON ({error})") from None
+        raise SourceError(f"{path}: is not JSON ({error})") from None
     if not isinstance(document, dict) or not {"frames", "meta"} <= document.keys():
-        raise SourceError(f"{path}: is no atlas (`frames` and `meta`); name the .json of a build")
+        raise SourceError(
+            f"{path}: is not an atlas (`frames` and `meta`); name the .json of a build"
+        )
     return document
 
 
 def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
-    """Return the sheet, from the JSON of each of its pages, as it was when they were written."""
+    """Return the sheet that these JSON files, one of each page, describe."""
     meta = documents[0]["meta"]
     about = meta["fireAtlas"]
     loops = about.get("loops", {})
@@ -139,9 +179,9 @@ def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
 def _played(
     documents: Sequence[dict[str, Any]], order: Iterable[str]
 ) -> dict[str, tuple[Region, ...]]:
-    """Return the frames of each animation, joined over the pages, in playing order.
+    """Return the frames of each animation in playing order, joined over the pages.
 
-    ``order`` is that of all animations; a page has only those whose frames it holds.
+    ``order`` has the names of all animations; the JSON of a page has only those with frames on it.
     """
     played: dict[str, tuple[Region, ...]] = dict.fromkeys(order, ())
     for page, document in enumerate(documents):

@@ -1,6 +1,7 @@
-"""Render one template: a request on stdin, the answer on stdout, both JSON. See user_template.py.
+"""Render a user's template: a request on stdin, the answer on stdout, both JSON.
 
-``python -m fire_atlas.formats.templates.process``
+Run by ``export.py`` as ``python -m fire_atlas.formats.templates.render_process``, a process of its
+own that limits its memory and time.
 """
 
 import json
@@ -17,31 +18,30 @@ from jinja2.exceptions import (
 
 from fire_atlas.formats.templates.jinja import environment
 
-_MEMORY = 1 << 30
-_CPU_SECONDS = 15
-_MOST_TEXT = 1 << 26
-"""Characters of output."""
-_LONGEST_NAME = 200
+_MAX_MEMORY_BYTES = 1 << 30
+_MAX_CPU_SECONDS = 15
+_MAX_TEXT_LENGTH = 1 << 26
+_MAX_NAME_LENGTH = 200
 
 _ADDRESS = re.compile(r"<[^<>\n]{1,200} at 0x[0-9A-Fa-f]+>")
-"""What Python prints of an object that is no value: where it lies in memory."""
+"""What Python prints for an object without a text of its own: its address in memory."""
 
 
 def main() -> None:
-    """Answer the request."""
+    """Read the request, render, and write the answer."""
     _limit()
     request = json.load(sys.stdin)
     json.dump(_answer(request), sys.stdout)
 
 
 def _limit() -> None:
-    """Give this process little memory and time, where the system knows how."""
+    """Limit the memory and time of this process, where the operating system can."""
     try:
         import resource
     except ImportError:  # Windows; the build's own time limit still holds
         return
-    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
-    resource.setrlimit(resource.RLIMIT_CPU, (_CPU_SECONDS, _CPU_SECONDS))
+    resource.setrlimit(resource.RLIMIT_AS, (_MAX_MEMORY_BYTES, _MAX_MEMORY_BYTES))
+    resource.setrlimit(resource.RLIMIT_CPU, (_MAX_CPU_SECONDS, _MAX_CPU_SECONDS))
 
 
 def _answer(request: dict[str, Any]) -> dict[str, Any]:
@@ -50,7 +50,7 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
         parts, length = [], 0
         for part in environment().from_string(request["template"]).generate(request["context"]):
             length += len(part)
-            if length > _MOST_TEXT:
+            if length > _MAX_TEXT_LENGTH:
                 return {"error": "the template writes more than 64 MiB; does it loop for ever?"}
             parts.append(part)
         return _checked(name, "".join(parts))
@@ -59,9 +59,9 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
 
 
 def _checked(name: str, text: str) -> dict[str, Any]:
-    """Return the answer, or what is wrong with what was rendered."""
-    if len(name) > _LONGEST_NAME:
-        return {"error": f"`to` gives a name of {len(name)} characters; at most {_LONGEST_NAME}"}
+    """Return the answer, or an error if the rendered name or text is not acceptable."""
+    if len(name) > _MAX_NAME_LENGTH:
+        return {"error": f"`to` gives a name of {len(name)} characters; at most {_MAX_NAME_LENGTH}"}
     if found := _ADDRESS.search(f"{name}\n{text}"):
         return {
             "error": f"the template prints {found[0]}, which differs from build to build; is a "

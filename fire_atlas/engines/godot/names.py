@@ -1,0 +1,90 @@
+"""Names of Godot's files, nodes, animations and resources, and values as its text files hold them.
+
+A uid is Godot 4's name of a resource: 63 bits, in text of the letters a-y and the digits 0-8.
+Scenes of a game refer to it, so it must never change: it is derived from the file's name, and one
+that is in a file already is kept.
+"""
+
+import hashlib
+import re
+from collections.abc import Iterable
+
+from fire_atlas.core.errors import OutputError
+from fire_atlas.formats.product import Product
+
+FRAMES_ENDING, SCENE_ENDING, IMPORT_ENDING = ".tres", ".tscn", ".import"
+"""Of the SpriteFrames and the scene of each scale, and of the import settings of a file."""
+
+_ALPHABET = "abcdefghijklmnopqrstuvwxy012345678"
+_STATED_UID = re.compile(rb'^(?:\[gd_[^\]\n]* uid="|uid=")?(uid://[a-y0-8]{1,13})\b', re.MULTILINE)
+"""Where a file states its uid: in its first tag, or in its import settings."""
+
+
+def number(value: float) -> str:
+    """Return a number in plain decimals: ``24``, ``-38.4``."""
+    text = f"{value:.6f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
+
+
+def real(value: float) -> str:
+    """Return a number that Godot does not take for an integer: ``24.0``."""
+    text = number(value)
+    return text if "." in text else f"{text}.0"
+
+
+def quoted(text: str) -> str:
+    """Return a string literal in double quotes."""
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
+
+
+def node_name(name: str) -> str:
+    """Return a node's name for outputs called ``name``: ``fire-ball.v2`` becomes ``FireBallV2``."""
+    return "".join(word[:1].upper() + word[1:] for word in re.split(r"[^A-Za-z0-9]+", name)) or "_"
+
+
+def titles(animations: Iterable[str]) -> dict[str, str]:
+    """Return the name of each animation in Godot, whose editor allows no ``/`` and ``,``.
+
+    Raises:
+        OutputError: Two would have the same name.
+    """
+    made: dict[str, str] = {}
+    for animation in animations:
+        title = animation.replace("/", "_").replace(",", " ")
+        if title in made.values():
+            other = next(name for name in made if made[name] == title)
+            raise OutputError(
+                f"exports: godot cannot tell the animations {other} and {animation} apart: its "
+                f"editor allows no `/` and `,`, so both would be called {title}; rename the files "
+                f"of one"
+            )
+        made[animation] = title
+    return made
+
+
+def uid_of(product: Product, file: str, stated_in: str | None = None) -> str:
+    """Return the uid of an output: the one stated already, or one derived from its name.
+
+    Args:
+        product: What is exported.
+        file: Name of the output.
+        stated_in: Name of the file that states the uid, if that is not the output itself.
+    """
+    stated = _STATED_UID.search(product.existing(stated_in or file) or b"")
+    return stated[1].decode() if stated else derived_uid(product.name, file)
+
+
+def derived_uid(name: str, file: str) -> str:
+    """Return the uid derived from the names of a build and of its file, whatever the folder."""
+    digest = hashlib.sha256(f"fire-atlas {name}/{file}".encode()).digest()
+    return f"uid://{_base_34(int.from_bytes(digest[:8], 'big') >> 1)}"
+
+
+def _base_34(number: int) -> str:
+    """Return a number in base 34, as Godot writes uids."""
+    digits = ""
+    while number:
+        number, digit = divmod(number, len(_ALPHABET))
+        digits = _ALPHABET[digit] + digits
+    return digits or _ALPHABET[0]

@@ -1,0 +1,171 @@
+"""A sheet as Godot's SpriteFrames: textures with margins, and animations that show them.
+
+A Godot sprite has one offset for all its frames, but frames may differ in size and pivot. So all
+frames are aligned at their pivots in one box of whole px that holds every untrimmed frame. A
+texture's margin extends it to that box, and the sprite's offset places the box so that the pivots
+are at the node's position. Where all frames are alike, the box is the untrimmed frame.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import gcd, lcm
+from typing import NamedTuple, Self
+
+from fire_atlas.atlas.sheet import AtlasSheet, Region
+from fire_atlas.engines.godot.names import titles
+from fire_atlas.recipe.output import GodotOptions
+
+_DECIMALS = 6
+"""Decimals of px and durations: what differs less is rounding error."""
+
+_MAX_DENOMINATOR = 64
+"""Of a frame's duration as a fraction of the shortest, for Godot 3."""
+
+
+class Margin(NamedTuple):
+    """Godot's margin of a texture, px: left of and above it, and the sums of both sides."""
+
+    left: float
+    top: float
+    width: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class FrameBounds:
+    """The box that holds all frames, aligned at their pivots.
+
+    Attributes:
+        x, y: Its top-left corner relative to the pivots, px, y down: the sprite's offset.
+        width, height: Its size, px.
+    """
+
+    x: float
+    y: float
+    width: int
+    height: int
+
+    @classmethod
+    def of(cls, regions: Iterable[Region]) -> Self:
+        """Return the smallest box for ``regions``."""
+        frames = [(*pivot(region), region.frame_width, region.frame_height) for region in regions]
+        left, top = max(x for x, *_ in frames), max(y for _, y, *_ in frames)
+        right = max(width - x for x, _, width, _ in frames)
+        bottom = max(height - y for _, y, _, height in frames)
+        return cls(-left, -top, _rounded_up(left + right), _rounded_up(top + bottom))
+
+    def margin(self, region: Region) -> Margin:
+        """Return the margin that extends a frame's texture to the box."""
+        x, y = pivot(region)
+        return Margin(
+            region.trim_x - x - self.x,
+            region.trim_y - y - self.y,
+            self.width - region.width,
+            self.height - region.height,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class AtlasTexture:
+    """A rectangle of a page with a margin around it; px, y down."""
+
+    page: int
+    x: int
+    y: int
+    width: int
+    height: int
+    margin: Margin
+
+
+@dataclass(frozen=True, slots=True)
+class SpriteFrame:
+    """A frame of an animation: index of its texture, and its duration in ticks."""
+
+    texture: int
+    duration: float
+
+
+@dataclass(frozen=True, slots=True)
+class SpriteAnimation:
+    """An animation of Godot's: its title, its speed in ticks per second, and its frames."""
+
+    title: str
+    loop: bool
+    speed: float
+    frames: tuple[SpriteFrame, ...]
+
+
+class FrameTiming(NamedTuple):
+    """Speed of an animation in ticks per second, and the duration of each frame in ticks."""
+
+    speed: float
+    durations: tuple[float, ...]
+
+
+def textures_of(sheet: AtlasSheet) -> tuple[list[AtlasTexture], dict[str, int]]:
+    """Return all textures, each once, and the index of the texture of each frame by its name."""
+    bounds = FrameBounds.of(sheet.regions)
+    indices: dict[AtlasTexture, int] = {}
+    index_of_frame = {}
+    for region in sheet.regions:
+        texture = AtlasTexture(
+            region.page, region.x, region.y, region.width, region.height, bounds.margin(region)
+        )
+        index_of_frame[region.name] = indices.setdefault(texture, len(indices))
+    return list(indices), index_of_frame
+
+
+def animations_of(
+    sheet: AtlasSheet, textures: dict[str, int], options: GodotOptions
+) -> list[SpriteAnimation]:
+    """Return the animations; ``textures`` has the index of each frame's texture by its name."""
+    durations = {region.name: region.duration for region in sheet.regions}
+    title_of = titles(animation.name for animation in sheet.animations)
+    animations = []
+    for animation in sheet.animations:
+        timing = frame_timing if options.version == 4 else whole_frame_timing
+        speed, ticks = timing([durations[frame] for frame in animation.frames])
+        frames = [
+            SpriteFrame(textures[frame], count)
+            for frame, count in zip(animation.frames, ticks, strict=True)
+        ]
+        if options.version == 3:  # shows every frame for one tick: longer ones are repeated
+            frames = [SpriteFrame(f.texture, 1) for f in frames for _ in range(int(f.duration))]
+        title, loop = title_of[animation.name], animation.loop
+        animations.append(SpriteAnimation(title, loop, speed, tuple(frames)))
+    return animations
+
+
+def frame_timing(durations: Sequence[float]) -> FrameTiming:
+    """Return the timing of frames with these durations, ms; the shortest lasts one tick."""
+    shortest = min(durations)
+    ticks = (round(duration / shortest, _DECIMALS) for duration in durations)
+    return FrameTiming(round(1000 / shortest, _DECIMALS), tuple(ticks))
+
+
+def whole_frame_timing(durations: Sequence[float]) -> FrameTiming:
+    """Return the timing in whole ticks, as few as possible, for an engine that needs these."""
+    speed, ticks = frame_timing(durations)
+    parts = [Fraction(tick).limit_denominator(_MAX_DENOMINATOR) for tick in ticks]
+    finer = lcm(*(part.denominator for part in parts))
+    counts = [int(part * finer) for part in parts]
+    coarser = gcd(*counts)
+    return FrameTiming(
+        round(speed * finer / coarser, _DECIMALS),
+        tuple(float(count // coarser) for count in counts),
+    )
+
+
+def pivot(region: Region) -> tuple[float, float]:
+    """Return a frame's pivot, px from the top-left corner of the untrimmed frame, y down."""
+    x, y = region.anchor
+    return (
+        round(x * region.frame_width, _DECIMALS),
+        round(y * region.frame_height, _DECIMALS),
+    )
+
+
+def _rounded_up(length: float) -> int:
+    return math.ceil(round(length, _DECIMALS))

@@ -1,0 +1,93 @@
+"""Text files made by Jinja templates: those of the tool, and a user's own.
+
+A user's template may come with a recipe from the Internet, so it is rendered in a process of its
+own, which has only the context, little memory and little time.
+"""
+
+import json
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from fire_atlas.atlas.sheet import AtlasSheet
+from fire_atlas.core.errors import OutputError, RecipeError
+from fire_atlas.core.files import MIB, read_file
+from fire_atlas.core.output_file import OutputFile, is_portable, is_reserved
+from fire_atlas.core.process import run_module
+from fire_atlas.formats.names import ENDINGS
+from fire_atlas.formats.templates.context import context_of
+from fire_atlas.formats.templates.jinja import rendered
+from fire_atlas.recipe.output import TemplateExport
+
+MAX_SECONDS = 10
+"""Longest time that a user's template may take."""
+
+
+def export_css(sheet: AtlasSheet) -> Iterator[OutputFile]:
+    """Yield ``name.css``: a CSS class that plays each animation, and one that shows each frame."""
+    text = rendered("sprites.css.j2", **context_of(sheet))
+    yield OutputFile(sheet.file(0, ENDINGS["css"]), "atlas", text.encode())
+
+
+def export_tpsheet(sheet: AtlasSheet) -> Iterator[OutputFile]:
+    """Yield a TexturePacker importer's file of each page: ``name.tpsheet``, ``name-1.tpsheet``."""
+    context = context_of(sheet)
+    for i, page in enumerate(context["pages"]):
+        text = rendered("sprites.tpsheet.j2", **context, page=page)
+        yield OutputFile(sheet.file(i, ENDINGS["tpsheet"]), "atlas", text.encode())
+
+
+def export_template(sheet: AtlasSheet, export: TemplateExport, path: Path) -> OutputFile:
+    """Return the file that the user's template at ``path`` makes of the sheet.
+
+    Raises:
+        FireAtlasError: It cannot be read, is invalid, does what is not allowed, or takes too long.
+    """
+    request = {"template": _read(path), "to": export.to, "context": context_of(sheet)}
+    answer = _answer(json.dumps(request), path)
+    if "error" in answer:
+        where = f"{path}:{answer['line']}" if answer.get("line") else f"{path}"
+        raise OutputError(f"{where}: {answer['error']}")
+    return OutputFile(_checked_name(answer["name"], path), "template", answer["text"].encode())
+
+
+def _checked_name(name: str, path: Path) -> str:
+    """Return the name that the template at ``path`` gives its file, if it is allowed."""
+    if name.startswith(".") or not is_portable(name):
+        objection = "which is not a plain file name that every system allows"
+    elif is_reserved(name):
+        objection = "a name that builds keep for themselves"
+    else:
+        return name
+    raise OutputError(
+        f"{path}: `to` gives {name!r}, {objection}; write something like {{{{ name }}}}.txt"
+    )
+
+
+def _read(path: Path) -> str:
+    try:
+        return read_file(path, MIB).decode("utf-8-sig")
+    except OSError as error:
+        raise RecipeError(f"{path}: the template cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise RecipeError(f"{path}: the template is not UTF-8; save it as UTF-8") from None
+
+
+def _answer(request: str, path: Path) -> dict[str, Any]:
+    """Render in another process; ``request`` is JSON, as ``render_process`` reads it."""
+    try:
+        done = run_module(
+            "fire_atlas.formats.templates.render_process", request.encode(), MAX_SECONDS
+        )
+    except subprocess.TimeoutExpired:
+        raise OutputError(
+            f"{path}: the template was stopped after {MAX_SECONDS} s; does it loop for ever?"
+        ) from None
+    try:
+        answer: dict[str, Any] = json.loads(done.stdout)
+    except ValueError:
+        raise OutputError(
+            f"{path}: the template asked for too much memory or time and was stopped"
+        ) from None
+    return answer
