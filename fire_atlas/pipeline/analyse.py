@@ -113,7 +113,7 @@ def analyse(
 
     field = record_field(drives(), clip, settings.buoyancy, settings.wind, settings.seed)
     spawns = Spawns.concatenate([births[i] for i in sorted(births)])
-    if study.burns_out and not clip.loop and not clip.tail:
+    if study.dies_out and not clip.loop and not clip.tail:
         spawns = spawns.cooled_by((clip.count - 1) / clip.fps)
     if not len(spawns.tick) and emitter.rate * clip.body / clip.fps > _SURE_BIRTHS:
         context.progress.note(

@@ -14,6 +14,7 @@ from fire_atlas.core.pixels import Bytes
 from fire_atlas.generators.profile.learn.features import FireMask, contour, largest_flame
 from fire_atlas.generators.profile.model import STATE_EDGES, STATE_WIDTH, Profile, Side
 from fire_atlas.preview.blend import blend
+from fire_atlas.vision.sampling import evenly_spread
 
 _BACKGROUND, _INK, _DIM = (16, 16, 20), (225, 225, 230), (120, 120, 132)
 _ACCENT, _LINE, _POINT = (255, 150, 40), (90, 210, 255), (255, 70, 150)
@@ -44,7 +45,7 @@ def profile_picture(profile: Profile, clips: Sequence[Clip]) -> bytes:
 def _frames(clip: Clip, side: Side) -> Image.Image:
     """Draw some frames, cropped to the fire, with outline and feature points."""
     mask = FireMask.of(clip, side.threshold)
-    numbers = sorted({round(float(i)) for i in np.linspace(0, clip.count - 1, _FRAMES)})
+    numbers = evenly_spread(0, clip.count - 1, _FRAMES)
     xs = np.array([point[0] for each in side.points for point in each])
     ys = np.array([point[1] for each in side.points for point in each])
     room = 0.35 * side.statistics.height.median

@@ -92,7 +92,7 @@ def test_without_flakes_there_are_no_bursts() -> None:
     assert not len(burn(campfire(160), {"flakes": {"rate": 0}}).births)
 
 
-def test_flakes_of_a_fire_that_burns_out_are_cold_when_it_ends(clips: Path) -> None:
+def test_flakes_of_a_fire_that_dies_out_are_cold_when_it_ends(clips: Path) -> None:
     burnt = burn(real_clip(clips, "cartoon_wesnoth_fireball_impact"), {"flakes": {"rate": 100}})
     lit = [visible_count(rows) for rows in burnt.tracks.frames]
     assert max(lit) > 20 and lit[-1] == 0 and lit[-2] > 0
@@ -101,7 +101,7 @@ def test_flakes_of_a_fire_that_burns_out_are_cold_when_it_ends(clips: Path) -> N
 def test_a_fire_burns_on_after_a_flash() -> None:
     frames = [campfire(120).read(i) for i in range(16)]
     frames[2] = np.ones_like(frames[2])
-    assert not burn(clip_of(frames), {"timeline": {"loop": "none"}}).study.burns_out
+    assert not burn(clip_of(frames), {"timeline": {"loop": "none"}}).study.dies_out
 
 
 def test_in_a_frame_of_few_pixels_sparks_can_be_seen(clips: Path) -> None:

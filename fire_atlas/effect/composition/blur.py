@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
+from fire_atlas.vision.warp import sample_at
 
 
 def blur_along(
@@ -42,10 +43,7 @@ def blur_along(
     total = np.zeros_like(pixels)
     for step in (np.arange(samples) + 0.5) / samples - 0.5:
         share = np.float32(step)
-        moved = cv2.remap(
-            pixels, x - path_x * share, y - path_y * share, cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_REPLICATE,
-        )  # fmt: skip
+        moved = sample_at(pixels, x - path_x * share, y - path_y * share)
         cv2.add(total, moved, dst=total)
     return _with_light_of(pixels, total / np.float32(samples))
 

@@ -13,6 +13,7 @@ from fire_atlas.core.pixels import (
     unpremultiply,
 )
 from fire_atlas.core.workers import Workers
+from fire_atlas.vision.sampling import evenly_spread
 
 _MIN_DIVISOR = np.float32(1e-6)
 """Least coverage that light is divided by."""
@@ -95,7 +96,7 @@ def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def clip_palette(clip: Clip, workers: Workers) -> NDArray[np.float32]:
     """Return the most frequent opaque colours of a clip, (colours, 3) sRGB in 0..1."""
-    samples = sorted({round(i) for i in np.linspace(0, clip.count - 1, _PALETTE_SAMPLES)})
+    samples = evenly_spread(0, clip.count - 1, _PALETTE_SAMPLES)
     counted = np.zeros(1 << 24, np.int64)
     for codes in workers.map(lambda i: _opaque_codes(clip, i), samples):
         np.add.at(counted, codes, 1)

@@ -19,6 +19,7 @@ from fire_atlas.effect.field.forcing import Forcing, grid_shape
 from fire_atlas.effect.field.wind import AmbientFlow
 from fire_atlas.recipe.effect import Buoyancy
 from fire_atlas.recipe.wind import Wind
+from fire_atlas.vision.warp import sample_at
 
 _MAX_STEP = 1 / 20
 """Longest time step, s: slow clips are sub-stepped, so that nothing jumps over an eddy."""
@@ -229,4 +230,4 @@ def project(u: Plane, v: Plane) -> tuple[Plane, Plane]:
 
 
 def _sample(plane: Plane, x: Plane, y: Plane) -> Plane:
-    return as_plane(cv2.remap(plane, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+    return sample_at(plane, x, y)

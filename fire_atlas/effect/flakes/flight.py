@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Self
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +12,7 @@ from fire_atlas.core.chance import Stage, generator
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.effect.field.record import FieldRecord
 from fire_atlas.effect.flakes.emission import TICK, Spawns
+from fire_atlas.vision.warp import sample_at
 
 Column = NDArray[np.float64]
 
@@ -142,10 +142,7 @@ class _FieldSampler:
         found = np.empty((len(x), 3))
         for start in range(0, len(x), _REMAP_LIMIT):
             part = slice(start, start + _REMAP_LIMIT)
-            found[part] = cv2.remap(
-                self.planes, map_x[part], map_y[part], cv2.INTER_LINEAR,
-                borderMode=cv2.BORDER_REPLICATE,
-            )[:, 0]  # fmt: skip
+            found[part] = sample_at(self.planes, map_x[part], map_y[part])[:, 0]
         return np.ascontiguousarray(found.T)
 
 

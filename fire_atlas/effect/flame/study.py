@@ -15,6 +15,7 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flame.features import Box, gradient_magnitude, kappa
 from fire_atlas.effect.flame.segmentation import FlameSegmentation
 from fire_atlas.recipe.effect import Features
+from fire_atlas.vision.sampling import evenly_spread
 
 _MIN_SAMPLES, _MAX_SAMPLES = 6, 12
 """Frames that are studied, evenly spread over the clip: every other one of a short clip, as
@@ -48,7 +49,7 @@ class FlameStudy:
         alpha: Automatic α, the threshold of candidates for flakes.
         candidate_count: Mean candidates a frame at the automatic α.
         mean_feature: Mean ‖Fv‖ over features, the unit of the feature force.
-        burns_out: Whether next to nothing of the flame is left in the last frame.
+        dies_out: Whether next to nothing of the flame is left in the last frame.
     """
 
     buoyancy: tuple[float, float]
@@ -61,7 +62,7 @@ class FlameStudy:
     alpha: float
     candidate_count: float
     mean_feature: float
-    burns_out: bool
+    dies_out: bool
 
     def active_window(self, step: int) -> Window:
         """Return the part of the frame where anything ever moves, on multiples of ``step`` px."""
@@ -94,7 +95,7 @@ def study_flame(
     ``buoyancy`` is F_buoyancy, a unit vector in image axes, along which κ grows.
     """
     count = min(max(clip.body // 2, _MIN_SAMPLES), _MAX_SAMPLES)
-    samples = sorted({round(i) for i in np.linspace(0, clip.body - 1, count)})
+    samples = evenly_spread(0, clip.body - 1, count)
     planes = list(workers.map(clip.brightness, samples))
     # Not needed before the masks: computed beside what only one thread can do.
     slopes = [workers.start(partial(gradient_magnitude, each, features.sigma)) for each in planes]
@@ -112,7 +113,7 @@ def study_flame(
     alpha, candidate_count, mean_feature = _automatic_alpha(list(lengths))
     return FlameStudy(
         buoyancy, box, base, _moving_area(segmentation.activity, box), segmentation, weight,
-        epsilon, alpha, candidate_count, mean_feature, _burns_out(planes, masks),
+        epsilon, alpha, candidate_count, mean_feature, _dies_out(planes, masks),
     )  # fmt: skip
 
 
@@ -122,7 +123,7 @@ def _flame_box(masks: list[Plane]) -> tuple[Box, tuple[float, float]]:
     total: Plane = reduce(np.add, masks)
     if not total.any():
         return Box(0.0, 0.0, width - 1.0, height - 1.0), (width / 2, float(height))
-    (left, right), (top, bottom) = (_bulk_range(total.sum(axis=axis)) for axis in (0, 1))
+    (left, right), (top, bottom) = (_central_range(total.sum(axis=axis)) for axis in (0, 1))
     foot = total[max(0, int(bottom - (bottom - top) * 0.15)) : int(bottom) + 1].sum(axis=0)
     x = float((foot * (np.arange(width) + 0.5)).sum() / max(foot.sum(), 1e-6))
     return Box(left, top, right, bottom), (x, bottom + 1.0)
@@ -134,14 +135,14 @@ def _moving_area(activity: Plane, box: Box) -> float:
     return float(inside.sum()) / len(activity) ** 2
 
 
-def _burns_out(planes: list[Plane], masks: list[Plane]) -> bool:
+def _dies_out(planes: list[Plane], masks: list[Plane]) -> bool:
     """Whether the light of the flame, about the square of its brightness, fades to nothing."""
     light = [float((mask * plane * plane).sum()) for plane, mask in zip(planes, masks, strict=True)]
-    burning = [each for each in light if each > 0]
-    return bool(burning) and light[-1] < _BURNT_OUT * float(np.median(burning))
+    lit = [each for each in light if each > 0]
+    return bool(lit) and light[-1] < _BURNT_OUT * float(np.median(lit))
 
 
-def _bulk_range(profile: Plane) -> tuple[float, float]:
+def _central_range(profile: Plane) -> tuple[float, float]:
     """First and last index between which all but 1 % of the sum of ``profile`` lies."""
     total = np.cumsum(profile, dtype=np.float64)
     first, last = np.searchsorted(total, total[-1] * np.array([0.005, 0.995]))

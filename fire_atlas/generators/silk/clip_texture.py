@@ -23,6 +23,7 @@ from fire_atlas.generators.silk.motion_synthesis import (
 )
 from fire_atlas.generators.silk.texture import Image, TextureLoop, edge_fade
 from fire_atlas.vision.sampling import evenly_spread
+from fire_atlas.vision.warp import sample_at
 
 _SAMPLES = 12
 """Frames, evenly spread, from which the key is made; and starts that are tried for a loop."""
@@ -136,10 +137,7 @@ class _FireKey:
         across = ((np.arange(width) + 0.5) / width - 0.5) * (right - left) / _FILL_WIDTH
         columns = np.interp(rows, np.arange(len(middle)), middle)[:, None] + across[None]
         rows = np.broadcast_to(rows[:, None], columns.shape)
-        upright = cv2.remap(
-            light, as_plane(columns), as_plane(rows), cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_CONSTANT,
-        )  # fmt: skip
+        upright = sample_at(light, as_plane(columns), as_plane(rows), border=cv2.BORDER_CONSTANT)
         # A clip was exposed when it was filmed; the sheets are exposed again when they are drawn.
         unexposed = -np.log1p(-np.clip(as_plane(upright), 0.0, 0.97))
         return as_plane(unexposed * _flame_fade(shape)[..., None])

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from fire_atlas.core.chance import Stage, generator
 from fire_atlas.core.noise import BlurredCurlNoise
 from fire_atlas.core.pixels import Plane, as_plane
-from fire_atlas.generators.silk.texture import Image, warp
+from fire_atlas.generators.silk.texture import Image
+from fire_atlas.vision.warp import warp_by_pixels
 
 _SIGMA = 0.08
 """[σ] of eq. 24, relative to the brightest value."""
@@ -155,4 +156,6 @@ def _sharpen(image: Image, detail: float) -> Image:
 
 
 def _displace(image: Image, motion: NDArray[np.float32]) -> Image:
-    return warp(image, motion, cv2.INTER_CUBIC, cv2.BORDER_REPLICATE)
+    """Displace what an image shows by ``motion`` (height, width, 2), px."""
+    warped = warp_by_pixels(image, motion, -1.0, cv2.INTER_CUBIC)
+    return warped.reshape(image.shape)

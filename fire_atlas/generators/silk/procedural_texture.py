@@ -17,6 +17,7 @@ from fire_atlas.core.noise import PlaneWaves, curl_differences, random_wave_vect
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.generators.silk.fuel import Burner
 from fire_atlas.generators.silk.texture import TextureLoop, edge_fade
+from fire_atlas.vision.warp import sample_at
 
 _EDDIES = 48
 """Number of waves summed for the eddies."""
@@ -137,8 +138,8 @@ class _Advection:
         """Move the followed points by a time step of the flow."""
         at = self._columns + self._x, self._rows + self._y
         edge = cv2.BORDER_REPLICATE
-        self._x += cv2.remap(right, *at, cv2.INTER_LINEAR, borderMode=edge) * self._px
-        self._y -= cv2.remap(up, *at, cv2.INTER_LINEAR, borderMode=edge) * self._px
+        self._x += sample_at(right, *at, border=edge) * self._px
+        self._y -= sample_at(up, *at, border=edge) * self._px
 
     def displacement(self) -> NDArray[np.float32]:
         """Displacement of the followed points, px, on a coarser grid (h, w, 2)."""
@@ -152,9 +153,7 @@ class _Advection:
     def advect(self, fuel: Plane, right: Plane, up: Plane) -> Plane:
         """``fuel`` after a time step of the flow (semi-Lagrangian)."""
         columns, rows = self._columns - right * self._px, self._rows + up * self._px
-        return as_plane(
-            cv2.remap(fuel, columns, rows, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT)
-        )
+        return sample_at(fuel, columns, rows, cv2.INTER_CUBIC, border=cv2.BORDER_CONSTANT)
 
 
 class _GasFlow:

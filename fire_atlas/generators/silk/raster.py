@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.vision.warp import sample_at
+
 _ROW = 4096
 """Fragments are arranged in rows this long for OpenCV, whose images have limited sides."""
 
@@ -139,7 +141,7 @@ def sample_texture(
     maps = np.full((2, rows * _ROW), -2.0, np.float32)
     maps[:, :count] = position[:, :2].T
     x, y = maps.reshape(2, rows, _ROW)
-    found = cv2.remap(texture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
+    found = sample_at(texture, x, y, border=cv2.BORDER_CONSTANT)
     return np.asarray(found, np.float32).reshape(rows * _ROW, -1)[:count]
 
 

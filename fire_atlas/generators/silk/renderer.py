@@ -29,7 +29,7 @@ _FINER = 2
 _BATCH = 16
 """Sheets drawn at once: memory does not grow with their number."""
 
-_EDGE_ON, _FACE_ON = 0.3, 0.55
+_EDGE_ON, _FADE_IN = 0.3, 0.55
 """Cosine between a sheet's normal and the line of sight at which it vanishes, and how much more
 it takes until it is fully visible."""
 
@@ -130,7 +130,7 @@ class SilkRenderer:
         facing = np.abs(np.einsum("srcd,d->src", normals(x), camera.axes()[2]))
         # From above no upright sheet faces the camera; the one that does best is fully visible.
         facing /= max(math.cos(camera.elevation), _MIN_COSINE)
-        share = smooth_step((facing - _EDGE_ON) / _FACE_ON)
+        share = smooth_step((facing - _EDGE_ON) / _FADE_IN)
         speed = lengths(self._velocity(i)[sheets]) / (self.scene.fuel.reference_speed * 4)
         up = np.linspace(0.0, 1.0, x.shape[1])[None, :, None]
         density = (1 - 0.35 * up) / (1 + 0.25 * speed * speed)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane, as_plane
+from fire_atlas.vision.warp import warp_by_pixels
 
 Image = NDArray[np.float32]
 """(height, width, channels) float32: heat (1 channel) or linear light (3)."""
@@ -44,8 +45,8 @@ class TextureLoop:
             return as_plane(image).copy()
         following = self.images[(first + 1) % len(self)]
         motion = self.motion_from(first)
-        before = warp(image, motion * share)
-        after = warp(following, motion * (share - 1))
+        before = warp_by_pixels(image, motion, -float(share), border=cv2.BORDER_CONSTANT)
+        after = warp_by_pixels(following, motion, float(1 - share), border=cv2.BORDER_CONSTANT)
         blended = cv2.addWeighted(before, float(1 - share), after, float(share), 0.0)
         blend = as_plane(blended).reshape(image.shape)
         # What was warped to the edges must not show there.
@@ -57,20 +58,6 @@ class TextureLoop:
         """Displacement (height, width, 2) from image ``n`` to the next, px."""
         height, width = self.images.shape[1:3]
         return as_plane(cv2.resize(self.motion[n], (width, height), interpolation=cv2.INTER_LINEAR))
-
-
-def warp(
-    image: Image,
-    motion: NDArray[np.float32],
-    interpolation: int = cv2.INTER_LINEAR,
-    border: int = cv2.BORDER_CONSTANT,
-) -> Image:
-    """Displace what an image shows by ``motion`` (height, width, 2), px: x right, y down."""
-    height, width = motion.shape[:2]
-    columns = np.arange(width, dtype=np.float32)[None] - motion[..., 0]
-    rows = np.arange(height, dtype=np.float32)[:, None] - motion[..., 1]
-    warped = cv2.remap(image, columns, rows, interpolation, borderMode=border)
-    return as_plane(warped).reshape(image.shape)
 
 
 def edge_fade(shape: tuple[int, int]) -> Plane:

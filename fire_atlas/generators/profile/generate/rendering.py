@@ -20,6 +20,7 @@ from fire_atlas.generators.profile.generate.particles import half_width
 from fire_atlas.generators.profile.generate.shading import ShadeTable, shade_table, taper_of
 from fire_atlas.generators.profile.generate.wind import LEAN_PER_LEVEL
 from fire_atlas.generators.profile.model import FLOW_CELL, SCORE_UNIT, interpolated
+from fire_atlas.vision.warp import sample_at
 
 _MAX_ELEVATION = 80.0
 """Degrees. From steeper than this nothing of a flame is left but its foot."""
@@ -88,13 +89,11 @@ class ProfileRendering:
         filmed = min(profile.grid.cells_per_height, profile.front.statistics.height.median)
         oversampling = max(1, math.ceil(0.8 * filmed / camera.scale))
         columns, rows = self._grid_places(pose, oversampling)
-        seen = cv2.remap(
-            self._straight_picture(self._masks(index)), columns, rows, cv2.INTER_CUBIC,
-            borderMode=cv2.BORDER_CONSTANT, borderValue=(0, 0, 0, 0),
-        )  # fmt: skip
+        straight = self._straight_picture(self._masks(index))
+        seen = sample_at(straight, columns, rows, cv2.INTER_CUBIC, cv2.BORDER_CONSTANT)
         if oversampling > 1:
             size = camera.width, camera.height
-            seen = cv2.resize(seen, size, interpolation=cv2.INTER_AREA)
+            seen = as_plane(cv2.resize(seen, size, interpolation=cv2.INTER_AREA))
         # Cubics overshoot at edges.
         np.clip(seen, 0, 1, out=seen)
         np.minimum(seen[..., :3], seen[..., 3:], out=seen[..., :3])
@@ -106,10 +105,7 @@ class ProfileRendering:
         grid, settings, pose = self.fire.profile.grid, self.fire.settings, self.pose(index)
         moves = self._grid_flow(self._masks(index)) * np.float32(self.fire.time_rate(index))
         columns, rows = self._grid_places(pose, 1)
-        seen = cv2.remap(
-            moves, (columns + 0.5) / FLOW_CELL - 0.5, (rows + 0.5) / FLOW_CELL - 0.5,
-            cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE,
-        )  # fmt: skip
+        seen = sample_at(moves, (columns + 0.5) / FLOW_CELL - 0.5, (rows + 0.5) / FLOW_CELL - 0.5)
         per_cell = self.camera.scale * np.array([
             self.half_width / grid.cells_per_half, 1 / grid.cells_per_height
         ])  # fmt: skip

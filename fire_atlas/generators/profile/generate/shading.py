@@ -3,13 +3,13 @@
 import math
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from fire_atlas.core.pixels import Pixels, Plane, as_plane, decode_bytes
+from fire_atlas.core.pixels import Pixels, Plane, decode_bytes
 from fire_atlas.generators.profile.model import Profile, decoded_shades
+from fire_atlas.vision.warp import sample_at
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,12 +75,7 @@ def _colour_gain(profile: Profile) -> NDArray[np.float32] | None:
     columns = (grid.offsets + 1.0) / 2 * size - 0.5
     x, y = np.meshgrid(columns.astype(np.float32), rows.astype(np.float32))
     last = np.float32(size - 1)
-    return as_plane(
-        cv2.remap(
-            gains, np.clip(x, 0, last), np.clip(y, 0, last), cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_REPLICATE,
-        )
-    )  # fmt: skip
+    return sample_at(gains, np.clip(x, 0, last), np.clip(y, 0, last))
 
 
 def taper_of(profile: Profile) -> CubicSpline:

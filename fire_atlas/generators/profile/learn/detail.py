@@ -47,6 +47,7 @@ from fire_atlas.generators.profile.model import (
     node_heights,
 )
 from fire_atlas.vision.flow import SMALLEST_SIDE, optical_flow
+from fire_atlas.vision.warp import sample_at
 
 _MIN_CELLS, _MAX_CELLS = 80, 224
 """Cells in a flame's height, at least and at most."""
@@ -159,10 +160,7 @@ def _straightened(
     half_width = interpolated(pose.width_ratio[i], heights) * half
     columns = middle[:, None] + half_width[:, None] * grid.offsets - 0.5
     rows = np.broadcast_to((foot - heights * height - 0.5)[:, None], grid.shape)
-    flat = cv2.remap(
-        fire, columns.astype(np.float32), rows.astype(np.float32), cv2.INTER_CUBIC,
-        borderMode=cv2.BORDER_CONSTANT, borderValue=(0, 0, 0, 0),
-    )  # fmt: skip
+    flat = sample_at(fire, columns, rows, cv2.INTER_CUBIC, cv2.BORDER_CONSTANT)
     flat = np.clip(flat, 0, None)
     flat[..., 3] = np.minimum(flat[..., 3], 1)
     if measured.cut_share > 0:

@@ -1,7 +1,7 @@
 """Which pixels of a frame are flame, their outline and its six feature points (Lee et al., III-A).
 
-The paper thresholds its frames, filmed before black. Here props, lit walls and glow are told apart
-from fire by looking at several frames: fire flickers.
+The paper thresholds its frames, filmed before black. Here props, lit walls and glow are
+distinguished from fire by looking at several frames: fire flickers.
 """
 
 import math
@@ -17,6 +17,7 @@ from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Bytes, Pixels, Plane, as_plane, brightness
 from fire_atlas.generators.profile.model import FeaturePoints
 from fire_atlas.vision.activity import activity
+from fire_atlas.vision.sampling import evenly_spread
 
 _BLACK = 6.0
 """Brightness (0..255) up to which a pixel counts as black."""
@@ -63,7 +64,7 @@ class FireMask:
     def of(cls, clip: Clip, threshold: float | None = None) -> "FireMask":
         """Find the fire in a clip; without a ``threshold`` it is chosen from the clip as well."""
         # A dozen frames, evenly spread.
-        numbers = sorted({round(float(i)) for i in np.linspace(0, clip.count - 1, _SAMPLES)})
+        numbers = evenly_spread(0, clip.count - 1, _SAMPLES)
         samples = [clip.brightness(i) for i in numbers]
         is_filmed = clip.matte != "alpha"
         fire, no_prop = _masks(samples, is_filmed)
