@@ -7,8 +7,7 @@ import pytest
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.pixels import Bytes, Pixels
 from fire_atlas.recipe.output import Atlas
-
-from .frames import pages_of
+from tests.atlas.frames import pages_of
 
 
 def level_of(page: Bytes, level: int) -> Pixels:

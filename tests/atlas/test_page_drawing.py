@@ -16,8 +16,7 @@ from fire_atlas.core.pixels import Bytes, Pixels
 from fire_atlas.core.workers import Workers
 from fire_atlas.formats.pages.page_file import write_page
 from fire_atlas.recipe.output import Atlas
-
-from .frames import cut, frames, lying, owned, pages_of
+from tests.atlas.frames import cut, frames, lying, owned, pages_of
 
 atlases: st.SearchStrategy[dict[str, Any]] = st.fixed_dictionaries(
     {

@@ -28,10 +28,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "effect"))
-
 import numpy as np
-from fires import ALL_CLIPS, kept, real_clip
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
@@ -42,6 +39,7 @@ from fire_atlas.timeline.arrange import arrange
 from fire_atlas.timeline.cutting import analyse_cuts, best_cut
 from fire_atlas.timeline.edit_list import loop_edit
 from fire_atlas.vision.loop_figures import LoopFigures, loop_figures
+from tests.support.fires import ALL_CLIPS, kept, real_clip
 
 HEADS = ("clip", "closed by", "frames", "seam", "step", "flow", "detail", "clip", "light",
          "plan ms", "made ms")  # fmt: skip

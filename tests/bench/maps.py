@@ -35,15 +35,11 @@ from typing import Any
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "maps"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "effect"))
-
-from fires import ALL_CLIPS, real_clip
-from flipbook import ENGINES, Picture, plain, read_flipbook
-
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.cli import main as fire_atlas
 from fire_atlas.core.clip import Clip
+from tests.support.fires import ALL_CLIPS, real_clip
+from tests.support.flipbook import ENGINES, Picture, plain, read_flipbook
 
 LEAST = {
     "sim_unity_flame02": 0.15,

@@ -14,8 +14,7 @@ import tempfile
 from pathlib import Path
 
 from fire_atlas.core.workers import default_jobs
-
-from .scene import Scene, argument, make_clip, make_recipe
+from tests.bench.scene import Scene, argument, make_clip, make_recipe
 
 BOUND = 400e6
 

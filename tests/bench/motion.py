@@ -33,9 +33,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "effect"))
-
-from clip_motion import (
+from fire_atlas.core.clip import Clip
+from fire_atlas.effect.flakes.statistics import ember_figures
+from fire_atlas.recipe.effect import Buoyancy
+from tests.support.clip_motion import (
     correlation,
     crowding,
     dis_flow,
@@ -45,11 +46,7 @@ from clip_motion import (
     plume_speed,
     share_that_rises,
 )
-from fires import ALL_CLIPS, RISING, burn, looped, real_clip
-
-from fire_atlas.core.clip import Clip
-from fire_atlas.effect.flakes.statistics import ember_figures
-from fire_atlas.recipe.effect import Buoyancy
+from tests.support.fires import ALL_CLIPS, RISING, burn, looped, real_clip
 
 Pair = tuple[float, float]
 

@@ -24,8 +24,7 @@ import numpy as np
 
 from fire_atlas.atlas.pack import pack
 from fire_atlas.atlas.page_rules import PageRules, Size
-
-from .scene import argument
+from tests.bench.scene import argument
 
 HERE = Path(__file__).parent
 PYPI = ("rectpack==0.2.2", "PyTexturePacker==1.2.1")

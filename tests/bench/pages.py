@@ -32,8 +32,7 @@ from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers, default_jobs
 from fire_atlas.formats.pages.page_file import write_page
 from fire_atlas.recipe.output import Atlas
-
-from .scene import argument
+from tests.bench.scene import argument
 
 CLIPS = ("cartoon_wesnoth_campfire", "sim_unity_flame02", "cartoon_tauran_flame_sheet")
 BAND = 64

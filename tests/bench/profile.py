@@ -23,10 +23,10 @@ import sys
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "profile"))
-
 import numpy as np
-from likeness import (
+
+from fire_atlas.core.workers import Workers
+from tests.generators.profile.likeness import (
     REAL,
     Look,
     colour_error,
@@ -39,8 +39,6 @@ from likeness import (
     real_clip,
     settings,
 )
-
-from fire_atlas.core.workers import Workers
 
 FRAMES = 240
 SEEDS = range(9)

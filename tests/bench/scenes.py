@@ -27,9 +27,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from fire_atlas.core.workers import default_jobs
-
-from .floor import build_least
-from .scene import TABLE_1, Scene, alive, argument, make_clip, make_recipe, rate_for, run
+from tests.bench.floor import build_least
+from tests.bench.scene import TABLE_1, Scene, alive, argument, make_clip, make_recipe, rate_for, run
 
 Done = TypeVar("Done")
 

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from .stage import NEW, NEXT, Stage, code_of
+from tests.campaign.stage import NEW, NEXT, Stage, code_of
 
 FAULTS = ("KILL", "ENOSPC", "EACCES", "EIO")
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from .stage import NEW, OLD, Stage, code_of
+from tests.campaign.stage import NEW, OLD, Stage, code_of
 
 _COUNT = 200
 _SLOWEST = 0.03

@@ -24,8 +24,15 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from . import corpus
-from .mutations import Chance, Spoil, spoilt_bytes, spoilt_json, spoilt_png, spoilt_text
+from tests.campaign import corpus
+from tests.campaign.mutations import (
+    Chance,
+    Spoil,
+    spoilt_bytes,
+    spoilt_json,
+    spoilt_png,
+    spoilt_text,
+)
 
 _COUNT = 100_000
 """Cases of a whole campaign."""

@@ -11,8 +11,7 @@ import time
 from pathlib import Path
 
 from fire_atlas.outputs.recovery import staging_folder
-
-from .stage import NEW, NEXT, Stage, code_of, seconds_of
+from tests.campaign.stage import NEW, NEXT, Stage, code_of, seconds_of
 
 _COUNT = 1000
 _COMMIT = 0.01

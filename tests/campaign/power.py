@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .stage import NEW, Stage, code_of
+from tests.campaign.stage import NEW, Stage, code_of
 
 _KEPT = (0.0, 1.0, 0.5, 0.5)
 """Share of the names that were not synced which are kept, in each try of a prefix."""

@@ -18,7 +18,7 @@ from typing import Any
 
 from PIL import Image
 
-from . import corpus
+from tests.campaign import corpus
 
 _COUNT = 260
 """Builds of a whole campaign: twenty of each scene."""
@@ -55,17 +55,17 @@ def run(count: int | None, seed: int) -> list[str]:
     with tempfile.TemporaryDirectory(prefix="stale-") as folder:
         for k, name in enumerate(names):
             instants = range(k, count, len(names))
-            desk = Desk(Path(folder) / str(k), SCENES[name])
+            repo = Repo(Path(folder) / str(k), SCENES[name])
             for number, _ in enumerate(instants):
                 share = ((number + seed * 0.37) % len(instants) + 0.5) / len(instants)
                 comes_back = (number + k) % 2 == 1
-                if problem := desk.disturb(share, comes_back):
+                if problem := repo.disturb(share, comes_back):
                     faults.append(f"{name}, {share:.3f} of a build, {comes_back=}: {problem}")
             print(f"{name}: {len(instants)} builds disturbed", flush=True)
     return faults
 
 
-class Desk:
+class Repo:
     """A folder with a recipe that is built again and again."""
 
     def __init__(self, folder: Path, scene: Scene) -> None:

@@ -8,8 +8,7 @@ from subprocess import CompletedProcess
 import pytest
 
 from fire_atlas.core.cpu import cpu_class
-
-from .test_imports import HEAVY, imported
+from tests.cli.test_imports import HEAVY, imported
 
 Run = Callable[..., CompletedProcess[str]]
 

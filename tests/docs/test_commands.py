@@ -12,8 +12,7 @@ from fire_atlas.cli import main
 from fire_atlas.cli.arguments import parse
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.shipped import shipped
-
-from .markdown import PAGES, ROOT, code_blocks, page_text, prose, section
+from tests.docs.markdown import PAGES, ROOT, code_blocks, page_text, prose, section
 
 _COMMAND = re.compile(r"(?:^|&& +)(fire-atlas [^&\n]*)", re.MULTILINE)
 _INDENTED = re.compile(r"^    (fire-atlas [^\n]*)", re.MULTILINE)

@@ -17,8 +17,7 @@ from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.templates.context import context_of
-
-from .markdown import code_blocks, page_text, section, table_column
+from tests.docs.markdown import code_blocks, page_text, section, table_column
 
 FORMATS = "docs/formats.md"
 

@@ -6,7 +6,7 @@ from urllib.parse import unquote
 
 import pytest
 
-from .markdown import PAGES, ROOT, anchors, links, prose
+from tests.docs.markdown import PAGES, ROOT, anchors, links, prose
 
 _FILE = re.compile(r"`((?:[\w.]+/)+[\w.]+\.(?:py|md)|(?:tests|docs|fire_atlas)/[\w/.]+)`")
 _ROOTS = "", "fire_atlas"

@@ -8,8 +8,7 @@ import yaml
 
 from fire_atlas.recipe.keys import all_keys
 from fire_atlas.recipe.models import Recipe
-
-from .markdown import PAGES, ROOT, code_blocks, page_text
+from tests.docs.markdown import PAGES, ROOT, code_blocks, page_text
 
 GENERATOR = "docs/generate_recipe_reference.py"
 

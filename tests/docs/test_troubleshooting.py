@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from .markdown import ROOT, section
+from tests.docs.markdown import ROOT, section
 
 ROWS = section("docs/troubleshooting.md", "Errors").splitlines()
 MESSAGES = [

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fires import SIZE, STRETCH, A, B, Burnt, G, R, burn, clip_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel
@@ -20,6 +19,7 @@ from fire_atlas.effect.flakes.tracks import COLUMNS
 from fire_atlas.pipeline.layers import RenderSettings, layers_of
 from fire_atlas.recipe.effect import Buoyancy, Composite, Features, Flakes, MotionBlur
 from fire_atlas.recipe.wind import Wind
+from tests.support.fires import SIZE, STRETCH, A, B, Burnt, G, R, burn, clip_of
 
 Drawn = st.SearchStrategy[Any]
 

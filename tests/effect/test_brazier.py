@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import pytest
-from fires import Array, Burnt, Plane, burn, campfire, clip_of
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels, decode_bytes, encode_unit, srgb_to_linear
 from fire_atlas.effect.flakes.emission import TICK
+from tests.support.fires import Array, Burnt, Plane, burn, campfire, clip_of
 
 FLICKER = 0.15
 FRAMES = 24

@@ -6,7 +6,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fires import (
+from scipy.stats import spearmanr
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import srgb_to_linear
+from fire_atlas.core.workers import Workers
+from fire_atlas.effect.flakes.appearance import (
+    COOLEST,
+    HOTTEST,
+    ember_flicker,
+    ember_light,
+    temperature,
+)
+from fire_atlas.effect.flakes.emission import TICK, EmitterSettings, emit
+from fire_atlas.effect.flakes.statistics import ember_figures
+from fire_atlas.pipeline.layers import draw
+from fire_atlas.pipeline.simulate import SimulationSettings, simulate
+from fire_atlas.recipe.effect import Flakes
+from tests.support.fires import (
     AGE,
     LIFE,
     SIZE,
@@ -28,23 +45,6 @@ from fires import (
     pixel_of,
     real_clip,
 )
-from scipy.stats import spearmanr
-
-from fire_atlas.core.clip import Clip
-from fire_atlas.core.pixels import srgb_to_linear
-from fire_atlas.core.workers import Workers
-from fire_atlas.effect.flakes.appearance import (
-    COOLEST,
-    HOTTEST,
-    ember_flicker,
-    ember_light,
-    temperature,
-)
-from fire_atlas.effect.flakes.emission import TICK, EmitterSettings, emit
-from fire_atlas.effect.flakes.statistics import ember_figures
-from fire_atlas.pipeline.layers import draw
-from fire_atlas.pipeline.simulate import SimulationSettings, simulate
-from fire_atlas.recipe.effect import Flakes
 
 CLIPS = ("campfire", "real_fireplace_gif", "sim_unity_flame03")
 SECONDS = 12.8

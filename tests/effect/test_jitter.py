@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from fires import Array
 
 from fire_atlas.effect.field.record import FieldRecord
 from fire_atlas.effect.flakes.emission import Spawns
@@ -14,6 +13,7 @@ from fire_atlas.effect.flakes.flight import (
     fly,
     scatter_rotations,
 )
+from tests.support.fires import Array
 
 COUNT = 4000
 

@@ -6,7 +6,18 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from fires import (
+from numpy.typing import NDArray
+
+from fire_atlas.atlas.encode import encode_sprite
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import decode_bytes, encode_bytes, unpremultiply
+from fire_atlas.core.workers import Workers
+from fire_atlas.effect.flakes.drawing import add_halo
+from fire_atlas.effect.flame.study import study_flame
+from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
+from fire_atlas.pipeline.layers import Layers, RenderSettings, compose_layers, draw
+from fire_atlas.recipe.effect import Flakes
+from tests.support.fires import (
     ID,
     A,
     Array,
@@ -20,18 +31,7 @@ from fires import (
     real_clip,
     recipe_of,
 )
-from moving import Notes
-from numpy.typing import NDArray
-
-from fire_atlas.atlas.encode import encode_sprite
-from fire_atlas.core.clip import Clip
-from fire_atlas.core.pixels import decode_bytes, encode_bytes, unpremultiply
-from fire_atlas.core.workers import Workers
-from fire_atlas.effect.flakes.drawing import add_halo
-from fire_atlas.effect.flame.study import study_flame
-from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
-from fire_atlas.pipeline.layers import Layers, RenderSettings, compose_layers, draw
-from fire_atlas.recipe.effect import Flakes
+from tests.timeline.moving import Notes
 
 
 def _layer(burnt: Burnt, i: int) -> NDArray[np.float32]:

@@ -7,7 +7,10 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from clip_motion import (
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.effect.flakes.statistics import ember_figures
+from tests.support.clip_motion import (
     correlation,
     crowding,
     dis_flow,
@@ -16,10 +19,7 @@ from clip_motion import (
     other_flow,
     share_that_rises,
 )
-from fires import ALL_CLIPS, RISING, Burnt, burn, looped, real_clip
-
-from fire_atlas.core.clip import Clip
-from fire_atlas.effect.flakes.statistics import ember_figures
+from tests.support.fires import ALL_CLIPS, RISING, Burnt, burn, looped, real_clip
 
 MANY = 600
 """Births a second, for statistics: flakes do not know of each other."""

@@ -6,11 +6,11 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from fires import VY, Burnt, Plane, burn, campfire, clip_of, real_clip
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import brightness, decode_bytes
 from fire_atlas.effect.flame.features import feature_vectors, refine
+from tests.support.fires import VY, Burnt, Plane, burn, campfire, clip_of, real_clip
 
 MANY = 800
 """Births a second, for statistics."""

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fires import Burnt, burn, campfire, clip_of, looped, real_clip
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.effect.flakes.tracks import visible_count
 from fire_atlas.pipeline.layers import draw
 from fire_atlas.recipe.effect import Flakes
+from tests.support.fires import Burnt, burn, campfire, clip_of, looped, real_clip
 
 _LONG = 5.0
 """Seconds for which births are counted."""

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fires import Burnt, X, burn, campfire
 
 from fire_atlas.effect.field.eddies import Eddies
 from fire_atlas.effect.field.wind import (
@@ -17,6 +16,7 @@ from fire_atlas.effect.field.wind import (
     wind_velocity,
 )
 from fire_atlas.recipe.wind import Wind
+from tests.support.fires import Burnt, X, burn, campfire
 
 
 def _wind(**keys: Any) -> Wind:

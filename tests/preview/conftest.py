@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from .browser import Browser
+from tests.preview.browser import Browser
 
 
 @pytest.fixture(scope="session")

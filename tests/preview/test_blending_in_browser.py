@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from flipbook import ENGINES, Picture, plain, read_flipbook, tent
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -14,8 +13,8 @@ from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.pixels import decode_bytes, encode_bytes
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.preview.frames import aligned_frames
-
-from .browser import Browser, Seen, assert_quiet, built, picture
+from tests.preview.browser import Browser, Seen, assert_quiet, built, picture
+from tests.support.flipbook import ENGINES, Picture, plain, read_flipbook, tent
 
 LOOK, PIXELS = ("look",), ("pixels", "#picture")
 THREE_WAYS = [each for _ in range(3) for each in (PIXELS, LOOK, ("press", "m"))]

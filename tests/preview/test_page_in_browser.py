@@ -17,8 +17,7 @@ from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.tracks.tracks_json import read_tracks
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.frames import aligned_frames
-
-from .browser import COUNT, Browser, assert_quiet, built, picture, previewed
+from tests.preview.browser import COUNT, Browser, assert_quiet, built, picture, previewed
 
 LOOK = ("look",)
 

@@ -9,7 +9,6 @@ from typing import Any
 import av
 import numpy as np
 import pytest
-import synthetic_fire as fire
 from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image, PngImagePlugin
@@ -17,6 +16,7 @@ from PIL import Image, PngImagePlugin
 from fire_atlas.core.errors import SourceError
 from fire_atlas.sources import animated
 from fire_atlas.sources.reader import resample
+from tests.support import synthetic_fire as fire
 
 CLEAR = (0, 0, 0, 0)
 RED, GREEN, BLUE = (255, 0, 0, 255), (0, 255, 0, 255), (0, 0, 255, 255)

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import synthetic_fire as fire
 from PIL import Image
 
 from fire_atlas.core.errors import SourceError
+from tests.support import synthetic_fire as fire
 
 Writer = Callable[[Path], Path]
 

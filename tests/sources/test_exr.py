@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import OpenEXR
 import pytest
-import synthetic_fire as fire
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture
 from fire_atlas.sources.images import decode, read_header
+from tests.support import synthetic_fire as fire
 
 LIGHT = np.random.default_rng(7).random((9, 7, 4)).astype(np.float16)
 TILED = {"type": OpenEXR.tiledimage, "tiles": OpenEXR.TileDescription()}

@@ -9,11 +9,11 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-import synthetic_fire as fire
 from PIL import Image
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.sources.images import decode, read_header
+from tests.support import synthetic_fire as fire
 
 NOISE = np.random.default_rng(5).integers(0, 256, (9, 7, 4), np.uint8)
 

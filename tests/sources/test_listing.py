@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import synthetic_fire as fire
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import natural_key
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import listing
+from tests.support import synthetic_fire as fire
 
 
 def inputs(path: Path, **settings: object) -> list[Path]:

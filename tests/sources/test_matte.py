@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import synthetic_fire as fire
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
@@ -16,6 +15,7 @@ from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import to_light, with_alpha
 from fire_atlas.core.pixels import Pixels, linear_to_srgb, srgb_to_linear, unpremultiply
 from fire_atlas.sources import matte
+from tests.support import synthetic_fire as fire
 
 BYTES = arrays.arrays(np.uint8, (3, 4, 3), elements=st.integers(0, 255))
 

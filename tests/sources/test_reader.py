@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import synthetic_fire as fire
 
 from fire_atlas.core.picture import Picture
 from fire_atlas.sources.reader import SequentialDecoder
+from tests.support import synthetic_fire as fire
 
 LARGE = 8 << 20
 """Bytes of a frame of which there is room for a few."""

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import synthetic_fire as fire
 from PIL import Image
 
 from fire_atlas.core.clip import Clip
+from tests.support import synthetic_fire as fire
 
 HALF_BYTE = 0.5 / 255
 VIDEO = 0.06

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import synthetic_fire as fire
 from PIL import Image
 
 from fire_atlas.core.pixels import linear_to_srgb, unpremultiply
+from tests.support import synthetic_fire as fire
 
 MATTES = {
     "cartoon_fluent_fire": "alpha",

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import synthetic_fire as fire
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fire_atlas.core.pixels import unpremultiply
 from fire_atlas.sources.frames import resize, width_for
+from tests.support import synthetic_fire as fire
 
 
 def test_halving_averages_light_and_coverage() -> None:

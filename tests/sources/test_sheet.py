@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import synthetic_fire as fire
 from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
@@ -13,6 +12,7 @@ from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.recipe.source import Grid
 from fire_atlas.sources.sheet import open_sheet
+from tests.support import synthetic_fire as fire
 
 
 def test_whole_cells_are_cut_out_bit_for_bit(tmp_path: Path) -> None:

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import synthetic_fire as fire
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.sources.video import open_video
+from tests.support import synthetic_fire as fire
 
 
 def mp4(path: Path, count: int = 24) -> Path:

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from fires import clip_of
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
@@ -13,6 +12,7 @@ from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.timeline.arrange import arrange
+from tests.support.fires import clip_of
 
 Place = tuple[float, float]
 

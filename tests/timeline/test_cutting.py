@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fires import campfire, clip_of, real_clip
-from moving import Notes, arranged, blob, circling, moving, steps, turbulent
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.pixels import Pixels
+from tests.support.fires import campfire, clip_of, real_clip
+from tests.timeline.moving import Notes, arranged, blob, circling, moving, steps, turbulent
 
 ONE_SHOTS = ("cartoon_freedoom_fire", "cartoon_wesnoth_fireball_impact")
 CLOSED = (

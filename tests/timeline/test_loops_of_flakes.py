@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fires import burn, campfire, real_clip
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.effect.flakes import appearance
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.pipeline.layers import draw
 from fire_atlas.recipe.effect import Flakes
+from tests.support.fires import burn, campfire, real_clip
 
 KEYS: dict[str, Any] = {"flakes": {"rate": 150, "life": [0.3, 2.6]}}
 

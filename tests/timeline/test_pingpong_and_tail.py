@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fires import VY, burn, campfire, clip_of
-from moving import arranged, blob, moving, steps
 
 from fire_atlas.core.errors import RecipeError
+from tests.support.fires import VY, burn, campfire, clip_of
+from tests.timeline.moving import arranged, blob, moving, steps
 
 
 def test_a_pingpong_shows_neither_end_twice() -> None:

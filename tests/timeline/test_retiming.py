@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fires import VX, VY, burn, campfire, clip_of, real_clip
-from moving import Notes, arranged, blob, centre, circling, moving, steps, turbulent
 
 from fire_atlas.core.clip import Clip
+from tests.support.fires import VX, VY, burn, campfire, clip_of, real_clip
+from tests.timeline.moving import Notes, arranged, blob, centre, circling, moving, steps, turbulent
 
 
 def _path(t: float) -> tuple[float, float]:

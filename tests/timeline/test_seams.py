@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fires import clip_of, real_clip
-from moving import arranged, blob, centre, moving, turbulent
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.vision.loop_figures import Figures, LoopFigures, loop_figures
+from tests.support.fires import clip_of, real_clip
+from tests.timeline.moving import arranged, blob, centre, moving, turbulent
 
 CUT = ("real_candle_red", "real_firewall_stock")
 OVERLAP = 8

@@ -1,1 +1,0 @@
-"""Whole builds: recipes and clips in, files out."""

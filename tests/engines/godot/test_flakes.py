@@ -1,0 +1,276 @@
+"""The player, in the engine, flies the flakes as the tracks say."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from numpy.typing import NDArray
+from PIL import Image
+
+from fire_atlas.atlas.encode import encode_frame
+from fire_atlas.cli import main
+from fire_atlas.core.shipped import shipped
+from fire_atlas.effect.composition.composite import compose
+from fire_atlas.effect.flakes.drawing import draw_flakes, draw_pixels
+from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, fold_into_loop
+from fire_atlas.engines.godot.flakes import flake_arrays
+from fire_atlas.formats.product import Product
+from fire_atlas.pipeline.writers import exported_files
+from fire_atlas.recipe.output import GodotExport
+from tests.engines.godot.engine import Game
+from tests.engines.godot.godot4 import as_godot_3
+from tests.support.any_tracks import any_tracks, flights_of
+from tests.support.marked import marked
+from tests.support.sheets import sheet_of_fire
+
+SIZE, AT = (200, 200), (100, 160)
+Table = NDArray[np.float64]
+
+
+def tracks_of(folder: Path) -> tuple[dict[str, Any], list[Table], tuple[float, float]]:
+    """Return the tracks of a build, a table of named columns a frame, and the pivot in px."""
+    tracks = json.loads((folder / "fire.flakes.json").read_text())
+    frames = [np.array(frame["rows"]).reshape(-1, len(COLUMNS)) for frame in tracks["frames"]]
+    (entry, *_) = json.loads((folder / "fire.json").read_text())["frames"].values()
+    width, height = entry["sourceSize"]["w"], entry["sourceSize"]["h"]
+    return tracks, frames, (entry["anchor"]["x"] * width, entry["anchor"]["y"] * height)
+
+
+def wanted(rows: Table, pivot: tuple[float, float]) -> Table:
+    """What the engine has to say of rows of the tracks: see ``fly.gd``."""
+    column = dict(zip(COLUMNS, rows.T, strict=True))
+    return np.column_stack([
+        column["x"] - pivot[0], column["y"] - pivot[1], column["size"] * column["stretch"],
+        column["size"], column["rotation"], *(column[c] * column["a"] for c in "rgb"),
+        0 * column["x"],
+    ])  # fmt: skip
+
+
+def assert_alike(seen: Any, rows: Table) -> None:
+    """Compare instances with rows, each rounded as it is written; angles are all the same ± 2π."""
+    got = np.array(seen, float).reshape(-1, 9)
+    assert got.shape == rows.shape
+    got[:, 4] = rows[:, 4] + (got[:, 4] - rows[:, 4] + np.pi) % (2 * np.pi) - np.pi
+    allowed = [0.002, 0.002, 0.05, 0.002, 0.001, 0.002, 0.002, 0.002, 0]
+    assert (np.abs(got - rows) <= allowed + 2e-4 * np.abs(rows)).all()
+
+
+@pytest.mark.usefixtures("godot")
+@pytest.mark.parametrize(("version", "loop"), [(3, "auto"), (4, "auto"), (3, "none")])
+def test_every_flake_of_every_frame_is_where_the_tracks_have_it(
+    version: int, loop: str, tmp_path: Path
+) -> None:
+    folder = tmp_path / "game"
+    folder.mkdir()
+    (folder / "fire.yaml").write_text(json.dumps({
+        "source": {"path": str(shipped("samples") / "campfire"), "height": 120, "fps": 24},
+        "flakes": {"bake": False, "life": [0.3, 1.2]}, "timeline": {"loop": loop},
+        "exports": ["json", {"godot": {"version": version}}],
+    }))  # fmt: skip
+    assert main(["build", "-q", str(folder / "fire.yaml"), "-o", str(folder)]) == 0
+    if version == 4:
+        as_godot_3(folder)
+    game = Game.at(folder)
+    assert game.import_all() == []
+    tracks, frames, pivot = tracks_of(folder)
+    count = len(frames)
+    halves = [i + 0.5 for i in range(count)]
+    times = [*range(count), *halves, count + 3, -2]
+    shown = [0, 7, count - 1, 7]
+    job = {"scene": "res://fire.tscn", "animation": "fire", "times": times, "frames": shown}
+    answer = game.ask("fly.gd", job, SIZE)
+    sought, followed = answer["sought"], answer["followed"]
+    for i, rows in enumerate(frames):
+        assert_alike(sought[i], wanted(rows, pivot))
+    for i, seen in zip(shown, followed, strict=True):
+        assert_alike(seen, wanted(frames[i], pivot))
+    assert answer["hidden"] == []
+    for i, seen in enumerate(sought[count : 2 * count]):
+        assert_between(np.array(seen, float), frames, i, tracks, pivot)
+    assert tracks["loop"] == (loop == "auto")
+    beyond = [3, count - 2] if tracks["loop"] else [count - 1, 0]
+    for i, seen in zip(beyond, sought[2 * count :], strict=True):
+        if i == count - 1:
+            assert not np.array(seen, float).reshape(-1, 9)[:, 5:8].any()  # all have gone out
+        else:
+            assert_alike(seen, wanted(frames[i], pivot))
+
+
+def assert_between(
+    seen: Table, frames: list[Table], i: int, tracks: Any, pivot: tuple[float, float]
+) -> None:
+    """Half way to the next frame a flake is between its two places; one that ends there dims.
+
+    The loop is longer than any life, so that flakes keep their ids.
+    """
+    here = wanted(frames[i], pivot)
+    is_last = i == len(frames) - 1
+    following = {} if is_last and not tracks["loop"] else {
+        row[0]: wanted(row[None], pivot)[0] for row in frames[(i + 1) % len(frames)]
+    }  # fmt: skip
+    for flake, got, start in zip(frames[i], seen, here, strict=True):
+        end = following.get(flake[0])
+        if end is None:
+            velocity = flake[3:5] / tracks["fps"]
+            assert got[:2] == pytest.approx(start[:2] + velocity / 2, abs=0.01)
+            assert got[5:8] == pytest.approx(start[5:8] / 2, abs=1e-3)
+        else:
+            assert got[:2] == pytest.approx((start[:2] + end[:2]) / 2, abs=0.01)
+            assert got[5:8] == pytest.approx((start[5:8] + end[5:8]) / 2, abs=1e-3, rel=1e-3)
+
+
+def some_tracks(*, hard: bool = False) -> Tracks:
+    """Three flakes that do not touch: a dim one, a streak, and one brighter than white."""
+    column = dict.fromkeys(COLUMNS, np.zeros(3))
+    column |= {
+        "id": np.arange(3.0), "x": np.array([14.0, 40.3, 30.6]), "y": np.array([12.5, 20.2, 44.4]),
+        "size": np.array([16.0, 9.0, 10.0]), "stretch": np.array([1.0, 2.0, 1.0]),
+        "rotation": np.array([0.0, -0.9, 0.0]), "r": np.array([1.0, 1.0, 5.0]),
+        "g": np.array([0.3, 0.2, 1.5]), "b": np.array([0.05, 0.0, 0.2]),
+        "a": np.array([0.15, 0.8, 1.0]),
+    }  # fmt: skip
+    if hard:
+        column |= {"size": np.array([1.0, 2.0, 2.0]), "stretch": np.ones(3)}
+    frame = np.column_stack([column[name] for name in COLUMNS])
+    return replace(Tracks.one_shot(24, (60, 60), 0, spawns_of(3), [frame] * 9, hard), loop=True)
+
+
+def spawns_of(count: int) -> Table:
+    """Births of so many flakes, each at a place of its own."""
+    spawns = np.ones((count, len(SPAWN_COLUMNS)))
+    spawns[:, 0] = spawns[:, SPAWN_COLUMNS.index("x")] = np.arange(count)
+    return spawns
+
+
+def seen_alone(folder: Path, tracks: Tracks, version: int, **atlas: Any) -> NDArray[np.int64]:
+    """Return what the engine shows of flakes over black, behind which there is no flame."""
+    game = Game.at(folder)
+    sheet = sheet_of_fire(pivot=[0.5, 0.5], **atlas)
+    product = Product((sheet,), {"campfire": tracks}, frozenset(), lambda name: None)
+    export = GodotExport.model_validate({"godot": {"version": version}})
+    for file in exported_files([export], product, {}):
+        (game.folder / file.name).write_bytes(file.data)
+    for page in sheet.pages:
+        Image.new("RGBA", (page.width, page.height)).save(game.folder / page.file)
+    if version == 4:
+        as_godot_3(game.folder)
+    assert game.import_all() == []
+    shot = {"scene": "res://campfire.tscn", "animation": "campfire", "frame": 4, "flakes": 4.0}
+    job = {"at": [30, 30], "background": "000000", "shots": [{**shot, "to": "seen.shot"}]}
+    game.ask("draw.gd", job, (60, 60))
+    with Image.open(game.folder / "seen.shot") as image:
+        return np.asarray(image.convert("RGB")).astype(int)
+
+
+@pytest.mark.usefixtures("godot")
+@pytest.mark.parametrize("alpha", ["straight", "premultiplied", "additive"])
+@pytest.mark.parametrize("hard", [False, True])
+def test_a_flake_looks_as_it_would_in_the_pixels(hard: bool, alpha: str, tmp_path: Path) -> None:
+    tracks = some_tracks(hard=hard)
+    seen = seen_alone(tmp_path / "game", tracks, 3, alpha=alpha)
+    light = (draw_pixels if hard else draw_flakes)(tracks.frames[0], 60, 60)
+    pixels = compose(np.zeros((3600, 4), np.float32), light.reshape(-1, 3), "add", "srgb")
+    baked = encode_frame(pixels.reshape(60, 60, 4), "premultiplied", "srgb")[..., :3]
+    difference = np.abs(seen - baked)
+    if hard:
+        assert difference.max() <= 2
+    # Inside; at the rim, where light begins within a px, the pixels hold the mean over it.
+    assert np.quantile(difference[baked.any(axis=2)], 0.9) <= 6
+    assert seen.sum() == pytest.approx(int(baked.sum()), rel=0.05)
+    assert baked.max() == 255
+
+
+@pytest.mark.usefixtures("godot")
+def test_where_light_is_blended_a_flake_is_light(tmp_path: Path) -> None:
+    """As in a project with HDR 2D, whose screen holds light: there it may exceed white."""
+    tracks = some_tracks()
+    seen = seen_alone(tmp_path / "game", tracks, 4, alpha="premultiplied", blend_space="linear")
+    light = np.clip(draw_flakes(tracks.frames[0], 60, 60), 0, 1) * 255
+    assert np.quantile(np.abs(seen - light)[light.any(axis=2)], 0.9) <= 6
+    assert seen.sum() == pytest.approx(light.sum(), rel=0.05)
+
+
+def test_rows_are_joined_where_the_same_flake_goes_on() -> None:
+    def table(**age: int) -> Table:
+        """Rows of flakes, by their names and ages in frames."""
+        frame = np.ones((len(age), len(COLUMNS)))
+        frame[:, 0] = [int(name[1:]) for name in age]
+        frame[:, COLUMNS.index("age")] = np.array(list(age.values())) / 24
+        return frame
+
+    def tracks(*, loop: bool) -> Tracks:
+        frames = (table(f1=1, f2=3), table(), table(f2=5, f3=0), table(f3=1, f1=0))
+        flights = tuple(frame[:, 0].astype(np.int64) for frame in frames)
+        ages = (frame[:, COLUMNS.index("age")] * 24 for frame in frames)
+        moments = tuple(np.rint(age).astype(np.int64) for age in ages)
+        return Tracks(24, 60, 60, loop, 0, spawns_of(4), frames, flights, moments)
+
+    both = {"a": tracks(loop=True), "b": tracks(loop=False)}
+    made = flake_arrays(both, {"a": (0, 0), "b": (10, 0)})
+    assert made.begins == [0, 4, 8]
+    assert made.first == [0, 2, 2, 4, 6, 8, 8, 10, 12]
+    assert made.next == [-1, -1, -1, 4, -1, 0, -1, -1, -1, 10, -1, -1]
+    assert made.loops == [1, 0]
+    assert made.most == 2
+    assert made.rows[0, :2].tolist() == [1, 1]
+    assert made.rows[6, :2].tolist() == [-9, 1]
+
+
+def test_a_flake_that_outlives_its_loop_goes_on_whatever_its_id() -> None:
+    """Eleven frames of one flake, and three of another, folded onto a loop of four."""
+    rows = []
+    for age in range(11):
+        frame = np.ones((2 if age in (1, 2, 3) else 1, len(COLUMNS)))
+        frame[:, 0] = [0, 1][: len(frame)]
+        frame[:, COLUMNS.index("x")] = [age, 100 + age][: len(frame)]
+        frame[:, COLUMNS.index("age")] = np.array([age + 0.4, age - 0.7][: len(frame)]) / 24
+        rows.append(frame)
+    tracks = fold_into_loop(Tracks.one_shot(24, (60, 60), 0, spawns_of(2), rows), 4)
+    made = flake_arrays({"a": tracks}, {"a": (0, 0)})
+    (start,) = (i for i, x in enumerate(made.rows[:, 0]) if x == 0)
+    seen = []
+    while start >= 0:
+        seen.append(int(made.rows[start, 0]))
+        start = made.next[start]
+    assert seen == list(range(11))
+    assert sorted(made.next).count(-1) == 2
+
+
+@given(tracks=any_tracks())
+def test_rows_are_joined_into_the_flights_of_the_tracks(tracks: Tracks) -> None:
+    assume(any(len(frame) for frame in tracks.frames))
+    made = flake_arrays({"a": tracks}, {"a": (0, 0)})
+    chains = []
+    for start in set(range(len(made.next))) - set(made.next):
+        chain, row = [], start
+        while row >= 0:
+            chain.append(float(made.rows[row, 0]))
+            row = made.next[row]
+        chains.append(chain)
+    assert sorted(chains) == sorted(flights_of(tracks).values())
+
+
+def test_flakes_that_the_pixels_show_are_not_played_as_well() -> None:
+    sheet = marked().sheet
+    played = {}
+    for baked in ([], ["walk"], ["walk", "tree"]):
+        tracks = {"walk": some_tracks(), "tree": some_tracks()}
+        product = Product((sheet,), tracks, frozenset(baked), lambda name: None)
+        files = {
+            file.name: file.data.decode()
+            for file in exported_files(["godot"], product, {})
+            if file.name.startswith(("mark.tscn", "mark_flakes.tres"))
+        }
+        (names,) = (
+            line for line in files["mark_flakes.tres"].splitlines() if line.startswith("animations")
+        )
+        played[tuple(baked)] = names, "visible = false" in files["mark.tscn"]
+    assert played == {
+        (): ('animations = PackedStringArray("walk", "tree")', False),
+        ("walk",): ('animations = PackedStringArray("tree")', False),
+        ("walk", "tree"): ('animations = PackedStringArray("walk", "tree")', True),
+    }

@@ -1,0 +1,57 @@
+"""The lamp of a scene, in the engine, shines as the light of the tracks does."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fire_atlas.cli import main
+from fire_atlas.core.pixels import linear_to_srgb
+from fire_atlas.core.shipped import shipped
+from tests.engines.godot.engine import Game
+from tests.engines.godot.godot4 import as_godot_3
+
+
+def built(folder: Path, **keys: Any) -> Path:
+    folder.mkdir()
+    (folder / "fire.yaml").write_text(json.dumps({
+        "source": {"path": str(shipped("samples") / "campfire"), "height": 90, "fps": 24},
+        "tracks": ["light"], "exports": ["json", "godot"], **keys,
+    }))  # fmt: skip
+    assert main(["build", "-q", str(folder / "fire.yaml"), "-o", str(folder)]) == 0
+    return folder
+
+
+@pytest.mark.usefixtures("godot")
+@pytest.mark.parametrize("scale", ["", "@0.5x"])
+def test_the_lamp_shines_as_the_light_does(tmp_path: Path, scale: str) -> None:
+    folder = built(tmp_path / "game", atlas={"scales": [1, 0.5]})
+    light = json.loads((folder / "fire.light.json").read_text())
+    (entry, *_) = json.loads((folder / "fire.json").read_text())["frames"].values()
+    width, height = entry["sourceSize"]["w"], entry["sourceSize"]["h"]
+    pivot = entry["anchor"]["x"] * width, entry["anchor"]["y"] * height
+    size = 0.5 if scale else 1.0
+    wanted = np.array([
+        [f["intensity"], *linear_to_srgb(np.array([f["r"], f["g"], f["b"]])),
+         (f["x"] - pivot[0]) * size, (f["y"] - pivot[1]) * size]
+        for f in light["frames"]
+    ])  # fmt: skip
+    as_godot_3(folder)
+    game = Game.at(folder)
+    assert game.import_all() == []
+    count = len(wanted)
+    times = [*range(count), 0.5, count - 0.5, count + 2]
+    job = {"scene": f"res://fire{scale}.tscn", "animation": "fire", "times": times}
+    seen = np.array(game.ask("shine.gd", job)["seen"])
+    between = [(wanted[0] + wanted[1]) / 2, (wanted[-1] + wanted[0]) / 2, wanted[2]]
+    assert seen == pytest.approx(np.concatenate([wanted, between]), abs=0.01)
+
+
+def test_a_scene_has_a_lamp_only_where_light_was_asked_for(tmp_path: Path) -> None:
+    lit = (built(tmp_path / "lit") / "fire.tscn").read_text()
+    dark = built(tmp_path / "dark", tracks=["json"])
+    assert 'type="PointLight2D"' in lit
+    assert "PointLight2D" not in (dark / "fire.tscn").read_text()
+    assert not (dark / "fire_light.gd").exists()

@@ -1,0 +1,154 @@
+"""What the engine draws is what lies on the pages, blended as the engine blends it."""
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fire_atlas.cli import main
+from fire_atlas.core.pixels import Bytes
+from fire_atlas.core.shipped import shipped
+from fire_atlas.formats.atlas.texture_packer import read_atlas
+from fire_atlas.pipeline.writers import exported_files
+from fire_atlas.preview.blend import blend
+from fire_atlas.preview.frames import cut_frames
+from fire_atlas.recipe.output import GodotExport, GodotOptions
+from tests.engines.godot.engine import Game
+from tests.support.marked import COUNT, MARK, SIZES, marked
+from tests.support.sheets import product_of
+
+pytestmark = pytest.mark.usefixtures("godot")
+
+BACKGROUND = (40, 60, 90)
+SIZE, AT = (260, 240), (130, 200)
+
+
+@dataclass(frozen=True)
+class Case:
+    """An export, and the frames of it that are drawn."""
+
+    name: str
+    atlas: dict[str, Any] = field(default_factory=dict)
+    scale: str = ""
+    frames: tuple[int, ...] = (0, 5, 11)
+
+    @property
+    def alpha(self) -> str:
+        return str(self.atlas.get("alpha", "straight"))
+
+
+CASES = [
+    Case("straight"),
+    Case("bled", {"bleed": 4, "padding": 8}),
+    Case("premultiplied", {"alpha": "premultiplied"}),
+    Case("additive", {"alpha": "additive"}),
+    Case("pages", {"alpha": "premultiplied", "max_size": 256}),
+    Case("webp", {"alpha": "premultiplied", "format": "webp"}),
+    Case("grid", {"alpha": "premultiplied", "layout": "grid", "pot": True}),
+    Case("half", {"alpha": "premultiplied", "scales": [1, 0.5]}, "@0.5x"),
+    Case("untrimmed", {"alpha": "straight", "trim": "none", "extrude": 2, "dedupe": False}),
+]
+
+
+def build(game: Path, case: Case) -> None:
+    frames = sorted((shipped("samples") / "campfire").glob("*.png"))[:12]
+    recipe = game / f"{case.name}.yaml"
+    recipe.write_text(json.dumps({
+        "source": {"path": str(frames[0].parent), "count": 12, "height": 200},
+        "atlas": case.atlas, "tracks": [], "timeline": {"loop": "none"},
+        "exports": ["json", {"godot": {"version": 3}}],
+    }))  # fmt: skip
+    assert main(["build", "-q", str(recipe), "-o", str(game)]) == 0
+
+
+@pytest.fixture(scope="module")
+def shots(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A game in which every case was built and drawn, by one engine."""
+    game = Game.at(tmp_path_factory.mktemp("pictures") / "game")
+    jobs = []
+    for case in CASES:
+        build(game.folder, case)
+        jobs += [
+            {"scene": f"res://{case.name}{case.scale}.tscn", "animation": case.name, "frame": i,
+             "to": f"{case.name}.{i}.shot"}
+            for i in case.frames
+        ]  # fmt: skip
+    assert game.import_all() == []
+    job = {"at": AT, "background": "{:02x}{:02x}{:02x}".format(*BACKGROUND), "shots": jobs}
+    assert game.ask("draw.gd", job, SIZE) == len(jobs)
+    return game.folder
+
+
+def shot(path: Path) -> Bytes:
+    with Image.open(path) as image:
+        return np.asarray(image.convert("RGB"))
+
+
+def picture(frame: Bytes, pivot: tuple[float, float], alpha: str) -> Bytes:
+    """The screen with a frame on it, as the engine's blend formula has it."""
+    screen = np.zeros((SIZE[1], SIZE[0], 4), np.uint8)
+    x, y = AT[0] - round(pivot[0]), AT[1] - round(pivot[1])
+    screen[y : y + frame.shape[0], x : x + frame.shape[1]] = frame
+    return blend(screen, BACKGROUND, alpha, "srgb")
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_a_frame_is_drawn_as_its_page_has_it(case: Case, shots: Path) -> None:
+    atlas = read_atlas(shots / f"{case.name}{case.scale}.json")
+    frames = list(cut_frames(atlas))
+    for i in case.frames:
+        region = atlas.frames[i]
+        pivot = region.anchor[0] * region.frame_width, region.anchor[1] * region.frame_height
+        assert pivot == pytest.approx([round(length) for length in pivot], abs=1e-3)
+        drawn = shot(shots / f"{case.name}.{i}.shot")
+        wanted = picture(frames[i], pivot, case.alpha)
+        difference = np.abs(drawn.astype(int) - wanted)
+        assert difference.max() <= 3
+        assert (wanted != np.array(BACKGROUND)).any(axis=2).sum() > 1000
+    assert (len(atlas.sheet.pages) > 1) == ("max_size" in case.atlas)
+
+
+MARKED: dict[str, dict[str, Any]] = {
+    "packed": {},
+    "pages": {"max_size": 128},
+    "grid": {"layout": "grid"},
+    "one_box": {"trim": "animation"},
+    "premultiplied": {"alpha": "premultiplied"},
+}
+
+
+@pytest.fixture(scope="module")
+def marks_seen(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A game with a folder for each case, in which every frame of the marked sprite was drawn."""
+    game = Game.at(tmp_path_factory.mktemp("marked") / "game")
+    jobs = []
+    for case, atlas in MARKED.items():
+        (game.folder / case).mkdir()
+        made = marked(**atlas)
+        made.write_pages(game.folder / case)
+        export = GodotExport(godot=GodotOptions(version=3))
+        for file in exported_files([export], product_of(made.sheet), {}):
+            (game.folder / case / file.name).write_bytes(file.data)
+        jobs += [
+            {"scene": f"res://{case}/mark.tscn", "animation": name, "frame": i,
+             "to": f"{case}.{name}.{i}.shot"}
+            for name in SIZES
+            for i in range(COUNT)
+        ]  # fmt: skip
+    assert game.import_all() == []
+    game.ask("draw.gd", {"at": AT, "background": "000000", "shots": jobs}, SIZE)
+    return game.folder
+
+
+@pytest.mark.parametrize("case", MARKED)
+def test_the_mark_is_shown_where_the_pivot_says(case: str, marks_seen: Path) -> None:
+    """Two animations of different sizes, each with its own pivot, are shown by one sprite."""
+    for name, marks in marked(**MARKED[case]).marks.items():
+        for i, mark in enumerate(marks):
+            drawn = shot(marks_seen / f"{case}.{name}.{i}.shot")
+            ((y, x),) = np.argwhere((drawn == MARK).all(axis=2))
+            assert (x + 0.5 - AT[0], y + 0.5 - AT[1]) == mark

@@ -1,0 +1,250 @@
+"""The C# player, compiled as C# 7.2 against stubs and run by Mono."""
+
+import json
+import os
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fire_atlas.cli import main
+from fire_atlas.effect.flakes.drawing import draw_flakes, draw_pixels
+from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
+from fire_atlas.engines.unity.flake_tracks import AnimationFlakes, flake_bytes
+from fire_atlas.engines.unity.names import player_name
+from fire_atlas.formats.tracks.tracks_json import read_tracks
+from tests.engines.unity.products import Fire, exported, some_tracks
+
+CSHARP = Path(__file__).parent / "cs"
+
+X, Y, ALONG_X, ALONG_Y, ACROSS_X, ACROSS_Y = range(6)
+"""Columns of what the harness prints; what follows is:"""
+
+LIGHT, CORNER = slice(6, 9), 9
+
+pytestmark = pytest.mark.usefixtures("mono")
+
+
+@dataclass(frozen=True, slots=True)
+class Player:
+    """A compiled player and the bytes it plays."""
+
+    program: Path
+    tracks: Path
+
+    def lines(self, how: str, state: str, frames: Sequence[float]) -> list[str]:
+        stated = ",".join(map(repr, frames))
+        # A nursery so small that any allocation in a loop has to be collected.
+        env = {**os.environ, "MONO_GC_PARAMS": "nursery-size=256k"}
+        done = subprocess.run(
+            ["mono", str(self.program), how, str(self.tracks), state, stated],
+            capture_output=True, text=True, check=True, env=env,
+        )  # fmt: skip
+        return done.stdout.splitlines()
+
+    def flakes(self, how: str, state: str, frames: Sequence[float]) -> list[NDArray[np.float64]]:
+        """(flakes, 10) at each moment."""
+        lines = self.lines(how, state, frames)
+        stated = lines[1:] if how == "show" else lines[:-1]
+        assert len(stated) == len(frames)
+        tables = [np.array(line.split(), float) for line in stated]
+        return [table[1:].reshape(int(table[0]), 10) for table in tables]
+
+
+def compiled(script: Path, namespace: str = "FireAtlas") -> Path:
+    """Compile a player with the harness; warnings are errors."""
+    harness = script.parent / "Harness.cs"
+    text = (CSHARP / "Harness.cs").read_text(encoding="utf-8")
+    alias = f"using Player = {namespace}.{script.stem};\n\nstatic class"
+    harness.write_text(text.replace("static class", alias, 1), encoding="utf-8")
+    program = script.with_suffix(".exe")
+    done = subprocess.run(
+        ["mcs", "-langversion:7.2", "-warn:4", "-warnaserror", f"-out:{program}",
+         str(script), str(CSHARP / "Stubs.cs"), str(harness)],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    return program
+
+
+def player_of(fire: Fire, folder: Path, namespace: str = "FireAtlas") -> Player:
+    files = exported(fire.product(), namespace=namespace)
+    script = folder / f"{player_name(fire.name)}.cs"
+    tracks = folder / f"{fire.name}.flakes.bytes"
+    for path in (script, tracks):
+        path.write_bytes(files[path.name])
+    return Player(compiled(script, namespace), tracks)
+
+
+def expected(tracks: Tracks, frame: float, pivot: tuple[float, float]) -> NDArray[np.float64]:
+    """What flies at a moment, from the tracks: x right and y up from the pivot."""
+    whole = int(frame) % len(tracks.frames)
+    rows = tracks.frames[whole]
+    column = dict(zip(COLUMNS, rows.T, strict=True))
+    passed = frame - int(frame)
+    x = column["x"] + column["vx"] / tracks.fps * passed - pivot[0]
+    y = column["y"] + column["vy"] / tracks.fps * passed - pivot[1]
+    half, turn = column["size"] / 2, column["rotation"]
+    long = half * column["stretch"]
+    light = (column[c] * column["a"] for c in "rgb")
+    return np.column_stack([
+        x, -y, long * np.cos(turn), -long * np.sin(turn), -half * np.sin(turn),
+        -half * np.cos(turn), *light,
+    ])  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["fire", "2nd-fire.x", "class", "F_1"])
+def test_players_of_any_name_compile(name: str, tmp_path: Path) -> None:
+    assert player_of(Fire({name: 3}, name=name), tmp_path).lines("show", name, [0])
+
+
+@pytest.mark.parametrize("namespace", ["Game.Mesh", "fire_flakes", "_0.Debug.Object"])
+def test_a_namespace_hides_nothing_from_the_player(namespace: str, tmp_path: Path) -> None:
+    assert player_of(Fire({"fire": 3}), tmp_path, namespace).lines("show", "fire", [0])
+
+
+def test_two_players_compile_into_one_assembly(tmp_path: Path) -> None:
+    scripts = []
+    for name in ("fire", "my-fire", "my_fire"):
+        script = tmp_path / f"{player_name(name)}.cs"
+        script.write_bytes(exported(Fire({name: 2}, name=name).product())[script.name])
+        scripts.append(str(script))
+    subprocess.run(
+        ["mcs", "-langversion:7.2", "-target:library", f"-out:{tmp_path / 'all.dll'}",
+         *scripts, str(CSHARP / "Stubs.cs")], check=True, capture_output=True,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("clip", "source"),
+    [
+        ("cartoon_wesnoth_campfire", {}),
+        ("sim_unity_flame02", {"height": 96, "count": 16}),
+        ("real_candle_red", {"height": 96, "count": 16}),
+    ],
+)
+def test_flakes_of_real_clips_fly_as_in_the_tracks(
+    clips: Path, tmp_path: Path, clip: str, source: dict[str, int]
+) -> None:
+    recipe = {
+        "source": {"path": str(clips / clip / "frames"), "fps": 24, **source},
+        "flakes": {"bake": False, "rate": 60}, "exports": ["json", "unity"], "tracks": ["json"],
+    }  # fmt: skip
+    (tmp_path / "fire.yaml").write_text(json.dumps(recipe))
+    assert main(["build", "-q", str(tmp_path / "fire.yaml")]) == 0
+    build = tmp_path / "build"
+    tracks = read_tracks(build / "fire.flakes.json")
+    assert tracks is not None
+    player = Player(compiled(build / "fire_flakes.cs"), build / "fire.flakes.bytes")
+    count = len(tracks.frames)
+    drawn = player.flakes("show", "fire", [float(i) for i in range(count)])
+    assert sum(map(len, drawn)) > 100
+    pivot = _pivot(build)
+    for frame, quads in enumerate(drawn):
+        wanted = expected(tracks, frame, pivot)
+        assert len(quads) == len(wanted)
+        np.testing.assert_allclose(quads[:, :2], wanted[:, :2], atol=0.002)
+        np.testing.assert_allclose(quads[:, 2:6], wanted[:, 2:6], rtol=0.002, atol=0.02)
+        np.testing.assert_allclose(quads[:, LIGHT], wanted[:, LIGHT], rtol=0.002, atol=1e-3)
+
+
+def _pivot(build: Path) -> tuple[float, float]:
+    frame = next(iter(json.loads((build / "fire.json").read_text())["frames"].values()))
+    return (
+        frame["anchor"]["x"] * frame["sourceSize"]["w"],
+        frame["anchor"]["y"] * frame["sourceSize"]["h"],
+    )
+
+
+def picture_of(quads: NDArray[np.float64], tracks: Tracks) -> NDArray[np.float64]:
+    """The shader's picture of quads around (30, 54)."""
+    px, py = np.meshgrid(np.arange(tracks.width) + 0.5, np.arange(tracks.height) + 0.5)
+    shown = np.zeros((tracks.height, tracks.width, 3))
+    for quad in quads:
+        dx, dy = px - (quad[X] + 30), (54 - py) - quad[Y]
+        area = quad[ALONG_X] * quad[ACROSS_Y] - quad[ALONG_Y] * quad[ACROSS_X]
+        u = (dx * quad[ACROSS_Y] - dy * quad[ACROSS_X]) / area
+        v = (dy * quad[ALONG_X] - dx * quad[ALONG_Y]) / area
+        inside = np.clip(1 - (u * u + v * v) * quad[CORNER] ** 2, 0, None)
+        inside *= np.maximum(np.abs(u), np.abs(v)) < 1
+        shown += (inside * inside)[..., None] * quad[LIGHT]
+    return shown
+
+
+def test_quads_draw_the_baked_flake_layer(tmp_path: Path) -> None:
+    tracks = some_tracks(4)
+    player = player_of(Fire({"fire": 4}), tmp_path)
+    for rows, quads in zip(tracks.frames, player.flakes("show", "fire", range(4)), strict=True):
+        baked = draw_flakes(rows, tracks.height, tracks.width)
+        assert np.abs(picture_of(quads, tracks) - baked).sum() <= 0.03 * baked.sum()
+
+
+def test_hard_flakes_are_squares_on_whole_pixels_for_a_frame(tmp_path: Path) -> None:
+    column = dict.fromkeys(COLUMNS, np.zeros(3))
+    column |= {
+        "x": np.array([10.2, 30.5, 44.9]), "y": np.array([12.6, 40.1, 3.3]),
+        "vx": np.array([50.0, -20.0, 0.0]), "size": np.array([1.0, 2.0, 2.0]),
+        "stretch": np.ones(3), "rotation": np.array([0.4, -1.5, 0.0]),
+        "r": np.array([1.0, 3.0, 0.5]), "g": np.full(3, 0.25), "a": np.array([1.0, 0.5, 1.0]),
+    }  # fmt: skip
+    frame = np.column_stack([column[name] for name in COLUMNS])
+    tracks = replace(some_tracks(2), frames=(frame, frame), hard=True)
+    player = player_of(Fire({"fire": 2}), tmp_path)
+    player.tracks.write_bytes(flake_bytes([AnimationFlakes("fire", (30, 54), tracks)]))
+    baked = draw_pixels(frame, tracks.height, tracks.width)
+    for quads in player.flakes("show", "fire", [0, 0.7]):
+        np.testing.assert_allclose(picture_of(quads, tracks), baked, rtol=2e-3, atol=1e-6)
+
+
+def test_flakes_fly_on_between_frames_and_over_the_end_of_a_loop(tmp_path: Path) -> None:
+    player = player_of(Fire({"fire": 3}), tmp_path)
+    tracks = some_tracks(3)
+    moments = [0.0, 0.25, 1.5, 2.75, 3.0, 4.5, -0.25]
+    same = [0.0, 0.25, 1.5, 2.75, 0.0, 1.5, 2.75]
+    for quads, moment in zip(player.flakes("show", "fire", moments), same, strict=True):
+        np.testing.assert_allclose(
+            quads[:, :2], expected(tracks, moment, (30, 54))[:, :2], atol=0.02
+        )
+
+
+def test_the_component_keeps_step_and_allocates_nothing(tmp_path: Path) -> None:
+    player = player_of(Fire({"fire": 3}), tmp_path)
+    tracks, moments = some_tracks(3), [0.0, 0.5, 2.0, 4.5]
+    shown = player.flakes("play", "fire", moments)
+    flipped = player.flakes("flip", "fire", moments)
+    for quads, mirrored, moment in zip(shown, flipped, moments, strict=True):
+        wanted = expected(tracks, moment % 3, (30, 54))
+        np.testing.assert_allclose(quads[:, :2], wanted[:, :2] / 50, atol=1e-3)
+        np.testing.assert_allclose(quads[:, LIGHT], wanted[:, LIGHT], rtol=2e-3)
+        np.testing.assert_allclose(mirrored[:, X], -quads[:, X], atol=1e-6)
+        np.testing.assert_allclose(mirrored[:, Y], quads[:, Y], atol=1e-6)
+    assert player.lines("play", "fire", moments)[-1] == "sorting 8 collections 0"
+
+
+def test_a_state_without_flakes_shows_none(tmp_path: Path) -> None:
+    player = player_of(Fire({"fire": 3}), tmp_path)
+    assert player.lines("show", "other", [0, 1])[1:] == ["0", "0"]
+
+
+def test_other_bytes_are_refused(tmp_path: Path) -> None:
+    player = player_of(Fire({"fire": 3}), tmp_path)
+    sound = player.tracks.read_bytes()
+    for bytes_ in (b"", b"FAFL", b"PK" + sound[2:], sound[:4] + b"\2" + sound[5:]):
+        player.tracks.write_bytes(bytes_)
+        assert player.lines("show", "fire", [0]) == ["no tracks"]
+        assert player.lines("play", "fire", [0]) == [
+            "error: fire_flakes: tracks must be fire.flakes.bytes"
+        ]
+
+
+def test_numbers_beyond_half_precision_are_held(tmp_path: Path) -> None:
+    tracks = some_tracks(2)
+    tracks.frames[0][:, COLUMNS.index("r")] = 1e6
+    player = player_of(Fire({"fire": 2}), tmp_path)
+    player.tracks.write_bytes(flake_bytes([AnimationFlakes("fire", (0, 0), tracks)]))
+    (quads,) = player.flakes("show", "fire", [0])
+    assert quads[:, 6].max() == 65504

@@ -1,0 +1,186 @@
+"""How like its clip a generated fire is: what tests and the benchmark of profiles measure."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import Pixels, luminance
+from fire_atlas.core.workers import Workers
+from fire_atlas.generators.profile.calibration import calibrate
+from fire_atlas.generators.profile.fire import learn_profile
+from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
+from fire_atlas.generators.profile.generate.rendering import renderings
+from fire_atlas.generators.profile.learn.features import FireMask, feature_points, largest_flame
+from fire_atlas.generators.profile.learn.learn import colour_table
+from fire_atlas.generators.profile.model import ColourTable, FeaturePoints, Profile
+from fire_atlas.generators.rendering import rendered_clip
+from fire_atlas.generators.settings import GenerationSettings
+from fire_atlas.recipe.source import FramesSource, Views
+from fire_atlas.recipe.wind import Wind
+from fire_atlas.sources.frames import open_frames
+from tests.generators.profile.colour_difference import delta_e, lab_of
+from tests.generators.profile.flames import swaying
+
+Array = NDArray[np.float64]
+
+REAL = (
+    "real_candle_red",
+    "sim_unity_flame03",
+    "cartoon_tauran_flame_sheet",
+    "real_fireplace_gif",
+    "cartoon_wesnoth_campfire",
+)
+"""The clips a generated fire is held against."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What is seen of a fire, frame by frame.
+
+    Attributes:
+        points: Six points of every frame.
+        table: Its colour table.
+        frames: The fire alone.
+    """
+
+    points: list[FeaturePoints]
+    table: ColourTable
+    frames: list[Pixels]
+
+    @property
+    def leans(self) -> Array:
+        return np.array([each.lean for each in self.points])
+
+    @property
+    def height(self) -> float:
+        return float(np.median([each.height for each in self.points]))
+
+    @property
+    def width(self) -> float:
+        return float(np.median([each.width for each in self.points]))
+
+    @property
+    def steps(self) -> Array:
+        """Root of the summed squared difference of neighbouring frames, linear light."""
+        pairs = zip(self.frames, self.frames[1:], strict=False)
+        return np.array([np.sqrt(((b - a) ** 2).sum()) for a, b in pairs])
+
+
+def real_clip(folder: Path) -> Clip:
+    """Open a clip of the collection, as filmed."""
+    about = json.loads((folder / "meta.json").read_text())
+    source = FramesSource(path=str(folder), fps=float(about["fps"]))
+    return open_frames(source, folder / "frames", "srgb")
+
+
+def learnt(*clips: Clip, **options: Any) -> Profile:
+    """Learn a profile of one clip, or of two at a right angle."""
+    with Workers(2) as workers:
+        return learn_profile(
+            {f"clip {i}": clip for i, clip in enumerate(clips)}, workers, **options
+        )
+
+
+@cache
+def learnt_kite() -> Profile:
+    """Learn the profile of a kite that sways."""
+    return learnt(swaying()[0])
+
+
+@cache
+def learnt_real(folder: Path) -> Profile:
+    """Learn the profile of a clip of the collection."""
+    return learnt(real_clip(folder))
+
+
+def settings(
+    frames: int = 48,
+    fps: float = 24.0,
+    wind: Wind | None = None,
+    seed: int = 0,
+    loop: bool = True,
+    slices: int = 12,
+    particles: int = 100,
+) -> ProfileFireSettings:
+    """Return what a recipe would set of a fire."""
+    generation = GenerationSettings(seed, wind or Wind(), frames, fps, loop, Views())
+    return ProfileFireSettings(generation, slices, particles)
+
+
+def generated(
+    profile: Profile,
+    wanted: ProfileFireSettings,
+    azimuths: Sequence[float] = (0.0,),
+    height: int | None = None,
+    elevation: float = 0.0,
+) -> list[Clip]:
+    """Generate fire, and return a clip of it from each azimuth."""
+    with Workers(2) as workers:
+        fire = calibrate(profile, wanted, workers)
+    seen = renderings(fire, azimuths, elevation, height)
+    return [rendered_clip(each, wanted.generation, "srgb", ()) for each in seen]
+
+
+def look_at_clip(clip: Clip, cells: int = 5) -> Look:
+    """Look at the fire of a clip as learning does."""
+    return _look(clip, FireMask.of(clip), cells)
+
+
+def look_at_fire(clip: Clip, threshold: float, cells: int = 5) -> Look:
+    """Look at generated fire: there is nothing else in its frames."""
+    everywhere = np.ones((clip.height, clip.width), np.float32)
+    return _look(clip, FireMask(threshold, everywhere, everywhere, False, clip.blend_space), cells)
+
+
+def _look(clip: Clip, mask: FireMask, cells: int) -> Look:
+    frames, flames = [], []
+    for i in range(clip.count):
+        pixels = clip.read(i)
+        binarized = mask.binarized(pixels)
+        frames.append(mask.isolated(pixels, binarized))
+        flames.append(largest_flame(binarized))
+    table = colour_table(zip(frames, flames, strict=True), cells)
+    return Look([feature_points(flame) for flame in flames if flame.any()], table, frames)
+
+
+def colour_error(one: ColourTable, other: ColourTable, least: float = 0.05) -> float:
+    """Largest ΔE2000 of two tables, of the cells that both fill to at least ``least``."""
+    filled = (one.coverage > least) & (other.coverage > least)
+    return float(delta_e(lab_of(one.colours), lab_of(other.colours))[filled].max())
+
+
+def silhouette(pixels: Pixels) -> tuple[float, float, float]:
+    """Area (px) of what is at least half covered, and the centroid (x, y) of all coverage."""
+    alpha = pixels[..., 3].astype(np.float64)
+    total = max(float(alpha.sum()), 1e-9)
+    height, width = alpha.shape
+    x = float((alpha.sum(axis=0) * (np.arange(width) + 0.5)).sum()) / total
+    y = float((alpha.sum(axis=1) * (np.arange(height) + 0.5)).sum()) / total
+    return float(np.count_nonzero(alpha >= 0.5)), x, y
+
+
+def detail(pixels: Pixels) -> float:
+    """Share of a frame's light (its root, as the eye has it) that is finer than a pixel or two."""
+    light = np.sqrt(np.maximum(luminance(pixels), 0))
+    fine = light - cv2.GaussianBlur(light, (0, 0), 1.0)
+    return float(np.sqrt(np.square(fine).sum() / np.square(light).sum()))
+
+
+def nearest_input(frame: Pixels, inputs: Sequence[Pixels]) -> float:
+    """Least difference of a frame from any of ``inputs``, whose flames are laid over its own, as a
+    share of the frame's light."""
+    best = np.inf
+    reach = max(frame.shape[0], frame.shape[1])
+    for other in inputs:
+        room = cv2.copyMakeBorder(other, reach, reach, reach, reach, cv2.BORDER_CONSTANT)
+        found = cv2.matchTemplate(room[..., :3], frame[..., :3], cv2.TM_SQDIFF).min()
+        best = min(best, float(found))
+    return float(np.sqrt(max(best, 0.0) / float((frame[..., :3] ** 2).sum())))

@@ -1,0 +1,178 @@
+"""What is learnt of a clip, and which clips nothing can be learnt from."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fire_atlas.core.errors import SourceError
+from fire_atlas.core.pixels import Pixels
+from fire_atlas.generators.profile.generate.particles import (
+    half_width,
+    height_after,
+    peripheral_curve,
+    rise_time,
+)
+from fire_atlas.generators.profile.learn.learn import colour_table
+from tests.generators.profile.colour_difference import delta_e
+from tests.generators.profile.flames import (
+    BASE,
+    FOOT,
+    HEIGHT,
+    WIDTH,
+    cells_of,
+    clip_of,
+    kite,
+    painted,
+    swaying,
+)
+from tests.generators.profile.likeness import learnt, real_clip
+
+
+@pytest.mark.parametrize("size", [2, 5, 8])
+def test_the_colour_table_is_that_of_the_flame(size: int) -> None:
+    pixels, mask, colours = cells_of(size, lambda r, c: (255 - 9 * r, 60 + 20 * c, 10 + 12 * r))
+    table = colour_table([(pixels, mask)] * 3, size)
+    assert np.abs(table.colours.astype(int) - colours).max() <= 2
+    assert table.coverage == pytest.approx(np.ones((size, size)))
+
+
+def test_the_table_means_light_not_bytes() -> None:
+    white, black = np.ones((HEIGHT, WIDTH), np.bool_), np.ones((HEIGHT, WIDTH), np.bool_)
+    frames = [(painted(white, (255, 255, 255)), white), (painted(black, (0, 0, 0)), black)]
+    assert (colour_table(frames, 2).colours == 188).all()  # half the light of 255
+
+
+def test_every_frame_of_a_known_clip_gives_its_points_and_its_lean() -> None:
+    clip, leans = swaying()
+    front = learnt(clip).front
+    assert front.leans == pytest.approx(leans, abs=1.0)
+    for found in front.points:
+        assert found.bottom == pytest.approx((FOOT, BASE), abs=1.0)
+        assert (found.left[0], found.right[0]) == pytest.approx((FOOT - 20, FOOT + 20), abs=1.0)
+    assert front.statistics.width.median == pytest.approx(40, abs=1)
+
+
+def test_a_lit_prop_is_left_out(clips: Path) -> None:
+    front = learnt(real_clip(clips / "real_candle_red")).front
+    # The wax begins at row 174, and is wider than the flame.
+    assert max(points.bottom[1] for points in front.points) < 176
+    assert front.statistics.width.median < 32
+
+
+def test_a_threshold_that_is_given_is_kept() -> None:
+    clip, _ = swaying()
+    assert learnt(clip, threshold=33.0).front.threshold == 33.0
+
+
+def _still() -> list[Pixels]:
+    return [painted(kite(0.0)) for _ in range(12)]
+
+
+def _dark() -> list[Pixels]:
+    return [np.zeros((HEIGHT, WIDTH, 4), np.float32) for _ in range(12)]
+
+
+def _everywhere() -> list[Pixels]:
+    noise = np.random.default_rng(0)
+    return [
+        np.dstack([noise.uniform(0.3, 1, (60, 60, 3)), np.ones((60, 60))]).astype(np.float32)
+        for _ in range(12)
+    ]
+
+
+def _two() -> list[Pixels]:
+    frames = []
+    for i in range(12):
+        flame = kite(5.0 * np.sin(i))
+        frames.append(painted(np.roll(flame, -45, axis=1) | np.roll(flame, 40, axis=1)))
+    return frames
+
+
+def _turned(quarters: int) -> list[Pixels]:
+    clip, _ = swaying()
+    frames = []
+    for i in range(clip.count):
+        flame = clip.read(i)
+        flame[: 70 + (i * 7) % 40] = 0  # its tip comes and goes
+        frames.append(np.ascontiguousarray(np.rot90(flame, quarters)))
+    return frames
+
+
+def _cut_at_the_side() -> list[Pixels]:
+    clip, _ = swaying()
+    return [np.ascontiguousarray(clip.read(i)[:, 82:]) for i in range(clip.count)]
+
+
+def _cut_at_the_tip() -> list[Pixels]:
+    clip, _ = swaying()
+    return [np.ascontiguousarray(clip.read(i)[130:]) for i in range(clip.count)]
+
+
+@pytest.mark.parametrize(
+    ("frames", "fault", "advice"),
+    [
+        (_still()[:1], "has 1 frame;", "best from 8 to 60"),
+        (_still(), "no fire found", "flickers"),
+        (_dark(), "no fire found", "moves"),
+        (_everywhere(), "touches every edge", "room on all sides"),
+        (_two(), "several flames", "crop"),
+        (_turned(2), "burns downwards", "turn the clip"),
+        (_turned(3), "burns to the right", "turn the clip"),
+        (_turned(1), "burns to the left", "turn the clip"),
+        (_cut_at_the_side(), "cut off at the left edge", "room on all sides"),
+        (_cut_at_the_tip(), "tip of the flame is cut off", "room on all sides"),
+    ],
+)
+def test_what_cannot_be_learnt_from_is_refused_with_advice(
+    frames: list[Pixels], fault: str, advice: str
+) -> None:
+    with pytest.raises(SourceError) as caught:
+        learnt(clip_of(frames))
+    assert fault in str(caught.value) and advice in str(caught.value), caught.value
+    assert str(caught.value).startswith("clip 0: ")
+
+
+def test_too_many_frames_are_refused_with_advice() -> None:
+    frame = painted(kite(0.0))
+    with pytest.raises(SourceError, match=r"at most 160.*source.count"):
+        learnt(clip_of([frame] * 161))
+
+
+def test_a_threshold_above_all_light_finds_no_fire() -> None:
+    clip, _ = swaying()
+    with pytest.raises(SourceError, match=r"brighter than 254 of 255; set source.threshold lower"):
+        learnt(clip, threshold=254.0)
+
+
+def test_particles_rise_through_three_regimes() -> None:
+    t = np.linspace(0, 3, 3001)
+    height = height_after(t, rise_speed=1.5)
+    speed = np.gradient(height, t)
+    flame, zone, plume = height < 0.19, (height > 0.21) & (height < 0.99), height > 1.02
+    assert (np.diff(speed[flame]) > 0).all()
+    assert speed[zone] == pytest.approx(np.full(zone.sum(), 1.5), rel=1e-6)
+    assert (np.diff(speed[plume]) < 1e-6).all() and speed[-1] < 1.3
+    # As McCaffrey: by the root of height below, by its -1/3 power above.
+    assert speed[flame][50:] == pytest.approx(1.5 * np.sqrt(height[flame][50:] / 0.2), rel=0.02)
+    assert speed[plume][1:-1] == pytest.approx(1.5 * height[plume][1:-1] ** (-1 / 3), rel=0.01)
+    for wanted in (0.5, 1.0, 1.7):
+        reached = height_after(np.array([rise_time(wanted, 1.5)]), 1.5)[0]
+        assert reached == pytest.approx(wanted, rel=0.35 if wanted < 1 else 1e-6)
+
+
+def test_the_peripheral_curve_goes_through_the_extreme_points_of_both_views() -> None:
+    curve = peripheral_curve(3.0, 2.0)
+    quarter = np.pi / 2
+    wanted = [(3, 0), (0, 2), (-3, 0), (0, -2), (3, 0)]
+    assert np.allclose(curve(np.arange(5) * quarter), wanted)
+    assert half_width(curve, 0.0) == pytest.approx(3.0, rel=0.02)
+    assert half_width(curve, quarter) == pytest.approx(2.0, rel=0.02)
+    assert 2.0 < half_width(curve, quarter / 2) < 3.0
+
+
+def test_the_colour_difference_is_that_of_the_standard() -> None:
+    # Pairs 1, 7, 17, 25 of the test data of Sharma, Wu and Dalal.
+    one = np.array([[50, 2.6772, -79.7751], [50, 0, 0], [50, 2.5, 0], [60.2574, -34.0099, 36.2677]])
+    two = np.array([[50, 0, -82.7485], [50, -1, 2], [73, 25, -18], [60.4626, -34.1751, 39.4387]])
+    assert delta_e(one, two) == pytest.approx([2.0425, 2.3669, 27.1492, 1.2644], abs=1e-4)

@@ -1,0 +1,140 @@
+"""Generated fire is like its clip, and is not its clip."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fire_atlas.generators.profile.generate.rendering import lean_curve
+from tests.generators.profile.likeness import (
+    colour_error,
+    detail,
+    generated,
+    learnt_kite,
+    learnt_real,
+    look_at_clip,
+    look_at_fire,
+    nearest_input,
+    real_clip,
+    settings,
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [
+        ("real_candle_red", 0),
+        ("real_candle_red", 1),
+        ("sim_unity_flame03", 5),
+        ("cartoon_tauran_flame_sheet", 0),
+        ("cartoon_tauran_flame_sheet", 8),
+        ("cartoon_wesnoth_campfire", 0),
+        ("cartoon_wesnoth_campfire", 3),
+    ],
+)
+def test_ten_seconds_in_still_air_are_like_the_clip(name: str, seed: int, clips: Path) -> None:
+    clip = real_clip(clips / name)
+    profile = learnt_real(clips / name)
+    [fire] = generated(profile, settings(240, clip.fps, seed=seed))
+    seen, made = look_at_clip(clip), look_at_fire(fire, profile.front.threshold)
+    assert colour_error(seen.table, made.table) <= 10
+    assert made.height == pytest.approx(seen.height, rel=0.1)
+    assert made.width == pytest.approx(seen.width, rel=0.1)
+    assert float(np.median(made.leans)) == pytest.approx(float(np.median(seen.leans)), abs=2)
+    assert made.leans.std() == pytest.approx(seen.leans.std(), rel=0.3)
+    # Never more restless than the clip, and not asleep.
+    assert made.steps.max() <= np.quantile(seen.steps, 0.99)
+    assert np.median(made.steps) > 0.7 * np.median(seen.steps)
+    # As sharp, but for what resampling takes.
+    sharp = [np.mean([detail(frame) for frame in look.frames]) for look in (made, seen)]
+    assert 0.6 < sharp[0] / sharp[1] < 1.15
+    # New: no frame is one of the clip's, wherever it is put.
+    for frame in made.frames[::40]:
+        assert nearest_input(frame, seen.frames) > 0.05
+
+
+def test_the_same_settings_give_the_same_twice_and_another_seed_is_another() -> None:
+    profile = learnt_kite()
+    one, again, other = (generated(profile, settings(16, seed=seed))[0] for seed in (3, 3, 4))
+    order = [9, 2, 15, 2]
+    assert all((one.read(i) == again.read(i)).all() for i in order)
+    assert not all(np.array_equal(one.read(i), other.read(i)) for i in order)
+
+
+def test_a_loop_closes_and_what_plays_once_does_not() -> None:
+    profile = learnt_kite()
+
+    def seam(loop: bool) -> float:
+        [clip] = generated(profile, settings(48, loop=loop))
+        assert clip.loop == loop
+        frames = [clip.read(i) for i in range(48)]
+        steps = [
+            np.sqrt(((b - a) ** 2).sum())
+            for a, b in zip(frames, frames[1:] + frames[:1], strict=True)
+        ]
+        return float(steps[-1] / max(steps[:-1]))
+
+    assert seam(True) <= 1.05
+    assert seam(False) > 1.2
+
+
+def test_frames_are_sound_pixels() -> None:
+    [clip] = generated(learnt_kite(), settings(8), height=100)
+    assert (clip.height, clip.count) == (100, 8)
+    for i in range(8):
+        frame = clip.read(i)
+        assert frame.shape == (clip.height, clip.width, 4) and frame.dtype == np.float32
+        assert np.isfinite(frame).all() and frame.min() >= 0 and frame[..., 3].max() <= 1.0001
+        assert (frame[..., :3] <= frame[..., 3:] + 1e-4).all()
+        edge = np.concatenate([frame[0], frame[-1], frame[:, 0], frame[:, -1]])
+        assert edge[:, 3].max() < 0.02, "nothing is cut off"
+
+
+@pytest.mark.parametrize("slices", [1, 2, 64])
+@pytest.mark.parametrize("particles", [4, 300])
+def test_any_number_of_slices_and_particles_gives_a_whole_flame(
+    slices: int, particles: int
+) -> None:
+    profile = learnt_kite()
+    [clip] = generated(profile, settings(6, slices=slices, particles=particles))
+    area = [np.count_nonzero(clip.read(i)[..., 3] > 0.5) for i in range(6)]
+    assert np.array(area) == pytest.approx(3200, rel=0.25)
+
+
+def test_very_short_and_very_slow_results_are_fire_too() -> None:
+    profile = learnt_kite()
+    for wanted in (settings(1), settings(2), settings(5, fps=1.0), settings(30, fps=240.0)):
+        [clip] = generated(profile, wanted)
+        assert np.count_nonzero(clip.read(0)[..., 3] > 0.5) > 1000
+        assert clip.flow is not None and np.isfinite(clip.flow(0)).all()
+
+
+def test_a_bent_fire_leaves_its_base_upright() -> None:
+    h = np.array([-0.2, 0.0, 0.01, 1.0, 1.01])
+    bent = lean_curve(h)
+    assert bent[:2].tolist() == [0, 0] and bent[2] < 2e-4
+    assert bent[3] == pytest.approx(1) and bent[4] == pytest.approx(1.015)
+
+
+def test_the_flow_is_that_of_the_frames(clips: Path) -> None:
+    import cv2
+
+    from fire_atlas.core.pixels import brightness
+    from fire_atlas.vision.flow import optical_flow
+
+    cv2.setNumThreads(1)
+    [clip] = generated(learnt_real(clips / "sim_unity_flame03"), settings(48))
+    assert clip.flow is not None
+    seen, given = [], []
+    for i in range(0, 47, 9):
+        before, after = (
+            np.clip(brightness(clip.read(k), "srgb"), 0, 255).astype(np.uint8) for k in (i, i + 1)
+        )
+        flow = optical_flow(before, after, is_small=True) * clip.fps
+        inside = (before > 60) & (np.hypot(flow[..., 0], flow[..., 1]) > 0.5 * clip.fps)
+        seen.append(flow[inside])
+        given.append(clip.flow(i)[inside])
+    one, other = np.concatenate(seen), np.concatenate(given)
+    assert np.corrcoef(one[:, 0], other[:, 0])[0, 1] > 0.6
+    assert np.corrcoef(one[:, 1], other[:, 1])[0, 1] > 0.75
+    assert other[:, 1].mean() == pytest.approx(one[:, 1].mean(), rel=0.2)

@@ -1,0 +1,90 @@
+"""One fire, seen from many sides."""
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fire_atlas.generators.profile.model import Profile
+from fire_atlas.recipe.wind import Wind
+from tests.generators.profile.flames import swaying
+from tests.generators.profile.likeness import (
+    generated,
+    learnt,
+    learnt_real,
+    look_at_fire,
+    settings,
+    silhouette,
+)
+
+
+@pytest.fixture(scope="module")
+def profile(clips: Path) -> Profile:
+    return learnt_real(clips / "sim_unity_flame03")
+
+
+def test_eight_silhouettes_of_a_frame_pass_into_one_another(profile: Profile) -> None:
+    round_ = generated(profile, settings(24), [45.0 * k for k in range(8)])
+    for frame in (0, 11):
+        seen = np.array([silhouette(clip.read(frame)) for clip in round_])
+        area, x, y = seen.T
+        step = np.abs(np.roll(seen, -1, axis=0) - seen)
+        assert (step[:, 0] < 0.35 * area.mean()).all(), area
+        assert (step[:, 1] < 0.1 * round_[0].height).all(), x
+        assert (step[:, 2] < 0.1 * round_[0].height).all(), y
+
+
+def test_a_camera_that_goes_round_sees_the_fire_change_little_by_little(profile: Profile) -> None:
+    fine = generated(profile, settings(24), [3.0 * k for k in range(6)])
+    frames = [clip.read(7) for clip in fine]
+    near = [float(np.abs(b - a).sum()) for a, b in itertools.pairwise(frames)]
+    far = generated(profile, settings(24), [90.0])[0].read(7)
+    assert max(near) < 0.5 * float(np.abs(frames[0] - far).sum())
+
+
+def test_from_behind_left_and_right_change_places() -> None:
+    leaning = learnt(swaying(lean=12.0, reach=3.0)[0])
+    front, back = generated(leaning, settings(24), [0.0, 180.0])
+    lean = [float(look_at_fire(clip, 60.0).leans.mean()) for clip in (front, back)]
+    assert lean[0] == pytest.approx(-lean[1], abs=2) and lean[0] > 8
+
+
+@pytest.mark.parametrize(("one", "other"), [((8, 2), (4, 1)), ((8, 0), (1, 0)), ((12, 9), (4, 3))])
+def test_a_view_is_the_same_however_many_others_there_are(
+    profile: Profile, one: tuple[int, int], other: tuple[int, int]
+) -> None:
+    pair = []
+    for count, k in (one, other):
+        pair.append(generated(profile, settings(12), [360.0 * i / count for i in range(count)])[k])
+    assert all((pair[0].read(i) == pair[1].read(i)).all() for i in (0, 5, 11))
+
+
+def test_a_perpendicular_pair_of_clips_is_honoured() -> None:
+    narrow, wide = swaying(half=14.0)[0], swaying(half=30.0)[0]
+    front, side = generated(learnt(narrow, wide), settings(24), [0.0, 90.0])
+    assert look_at_fire(front, 60.0).width == pytest.approx(28, rel=0.1)
+    assert look_at_fire(side, 60.0).width == pytest.approx(60, rel=0.1)
+    between = [
+        look_at_fire(c, 60.0).width for c in generated(learnt(narrow, wide), settings(24), [45.0])
+    ]
+    assert 28 < between[0] < 60
+
+
+def test_from_above_the_fire_is_lower_and_its_foot_rounder(profile: Profile) -> None:
+    level, above = (generated(profile, settings(24), elevation=e)[0] for e in (0.0, 50.0))
+    threshold = profile.front.threshold
+    one, other = look_at_fire(level, threshold), look_at_fire(above, threshold)
+    assert 0.55 < other.height / one.height < 0.9
+    assert other.width == pytest.approx(one.width, rel=0.25)
+
+
+def test_wind_from_the_left_blows_away_from_a_camera_on_the_left(profile: Profile) -> None:
+    blows = Wind(level=4.0)
+    still = generated(profile, settings(48), [0.0, 90.0, 180.0])
+    blown = generated(profile, settings(48, wind=blows), [0.0, 90.0, 180.0])
+    more = []
+    for before, after in zip(still, blown, strict=True):
+        looks = [look_at_fire(clip, profile.front.threshold) for clip in (before, after)]
+        more.append(float(looks[1].leans.mean() - looks[0].leans.mean()))
+    assert more[0] > 10 and more[2] < -10 and abs(more[1]) < 6

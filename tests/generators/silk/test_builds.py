@@ -1,0 +1,162 @@
+"""Whole builds of silk, and recipes that cannot be built."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fire_atlas
+from fire_atlas.cli import main
+from tests.generators.silk.small_fires import COARSE
+
+SILK: dict[str, Any] = {"kind": "silk", **COARSE, "sheets": {"count": 2}}
+
+
+def recipe(folder: Path, source: dict[str, Any], **keys: Any) -> Path:
+    path = folder / "torch.yaml"
+    document = {"source": source, "timeline": {"frames": 6}, **keys}
+    # JSON is YAML, but for how it spells what is not a number.
+    path.write_text(json.dumps(document).replace("NaN", ".nan"), encoding="utf-8")
+    return path
+
+
+def built(path: Path, out: Path, *arguments: str) -> dict[str, bytes]:
+    assert main(["build", str(path), "-q", "-o", str(out), *arguments]) == 0
+    return {file.name: file.read_bytes() for file in out.iterdir()}
+
+
+def refused(path: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    assert main(["build", str(path), "-q", "-o", str(path.parent / "out")]) != 0
+    assert not list(path.parent.glob("out/*"))
+    message = capsys.readouterr().err
+    assert "Traceback" not in message
+    return message
+
+
+def test_each_side_is_an_animation_that_loops_with_flakes_of_its_own(tmp_path: Path) -> None:
+    files = built(recipe(tmp_path, SILK, views={"count": 3, "elevation": 15}), tmp_path / "out")
+    atlas = json.loads(files["torch.json"])
+    assert set(atlas["animations"]) == {f"view_{k}" for k in range(3)}
+    assert f"torch/view_2/{5:04}" in atlas["frames"]
+    assert len(atlas["frames"]) == 18
+    for k in range(3):
+        tracks = json.loads(files[f"torch.view_{k}.flakes.json"])
+        assert tracks["loop"] is True
+        assert tracks["frame_count"] == 6
+
+
+def test_one_side_has_the_recipes_own_name(tmp_path: Path) -> None:
+    files = built(recipe(tmp_path, SILK, flakes="none"), tmp_path / "out")
+    assert "torch/0005" in json.loads(files["torch.json"])["frames"]
+
+
+def test_the_same_recipe_gives_the_same_bytes_at_any_worker_count(tmp_path: Path) -> None:
+    path = recipe(tmp_path, SILK, views={"count": 2})
+    one = built(path, tmp_path / "one", "--jobs", "1")
+    assert built(path, tmp_path / "three", "--jobs", "3") == one
+
+
+def test_an_unchanged_build_does_nothing_and_a_changed_fuel_builds(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = recipe(tmp_path, SILK, flakes="none")
+    before = built(path, tmp_path / "out")
+    capsys.readouterr()
+    assert main(["build", str(path), "-o", str(tmp_path / "out")]) == 0
+    assert "up to date" in capsys.readouterr().out
+    after = built(path, tmp_path / "out", "--set", "source.fuel=gas")
+    assert after["torch.png"] != before["torch.png"]
+
+
+def test_checking_silk_imports_nothing_heavy(tmp_path: Path) -> None:
+    path = recipe(tmp_path, SILK, views={"count": 8})
+    code = (
+        "import sys; from fire_atlas.cli import main; assert main(['check', sys.argv[1]]) == 0;"
+        "print(*({'numpy', 'cv2', 'scipy', 'PIL'} & set(sys.modules)))"
+    )
+    root = str(Path(fire_atlas.__file__).parent.parent)
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(path)], env={**os.environ, "PYTHONPATH": root},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout.splitlines()[-1] == ""
+
+
+def test_a_clip_on_the_sheets_is_an_input(tmp_path: Path) -> None:
+    from PIL import Image
+
+    frames = []
+    for n in range(14):
+        rows, columns = np.mgrid[:60, :40]
+        blob = np.exp(-(((columns - 20) / 8) ** 2) - ((rows - 30 - 6 * np.sin(n)) / 14) ** 2)
+        picture = np.stack([255 * blob, 140 * blob, 40 * blob], axis=-1).astype(np.uint8)
+        frames.append(Image.fromarray(picture))
+    frames[0].save(tmp_path / "fire.gif", save_all=True, append_images=frames[1:], duration=40)
+    source = {**SILK, "texture": {"path": "fire.gif"}}
+    files = built(recipe(tmp_path, source, flakes="none"), tmp_path / "out")
+    manifest = json.loads(files["torch.manifest.json"])
+    assert [entry["path"] for entry in manifest["inputs"]] == ["fire.gif"]
+    assert main(["check", str(tmp_path / "torch.yaml")]) == 0
+
+
+BAD: dict[str, tuple[dict[str, Any], str]] = {
+    "no mass": ({"mass": 0}, "source.mass: must be more than 0; got 0"),
+    "negative mass": ({"mass": -1.5}, "source.mass: must be more than 0; got -1.5"),
+    "one-node sheet": ({"rows": 1}, "source.rows: must be at least 2; got 1"),
+    "no sheet": ({"sheets": []}, "source.sheets: must be a list of at least 1; got []"),
+    "not a number": (
+        {"intruders": [{"shape": "log", "keyframes": [{"t": 0, "at": [float("nan"), 0, 0]}]}]},
+        "source.intruders.0.keyframes.0.at.0: must be a finite number; got nan",
+    ),
+    "nowhere": ({"intruders": [{"shape": "log"}]}, "needs either `at` (it never moves) or"),
+    "back in time": (
+        {
+            "intruders": [
+                {
+                    "shape": "log",
+                    "keyframes": [{"t": 1, "at": [0, 0, 0]}, {"t": 0, "at": [0, 0, 0]}],
+                }
+            ]
+        },
+        "keyframes must be in order of t",
+    ),
+    "unknown fuel": ({"fuel": "wod"}, 'source.fuel: must be one of wood, candle, gas; got "wod"'),
+    "unknown key": ({"sheet": {}}, "source.sheet: unknown key; did you mean source.sheets?"),
+    "a clip as source": ({"path": "x"}, "unknown key here; it is one of `kind: frames`"),
+    "too stiff": ({"stiffness": 1e6}, "so stiffness can be at most about"),
+    "too many": ({"sheets": {"count": 10000}, "rows": 24}, "at most 200000 can be moved"),
+    "no clip": ({"texture": {"path": "gone.gif"}}, "gone.gif: does not exist"),
+    "texture of what": ({"texture": 3}, "source.texture: must be `auto` or {path: ...}; got 3"),
+}
+
+
+@pytest.mark.parametrize(("keys", "advice"), BAD.values(), ids=BAD)
+def test_what_cannot_be_is_refused_with_advice(
+    keys: dict[str, Any], advice: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert advice in refused(recipe(tmp_path, {**SILK, **keys}), capsys)
+
+
+def test_each_kind_of_source_is_refused_the_keys_of_the_other(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    message = refused(recipe(tmp_path, {"path": "x"}, views={"count": 4}), capsys)
+    assert "views: frames have one side only" in message
+    for keys, advice in (
+        ({"loop": "pingpong"}, "timeline.loop: pingpong joins the ends of a clip"),
+        ({"overlap": 4}, "timeline.overlap: is for clips"),
+        ({"tail": True, "loop": "none"}, "timeline.tail: is for clips"),
+    ):
+        assert advice in refused(recipe(tmp_path, SILK, timeline=keys), capsys)
+    message = refused(recipe(tmp_path, {"kind": "slik"}), capsys)
+    assert (
+        'source.kind: must be one of frames, profile, silk; got "slik"; did you mean silk?'
+        in message
+    )
+    message = refused(recipe(tmp_path, {"path": "x", "fuel": "wood"}), capsys)
+    assert "source.fuel: unknown key here; it is one of `kind: silk`" in message

@@ -1,0 +1,234 @@
+"""What wind, objects and time do to the sheets, and how loops close."""
+
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.pixels import encode_bytes
+from fire_atlas.core.shipped import shipped
+from fire_atlas.generators.silk.renderer import SilkRenderer, generate_silk
+from fire_atlas.recipe.load import load_tree
+from fire_atlas.recipe.silk import SilkSource
+from fire_atlas.recipe.tree import read_tree
+from tests.generators.silk.small_fires import camera, fire, lean, settings
+
+
+def ranks(values: list[float]) -> list[int]:
+    return [int(rank) for rank in np.argsort(np.argsort(values))]
+
+
+@cache
+def blown(level: float) -> SilkRenderer:
+    return fire(30, loops=False, wind={"level": level}, sheets={"count": 3})
+
+
+LEVELS = (0.0, 0.6, 1.2, 2.0, 3.0, 4.0, 5.0)
+
+
+def test_the_faster_the_sheets_the_faster_the_rendered_texture_changes() -> None:
+    """Eq. 17. The sheets are held still while they are drawn, so that the texture alone moves."""
+    energy, change = [], []
+    for level in LEVELS:
+        made = blown(level)
+        still = np.repeat(made.recording.x[:1], len(made.recording.x), axis=0)
+        held = replace(made, recording=replace(made.recording, x=still))
+        seen = [held.draw(i, camera()).light for i in range(made.frames)]
+        steps = [np.abs(b - a).mean() / a.mean() for a, b in pairwise(seen)]
+        energy.append(float((made.recording.v_rms**2).mean()))
+        change.append(float(np.mean(steps)))
+    assert ranks(energy) == sorted(ranks(energy)), "wind stirs the sheets"
+    assert np.corrcoef(ranks(energy), ranks(change))[0, 1] >= 0.9
+
+
+def test_a_stronger_wind_leans_the_flame_further_where_it_blows() -> None:
+    angles = [float(lean(blown(level).recording.x).mean()) for level in LEVELS]
+    assert np.diff(angles).min() > 0
+    assert 10 < angles[-1] < 60
+    left = fire(8, loops=False, wind={"level": 3.0, "direction": "left"})
+    away = fire(8, loops=False, wind={"level": 3.0, "direction": 90.0})
+    assert lean(left.recording.x).mean() < -8
+    y = (away.recording.x[:, :, -1] - away.recording.x[:, :, 0]).mean(axis=(0, 1, 2))[1]
+    assert y > 0.1
+
+
+@pytest.mark.parametrize(("key", "less", "more"), [("lift", 0.5, 2.0), ("pressure", 0.5, 2.0)])
+def test_what_rises_harder_bends_less(key: str, less: float, more: float) -> None:
+    keys: list[dict[str, Any]] = [{key: less}, {key: more}]
+    angles = [
+        float(lean(fire(6, wind={"level": 3.0}, **keys[i]).recording.x).mean()) for i in (0, 1)
+    ]
+    assert angles[0] > angles[1] + 4
+
+
+def test_oxygen_makes_the_fire_faster_and_brighter() -> None:
+    poor, rich = (fire(6, oxygen=value) for value in (0.4, 2.5))
+    assert rich.recording.rate.mean() > 1.5 * poor.recording.rate.mean()
+    lights = [made.draw(2, camera()).light for made in (poor, rich)]
+    assert lights[1].sum() > 1.5 * lights[0].sum()
+    red = [float(light[..., 0].sum() / light[..., 1].sum()) for light in lights]
+    assert red[0] > red[1]
+
+
+@pytest.mark.parametrize("fuel", ["wood", "candle", "gas"])
+def test_every_side_of_a_loop_closes_to_the_byte(fuel: str) -> None:
+    wind = {"gusts": {"mean": 1.0, "strength": 1.0, "period": 0.5}}
+    made = fire(20, fuel=fuel, wind=wind)
+    for k in range(8):
+        eye = camera(45.0 * k, 10.0)
+        first, again = (encode_bytes(made.draw(i, eye).light) for i in (0, made.frames))
+        assert np.array_equal(first, again)
+
+
+def test_a_loop_has_no_seam() -> None:
+    made = fire(36, sheets={"count": 3})
+    seen = [made.draw(i, camera(30.0)).light for i in range(made.frames + 1)]
+    steps = np.array([np.sqrt(np.mean((b - a) ** 2)) for a, b in pairwise(seen)])
+    assert 0.7 < steps[-1] / np.median(steps) < 1.3
+    assert steps.max() < 1.6 * np.median(steps)
+    detail = [float((np.diff(light, axis=0) ** 2).mean()) for light in seen[:-1]]
+    assert np.mean(detail[:13]) > 0.85 * np.median(detail)
+
+
+def test_nothing_repeats_within_a_loop() -> None:
+    """No two frames are alike, near neighbours in time apart, and no two sheets show one image."""
+    made = fire(36, sheets={"count": 8})
+    seen = np.stack([made.draw(i, camera()).light.mean(axis=-1).ravel() for i in range(36)])
+    seen -= seen.mean(axis=0)
+    alike = np.corrcoef(seen)
+    apart = np.abs(np.subtract.outer(np.arange(36), np.arange(36)))
+    apart = np.minimum(apart, 36 - apart)
+    assert alike[apart >= 6].max() < 0.75
+    textures = made.textures
+    images = len(textures.loops[0])
+    assert np.all(np.rint(np.diff(np.unwrap(textures.phase, period=images, axis=0), axis=0).sum(0)
+                          / images) == 1), "each sequence is played once"  # fmt: skip
+    for a in range(8):
+        for b in range(a):
+            if textures.texture_index[a] == textures.texture_index[b]:
+                gap = np.abs(textures.phase[:, a] - textures.phase[:, b])
+                assert np.minimum(gap, images - gap).min() > 1
+
+
+def test_time_runs_on_where_nothing_loops() -> None:
+    made = fire(20, loops=False)
+    assert len(made.recording.x) == 20
+    assert not np.array_equal(made.draw(0, camera()).light, made.draw(19, camera()).light)
+
+
+def test_the_same_seed_is_the_same_fire_and_another_is_another() -> None:
+    keys: dict[str, Any] = {"sheets": {"count": 2}}
+    one, same = (fire(4, **keys).draw(2, camera()).light for _ in range(2))
+    assert np.array_equal(one, same)
+    made = SilkSource.model_validate({"kind": "silk", **keys})
+    other = [generate_silk(made, settings(3, True, seed=seed)).recording.x for seed in (1, 2)]
+    assert not np.array_equal(other[0], other[1])
+
+
+def test_velocities_are_those_of_the_nodes_and_of_the_gas_that_rises() -> None:
+    """A flow, followed from frame to frame, leads to what the next frame shows."""
+    keys = {"kind": "silk", "width": 96, "height": 128, "sheets": {"count": 1, "width": 0.5}}
+    made = generate_silk(SilkSource.model_validate(keys), settings(30, False, seed=1, fps=120.0))
+    eye = camera(90.0, width=96, height=128)
+    rows, columns = np.mgrid[:128, :96].astype(np.float32)
+    import cv2
+
+    plain = followed = 0.0
+    for i in range(2, 28, 5):
+        now, after = (made.draw(k, eye).light.max(axis=-1) for k in (i, i + 1))
+        flow = made.motion(i, eye) / 120.0
+        lit = now > 0.1
+        assert flow[lit].mean(axis=0)[1] < 0, "fire rises"
+        found = cv2.remap(after, columns + flow[..., 0], rows + flow[..., 1], cv2.INTER_LINEAR)
+        plain += float(np.abs(after - now)[lit].mean())
+        followed += float(np.abs(found - now)[lit].mean())
+    assert followed < 0.7 * plain
+
+
+@cache
+def match() -> SilkRenderer:
+    recipe = load_tree(read_tree(shipped("recipes") / "match.yaml")).recipe
+    assert isinstance(recipe.source, SilkSource)
+    small = recipe.source.model_copy(update={"width": 96, "height": 96})
+    frames, fps = recipe.timeline.frames, recipe.timeline.fps
+    assert frames is not None and fps is not None
+    return generate_silk(small, settings(frames, False, recipe.wind, seed=0, fps=fps))
+
+
+def test_a_match_bends_the_flame_by_five_degrees_catches_fire_and_the_flame_recovers() -> None:
+    made = match()
+    bent = lean(made.recording.x, slice(0, 3))
+    before, after = bent[:12], bent[-12:]
+    assert np.abs(before).max() < 1.0
+    assert bent.min() == pytest.approx(-5.3, abs=1.0)
+    assert np.abs(after).max() < 1.5
+    lit = made.recording.lit[:, 3:]
+    assert not lit[: round(0.9 * 24)].any()
+    assert lit[round(2.0 * 24) :].all() and lit[-1].min() == 1
+    assert np.all(made.recording.lit[:, :3] == 1)
+
+
+def test_the_burning_match_carries_its_flame_away() -> None:
+    eye = camera(width=96, height=96, foot=0.1)
+    right = [match().draw(i, eye).light[:40, 60:].max() for i in (10, 75)]
+    assert right[0] < 0.1 < 0.4 < right[1]
+
+
+def test_a_ball_in_the_flame_parts_it() -> None:
+    ball = {"shape": "sphere", "at": [0, 0, 0.35], "radius": 0.08, "draw": False, "strength": 4}
+    sheet = [{"width": 0.4, "height": 0.8, "angle": 0}]
+    free, parted = (
+        fire(6, loops=False, sheets=sheet, intruders=i, turbulence=0.0).recording.x[-1, 0]
+        for i in ([], [ball])
+    )
+    place = np.array([0, 0, 0.35])
+    near = [float(np.sqrt(((x - place) ** 2).sum(axis=-1)).min()) for x in (free, parted)]
+    assert near[1] > near[0] + 0.02
+
+
+KEYFRAMES = [{"t": 0, "at": [1, 0, 0.5]}, {"t": 0.4, "at": [0, 0, 0.3]}]
+
+
+def test_an_intruder_that_never_leaves_a_loop_is_refused_with_the_way_out() -> None:
+    stays: dict[str, Any] = {"intruders": [{"shape": "sphere", "keyframes": KEYFRAMES}]}
+    with pytest.raises(RecipeError, match=r"intruders\.0: is elsewhere after 1 s.*loop: none"):
+        fire(24, **stays)
+    assert len(fire(12, loops=False, **stays).recording.x) == 12
+    back = [*KEYFRAMES, {"t": 0.8, "at": [1, 0, 0.5]}]
+    made = fire(24, intruders=[{"shape": "sphere", "keyframes": back}])
+    first, again = (made.draw(i, camera()).light for i in (0, 24))
+    assert np.array_equal(first, again)
+
+
+def test_springs_too_stiff_are_refused_with_the_limit_and_stable_below_it() -> None:
+    with pytest.raises(
+        RecipeError, match=r"source\.stiffness.*at most about ([0-9.e+]+)"
+    ) as refusal:
+        fire(2, stiffness=100_000.0)
+    limit = float(str(refusal.value).split("at most about ")[1].split()[0])
+    for stiffness in (1000.0, 0.95 * limit):
+        made = fire(2, loops=False, stiffness=stiffness, rows=5, columns=4, sheets={"count": 1})
+        assert np.isfinite(made.recording.x).all()
+        assert np.abs(made.recording.x).max() < 2
+
+
+def test_ten_thousand_sheets_are_refused_before_they_take_memory() -> None:
+    with pytest.raises(RecipeError, match=r"10000 sheets .* at most 200000"):
+        fire(2, sheets={"count": 10_000}, rows=24, columns=16)
+
+
+def test_more_frames_than_memory_holds_are_refused() -> None:
+    with pytest.raises(RecipeError, match=r"timeline\.frames: 10000 frames .* at most \d+"):
+        fire(10_000, sheets={"count": 24}, rows=24, columns=16)
+
+
+@pytest.mark.parametrize("frames", [1, 2, 3])
+@pytest.mark.parametrize("loops", [True, False])
+def test_the_shortest_clips_are_made(frames: int, loops: bool) -> None:
+    made = fire(frames, loops, sheets={"count": 1})
+    assert made.draw(frames - 1, camera()).light.max() > 0.3
+    assert np.isfinite(made.motion(0, camera())).all()

@@ -1,0 +1,209 @@
+"""The images on the sheets: painted, cut from clips, and synthesised without end."""
+
+from itertools import islice, pairwise
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.errors import SourceError
+from fire_atlas.generators.silk.clip_texture import cut_texture, synthesise_from_clip
+from fire_atlas.generators.silk.colour import blackbody
+from fire_atlas.generators.silk.fuel import FUELS, Burner
+from fire_atlas.generators.silk.motion_synthesis import (
+    SeedImages,
+    most_probable_motion,
+    synthesise_images,
+)
+from fire_atlas.generators.silk.procedural_texture import synthesise_texture
+from fire_atlas.generators.silk.texture import TextureLoop
+from tests.support.fires import real_clip
+
+Array = NDArray[np.float32]
+BURNER = Burner(
+    gas_speed=0.07, eddy_strength=0.5, flame_height=0.8, width=0.75, flicker=0.5,
+    tongue_width=0.14, entrainment=0.6,
+)  # fmt: skip
+
+
+def painted(images: int = 24, index: int = 0) -> TextureLoop:
+    return synthesise_texture(BURNER, images, (96, 48), 0.5, seed=5, index=index)
+
+
+def step(one: Array, other: Array) -> float:
+    return float(np.sqrt(np.mean((one - other) ** 2)))
+
+
+def detail(image: Array) -> float:
+    return float(np.mean(np.diff(image, axis=0) ** 2) + np.mean(np.diff(image, axis=1) ** 2))
+
+
+def test_painted_images_close_into_a_circle() -> None:
+    images = painted().images
+    steps = [step(images[n], images[(n + 1) % 24]) for n in range(24)]
+    assert 0.6 < steps[-1] / np.median(steps) < 1.5
+
+
+def test_painted_fire_is_hot_below_and_gone_at_every_edge() -> None:
+    images = painted().images[..., 0]
+    assert not images[:, [0, -1]].any() and not images[:, :, [0, -1]].any()
+    rows = images.mean(axis=(0, 2))
+    assert rows[60:88].mean() > 4 * rows[8:36].mean() > 0
+    assert 0.9 < images.max() <= 1.25
+
+
+def test_painted_fire_has_tongues_and_no_two_sequences_are_alike() -> None:
+    one, other = (painted(index=k).images[..., 0] for k in (0, 1))
+    # A row half way up is cut into bright and dark several times over.
+    lit = (one[:, 40] > 0.15).astype(int)
+    tongues = (np.diff(lit, axis=1) == 1).sum(axis=1)
+    assert tongues.mean() > 1.3
+    assert abs(np.corrcoef(one.ravel() - one.mean(0).repeat(1).mean(), other.ravel())[0, 1]) < 0.9
+    assert step(one, other) > 0.1
+
+
+def test_the_motion_of_painted_fire_tells_where_it_goes() -> None:
+    sequence = painted()
+    rows, columns = np.mgrid[:96, :48].astype(np.float32)
+    plain = followed = 0.0
+    for n in range(0, 24, 4):
+        now, after = sequence.images[n, ..., 0], sequence.images[(n + 1) % 24, ..., 0]
+        motion = sequence.motion_from(n)
+        found = cv2.remap(after, columns + motion[..., 0], rows + motion[..., 1], cv2.INTER_LINEAR)
+        plain, followed = plain + step(now, after), followed + step(now, np.asarray(found))
+    assert followed < 0.75 * plain
+
+
+def test_between_two_images_a_tongue_moves_on() -> None:
+    images = np.zeros((4, 40, 20, 1), np.float32)
+    blob = np.exp(-(((np.mgrid[:40, :20][0] - 30) / 3.0) ** 2)).astype(np.float32)
+    for n in range(4):
+        images[n, ..., 0] = np.roll(blob, -4 * n, axis=0)
+    motion = np.zeros((4, 10, 5, 2), np.float32)
+    motion[..., 1] = -4.0
+    sequence = TextureLoop(images, motion)
+    assert np.array_equal(sequence.image_at(1.0), images[1])
+    assert np.array_equal(sequence.image_at(5.0), images[1])
+    between = sequence.image_at(0.5)[..., 0]
+    assert np.argmax(between[:, 10]) == 28
+    assert between.max() > 0.97, "a cross-fade would show two dim ones"
+
+
+# Appendix B
+
+
+def noise_free_seeds(shift: tuple[int, int]) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Two colour images, the second moved; and where there is texture."""
+    chance = np.random.default_rng(3)
+    large = cv2.GaussianBlur(chance.random((120, 100, 3)).astype(np.float32), (0, 0), 2.0)
+    large = (large - large.min()) / np.ptp(large)
+    dx, dy = shift
+    one = large[20:100, 20:80]
+    other = large[20 - dy : 100 - dy, 20 - dx : 80 - dx]
+    gray = np.asarray(other.mean(axis=-1), np.float32)
+    slope = np.hypot(cv2.Sobel(gray, cv2.CV_32F, 1, 0), cv2.Sobel(gray, cv2.CV_32F, 0, 1))
+    return np.ascontiguousarray(one), np.ascontiguousarray(other), slope > np.median(slope) / 2
+
+
+@pytest.mark.parametrize("shift", [(0, 0), (2, -3), (-4, 1), (5, 5)])
+def test_a_known_translation_is_the_most_probable_motion(shift: tuple[int, int]) -> None:
+    one, other, textured = noise_free_seeds(shift)
+    motion = most_probable_motion(one, other, 6)
+    right = np.abs(motion - shift).max(axis=-1) < 0.5
+    assert right[textured].mean() >= 0.8
+
+
+def test_two_hundred_synthesised_images_neither_freeze_nor_blur_away() -> None:
+    images = painted().images
+    seeds = SeedImages(images[7], images[8], 7)
+    usual = step(seeds.one, seeds.other)
+    sharp = (detail(seeds.one) + detail(seeds.other)) / 2
+    made = [seeds.other, *islice(synthesise_images(seeds, seed=1), 200)]
+    steps = np.array([step(a, b) for a, b in pairwise(made)]) / usual
+    assert steps.min() >= 0.5
+    assert min(detail(image) for image in made) >= 0.7 * sharp
+    assert max(float(image.max()) for image in made) <= float(images[7:9].max())
+
+
+def test_more_energy_moves_synthesised_fire_further() -> None:
+    images = painted().images
+    seeds = SeedImages(images[7], images[8], 7)
+
+    def pace(energy: float) -> float:
+        made = list(islice(synthesise_images(seeds, 1, energy), 16))
+        return float(np.mean([step(a, b) for a, b in pairwise(made)]))
+
+    assert pace(0.25) < pace(1.0) < pace(4.0)
+
+
+# Clips
+
+
+def test_fire_is_cut_out_of_a_real_scene_and_set_upright(clips: Path) -> None:
+    sequence = cut_texture(real_clip(clips, "real_fireplace_gif"), 8, (96, 64), "fireplace")
+    images = sequence.images
+    assert images.shape == (8, 96, 64, 3)
+    light = images.mean(axis=(0, 3))
+    assert images.max() > 1, "as bright as before a film exposed it"
+    assert not light[[0, -1]].any() and not light[:, [0, -1]].any()
+    columns = light.sum(axis=0)
+    middle = float((columns * np.arange(64)).sum() / columns.sum())
+    assert middle == pytest.approx(31.5, abs=5)
+    red, blue = images[..., 0].sum(), images[..., 2].sum()
+    assert red > 2 * blue, "the fire, not the bricks"
+
+
+def test_seeds_from_a_clip_give_as_many_images_as_are_asked_for(clips: Path) -> None:
+    clip = real_clip(clips, "sim_unity_flame03")
+    sequence = synthesise_from_clip(clip, (20, 21), 12, (80, 40), "flame", seed=1, energy=1.0)
+    assert sequence.images.shape == (12, 80, 40, 3)
+    steps = [step(sequence.images[n], sequence.images[(n + 1) % 12]) for n in range(12)]
+    assert min(steps) > 0.01 and steps[-1] < 2 * np.median(steps)
+
+
+def still_clip(value: tuple[float, float, float], count: int = 20, matte: str = "none") -> Clip:
+    frame = np.ones((40, 30, 4), np.float32)
+    frame[..., :3] = value
+    return Clip(30, 40, 24.0, count, lambda _: frame.copy(), (), "linear", matte, "")
+
+
+@pytest.mark.parametrize(
+    "clip",
+    [
+        still_clip((0, 0, 0)),
+        still_clip((0.5, 0.4, 0.3)),
+        still_clip((0.05, 0.1, 0.9), matte="luminance"),
+    ],
+    ids=["black", "a still wall", "a blue screen"],
+)
+def test_a_clip_without_fire_is_refused(clip: Clip) -> None:
+    with pytest.raises(SourceError, match=r"dark\.gif: shows no fire"):
+        cut_texture(clip, 8, (64, 32), "dark.gif")
+
+
+def test_a_clip_with_too_few_frames_says_how_many_there_are() -> None:
+    with pytest.raises(SourceError, match="has 5 frames"):
+        cut_texture(still_clip((1, 0.5, 0), 5), 8, (64, 32), "short.gif")
+    with pytest.raises(SourceError, match=r"seeds \[3, 9\].*0 to 4"):
+        synthesise_from_clip(still_clip((1, 0.5, 0), 5), (3, 9), 8, (64, 32), "short.gif", 0, 1.0)
+
+
+# Colour
+
+
+def test_black_bodies_have_the_colours_known_for_them() -> None:
+    """Linear sRGB of Planck's law, from the published tables for the 2° observer."""
+    found = blackbody(np.array([1500.0, 2000.0, 3000.0, 6500.0]))
+    assert np.allclose(found[0], [1, 0.15, 0], atol=0.03)
+    assert np.allclose(found[1], [1, 0.26, 0.007], atol=0.03)
+    assert np.allclose(found[2], [1, 0.47, 0.16], atol=0.04)
+    assert np.allclose(found[3], [1, 0.94, 0.98], atol=0.05)
+
+
+def test_every_fuel_is_sound() -> None:
+    for fuel in FUELS.values():
+        assert 0 < fuel.burner.width < 1
+        assert fuel.lift > fuel.gravity, "flames rise"

@@ -1,0 +1,40 @@
+"""What a person waits for a hundred times a day imports nothing heavy."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.support.repo import environment, script
+
+HEAVY = {"numpy", "cv2", "scipy", "PIL", "pydantic", "av", "rich", "jinja2", "filelock"}
+
+_TELL = """
+import atexit, sys
+atexit.register(lambda: print("\\n".join(sys.modules), file=sys.stderr))
+"""
+
+
+def imported_by(*arguments: str | Path) -> set[str]:
+    """Return the modules that a run of ``fire-atlas`` ends with."""
+    done = subprocess.run(
+        script(_TELL, *arguments), env=environment(), capture_output=True, text=True, timeout=60,
+        check=True,
+    )  # fmt: skip
+    return set(done.stderr.split())
+
+
+def test_an_up_to_date_build_imports_nothing_heavy(recipe: Path) -> None:
+    modules = imported_by("build", recipe)
+    assert "fire_atlas.outputs.manifest" in modules
+    assert not modules & HEAVY
+    assert "fire_atlas.pipeline.build" not in modules
+
+
+def test_a_build_of_many_recipes_that_are_up_to_date_is_as_light(recipe: Path) -> None:
+    assert not imported_by("build", recipe.parent, recipe) & HEAVY
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["build", "--help"], ["--version"]])
+def test_help_imports_nothing_heavy(arguments: list[str]) -> None:
+    assert not imported_by(*arguments) & (HEAVY | {"yaml", "json"})

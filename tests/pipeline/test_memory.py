@@ -1,0 +1,38 @@
+"""Memory does not grow with the length of a clip, but for its pages."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support.repo import Repo, run_alone, script
+
+resource = pytest.importorskip("resource", reason="peaks of memory are told by POSIX only")
+
+_TELL_PEAK = """
+import atexit, resource
+atexit.register(lambda: print("peak", resource.getrusage(resource.RUSAGE_SELF).ru_maxrss))
+"""
+
+
+def peak_without_pages(repo: Repo, recipe: Path) -> float:
+    """Return the most memory a build takes besides its pages, in MB."""
+    ran = run_alone(script(_TELL_PEAK, "build", recipe, "-q", "--jobs", "2"))
+    assert ran.code == 0, ran.err
+    peak = int(ran.out.split()[-1]) * (1 if sys.platform == "darwin" else 1024)
+    manifest = json.loads((repo.build / f"{recipe.stem}.manifest.json").read_bytes())
+    pages = manifest["statistics"]["pages"]
+    return (peak - sum(4 * int(width) * int(height) for width, height in pages)) / 1e6
+
+
+def test_a_clip_ten_times_as_long_takes_hardly_more(repo: Repo) -> None:
+    """Its 360 frames of 320 x 256, kept as floats, would take 470 MB."""
+    clip = repo.clip(count=36, height=320)
+    for i in range(36, 360):
+        (clip / f"{i:04}.png").hardlink_to(clip / f"{i % 36:04}.png")
+    keys: dict[str, Any] = {"tracks": [], "flakes": {"rate": 20}}
+    short = repo.recipe("short.yaml", source={"path": "clip", "count": 36}, **keys)
+    long = repo.recipe("long.yaml", **keys)
+    assert peak_without_pages(repo, long) - peak_without_pages(repo, short) < 160
