@@ -234,7 +234,7 @@ def _kind(path: str, schema: Schema, definitions: Schema) -> str:
 
 
 def _range(schema: Schema) -> str:
-    low, high = schema.get("minimum", schema.get("ge")), schema.get("maximum", schema.get("le"))
+    low, high = schema.get("minimum"), schema.get("maximum")
     above, below = schema.get("exclusiveMinimum"), schema.get("exclusiveMaximum")
     bounds = {"from": low, "above": above, "to": high, "below": below}
     stated = [f" {word} {bound:.10g}" for word, bound in bounds.items() if bound is not None]

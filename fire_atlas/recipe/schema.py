@@ -37,6 +37,9 @@ class _RecipeSchema(GenerateJsonSchema):
 def recipe_schema() -> dict[str, Any]:
     """Return the schema (draft 2020-12) of a recipe file."""
     schema = Recipe.model_json_schema(schema_generator=_RecipeSchema)
+    # Which kind a source is may be stated by what the recipe extends: any of them may fit.
+    one_kind, none = schema["properties"]["source"]["anyOf"]
+    schema["properties"]["source"]["anyOf"] = [*one_kind["oneOf"], none]
     needed = [schema["$defs"][kind].pop("required") for kind in ("FramesSource", "ProfileSource")]
     path_needed = {
         "if": {"properties": {"kind": {"enum": ["frames", "profile"]}}},

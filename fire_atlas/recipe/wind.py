@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from fire_atlas.recipe.base import LIST, Settings
 
@@ -15,7 +15,19 @@ def _degrees(value: Any) -> Any:
     return {"right": 0.0, "left": 180.0}.get(value, value) if isinstance(value, str) else value
 
 
-Heading = Annotated[float, BeforeValidator(_degrees), Field(ge=-360, le=360)]
+Heading = Annotated[
+    float,
+    BeforeValidator(_degrees),
+    Field(ge=-360, le=360),
+    WithJsonSchema(
+        {
+            "oneOf": [
+                {"enum": ["right", "left"], "type": "string"},
+                {"type": "number", "minimum": -360, "maximum": 360},
+            ]
+        }
+    ),
+]
 """Where wind blows to: ``right``, ``left``, or degrees seen from above (0 right, 90 away)."""
 
 

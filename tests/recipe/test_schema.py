@@ -1,10 +1,18 @@
-"""The JSON Schema editors use."""
+"""The JSON Schema that editors use."""
 
 import json
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
+import pytest
+import yaml
+from jsonschema import Draft202012Validator
+
+from fire_atlas.core.shipped import shipped
 from fire_atlas.recipe.schema import recipe_schema
+
+READY = sorted(shipped("recipes").glob("*.yaml"))
 
 
 def properties(schema: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], bool]]:
@@ -42,3 +50,36 @@ def test_unknown_keys_are_marked_in_every_block() -> None:
     assert all(
         block["additionalProperties"] is False for block in (schema, *schema["$defs"].values())
     )
+
+
+@pytest.mark.parametrize("path", READY, ids=[path.stem for path in READY])
+def test_every_ready_recipe_fits_the_schema(path: Path) -> None:
+    Draft202012Validator(recipe_schema()).validate(yaml.safe_load(path.read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize(
+    "recipe",
+    [
+        {"source": {"path": "clip"}, "wind": {"level": 2, "direction": "left"}},
+        {"source": {"path": "clip"}, "wind": {"keyframes": [{"t": 0, "direction": "right"}]}},
+        {"extends": "endless_candle", "source": {"slices": 3}},
+        {"source": {"kind": "silk"}},
+        {"atlas": {"members": ["torch.yaml"]}},
+    ],
+)
+def test_what_the_tool_takes_fits_the_schema(recipe: dict[str, Any]) -> None:
+    Draft202012Validator(recipe_schema()).validate(recipe)
+
+
+@pytest.mark.parametrize(
+    "recipe",
+    [
+        {},
+        {"source": {}},
+        {"source": {"path": "clip", "hight": 3}},
+        {"source": {"path": "clip"}, "wind": {"direction": "up"}},
+        {"source": {"path": "clip"}, "wind": {"direction": 400}},
+    ],
+)
+def test_what_the_tool_refuses_does_not_fit_the_schema(recipe: dict[str, Any]) -> None:
+    assert not Draft202012Validator(recipe_schema()).is_valid(recipe)
