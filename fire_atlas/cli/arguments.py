@@ -248,7 +248,11 @@ def _add_volume(parser: _Parser) -> None:
     volume = parser.add_mutually_exclusive_group()
     volume.add_argument("-q", "--quiet", action="store_true", help="print nothing but errors")
     volume.add_argument(
-        "-v", "--verbose", action="count", default=0, help="print files and timings; -vv: tracebacks too"
+        "-v",
+        "--verbose",
+        action="count",
+        default=0,
+        help="print files and timings; -vv: tracebacks too",
     )
 
 
