@@ -13,7 +13,7 @@ import numpy as np
 from fire_atlas.atlas.bestfit import Batch, Floats, fill, priorities_of
 from fire_atlas.atlas.page_rules import PageRules, Size, effective_area
 from fire_atlas.atlas.skyline import Ints
-from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.chance import RandomStream, generator
 
 _BATCH_RECTANGLES, _SMALLEST_BATCH, _LARGEST_BATCH = 30_000, 96, 288
 """Rectangles, and pages at least and most, that are looked at together: of few rectangles, one
@@ -222,5 +222,5 @@ class Search:
 
 
 def _noise(shape: tuple[int, int], generation: int) -> Floats:
-    chance = generator(0, Stage.PACKING, generation)
+    chance = generator(0, RandomStream.PACKING, generation)
     return chance.standard_normal(shape, np.float32) * np.float32(_NOISE)

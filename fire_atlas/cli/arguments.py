@@ -225,7 +225,7 @@ def _add_limits(parser: _Parser) -> None:
         "--limit-pixels",
         type=_positive,
         default=8192 * 8192,  # as in sources.listing, which --help does not import
-        dest="most_pixels",
+        dest="max_pixels",
         metavar="N",
         help="refuse pictures of more pixels (default: 8192 x 8192)",
     )

@@ -106,7 +106,7 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
     from fire_atlas.pipeline.check import load_checked
     from fire_atlas.pipeline.context import BuildOptions
 
-    options = BuildOptions.of(args.jobs, args.most_pixels, args.overwrite, args.force)
+    options = BuildOptions.of(args.jobs, args.max_pixels, args.overwrite, args.force)
     report = build(load_checked(tree), out, options, view)
     if report is None:
         return Outcome(fresh=True)

@@ -12,7 +12,7 @@ from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.load import LoadedRecipe, resolved_yaml
 from fire_atlas.recipe.source import ClipInput
 from fire_atlas.recipe.tree import read_tree
-from fire_atlas.sources.listing import WHOLE, list_inputs
+from fire_atlas.sources.listing import ALL_FRAMES, list_inputs
 
 
 def run(args: Namespace) -> int:
@@ -47,6 +47,6 @@ def _find_source(part: LoadedRecipe) -> None:
     source = part.recipe.source
     for key, path in part.source_files.items():
         try:
-            list_inputs(source if isinstance(source, ClipInput) else WHOLE, path)
+            list_inputs(source if isinstance(source, ClipInput) else ALL_FRAMES, path)
         except SourceError as error:
             raise SourceError(f"{part.tree.origin(key).locate(key)}: {error}") from None

@@ -43,7 +43,7 @@ def run(args: Namespace) -> int:
             tuple(loaded.source_files.values()),
             "srgb",
             workers,
-            args.most_pixels,
+            args.max_pixels,
         )
         staging.keep([path for clip in clips for path in clip.inputs])
         written = {out: write_profile(profile), picture: profile_picture(profile, clips)}

@@ -114,11 +114,11 @@ def _atlas(
     with temporary_folder() as folder:
         try:
             with shows_interruption(view):
-                options = BuildOptions.of(args.jobs, args.most_pixels)
+                options = BuildOptions.of(args.jobs, args.max_pixels)
                 build(loaded, folder, options, view)
         finally:
             view.close()
-        shown = open_alone(loaded, args.most_pixels) if not loaded.members else None
+        shown = open_alone(loaded, args.max_pixels) if not loaded.members else None
         clips = list(shown.values()) if isinstance(shown, Mapping) else []
         clip = clips[0] if len(clips) == 1 else None
         yield folder / f"{tree.name}.json", clip

@@ -1,1 +1,1 @@
-"""What all packages use: pixels, clips, errors, random numbers, files, workers."""
+"""Basics that every other package builds on: pixels, clips, errors, random numbers, files."""

@@ -1,14 +1,14 @@
-"""Random numbers: one counter-based stream for each use, the same in any order of calls."""
+"""Random numbers: one independent stream for each use, so that the order of calls is irrelevant."""
 
 from enum import IntEnum
 
 import numpy as np
 
 
-class Stage(IntEnum):
-    """What a stream of random numbers is used for.
+class RandomStream(IntEnum):
+    """The uses of random numbers, each with a stream of its own.
 
-    Its value is part of the key, and so of every result: never reuse one.
+    The value is part of the stream's key: a changed or reused one changes the outputs of builds.
     """
 
     EMISSION = 1
@@ -26,9 +26,9 @@ class Stage(IntEnum):
     TRICKLE = 15
 
 
-def generator(seed: int, stage: Stage, index: int = 0) -> np.random.Generator:
-    """Return the random stream (Philox) with the key (seed, stage, index).
+def generator(seed: int, stream: RandomStream, index: int = 0) -> np.random.Generator:
+    """Return the random numbers (Philox) of the key (seed, stream, index).
 
-    ``index`` is that of a frame, tick or view.
+    ``index`` is the number of a frame, a simulation tick or a view.
     """
-    return np.random.Generator(np.random.Philox(key=[seed, (int(stage) << 48) | index]))
+    return np.random.Generator(np.random.Philox(key=[seed, (int(stream) << 48) | index]))

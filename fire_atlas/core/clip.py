@@ -12,11 +12,11 @@ from fire_atlas.core.picture import Picture, as_light, brightness_of
 from fire_atlas.core.pixels import Pixels, Plane
 
 CACHE_BYTES = 64 * 1024 * 1024
-"""Size of the frames that ``cached`` keeps. A constant: memory must not grow with a clip."""
+"""Limit on the frames that ``cached`` keeps, bytes, whatever the length of the clip."""
 
 
 class Window(NamedTuple):
-    """A rectangle of the frame, px; ``right`` and ``bottom`` are excluded."""
+    """A rectangle of the frame, px. Column ``right`` and row ``bottom`` are just outside of it."""
 
     left: int
     top: int
@@ -30,38 +30,39 @@ class Window(NamedTuple):
 
 
 class Skipped(NamedTuple):
-    """A frame of the source that the clip does not show.
+    """A frame of the source, between two frames of the clip, that the clip leaves out.
 
     Attributes:
-        part: When it is shown: the part of the step from one frame to the next, 0..1.
+        time: Its time between these two frames, 0..1.
         read: Returns its pixels.
     """
 
-    part: float
+    time: float
     read: Callable[[], Pixels]
 
 
 @dataclass(frozen=True, slots=True)
 class Clip:
-    """Frames of one size at a constant rate, read on demand so that none has to be kept.
+    """Frames of one size at a constant rate. They are read on demand and need not be in memory.
 
     Attributes:
         width, height: Frame size, px.
         fps: Frames per second of the clip.
         count: Number of frames, at least 1.
-        picture: ``picture(i)`` gives frame i, 0 <= i < count, (height, width, 4): as its file holds
-            it, not to be written to, or as a fresh ``Pixels``. Safe to call from several threads.
+        picture: ``picture(i)`` returns frame i, 0 <= i < count, (height, width, 4): either as in
+            its file and read-only, or new ``Pixels``. Several threads may call it at once.
         loop: Whether frame 0 follows the last frame.
-        backwards: Frames after which the clip runs backwards (ping-pong).
-        tail: Number of frames at the end that only let flakes burn out: none is born there.
+        backwards: Numbers of the frames from which the step to the next one plays the source
+            backwards (ping-pong).
+        tail: Number of frames appended for the flakes to burn out. No flake is spawned in these.
         inputs: Every file the frames come from, in order, for the manifest.
-        blend_space: ``srgb`` or ``linear``: where the coverage is meant to be blended.
-        matte: ``alpha``, ``luminance`` or ``none``: where the coverage comes from.
-        matte_reason: Why that matte was chosen, as a sentence for people.
-        flow: ``flow(i)`` gives the velocity at each pixel of frame i, (height, width, 2) float32, x
-            and y in px/s, where a generator knows it. None: it has to be estimated.
-        skipped: Where the source has more frames than the clip: by frame, a source frame about
-            halfway to the next.
+        blend_space: Encoding in which the client blends frames, ``srgb`` or ``linear``.
+        matte: Where the coverage comes from: ``alpha``, ``luminance`` or ``none``.
+        matte_reason: Why that matte was chosen, for the user.
+        flow: ``flow(i)`` returns the velocity of each pixel of frame i, (height, width, 2) float32,
+            x and y in px/s. Set for generated clips; None means that it has to be estimated.
+        skipped: If the source has more frames than the clip: by the number of a frame, a source
+            frame about halfway between it and the next.
     """
 
     width: int
@@ -81,15 +82,15 @@ class Clip:
 
     @property
     def body(self) -> int:
-        """Number of frames before the tail."""
+        """Number of frames without the tail."""
         return self.count - self.tail
 
     def read(self, i: int) -> Pixels:
-        """Return frame ``i`` as ``Pixels``, (height, width, 4), in a fresh array."""
+        """Return frame ``i`` as ``Pixels``, (height, width, 4)."""
         return as_light(self.picture(i))
 
     def brightness(self, i: int) -> Plane:
-        """Return the brightness of frame ``i``, (height, width) in 0..255; see ``pixels``."""
+        """Return ``pixels.brightness`` of frame ``i``, (height, width) in 0..255."""
         return brightness_of(self.picture(i), self.blend_space)
 
 
@@ -107,14 +108,14 @@ def cropped(clip: Clip, window: Window) -> Clip:
 
 
 def cached(picture: Callable[[int], Picture], made: Container[int]) -> Callable[[int], Picture]:
-    """Return a clip's ``picture`` that keeps computed frames, each of which is read several times.
+    """Return ``picture`` with a cache: frames are expensive to compute and read several times.
 
-    The first frames that are read are kept, up to ``CACHE_BYTES``. What is returned is always a
-    fresh array. Threads that ask at the same time may each compute the same frame.
+    The first computed frames are kept, up to ``CACHE_BYTES`` in all. Callers get copies of them.
+    Threads that read a frame at the same time may each compute it.
 
     Args:
-        picture: Gives frame i, as of ``Clip``.
-        made: Numbers of the frames that are computed; all others are cheap to read again.
+        picture: Returns frame i, like ``Clip.picture``.
+        made: Numbers of the computed frames. Others are cheap to read again and not kept.
     """
     kept: dict[int, Picture] = {}
     free = [CACHE_BYTES]

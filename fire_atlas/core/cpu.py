@@ -1,11 +1,11 @@
-"""The class of CPU, and the same kernels on every CPU of a class.
+"""Make numpy, OpenBLAS and OpenCV compute the same bytes on every CPU of a class.
 
-numpy, its BLAS, OpenCV and its IPP look at the CPU when they are imported and take the kernels of
-its newest instruction set. Kernels of different sets round differently in the last bits, and sort
-equal keys in another order: numpy's ``exp``, powers and ``argsort`` of float64 are others with
-AVX-512 than with AVX2. So all CPUs with AVX2 are made to take the kernels of AVX2.
+On import, these libraries (and the IPP in OpenCV) pick the kernels for the CPU's newest instruction
+set. Kernels of different sets round the last bits differently and sort equal keys in another order:
+numpy's ``exp``, powers and ``argsort`` of float64 with AVX-512 differ from those with AVX2. So
+every CPU with AVX2 uses the AVX2 kernels, even if it has AVX-512.
 
-Nothing heavy is imported here.
+This module runs before numpy is imported, and must not import it.
 """
 
 import os
@@ -13,20 +13,20 @@ import sys
 from functools import cache
 
 _LEVEL_3 = {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"}
-"""What makes an x86-64 CPU one of level 3 of its psABI (Haswell, Zen and later)."""
+"""Instruction sets of a CPU of level x86-64-v3 (x86-64 psABI): Intel Haswell, AMD Zen and later."""
 
 _SETTINGS = {
     "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR",
     "OPENBLAS_CORETYPE": "Haswell",
     "OPENCV_IPP": "avx2",
 }
-"""What holds each library to the kernels of level 3."""
+"""Environment variables that restrict each library to the kernels of level x86-64-v3."""
 
 
 def cpu_class() -> str:
-    """Return the class of this CPU: all of one class give the same bytes.
+    """Return the class of this CPU. All CPUs of one class compute the same bytes.
 
-    It is ``x86-64-v3`` with AVX2, ``x86-64-v2`` without, and elsewhere the architecture's name.
+    It is ``x86-64-v3`` (with AVX2), ``x86-64-v2``, or the name of another architecture.
     """
     if _architecture() != "x86_64":
         return _architecture()
@@ -34,31 +34,31 @@ def cpu_class() -> str:
 
 
 def pin_kernels() -> None:
-    """Hold the numeric libraries to the kernels of the CPU's class, and BLAS to one thread.
+    """Restrict the numeric libraries to the kernels of the CPU's class, and BLAS to one thread.
 
-    They read the environment when they are imported, so this comes before. What a person has set
-    there would change outputs; it is replaced.
+    Call it before they are imported: that is when they read these environment variables. Values
+    set by the user are replaced, as they would change the outputs.
     """
-    # Our products are small: BLAS would spend more on waking threads, which then spin beside ours,
-    # and by how many share a sum its last bits vary.
+    # Our matrices are small: waking BLAS threads takes longer than the product, and the last bits
+    # of a sum depend on the number of threads that share it.
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     if cpu_class() != "x86-64-v3":
         return
     os.environ.update(_SETTINGS)
-    # OpenCV prints a warning for a set it is to disable that the CPU does not have.
+    # OpenCV prints a warning if it is to disable an instruction set that the CPU does not have.
     newer = "AVX512-SKX" if "avx512f" in _instruction_sets() else ""
     os.environ["OPENCV_CPU_DISABLE"] = newer
 
 
 def _architecture() -> str:
-    """Return the CPU's architecture as Linux calls it; ``platform`` takes longer to import."""
+    """Return Linux's name of the CPU's architecture. The module ``platform`` is slow to import."""
     name = os.uname().machine if hasattr(os, "uname") else os.environ["PROCESSOR_ARCHITECTURE"]
     return {"amd64": "x86_64", "arm64": "aarch64"}.get(name.lower(), name.lower())
 
 
 @cache
 def _instruction_sets() -> frozenset[str]:
-    """Return the instruction sets of an x86-64 CPU as Linux calls them, as far as is known."""
+    """Return Linux's names of the CPU's instruction sets; none where the system cannot be asked."""
     if sys.platform == "win32":
         return _instruction_sets_of_windows()
     if sys.platform == "darwin":
@@ -67,7 +67,7 @@ def _instruction_sets() -> frozenset[str]:
 
 
 def _instruction_sets_of_linux() -> frozenset[str]:
-    from pathlib import Path  # --help does without
+    from pathlib import Path  # slow to import, and --help does not need it
 
     with Path("/proc/cpuinfo").open(encoding="utf-8") as lines:
         flags = next((line for line in lines if line.startswith("flags")), "")
@@ -75,7 +75,7 @@ def _instruction_sets_of_linux() -> frozenset[str]:
 
 
 def _instruction_sets_of_windows() -> frozenset[str]:
-    """Return what Windows reports: AVX2 and AVX-512 alone. The rest of level 3 came with AVX2."""
+    """Windows reports only AVX2 and AVX-512; a CPU with AVX2 has the rest of level 3 too."""
     import ctypes
 
     has = ctypes.windll.kernel32.IsProcessorFeaturePresent  # type: ignore[attr-defined]

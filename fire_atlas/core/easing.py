@@ -9,6 +9,6 @@ Real = TypeVar("Real", np.float32, np.float64)
 
 
 def smooth_step(share: NDArray[Real]) -> NDArray[Real]:
-    """Return the smooth step 3 x² − 2 x³ of ``share``, which is clipped to 0..1; any shape."""
+    """Return the smooth step 3 x² − 2 x³, where x is ``share`` clipped to 0..1; any shape."""
     x = np.clip(share, 0, 1)
     return x * x * (3 - 2 * x)

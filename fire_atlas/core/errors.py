@@ -5,7 +5,7 @@ A message says which file, line, key or frame, what is wrong there and what woul
 
 
 class FireAtlasError(Exception):
-    """A problem that the user can mend; it is printed without a traceback."""
+    """A problem that the user can fix. It is printed without a traceback."""
 
     exit_code = 1
 
@@ -21,4 +21,4 @@ class SourceError(FireAtlasError):
 
 
 class OutputError(FireAtlasError):
-    """The outputs cannot be made or written."""
+    """The outputs cannot be computed or written."""

@@ -1,13 +1,13 @@
-"""End the process at once on SIGINT and SIGTERM, leaving nothing half-written on the disk.
+"""End the process at once on SIGINT and SIGTERM, with no half-written file on the disk.
 
-Python would raise ``KeyboardInterrupt`` out of any line of the main thread. That may be lost in a
-finalizer or an import, leaves locks of a pool taken, and then waits for threads that still work.
-So the process exits from within the handler of the signal, after it has run what was registered
-here. The main thread must therefore make no call that takes long without returning to Python: such
-calls go to the pool (``core/workers.py``), where waiting for them ends as soon as a signal comes.
+By default Python raises ``KeyboardInterrupt`` in whatever line the main thread is. That may be
+swallowed by a finalizer or an import, may leave locks taken, and waits for running threads. So
+here the signal handler itself ends the process, after it has run the registered clean-up actions.
 
-Imported before anything else, so it imports next to nothing. What comes before, while Python
-starts, is Python's own to handle.
+A handler runs only between two instructions of Python. So the main thread must not make long calls
+into C: these go to the pool (``core/workers.py``), and the main thread waits for their results.
+
+The handlers are installed as early as possible, so this module imports as little as possible.
 """
 
 import os
@@ -24,7 +24,7 @@ MESSAGE = "interrupted; every build's outputs are whole: as they were before it,
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _CLEANUP_SECONDS = 0.5
-"""Time for all registered actions: writing into a pipe that nobody reads would take for ever."""
+"""Time limit for all actions together: flushing a pipe that nobody reads would never return."""
 
 _registered: list[Callable[[], object]] = []
 
@@ -40,16 +40,17 @@ def end_on_signals() -> None:
 
 
 def ignore_signals() -> None:
-    """Ignore signals from now on: only the end of the process is left to do."""
+    """Ignore SIGINT and SIGTERM from now on, because the process is about to end."""
     for number in _SIGNALS:
         signal.signal(number, signal.SIG_IGN)
 
 
 @contextmanager
 def if_interrupted(action: Callable[[], object]) -> Iterator[None]:
-    """Run ``action`` if a signal ends the process inside this context; the innermost runs first.
+    """Run ``action`` if a signal ends the process inside this context.
 
-    It runs in the main thread between any two of its instructions, so it must need no lock.
+    Actions of nested contexts run innermost first. They must not take a lock: the main thread,
+    which the signal stopped anywhere, may hold it.
     """
     _registered.append(action)
     try:
@@ -60,10 +61,10 @@ def if_interrupted(action: Callable[[], object]) -> Iterator[None]:
 
 @contextmanager
 def signals_wait() -> Iterator[None]:
-    """Defer signals that come inside this context until after it, whatever their handlers are."""
+    """Handle signals that arrive inside this context only after it."""
     import threading
 
-    if threading.current_thread() is not threading.main_thread():  # others never get any
+    if threading.current_thread() is not threading.main_thread():  # only that one gets signals
         yield
         return
     caught: list[int] = []

@@ -1,4 +1,4 @@
-"""Noise that moves: sums of plane waves, and curl noise, whose velocity has no divergence."""
+"""Noise that changes with time: sums of plane waves, and curl noise (divergence-free velocity)."""
 
 from dataclasses import dataclass
 from typing import TypeVar
@@ -44,7 +44,7 @@ class PlaneWaves:
         Returns:
             The x and y components on a grid, each (len(y), len(x)).
         """
-        # Angles below a full turn are exact enough in float32, however late it is.
+        # Reduced to one turn: at late times float32 would not resolve the angle.
         start = np.mod(self.phase + self.omega * time, 2 * np.pi)
         down = as_plane(np.outer(self.ky, y) + start[:, None])
         rows, columns = _factors(down, as_plane(np.outer(self.kx, x)))
@@ -54,7 +54,7 @@ class PlaneWaves:
 
 
 def _factors(down: NDArray[Real], across: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:
-    """Split sin(down + across) so that a sum over waves is a product of two matrices.
+    """Split sin(down + across) into two factors, whose matrix product sums over the waves.
 
     Args:
         down, across: (n, rows) and (n, columns) angles, rad.
@@ -69,16 +69,16 @@ def _factors(down: NDArray[Real], across: NDArray[Real]) -> tuple[NDArray[Real],
 def random_wave_vectors(
     chance: np.random.Generator, count: int, wavelengths: tuple[float, float], unit: float = 1.0
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Draw waves of all directions, their lengths spread evenly on a logarithmic scale.
+    """Draw waves of random direction and length, the length log-uniform.
 
     Args:
         chance: Source of random numbers.
         count: Number of waves, n.
-        wavelengths: Shortest and longest.
-        unit: Length on the grid of one unit of these.
+        wavelengths: Shortest and longest wavelength.
+        unit: Grid units per unit of ``wavelengths``.
 
     Returns:
-        Wavelengths, in their own unit, and kx and ky, rad per unit of the grid: each (n,).
+        Wavelengths, in the unit of ``wavelengths``; kx and ky, rad per grid unit: each (n,).
     """
     shortest, longest = np.log(wavelengths)
     length = np.exp(chance.uniform(shortest, longest, count))
@@ -88,13 +88,13 @@ def random_wave_vectors(
 
 
 def curl_differences(stream: Plane) -> tuple[Plane, Plane]:
-    """Curl of a stream function sampled on a grid, as differences over two cells.
+    """Return the curl of a stream function on a grid, by central differences.
 
     Args:
         stream: (h, w), rows from the top down.
 
     Returns:
-        (h, w) each: velocity to the right and up, times twice the size of a cell.
+        (h, w) each: velocity to the right and up, not yet divided by two cell sizes.
     """
     padded = cv2.copyMakeBorder(stream, 1, 1, 1, 1, cv2.BORDER_REPLICATE)
     right = padded[:-2, 1:-1] - padded[2:, 1:-1]
@@ -102,16 +102,16 @@ def curl_differences(stream: Plane) -> tuple[Plane, Plane]:
 
 
 class BlurredCurlNoise:
-    """Curl of blurred white noise that changes smoothly with time."""
+    """Curl noise from blurred white noise, which changes smoothly with time."""
 
     def __init__(self, chance: np.random.Generator, shape: tuple[int, int], sigma: float) -> None:
-        """Draw noise of ``shape`` (h, w) to be blurred by a Gaussian of ``sigma`` px."""
+        """Draw noise of ``shape`` (h, w); ``at`` blurs it by a Gaussian of ``sigma`` px."""
         self._noise = chance.normal(0, 1, (4, *shape)).astype(np.float32)
         self._frequency = chance.uniform(0.10, 0.35, 2)
         self._sigma = sigma
 
     def at(self, time: float) -> NDArray[np.float32]:
-        """Velocity (h, w, 2), x right and y down, of rms length 1."""
+        """Return the velocity (h, w, 2), x right and y down, scaled to an rms length of 1."""
         a, b = (2 * np.pi * frequency * time for frequency in self._frequency)
         weights = np.cos(a), np.sin(a), np.cos(b), np.sin(b)
         stream = sum(np.float32(w) * noise for w, noise in zip(weights, self._noise, strict=True))

@@ -1,4 +1,4 @@
-"""Output files before they are written: content, role, and which names are safe everywhere."""
+"""Output files in memory, before they are written, and checks of their names."""
 
 import re
 from dataclasses import dataclass
@@ -18,23 +18,23 @@ Role: TypeAlias = Literal[
     "import",
     "manifest",
 ]
-"""What an output is for, as the manifest states it.
+"""Purpose of an output, as in the manifest.
 
-``page`` and ``map`` are images; ``atlas``, ``tracks`` and ``light`` describe them to any client;
-``template`` is what a user's own template made; ``engine``, ``scene`` and ``script`` are for one
-engine. ``import`` holds the settings with which an engine imports another file. The engine and the
-user write into it as well, so that a change there does not make a build stale; it is removed along
-with the file it belongs to.
+``page`` and ``map`` are images; ``atlas``, ``tracks`` and ``light`` describe them for any client;
+``template`` comes from a template of the user; ``engine``, ``scene`` and ``script`` are for one
+engine. ``import`` is a file with an engine's import settings for another output. The engine and the
+user change it too, so a change of it does not make the build stale. It is removed along with the
+file it belongs to.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class OutputFile:
-    """A finished file that is not on the disk yet.
+    """A finished output that is not on the disk yet.
 
     Attributes:
         name: File name, without a folder.
-        role: What it is for.
+        role: Its purpose.
         data: Its content.
     """
 
@@ -48,16 +48,16 @@ _DEVICES = {"con", "prn", "aux", "nul", "conin$", "conout$"} | {
 }
 _FORBIDDEN = frozenset('<>:"/\\|?*')
 _MAX_NAME_BYTES = 255
-"""Longest file name, in UTF-8, that every file system has."""
+"""Maximum length of a file name, in UTF-8, that every file system allows."""
 
 
 def is_device(name: str) -> bool:
-    """Return whether Windows takes a file called ``name`` for a device, whatever its ending."""
+    """Return whether ``name`` means a device on Windows, such as ``con.png``."""
     return name.partition(".")[0].rstrip().casefold() in _DEVICES
 
 
 def is_portable(name: str) -> bool:
-    """Return whether every system can have a file called ``name``; Windows forbids the most."""
+    """Return whether every system allows a file called ``name``; Windows is the strictest."""
     return (
         name.isprintable()
         and _FORBIDDEN.isdisjoint(name)
@@ -68,11 +68,11 @@ def is_portable(name: str) -> bool:
 
 
 MANIFEST_ENDING = ".manifest.json"
-"""Ending of the names of manifests, which list the files of a build."""
+"""Ending of the file names of manifests. A manifest lists the files of a build."""
 
 
 def is_reserved(name: str) -> bool:
-    """Return whether a file name is reserved for builds' own files, on any file system."""
+    """Return whether a file name is reserved for the tool's own files, on any file system."""
     return name.startswith(".") or name.casefold().endswith(MANIFEST_ENDING)
 
 
@@ -80,13 +80,11 @@ _UNPRINTABLE = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff]")
 
 
 def plain_name(name: str) -> str:
-    """Return ``name`` if it is a plain file name, without a folder on any system.
-
-    ``a/b``, ``a\\b``, ``C:b`` and ``..`` are not, whatever system wrote them; nor are names with
-    control characters or lone surrogates.
+    """Return ``name`` if it is a plain file name, which leads into no other folder on any system.
 
     Raises:
-        ValueError: It is not, and might lead to another folder.
+        ValueError: It leads elsewhere (``a/b``, ``a\\b``, ``C:b``, ``..``), or holds control
+            characters or lone surrogates.
     """
     is_elsewhere = PureWindowsPath(name).name != name or not name.strip(".")
     if is_elsewhere or _UNPRINTABLE.search(name):

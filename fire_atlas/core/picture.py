@@ -1,4 +1,4 @@
-"""Decoded frames as their files hold them, and their conversion to linear light."""
+"""Decoded frames in the number format of their file, and their conversion to linear light."""
 
 from functools import cache
 from typing import Any, cast
@@ -24,13 +24,13 @@ full range. float32: linear light, premultiplied."""
 
 @cache
 def _light_of_steps(steps: int) -> NDArray[np.float32]:
-    """Return linear light of the sRGB steps, (steps,) float32."""
+    """Return the linear light of each of ``steps`` sRGB values from 0 to 1, (steps,) float32."""
     return srgb_to_linear(np.arange(steps) / (steps - 1))
 
 
 @cache
-def _table(steps: int) -> NDArray[np.float32]:
-    """Return linear light of the sRGB steps, (1, steps, 4) float32; alpha is linear itself."""
+def _light_table(steps: int) -> NDArray[np.float32]:
+    """Return the look-up table from sRGB R, G, B and linear A to light, (1, steps, 4) float32."""
     light, unit = _light_of_steps(steps), np.arange(steps) / (steps - 1)
     return np.dstack([light, light, light, unit.astype(np.float32)])
 
@@ -58,9 +58,9 @@ def has_transparency(picture: Picture) -> bool:
 
 
 def where_covered(picture: Picture) -> tuple[slice, slice]:
-    """Return rows and columns of the smallest box that holds all coverage of a picture (H, W, 4).
+    """Return rows and columns of the bounding box of all pixels of a picture (H, W, 4) with alpha.
 
-    It is empty where nothing is covered. Most sprites of fire have a wide transparent border.
+    It is empty if there are none. Fire sprites mostly have a wide transparent border.
     """
     cover = cv2.extractChannel(picture, 3)
     left, top, width, height = cv2.boundingRect(
@@ -70,11 +70,11 @@ def where_covered(picture: Picture) -> tuple[slice, slice]:
 
 
 def to_light(picture: Picture) -> Pixels:
-    """Return a picture as ``Pixels``, linear light and premultiplied, in a fresh array."""
+    """Return a picture as ``Pixels``, linear light and premultiplied, in a new array."""
     full = with_alpha(picture)
     if full.dtype == np.float32:
         return full.copy() if full is picture else full
-    table = _table(white(full.dtype) + 1)
+    table = _light_table(white(full.dtype) + 1)
     if not has_transparency(full):
         return cast(Pixels, cv2.LUT(np.ascontiguousarray(full), table))
     pixels, covered = np.zeros(full.shape, np.float32), where_covered(full)
@@ -87,18 +87,18 @@ def to_light(picture: Picture) -> Pixels:
 
 
 def as_light(picture: Picture) -> Pixels:
-    """Return ``picture`` (H, W, 4) as ``Pixels``; float32 is that already and returned itself."""
+    """Return ``picture`` (H, W, 4) as ``Pixels``; float32 pictures are returned without a copy."""
     return picture if picture.dtype == np.float32 else to_light(picture)
 
 
 @cache
 def _luminance_tables() -> list[NDArray[np.float32]]:
-    """Return what each step of 8-bit red, green and blue adds to the luminance, (256,) float32."""
+    """Return the luminance of each 8-bit value of red, of green and of blue, (256,) float32."""
     return [_light_of_steps(256) * weight for weight in REC709]
 
 
 def brightness_of(picture: Picture, blend_space: str) -> Plane:
-    """Return ``pixels.brightness`` (H, W) of a picture (H, W, 4), from tables where it is 8-bit."""
+    """Return ``pixels.brightness`` (H, W) of a picture (H, W, 4); 8 bits fast, by tables."""
     if picture.dtype != np.uint8:
         return brightness(as_light(picture), blend_space)
     shown, part = np.zeros(picture.shape[:2], np.float32), where_covered(picture)
@@ -121,7 +121,7 @@ def brightest(picture: Picture) -> Picture:
 
 
 def light_of_unit(value: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return linear light, float32, of sRGB values in 0..1, by a 16-bit table; any shape."""
+    """Return the linear light, float32, of sRGB values in 0..1, rounded to 16 bits; any shape."""
     flat = np.ascontiguousarray(value).reshape(value.shape[0], -1)
     steps = cv2.addWeighted(flat, 65535, flat, 0.0, 0.0, dtype=cv2.CV_16U)
     return cast(NDArray[np.float32], cv2.LUT(steps, _light_of_steps(65536)).reshape(value.shape))

@@ -1,6 +1,6 @@
 """Light and its encodings: sRGB, hex colours, premultiplied alpha, luminance.
 
-Images are computed with as ``Pixels``; 8-bit sRGB is only what files hold.
+All computing is done on ``Pixels`` (linear light); 8-bit sRGB occurs only in files.
 """
 
 from collections.abc import Iterable, Sequence
@@ -20,7 +20,7 @@ Plane = NDArray[np.float32]
 """(H, W) float32: one value per pixel."""
 
 Bytes = NDArray[np.uint8]
-"""(H, W, C) uint8: what a file holds."""
+"""(H, W, C) uint8, as in a file."""
 
 REC709 = np.array([0.2126, 0.7152, 0.0722], np.float32)
 """Weights of linear R, G, B in luminance (ITU-R BT.709)."""
@@ -29,9 +29,9 @@ _STEPS = 65535
 
 
 def as_plane(array: NDArray[Any]) -> NDArray[np.float32]:
-    """Return ``array`` as float32, without a copy where it is that already.
+    """Return ``array`` as float32, without a copy if it is float32 already.
 
-    It narrows the type of what OpenCV returns.
+    It also tells mypy the type of results of OpenCV.
     """
     return np.asarray(array, np.float32)
 
@@ -39,8 +39,8 @@ def as_plane(array: NDArray[Any]) -> NDArray[np.float32]:
 def magnitude(x: Plane, y: Plane) -> Plane:
     """Return the lengths of the vectors (x, y), float32; any shape.
 
-    Not ``cv2.magnitude``: in builds with Intel IPP the last bits of its results depend on where in
-    memory these lie, and the same recipe would not always give the same files.
+    Not by ``cv2.magnitude``: with Intel IPP, the last bits of its results depend on their memory
+    address, so that the same recipe would not always give the same files.
     """
     return as_plane(np.sqrt(x * x + y * y))
 
@@ -87,14 +87,14 @@ def decode_bytes(image: Bytes) -> NDArray[np.float32]:
 def _steps(light: NDArray[np.float32]) -> NDArray[np.uint16]:
     """Return light as 16-bit steps, rounded and clipped; any shape."""
     flat = np.ascontiguousarray(light).reshape(light.shape[0], -1)
-    # The conversion saturates, but only what 32 bits can hold.
+    # addWeighted saturates at 65535, but values beyond 32-bit integers would wrap around.
     flat = np.minimum(flat, np.float32(1))
     steps = cv2.addWeighted(flat, _STEPS, flat, 0.0, 0.0, dtype=cv2.CV_16U)
     return cast(NDArray[np.uint16], steps.reshape(light.shape))
 
 
 def _look_up(table: NDArray[Number], light: NDArray[np.float32]) -> NDArray[Number]:
-    if not light.size:  # OpenCV has no empty pictures
+    if not light.size:  # OpenCV refuses empty pictures
         return np.empty(light.shape, table.dtype)
     steps = _steps(light)
     flat = steps.reshape(steps.shape[0], -1)
@@ -132,7 +132,7 @@ def hex_to_linear(colors: Sequence[str]) -> NDArray[np.float32]:
 
 
 def premultiply(colour: NDArray[np.float32], alpha: Plane) -> Pixels:
-    """Return pixels of a straight linear colour (H, W, 3) with coverage ``alpha`` (H, W)."""
+    """Return the pixels of a straight linear colour (H, W, 3) with coverage ``alpha`` (H, W)."""
     pixels = np.empty((*alpha.shape, 4), np.float32)
     np.multiply(colour, alpha[..., None], out=pixels[..., :3])
     pixels[..., 3] = alpha
@@ -140,7 +140,7 @@ def premultiply(colour: NDArray[np.float32], alpha: Plane) -> Pixels:
 
 
 def unpremultiply(pixels: Pixels) -> NDArray[np.float32]:
-    """Return the straight linear colour (H, W, 3) of pixels; black where nothing covers."""
+    """Return the straight linear colour (H, W, 3) of pixels; black where alpha is 0."""
     alpha = pixels[..., 3:]
     return np.divide(pixels[..., :3], alpha, out=np.zeros_like(pixels[..., :3]), where=alpha > 0)
 
@@ -153,10 +153,10 @@ def luminance(pixels: Pixels) -> Plane:
 
 
 def brightness(pixels: Pixels, blend_space: str) -> Plane:
-    """Return the luminance (H, W) that a client shows over black, as sRGB on a scale of 0..255.
+    """Return the luminance (H, W) that a client shows over black, as sRGB in 0..255.
 
-    That is the scale of the papers. A client that blends sRGB shows sRGB(c)·α, one that blends
-    linear light sRGB(c·α); ``blend_space`` says which, ``srgb`` or ``linear``.
+    The papers use the same scale. With ``blend_space`` ``srgb`` the client shows sRGB(c)·α, with
+    ``linear`` sRGB(c·α).
     """
     light = luminance(pixels)
     if blend_space == "linear":

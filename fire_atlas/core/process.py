@@ -1,6 +1,6 @@
-"""Run a module of the tool in a process of its own.
+"""Run a module of the tool in a separate process.
 
-For code that must not crash the build, or that holds Python's interpreter lock for long.
+For code that might crash the build, or that holds Python's interpreter lock for long.
 """
 
 import os
@@ -16,10 +16,10 @@ _IMPORT_ROOT = str(Path(__file__).resolve().parents[2])
 def run_module(
     module: str, data: bytes, seconds: float | None = None
 ) -> "subprocess.CompletedProcess[bytes]":
-    """Run a module of this tool with ``data`` as its stdin, and return what it wrote.
+    """Run a module of this tool with ``data`` as its stdin, and return its exit code and output.
 
-    Files in the working folder cannot shadow modules (``-P``). Signals to the build do not reach
-    the process; it is killed when they end the build.
+    Files in the working folder cannot shadow modules (``-P``). Ctrl-C does not reach the process;
+    if a signal ends the build, the process is killed.
 
     Raises:
         subprocess.TimeoutExpired: It took longer than ``seconds``, and was killed.

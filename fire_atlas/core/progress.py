@@ -1,4 +1,4 @@
-"""Progress of a build: who is informed of it, and how long each stage takes."""
+"""Report the progress of a build, and measure how long each stage takes."""
 
 import time
 from collections.abc import Iterator
@@ -8,7 +8,7 @@ from typing import Protocol
 
 
 class Progress(Protocol):
-    """Receives every stage of a build; the command line decides how people see it."""
+    """Receives the progress of a build. The command line implements it to show the user."""
 
     def stage(self, name: str, total: int) -> None:
         """Begin stage ``name``, which has ``total`` steps."""
@@ -17,7 +17,7 @@ class Progress(Protocol):
         """Count ``done`` more steps of the stage as done."""
 
     def note(self, message: str) -> None:
-        """Pass a sentence on to the user: something worth knowing that is no error."""
+        """Show the user a sentence that is worth knowing but no error."""
 
 
 class SilentProgress:
@@ -35,13 +35,13 @@ class SilentProgress:
 
 @dataclass(slots=True)
 class StageTimer:
-    """Seconds spent in each stage of a build; a stage may be entered several times."""
+    """Seconds spent in each stage of a build; the times of repeated stages are added."""
 
     seconds: dict[str, float] = field(default_factory=dict)
 
     @contextmanager
     def measure(self, stage: str) -> Iterator[None]:
-        """Add the time spent inside this context to that of ``stage``."""
+        """Add the time spent inside this context to the time of ``stage``."""
         start = time.perf_counter()
         yield
         spent = self.seconds.get(stage, 0.0) + time.perf_counter() - start

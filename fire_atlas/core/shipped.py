@@ -7,6 +7,6 @@ _PACKAGE = Path(__file__).resolve().parent.parent
 
 
 def shipped(kind: Literal["recipes", "templates", "samples"]) -> Path:
-    """Return the folder of ``kind``: inside an installed package, or beside it in a checkout."""
+    """Return the folder of ``kind``: inside the installed package, or beside it in a checkout."""
     installed = _PACKAGE / "shipped" / kind
     return installed if installed.is_dir() else _PACKAGE.parent / kind

@@ -16,7 +16,7 @@ Result = TypeVar("Result")
 
 
 def default_jobs() -> int:
-    """Return the default number of workers: the processors that this process may use."""
+    """Return the default number of workers: the number of CPUs that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -24,7 +24,7 @@ class Workers:
     """A pool of ``jobs`` threads whose results come back in the order of their inputs."""
 
     def __init__(self, jobs: int) -> None:
-        """Start the pool; OpenCV's own threads are turned off, so results do not depend on them."""
+        """Start the pool, and turn off OpenCV's own threads, on which results might depend."""
         cv2.setNumThreads(1)
         self.jobs = jobs
         self._pool = ThreadPoolExecutor(jobs, thread_name_prefix="fire-atlas")
@@ -32,13 +32,13 @@ class Workers:
     def start(self, work: Callable[[], Result]) -> Future[Result]:
         """Start ``work`` in the pool.
 
-        Also for calls that take long without returning to Python: while the main thread waits for
-        the result it handles signals, which it could not inside such a call.
+        Use it also for long calls into C: while the main thread waits for the result it can handle
+        signals, but not while it is inside such a call.
         """
         return self._pool.submit(work)
 
     def map(self, work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
-        """Yield ``work(item)`` for each item, in order, at most ``2 * jobs`` results ahead."""
+        """Yield ``work(item)`` for each item, in order; compute at most ``2 * jobs`` in advance."""
         ahead: deque[Future[Result]] = deque()
         try:
             for item in items:
@@ -56,5 +56,5 @@ class Workers:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Wait for what runs, and cancel what has not started."""
+        """Wait for the running calls, and cancel those that have not started."""
         self._pool.shutdown(wait=True, cancel_futures=True)

@@ -6,7 +6,7 @@ Nothing heavy is imported here: a build that is up to date needs no more than th
 from pathlib import Path
 
 from fire_atlas.recipe.tree import RecipeTree, source_files, templates
-from fire_atlas.sources.listing import Chosen, list_inputs
+from fire_atlas.sources.listing import FixedRange, list_inputs
 
 
 def files_of(tree: RecipeTree) -> list[Path]:
@@ -37,8 +37,9 @@ def inputs_of(tree: RecipeTree) -> list[Path]:
 
 def _source_inputs(tree: RecipeTree) -> list[Path]:
     start, count = (tree.value(("source", key)) for key in ("start", "count"))
-    cut = Chosen(start if isinstance(start, int) else 0, count if isinstance(count, int) else None)
-    return [path for files in source_files(tree).values() for path in list_inputs(cut, files)]
+    first = start if isinstance(start, int) else 0
+    used = FixedRange(first, count if isinstance(count, int) else None)
+    return [path for files in source_files(tree).values() for path in list_inputs(used, files)]
 
 
 def folders_of(tree: RecipeTree) -> list[Path]:

@@ -61,7 +61,7 @@ def build(
     ):
         if not options.force and why_stale(loaded.tree, out) is None:
             return None
-        context = BuildContext(workers, progress, timer, options.most_pixels)
+        context = BuildContext(workers, progress, timer, options.max_pixels)
         tool = workers.start(tool_digest)
         with timer.measure("study"):
             inputs = hash_inputs(loaded, staging, workers)

@@ -14,22 +14,22 @@ class BuildOptions:
 
     Attributes:
         jobs: Number of threads.
-        most_pixels: Input images with more pixels are refused.
+        max_pixels: Input images with more pixels are refused.
         overwrite: Whether files that no build wrote may be replaced.
         force: Whether even what is up to date is built.
     """
 
     jobs: int = field(default_factory=default_jobs)
-    most_pixels: int = MAX_PIXELS
+    max_pixels: int = MAX_PIXELS
     overwrite: bool = False
     force: bool = False
 
     @classmethod
     def of(
-        cls, jobs: int | None, most_pixels: int, overwrite: bool = False, force: bool = False
+        cls, jobs: int | None, max_pixels: int, overwrite: bool = False, force: bool = False
     ) -> Self:
         """Return options; without ``jobs``, the number of processors is taken."""
-        return cls(jobs or default_jobs(), most_pixels, overwrite, force)
+        return cls(jobs or default_jobs(), max_pixels, overwrite, force)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,15 +40,15 @@ class BuildContext:
         workers: The pool of threads.
         progress: Receives stages, steps and notes.
         timer: Measures how long each stage takes.
-        most_pixels: Input images with more pixels are refused.
+        max_pixels: Input images with more pixels are refused.
     """
 
     workers: Workers
     progress: Progress
     timer: StageTimer
-    most_pixels: int = MAX_PIXELS
+    max_pixels: int = MAX_PIXELS
 
     @classmethod
-    def silent(cls, workers: Workers, most_pixels: int = MAX_PIXELS) -> Self:
+    def silent(cls, workers: Workers, max_pixels: int = MAX_PIXELS) -> Self:
         """Return a context that reports no progress, for a step that runs on its own."""
-        return cls(workers, SilentProgress(), StageTimer(), most_pixels)
+        return cls(workers, SilentProgress(), StageTimer(), max_pixels)

@@ -23,7 +23,7 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Mapping[str, Clip
         Clips by the name of their animation, one for each view; or sprites, if the recipe only
         packs images that make up several animations or have several sizes.
     """
-    settings = SourceSettings.of(loaded, context.most_pixels)
+    settings = SourceSettings.of(loaded, context.max_pixels)
     sprites = None if has_effect(loaded.recipe) else open_sprites(settings)
     opened = open_source(settings, context.workers) if sprites is None else sprites
     first = _first(opened)
@@ -31,10 +31,10 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Mapping[str, Clip
     return opened
 
 
-def open_alone(loaded: LoadedRecipe, most_pixels: int) -> Mapping[str, Clip] | Sprites:
+def open_alone(loaded: LoadedRecipe, max_pixels: int) -> Mapping[str, Clip] | Sprites:
     """Open a recipe's source outside of a build, to read its frames."""
     with Workers(1) as workers:
-        return open_input(loaded, BuildContext.silent(workers, most_pixels))
+        return open_input(loaded, BuildContext.silent(workers, max_pixels))
 
 
 def hash_inputs(loaded: LoadedRecipe, staging: Staging, workers: Workers) -> list[HashedFile]:

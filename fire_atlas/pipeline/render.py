@@ -133,7 +133,7 @@ def flames_between(
 
     def flame(i: int) -> tuple[float, Bytes]:
         seen = flame_of(i, skipped[i].read(), simulated, settings)
-        return skipped[i].part, displayed_thumbnail(as_light(seen), settings.atlas.blend_space)
+        return skipped[i].time, displayed_thumbnail(as_light(seen), settings.atlas.blend_space)
 
     chosen = choose_held_out(sorted(skipped))
     return dict(zip(chosen, context.workers.map(flame, chosen), strict=True))

@@ -1,1 +1,1 @@
-"""Recipes: YAML read with its line numbers, merged, and validated by pydantic models."""
+"""Recipes: read YAML with its line numbers, merge it, and validate it with pydantic models."""

@@ -1,4 +1,4 @@
-"""What all recipe models share: strictness, choices between kinds of value, colours."""
+"""Base class and types that all recipe models share: strict blocks, unions, colours."""
 
 from typing import Annotated, Any, Literal
 
@@ -6,9 +6,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Fiel
 
 
 class Settings(BaseModel):
-    """A block of a recipe: immutable, unknown keys refused, NaN and infinities refused.
+    """A block of a recipe. It is immutable and refuses unknown keys, NaN and infinity.
 
-    Strict: ``"80"`` and ``yes`` are no numbers.
+    Types are strict: ``"80"`` and ``yes`` are not accepted as numbers.
     """
 
     model_config = ConfigDict(
@@ -16,27 +16,27 @@ class Settings(BaseModel):
         frozen=True,
         strict=True,
         allow_inf_nan=False,
-        defer_build=True,  # blocks are built once, as parts of the recipe: not alone as well
+        defer_build=True,  # validators are built once, with the whole recipe, not for each block
     )
 
 
 def ordered(value: tuple[float, float]) -> tuple[float, float]:
-    """Validate a [min, max] pair."""
+    """Return a [min, max] pair, or refuse it if min exceeds max."""
     if value[0] > value[1]:
         raise ValueError(f"the first number must not exceed the second; got {list(value)}")
     return value
 
 
 def none_of_off(value: Any) -> Any:
-    """Read ``off``, ``no`` (to PyYAML: false) and ``~`` (null) as the word ``none``."""
+    """Accept ``off`` and ``no`` (which PyYAML reads as false) and ``~`` (null) as ``none``."""
     return "none" if value is False or value is None else value
 
 
 OFF = BeforeValidator(none_of_off)
-"""Goes with every choice that has the word ``none``."""
+"""Annotation of every choice that includes the word ``none``."""
 
 LIST = Field(strict=False)
-"""Goes with every tuple: YAML only knows lists."""
+"""Annotation of every tuple: YAML has only lists, which strict mode would refuse."""
 
 COLOR_PATTERN = r"^#[0-9a-fA-F]{6}$"
 
@@ -46,11 +46,11 @@ Color = Annotated[str, Field(pattern=COLOR_PATTERN)]
 Direction = Annotated[
     tuple[Annotated[float, Field(ge=-100, le=100)], Annotated[float, Field(ge=-100, le=100)]], LIST
 ]
-"""[x, y]: x right, y up, as an artist thinks of it."""
+"""[x, y], with x to the right and y up."""
 
 
-# Where a key takes one kind of value or another, the branch is chosen by looking at the value, so
-# that a mistake is explained in terms of what was meant. The tags never reach a person.
+# Tags for the branches of unions. If a key accepts several types, the type of the given value picks
+# the branch, so that an error is only about the type that was meant. Users never see the tags.
 
 NONE, BLOCK = Tag("<none>"), Tag("<block>")
 AUTO, NUMBER, PAIR = Tag("<auto>"), Tag("<number>"), Tag("<pair>")
@@ -58,23 +58,23 @@ WORD, SWITCH = Tag("<word>"), Tag("<switch>")
 TEMPLATE, GODOT, UNITY = Tag("<template>"), Tag("<godot>"), Tag("<unity>")
 FRAMES, PROFILE, SILK = Tag("<frames>"), Tag("<profile>"), Tag("<silk>")
 KINDS = frozenset(tag.tag for tag in (FRAMES, PROFILE, SILK))
-"""Tags of a source's kind."""
+"""Tags of the kinds of source."""
 BRANCHES = KINDS | {
     tag.tag for tag in (NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, SWITCH, TEMPLATE, GODOT, UNITY)
 }
 """All tags, as they appear in the paths of pydantic's errors."""
 
 UNDECIDED = "undecided"
-"""Type of the error about a value that fits no branch."""
+"""pydantic error type: a value fits no branch of a union."""
 
 UNKNOWN_KIND = "unknown_kind"
-"""Type of the error about a block whose ``kind`` there is not; its message lists what there is."""
+"""pydantic error type: the ``kind`` of a block does not exist. The message lists the kinds."""
 
 Auto = Annotated[Literal["auto"], AUTO]
-"""The word ``auto``, in a choice with a number."""
+"""The word ``auto``, as one branch of a union."""
 
 Off = Annotated[Literal["none"], NONE]
-"""The word ``none``, in a choice with a block."""
+"""The word ``none``, as one branch of a union."""
 
 
 def _branch(value: Any) -> str | None:
@@ -97,14 +97,14 @@ def _branch(value: Any) -> str | None:
 
 
 def either(kinds: str) -> Discriminator:
-    """Return what picks the branch of a union; ``kinds`` names the branches in an error."""
+    """Return pydantic's selector of a union's branch; error messages describe them by ``kinds``."""
     return Discriminator(
         _branch, custom_error_type=UNDECIDED, custom_error_message=f"must be {kinds}"
     )
 
 
 def _kind(value: Any) -> str:
-    """Return the tag of a block's ``kind``; a block that does not say is of frames."""
+    """Return the tag of a block's ``kind``, which is ``frames`` by default."""
     if isinstance(value, dict):
         return f"<{value.get('kind', 'frames')}>"
     return f"<{getattr(value, 'kind', 'frames')}>"
@@ -115,4 +115,4 @@ BY_KIND = Discriminator(
     custom_error_type=UNKNOWN_KIND,
     custom_error_message=", ".join(f"'{tag.strip('<>')}'" for tag in sorted(KINDS)),
 )
-"""What picks the branch of a union of blocks by their ``kind``."""
+"""Picks the branch of a union of blocks by their ``kind``."""

@@ -1,4 +1,4 @@
-"""Read a recipe file, or ``--set``, as plain values, each with the line that it stands in."""
+"""Read a recipe file, or a ``--set`` argument, as plain values, each with its line number."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,10 +12,10 @@ from fire_atlas.recipe.problem import COMMAND_LINE, KeyPath, Origin, Value, dott
 from fire_atlas.recipe.yaml_graph import MalformedYamlError, compose, line_of
 
 MAX_BYTES = MIB
-"""Largest recipe file."""
+"""Limit on the size of a recipe file, bytes."""
 
 _LARGEST = 10**100
-"""Largest whole number, either way: no key takes one near it; far larger ones cannot be shown."""
+"""Limit on the size of whole numbers. Python refuses to print far larger ones in an error."""
 
 _TAG = "tag:yaml.org,2002:"
 _TEXT = {_TAG + "str", _TAG + "timestamp", _TAG + "value"}
@@ -24,7 +24,7 @@ _MERGE = _TAG + "merge"
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """A tree of plain values, and the origin of every key and list item in it.
+    """A tree of plain values, with the origin of every key and list item.
 
     Attributes:
         values: The top-level mapping.
@@ -36,7 +36,7 @@ class Document:
 
 
 def read_document(path: Path) -> Document:
-    """Return the recipe file ``path``; raise ``RecipeError`` with file and line if it is none."""
+    """Return the content of the recipe file ``path``; raise ``RecipeError`` if it is not valid."""
     text = _decode(_read(path), path)
     try:
         root = compose(text)
@@ -49,7 +49,7 @@ def read_document(path: Path) -> Document:
 
 
 def parse_override(text: str) -> Document:
-    """Return ``flakes.rate=80`` as a document of that one key, to override a recipe with."""
+    """Parse a ``--set`` argument such as ``flakes.rate=80`` to a document with that one key."""
     key, equals, raw = text.partition("=")
     path = tuple(part.strip() for part in key.split("."))
     if not equals or not all(path):
@@ -66,7 +66,7 @@ def parse_override(text: str) -> Document:
 
 
 def parse_value(text: str, at: KeyPath) -> tuple[Value, dict[KeyPath, Origin]]:
-    """Return a value given on the command line for the key ``at``, and its origins."""
+    """Parse a value given on the command line for the key ``at``; return it with its origins."""
     builder = _ValueBuilder(None)
     return builder.value(compose(text), at), builder.origins
 
@@ -103,14 +103,14 @@ def _decode(data: bytes, path: Path) -> str:
 
 
 class _ValueBuilder:
-    """Builds plain values from a checked node graph, noting where each key stands."""
+    """Builds plain values from a graph of YAML nodes, and records where each key was written."""
 
     def __init__(self, file: Path | None) -> None:
         self.file = file
         self.origins: dict[KeyPath, Origin] = {}
 
     def value(self, node: yaml.Node, at: KeyPath, line: int = 0) -> Value:
-        """Return the value of ``node``; ``line`` is that of its key, where it has one."""
+        """Return the value of ``node``; ``line`` is the line of its key, 0 if it has none."""
         origin = Origin(self.file, line or line_of(node)) if self.file else COMMAND_LINE
         self.origins[at] = origin
         if isinstance(node, yaml.MappingNode):
@@ -130,15 +130,15 @@ class _ValueBuilder:
 
 
 def _pairs(node: yaml.MappingNode, at: KeyPath) -> dict[str, tuple[yaml.Node, yaml.Node]]:
-    """Return key → (key node, value node); a mapping's own keys override what ``<<`` merges."""
+    """Return key → (key node, value node); a mapping's own keys override those merged by ``<<``."""
     own: dict[str, tuple[yaml.Node, yaml.Node]] = {}
-    under: dict[str, tuple[yaml.Node, yaml.Node]] = {}
+    merged: dict[str, tuple[yaml.Node, yaml.Node]] = {}
     for key, value in node.value:
         if not isinstance(key, yaml.ScalarNode):
             raise MalformedYamlError(line_of(key), "a key must be a plain word")
         if key.tag == _MERGE:
             for base in _merged(value):
-                under = {**_pairs(base, at), **under}
+                merged = {**_pairs(base, at), **merged}
         elif key.value in own:
             first = line_of(own[key.value][0])
             name = dotted((*at, key.value))
@@ -147,11 +147,11 @@ def _pairs(node: yaml.MappingNode, at: KeyPath) -> dict[str, tuple[yaml.Node, ya
             )
         else:
             own[key.value] = key, value
-    return {**under, **own}
+    return {**merged, **own}
 
 
 def _merged(value: yaml.Node) -> list[yaml.MappingNode]:
-    """Return the mappings ``<<`` names: one alias, or a list of them, the first winning."""
+    """Return the mappings that ``<<`` merges: one alias or a list, of which the first wins."""
     bases = value.value if isinstance(value, yaml.SequenceNode) else [value]
     if not all(isinstance(base, yaml.MappingNode) for base in bases):
         raise MalformedYamlError(line_of(value), "<<: merges blocks; give it an alias like *name")
@@ -171,11 +171,11 @@ def _unknown_tag(node: yaml.Node, at: KeyPath) -> MalformedYamlError:
 
 
 def _scalar(node: yaml.ScalarNode, at: KeyPath) -> Value:
-    """Return text, a number, true, false or null."""
+    """Return the text, number, true, false or null in a node."""
     if node.tag in _TEXT:
         return str(node.value)
     if node.tag == _TAG + "null" and node.value == "":
-        # An emptied block or an unquoted #colour, not a decision to switch something off.
+        # The user forgot a value or did not quote a #colour: this is not a deliberate null.
         raise MalformedYamlError(
             line_of(node),
             f"{_label(at)}has no value; give it one or remove the key"

@@ -2,7 +2,7 @@
 
 Symbols in brackets are those of Kim & Lee 2019, "Fire Sprite Animation Using Fire-Flake Texture
 and Artificial Motion Blur". Lengths "in heights" are fractions of the frame's height, so that a
-recipe holds at any resolution.
+recipe works at any resolution.
 """
 
 from typing import Annotated, Any, Literal
@@ -33,38 +33,38 @@ NumberOrDirection = Annotated[
 ]
 
 PAPER_FEATURES: dict[str, Any] = {"epsilon": 40.0, "n": 5.0, "kappa_over": "image"}
-"""The constants of the paper, section III-A, where they differ from the defaults."""
+"""The paper's constants (section III-A) that differ from the defaults."""
 
 PAPER_ALPHA = 0.03
 """The paper's candidate threshold [α], section III-B."""
 
 
 class Features(Settings):
-    """Feature vectors: the edges of each frame, and where they lead (eq. 1-3)."""
+    """Feature vectors: strength and direction of the edges of the flame (eq. 1-3)."""
 
     preset: Literal["auto", "paper"] = "auto"
-    """``auto`` adapts to the clip once; ``paper`` is eq. 1-3 with the paper's own constants."""
+    """``auto``: adapted to the clip once. ``paper``: eq. 1-3 with the paper's constants."""
     sigma: Annotated[
         tuple[Annotated[float, Field(ge=0.3, le=20)], Annotated[float, Field(ge=0.3, le=40)]],
         LIST,
         AfterValidator(ordered),
     ] = (1.0, 1.6)
-    """[σ1, σ2] of the two Gaussians whose difference finds edges, px (eq. 1). Larger: thicker
-    edges."""
+    """[σ1, σ2] of the two Gaussians whose difference finds edges, px (eq. 1). Larger values give
+    thicker edges."""
     epsilon: AutoOrNumber = "auto"
-    """[ε] Gradients below this are no features (eq. 2), on the 0..255 scale. ``auto``: measured
-    once for the whole clip. Paper: 40."""
+    """[ε] Gradients below this, on a scale of 0..255, are ignored (eq. 2). ``auto``: measured once
+    for the whole clip. Paper: 40."""
     n: float = Field(default=1.5, ge=0, le=20)
-    """[n] Exponent of κ: how much more the top of the fire counts than its base (eq. 2).
-    Paper: 5."""
+    """[n] Exponent of the height weight κ: larger values favour the top of the fire over its base
+    (eq. 2). Paper: 5."""
     kappa_over: Literal["flame", "image"] = "flame"
-    """What κ spans, 0 at the bottom to 1 at the top (or along a sideways lift): the flame's own
-    box, or the image (paper)."""
+    """κ rises from 0 at the bottom to 1 at the top (or in the direction of a sideways ``lift``) of
+    the flame's bounding box, or of the whole image (paper)."""
     beta: float = Field(default=0.02, ge=0, le=10)
-    """[β] How much of the buoyancy direction joins each feature vector (eq. 3)."""
+    """[β] Weight of the buoyancy direction that is added to each feature vector (eq. 3)."""
     clamp: float = Field(default=0.0, ge=0, le=10000)
-    """Feature vectors shorter than this become 0 (the paper's Figure 23 uses 2.0, to keep flakes
-    off a still drum)."""
+    """Feature vectors shorter than this become 0. The paper's Figure 23 uses 2.0, so that no flakes
+    come from an unmoving drum."""
 
     @model_validator(mode="before")
     @classmethod
@@ -78,92 +78,91 @@ class Buoyancy(Settings):
     """The buoyancy field: the velocity field that flakes follow (eq. 12)."""
 
     motion: Literal["flow", "features"] = "flow"
-    """What drives the field inside the flame: dense optical ``flow`` of the clip, or the
-    ``features`` alone (paper)."""
+    """Source of the motion inside the flame: the dense optical ``flow`` of the clip, or only its
+    ``features`` (paper)."""
     cell: int = Field(default=4, ge=1, le=64)
     """Side of a grid cell, px."""
     coupling: float = Field(default=250.0, ge=0, le=1000)
-    """Rate at which the field takes on the flow inside the flame, 1/s."""
+    """Rate at which the field adopts the flow inside the flame, 1/s."""
     feature_force: float = Field(default=0.1, ge=0, le=100)
-    """Acceleration by a typical feature vector [Fv*], heights/s². Typical: the clip's mean
-    ‖Fv*‖ over features."""
+    """Acceleration by a feature vector [Fv*] of the clip's mean length, heights/s²."""
     lift: NumberOrDirection = 1.2
     """[F_buoyancy] Upward acceleration, heights/s²; or [x, y] (y up) for fire that does not
     rise."""
     gravity: float = Field(default=0.0, ge=-100, le=100)
     """[g] Downward acceleration of field and flakes, heights/s²."""
     drag: float = Field(default=2.0, ge=0, le=1000)
-    """Rate at which motion outside the flame decays, 1/s. Speed of the plume: lift / drag."""
+    """Rate at which motion outside the flame decays, 1/s. The plume rises at lift / drag."""
     viscosity: float = Field(default=0.0005, ge=0, le=10)
     """[μ] How fast motion spreads to its surroundings, heights²/s."""
     turbulence: float = Field(default=0.2, ge=0, le=100)
-    """Speed (rms) of divergence-free turbulence (curl noise) above the flame, heights/s."""
+    """Speed (rms) of the turbulence (curl noise) above the flame, heights/s."""
     projection: bool = False
-    """Make the field divergence-free in every step (the paper does without)."""
+    """Make the field divergence-free in every step. The paper does not."""
 
 
 class Flakes(Settings):
-    """The fire-flakes (sparks): spawned at candidates, they follow the field (section III-C)."""
+    """Fire-flakes (sparks): they spawn at flame edges and follow the field (section III-C)."""
 
     bake: bool = True
-    """Draw the flakes into the frames. ``false``: tracks only."""
+    """Draw the flakes into the frames. ``false``: write only their tracks."""
     alpha: AutoOrNumber = "auto"
-    """[α] Feature vectors longer than this are candidates, where flakes spawn. Lower: more
-    candidates and more flakes. ``auto``: measured once for the whole clip. Paper: 0.03."""
+    """[α] Flakes can spawn where feature vectors are longer than this. Lower values give more
+    flakes. ``auto``: measured once for the whole clip. Paper: 0.03."""
     rate: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100000), NUMBER], either("`auto` or a number")
     ] = "auto"
-    """Spawn rate: flakes per second at the automatic α. ``auto``: by the size of the fire, that is
-    the area in which it moves: some 5 for a candle, 30 for a campfire, 90 for a wall of fire;
-    fewer where the frame is too small to show flakes of ``size``."""
+    """Spawn rate, flakes per second, at the automatic α. ``auto``: by the area in which the fire
+    moves, about 5 for a candle, 30 for a campfire and 90 for a wall of fire; fewer if the frame is
+    too small to show flakes of ``size``."""
     bursts: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100), NUMBER], either("`auto` or a number")
     ] = "auto"
-    """Bursts per second, each of 3 to 14 small sparks from about one place. ``auto``: one for each
-    40 flakes spawned beyond 20; a fire as calm as a candle has none."""
+    """Bursts per second, each of 3 to 14 small sparks from about one point. ``auto``: 1/40 of the
+    spawn rate above 20 per second, so that a calm fire such as a candle has none."""
     life: Annotated[
         tuple[Annotated[float, Field(gt=0, le=60)], Annotated[float, Field(gt=0, le=60)]],
         LIST,
         AfterValidator(ordered),
     ] = (0.8, 2.6)
-    """[min, max] lifetime of a flake, s: until it has cooled. Less where a one-shot fire burns out,
-    so that none is left when it ends."""
+    """[min, max] lifetime of a flake, s, after which it has cooled. Shorter near the end of a
+    one-shot fire, so that no flake is left when it ends."""
     size: Annotated[
         tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
         LIST,
         AfterValidator(ordered),
     ] = (0.004, 0.024)
-    """[min, max] width of a flake's soft sprite, heights. Log-normal between them."""
+    """[min, max] width of a flake's soft sprite, heights. Sizes between them are log-normal."""
     stretch: float = Field(default=0.0, ge=0, le=10)
-    """Length added along the velocity, in frames of travel, on top of motion blur."""
+    """Extra length of a flake along its velocity: the distance it travels in so many frames."""
     scatter: float = Field(default=0.998, ge=-1, le=1)
-    """[k] Scattering coefficient (eq. 13): 1 none, towards 0 erratic, negative backward."""
+    """[k] Scattering coefficient (eq. 13): 1 no scattering, near 0 erratic, negative backwards."""
     lag: float = Field(default=0.006, ge=0, le=10)
-    """Inertia: seconds a flake of middle size takes to follow the field. Larger flakes lag
-    more. 0: none."""
+    """Inertia: time, s, in which a flake of medium size adopts the field's velocity. Larger flakes
+    lag more. 0: no inertia."""
     colors: Annotated[tuple[Color, ...], LIST, Field(min_length=1, max_length=16)] = (
         "#ff3000",
         "#ff5800",
         "#ff7300",
     )
-    """Colours by speed, slow to fast, as sRGB hex (Figure 9)."""
+    """Colours from slow to fast flakes, sRGB hex (Figure 9)."""
     intensity: float = Field(default=6.0, ge=0, le=1000)
-    """Light of a fresh flake; above 1 is HDR."""
+    """Light of a new flake; above 1 is HDR."""
     edge: Literal["fade", "crop"] = "fade"
-    """Flakes that leave the frame ``fade`` towards its border, or are cut (``crop``) by it."""
+    """Flakes that leave the frame ``fade`` out near its border, or are cut off by it (``crop``)."""
     glow: float = Field(default=0.0, ge=0, le=10)
-    """Light of the soft halo around the flakes, against their own. Not part of the tracks."""
+    """Light of the soft halo around each flake, relative to the flake's. Not in the tracks."""
     sprite: Literal["soft", "pixel"] = "soft"
-    """``soft`` round sprites, or hard squares of whole pixels (``pixel``), for pixel art."""
+    """``soft``: round sprites. ``pixel``: hard squares of whole pixels, for pixel art."""
     max: int = Field(default=20000, ge=0, le=60000)
-    """Most flakes alive at once."""
+    """Maximum number of flakes alive at once."""
 
 
 class MotionBlur(Settings):
     """Blur along the buoyancy field (eq. 14-17)."""
 
     shutter: float = Field(default=0.5, ge=0, le=4)
-    """Part of a frame for which the shutter is open."""
+    """Time for which the shutter is open, frames."""
     samples: int = Field(default=9, ge=1, le=65)
     """Samples along the path of a flame pixel. Flakes are drawn as exact streaks."""
     flame: bool = False
@@ -171,14 +170,14 @@ class MotionBlur(Settings):
 
 
 class Composite(Settings):
-    """How the flake layer joins the flame layer, in linear light."""
+    """How the flake layer is composited onto the flame layer, in linear light."""
 
     blend: Literal["add", "screen", "over"] = "add"
-    """``add`` light, ``screen`` (never above 1), or lay flakes ``over`` the flame."""
+    """``add`` the light, ``screen`` it (never above 1), or draw flakes ``over`` the flame."""
     intensity: float = Field(default=1.0, ge=0, le=100)
-    """Multiplies the light of the flakes, in the pixels and in the tracks."""
+    """Multiplier of the flakes' light, in the pixels and in the tracks."""
     palette: Literal["none", "clip"] = "none"
-    """``clip``: flakes take the nearest colour that the clip itself has, and cover fully."""
+    """``clip``: flakes are opaque, in the nearest colours that occur in the clip (pixel art)."""
 
 
 _NONE_OR_BLOCK = either("`none` or a block of settings")

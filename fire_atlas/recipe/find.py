@@ -1,4 +1,4 @@
-"""Find the recipes that the arguments of a command name."""
+"""Find the recipe files that are given to a command, as files or folders."""
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -11,7 +11,7 @@ from fire_atlas.recipe.tree import RecipeTree
 
 
 def find_recipes(arguments: Sequence[Path]) -> list[Path]:
-    """Return the recipe files named: each file itself, each folder's recipes in natural order."""
+    """Return each file in ``arguments``, and the recipes in each folder in natural order."""
     found: dict[Path, Path] = {}
     for argument in arguments:
         for path in _recipes_in(argument) if argument.is_dir() else [argument]:
@@ -20,9 +20,9 @@ def find_recipes(arguments: Sequence[Path]) -> list[Path]:
 
 
 def refuse_same_outputs(trees: Iterable[RecipeTree], folder_of: Callable[[Path], Path]) -> None:
-    """Raise if two recipes would write the same files; ``folder_of(recipe)`` is where it writes.
+    """Raise ``RecipeError`` if two recipes would write the same files.
 
-    Names that differ only in case are the same on many file systems.
+    ``folder_of`` gives a recipe's output folder. Case is ignored, as many file systems do.
     """
     owners: dict[tuple[Path, str], Path] = {}
     for tree in trees:
@@ -47,7 +47,7 @@ def _recipes_in(folder: Path) -> list[Path]:
 
 
 def _looks_like_recipe(path: Path) -> bool:
-    """Return whether a YAML file is ours. A broken one may be: its own message will follow."""
+    """Return whether a YAML file is a recipe. True if it is broken, to report that later."""
     try:
         values = read_document(path).values
     except RecipeError:

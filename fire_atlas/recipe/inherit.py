@@ -1,4 +1,4 @@
-"""Resolve ``extends``, by which a recipe starts from another."""
+"""Resolve ``extends``: merge a recipe with the recipe that it is based on."""
 
 from pathlib import Path
 
@@ -8,11 +8,11 @@ from fire_atlas.recipe.document import Document, read_document
 from fire_atlas.recipe.problem import KeyPath, Value, did_you_mean
 
 EXTENDS = "extends"
-"""The key. It is removed here: no model has it."""
+"""The key, which is removed here and so is in no model."""
 
 
 def merge(base: Document, over: Document) -> Document:
-    """Return ``base`` overridden by ``over``: mappings merge key by key, all else replaces."""
+    """Return ``base`` overridden by ``over``: key by key in blocks; other values are replaced."""
     replaced: set[KeyPath] = set()
     values = _merge_values(base.values, over.values, (), replaced)
     kept = {
@@ -24,9 +24,9 @@ def merge(base: Document, over: Document) -> Document:
 
 
 def inherit(document: Document, path: Path) -> tuple[Document, tuple[Path, ...]]:
-    """Return ``document`` (of the recipe ``path``) merged with all that it extends.
+    """Return ``document`` (of the recipe ``path``) merged with the recipes that it extends.
 
-    The second result names every recipe file that took part, ``path`` first.
+    The second result lists every recipe file involved, ``path`` first.
     """
     layers, files = [document], [path]
     while EXTENDS in layers[-1].values:

@@ -1,4 +1,4 @@
-"""The keys a recipe can have, and their docstrings, from the models."""
+"""Look up the keys that a recipe can have, and their docstrings, in the models."""
 
 import ast
 import inspect
@@ -13,28 +13,28 @@ from fire_atlas.recipe.problem import KeyPath
 
 
 def blocks_at(path: KeyPath) -> list[type[Settings]]:
-    """Return the models the key ``path`` may hold; none where it holds plain values.
+    """Return the models of the blocks allowed at the key ``path``; none for a plain value.
 
-    The path may hold the kind of a block as a tag, as pydantic's errors do.
+    The path may contain the tag of a source's kind, as in pydantic's errors.
     """
     blocks: list[type[Settings]] = [Recipe]
     for key in path:
         if key in KINDS:
             blocks = [block for block in blocks if _kind_of(block) == key]
-        elif key not in BRANCHES and not isinstance(key, int):  # an item is what its list holds
+        elif key not in BRANCHES and not isinstance(key, int):  # a list has the blocks of its items
             fields = [block.model_fields.get(key) for block in blocks]
             blocks = [inner for field in fields if field for inner in _blocks_in(field.annotation)]
     return blocks
 
 
 def keys_at(path: KeyPath) -> list[str]:
-    """Return the keys known in the block ``path``, in model order."""
+    """Return the keys of the block ``path``, in the order of the model."""
     keys = list(dict.fromkeys(key for block in blocks_at(path) for key in block.model_fields))
     return keys if path else [*keys, EXTENDS]
 
 
 def all_keys(path: KeyPath = ()) -> Iterator[tuple[str, ...]]:
-    """Yield the key path of everything a recipe may hold."""
+    """Yield the key path of every key that a recipe can have."""
     for key in keys_at(path):
         inner = (*map(str, path), key)
         yield inner
@@ -43,7 +43,7 @@ def all_keys(path: KeyPath = ()) -> Iterator[tuple[str, ...]]:
 
 
 def _kind_of(block: type[Settings]) -> str:
-    """Return the tag of the one kind a source's model is for."""
+    """Return the tag of the kind of source that a model is for."""
     return f"<{get_args(block.model_fields['kind'].annotation)[0]}>"
 
 
@@ -56,8 +56,8 @@ def _blocks_in(annotation: Any) -> list[type[Settings]]:
 def key_docs(block: type[Settings]) -> dict[str, str]:
     """Return the docstring of each key of ``block`` that has one.
 
-    For the schema and for advice alone: pydantic's own way, ``use_attribute_docstrings``, reads
-    the source of every model at every start, which takes a quarter of what their import does.
+    Only the schema and error messages need them. pydantic's ``use_attribute_docstrings`` would read
+    them at every start, which takes a quarter of the time of importing the models.
     """
     docs: dict[str, str] = {}
     for owner in reversed(block.__mro__):

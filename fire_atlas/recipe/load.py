@@ -1,4 +1,4 @@
-"""Load a recipe: its validated model, where it lies, its files and members; and print it whole."""
+"""Load a recipe with its files and members, and print it with all defaults."""
 
 import os
 from dataclasses import dataclass, replace
@@ -15,18 +15,17 @@ from fire_atlas.recipe.validate import validate
 
 @dataclass(frozen=True, slots=True)
 class LoadedRecipe:
-    """A valid recipe and where it lies.
+    """A validated recipe and its files.
 
     Attributes:
-        recipe: The recipe; its ``name`` is filled in.
+        recipe: The recipe, with its ``name`` filled in.
         path: The recipe file, as the user named it.
         base: The folder of ``path``.
-        tree: What the recipe was made from.
-        source_files: Absolute path (or glob) of each file the source names, by its key; each is
-            relative to the recipe file that states it.
-        templates: Absolute path of each template in ``exports``, by what the recipe calls it.
-        members: Recipes whose effects share the pages; they have this recipe's ``atlas``,
-            ``maps`` and ``tracks``.
+        tree: The merged keys from which ``recipe`` was validated.
+        source_files: Absolute path (or glob) of each file of the source, by its key.
+        templates: Absolute path of each template in ``exports``, by its path in the recipe.
+        members: Recipes whose effects share the pages. Their ``atlas``, ``maps`` and ``tracks`` are
+            those of this recipe.
     """
 
     recipe: Recipe
@@ -39,7 +38,7 @@ class LoadedRecipe:
 
     @property
     def parts(self) -> "tuple[LoadedRecipe, ...]":
-        """The recipes that bring frames: this one, if it has a source, and its members."""
+        """The recipes whose frames are on the pages: this one, if it has a source, and members."""
         return ((self,) if self.recipe.source else ()) + self.members
 
 
@@ -53,14 +52,14 @@ def load_tree(tree: RecipeTree) -> LoadedRecipe:
 
 
 def _member(tree: RecipeTree, host: Recipe) -> LoadedRecipe:
-    """Return a member as it is built for the pages of ``host``."""
+    """Load a member with the settings of ``host`` for the shared pages."""
     loaded = load_tree(tree)
     shared = {"atlas": host.atlas, "maps": host.maps, "tracks": host.tracks}
     return replace(loaded, recipe=loaded.recipe.model_copy(update=shared))
 
 
 def resolved_yaml(loaded: LoadedRecipe) -> str:
-    """Return the whole recipe in model order; saved beside ``loaded.path`` it builds the same."""
+    """Return the recipe with all defaults as YAML, which builds the same beside ``loaded.path``."""
     values = loaded.recipe.model_dump(mode="json")
     base = loaded.base.resolve()
     if values["source"] is None:
@@ -74,7 +73,7 @@ def resolved_yaml(loaded: LoadedRecipe) -> str:
         _relative(member.path.resolve(), base) for member in loaded.members
     ]
     if loaded.recipe.atlas.layout == "grid" or loaded.recipe.maps != Maps():
-        values["atlas"]["dedupe"] = False  # what such a recipe means by leaving it out
+        values["atlas"]["dedupe"] = False  # the default in grids and with maps
     for export in values["exports"]:
         if isinstance(export, dict) and "template" in export:
             export["template"] = _relative(loaded.templates[export["template"]], base)
@@ -84,7 +83,7 @@ def resolved_yaml(loaded: LoadedRecipe) -> str:
 
 
 class _Dumper(yaml.SafeDumper):
-    """Writes lists on one line, blocks on lines of their own, in the order they come."""
+    """YAML writer with each list on one line and each key of a block on its own."""
 
 
 def _one_line(dumper: _Dumper, items: list[Any]) -> yaml.Node:

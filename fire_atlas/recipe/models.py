@@ -26,42 +26,42 @@ from fire_atlas.recipe.wind import Wind
 
 
 class Recipe(Settings):
-    """One effect: where its fire comes from, what is done to it and what is written."""
+    """One effect: its source of fire, how it is processed, and the files to write."""
 
     version: Literal[1] = 1
     """Version of the recipe format."""
     name: str = Field(default="", pattern=NAME_PATTERN, max_length=MAX_NAME)
-    """File stem of all outputs. Default: the recipe file's own stem."""
+    """File stem of all outputs. Default: the stem of the recipe file."""
     seed: int = Field(default=0, ge=0, le=2**32 - 1)
-    """Seed of all chance in the build."""
+    """Seed of all random numbers in the build."""
     source: Source | None = None
-    """Where the fire comes from. Only recipes with ``atlas.members`` can do without."""
+    """Where the fire comes from. Only recipes with ``atlas.members`` may leave it out."""
     views: Views = Views()
-    """The sides a 3D fire is seen from."""
+    """The sides from which a 3D fire is seen."""
     timeline: Timeline = Timeline()
-    """How the clip plays."""
+    """Length, frame rate and looping of the result."""
     wind: Wind = Wind()
     """Wind that bends the plume."""
     features: Features = Features()
-    """Where the fire tears (eq. 1-3)."""
+    """Which edges of the flame can shed sparks (eq. 1-3)."""
     buoyancy: Buoyancy = Buoyancy()
-    """The field that carries the flakes (eq. 12)."""
+    """The velocity field that carries the flakes (eq. 12)."""
     flakes: FlakesOrNone = Flakes()
     """The flakes, or ``none``."""
     motion_blur: MotionBlurOrNone = MotionBlur()
     """Blur along the field (eq. 14-17), or ``none``."""
     composite: Composite = Composite()
-    """How flakes join the flame."""
+    """How the flakes are composited onto the flame."""
     atlas: Atlas = Atlas()
-    """The pages."""
+    """The pages: packing, pixels and sizes."""
     maps: Maps = Maps()
-    """Motion vectors and layers beside the pages."""
+    """Further images beside the pages: motion vectors and layers."""
     exports: Annotated[tuple[Export, ...], LIST] = ("json",)
-    """Descriptions of the pages to write."""
+    """Files to write that describe the pages to engines and other clients."""
     tracks: Annotated[tuple[TrackName, ...], LIST] = ("json",)
-    """What to write for engines to play beside the pages: where every flake is (``json``, ``csv``),
-    the same as a cache for Niagara (``hjson``), all births for Unity's VFX Graph (``pcache``), and
-    the light the fire gives, for a lamp (``light``)."""
+    """Files to write with the motion of the flakes: their places in every frame (``json``,
+    ``csv``), the same as a Niagara cache (``hjson``), or their spawns for Unity's VFX Graph
+    (``pcache``). ``light``: the light of the fire, for a lamp in the scene."""
 
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> Self:
@@ -78,8 +78,8 @@ class Recipe(Settings):
         if isinstance(self.source, FramesSource) and self.views != Views():
             yield Problem(
                 ("views",),
-                "frames have one side only; take it out, or make the fire in 3D with "
-                "source.kind: silk, or learn it with source.kind: profile",
+                "frames have one side only; leave views out, or make 3D fire with source.kind: "
+                "silk or source.kind: profile",
             )
         if isinstance(self.source, ProfileSource | SilkSource):
             yield from _clip_only_keys(self.timeline)
@@ -87,7 +87,7 @@ class Recipe(Settings):
     @model_validator(mode="before")
     @classmethod
     def _paper_alpha(cls, given: Any) -> Any:
-        """Give ``flakes.alpha`` the paper's value where the paper's features are chosen."""
+        """Set the default of ``flakes.alpha`` to the paper's value if ``preset`` is ``paper``."""
         if not isinstance(given, dict):
             return given
         features, flakes = given.get("features"), given.get("flakes", {})
@@ -98,12 +98,12 @@ class Recipe(Settings):
 
 
 def _clip_only_keys(timeline: Timeline) -> Iterator[Problem]:
-    """Yield the keys that apply to a clip, which is cut and joined, but not to generated fire."""
+    """Yield the keys of ``timeline`` that apply to clips but not to generated fire."""
     if timeline.loop in ("crossfade", "pingpong"):
         yield Problem(
             ("timeline", "loop"),
-            f"{timeline.loop} joins the ends of a clip, but generated fire needs no joining; use "
-            f"auto, or none to play once",
+            f"{timeline.loop} makes a loop of a clip, but generated fire loops already; use auto, "
+            f"or none to play once",
         )
     for key, is_set in (("overlap", timeline.overlap != "auto"), ("tail", bool(timeline.tail))):
         if is_set:

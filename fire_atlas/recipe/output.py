@@ -1,4 +1,4 @@
-"""Recipe blocks of what is written: atlas, maps, exports, tracks."""
+"""Recipe blocks of the outputs: atlas, maps, exports, tracks."""
 
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, Literal, Self, TypeAlias
@@ -23,12 +23,14 @@ from fire_atlas.recipe.problem import ContradictionError, KeyPath, Problem
 ExportName = Literal[
     "json", "json-array", "phaser", "aseprite", "css", "tpsheet", "godot", "unity"
 ]  # fmt: skip
+"""Export formats by name; ``godot`` and ``unity`` write a project's files for that engine."""
+
 FlakeTrackName = Literal["json", "csv", "pcache", "hjson"]
 TrackName = Literal[FlakeTrackName, "light"]
-
 Engine = Literal["unity", "unreal", "godot"]
-Layer = Literal["flame", "flakes"]
+"""Engines with a convention of their own for motion vectors."""
 
+Layer = Literal["flame", "flakes"]
 PivotName = Literal["base", "bottom", "center", "top"]
 
 Pivot = Annotated[
@@ -45,7 +47,7 @@ _SMALLER = (0.5, 0.25, 0.125)
 
 
 def _valid_scales(scales: tuple[float, ...]) -> tuple[float, ...]:
-    """Validate ``scales``: 1 and halves of it, each once; largest first."""
+    """Return ``scales``, largest first; refuse them without 1, and unknown or double ones."""
     if 1 not in scales:
         raise ValueError("must hold 1: the pages at full size are always written")
     for scale in scales:
@@ -60,64 +62,64 @@ def _valid_scales(scales: tuple[float, ...]) -> tuple[float, ...]:
 
 
 class Atlas(Settings):
-    """Pages: how frames are packed on them, and how their pixels are stored."""
+    """The pages: how frames are packed on them, and how their pixels are stored."""
 
     layout: Literal["packed", "grid"] = "packed"
-    """``packed``: tight; ``grid``: uniform cells in playing order, row by row, that divide the
-    page evenly, for engines and shaders that count cells."""
+    """``packed``: tightly packed. ``grid``: uniform cells in playing order, row by row, that
+    divide the page evenly, for engines and shaders that count cells."""
     max_size: int = Field(default=4096, ge=16, le=16384)
-    """Largest side of a page, px."""
+    """Maximum width and height of a page, px."""
     pot: bool = False
-    """Sides of pages are powers of two. In a grid, those of cells are too."""
+    """Width and height of pages are powers of two. In a grid, so are those of cells."""
     square: bool = False
-    """Pages are as wide as high."""
+    """Pages are square."""
     multiple_of: Literal[1, 2, 4] = 1
-    """Sides of pages are multiples of this, px: 4 for block-compressed textures."""
+    """Width and height of pages are multiples of this, px; 4 for block-compressed textures."""
     padding: int = Field(default=2, ge=0, le=64)
     """Empty px between neighbours. In a grid, the gutter: half of it on each side of a cell."""
     border: int = Field(default=0, ge=0, le=64)
     """Empty px along the edges of a page. None in a grid, whose cells divide the page evenly."""
     extrude: int = Field(default=0, ge=0, le=16)
-    """Repeat the outermost px of every frame this often around it, so that a client which filters
-    finds the same colour beyond its edge. For tiles and opaque frames."""
+    """Repeat the outermost px of every frame this many times around it, so that texture filtering
+    finds the same colour beyond the edge. For tiles and opaque frames."""
     bleed: int = Field(default=0, ge=0, le=64)
-    """Give transparent px up to this far from a visible one its colour, so that filters and mips
-    mix no black in. Alpha stays as it is. Only ``alpha: straight`` needs it."""
+    """Give transparent px the colour of a visible one at most this many px away, so that filters
+    and mips mix no black in. Alpha does not change. Only ``alpha: straight`` needs it."""
     rotate: bool = False
-    """Frames may be rotated by 90° on a page. Not every client can show them."""
+    """Frames may be rotated by 90° on a page. Not every client supports that."""
     trim: Annotated[Literal["frame", "animation", "none"], OFF] = "frame"
-    """Cut empty borders: of each ``frame``, by one box for the ``animation``, or not at all.
-    Cells of a grid all show the same part, so that there ``frame`` means ``animation``."""
+    """Cut off empty borders: of each ``frame``, of the whole ``animation`` by one box, or ``none``.
+    All cells of a grid show the same part, so there ``frame`` means ``animation``."""
     trim_threshold: int = Field(default=0, ge=0, le=254)
-    """Borders where alpha (or light, on pages that add it) is at most this, of 255, count as
-    empty."""
+    """Borders count as empty where alpha (for ``alpha: additive``, light) is at most this, of
+    255."""
     dedupe: bool = True
-    """Frames with the same pixels share one place. Not in a grid, nor with ``maps``."""
+    """Frames with equal pixels are stored once. Not in a grid, nor with ``maps``."""
     pivot: Pivot = "base"
-    """The point of the frame that a client puts where the effect is: the foot of the flame
-    (``base``), the ``bottom``, ``center`` or ``top`` of the frame, or [x, y] in frame widths and
-    heights from its top-left corner."""
+    """The point of the frame that a client places at the position of the effect: the foot of the
+    flame (``base``), the ``bottom``, ``center`` or ``top`` of the frame, or [x, y] in frame widths
+    and heights from its top-left corner."""
     scales: Annotated[
         tuple[Annotated[float, Field(gt=0, le=1)], ...],
         LIST,
         Field(min_length=1, max_length=4),
         AfterValidator(_valid_scales),
     ] = (1.0,)
-    """Sizes to write everything in: 1 and any of 0.5, 0.25, 0.125. All share one layout; smaller
-    ones are filtered in linear light and called ``name@0.5x``."""
+    """Sizes to write everything in: 1 and any of 0.5, 0.25, 0.125. All have the same layout.
+    Smaller ones are filtered in linear light and called ``name@0.5x``."""
     members: Annotated[tuple[Annotated[str, Field(min_length=1)], ...], LIST] = ()
-    """Other recipes whose effects go onto these pages too, relative to the recipe file. Of their
-    ``atlas``, ``maps``, ``exports`` and ``tracks``, only this recipe's count."""
+    """Other recipes, relative to the recipe file, whose effects share these pages. This recipe's
+    ``atlas``, ``maps``, ``exports`` and ``tracks`` replace theirs."""
     format: Literal["png", "webp"] = "png"
-    """Files of the pages; ``webp`` is lossless."""
+    """File format of the pages; ``webp`` is lossless."""
     compression: Literal["fast", "small"] = "fast"
-    """Pages and their files: ``fast`` to make, or as ``small`` as possible (PNG needs the extra
-    ``small``)."""
+    """Write pages ``fast``, or pack and compress them as ``small`` as possible (PNG then needs
+    ``fire-atlas[small]`` installed)."""
     alpha: Literal["straight", "premultiplied", "additive"] = "straight"
-    """How coverage is stored. ``additive``: light on black with alpha 0."""
+    """How alpha is stored. ``additive``: light on black, alpha 0."""
     blend_space: Literal["srgb", "linear"] = "srgb"
-    """Where the client blends: ``srgb`` (Godot 2D, Pixi, Phaser, canvas, Unity gamma) or
-    ``linear`` (Unity linear)."""
+    """Encoding in which the client blends: ``srgb`` (Godot 2D, Pixi, Phaser, canvas, Unity gamma)
+    or ``linear`` (Unity linear)."""
 
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> Self:
@@ -127,12 +129,12 @@ class Atlas(Settings):
 
 
 class Maps(Settings):
-    """Further images in the layout of the pages, each called after its page."""
+    """Further images with the layout of the pages, each named after its page."""
 
     motion: Annotated[Literal["unity", "unreal", "godot", "none"], OFF] = "none"
-    """Motion vectors of the flame, ``name.motion.png``, as this engine's shaders read them: they
-    move each frame into the next, so that a flipbook plays smoothly however slowly. ``unity`` and
-    ``unreal`` count in cells and need ``atlas.layout: grid``; so does the shader for ``godot``."""
+    """Motion vectors of the flame, ``name.motion.png``, encoded for the shaders of this engine.
+    Shaders warp each frame into the next by them, so that a flipbook plays smoothly at any speed.
+    ``unity``, ``unreal`` and the shader for ``godot`` need ``atlas.layout: grid``."""
     flame: bool = False
     """The flame without flakes, ``name.flame.png``."""
     flakes: bool = False
@@ -140,26 +142,26 @@ class Maps(Settings):
 
     @property
     def layers(self) -> tuple[Layer, ...]:
-        """The layers that are switched on."""
+        """The layers that are to be written."""
         switches: dict[Layer, bool] = {"flame": self.flame, "flakes": self.flakes}
         return tuple(layer for layer, wanted in switches.items() if wanted)
 
 
 class TemplateExport(Settings):
-    """A file of your own form, from a Jinja2 template."""
+    """A file in your own format, written by a Jinja2 template."""
 
     template: str = Field(min_length=1, pattern=r"^[^\x00]+$")
-    """The template, relative to the recipe file. ``fire-atlas inspect --context`` shows what it
-    sees."""
+    """The template, relative to the recipe file. ``fire-atlas inspect --context`` shows its
+    variables."""
     to: str = Field(min_length=1, max_length=200)
-    """Name of the file it becomes, a template too: ``{{ name }}.ext``."""
+    """Name of the file to write, itself a template: ``{{ name }}.ext``."""
 
 
 class GodotOptions(Settings):
     """Options of the files for Godot."""
 
     version: Literal[4, 3] = 4
-    """Major version of the engine; each reads its own text alone."""
+    """Major version of Godot. Each reads only its own files."""
 
 
 class GodotExport(Settings):
@@ -182,11 +184,11 @@ void volatile while
 """Keywords of C#, which cannot be names."""
 
 _FOREIGN = ("System", "UnityEngine", "UnityEditor")
-"""Namespaces of .NET and Unity: one of the same name would hide them from scripts inside it."""
+"""Namespaces of .NET and Unity. Scripts in a namespace of the same name could not use them."""
 
 
 def _usable_namespace(namespace: str) -> str:
-    """Validate a namespace, whose form is sound."""
+    """Refuse a namespace with a keyword of C# or a name of .NET or Unity."""
     for word in namespace.split("."):
         if word in _KEYWORDS.split():
             raise ValueError(f"{word} is a keyword of C#; choose another name")
@@ -202,7 +204,7 @@ class UnityOptions(Settings):
     """Options of the files for Unity."""
 
     pixels_per_unit: float = Field(default=100.0, ge=0.01, le=100000)
-    """Pixels of the full-size frame that are one unit long in the scene."""
+    """Pixels of the full-size frame per unit of the scene."""
     flakes: bool = True
     """Write the flakes' tracks, and a component that plays them."""
     namespace: Annotated[
@@ -210,19 +212,19 @@ class UnityOptions(Settings):
         Field(max_length=100, pattern=NAMESPACE_PATTERN),
         AfterValidator(_usable_namespace),
     ] = DEFAULT_NAMESPACE
-    """C# namespace of the component; GUIDs and the names of shaders are made from it too. Two
-    recipes of one name in one Unity project need two."""
+    """C# namespace of the component; also part of GUIDs and shader names. Two recipes with the same
+    name in one Unity project need different namespaces."""
     assembly: bool = False
-    """Write an assembly definition for the output folder, called as the namespace. Unity allows
-    one a folder, and scripts in folders below belong to it too."""
+    """Write an assembly definition for the output folder, named like the namespace. Unity allows
+    one per folder, and scripts in subfolders belong to it too."""
 
     @model_validator(mode="after")
     def _name_the_assembly(self) -> Self:
         if self.assembly and self.namespace == DEFAULT_NAMESPACE:
             problem = Problem(
                 ("assembly",),
-                "needs a `namespace` of your own, another for each folder: Unity allows an "
-                "assembly's name once in a project",
+                "needs a `namespace` of your own, a different one for each folder: names of "
+                "assemblies must be unique in a Unity project",
             )
             raise ContradictionError(problem)
         return self
@@ -236,7 +238,7 @@ class UnityExport(Settings):
 
 
 EngineExport: TypeAlias = GodotExport | UnityExport
-"""An engine's files, with options: a mapping whose only key names the engine."""
+"""An export for an engine with options: a mapping with the engine's name as its only key."""
 
 _BRANCHES = {
     "godot": GODOT.tag,
@@ -244,7 +246,7 @@ _BRANCHES = {
     "template": TEMPLATE.tag,
     "to": TEMPLATE.tag,
 }
-"""Branch of an export that is a mapping, by a key that only it has."""
+"""Tag of an export that is a mapping, by a key that only this export has."""
 
 
 def _mapping_branch(export: Any) -> str | None:
@@ -274,7 +276,7 @@ Export = Annotated[
 
 
 def export_name(export: Export) -> str:
-    """Return what a recipe calls an export: a word, or the first key of a mapping."""
+    """Return the name of an export: the word itself, or the first key of a mapping."""
     return export if isinstance(export, str) else next(iter(type(export).model_fields))
 
 

@@ -1,4 +1,4 @@
-"""Where each key of a recipe was written, mistakes in keys, and guesses at what was meant."""
+"""Problems with the keys of a recipe: where the key was written, what is wrong, a suggestion."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -6,20 +6,20 @@ from pathlib import Path
 from typing import TypeAlias
 
 Value: TypeAlias = "bool | int | float | str | list[Value] | dict[str, Value] | None"
-"""What a recipe is made of before it is validated."""
+"""A value of a recipe as YAML gives it, before validation."""
 
 KeyPath: TypeAlias = tuple[str | int, ...]
-"""Keys and list indices from the top of a recipe to a value."""
+"""Keys and list indices that lead from the top of a recipe to a value."""
 
 
 def dotted(path: KeyPath) -> str:
-    """Return a key path as people write it: ``flakes.life.0``."""
+    """Return a key path as text: ``flakes.life.0``."""
     return ".".join(map(str, path))
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """The place a key was written.
+    """The place where a key was written.
 
     Attributes:
         file: The recipe file, as the user named it; None for ``--set``.
@@ -30,25 +30,25 @@ class Origin:
     line: int
 
     def locate(self, path: KeyPath) -> str:
-        """Return how a message about the key ``path`` begins: ``campfire.yaml:12: flakes.alpha``.
+        """Return the beginning of a message about the key: ``campfire.yaml:12: flakes.alpha``.
 
-        The path may be empty: the message is then about the file as a whole.
+        With an empty ``path`` it is about the file as a whole.
         """
         where = "--set " if self.file is None else f"{self.file}:{self.line}: "
         return where + dotted(path) if path else where.rstrip(": ")
 
 
 COMMAND_LINE = Origin(None, 0)
-"""The origin of what ``--set`` gives."""
+"""The origin of a key set by ``--set``."""
 
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """A key that is wrong, and what would be right.
+    """A key that is wrong, and how to correct it.
 
     Attributes:
         path: The key, from the top of the recipe; in a ``ContradictionError``, from its block.
-        message: What is wrong with it and what to do, as it follows the key: ``rotate: MESSAGE``.
+        message: What is wrong and what to do. It is printed after the key: ``rotate: MESSAGE``.
     """
 
     path: KeyPath
@@ -56,10 +56,10 @@ class Problem:
 
 
 class ContradictionError(ValueError):
-    """Keys of one block exclude each other. Raised by the validator of the block's model.
+    """Keys of one block contradict each other. Raised by the validator of the block's model.
 
     Attributes:
-        problems: At least one; each names the key that has to give way.
+        problems: At least one, each about the key that should be changed.
     """
 
     def __init__(self, *problems: Problem) -> None:
@@ -69,11 +69,11 @@ class ContradictionError(ValueError):
 
 
 def did_you_mean(word: str, choices: Iterable[str], prefix: str = "") -> str:
-    """Return ``"; did you mean X?"`` for the choice nearest to ``word``, or ``""`` if none is near.
+    """Return ``"; did you mean X?"`` for the most similar choice, or ``""`` if none is similar.
 
-    ``prefix`` goes before the choice: the block a key is in, for instance.
+    ``prefix`` is put before the choice, for instance the block of a key.
     """
-    from difflib import get_close_matches  # only a mistake has to pay for this import
+    from difflib import get_close_matches  # imported only when a message needs it
 
     spelt = {choice.lower(): choice for choice in choices}
     near = get_close_matches(word.lower(), spelt, n=1)

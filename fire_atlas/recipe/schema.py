@@ -1,4 +1,4 @@
-"""JSON Schema of recipes, for editors."""
+"""Make the JSON Schema of recipes, by which editors complete and check keys."""
 
 from typing import Any
 
@@ -12,14 +12,14 @@ _EXTENDS_SCHEMA = {
     "type": "string",
     "minLength": 1,
     "description": "Another recipe to start from: the name of a preset, or a path relative to this"
-    " file. Blocks merge key by key, all else replaces.",
+    " file. Blocks are merged key by key; any other value replaces the inherited one.",
 }
 
 
 class _RecipeSchema(GenerateJsonSchema):
     """Describes keys by their docstrings.
 
-    Leaves out the titles pydantic derives from key names: editors show the keys anyway.
+    It leaves out the titles that pydantic derives from key names: editors show the keys anyway.
     """
 
     def field_title_should_be_set(self, schema: Any) -> bool:
@@ -27,7 +27,7 @@ class _RecipeSchema(GenerateJsonSchema):
         return False
 
     def model_schema(self, schema: Any) -> dict[str, Any]:
-        """Return the schema of a block, with what its docstrings say."""
+        """Return the schema of a block, with the docstrings of its keys as descriptions."""
         block = super().model_schema(schema)
         for key, doc in key_docs(schema["cls"]).items():
             block["properties"][key]["description"] = doc
@@ -37,7 +37,7 @@ class _RecipeSchema(GenerateJsonSchema):
 def recipe_schema() -> dict[str, Any]:
     """Return the schema (draft 2020-12) of a recipe file."""
     schema = Recipe.model_json_schema(schema_generator=_RecipeSchema)
-    # Which kind a source is may be stated by what the recipe extends: any of them may fit.
+    # All kinds of source are allowed: the recipe that this one extends may state `kind`.
     one_kind, none = schema["properties"]["source"]["anyOf"]
     schema["properties"]["source"]["anyOf"] = [*one_kind["oneOf"], none]
     needed = [schema["$defs"][kind].pop("required") for kind in ("FramesSource", "ProfileSource")]
@@ -51,7 +51,7 @@ def recipe_schema() -> dict[str, Any]:
         **schema,
         "title": "fire-atlas recipe",
         "properties": {**properties, **schema["properties"]},
-        # What a recipe extends may state the source, or its path, in its stead.
+        # Nothing is required with `extends`: that recipe may supply `source` or `source.path`.
         "required": [],
         "anyOf": [
             {"required": [EXTENDS]},

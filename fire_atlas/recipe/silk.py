@@ -1,7 +1,7 @@
-"""Source ``silk``: sheets of flame moved by springs, wind and heat (Balci & Foroosh).
+"""Recipe block ``source`` of kind ``silk``: simulated cloths of flame (Balci & Foroosh).
 
-Lengths are heights (fractions of the frame's height). Places are [x, y, z]: x to the right, y away
-from the front view, z up, from the middle of the fire on the ground.
+Lengths are in heights (fractions of the frame's height). Points are [x, y, z]: x to the right, y
+away from the front view, z up; the origin is the middle of the fire on the ground.
 """
 
 from itertools import pairwise
@@ -23,45 +23,45 @@ Place = Annotated[tuple[Coordinate, Coordinate, Coordinate], LIST]
 """[x, y, z], heights."""
 
 Factor = Annotated[float, Field(gt=0, le=1000)]
-"""A multiple of the fuel's own value."""
+"""A multiple of the fuel's default."""
 
-_MOST_SHEETS = 10_000
+_MAX_SHEETS = 10_000
 
 
 class Sheet(Settings):
-    """One sheet of silk, pinned at its base."""
+    """One silk sheet (a simulated cloth), pinned at its base."""
 
     at: Place = (0.0, 0.0, 0.0)
     """[x, y, z] of the middle of its base, heights."""
     width: float = Field(default=0.4, gt=0, le=10)
-    """Heights."""
+    """Width, heights."""
     height: float = Field(default=0.8, gt=0, le=10)
-    """Heights."""
+    """Height, heights."""
     angle: float = Field(default=0.0, ge=-360, le=360)
     """Direction of its width seen from above, degrees: 0 to the right, counter-clockwise."""
 
 
 class Arrangement(Settings):
-    """Several sheets, arranged by a rule."""
+    """Several sheets in a regular arrangement."""
 
     arrangement: Literal["crossed", "ring", "line"] = "crossed"
-    """``crossed``: all through the middle, turned evenly (torch, campfire). ``ring``: around the
+    """``crossed``: through the middle, at even angles (torch, campfire). ``ring``: around the
     middle. ``line``: side by side from left to right (wall of flame)."""
-    count: int = Field(default=4, ge=1, le=_MOST_SHEETS)
+    count: int = Field(default=4, ge=1, le=_MAX_SHEETS)
     """Number of sheets."""
     width: float = Field(default=0.4, gt=0, le=10)
     """Width of a sheet, heights."""
     height: float = Field(default=0.8, gt=0, le=10)
     """Height of a sheet, heights. The flame is about two thirds as high."""
     spread: float = Field(default=0.0, ge=0, le=10)
-    """How far their bases lie apart, heights: up to this far from the middle (``crossed``), the
+    """Spread of their bases, heights: the largest distance from the middle (``crossed``), the
     radius (``ring``), or the length (``line``)."""
     at: Place = (0.0, 0.0, 0.0)
-    """[x, y, z] of their middle on the ground, heights."""
+    """[x, y, z] of the middle of the arrangement on the ground, heights."""
 
 
 class Moment(Settings):
-    """Where an intruder is at one moment; between moments it moves smoothly."""
+    """Place of an intruder at one time; between keyframes it moves smoothly."""
 
     t: float = Field(ge=0, le=3600)
     """Seconds from the first frame."""
@@ -70,27 +70,27 @@ class Moment(Settings):
 
 
 class Intruder(Settings):
-    """An object in the flame, as a field of force: the flame gives way and closes again."""
+    """An object in the flame. It repels the flame, which closes again behind it."""
 
     shape: Literal["sphere", "log", "match"]
-    """``sphere``; ``log`` (lies, ``length`` long); ``match`` (a stick whose head, at its place,
-    catches fire in a flame and carries it on)."""
+    """``sphere``, ``log`` (a lying cylinder), or ``match`` (a stick whose head catches fire in a
+    flame and goes on burning)."""
     at: Place | None = None
-    """[x, y, z] of its middle (of a match: its head), heights, if it never moves."""
+    """[x, y, z] of its middle (of a match: its head), heights, if it does not move."""
     keyframes: Annotated[tuple[Moment, ...], LIST] = ()
-    """Where it is over time, if it moves."""
+    """Its place over time, if it moves."""
     radius: float = Field(default=0.04, gt=0, le=2)
-    """Of the sphere, or half the thickness of log or match, heights."""
+    """Radius of the sphere, log or match, heights."""
     length: float = Field(default=0.4, gt=0, le=5)
-    """Of log or match, heights."""
+    """Length of a log or match, heights."""
     angle: float = Field(default=0.0, ge=-360, le=360)
-    """Direction in which log or match stretch, seen from above, degrees: 0 to the right."""
+    """Direction in which a log or match points, seen from above, degrees: 0 to the right."""
     tilt: float = Field(default=0.0, ge=-90, le=90)
-    """How far that end is raised, degrees."""
+    """Angle by which that end is raised, degrees."""
     strength: float = Field(default=1.0, ge=0, le=20)
-    """How hard it pushes the flame aside; 1: about as hard as the flame rises."""
+    """Force with which it pushes the flame aside; 1: about the force by which the flame rises."""
     draw: bool = True
-    """Draw it, opaque and lit by the fire; ``false``: only the flame shows that it is there."""
+    """Draw it, opaque and lit by the fire. ``false``: only its effect on the flame is seen."""
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -98,28 +98,28 @@ class Intruder(Settings):
             raise ValueError("needs either `at` (it never moves) or `keyframes`")
         times = [moment.t for moment in self.keyframes]
         if any(later <= t for t, later in pairwise(times)):
-            raise ValueError("keyframes must be in order of t, no two at the same")
+            raise ValueError("keyframes must be in order of t, no two at the same t")
         return self
 
 
 class Texture(Settings):
-    """Fire from a clip on the sheets."""
+    """A texture of the sheets that is made from a clip of fire."""
 
     path: str = Field(min_length=1, pattern=r"^[^\x00]+$")
-    """A clip of fire: anything source ``frames`` reads. Relative to the recipe file."""
+    """A clip of fire in any form that source ``frames`` reads. Relative to the recipe file."""
     synthesis: Literal["none", "motion"] = "none"
-    """``none``: images of the clip itself. ``motion``: new ones without end, from the most probable
-    motion between two ``seeds`` (Appendix B)."""
+    """``none``: images of the clip itself. ``motion``: new images, synthesised from the most
+    probable motion between two ``seeds`` (Appendix B)."""
     images: int = Field(default=8, ge=4, le=96)
-    """[N] Number of images in the loop that a sheet plays. Paper: 8."""
+    """[N] Number of images in the texture loop of a sheet. Paper: 8."""
     seeds: Annotated[
         tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] | None, LIST
     ] = None
-    """Two frames of the clip to synthesise from. Default: two near its middle, one apart."""
+    """Two frames of the clip to synthesise from. Default: two neighbours near its middle."""
 
 
 SheetsOrArrangement = Annotated[
-    Annotated[tuple[Sheet, ...], LIST, Field(min_length=1, max_length=_MOST_SHEETS), PAIR]
+    Annotated[tuple[Sheet, ...], LIST, Field(min_length=1, max_length=_MAX_SHEETS), PAIR]
     | Annotated[Arrangement, BLOCK],
     either("an arrangement ({arrangement: crossed, count: 4}) or a list of sheets"),
 ]
@@ -127,22 +127,22 @@ AutoOrTexture = Annotated[Auto | Annotated[Texture, BLOCK], either("`auto` or {p
 
 
 class SilkSource(Settings):
-    """Fire without footage: simulated sheets of silk, seen from any side."""
+    """Fire without a clip: simulated sheets of silk, seen from any side."""
 
     kind: Literal["silk"]
-    """Fire simulated by springs."""
+    """Fire simulated by sheets of springs."""
     width: int = Field(default=256, ge=16, le=4096)
     """Width of a frame, px."""
     height: int = Field(default=256, ge=16, le=4096)
     """Height of a frame, px."""
     foot: float = Field(default=0.06, ge=0, le=0.9)
-    """How far above the frame's lower edge the ground is, heights."""
+    """Height of the ground above the lower edge of the frame, heights."""
     fuel: Literal["wood", "candle", "gas"] = "wood"
-    """The fuel: sets stiffness, lift, speed and colours."""
+    """The fuel, which sets stiffness, lift, speed and colours."""
     pressure: float = Field(default=1.0, ge=0.2, le=5)
-    """Pressure of the fuel: more gives a higher, stiffer flame. 1: the fuel's own."""
+    """Pressure of the fuel, 1: the fuel's default. More gives a higher, stiffer flame."""
     oxygen: float = Field(default=1.0, ge=0.2, le=3)
-    """More oxygen burns faster, hotter, whiter; below 1 slow and red. 1: the fuel's own."""
+    """Oxygen, 1: the fuel's default. More burns faster, hotter and whiter; less, slow and red."""
     sheets: SheetsOrArrangement = Arrangement()
     """The sheets: an arrangement, or a list of single ones."""
     rows: int = Field(default=24, ge=2, le=256)
@@ -150,23 +150,23 @@ class SilkSource(Settings):
     columns: int = Field(default=16, ge=2, le=256)
     """Nodes across a sheet."""
     mass: Factor = 1.0
-    """Mass of the silk; 1: the fuel's own. Heavier sways more slowly."""
+    """Mass of the silk, 1: the fuel's default. Heavier silk sways more slowly."""
     stiffness: Annotated[float, Field(gt=0, le=1e6)] = 1.0
-    """Stiffness of all springs; 1: the fuel's own. Stiffer costs more steps a frame."""
+    """Stiffness of all springs, 1: the fuel's default. Higher values need more steps per frame."""
     damping: float = Field(default=1.0, ge=0, le=100)
-    """Damping of the springs; 1: the fuel's own."""
+    """Damping of the springs, 1: the fuel's default."""
     lift: float = Field(default=1.0, ge=0, le=100)
-    """How hard heat lifts the flame; 1: the fuel's own. Less bends more in the wind."""
+    """Lift of the flame by heat, 1: the fuel's default. With less, the wind bends it more."""
     gravity: float = Field(default=1.0, ge=-20, le=20)
-    """Weight of the silk; 1: the fuel's own."""
+    """Weight of the silk, 1: the fuel's default."""
     turbulence: float = Field(default=1.0, ge=0, le=20)
-    """Flutter of the sheets by turbulent air; 1: the fuel's own."""
+    """Flutter of the sheets in turbulent air, 1: the fuel's default."""
     intruders: Annotated[tuple[Intruder, ...], LIST, Field(max_length=64)] = ()
     """Objects in the flame."""
     texture: AutoOrTexture = "auto"
-    """The fire on the sheets: ``auto`` synthesises it, as many images as play once in a loop; or
-    it comes from a clip."""
+    """The fire on the sheets: ``auto`` synthesises it, with as many images as a loop needs; a block
+    makes it from a clip."""
     grading: Literal["fuel", "blackbody"] = "fuel"
-    """Colours: the fuel's own, or those of a black body as hot as the sheets are fast (eq. 16)."""
+    """Colours of the ``fuel``, or of a ``blackbody``, hotter where sheets move faster (eq. 16)."""
     intensity: float = Field(default=1.0, gt=0, le=100)
-    """Light of the flame; more burns out to white."""
+    """Brightness of the flame; high values clip to white."""

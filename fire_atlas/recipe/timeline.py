@@ -1,4 +1,4 @@
-"""Recipe block ``timeline``: how the clip plays."""
+"""Recipe block ``timeline``: length, frame rate and looping of the result."""
 
 from collections.abc import Iterator
 from typing import Annotated, Literal, Self
@@ -18,27 +18,26 @@ Tail = Annotated[
 
 
 class Timeline(Settings):
-    """How the clip plays."""
+    """Length, frame rate and looping of the result."""
 
     loop: Annotated[Literal["auto", "none", "crossfade", "pingpong"], OFF] = "auto"
-    """``auto``: a clip whose end meets its beginning plays round and round as it is; another is cut
-    where its end meets its beginning best, and cross-faded there (a short one keeps at least half
-    of its frames); one that flares up from nothing, or fades to nothing, plays once.
-    ``crossfade``: the whole clip, its end faded into its beginning. ``pingpong``: forwards, then
-    backwards. ``none``: once. Generated fire (source ``silk`` or ``profile``) loops already:
-    ``auto`` or ``none``."""
+    """``auto``: a clip that loops already is kept as it is; one that starts from nothing or fades
+    to nothing plays once; any other is cut where its end matches its beginning best, and
+    cross-faded there (a short clip keeps at least half of its frames). ``crossfade``: the whole
+    clip, its end faded into its beginning. ``pingpong``: forwards, then backwards. ``none``: play
+    once. Generated fire (source ``silk`` or ``profile``) always loops: ``auto`` or ``none``."""
     frames: int | None = Field(default=None, ge=1, le=10_000)
-    """How many frames result. More than the clip has: fire goes on by passing between moments of
-    the clip that look alike. Default: as many as suit the cut; 48 of generated fire."""
+    """Number of frames of the result. If it exceeds the clip's, the clip is extended by transitions
+    between moments that look alike. Default: as the best cut gives; 48 for generated fire."""
     fps: float | None = Field(default=None, ge=0.01, le=240)
-    """Frames per second of the result; fire keeps its speed. Default: those of the clip; 24 of
+    """Frames per second of the result. The fire keeps its speed. Default: the clip's; 24 for
     generated fire."""
     overlap: Overlap = "auto"
-    """Frames of the clip over which its end passes into its beginning. ``auto``: a third of a
-    second, less where the clip is short."""
+    """Length of the cross-fade, frames of the clip. ``auto``: a third of a second, less if the clip
+    is short."""
     tail: Tail = False
-    """Goes on after a clip that plays once until its flakes have burnt out, while its last frame
-    fades; a number is the most seconds to add."""
+    """Append frames to a clip that plays once until all flakes have burnt out, while its last frame
+    fades. A number is the maximum length, s."""
 
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> Self:
@@ -56,8 +55,8 @@ class Timeline(Settings):
         if self.overlap != "auto" and self.loop in ("none", "pingpong") and not self._may_extend:
             yield Problem(
                 ("overlap",),
-                f"is for an end that is faded into a beginning, which loop: {self.loop} does not "
-                f"do; leave overlap out, or use loop: crossfade",
+                f"is the length of a cross-fade, but loop: {self.loop} has none; leave overlap "
+                f"out, or use loop: crossfade",
             )
         if self.loop == "pingpong" and self.fps is None and self.frames and self.frames % 2:
             yield Problem(
@@ -68,10 +67,10 @@ class Timeline(Settings):
 
     @property
     def keeps_frames(self) -> bool:
-        """Whether the frames of the clip play as they are: nothing but ``loop`` is set."""
+        """Whether the clip's frames are kept as they are: nothing but ``loop: none`` is set."""
         return self in (Timeline(), Timeline(loop="none"))
 
     @property
     def _may_extend(self) -> bool:
-        """Whether a clip that plays once is extended: ``frames`` may be more than it has."""
+        """Whether ``frames`` might exceed the frames of a clip that plays once."""
         return self.loop == "none" and self.frames is not None

@@ -1,4 +1,4 @@
-"""A recipe as it was written: merged, not yet validated. Imports no pydantic."""
+"""Read a recipe with all that it extends and its members, without validation or pydantic."""
 
 import re
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from fire_atlas.recipe.inherit import inherit, merge
 from fire_atlas.recipe.problem import KeyPath, Origin, Value
 
 NAME_PATTERN = r"^[A-Za-z0-9_]([A-Za-z0-9_.\-]*[A-Za-z0-9_\-])?$"
-"""A file stem that is good on every system and in every engine."""
+"""A file stem that works on every system and in every engine."""
 
 NAME_ADVICE = (
     "must be a plain file name, not a path: letters, digits, `_`, `-` and `.`,"
@@ -20,19 +20,19 @@ NAME_ADVICE = (
 )
 
 MAX_NAME = 100
-"""Longest name, characters."""
+"""Maximum length of a name, characters."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecipeTree:
-    """A recipe's own keys, what it extends and what ``--set`` changes, as one tree.
+    """The keys of a recipe, merged with those it inherits and those set by ``--set``.
 
     Attributes:
         path: The recipe file, as the user named it.
         values: Plain values by key; ``extends`` is removed.
         origins: Key path → where the value was written.
         files: Every recipe file that was read, ``path`` first.
-        members: The recipes whose effects share its pages (``atlas.members``); they have none.
+        members: The recipes of ``atlas.members``, whose effects share the pages.
     """
 
     path: Path
@@ -56,52 +56,50 @@ class RecipeTree:
 
     @property
     def has_source(self) -> bool:
-        """Whether the recipe brings frames of its own: a ``source`` that is null brings none."""
+        """Whether the recipe has a ``source`` that is not null, and so frames of its own."""
         return self.values.get("source") is not None
 
     def value(self, path: tuple[str, ...]) -> Value:
-        """Return what stands at ``path``; None where nothing does."""
+        """Return the value of the key ``path``; None if there is none."""
         value: Value = self.values
         for key in path:
             value = value.get(key) if isinstance(value, dict) else None
         return value
 
     def origin(self, path: KeyPath) -> Origin:
-        """Return where ``path`` was written, or else the nearest block around it."""
+        """Return where the key ``path`` was written, or if it was not, the block around it."""
         while path and path not in self.origins:
             path = path[:-1]
         return self.origins[path]
 
     def file_at(self, path: KeyPath, text: str) -> Path:
-        """Return the absolute path that the key ``path`` means by ``text``.
+        """Return the absolute path of the file ``text`` that the key ``path`` names.
 
-        It is relative to the recipe file that states it; what ``--set`` states is relative to the
-        recipe it changes, so that a build does not depend on the folder it is started in.
+        ``text`` is relative to the recipe file with that key. If ``--set`` gave it, it is relative
+        to the recipe: a build must not depend on the folder in which it is started.
         """
         folder = (self.origin(path).file or self.path).parent
         return (folder / text).resolve()
 
 
 MEMBERS = ("atlas", "members")
-"""The key that names recipes whose effects share the pages of another."""
+"""The key that lists the recipes whose effects share the pages."""
 
 
 def read_tree(path: Path, overrides: Sequence[str] = ()) -> RecipeTree:
-    """Return the recipe ``path`` with ``overrides`` (``key=value``), all it extends, and members.
-
-    This is where members are read, once: whoever needs one finds it in ``members``.
+    """Read the recipe ``path`` with all that it extends, ``overrides`` (``key=value``) and members.
 
     Raises:
-        RecipeError: A file cannot be read, or a member has members itself or another's name.
+        RecipeError: A file cannot be read, a member has members itself, or two have one name.
     """
     tree = read_without_members(path, overrides)
     return replace(tree, members=_read_members(tree))
 
 
 def read_without_members(path: Path, overrides: Sequence[str] = ()) -> RecipeTree:
-    """Return the recipe ``path`` as far as its own keys go, whatever its members may be.
+    """Read a recipe like ``read_tree``, but not its members.
 
-    That is enough to know its name, and so which files its builds wrote.
+    That is enough to know its name, and with it the files that its builds wrote.
     """
     document = read_document(path)
     for text in overrides:
@@ -134,10 +132,10 @@ def _read_members(tree: RecipeTree) -> tuple[RecipeTree, ...]:
 
 
 TEMPLATE_SUFFIXES = (".j2", ".jinja", ".jinja2")
-"""How the names of templates end that recipes of several folders share."""
+"""Endings that a template must have if it is outside of the recipe's folder."""
 
 SOURCE_PATHS = (("source", "path"), ("source", "side_path"), ("source", "texture", "path"))
-"""The keys of a source, of any kind, that name files."""
+"""The keys, of any kind of source, that name files."""
 
 
 def source_files(tree: RecipeTree) -> dict[tuple[str, ...], Path]:
@@ -147,12 +145,12 @@ def source_files(tree: RecipeTree) -> dict[tuple[str, ...], Path]:
 
 
 def templates(tree: RecipeTree) -> dict[str, Path]:
-    """Return the absolute path of each template in ``exports``, by what the recipe calls it.
+    """Return the absolute path of each template in ``exports``, by its path in the recipe.
 
     Raises:
-        RecipeError: It lies outside the folder of the recipe that names it, and is not called like
-            a template. A recipe that came from a stranger must not carry any of the user's files
-            into its outputs, be it by its path or by a link.
+        RecipeError: A template is outside of the recipe's folder and has no ending of
+            ``TEMPLATE_SUFFIXES``. Otherwise an untrusted recipe could copy any of the user's files
+            into its outputs, by a path or a link.
     """
     exports = tree.values.get("exports")
     found = {}
@@ -168,8 +166,8 @@ def _template_at(tree: RecipeTree, key: KeyPath, name: str) -> Path:
     folder = (origin.file or tree.path).parent.resolve()
     if not path.is_relative_to(folder) and path.suffix not in TEMPLATE_SUFFIXES:
         raise RecipeError(
-            f"{origin.locate(key)}: {path} lies outside the recipe's folder, where only files "
-            f"whose names end in {', '.join(TEMPLATE_SUFFIXES)} are taken for templates"
+            f"{origin.locate(key)}: {path} lies outside the recipe's folder; templates from there "
+            f"must have a name that ends in {', '.join(TEMPLATE_SUFFIXES)}"
         )
     return path
 
@@ -181,6 +179,6 @@ def is_name(text: str) -> bool:
 
 
 def nearest_name(text: str) -> str:
-    """Return a good name that looks like ``text``."""
+    """Return a valid name that is similar to ``text``."""
     plain = re.sub(r"[^A-Za-z0-9_.\-]+", "_", text)[:MAX_NAME].strip("-._")
     return next(name for name in (plain, f"{plain}_", "effect") if is_name(name))

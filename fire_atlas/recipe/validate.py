@@ -1,4 +1,4 @@
-"""Validate a recipe tree by the models, and make a line of advice of each of pydantic's errors."""
+"""Validate a recipe with the models, and turn each of pydantic's errors into a line of advice."""
 
 import json
 import re
@@ -24,7 +24,7 @@ _PATTERNS = {
 
 
 def validate(tree: RecipeTree) -> Recipe:
-    """Return the recipe ``tree`` describes; raise ``RecipeError`` with a line for each mistake."""
+    """Return the recipe in ``tree``; raise ``RecipeError`` with a line for each mistake."""
     try:
         return Recipe.model_validate(_with_source(tree))
     except ValidationError as error:
@@ -36,9 +36,9 @@ def validate(tree: RecipeTree) -> Recipe:
 
 
 def refusal(tree: RecipeTree, problems: Iterable[Problem]) -> RecipeError:
-    """Return the error that reports ``problems`` of a recipe: a line each, in order of the file.
+    """Return the error that reports ``problems`` of a recipe, a line each, in order of the file.
 
-    Each begins with where its key was written: ``campfire.yaml:12: flakes.alpha: ``.
+    A line begins with the place of its key: ``campfire.yaml:12: flakes.alpha: ``.
     """
     placed = [(tree.origin(problem.path), problem) for problem in problems]
     placed.sort(key=lambda each: each[0].line)
@@ -48,14 +48,14 @@ def refusal(tree: RecipeTree, problems: Iterable[Problem]) -> RecipeError:
 
 
 def _with_source(tree: RecipeTree) -> dict[str, Any]:
-    """Return what to validate: without members, a recipe needs a source, if only a missing one."""
+    """Return the values to validate; refuse a recipe with neither a source nor members."""
     if tree.has_source or tree.value(MEMBERS):
         return tree.values
     raise RecipeError(f"{tree.origin(('source',)).locate(('source',))}: {_missing(('source',))}")
 
 
 def _problems(details: ErrorDetails) -> list[Problem]:
-    """Return what one of pydantic's errors says, by the keys of the recipe."""
+    """Convert one of pydantic's errors to problems with keys of the recipe."""
     path = _key_path(details)
     match details.get("ctx"):
         case {"error": ContradictionError(problems=problems)}:
@@ -69,17 +69,17 @@ def _key_path(details: ErrorDetails) -> KeyPath:
 
 
 def _without_tags(path: KeyPath) -> KeyPath:
-    """Return a path of pydantic's as it stands in a recipe, without the tags of branches."""
+    """Return one of pydantic's key paths without the tags of union branches."""
     return tuple(part for part in path if part not in BRANCHES)
 
 
 def _is_below(inner: KeyPath, outer: KeyPath) -> bool:
-    """Return whether ``inner`` is below ``outer``: its error is then the cause of the other."""
+    """Return whether ``inner`` is inside ``outer``: its error then caused the outer one."""
     return len(inner) > len(outer) and inner[: len(outer)] == outer
 
 
 def _advice(details: ErrorDetails) -> str:
-    """Return what is wrong with a value and what would be right, after the name of its key."""
+    """Return what is wrong with a value and how to correct it, to be printed after its key."""
     path, kind, context = details["loc"], details["type"], details.get("ctx", {})
     match kind:
         case "extra_forbidden":
@@ -122,18 +122,18 @@ _WANTED: dict[str, Callable[[dict[str, Any]], str]] = {
     "less_than": lambda ctx: f"less than {ctx['lt']:g}",
     "less_than_equal": lambda ctx: f"at most {ctx['le']:.10g}",
 }
-"""Error type of pydantic → what is wanted, from the error's context."""
+"""Error type of pydantic → the wanted value, from the error's context."""
 
 
 def _suggested_key(path: KeyPath) -> str:
-    """Guess the key that was meant: one of the same block, else one of another."""
+    """Suggest the key that was meant, in the same block or else in another one."""
     parent, key = path[:-1], str(path[-1])
     prefix = f"{dotted(_without_tags(parent))}." if parent else ""
     for known in all_keys():
         if "." in key and dotted(known) == key:
             return f"; write `{known[-1]}` inside the block `{dotted(known[:-1])}`"
     if key in keys_at(parent):
-        return "; it does not go with the other keys of its block"
+        return "; it cannot be combined with the other keys of its block"
     if kind := _kind_with(path):
         return f" here; it is one of `kind: {kind}`"
     if near := did_you_mean(key, keys_at(parent), prefix):
@@ -141,11 +141,11 @@ def _suggested_key(path: KeyPath) -> str:
     for known in all_keys():
         if known[-1] == key:
             return f"; did you mean {dotted(known)}?"
-    return f"; known are {', '.join(keys_at(parent))}"
+    return f"; the keys here are {', '.join(keys_at(parent))}"
 
 
 def _kind_with(path: KeyPath) -> str | None:
-    """Name another kind of the block that has the key of this path."""
+    """Return another kind of the block that has the key of this path, None if there is none."""
     kinds = KINDS - {path[-2]} if len(path) > 1 and path[-2] in KINDS else ()
     having = [kind for kind in sorted(kinds) if path[-1] in keys_at((*path[:-2], kind))]
     return str(having[0]).strip("<>") if having else None
@@ -162,13 +162,13 @@ def _missing(path: KeyPath) -> str:
 
 
 def _first_sentence(text: str) -> str:
-    """Return the first sentence of a docstring, as the middle of another sentence."""
+    """Return the first sentence of a docstring, for use within another sentence."""
     sentence = " ".join(text.split()).partition(". ")[0].rstrip(".")
     return sentence[:1].lower() + sentence[1:]
 
 
 def _choice(expected: str, given: Any) -> str:
-    """Name the choices of a literal; ``expected`` is pydantic's list of them."""
+    """List the choices of a literal as advice; ``expected`` is pydantic's text about them."""
     choices = re.findall(r"'([^']*)'", expected) or [expected]
     one_of = "one of " if len(choices) > 1 else ""
     near = did_you_mean(given, choices) if isinstance(given, str) else ""
@@ -186,7 +186,7 @@ def _example_block(path: KeyPath) -> str:
 
 
 def _quoted(value: Any) -> str:
-    """Return a value as it might stand in a recipe, shortened."""
+    """Return a value as in a recipe, shortened."""
     if isinstance(value, float):
         return f"{value:g}"
     text = json.dumps(value, ensure_ascii=False, default=str)

@@ -1,4 +1,4 @@
-"""Recipe block ``wind``: the wind around the fire, for every kind of source."""
+"""Recipe block ``wind``: the wind on the fire, for every kind of source."""
 
 from typing import Annotated, Any, Self
 
@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 from fire_atlas.recipe.base import LIST, Settings
 
 Level = Annotated[float, Field(ge=0, le=5)]
-"""Strength; one level is 0.15 frame heights per second."""
+"""Strength of wind; one level is 0.15 frame heights per second."""
 
 
 def _degrees(value: Any) -> Any:
@@ -28,29 +28,29 @@ Heading = Annotated[
         }
     ),
 ]
-"""Where wind blows to: ``right``, ``left``, or degrees seen from above (0 right, 90 away)."""
+"""Direction to which wind blows: ``right``, ``left`` or degrees from above (0 right, 90 away)."""
 
 
 class WindKeyframe(Settings):
-    """Wind at one moment; between keyframes it is interpolated linearly."""
+    """Wind at one time; between keyframes it is interpolated linearly."""
 
     t: float = Field(ge=0, le=3600)
     """Seconds from the first frame."""
     level: Level = 0.0
     """Strength, 0-5."""
     direction: Heading = 0.0
-    """``right``, ``left`` or degrees."""
+    """Direction to which it blows: ``right``, ``left`` or degrees."""
 
 
 class Gusts(Settings):
-    """Wind that rises and falls, again in every period."""
+    """Wind that rises and falls periodically."""
 
     mean: Level = 1.0
     """Mean strength, 0-5."""
     strength: Level = 1.0
-    """How far it rises above the mean and falls below it, levels."""
+    """Amplitude: how far it rises above and falls below the mean."""
     period: float = Field(default=2.0, ge=0.1, le=600)
-    """Seconds from gust to gust."""
+    """Time from gust to gust, s."""
 
 
 class Wind(Settings):
@@ -59,12 +59,12 @@ class Wind(Settings):
     level: Level = 0.0
     """Strength of a steady wind, 0-5; one level is 0.15 frame heights per second."""
     direction: Heading = 0.0
-    """Where a steady wind or gusts blow to: ``right``, ``left``, or degrees seen from above (0
-    right, counter-clockwise)."""
+    """Direction to which a steady wind or gusts blow: ``right``, ``left``, or degrees seen from
+    above (0 right, counter-clockwise)."""
     keyframes: Annotated[tuple[WindKeyframe, ...], LIST] = ()
     """Wind that changes over time, in order of ``t``."""
     gusts: Gusts | None = None
-    """Wind that rises and falls again and again."""
+    """Wind that rises and falls periodically."""
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:

@@ -1,7 +1,7 @@
-"""Parse YAML text to a node graph, and refuse ones too large before anything is built of them.
+"""Parse YAML text to a graph of nodes, and refuse it if it is too large.
 
-A few lines of aliases can stand for billions of nodes, and nesting deep enough overruns the C
-stack of the parser, so both are measured first: depth while parsing, size on the composed graph.
+A few lines of nested aliases can expand to billions of nodes, and deep nesting overflows the C
+stack of the parser. So depth is checked while parsing, and the expanded size before expanding.
 """
 
 import re
@@ -10,17 +10,17 @@ from collections.abc import Iterator
 import yaml
 
 MAX_NODES = 20_000
-"""Most nodes of a document, aliases written out."""
+"""Limit on the number of nodes of a document, aliases expanded."""
 
 MAX_DEPTH = 64
-"""Deepest nesting of a document, aliases written out."""
+"""Limit on the nesting of a document, aliases expanded."""
 
 _Size = tuple[int, int]
-"""Nodes and levels below and including a node, aliases written out."""
+"""Number of nodes, and of levels, of a node with all below it, aliases expanded."""
 
 
 class MalformedYamlError(ValueError):
-    """YAML that is no recipe: what is wrong, and in which line (from 1)."""
+    """YAML that is not valid in a recipe: what is wrong, and in which line (from 1)."""
 
     def __init__(self, line: int, message: str) -> None:
         """Take the line and what is wrong there."""
@@ -29,7 +29,7 @@ class MalformedYamlError(ValueError):
 
 
 class _Loader(yaml.CSafeLoader):
-    """PyYAML's C loader, to which ``1e-3`` is a number, as in YAML 1.2 (it asks for ``1.0e-3``)."""
+    """PyYAML's C loader, which here reads ``1e-3`` as a number, as YAML 1.2 does."""
 
 
 _Loader.add_implicit_resolver(
@@ -40,7 +40,7 @@ _Loader.add_implicit_resolver(
 
 
 def compose(text: str) -> yaml.Node:
-    """Return the root of the one document in ``text``; refuse anything else."""
+    """Return the root of the YAML document in ``text``; refuse several documents, or none."""
     try:
         _refuse_deep_nesting(text)
         root = _Loader(text).get_single_node()
@@ -53,12 +53,12 @@ def compose(text: str) -> yaml.Node:
 
 
 def line_of(item: yaml.Node | yaml.Event) -> int:
-    """Return the line a node or event begins in, from 1."""
+    """Return the line, from 1, in which a node or event begins."""
     return int(item.start_mark.line) + 1 if item.start_mark else 1
 
 
 def _refuse_deep_nesting(text: str) -> None:
-    """Count nodes and depth over the events of the parser, which needs no recursion."""
+    """Check nodes and depth in the events of the parser, which come without recursion."""
     depth = nodes = 0
     for event in yaml.parse(text, Loader=_Loader):
         nodes += isinstance(event, yaml.NodeEvent)
@@ -69,10 +69,10 @@ def _refuse_deep_nesting(text: str) -> None:
 
 
 def _measure(node: yaml.Node, sizes: dict[int, _Size | None]) -> _Size:
-    """Return the size of ``node``, computing that of each shared node once; None marks one begun.
+    """Return the size of ``node``, and put it into ``sizes``, where None means "being measured".
 
-    An alias points backwards, at something measured or begun: the recursion is no
-    deeper than the text is nested.
+    Each shared node is measured once. An alias can only refer to an earlier node, so the recursion
+    is not deeper than the nesting of the text.
     """
     if id(node) in sizes:
         known = sizes[id(node)]
@@ -107,7 +107,7 @@ def _too_big(line: int) -> MalformedYamlError:
 
 
 def _as_malformed(error: yaml.YAMLError, text: str) -> MalformedYamlError:
-    """Return one of PyYAML's errors as one sentence with a line."""
+    """Convert one of PyYAML's errors to one sentence with a line."""
     if isinstance(error, yaml.reader.ReaderError):
         line = text.count("\n", 0, error.position) + 1
         return MalformedYamlError(line, f"{error.reason}; remove the character")
@@ -123,7 +123,7 @@ def _as_malformed(error: yaml.YAMLError, text: str) -> MalformedYamlError:
 
 
 def _hint(error: yaml.MarkedYAMLError) -> str:
-    """Guess the usual cause of a syntax error."""
+    """Return the usual cause of a syntax error, if it is known."""
     problem, context = str(error.problem), str(error.context)
     if "tab" in problem or "cannot start any token" in problem:
         return "; indent with spaces, and quote text that begins with a special character"

@@ -1,1 +1,1 @@
-"""Where the fire comes from: each kind of source becomes a Clip."""
+"""Sources of fire: files, profiles and silk. Each kind becomes a ``Clip``."""

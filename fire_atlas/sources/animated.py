@@ -1,10 +1,10 @@
-"""Read GIF, APNG and animated WebP: patches drawn one after the other on a canvas.
+"""Read GIF, APNG and animated WebP.
 
-Each format's module finds the patches without decoding them and can wrap each as a still image of
-its format; timing, disposal and blending are then the same code for all three. Pillow, which could
-play them too, loses the 16 bits of an APNG; in a GIF it fills with a colour what browsers clear,
-lets frames grow past the canvas, and takes a truncated file for a shorter one; and it learns the
-delays of a WebP by decoding every frame.
+Their frames are patches: rectangles that are drawn one after the other on a canvas. The module of
+each format finds the patches, and wraps each as a still image, which the decoder for stills reads.
+Timing, disposal and blending are the same for all three, and done here. Pillow could play them too,
+but loses the 16 bits of an APNG; fills with a colour what browsers clear in a GIF, lets frames
+exceed its canvas, and takes a truncated one for a shorter one; and decodes a whole WebP for delays.
 """
 
 from collections.abc import Generator
@@ -25,22 +25,22 @@ from fire_atlas.sources.patches import Disposal, EncodedAnimation, Patch
 from fire_atlas.sources.reader import FrameReader, resample, sequential_reader
 
 _DEFAULT_DELAY = Fraction(1, 10)
-"""A delay of 0 is shown for 100 ms, as browsers do."""
+"""Delay, s, of a frame whose file states 0, as in browsers."""
 
 
 def open_animation(
-    path: Path, kind: str, fps: float | None, most_pixels: int = MAX_PIXELS
+    path: Path, kind: str, fps: float | None, max_pixels: int = MAX_PIXELS
 ) -> FrameReader:
-    """Return the frames of a GIF, APNG or WebP at a constant rate; a still is one frame.
+    """Open a GIF, APNG or WebP as frames at a constant rate; a still image is one frame.
 
     Raises:
         SourceError: The file is cut short, damaged, too large or has too many frames.
     """
     animation = _parse(path, kind)
-    check_size(path, animation.width, animation.height, most_pixels)
+    check_size(path, animation.width, animation.height, max_pixels)
     patches = animation.patches
     for patch in patches:
-        check_size(path, patch.width, patch.height, most_pixels)
+        check_size(path, patch.width, patch.height, max_pixels)
     if len(patches) == 1:
         rate, shown = fps, [0]
     else:
@@ -62,7 +62,7 @@ def _parse(path: Path, kind: str) -> EncodedAnimation:
         raise SourceError(f"{path}: this {kind.upper()} holds no frames; export it again")
     if len(animation.patches) > MAX_FRAMES:
         raise SourceError(
-            f"{path}: {len(animation.patches)} frames; at most {MAX_FRAMES} are taken"
+            f"{path}: {len(animation.patches)} frames; at most {MAX_FRAMES} are allowed"
         )
     return animation
 
@@ -99,12 +99,12 @@ def _decode(
 
 
 def _area(canvas: Picture, patch: Patch) -> Picture:
-    """Return the part of the canvas that a patch covers, as a view."""
+    """Return a view of the part of the canvas that a patch covers."""
     return canvas[patch.y : patch.y + patch.height, patch.x : patch.x + patch.width]
 
 
 def _draw(area: Picture, picture: Picture, *, blend: bool) -> None:
-    """Put ``picture`` into ``area``, replacing it or over it (straight alpha, as stored)."""
+    """Draw ``picture`` over ``area`` (``blend``, straight alpha as stored), or replace it."""
     if not blend:
         area[...] = picture
         return
@@ -118,8 +118,8 @@ def _draw(area: Picture, picture: Picture, *, blend: bool) -> None:
 
 
 def _over(front: Picture, back: Picture, top: int) -> Picture:
-    """Return the straight-alpha colours (N, 4), 0..top, of ``front`` over ``back``."""
-    covered, shows = front[:, 3:] / top, back[:, 3:] / top * (1 - front[:, 3:] / top)
-    alpha = covered + shows
-    colour = (front[:, :3] * covered + back[:, :3] * shows) / alpha
+    """Composite straight-alpha colours (N, 4), 0..top: ``front`` over ``back``."""
+    covered, visible = front[:, 3:] / top, back[:, 3:] / top * (1 - front[:, 3:] / top)
+    alpha = covered + visible
+    colour = (front[:, :3] * covered + back[:, :3] * visible) / alpha
     return np.rint(np.hstack([colour, alpha * top])).astype(np.uint16 if top > 255 else np.uint8)

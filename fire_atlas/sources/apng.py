@@ -1,4 +1,4 @@
-"""Find the frames of PNG and APNG files, and wrap each as a PNG of its own."""
+"""Find the frames of PNG and APNG files, and wrap each as a still PNG."""
 
 import struct
 from fractions import Fraction
@@ -15,7 +15,7 @@ def parse(data: bytes) -> EncodedAnimation:
     """Find the frames of an APNG without decoding them; a plain PNG is one frame.
 
     Raises:
-        BrokenFileError: The file is cut short, damaged, or its frames are not as it promises.
+        BrokenFileError: The file is cut short or damaged, or contradicts its own header.
     """
     found = list(png.chunks(data))
     if not found or found[0].name != b"IHDR" or found[0].stop - found[0].start != 13:
@@ -37,7 +37,7 @@ def parse(data: bytes) -> EncodedAnimation:
 
 
 def _patches(data: bytes, found: list[Chunk], size: tuple[int, int]) -> list[Patch]:
-    """One patch for each fcTL; its data run to the next one."""
+    """Return a patch for each fcTL chunk; its data end at the next one."""
     controls = [c for c in found if c.name == b"fcTL"]
     stated = png.stated_frame_count(data, found)
     if not any(c.name == b"acTL" for c in found):
@@ -47,7 +47,7 @@ def _patches(data: bytes, found: list[Chunk], size: tuple[int, int]) -> list[Pat
         start, stop = pixels[0].start - 8, pixels[-1].stop + 4
         return [Patch(0, 0, *size, Fraction(), Disposal.KEEP, False, start, stop)]
     if len(controls) != stated:
-        raise BrokenFileError(f"the file promises {stated} frames but holds {len(controls)}")
+        raise BrokenFileError(f"its header states {stated} frames, but it holds {len(controls)}")
     ends = [c.start - 8 for c in controls[1:]] + [found[-1].start - 8]
     return [_patch(data, control, end, size) for control, end in zip(controls, ends, strict=True)]
 
@@ -59,7 +59,7 @@ def _patch(data: bytes, control: Chunk, stop: int, size: tuple[int, int]) -> Pat
         ">IIIIIHHBB", data, control.start
     )
     if x + width > size[0] or y + height > size[1]:
-        raise BrokenFileError(f"a frame of {width}x{height} at {x},{y} leaves the canvas")
+        raise BrokenFileError(f"a frame of {width}x{height} at {x},{y} exceeds the canvas")
     return Patch(
         x, y, width, height,
         delay=Fraction(top, bottom or 100),
@@ -71,7 +71,7 @@ def _patch(data: bytes, control: Chunk, stop: int, size: tuple[int, int]) -> Pat
 
 
 def _pixel_data(raw: bytes) -> bytes:
-    """Join the compressed pixels of the IDAT or fdAT chunks in ``raw`` (checked already)."""
+    """Join the compressed pixels of the IDAT or fdAT chunks in ``raw``, whose CRCs are checked."""
     parts, at = [], 0
     while at < len(raw):
         length, name = struct.unpack_from(">I4s", raw, at)

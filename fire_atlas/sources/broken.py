@@ -1,16 +1,16 @@
-"""Errors about the bytes of a file; whoever knows its path makes a ``SourceError`` of them."""
+"""Errors about the bytes of a file. Callers, who know its path, turn them into ``SourceError``."""
 
 
 class BrokenFileError(Exception):
-    """The bytes are not a whole file of their format; the message says where it breaks."""
+    """The bytes are cut short or damaged; the message says where."""
 
 
 class UnexpectedAnimationError(Exception):
-    """The file is whole, but holds many frames where one picture is needed."""
+    """The file is an animation, but a still image is needed."""
 
     def __init__(self) -> None:
-        """State what was expected and what to do."""
+        """Set the message, which says what was expected and what to do."""
         super().__init__(
-            "is an animation where one still image was expected; an animation is given alone "
-            "as path, without grid"
+            "is an animation where one still image was expected; to use an animation, give that "
+            "file alone as path, without grid"
         )

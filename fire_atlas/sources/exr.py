@@ -1,7 +1,7 @@
-"""OpenEXR files: linear light, premultiplied by convention, read by the ``OpenEXR`` wheel.
+"""Read OpenEXR files (linear light, premultiplied by convention) with the package ``OpenEXR``.
 
-The wheel prints on stdout and stderr what is wrong with a file, and has no option against that. So
-it decodes in processes of their own (``exr_decoder.py``), one for each thread that reads EXR.
+The package prints errors on stdout and stderr and cannot be silenced. So it runs in separate
+processes (``exr_decoder.py``), one for each thread that reads EXR.
 """
 
 import importlib.util
@@ -23,7 +23,7 @@ _of_thread = threading.local()
 
 
 def require_openexr(path: Path) -> None:
-    """Raise ``SourceError`` if the wheel is not installed; ``path`` is the file that needs it."""
+    """Raise ``SourceError`` if ``OpenEXR``, which the file ``path`` needs, is not installed."""
     if importlib.util.find_spec("OpenEXR") is None:
         raise SourceError(
             f"{path}: reading EXR needs OpenEXR; install it with: pip install 'fire-atlas[exr]'"
@@ -34,24 +34,24 @@ def exr_size(head: bytes) -> tuple[int, int]:
     """Return the width and height of the display window, px, from the first bytes of a file.
 
     Raises:
-        BrokenFileError: The header is cut short or damaged, or names no colour.
+        BrokenFileError: The header is cut short or damaged, or lists no colour channels.
     """
     (height, width), _ = _reply(head, header_only=True)
     return width, height
 
 
 def decode_exr(data: bytes) -> Picture:
-    """Return the picture in an EXR file as float32, (H, W, 3) or (H, W, 4), as it is stored.
+    """Return the picture in an EXR file, float32 (H, W, 3) or (H, W, 4), its values unchanged.
 
     Raises:
-        BrokenFileError: The file is cut short or damaged, or holds no colour.
+        BrokenFileError: The file is cut short or damaged, or has no colour channels.
     """
     shape, pixels = _reply(data, header_only=False)
     return np.frombuffer(pixels, np.float32).reshape(shape)
 
 
 def _reply(data: bytes, *, header_only: bool) -> tuple[tuple[int, ...], bytes]:
-    """Return shape and pixels as the decoder of this thread replies; it is started if need be."""
+    """Return shape and pixels from this thread's decoder, which is started on first use."""
     if not hasattr(_of_thread, "decoder"):
         _of_thread.decoder = _Decoder()
     try:
@@ -65,7 +65,7 @@ def _reply(data: bytes, *, header_only: bool) -> tuple[tuple[int, ...], bytes]:
 
 
 class _Decoder:
-    """A process that decodes EXR files; it ends with this object, or with the build."""
+    """A process that decodes EXR files. It ends with this object or with the build."""
 
     def __init__(self) -> None:
         self._process = subprocess.Popen(
@@ -73,12 +73,12 @@ class _Decoder:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            start_new_session=True,  # signals meant for the build do not reach it
+            start_new_session=True,  # Ctrl-C must not reach it
         )
         weakref.finalize(self, self._process.communicate)
 
     def ask(self, data: bytes, header_only: bool) -> tuple[dict[str, list[int]], bytes]:
-        """Return the reply to a request; ``OSError`` or ``ValueError`` if the process has ended."""
+        """Return the reply to a request; raise OSError or ValueError if the process has ended."""
         requests, replies = self._process.stdin, self._process.stdout
         assert requests is not None
         assert replies is not None

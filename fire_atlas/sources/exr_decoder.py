@@ -1,8 +1,8 @@
-"""Decode OpenEXR files: a program that ``exr.py`` runs, which answers requests on stdin and stdout.
+"""The program that decodes OpenEXR files for ``exr.py``, by requests on stdin and stdout.
 
 A request is a line of JSON (``length``, ``header_only``) and the bytes of a file. A reply is a line
 of JSON (``shape``, or ``error``) and, unless ``header_only``, the picture: rows of float32 R, G, B
-and, if there is one, A. It imports nothing of the package, so that it starts quickly.
+and perhaps A. The program imports no module of ours, so that it starts quickly.
 """
 
 import io
@@ -16,7 +16,7 @@ import OpenEXR
 from numpy.typing import NDArray
 
 _LARGEST_OVERSCAN = 4
-"""Most pixels that are stored for each one of the display window: a damaged header may name any."""
+"""Limit on the pixels of the data window, relative to the display window; larger is damaged."""
 
 
 def main() -> None:
@@ -37,13 +37,13 @@ def main() -> None:
 
 
 def _size(data: bytes) -> tuple[tuple[int, ...], bytes]:
-    """Return the height and width of the display window, px, of which the header is enough."""
+    """Return the height and width of the display window, px, from the header."""
     _, header = _colour_part(data)
     return _window(header, "displayWindow")[2:], b""
 
 
 def _decoded(data: bytes) -> tuple[tuple[int, ...], bytes]:
-    """Return shape and bytes of the display window; outside of the data window it is empty."""
+    """Return shape and bytes of the display window; 0 outside of the data window."""
     number, header = _colour_part(data)
     top, left, height, width = _window(header, "displayWindow")
     data_top, data_left, data_height, data_width = _window(header, "dataWindow")
@@ -62,7 +62,7 @@ def _decoded(data: bytes) -> tuple[tuple[int, ...], bytes]:
 
 
 def _colour_part(data: bytes) -> tuple[int, dict[str, Any]]:
-    """Return number and header of the first part that holds colour, or grey (Y)."""
+    """Return number and header of the first part with channels R, G and B, or Y (grey)."""
     file = OpenEXR.File(io.BytesIO(data), header_only=True, num_threads=0)
     headers = [part.header for part in file.parts]
     named = [{channel.name for channel in header["channels"]} for header in headers]
@@ -73,13 +73,13 @@ def _colour_part(data: bytes) -> tuple[int, dict[str, Any]]:
 
 
 def _window(header: dict[str, Any], name: str) -> tuple[int, int, int, int]:
-    """Return top, left, height and width of a window, px; files name its last row and column."""
+    """Return top, left, height and width of a window, px; in files, last row and column are in."""
     (left, top), (right, bottom) = ([int(place) for place in corner] for corner in header[name])
     return top, left, bottom - top + 1, right - left + 1
 
 
 def _colours(channels: dict[str, Any]) -> NDArray[np.float32]:
-    """Return the channels of a part, of any type of number, as one float32 picture."""
+    """Return the channels of a part, whatever their number type, as one float32 picture."""
     names = "RGB" if "R" in channels else "YYY"
     planes = [channels[name].pixels for name in (*names, *("A" if "A" in channels else ""))]
     if len({plane.shape for plane in planes}) > 1:

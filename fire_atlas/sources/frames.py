@@ -1,4 +1,4 @@
-"""Source ``frames``: open images, a sheet, an animation or a video as a clip."""
+"""Source ``frames``: open images, a sprite sheet, an animation or a video as a clip."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,37 +15,37 @@ from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
 from fire_atlas.sources.animated import open_animation
 from fire_atlas.sources.images import ANIMATIONS, check_size, decode, detect_format, read_header
-from fire_atlas.sources.listing import MAX_PIXELS, cut, locate
+from fire_atlas.sources.listing import MAX_PIXELS, frame_range, locate
 from fire_atlas.sources.reader import FrameReader, cached
 from fire_atlas.sources.sheet import open_sheet
 
 DEFAULT_FPS = 24.0
-"""Rate of files that state none, frames/s."""
+"""Frames per second of files that state no rate."""
 _SAMPLES = 5
-"""Frames that are decoded to choose a matte."""
+"""Number of frames that are decoded to choose a matte."""
 
 
 def open_frames(
-    settings: FramesSource, path: Path, blend_space: str, most_pixels: int = MAX_PIXELS
+    settings: FramesSource, path: Path, blend_space: str, max_pixels: int = MAX_PIXELS
 ) -> Clip:
-    """Open the frames at ``path``: headers and a few sample frames are read, no more.
+    """Open the frames at ``path``; only headers and a few sample frames are read now.
 
     Args:
         settings: The recipe's ``source``.
-        path: Absolute; may be a glob.
-        blend_space: ``srgb`` or ``linear``: where the client blends, for the luminance matte.
-        most_pixels: Larger pictures are refused.
+        path: Absolute path or glob.
+        blend_space: Encoding in which the client blends, for the luminance matte.
+        max_pixels: Limit on the pixels of a picture.
 
     Raises:
-        SourceError: The input is missing, broken, too large or not what the settings say.
+        SourceError: The input is missing, broken, too large, or does not fit the settings.
     """
-    reader, chosen = _open_reader(settings, path, most_pixels)
+    reader, chosen = _open_reader(settings, path, max_pixels)
     reader = cached(reader)
     inputs = reader.inputs if len(reader.inputs) == 1 else tuple(reader.inputs[i] for i in chosen)
     choice = matte.choose(settings.matte, map(reader.read, sample_numbers(chosen)), str(path))
     height = settings.height or reader.height
     width = width_for(height, (reader.width, reader.height))
-    check_size(f"{path} at height {height}", width, height, most_pixels)
+    check_size(f"{path} at height {height}", width, height, max_pixels)
     keeps_pixels = settings.sampling == "nearest"
 
     def shown(i: int) -> Picture:
@@ -82,7 +82,7 @@ def _read_checked(reader: FrameReader, path: Path, i: int) -> Picture:
 def _resized(
     kind: matte.Matte, picture: Picture, size: tuple[int, int], blend_space: str
 ) -> Pixels:
-    """Resize in light first: a luminance matte is then exact for the pixels that result."""
+    """Resize in linear light, then apply the matte: so it is exact for the resized pixels."""
     pixels = resize(to_light(picture), *size)
     if kind == "luminance":
         return matte.luminance_of_light(pixels, blend_space)
@@ -90,13 +90,13 @@ def _resized(
 
 
 def sample_numbers(chosen: range) -> list[int]:
-    """Return a handful of frame numbers, first and last among them, in ascending order."""
+    """Return a few of the frame numbers, evenly spread, with the first and the last."""
     places = np.linspace(0, len(chosen) - 1, min(_SAMPLES, len(chosen)))
     return [chosen[round(float(place))] for place in places]
 
 
-def _open_reader(settings: FramesSource, path: Path, most_pixels: int) -> tuple[FrameReader, range]:
-    """Return the decoded frames at ``path`` and the numbers of those to use."""
+def _open_reader(settings: FramesSource, path: Path, max_pixels: int) -> tuple[FrameReader, range]:
+    """Return a reader of the frames at ``path``, and the numbers of those to use."""
     located = locate(path)
     if not located.single:
         if settings.grid is not None:
@@ -104,31 +104,31 @@ def _open_reader(settings: FramesSource, path: Path, most_pixels: int) -> tuple[
                 f"{path}: grid cuts one image into cells, but this is {len(located.files)} "
                 "images; leave grid out, or give one sheet as path"
             )
-        chosen = cut(settings, len(located.files), path)
-        return _open_images(located.files, chosen, most_pixels), chosen
-    reader = _open_file(settings, located.files[0], most_pixels)
-    return reader, cut(settings, reader.count, path)
+        chosen = frame_range(settings, len(located.files), path)
+        return _open_images(located.files, chosen, max_pixels), chosen
+    reader = _open_file(settings, located.files[0], max_pixels)
+    return reader, frame_range(settings, reader.count, path)
 
 
-def _open_file(settings: FramesSource, path: Path, most_pixels: int) -> FrameReader:
+def _open_file(settings: FramesSource, path: Path, max_pixels: int) -> FrameReader:
     kind = detect_format(path)
     if settings.grid is not None:
         if kind in ("video", "gif"):
             raise SourceError(f"{path}: grid cuts one still image into cells; leave it out here")
-        return open_sheet(path, settings.grid, most_pixels)
+        return open_sheet(path, settings.grid, max_pixels)
     if kind == "video":
         from fire_atlas.sources.video import open_video
 
-        return open_video(path, settings.fps, most_pixels)
+        return open_video(path, settings.fps, max_pixels)
     if kind in ANIMATIONS:
-        read_header(path, most_pixels)
-        return open_animation(path, kind, settings.fps, most_pixels)
-    return _open_images((path,), range(1), most_pixels)
+        read_header(path, max_pixels)
+        return open_animation(path, kind, settings.fps, max_pixels)
+    return _open_images((path,), range(1), max_pixels)
 
 
-def _open_images(files: Sequence[Path], chosen: range, most_pixels: int) -> FrameReader:
-    """Return one frame for each file; the headers of the chosen ones are compared."""
-    headers = {i: read_header(files[i], most_pixels) for i in chosen}
+def _open_images(files: Sequence[Path], chosen: range, max_pixels: int) -> FrameReader:
+    """Return a reader with one frame per file; the chosen ones must have the same size."""
+    headers = {i: read_header(files[i], max_pixels) for i in chosen}
     first = headers[chosen[0]]
     for i, header in headers.items():
         if (header.width, header.height) != (first.width, first.height):
@@ -148,32 +148,32 @@ def _open_images(files: Sequence[Path], chosen: range, most_pixels: int) -> Fram
 
 
 def width_for(height: int, size: tuple[int, int]) -> int:
-    """Return the width, px, that keeps the shape of ``size`` (width, height) at ``height``."""
+    """Return the width, px, at ``height`` with the aspect ratio of ``size`` (width, height)."""
     return max(1, int(size[0] * height / size[1] + 0.5))
 
 
 def nearest(picture: Picture, width: int, height: int) -> Picture:
-    """Return a picture (height, width, 4) of the pixels nearest to each place: no new colours."""
+    """Resize by nearest neighbour to (height, width, 4), which makes no new colours."""
     return np.asarray(cv2.resize(picture, (width, height), interpolation=cv2.INTER_NEAREST_EXACT))
 
 
 def resize(pixels: Pixels, width: int, height: int) -> Pixels:
-    """Return pixels (height, width, 4): area averages when shrinking, bicubic when growing.
+    """Resize to (height, width, 4): by area averages when shrinking, bicubic when growing.
 
-    Bicubic overshoots beside edges; the result is held to what premultiplied light can be.
+    Bicubic interpolation overshoots at edges; the result is clipped to valid premultiplied light.
     """
     if pixels.shape[:2] == (height, width):
         return pixels
     if height <= pixels.shape[0] and width <= pixels.shape[1]:
         shrunk = cast(Pixels, cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA))
-        # The weights of an average may sum to an ulp more than 1.
+        # By rounding, the weights of an average may sum to slightly more than 1.
         np.minimum(shrunk[..., 3], 1, out=shrunk[..., 3])
         return shrunk
     grown = cast(Pixels, cv2.resize(pixels, (width, height), interpolation=cv2.INTER_CUBIC))
     rgb, alpha = grown[..., :3], np.clip(grown[..., 3], 0, 1)
     np.maximum(rgb, 0, out=rgb)
     if bool((brightest(pixels) <= pixels[..., 3]).all()):
-        # Not HDR: nothing shines brighter than it covers, and so it must stay.
+        # Not HDR: no light exceeded its coverage before, so none may afterwards.
         np.minimum(rgb, alpha[..., None], out=rgb)
     grown[..., 3] = alpha
     return grown

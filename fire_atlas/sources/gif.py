@@ -1,4 +1,4 @@
-"""Find the frames of GIF files, and wrap each as a GIF of its own."""
+"""Find the frames of GIF files, and wrap each as a still GIF."""
 
 import struct
 from fractions import Fraction
@@ -15,7 +15,7 @@ def parse(data: bytes) -> EncodedAnimation:
     """Find the frames of a GIF without decoding them.
 
     Raises:
-        BrokenFileError: The file is cut short or something other than a block follows a block.
+        BrokenFileError: The file is cut short, or a block does not begin as one.
     """
     if len(data) < 13:
         raise BrokenFileError("the file is truncated: it ends inside its header")
@@ -30,8 +30,8 @@ def parse(data: bytes) -> EncodedAnimation:
     def wrap(patch: Patch, raw: bytes) -> bytes:
         size = struct.pack("<HH", patch.width, patch.height)
         control = b"\x21\xf9\x04" + patch.extra + b"\0"
-        placed = raw[:1] + bytes(4) + raw[5:]
-        return b"GIF89a" + size + screen + colours + control + placed + b"\x3b"
+        at_origin = raw[:1] + bytes(4) + raw[5:]  # x and y of the image set to 0
+        return b"GIF89a" + size + screen + colours + control + at_origin + b"\x3b"
 
     return EncodedAnimation("gif", width, height, patches, wrap)
 
@@ -58,7 +58,7 @@ def _patches(data: bytes, at: int) -> list[Patch]:
 
 
 def _after_blocks(data: bytes, at: int) -> int:
-    """Skip data blocks, each led by its length, to past the empty one that ends them."""
+    """Return the offset after a chain of length-prefixed sub-blocks, which ends with length 0."""
     while length := data[at]:
         at += 1 + length
     return at + 1

@@ -1,8 +1,8 @@
 """Read one image file: format from its first bytes, size from its header, then the pixels.
 
-PNG goes through OpenCV, which keeps 16 bits and lets other threads run; 16-bit and float TIFF too.
-EXR goes through OpenEXR. All else goes through Pillow, which says so when a file is cut short,
-where OpenCV fills in grey or prints.
+OpenCV decodes PNG and 16-bit or float TIFF: it keeps their precision and lets other threads run.
+OpenEXR decodes EXR. Pillow decodes all other formats, because it raises an error for a truncated
+file, where OpenCV fills in grey or prints a message.
 """
 
 import io
@@ -25,18 +25,18 @@ from fire_atlas.sources.exr import decode_exr, exr_size, require_openexr
 from fire_atlas.sources.listing import MAX_PIXELS
 
 MAX_SIDE = 16384
-_MOST_BYTES = 2048 * MIB
+_MAX_BYTES = 2048 * MIB
 
-# Sizes are checked here, against the limits above, before anything is decoded; Pillow's own
-# limit would warn at a size of its own. OpenCV's log repeats on stderr what errors say already, and
-# so do Pillow's warnings about files that it refuses next, or reads none the worse.
+# This module checks sizes before anything is decoded, so Pillow's own limit is switched off.
+# OpenCV's log and Pillow's warnings would only repeat our errors on stderr, or complain about files
+# that are read well.
 Image.MAX_IMAGE_PIXELS = None
 warnings.filterwarnings("ignore", category=UserWarning, module=r"PIL\.")
 cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 
 VIDEOS = (".mp4", ".m4v", ".mov", ".webm", ".mkv", ".avi", ".mpg", ".mpeg", ".ogv", ".wmv", ".flv")
 ANIMATIONS = ("gif", "png", "webp")
-"""Formats that can hold many frames beside stills."""
+"""Formats whose files can be animations or still images."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,16 +49,16 @@ class Header:
 
 
 def read_bytes(path: Path, head: int | None = None) -> bytes:
-    """Return the file's bytes (the first ``head``).
+    """Return the bytes of a file, or only the first ``head`` ones.
 
     Raises:
-        SourceError: It cannot be read, is none, or is larger than any picture.
+        SourceError: It cannot be read, is not a file, or is too large.
     """
     if path.is_dir():
         raise SourceError(f"{path}: is a folder where an image was expected")
     try:
         if head is None:
-            return read_file(path, _MOST_BYTES)
+            return read_file(path, _MAX_BYTES)
         with open_file(path) as file:
             return file.read(head)
     except OSError as error:
@@ -66,10 +66,10 @@ def read_bytes(path: Path, head: int | None = None) -> bytes:
 
 
 def detect_format(path: Path) -> str:
-    """Return the file's format by its first bytes: ``png``, ``gif``, ..., ``video``.
+    """Return the format of a file by its first bytes: ``png``, ``gif``, ..., ``video``.
 
     Raises:
-        SourceError: The file is empty, or nothing that is known here.
+        SourceError: The file is empty or of an unknown format.
     """
     head = read_bytes(path, 32)
     if not head:
@@ -98,27 +98,27 @@ def _by_signature(head: bytes) -> str | None:
     return next((name for mark, name in signatures.items() if head.startswith(mark)), None)
 
 
-def read_header(path: Path, most_pixels: int = MAX_PIXELS) -> Header:
+def read_header(path: Path, max_pixels: int = MAX_PIXELS) -> Header:
     """Return format and size without decoding a pixel.
 
     Raises:
-        SourceError: Unreadable, of no known format, or larger than the limits.
+        SourceError: The file is unreadable, of an unknown format, or too large.
     """
     kind = detect_format(path)
     if kind == "video":
-        raise SourceError(f"{path}: is a video, not an image; give it as path itself")
+        raise SourceError(f"{path}: is a video, not an image; to use it, give that file as path")
     try:
         width, height = _size(path, kind)
     except SourceError:
         raise
     except Exception as error:
         raise SourceError(f"{path}: broken {kind.upper()} file ({error})") from error
-    check_size(path, width, height, most_pixels)
+    check_size(path, width, height, max_pixels)
     return Header(kind, width, height)
 
 
-def check_size(where: Path | str, width: int, height: int, most_pixels: int = MAX_PIXELS) -> None:
-    """Refuse pictures without pixels, or with more than fit the limits.
+def check_size(where: Path | str, width: int, height: int, max_pixels: int = MAX_PIXELS) -> None:
+    """Refuse pictures that are empty or exceed the limits.
 
     Raises:
         SourceError: With the size, the limit, and how to raise it.
@@ -126,11 +126,11 @@ def check_size(where: Path | str, width: int, height: int, most_pixels: int = MA
     if width < 1 or height < 1:
         raise SourceError(f"{where}: the picture has no pixels ({width}x{height})")
     is_long = max(width, height) > MAX_SIDE
-    if is_long or width * height > most_pixels:
-        raising = "" if is_long else f"; to take it, say --limit-pixels {width * height}"
+    if is_long or width * height > max_pixels:
+        raising = "" if is_long else f"; to allow it, say --limit-pixels {width * height}"
         raise SourceError(
             f"{where}: {width}x{height} is too large; the limits are {MAX_SIDE} px a side "
-            f"and {most_pixels / 1e6:.3g} megapixels{raising}"
+            f"and {max_pixels / 1e6:.3g} megapixels{raising}"
         )
 
 
@@ -159,7 +159,7 @@ def _size(path: Path, kind: str) -> tuple[int, int]:
 
 
 def webp_size(head: bytes) -> tuple[int, int]:
-    """Return the canvas of a WebP from its first 30 bytes; Pillow allocates it to know its size."""
+    """Return the size of a WebP from its first 30 bytes; Pillow would allocate the canvas first."""
     name, body = head[12:16], head[20:]
     if name == b"VP8X":
         return 1 + int.from_bytes(body[4:7], "little"), 1 + int.from_bytes(body[7:10], "little")
@@ -174,7 +174,7 @@ def decode(path: Path, header: Header) -> Picture:
     """Return the picture in a still image file.
 
     Raises:
-        SourceError: The file is cut short, damaged, animated, or no longer of the header's size.
+        SourceError: The file is cut short, damaged or animated, or its size is not the header's.
     """
     data = read_bytes(path)
     try:
@@ -196,7 +196,7 @@ def decode(path: Path, header: Header) -> Picture:
 
 
 def decode_bytes(data: bytes, kind: str) -> Picture:
-    """Return the picture that the bytes of one still image of format ``kind`` hold."""
+    """Return the picture in the bytes of a still image of format ``kind``."""
     if kind == "png":
         return _decode_png(data)
     if kind == "exr":
@@ -213,7 +213,7 @@ def decode_bytes(data: bytes, kind: str) -> Picture:
 
 
 def from_pillow(image: Image.Image) -> Picture:
-    """Return a loaded Pillow image as a picture; a single colour marked transparent stays so."""
+    """Return a loaded Pillow image as a picture; a colour marked as transparent gets alpha 0."""
     through = image.has_transparency_data or image.mode in ("La", "RGBa")
     if image.mode == "La":
         image = image.convert("LA")
@@ -235,7 +235,7 @@ def _decode_png(data: bytes) -> Picture:
 
 
 def _with_grey_key(grey: Picture, key: int, depth: int) -> Picture:
-    """Make one grey transparent, which OpenCV leaves undone."""
+    """Make the grey value ``key`` transparent (tRNS), which OpenCV does not."""
     top = int(np.iinfo(grey.dtype).max)
     full = with_alpha(np.dstack([grey, grey, grey]))
     full[..., 3][grey == key * top // ((1 << depth) - 1)] = 0
@@ -243,7 +243,7 @@ def _with_grey_key(grey: Picture, key: int, depth: int) -> Picture:
 
 
 def from_opencv(raw: Picture) -> Picture:
-    """Return what OpenCV decoded (grey, BGR or BGRA) in the order R, G, B(, A)."""
+    """Convert a picture decoded by OpenCV (grey, BGR or BGRA) to R, G, B(, A)."""
     if raw.ndim == 2:
         return cast(Picture, cv2.cvtColor(raw, cv2.COLOR_GRAY2RGB))
     order = cv2.COLOR_BGRA2RGBA if raw.shape[2] == 4 else cv2.COLOR_BGR2RGB
@@ -251,7 +251,7 @@ def from_opencv(raw: Picture) -> Picture:
 
 
 def finite_light(values: Picture) -> Picture:
-    """Return float32 light as a file holds it, (H, W, 3 or 4), NaN and negatives as 0."""
+    """Return float32 light from a file, (H, W, 3 or 4), made valid: NaN and negatives become 0."""
     light = np.nan_to_num(values, nan=0.0, posinf=65504.0, neginf=0.0)
     np.maximum(light, 0, out=light)
     if light.shape[2] == 4:
@@ -267,7 +267,7 @@ def _decode_deep_tiff(data: bytes, extra: tuple[int, ...] | None) -> Picture:
     if picture.dtype == np.float32:
         return finite_light(picture)
     if extra and extra[0] == 1 and picture.shape[2] == 4:
-        # Files hold straight colour in this tool; this one says it holds premultiplied colour.
+        # Integer pictures have straight alpha in this tool; ExtraSamples 1 means premultiplied.
         alpha = np.maximum(picture[..., 3:].astype(np.float64), 1)
         straight = picture[..., :3] * 65535.0 / alpha
         picture[..., :3] = np.rint(np.minimum(straight, 65535)).astype(np.uint16)
@@ -275,7 +275,7 @@ def _decode_deep_tiff(data: bytes, extra: tuple[int, ...] | None) -> Picture:
 
 
 def _tiff_tags(file: BinaryIO) -> TiffImagePlugin.ImageFileDirectory_v2:
-    """Return the tags of the first picture; Pillow itself opens no TIFF of floats in colour."""
+    """Return the tags of the first picture. Pillow cannot open colour TIFFs of floats as images."""
     tags = TiffImagePlugin.ImageFileDirectory_v2(file.read(8))
     file.seek(tags.next or 0)
     tags.load(file)

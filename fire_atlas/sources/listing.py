@@ -1,6 +1,6 @@
-"""Which files a clip is made of, and in what order; imports nothing heavy.
+"""Find the files of a clip, in playing order.
 
-An up-to-date build asks only this, so neither cv2 nor numpy nor Pillow may be imported here.
+Up-to-date builds import this module too, so it must not import cv2, numpy or Pillow.
 """
 
 import glob
@@ -17,24 +17,24 @@ from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import natural_key
 
 STILLS = (".png", ".tga", ".bmp", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".gif")
-"""Endings of the files that count as frames of a folder."""
+"""Endings of the files in a folder that count as frames."""
 
 MAX_PIXELS = 8192 * 8192
-"""Most pixels of a picture, unless the command line says: a frame takes some 50 bytes for each."""
+"""Default limit on the pixels of a picture (``--limit-pixels``); each takes about 50 bytes."""
 
 MAX_FRAMES = 10_000
-"""More frames than this are refused: no atlas can hold them."""
+"""Limit on the number of frames; no atlas can hold more."""
 
 MAX_ENTRIES = 200_000
-"""Most names that are read of the folders in which frames are looked for; ``**`` reads each twice.
-It keeps a pattern such as ``/**/*.png`` from reading a whole disk."""
+"""Limit on the directory entries read in one search, so that a pattern such as ``/**/*.png`` does
+not read a whole disk. With ``**`` each entry counts twice."""
 
 _MAX_HINTS = 10_000
-"""Most names of a folder among which a misspelt one is looked for."""
+"""At most so many names of a folder are compared with a misspelt one to suggest a correction."""
 
 
-class Cut(Protocol):
-    """Which of the frames that are there a recipe uses: the part of its settings asked for here."""
+class FrameRange(Protocol):
+    """The frame range of a recipe (``start``, ``count``); any settings with these two will do."""
 
     @property
     def start(self) -> int:
@@ -42,32 +42,31 @@ class Cut(Protocol):
 
     @property
     def count(self) -> int | None:
-        """How many frames; None is all that follow."""
+        """Number of frames; None for all from ``start`` on."""
 
 
 @dataclass(frozen=True, slots=True)
-class Chosen:
-    """A cut by numbers.
+class FixedRange:
+    """A frame range without a recipe.
 
     Attributes:
         start: First frame, counted from 0.
-        count: How many frames; None is all that follow.
+        count: Number of frames; None for all from ``start`` on.
     """
 
     start: int = 0
     count: int | None = None
 
 
-WHOLE = Chosen()
-"""All frames."""
+ALL_FRAMES = FixedRange()
 
 
 @dataclass(frozen=True, slots=True)
 class Located:
-    """The files that a recipe's path stands for.
+    """The files at the path of a recipe.
 
     Attributes:
-        files: In the order of play.
+        files: In playing order.
         single: True if the path is one file, which may hold many frames (sheet, GIF, video).
     """
 
@@ -75,16 +74,16 @@ class Located:
     single: bool
 
 
-def list_inputs(settings: Cut, path: Path) -> list[Path]:
-    """Return the files the clip of ``settings`` is read from, in order of play.
+def list_inputs(settings: FrameRange, path: Path) -> list[Path]:
+    """Return the files from which the clip of ``settings`` is read, in playing order.
 
     Raises:
-        SourceError: Nothing usable lies at ``path``, or ``start``/``count`` run past the end.
+        SourceError: There are no frames at ``path``, or ``start`` or ``count`` exceed them.
     """
     located = locate(path)
     if located.single:
         return list(located.files)
-    return [located.files[i] for i in cut(settings, len(located.files), path)]
+    return [located.files[i] for i in frame_range(settings, len(located.files), path)]
 
 
 def locate(path: Path) -> Located:
@@ -106,8 +105,8 @@ def _locate(path: Path) -> Located:
     raise SourceError(_missing(path))
 
 
-def cut(settings: Cut, available: int, path: Path) -> range:
-    """Return the numbers of the frames that ``start`` and ``count`` choose of ``available``."""
+def frame_range(settings: FrameRange, available: int, path: Path) -> range:
+    """Return the numbers of the frames from ``start`` on, of ``available`` ones."""
     frames = "1 frame" if available == 1 else f"{available} frames"
     if settings.start >= available:
         raise SourceError(
@@ -131,13 +130,13 @@ def _images_of_folder(folder: Path) -> tuple[Path, ...]:
     if not files:
         raise SourceError(
             f"{folder}: no images in this folder (it holds {_some(names)}); frames end in "
-            f"{', '.join(STILLS)}; a video or an animation is named itself as path"
+            f"{', '.join(STILLS)}; to use a video or an animation, give that file as path"
         )
     return files
 
 
 def _matches(pattern: Path) -> tuple[Path, ...]:
-    """Return what ``pattern`` matches; folders that exist as spelt are never patterns."""
+    """Return the files that match a glob; names of existing folders are taken literally."""
     base = Path(pattern.anchor)
     rest = list(pattern.parts[1:] if pattern.anchor else pattern.parts)
     while rest and (base / rest[0]).is_dir():
@@ -161,9 +160,9 @@ class _Walk:
     """A search through folders that reads at most ``MAX_ENTRIES`` names.
 
     Attributes:
-        path: What the recipe states, a folder or a pattern.
+        path: The folder or glob in the recipe.
         base: The folder in which the search begins.
-        count: How many names were read.
+        count: Number of names read so far.
     """
 
     path: Path
@@ -171,10 +170,10 @@ class _Walk:
     count: int = 0
 
     def matches(self, folder: Path, segments: Sequence[str]) -> Iterator[Path]:
-        """Yield the paths in ``folder`` that fit a pattern, given as names between slashes.
+        """Yield the paths in ``folder`` that match a glob, split at its slashes into ``segments``.
 
-        ``**`` stands for any number of folders. Only a name with a dot in front fits hidden files.
-        A path may be yielded more than once.
+        ``**`` stands for any number of folders. Only a segment that begins with a dot matches
+        hidden files. A path may be yielded more than once.
         """
         segment, *rest = segments
         if segment == "**":
@@ -188,7 +187,7 @@ class _Walk:
                 yield from self.matches(path, rest)
 
     def entries(self, folder: Path) -> Iterator[os.DirEntry[str]]:
-        """Yield what lies in a folder.
+        """Yield the entries of a folder.
 
         Raises:
             OSError: The folder cannot be read.
@@ -206,7 +205,7 @@ class _Walk:
                 yield entry
 
     def _fitting(self, folder: Path, segment: str) -> list[Path]:
-        """Return what lies in ``folder`` and fits one name of the pattern."""
+        """Return the paths directly in ``folder`` that match one segment of the glob."""
         if not glob.has_magic(segment):
             path = folder / segment
             return [path] if os.path.lexists(path) else []
@@ -236,31 +235,31 @@ class _Walk:
             ]
 
     def _readable(self, folder: Path) -> list[os.DirEntry[str]]:
-        """Return what lies in a folder: nothing in one that cannot be read."""
+        """Return the entries of a folder; none if it cannot be read."""
         with suppress(OSError):
             return list(self.entries(folder))
         return []
 
 
 def _is_folder(path: "Path | os.DirEntry[str]") -> bool:
-    """Return whether a folder lies there, or a link to one; not where that cannot be found out."""
+    """Return whether a path is a folder or a link to one; False if the file system cannot tell."""
     with suppress(OSError):
         return path.is_dir()
     return False
 
 
 def _stills(paths: Iterable[Path]) -> tuple[Path, ...]:
-    """Return the images among ``paths`` in natural order; sidecars such as .import are left."""
+    """Return the images in natural order; other files, such as Godot's .import, are ignored."""
     files = sorted((p for p in paths if p.suffix.lower() in STILLS), key=natural_key)
     if len(files) > MAX_FRAMES:
         raise SourceError(
-            f"{files[0].parent}: {len(files)} images; at most {MAX_FRAMES} frames are taken"
+            f"{files[0].parent}: {len(files)} images; at most {MAX_FRAMES} frames are allowed"
         )
     return tuple(files)
 
 
 def _missing(path: Path) -> str:
-    """Say which part of ``path`` is missing and what was probably meant."""
+    """Return a message: which part of ``path`` is missing, and what was probably meant."""
     import difflib
 
     parent, name = path.parent, path.name
@@ -279,7 +278,7 @@ def _missing(path: Path) -> str:
 
 
 def _names(folder: Path) -> list[str]:
-    """Return names that lie in a folder, hidden ones left out, for a hint."""
+    """Return names in a folder, without hidden ones, for a hint."""
     with suppress(OSError), os.scandir(folder) as entries:
         return sorted(e.name for e in islice(entries, _MAX_HINTS) if not e.name.startswith("."))
     return []

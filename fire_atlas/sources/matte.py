@@ -1,4 +1,4 @@
-"""Choose where the coverage of a clip comes from, by a few frames, and apply it to each."""
+"""Choose the matte of a clip (where its transparency comes from), and apply it to each frame."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -23,19 +23,19 @@ from fire_atlas.core.pixels import Pixels, Plane, as_plane, encode_unit
 Matte = Literal["alpha", "luminance", "none"]
 
 NOISE = 2 / 255 + 1e-6
-"""Encoded values up to this, in every channel, are the black behind the fire."""
+"""Pixels with no sRGB channel above this, 0..1, count as the black background."""
 
 _ROUNDING = 1e-4
-"""How far encoding light by a 16-bit table may lift the darkest values."""
+"""Maximum error of the darkest values when light is encoded with a 16-bit table."""
 _DARK = 16
-"""A pixel is black to the eye if no channel exceeds this, of 255."""
+"""A pixel looks black if no channel exceeds this, of 255."""
 _THUMB_HEIGHT = 128
-"""Frames are judged at this height, px: grain and dither are averaged away, bricks are not."""
+"""Height, px, at which frames are judged: grain and dither are averaged away, bricks are not."""
 
 
 @dataclass(frozen=True, slots=True)
 class MatteChoice:
-    """The matte of a clip, and why, as a sentence for people."""
+    """The matte of a clip, and the reason for it, for the user."""
 
     matte: Matte
     reason: str
@@ -43,14 +43,14 @@ class MatteChoice:
 
 @dataclass(frozen=True, slots=True)
 class BorderStatistics:
-    """What the edges of an opaque clip look like.
+    """Measurements of the border of opaque frames.
 
     Attributes:
         dark: Share of the border that is black, 0..1.
-        darkest_edge: The same of the blackest of the four edges.
-        detail: Mean contrast at the border, of 255, of what is dim and stands still: bricks, not
-            glow.
-        cool: Share of the border that is lit in a colour fire does not have.
+        darkest_edge: Share of the darkest of the four edges that is black, 0..1.
+        detail: Mean local contrast, of 255, of dim and unmoving parts of the border. Bricks have
+            it, glow has not.
+        cool: Share of the border that is bright but too blue for fire, 0..1.
     """
 
     dark: float
@@ -60,10 +60,10 @@ class BorderStatistics:
 
 
 def choose(setting: str, frames: Iterable[Picture], name: str) -> MatteChoice:
-    """Return the matte for a clip of which ``frames`` are samples; no more are read than needed.
+    """Return the matte for a clip by the sample ``frames``, which are read only as needed.
 
     Raises:
-        SourceError: ``alpha`` is stated, but nothing is transparent.
+        SourceError: ``setting`` is ``alpha``, but nothing is transparent.
     """
     if setting in ("luminance", "none"):
         return MatteChoice(cast(Matte, setting), "the recipe asks for it")
@@ -104,7 +104,7 @@ def classify(border: BorderStatistics) -> MatteChoice:
 
 def measure_border(frames: Sequence[Picture]) -> BorderStatistics:
     """Measure the border of opaque sample frames."""
-    # Sprites may differ in size: their borders are compared place by place, at the size of one.
+    # Sprites may differ in size: all are scaled to the size of the first, to compare pixels.
     size = _thumb_size(frames[0])
     thumbs = np.stack([_thumbnail(frame, size) for frame in frames])
     peak = thumbs.max(axis=3)
@@ -124,14 +124,14 @@ def measure_border(frames: Sequence[Picture]) -> BorderStatistics:
 
 
 def _thumb_size(frame: Picture) -> tuple[int, int]:
-    """Return the width and height at which a clip of such frames is judged, px."""
+    """Return the width and height, px, at which frames of the size of ``frame`` are judged."""
     height = min(_THUMB_HEIGHT, frame.shape[0])
     width = max(1, round(frame.shape[1] * height / frame.shape[0]))
     return min(width, 2048), height
 
 
 def _thumbnail(frame: Picture, size: tuple[int, int]) -> Picture:
-    """Return a small copy (h, w, 3), float32, 0..255 as encoded; ``size`` is width and height."""
+    """Return a small sRGB copy (h, w, 3), float32, 0..255; ``size`` is (width, height)."""
     if frame.dtype == np.float32:
         rgb = encode_unit(np.ascontiguousarray(frame[..., :3])) * 255
     else:
@@ -140,24 +140,24 @@ def _thumbnail(frame: Picture, size: tuple[int, int]) -> Picture:
 
 
 def _static_detail(peak: Picture, border: NDArray[np.bool_]) -> float:
-    """Mean over the border of the local contrast of what is dim and stays as it is.
+    """Return the mean local contrast of dim, unmoving pixels of the border.
 
-    Fire moves, its glow is smooth; only a scene has edges that are dim and stand still.
+    Fire moves and its glow is smooth: dim, unmoving edges belong to a scene.
 
     Args:
         peak: (n, h, w) float32, 0..255: the brightest channel of each sample.
-        border: (h, w): which pixels to look at.
+        border: (h, w): True for pixels of the border.
     """
     low, high = peak.min(axis=0), peak.max(axis=0)
     contrast = np.abs(low - cv2.GaussianBlur(low, (0, 0), 2))
-    standing = (low >= 12) & (high < 128) & (high - low < 32)
-    return float((contrast * standing)[border].mean())
+    unmoving = (low >= 12) & (high < 128) & (high - low < 32)
+    return float((contrast * unmoving)[border].mean())
 
 
 def apply(matte: Matte, picture: Picture, blend_space: str) -> Picture:
-    """Return a frame (H, W, 4) with its coverage from where ``matte`` says.
+    """Return a frame (H, W, 4) with the coverage of ``matte``.
 
-    It stays as it is stored where that is its own alpha; else it is light, a fresh array.
+    If the coverage is the stored alpha, the frame keeps its number format; else it becomes light.
     """
     is_stored = picture.dtype.kind == "u"
     if matte == "alpha":
@@ -166,7 +166,7 @@ def apply(matte: Matte, picture: Picture, blend_space: str) -> Picture:
         is_whole = is_stored and not has_transparency(picture)
         return with_alpha(picture) if is_whole else over_black(to_light(picture))
     if is_stored and not has_transparency(picture):
-        # As stored: light would be rounded, and noise is recognised by its exact value.
+        # Computed from the stored values, because noise is recognised by its exact value.
         scale = np.float32(1 / white(picture.dtype))
         coded = [as_plane(plane) * scale for plane in cv2.split(picture)[:3]]
         return _by_luminance(coded, None, blend_space, NOISE)
@@ -174,13 +174,13 @@ def apply(matte: Matte, picture: Picture, blend_space: str) -> Picture:
 
 
 def over_black(pixels: Pixels) -> Pixels:
-    """Make pixels opaque, in place: what is not covered shows black."""
+    """Composite pixels over black, in place."""
     pixels[..., 3] = 1
     return pixels
 
 
 def luminance_of_light(pixels: Pixels, blend_space: str) -> Pixels:
-    """Return pixels whose coverage is their light, as seen over black."""
+    """Return pixels whose coverage is their luminance; over black they look the same."""
     light = [as_plane(plane) for plane in cv2.split(pixels)[:3]]
     coded = [encode_unit(plane) for plane in light]
     return _by_luminance(coded, light, blend_space, NOISE + _ROUNDING)
@@ -189,15 +189,15 @@ def luminance_of_light(pixels: Pixels, blend_space: str) -> Pixels:
 def _by_luminance(
     coded: list[Plane], light: list[Plane] | None, blend_space: str, noise: float
 ) -> Pixels:
-    """Un-multiply ``coded`` so that a client gets it back over black.
+    """Make fire on black transparent, so that a client that draws it over black shows it unchanged.
 
-    A client that blends sRGB values computes coded' * a, so the colour is coded / a with
-    a = max(R, G, B); one that blends light gets the same formula on light.
+    Coverage is a = max(R, G, B), and colour c / a, since the client draws c / a · a. c is sRGB if
+    the client blends sRGB values, and light if it blends light.
 
     Args:
-        coded, light: R, G and B, each (H, W): sRGB in 0..1, and its light where that is known.
+        coded, light: R, G and B, each (H, W): sRGB in 0..1, and as light if that is known.
         blend_space: ``srgb`` or ``linear``.
-        noise: Up to this ``coded`` is black.
+        noise: Values of ``coded`` up to this are black.
     """
     peak = _brightest(coded)
     fire = peak > noise

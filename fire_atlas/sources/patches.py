@@ -1,4 +1,4 @@
-"""Frames of a GIF, APNG or WebP as they are encoded: patches for a canvas, not decoded yet."""
+"""Encoded frames of a GIF, APNG or WebP: patches, rectangles that are drawn on a canvas."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from fractions import Fraction
 
 
 class Disposal(Enum):
-    """What the rectangle of a patch becomes after its time: left, cleared, or as it was before."""
+    """What happens to a patch after its time: it is kept, cleared, or what was below restored."""
 
     KEEP = "keep"
     CLEAR = "clear"
@@ -19,13 +19,13 @@ class Patch:
     """One drawing step of an animation.
 
     Attributes:
-        x, y: Where its top-left corner goes on the canvas, px.
-        width, height: px.
-        delay: How long it is shown, s; 0 if the file states none.
+        x, y: Place of its top-left corner on the canvas, px.
+        width, height: Size, px.
+        delay: Time for which it is shown, s; 0 if the file states none.
         disposal: What happens to its rectangle afterwards.
-        blend: True if it is laid over the canvas, False if it replaces it.
-        start, stop: Where its data lie in the file, bytes.
-        extra: Of a GIF, what its graphic control says beside the delay and the disposal.
+        blend: True if it is composited over the canvas, False if it replaces that part.
+        start, stop: Range of its data in the file, bytes.
+        extra: For a GIF, the graphic control block without delay and disposal.
     """
 
     x: int
@@ -42,13 +42,13 @@ class Patch:
 
 @dataclass(frozen=True, slots=True)
 class EncodedAnimation:
-    """A file's patches in order, and how to make a still image file of each.
+    """The patches of a file in order, and a function that makes a still image of each.
 
     Attributes:
         format: ``gif``, ``png`` or ``webp``.
-        width, height: Canvas, px.
+        width, height: Size of the canvas, px.
         patches: At least one.
-        wrap: Gives the bytes of a still image from a patch and its bytes in the file.
+        wrap: Returns a still image file, as bytes, from a patch and its bytes in the file.
     """
 
     format: str

@@ -1,4 +1,4 @@
-"""Split PNG files into chunks, each checked, and write chunks."""
+"""Split PNG files into chunks, check them, and write chunks."""
 
 import struct
 import zlib
@@ -9,12 +9,12 @@ from fire_atlas.sources.broken import BrokenFileError
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 PIXEL_CHUNKS = (b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND")
-"""All that a decoder needs: colour profiles and texts only make libpng print warnings."""
+"""The chunks that a decoder needs. Others (colour profiles, texts) make libpng print warnings."""
 
 
 @dataclass(frozen=True, slots=True)
 class Chunk:
-    """One PNG chunk: its four-letter name and where its data lie in the file, bytes."""
+    """One PNG chunk: its four-letter name and the range of its data in the file, bytes."""
 
     name: bytes
     start: int
@@ -48,7 +48,7 @@ def chunks(data: bytes) -> Iterator[Chunk]:
 
 
 def stated_frame_count(data: bytes, found: list[Chunk]) -> int:
-    """Return the number of APNG frames that acTL names; 1 for a plain PNG."""
+    """Return the number of APNG frames that the chunk acTL states; 1 for a plain PNG."""
     for chunk in found:
         if chunk.name == b"acTL" and chunk.stop - chunk.start >= 8:
             return int(struct.unpack_from(">I", data, chunk.start)[0])
@@ -56,11 +56,11 @@ def stated_frame_count(data: bytes, found: list[Chunk]) -> int:
 
 
 def write_chunk(name: bytes, body: bytes) -> bytes:
-    """Return one chunk as it stands in a file."""
+    """Return the bytes of a chunk, with length and CRC."""
     return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
 
 
 def essential_chunks(data: bytes, found: list[Chunk]) -> bytes:
-    """Return the PNG with only the chunks its pixels need."""
+    """Return the PNG with only the chunks that a decoder needs."""
     kept = (data[c.start - 8 : c.stop + 4] for c in found if c.name in PIXEL_CHUNKS)
     return SIGNATURE + b"".join(kept)

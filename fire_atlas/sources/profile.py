@@ -1,4 +1,4 @@
-"""Source ``profile``: fire learnt from clips, or read from a profile file, and generated anew."""
+"""Source ``profile``: new fire, generated from clips or from a profile file."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,17 +22,17 @@ def open_profile(
     generation: GenerationSettings,
     blend_space: str,
     workers: Workers,
-    most_pixels: int,
+    max_pixels: int,
 ) -> list[Clip]:
-    """Return new fire as a recipe sets it, a clip for each view.
+    """Generate new fire, as a clip for each view.
 
     Args:
-        source: The recipe's section.
-        paths: The clip and, if there is one, that from the side; or a profile file. Absolute.
-        generation: What the recipe sets of any generated fire.
-        blend_space: ``srgb`` or ``linear``: where the client blends.
+        source: The recipe's ``source``.
+        paths: The clip and perhaps the clip from the side, or a profile file. Absolute.
+        generation: Seed, wind, timing and views.
+        blend_space: Encoding in which the client blends, ``srgb`` or ``linear``.
         workers: Pool that reads and measures frames.
-        most_pixels: Larger pictures of a clip are refused.
+        max_pixels: Limit on the pixels of a picture of a clip.
 
     Raises:
         SourceError: A file is missing or damaged, or a clip shows no fire to learn from.
@@ -40,7 +40,7 @@ def open_profile(
     if paths[0].suffix == SUFFIX:
         profile, inputs = _read(paths), tuple(paths)
     else:
-        profile, clips = learn_from_files(source, paths, blend_space, workers, most_pixels)
+        profile, clips = learn_from_files(source, paths, blend_space, workers, max_pixels)
         inputs = tuple(file for clip in clips for file in clip.inputs)
     settings = ProfileFireSettings(generation, source.slices, source.particles)
     return generate_clips(profile, settings, source.height, blend_space, inputs, workers)
@@ -51,15 +51,15 @@ def learn_from_files(
     paths: Sequence[Path],
     blend_space: str,
     workers: Workers,
-    most_pixels: int,
+    max_pixels: int,
 ) -> tuple[Profile, tuple[Clip, ...]]:
-    """Return what is learnt of the clips at ``paths``, and the clips.
+    """Learn a profile from the clips at ``paths``; return it and the clips.
 
     Raises:
-        SourceError: As of ``open_profile``.
+        SourceError: As in ``open_profile``.
     """
     footage = FramesSource(**{key: getattr(source, key) for key in ClipInput.model_fields})
-    clips = {str(path): open_frames(footage, path, blend_space, most_pixels) for path in paths}
+    clips = {str(path): open_frames(footage, path, blend_space, max_pixels) for path in paths}
     profile = learn_profile(clips, workers, source.threshold, source.cells)
     return profile, tuple(clips.values())
 
@@ -69,8 +69,8 @@ def _read(paths: Sequence[Path]) -> Profile:
     path = paths[0]
     if len(paths) > 1:
         raise SourceError(
-            f"{path}: a profile file knows its side view already; remove source.side_path, "
-            f"or name the clip as source.path"
+            f"{path}: a profile file includes its side view already; remove source.side_path, "
+            f"or give the clip as source.path"
         )
     try:
         return read_profile(read_file(path, MAX_JSON_BYTES), str(path))

@@ -1,7 +1,7 @@
-"""Decoded frames of a clip by number, whatever its format, before they are cut, matted and resized.
+"""Random access to the decoded frames of a file of any format.
 
-``FrameReader`` is what every reader of a format returns. Formats that only play forwards are given
-random access, frames with delays of their own a constant rate, and frames read before are kept.
+The reader of each format returns a ``FrameReader``. This module has the parts that they share:
+random access to formats that decode only forwards, a constant frame rate, and a cache.
 """
 
 import os
@@ -19,25 +19,25 @@ from fire_atlas.core.picture import Picture, where_covered
 from fire_atlas.sources.listing import MAX_FRAMES
 
 CACHE_BYTES = 64 << 20
-"""Bytes of decoded frames kept. A constant: memory must not grow with the length of a clip."""
+"""Limit on the cache of decoded frames, bytes, whatever the length of a clip."""
 
 _BUFFER_BYTES = 64 << 20
-"""The same of the frames that a decoder which only plays forwards gave last."""
+"""Limit on the frames that ``SequentialDecoder`` keeps, bytes."""
 
 Player = Callable[[], Generator[Picture]]
-"""Starts from the first frame and yields each, in order."""
+"""Yields the frames of a file in order, from the first one."""
 
 
 @dataclass(frozen=True, slots=True)
 class FrameReader:
-    """Random access to frames of one size, as their files hold them.
+    """Random access to frames of one size, in the number format of their file.
 
     Attributes:
-        width, height: px.
-        fps: Frames per second the file asks for; None if it does not say.
+        width, height: Size of the frames, px.
+        fps: Frames per second that the file states; None if it states none.
         count: Number of frames.
-        read: Frame i as a picture; safe to call from several threads.
-        inputs: The files, in order: one a frame, or one for all.
+        read: ``read(i)`` returns frame i. Several threads may call it at once.
+        inputs: The files, in order: one per frame, or one for all.
     """
 
     width: int
@@ -56,24 +56,24 @@ def sequential_reader(
     Args:
         path: The file.
         size: (width, height) of its frames, px.
-        play: Starts from its first frame.
-        fps: Frames per second that the reader gives.
-        shown: For each frame of the reader, the number of the file's frame that it shows.
+        play: Decodes its frames in order.
+        fps: Frames per second of the reader.
+        shown: For each frame of the reader, the number of the frame of the file that it shows.
     """
     frames = SequentialDecoder(play, size[0] * size[1] * 4)
     return FrameReader(*size, fps, len(shown), lambda i: frames.read(shown[i]), (path,))
 
 
 class SequentialDecoder:
-    """Gives frames by number from a format that can only be played forwards.
+    """Random access to the frames of a format that can only be decoded forwards.
 
-    The last decoded frames are kept, as many as there is room for: a short clip is played once, of
-    a longer one threads may ask a little out of order. Only a frame older than these makes it play
-    again from the start.
+    It keeps the frames decoded last, up to ``_BUFFER_BYTES``. So a short clip is decoded only once,
+    and threads may read a longer one a little out of order. To read an older frame, it decodes the
+    file again from the start.
     """
 
     def __init__(self, play: Player, frame_bytes: int) -> None:
-        """Play nothing yet; ``frame_bytes`` decides how many frames are kept."""
+        """Decode nothing yet; the number of frames to keep depends on ``frame_bytes``."""
         self._play = play
         self._capacity = max((os.cpu_count() or 1) + 2, _BUFFER_BYTES // max(1, frame_bytes))
         self._buffer: OrderedDict[int, Picture] = OrderedDict()
@@ -82,7 +82,7 @@ class SequentialDecoder:
         self._next = 0
 
     def read(self, i: int) -> Picture:
-        """Return frame i; must not be written to, as it may be given out again."""
+        """Return frame i, which is shared and must not be written to."""
         with self._lock:
             if i not in self._buffer:
                 self._play_to(i)
@@ -98,7 +98,7 @@ class SequentialDecoder:
             try:
                 self._buffer[self._next] = next(self._playing)
             except BaseException:
-                # Whatever stopped the decoder, a later call must start afresh.
+                # Whatever stopped the decoder, a later call must start from the first frame.
                 self._playing = None
                 raise
             self._next += 1
@@ -107,12 +107,12 @@ class SequentialDecoder:
 
 
 def resample(delays: Sequence[Fraction], fps: float | None, path: Path) -> tuple[float, list[int]]:
-    """Show frames with delays of their own at a constant rate.
+    """Resample frames that have individual delays to a constant rate.
 
     Args:
-        delays: How long each input frame is shown, s; all positive.
-        fps: Rate of the output; None takes frames / total duration.
-        path: Named in errors.
+        delays: Time for which each input frame is shown, s; all positive.
+        fps: Rate of the output; None for number of frames / total duration.
+        path: The file, for error messages.
 
     Returns:
         The rate, and for each output frame k the input frame shown at (k + 0.5) / rate.
@@ -126,7 +126,7 @@ def resample(delays: Sequence[Fraction], fps: float | None, path: Path) -> tuple
     if count > MAX_FRAMES:
         raise SourceError(
             f"{path}: {float(total):.0f} s at {float(rate):g} fps are {count} frames; "
-            f"at most {MAX_FRAMES} are taken: give a lower fps"
+            f"at most {MAX_FRAMES} are allowed: give a lower fps"
         )
     shown: list[int] = []
     frame, until = 0, delays[0]
@@ -139,9 +139,9 @@ def resample(delays: Sequence[Fraction], fps: float | None, path: Path) -> tuple
 
 
 def cached(reader: FrameReader) -> FrameReader:
-    """Return ``reader`` with the frames that are read first kept, up to ``CACHE_BYTES``.
+    """Return ``reader`` with a cache of the frames that are read first, up to ``CACHE_BYTES``.
 
-    A clip is looked at more than once: to choose its matte, to analyse it and to draw it.
+    Frames are read several times: to choose the matte, to analyse the clip and to draw it.
     """
     kept: dict[int, _CachedPicture] = {}
     room = [CACHE_BYTES]
@@ -162,12 +162,12 @@ def cached(reader: FrameReader) -> FrameReader:
 
 @dataclass(frozen=True, slots=True)
 class _CachedPicture:
-    """A picture; of straight colours, without the transparent border that most sprites have.
+    """A picture without its transparent border, if its colours are straight.
 
     Attributes:
         part: The picture without that border.
-        top, left: Where the part lies in the picture, px.
-        shape: Of the picture.
+        top, left: Place of the part in the picture, px.
+        shape: Shape of the picture.
     """
 
     part: Picture
@@ -178,13 +178,13 @@ class _CachedPicture:
     @classmethod
     def of(cls, picture: Picture) -> "_CachedPicture":
         is_stored = picture.dtype.kind == "u"
-        if picture.shape[2] < 4 or not is_stored:  # light may shine where nothing is covered
+        if picture.shape[2] < 4 or not is_stored:  # light may be bright where alpha is 0
             return cls(picture, 0, 0, picture.shape)
         part = where_covered(picture)
         return cls(picture[part].copy(), part[0].start, part[1].start, picture.shape)
 
     def picture(self) -> Picture:
-        """Return the whole picture; what is fully transparent has lost its colour."""
+        """Return the whole picture; pixels of the border are black."""
         if self.part.shape == self.shape:
             return self.part
         whole = np.zeros(self.shape, self.part.dtype)

@@ -1,4 +1,4 @@
-"""Open a source of any kind as clips. A new kind is one new module and one case here."""
+"""Open a source of any kind as clips. A new kind needs a new module and a case here."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class SourceSettings:
-    """What opening a source reads of a recipe.
+    """The parts of a recipe that are needed to open its source.
 
     Attributes:
-        name: Of the recipe; its only animation is called so.
-        source: The section; its type decides how the fire comes about.
-        files: Absolute path (or glob) of each file the section names, by its key.
-        generation: Settings of fire that is generated.
-        blend_space: ``srgb`` or ``linear``: where the client blends, for the luminance matte.
-        most_pixels: Larger pictures are refused.
+        name: Name of the recipe, and of its animation if there is only one.
+        source: The recipe's ``source``, of any kind.
+        files: Absolute path (or glob) of each file of the source, by its key.
+        generation: Settings of generated fire.
+        blend_space: Encoding in which the client blends, for the luminance matte.
+        max_pixels: Limit on the pixels of a picture.
     """
 
     name: str
@@ -38,41 +38,41 @@ class SourceSettings:
     files: Mapping[tuple[str, ...], Path]
     generation: GenerationSettings
     blend_space: str
-    most_pixels: int
+    max_pixels: int
 
     @classmethod
-    def of(cls, loaded: LoadedRecipe, most_pixels: int = MAX_PIXELS) -> SourceSettings:
-        """Return those of a recipe that has a source."""
+    def of(cls, loaded: LoadedRecipe, max_pixels: int = MAX_PIXELS) -> SourceSettings:
+        """Return the settings of a recipe that has a source."""
         recipe = loaded.recipe
         if recipe.source is None:
             raise ValueError("only a recipe with a source brings clips")
         generation = GenerationSettings.of(recipe)
         space = recipe.atlas.blend_space
-        return cls(recipe.name, recipe.source, loaded.source_files, generation, space, most_pixels)
+        return cls(recipe.name, recipe.source, loaded.source_files, generation, space, max_pixels)
 
 
 def open_source(settings: SourceSettings, workers: Workers) -> dict[str, Clip]:
-    """Open the fire that a recipe names, or generate it.
+    """Open the clip of a source, or generate its clips.
 
     Args:
-        settings: What the recipe says.
-        workers: Who looks at frames that have to be learnt from.
+        settings: The source and related settings.
+        workers: Pool that measures the frames of a clip to learn from.
 
     Returns:
-        Clips by the name of their animation: the recipe's own, or one for each of its ``views``.
-        Frames that are generated are remembered, as far as there is room: each step asks again.
+        Clips by the name of their animation: one with the recipe's name, or one for each of its
+        ``views``. Generated frames are cached, since several steps of a build read them.
 
     Raises:
-        SourceError: The input is missing, broken, too large or not what the settings say.
-        RecipeError: A fire to be generated asks for more than can be done.
+        SourceError: The input is missing, broken, too large, or does not fit the settings.
+        RecipeError: The settings of a generated fire exceed a limit.
     """
-    source, files, most = settings.source, settings.files, settings.most_pixels
+    source, files, limit = settings.source, settings.files, settings.max_pixels
     match source:
         case FramesSource():
             from fire_atlas.sources.frames import open_frames
 
             path = files[("source", "path")]
-            return {settings.name: open_frames(source, path, settings.blend_space, most)}
+            return {settings.name: open_frames(source, path, settings.blend_space, limit)}
         case ProfileSource():
             from fire_atlas.sources.profile import open_profile
 
@@ -82,13 +82,13 @@ def open_source(settings: SourceSettings, workers: Workers) -> dict[str, Clip]:
                 settings.generation,
                 settings.blend_space,
                 workers,
-                most,
+                limit,
             )
         case SilkSource():
             from fire_atlas.sources.silk import open_silk
 
             texture = files.get(("source", "texture", "path"))
-            clips = open_silk(source, texture, settings.generation, settings.blend_space, most)
+            clips = open_silk(source, texture, settings.generation, settings.blend_space, limit)
         case _:
             assert_never(source)
     from fire_atlas.core.clip import cached
@@ -99,12 +99,12 @@ def open_source(settings: SourceSettings, workers: Workers) -> dict[str, Clip]:
 
 
 def open_sprites(settings: SourceSettings) -> Sprites | None:
-    """Open what a recipe that only packs names, if that is more than the frames of one clip."""
+    """Open the sprites of a recipe that only packs; None if they are the frames of one clip."""
     if not isinstance(settings.source, FramesSource):
         return None
     from fire_atlas.sources.sprites import open_sprites as open_images
 
     path = settings.files[("source", "path")]
     return open_images(
-        settings.source, path, settings.blend_space, settings.name, settings.most_pixels
+        settings.source, path, settings.blend_space, settings.name, settings.max_pixels
     )

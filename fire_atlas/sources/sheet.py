@@ -1,4 +1,4 @@
-"""Cut a sprite sheet, one image, into equal cells, whose sizes need not be whole pixels."""
+"""Cut a sprite sheet into equal cells, whose size need not be whole pixels."""
 
 from functools import partial
 from math import ceil, floor
@@ -16,16 +16,16 @@ from fire_atlas.sources.listing import MAX_PIXELS
 from fire_atlas.sources.reader import FrameReader
 
 
-def open_sheet(path: Path, grid: Grid, most_pixels: int = MAX_PIXELS) -> FrameReader:
-    """Return the cells of a sheet, left to right, top to bottom.
+def open_sheet(path: Path, grid: Grid, max_pixels: int = MAX_PIXELS) -> FrameReader:
+    """Open the cells of a sheet as frames, left to right, top to bottom.
 
-    Cells of whole pixels are cut out untouched. Others are sampled at their exact places, in
+    Cells of whole pixels are copied unchanged. Others are sampled at their exact positions, in
     premultiplied light, into frames of the nearest whole size.
 
     Raises:
-        SourceError: The image is broken, or has fewer pixels than cells in a direction.
+        SourceError: The image is broken, or has fewer columns or rows of pixels than of cells.
     """
-    header = read_header(path, most_pixels)
+    header = read_header(path, max_pixels)
     if grid.columns > header.width or grid.rows > header.height:
         raise SourceError(
             f"{path}: a grid of {grid.columns} columns x {grid.rows} rows cannot be cut from "
@@ -56,7 +56,7 @@ def _whole_cell(sheet: Picture, grid: Grid, i: int) -> Picture:
 
 
 def _fractional_cell(sheet: Picture, grid: Grid, i: int) -> Picture:
-    """Return cell i as light (H, W, 4), read between pixels where its edges fall between them."""
+    """Return cell i as light (H, W, 4), by bilinear sampling; its edges may lie within pixels."""
     row, column = divmod(i, grid.columns)
     top, bottom, y = _sample_positions(row, sheet.shape[0] / grid.rows)
     left, right, x = _sample_positions(column, sheet.shape[1] / grid.columns)
@@ -69,14 +69,14 @@ def _fractional_cell(sheet: Picture, grid: Grid, i: int) -> Picture:
 def _sample_positions(
     cell: int, length: float
 ) -> tuple[int, int, np.ndarray[tuple[int], np.dtype[np.float32]]]:
-    """Return the first and past-the-last pixel a cell touches, and where in them to sample.
+    """Return the first pixel that a cell touches, the one past its last, and sample positions.
 
-    Places are in pixel indices of that stretch: one for each output pixel, at its centre. They
-    stay between the centres of the outermost pixels, so that nothing comes from a neighbour cell
-    but its share of a pixel that the edge runs through.
+    There is a position for the centre of each output pixel, as an index counted from the first
+    pixel. Sampling reads no pixels beyond these, so that a neighbour cell shows only where its edge
+    runs through a pixel.
     """
     start, stop = cell * length, (cell + 1) * length
-    # A few ulps of slack: 3 * (512 / 12) is 128 but for rounding.
+    # Tolerates rounding: 3 * (512 / 12) need not be exactly 128.
     first, last = floor(start + 1e-6), ceil(stop - 1e-6)
     steps = _nearest(length)
     centres = start + (np.arange(steps) + 0.5) * (length / steps)

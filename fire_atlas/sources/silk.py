@@ -1,4 +1,4 @@
-"""Source ``silk``: simulated sheets of fire, as a clip for each side they are seen from."""
+"""Source ``silk``: simulated cloths of fire, rendered as a clip for each view."""
 
 from pathlib import Path
 
@@ -21,24 +21,24 @@ def open_silk(
     texture: Path | None,
     generation: GenerationSettings,
     blend_space: str,
-    most_pixels: int,
+    max_pixels: int,
 ) -> list[Clip]:
-    """Simulate the fire once, and return a clip of it from each view.
+    """Simulate the fire once, and return a clip for each view.
 
     Args:
-        source: The recipe's section.
-        texture: The clip of fire for the textures, if they are not procedural; absolute.
+        source: The recipe's ``source``.
+        texture: Absolute path of the clip for the textures; None if they are procedural.
         generation: Seed, wind, timing and views.
-        blend_space: ``srgb`` or ``linear``: where the client blends.
-        most_pixels: Larger pictures of the clip are refused.
+        blend_space: Encoding in which the client blends, ``srgb`` or ``linear``.
+        max_pixels: Limit on the pixels of a picture of that clip.
 
     Raises:
-        SourceError: The texture's clip is missing, broken, or holds no fire.
-        RecipeError: As of ``generate_silk``.
+        SourceError: The clip is missing, broken, or shows no fire.
+        RecipeError: As in ``generate_silk``.
     """
     footage = None
     if texture is not None:
-        footage = open_frames(FramesSource(path=str(texture)), texture, "linear", most_pixels)
+        footage = open_frames(FramesSource(path=str(texture)), texture, "linear", max_pixels)
     renderer = generate_silk(source, generation, footage)
     elevation = generation.views.elevation
     inputs = footage.inputs if footage else ()

@@ -1,4 +1,4 @@
-"""Open images of any sizes as sprites in named animations, for recipes that only pack."""
+"""Open images of different sizes as sprites in named animations, for recipes that only pack."""
 
 import re
 from collections import Counter
@@ -12,24 +12,24 @@ from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
 from fire_atlas.sources.frames import DEFAULT_FPS, sample_numbers
 from fire_atlas.sources.images import Header, decode, read_header
-from fire_atlas.sources.listing import MAX_PIXELS, cut, locate
+from fire_atlas.sources.listing import MAX_PIXELS, frame_range, locate
 
 _NUMBER = re.compile(r"[ _.\-(]*[0-9]+\)?$")
 _NOT_IN_NAMES = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff\"'\\;:/]+")
-"""What no name in an engine's file may hold: control characters, bytes that are no text, and what
-these files are written with."""
+"""Characters that names in engines' files must not contain: control characters, undecodable bytes,
+and the punctuation of these file formats."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sprites:
-    """Images of any sizes in named animations, read on demand.
+    """Images of different sizes in named animations, read on demand.
 
     Attributes:
-        animations: Name of each animation, and the numbers of its images in playing order.
-        fps: Frames per second of all of them.
-        picture: ``picture(i)`` gives image i, as ``Clip.picture`` does.
+        animations: By name of the animation, the numbers of its images in playing order.
+        fps: Frames per second of all animations.
+        picture: ``picture(i)`` returns image i, like ``Clip.picture``.
         inputs: The files, in order.
-        matte, matte_reason: Where the coverage comes from, and why, as a sentence for people.
+        matte, matte_reason: Where the coverage comes from, and why, for the user.
     """
 
     animations: dict[str, tuple[int, ...]]
@@ -41,26 +41,26 @@ class Sprites:
 
 
 def open_sprites(
-    settings: FramesSource, path: Path, blend_space: str, name: str, most_pixels: int = MAX_PIXELS
+    settings: FramesSource, path: Path, blend_space: str, name: str, max_pixels: int = MAX_PIXELS
 ) -> Sprites | None:
-    """Open the images at ``path`` as sprites; None if they are one clip, or no images at all.
+    """Open the images at ``path`` as sprites; None if it is a single file or one clip.
 
     Args:
         settings: The recipe's ``source``.
-        path: Absolute; may be a glob.
-        blend_space: ``srgb`` or ``linear``: where the client blends, for the luminance matte.
-        name: What an animation is called whose files have numbers for names.
-        most_pixels: Larger pictures are refused.
+        path: Absolute path or glob.
+        blend_space: Encoding in which the client blends, for the luminance matte.
+        name: Name of the animation of files that have only a number as name.
+        max_pixels: Limit on the pixels of a picture.
 
     Raises:
-        SourceError: An image is broken or too large, or the settings ask for what sprites cannot.
+        SourceError: An image is broken or too large, or a setting does not apply to sprites.
     """
     located = locate(path)
     if located.single or settings.grid is not None:
         return None
-    files = [located.files[i] for i in cut(settings, len(located.files), path)]
+    files = [located.files[i] for i in frame_range(settings, len(located.files), path)]
     animations = group_by_name(files, name)
-    headers = [read_header(file, most_pixels) for file in files]
+    headers = [read_header(file, max_pixels) for file in files]
     if len(animations) == 1 and len({(h.width, h.height) for h in headers}) == 1:
         return None
     if settings.height is not None:
@@ -94,8 +94,8 @@ def _matte(
 def group_by_name(files: Sequence[Path], default: str) -> dict[str, tuple[int, ...]]:
     """Group files to animations by their names: ``walk_0001.png`` belongs to ``walk``.
 
-    ``walk/0001.png`` does too where there are several folders. Names that differ in numbers alone,
-    wherever in them, are one animation as well.
+    So does ``walk/0001.png`` if there are several folders. Single files whose names differ only in
+    numbers, such as ``a1_x`` and ``a2_x``, are one animation.
     """
     stems = [_NUMBER.sub("", file.stem) for file in files]
     alone = {stem for stem, count in Counter(stems).items() if count == 1}
@@ -112,5 +112,5 @@ def group_by_name(files: Sequence[Path], default: str) -> dict[str, tuple[int, .
 
 
 def _shape(stem: str) -> str:
-    """Return a name without its numbers."""
+    """Return a name with ``#`` for each number."""
     return re.sub(r"[0-9]+", "#", stem)

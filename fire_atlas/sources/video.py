@@ -1,8 +1,8 @@
-"""Read videos, which decoders play forwards only.
+"""Read videos, with PyAV or OpenCV.
 
-WebM, Matroska and QuickTime may hold alpha, which OpenCV drops: they go through PyAV, an optional
-extra, with libvpx, the only decoder that returns VP8's and VP9's alpha. MP4 and all others hold
-none and go through OpenCV, which is always there.
+WebM, Matroska and QuickTime can have alpha, which OpenCV drops. So PyAV (an optional extra) decodes
+them, VP8 and VP9 with libvpx, the only decoder that returns their alpha. OpenCV, which is always
+installed, decodes MP4 and all other formats.
 """
 
 import os
@@ -27,12 +27,12 @@ from fire_atlas.sources.images import check_size, from_opencv, read_bytes
 from fire_atlas.sources.listing import MAX_FRAMES, MAX_PIXELS
 from fire_atlas.sources.reader import FrameReader, resample, sequential_reader
 
-# Read by OpenCV when it opens its first video: its FFmpeg would print what errors say already.
+# Silences OpenCV's FFmpeg, whose messages only repeat our errors; read at the first video.
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 
 _CONTAINERS = "matroska,mov,avi,mpeg,mpegts,mpegvideo,m4v,ogg,asf,flv"
-"""FFmpeg's names of the file formats that are read. It knows playlists too, whatever the file is
-called, and would open the files or addresses that one names."""
+"""FFmpeg's names of the allowed file formats. By default it also plays playlists, whatever their
+file name, and would open any file or URL in them."""
 
 os.environ["OPENCV_FFMPEG_CAPTURE_OPTIONS"] = f"format_whitelist;{_CONTAINERS}"
 
@@ -44,9 +44,9 @@ class VideoScan:
     """Size, rate and times of all frames, found by decoding the video once.
 
     Attributes:
-        width, height: px.
-        fps: As the file states it; None if it does not.
-        stamps: When each frame is shown, s, as far as the file says.
+        width, height: Size, px.
+        fps: Frames per second that the file states; None if it states none.
+        stamps: Time at which each frame is shown, s, as the file states it.
     """
 
     width: int
@@ -55,10 +55,10 @@ class VideoScan:
     stamps: list[Fraction]
 
 
-def open_video(path: Path, fps: float | None, most_pixels: int = MAX_PIXELS) -> FrameReader:
-    """Return the frames of a video at a constant rate.
+def open_video(path: Path, fps: float | None, max_pixels: int = MAX_PIXELS) -> FrameReader:
+    """Open the frames of a video at a constant rate.
 
-    The video is decoded once to count its frames: what files promise is often wrong.
+    The video is decoded once to count its frames, since the number in the file is often wrong.
 
     Raises:
         SourceError: The file is cut short, cannot be decoded, is too large, or needs PyAV.
@@ -66,7 +66,7 @@ def open_video(path: Path, fps: float | None, most_pixels: int = MAX_PIXELS) -> 
     head = read_bytes(path, 16)
     _check_whole(path, head)
     with_pyav = head[:4] == b"\x1aE\xdf\xa3" or head[4:12] == b"ftypqt  "
-    scan = (_scan_pyav if with_pyav else _scan_opencv)(path, most_pixels)
+    scan = (_scan_pyav if with_pyav else _scan_opencv)(path, max_pixels)
     play = _play_pyav if with_pyav else _play_opencv
     delays = _delays(scan)
     stated = scan.fps if scan.fps and abs(sum(delays) * scan.fps - len(delays)) < 0.5 else None
@@ -76,7 +76,7 @@ def open_video(path: Path, fps: float | None, most_pixels: int = MAX_PIXELS) -> 
 
 
 def _delays(scan: VideoScan) -> list[Fraction]:
-    """Return how long each frame is shown, s; the last as long as the median."""
+    """Return the time for which each frame is shown, s; for the last one, the median."""
     gaps = [later - earlier for earlier, later in pairwise(scan.stamps)]
     usual = 1 / Fraction(scan.fps or 24).limit_denominator(1_000_000)
     if any(gap <= 0 for gap in gaps):
@@ -100,7 +100,7 @@ def _ended(path: Path, frame: int, count: int) -> SourceError:
 
 
 def _capture(path: Path) -> cv2.VideoCapture:
-    # The backend is named, as others would take digits in the name for a numbered sequence.
+    # Only this backend: others would take digits in the file name for a numbered sequence.
     capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
     if not capture.isOpened():
         raise SourceError(
@@ -110,12 +110,12 @@ def _capture(path: Path) -> cv2.VideoCapture:
     return capture
 
 
-def _scan_opencv(path: Path, most_pixels: int) -> VideoScan:
+def _scan_opencv(path: Path, max_pixels: int) -> VideoScan:
     capture = _capture(path)
     try:
         width = int(capture.get(cv2.CAP_PROP_FRAME_WIDTH))
         height = int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT))
-        check_size(path, width, height, most_pixels)
+        check_size(path, width, height, max_pixels)
         fps = capture.get(cv2.CAP_PROP_FPS)
         stamps: list[Fraction] = []
         while capture.grab():
@@ -125,7 +125,7 @@ def _scan_opencv(path: Path, most_pixels: int) -> VideoScan:
         promised = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
     finally:
         capture.release()
-    # Edit lists hide a frame or two at the ends; more are missing.
+    # Edit lists may hide a frame or two at the ends. If more are missing, the file is damaged.
     if len(stamps) + 2 < promised <= MAX_FRAMES:
         raise _ended(path, len(stamps), promised)
     rate = fps if isfinite(fps) and fps > 0 else None
@@ -146,7 +146,7 @@ def _play_opencv(path: Path, count: int) -> Generator[Picture]:
 
 @contextmanager
 def _open_stream(path: Path) -> Generator[tuple[Any, Any]]:
-    """Open the file with PyAV and give the container and its video stream."""
+    """Open the file with PyAV and yield the container and its video stream."""
     av = _load_pyav(path)
     try:
         options = {"format_whitelist": _CONTAINERS}
@@ -162,7 +162,7 @@ def _open_stream(path: Path) -> Generator[tuple[Any, Any]]:
 
 
 def _decoded(container: Any, stream: Any) -> Generator[Any]:
-    """Yield every frame, with alpha where it has any."""
+    """Yield every frame, with its alpha if it has any."""
     context = stream.codec_context
     name = _ALPHA_DECODERS.get(context.codec.canonical_name)
     decoder = type(context).create(name, "r") if name else context
@@ -172,11 +172,11 @@ def _decoded(container: Any, stream: Any) -> Generator[Any]:
     yield from decoder.decode(None)
 
 
-def _scan_pyav(path: Path, most_pixels: int) -> VideoScan:
+def _scan_pyav(path: Path, max_pixels: int) -> VideoScan:
     stamps: list[Fraction] = []
     width = height = 0
     with _open_stream(path) as (container, stream):
-        check_size(path, stream.codec_context.width, stream.codec_context.height, most_pixels)
+        check_size(path, stream.codec_context.width, stream.codec_context.height, max_pixels)
         fps = float(stream.average_rate) if stream.average_rate else None
         for frame in _decoded(container, stream):
             width, height = frame.width, frame.height
@@ -196,7 +196,7 @@ def _play_pyav(path: Path, count: int) -> Generator[Picture]:
 
 
 def _picture(frame: Any) -> Picture:
-    """Return a decoded frame in R, G, B(, A); 16 bits where it has more than 8."""
+    """Return a decoded frame as R, G, B(, A), with 16 bits if it has more than 8."""
     parts = frame.format.components
     layout = "rgba" if any(part.is_alpha for part in parts) else "rgb24"
     if max(part.bits for part in parts) > 8:
@@ -205,10 +205,10 @@ def _picture(frame: Any) -> Picture:
 
 
 def _load_pyav(path: Path) -> Any:
-    """Return the module ``av``, silenced: FFmpeg's complaints come back as exceptions.
+    """Return the module ``av`` with FFmpeg's log switched off, as it raises exceptions too.
 
     Raises:
-        SourceError: It is not installed.
+        SourceError: PyAV is not installed.
     """
     try:
         import av
@@ -226,12 +226,12 @@ _UNKNOWN = -1
 
 
 def _check_whole(path: Path, head: bytes) -> None:
-    """Refuse an MP4, QuickTime, WebM, Matroska or AVI file shorter than its own lengths add up to.
+    """Refuse an MP4, QuickTime, WebM, Matroska or AVI file that is shorter than its headers state.
 
-    Decoders play a file that was cut short to where it ends, without an error.
+    Decoders play a truncated file up to its end without an error.
 
     Raises:
-        SourceError: With how many bytes are missing.
+        SourceError: The file is truncated; the message gives both lengths.
     """
     actual = path.stat().st_size
     with open_file(path) as file:
@@ -251,7 +251,7 @@ def _check_whole(path: Path, head: bytes) -> None:
 
 
 def _mp4_length(path: Path, file: BinaryIO, actual: int) -> int:
-    """Return where the last box ends, bytes; the index of frames must be among the boxes."""
+    """Return the end of the last box, bytes; refuse a file without a box for the frame index."""
     at, names = 0, set()
     while at + 8 <= actual:
         file.seek(at)
@@ -271,7 +271,7 @@ def _mp4_length(path: Path, file: BinaryIO, actual: int) -> int:
 
 
 def _matroska_length(file: BinaryIO) -> int:
-    """Return where the segment ends, bytes; unknown for files written as a live stream."""
+    """Return the end of the segment, bytes; unknown for files written as a live stream."""
     file.seek(4)
     header = _variable_length(file)
     file.seek(header, 1)

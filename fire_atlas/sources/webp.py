@@ -1,4 +1,4 @@
-"""Find the frames of WebP files, and wrap each as a still WebP of its own."""
+"""Find the frames of WebP files, and wrap each as a still WebP."""
 
 import struct
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ def parse(data: bytes) -> EncodedAnimation:
     promised = 8 + int.from_bytes(data[4:8], "little")
     if promised > len(data):
         raise BrokenFileError(
-            f"the file is truncated: it has {len(data)} of the {promised} bytes it promises"
+            f"the file is truncated: it has {len(data)} of the {promised} bytes its header states"
         )
     width, height = webp_size(data)
     found = list(_chunks(data, 12, promised))
@@ -31,12 +31,12 @@ def parse(data: bytes) -> EncodedAnimation:
         return EncodedAnimation("webp", width, height, [still], lambda _, raw: raw)
     patches = [_patch(data, start, stop) for name, start, stop in found if name == b"ANMF"]
     if any(p.x + p.width > width or p.y + p.height > height for p in patches):
-        raise BrokenFileError("a frame leaves the canvas")
+        raise BrokenFileError("a frame exceeds the canvas")
     return EncodedAnimation("webp", width, height, patches, _wrap)
 
 
 def _chunks(data: bytes, at: int, end: int) -> Iterator[tuple[bytes, int, int]]:
-    """Yield name, start and stop of the chunks between two places; lengths are padded to even."""
+    """Yield name, start and stop of the chunks from ``at`` to ``end``; each has an even size."""
     while at + 8 <= end:
         length = int.from_bytes(data[at + 4 : at + 8], "little")
         start, stop = at + 8, at + 8 + length
@@ -64,7 +64,7 @@ def _patch(data: bytes, start: int, stop: int) -> Patch:
 
 
 def _wrap(patch: Patch, raw: bytes) -> bytes:
-    """Put a frame's chunks under a header of their own, without chunks that no decoder needs."""
+    """Return a still WebP: a header, and those chunks of the frame that a decoder needs."""
     known = (b"ALPH", b"VP8 ", b"VP8L")
     kept = [
         raw[a - 8 : b + (b - a & 1)] for name, a, b in _chunks(raw, 0, len(raw)) if name in known

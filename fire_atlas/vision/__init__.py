@@ -1,1 +1,1 @@
-"""Measures of images that know nothing of fire."""
+"""Image measurements that are not specific to fire: optical flow, warping, loop quality."""

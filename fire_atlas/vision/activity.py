@@ -1,4 +1,4 @@
-"""Find where a clip changes apart from the flicker of its light."""
+"""Find where a clip moves, as opposed to places that only brighten and darken with its light."""
 
 from functools import reduce
 
@@ -9,18 +9,18 @@ from numpy.typing import NDArray
 from fire_atlas.core.pixels import Plane, as_plane
 
 _SIDE = 320
-"""Longest side, px, of the picture on which the mask is widened and filled."""
+"""Longest side, px, of the small copy on which the mask is dilated and its holes are filled."""
 
 _LIT = 12.0
-"""Brightness, 0..255, above which a place is used to measure the flicker."""
+"""The flicker is measured on pixels brighter than this, 0..255."""
 
 
 def activity(planes: list[Plane]) -> Plane:
-    """Return how much each place changes over a few frames, with its surroundings: (H, W) in 0..1.
+    """Return a soft mask of the moving parts of a few frames and their surroundings, 0..1 (H, W).
 
-    What the fire lights flickers with it, everywhere by the same factor: that is taken out first.
-    Where flame comes and goes a place changes by most of its brightness. The core of a steady
-    flame does not change at all, but is surrounded by what does. Of a single frame all is 1.
+    Things lit by the fire flicker with it, all by the same factor, which is divided out first.
+    Moving flame changes a pixel by most of its brightness. The core of a steady flame does not
+    change, but moving flame encloses it, so holes are filled. For a single frame the mask is 1.
 
     Args:
         planes: Brightness of the frames, 0..255.
@@ -41,14 +41,14 @@ def mean_of(planes: list[Plane]) -> Plane:
 
 
 def flicker(plane: Plane, mean: Plane) -> np.float32:
-    """Return the factor by which a frame is brighter than the mean: the median over lit places."""
-    few = slice(None, None, 3), slice(None, None, 3)  # the median of some is that of all
+    """Return by which factor a frame is brighter than the mean: the median over lit pixels."""
+    few = slice(None, None, 3), slice(None, None, 3)  # every third pixel gives the same median
     lit = mean[few] > _LIT
     return np.float32(np.median(plane[few][lit] / mean[few][lit])) if lit.any() else np.float32(1)
 
 
 def _change_beside_flicker(planes: list[Plane]) -> Plane:
-    """Return the range of each place's brightness over time, (H, W), without the shared flicker."""
+    """Return the range of each pixel's brightness over time, (H, W), the flicker divided out."""
     mean = mean_of(planes)
     highest, lowest = np.full_like(mean, -np.inf), np.full_like(mean, np.inf)
     for plane in planes:
@@ -59,11 +59,11 @@ def _change_beside_flicker(planes: list[Plane]) -> Plane:
 
 
 def _widened_and_filled(moves: Plane) -> Plane:
-    """Return the mask dilated a little, with the holes in it filled and its edges soft."""
+    """Return the mask slightly dilated, with its holes filled and its edges softened."""
     height, width = moves.shape
     scale = min(1.0, _SIDE / max(height, width))
     size = max(1, round(width * scale)), max(1, round(height * scale))
-    # In bytes: their neighbourhoods are found several times as fast.
+    # As bytes, on which OpenCV's morphology is several times as fast as on floats.
     small = cv2.convertScaleAbs(cv2.resize(moves, size, interpolation=cv2.INTER_AREA), alpha=255)
     near, core = _disc(size[1] * 0.012), _disc(size[1] * 0.05)
     filled = cv2.morphologyEx(cv2.dilate(small, near), cv2.MORPH_CLOSE, core)

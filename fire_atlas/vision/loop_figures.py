@@ -1,4 +1,4 @@
-"""Measure how well an animation loops: its seam against its other steps."""
+"""Measure how well an animation loops: its seam (last to first frame) against its other steps."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -11,20 +11,19 @@ from fire_atlas.vision.flow import SMALL, mean_flow, thumbnail
 from fire_atlas.vision.thumbnails import distance, gradient_product
 
 Figures = NDArray[np.float64]
-"""(n,) one value a frame."""
+"""(n,) one value per frame."""
 
 
 @dataclass(frozen=True, slots=True)
 class LoopFigures:
-    """Measures of the frames of a loop, and of the steps between them.
+    """Measurements of the frames of a loop and of the steps between them.
 
-    Step i leads from frame i to the next, and the last one, the seam, from the last frame to the
-    first.
+    Step i leads from frame i to the next. The last step, the seam, leads to the first frame.
 
     Attributes:
-        steps: (n,) root mean square difference of neighbours, linear and premultiplied.
-        flows: (n,) mean optical flow from one to the next where there is light, px of a thumbnail.
-        details: (n,) mean squared gradient of each frame's luminance: ghosts and blur lower it.
+        steps: (n,) root mean square difference of the two frames, linear and premultiplied.
+        flows: (n,) mean length of the optical flow, weighted by light, px of a thumbnail.
+        details: (n,) mean squared gradient of each frame's luminance; ghosts and blur lower it.
         light: (n,) mean luminance of each frame.
     """
 
@@ -35,40 +34,40 @@ class LoopFigures:
 
     @property
     def seam_ratio(self) -> float:
-        """The seam's step against the median step; 0.8 to 1.25 is not seen."""
+        """The step at the seam divided by the median step. From 0.8 to 1.25 nobody sees it."""
         return _ratio(self.steps[-1], np.median(self.steps))
 
     @property
     def largest_step(self) -> float:
-        """The largest step against the median step."""
+        """The largest step divided by the median step."""
         return _ratio(self.steps.max(), np.median(self.steps))
 
     @property
     def smallest_step(self) -> float:
-        """The smallest step against the median step; near 0, a frame is shown twice."""
+        """The smallest step divided by the median step. Near 0, a frame is shown twice."""
         return _ratio(self.steps.min(), np.median(self.steps))
 
     @property
     def seam_flow(self) -> float:
-        """Flow at the seam against the 95th percentile of all others."""
+        """The flow at the seam divided by the 95th percentile of the other steps' flow."""
         return _ratio(self.flows[-1], np.percentile(self.flows[:-1], 95))
 
     @property
     def least_detail(self) -> float:
-        """Detail of the frame that has least, against the median."""
+        """The lowest detail of a frame divided by the median."""
         return _ratio(self.details.min(), np.median(self.details))
 
     @property
     def seam_light(self) -> float:
-        """Change of light at the seam against the 95th percentile of all others."""
+        """The change of light at the seam divided by the 95th percentile of the other changes."""
         changes = np.abs(np.diff(self.light, append=self.light[:1]))
         return _ratio(changes[-1], np.percentile(changes[:-1], 95))
 
 
 def loop_figures(frames: Iterable[Pixels]) -> LoopFigures:
-    """Measure ``frames``, (H, W, 4) float32 each, of one size, at least 2, in playing order.
+    """Measure a loop of at least two ``frames``, (H, W, 4) each, in playing order.
 
-    They are read one after the other: only two and the first are in memory.
+    They are read one by one: at most three are in memory.
     """
     steps, flows, details, light = [], [], [], []
     first = before = None
@@ -89,7 +88,7 @@ def loop_figures(frames: Iterable[Pixels]) -> LoopFigures:
 
 @dataclass(frozen=True, slots=True)
 class _MeasuredFrame:
-    """A frame, and what is measured without its neighbours."""
+    """A frame and those of its measurements that do not depend on other frames."""
 
     frame: Pixels
     thumbnail: Bytes
@@ -111,7 +110,7 @@ class _MeasuredFrame:
 
 
 def _ratio(value: np.floating, usual: np.floating) -> float:
-    """``value`` against ``usual``; 1 where both are 0."""
+    """Return ``value / usual``; 1 if both are 0."""
     if usual > 0:
         return float(value / usual)
     return 1.0 if value == 0 else float("inf")

@@ -1,4 +1,4 @@
-"""Choose frames spread evenly over a clip, and look at a few pairs of neighbours."""
+"""Choose frames spread evenly over a clip, and compare a few pairs of neighbours."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,30 +11,30 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.vision.thumbnails import distance, shrunk
 
 _PAIRS = 8
-"""Steps between neighbouring frames that are looked at, evenly spread over the clip."""
+"""Number of pairs of neighbouring frames that are compared."""
 
 _SIDE = 96
 """Longest side, px, at which these frames are compared."""
 
 
-def evenly_spread(first: int, last: int, most: int) -> list[int]:
-    """Return at most ``most`` whole numbers from ``first`` to ``last``, both included, ascending.
+def evenly_spread(first: int, last: int, max_count: int) -> list[int]:
+    """Return up to ``max_count`` whole numbers from ``first`` to ``last``, both included.
 
-    Where there are no more than that, these are all; none where ``last`` is before ``first``.
+    They ascend. The list is empty if ``last`` is below ``first``.
     """
     if last < first:
         return []
-    return sorted({round(float(i)) for i in np.linspace(first, last, most)})
+    return sorted({round(float(i)) for i in np.linspace(first, last, max_count)})
 
 
 @dataclass(frozen=True, slots=True)
 class ClipSamples:
-    """A few frames of a clip, small.
+    """Small copies of a few frames of a clip.
 
     Attributes:
-        count: Frames of the clip.
-        frames: The small copies by frame number, first and last among them, in order.
-        starts: Frames whose next one is there too.
+        count: Number of frames of the clip.
+        frames: The copies by frame number, in order, with those of the first and last frame.
+        starts: Numbers of the frames of which ``frames`` holds the next one too.
     """
 
     count: int
@@ -51,5 +51,5 @@ class ClipSamples:
         return cls(clip.count, dict(zip(numbers, small, strict=True)), tuple(starts))
 
     def steps(self) -> list[float]:
-        """Distances between neighbours."""
+        """Return the distance of each frame in ``starts`` to its next one."""
         return [distance(self.frames[i], self.frames[i + 1]) for i in self.starts]

@@ -1,4 +1,4 @@
-"""Small copies of all frames of a clip, and how far apart any two of them are."""
+"""Small copies of many frames of a clip, and the difference between any two of them."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.vision.flow import mean_flow, thumbnail_of
 
 _SIDE = 64
-"""Longest side, px, of the copies that are kept of many frames."""
+"""Longest side of a copy, px."""
 
 _FLOW_AREA = 128 * 128
-"""Most px of the pictures on which their flow is estimated."""
+"""Maximum area, px, at which the flow between frames is estimated."""
 
 
 def shrunk(pixels: Pixels, side: int) -> Pixels:
-    """Return ``pixels`` with a longest side of at most ``side`` px."""
+    """Return ``pixels`` shrunk so that no side is longer than ``side`` px."""
     height, width = pixels.shape[:2]
     scale = min(1.0, side / max(width, height))
     size = max(1, round(width * scale)), max(1, round(height * scale))
@@ -28,18 +28,18 @@ def shrunk(pixels: Pixels, side: int) -> Pixels:
 
 
 def distance(one: Pixels, other: Pixels) -> float:
-    """Root mean square difference of two frames, linear and premultiplied."""
+    """Return the root mean square difference of two frames, linear and premultiplied."""
     return float(np.sqrt(np.mean((one - other) ** 2)))
 
 
 def detail_energy(pixels: Pixels) -> float:
-    """Mean squared gradient of a frame's luminance: blur and ghosts lower it."""
+    """Return the mean squared gradient of a frame's luminance; blur and ghosts lower it."""
     light = luminance(pixels)
     return gradient_product(light, light)
 
 
 def gradient_product(one: Plane, other: Plane) -> float:
-    """Mean over the frame of the product of two planes' gradients."""
+    """Return the mean dot product of the gradients of two planes."""
     total = 0.0
     for axis in ((1, 0), (0, 1)):
         slope = cv2.Sobel(one, cv2.CV_32F, *axis)
@@ -54,9 +54,9 @@ class Thumbnails:
 
     Attributes:
         frames: (n, h, w, 4) float32, linear light, premultiplied.
-        distances: (n, n) float32, root mean square difference of every frame to every other.
-        flows: (n,) mean optical flow from each frame to the next, and from the last to the
-            first, where there is light, px of small pictures.
+        distances: (n, n) float32, root mean square difference of any two frames.
+        flows: (n,) mean length of the optical flow from each frame to the next, and from the last
+            to the first, weighted by light, px at ``_FLOW_AREA``.
         details: (n,) mean squared gradient of each frame's luminance, at full size.
     """
 
@@ -67,12 +67,12 @@ class Thumbnails:
 
     @classmethod
     def of(cls, clip: Clip, numbers: Iterable[int], workers: Workers) -> "Thumbnails":
-        """Return those of the frames ``numbers`` of ``clip``; distances are between these."""
+        """Measure the frames ``numbers`` of ``clip``."""
         measured = list(workers.map(lambda i: _measured(clip.read(i), clip.blend_space), numbers))
         frames = np.stack([small for small, _, _ in measured])
         seen = [picture for _, picture, _ in measured]
         details = np.array([detail for _, _, detail in measured])
-        # ‖a − b‖² = ‖a‖² + ‖b‖² − 2ab; without the mean, less is lost in the difference.
+        # ‖a − b‖² = ‖a‖² + ‖b‖² − 2ab; subtracting the mean first loses fewer digits.
         rows = as_plane((frames - frames.mean(axis=0)).reshape(len(frames), -1))
         products = rows @ rows.T
         power = np.diag(products)
@@ -84,16 +84,16 @@ class Thumbnails:
 
     @property
     def median_step(self) -> float:
-        """Median distance of neighbouring frames."""
+        """Median distance between neighbouring frames."""
         return float(np.median(np.diag(self.distances, 1)))
 
     @property
     def median_distance(self) -> float:
-        """Median distance of any two frames."""
+        """Median distance between any two frames."""
         return float(np.median(self.distances[np.triu_indices(len(self.distances), 1)]))
 
 
 def _measured(pixels: Pixels, blend_space: str) -> tuple[Pixels, Bytes, float]:
-    """Return a small copy, the picture flow is estimated on, and the detail of a frame."""
+    """Return a small copy, the picture on which flow is estimated, and the detail of a frame."""
     picture = thumbnail_of(brightness(pixels, blend_space), _FLOW_AREA)
     return shrunk(pixels, _SIDE), picture, detail_energy(pixels)

@@ -1,4 +1,4 @@
-"""Warp pictures along optical flow, and find that flow in both directions between two frames."""
+"""Warp pictures along optical flow, and estimate the flow between two frames in both directions."""
 
 from typing import NamedTuple
 
@@ -11,16 +11,16 @@ from fire_atlas.core.pixels import Bytes, Pixels, Plane, as_plane, brightness
 from fire_atlas.vision.flow import optical_flow, resized
 
 _CONSISTENCY = 0.01
-"""Forward and backward flow may miss each other by this fraction of the frame."""
+"""Tolerated mismatch of forward and backward flow, as a fraction of the frame."""
 
 _COVERAGE_WEIGHT = 0.25
-"""Weight of coverage beside brightness in what is compared: dark smoke moves too."""
+"""Weight of coverage, against brightness, in the picture flow is estimated on; it shows smoke."""
 
 
 class FlowField(NamedTuple):
-    """Displacement of every place, two (h, w) planes, as fractions of the frame's width and height.
+    """Displacement of each pixel, two (h, w) planes, as fractions of the frame's width and height.
 
-    So a field that was found on small pictures holds for large ones.
+    So a field estimated on small pictures can be applied to large ones.
     """
 
     x: Plane
@@ -35,12 +35,12 @@ class FlowField(NamedTuple):
         return FlowField(as_plane(self.x + other.x), as_plane(self.y + other.y))
 
     def resized(self, size: tuple[int, int]) -> "FlowField":
-        """Return the field at another (width, height)."""
+        """Return the field resized to ``size`` (width, height)."""
         return FlowField(*(resized(plane, size) for plane in self))
 
 
 class BidirectionalFlow(NamedTuple):
-    """Flow from a frame to another one, and from that one back to the first."""
+    """Flow from a frame to another one, and back."""
 
     forward: FlowField
     backward: FlowField
@@ -53,10 +53,10 @@ def sample_at(
     interpolation: int = cv2.INTER_LINEAR,
     border: int = cv2.BORDER_REPLICATE,
 ) -> NDArray[np.float32]:
-    """Return ``image`` (h, w) or (h, w, channels) at the places (``x``, ``y``), (rows, columns).
+    """Sample ``image``, (h, w) or (h, w, channels), at the points (``x``, ``y``), (rows, columns).
 
-    Places are px, with (0, 0) the centre of the top-left pixel; by default the sampling is bilinear
-    and the outermost pixels go on beyond the border.
+    Points are px, with (0, 0) the centre of the top-left pixel. By default the sampling is bilinear
+    and the outermost pixels are repeated beyond the border.
     """
     return as_plane(cv2.remap(image, as_plane(x), as_plane(y), interpolation, borderMode=border))
 
@@ -68,9 +68,9 @@ def warp_by_pixels(
     interpolation: int = cv2.INTER_LINEAR,
     border: int = cv2.BORDER_REPLICATE,
 ) -> NDArray[np.float32]:
-    """Return at each p what ``image`` (h, w, ...) has at p + ``share`` · flow(p).
+    """Return the picture that shows at p what ``image`` (h, w, ...) shows at p + share · flow(p).
 
-    ``flow`` is (h, w, 2), px. The rest is as for ``sample_at``.
+    ``flow`` is (h, w, 2), px. The other arguments are those of ``sample_at``.
     """
     height, width = flow.shape[:2]
     x, y = pixel_centres(width, height)
@@ -79,7 +79,7 @@ def warp_by_pixels(
 
 
 def pixel_centres(width: int, height: int) -> tuple[Plane, Plane]:
-    """Return column and row of every pixel of a picture, (height, width) each."""
+    """Return the column and the row of every pixel of a picture, (height, width) each."""
     x, y = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
     return as_plane(x), as_plane(y)
 
@@ -87,7 +87,7 @@ def pixel_centres(width: int, height: int) -> tuple[Plane, Plane]:
 def flow_input(pixels: Pixels, blend_space: str) -> Bytes:
     """Return the (h, w) uint8 picture of a frame on which flow is estimated.
 
-    It holds brightness and, with less weight, coverage.
+    It is a weighted sum of brightness and coverage.
     """
     bright, cover = brightness(pixels, blend_space), cv2.extractChannel(pixels, 3)
     mixed = cv2.addWeighted(bright, 1 - _COVERAGE_WEIGHT, cover, 255 * _COVERAGE_WEIGHT, 0.0)
@@ -97,12 +97,12 @@ def flow_input(pixels: Pixels, blend_space: str) -> Bytes:
 def bidirectional_flow(one: Bytes, other: Bytes, smoothing: float) -> BidirectionalFlow:
     """Estimate the flow between two pictures in both directions.
 
-    Where the two directions disagree (occlusion) the field is that of the surroundings, or 0 where
+    Where the two directions disagree (occlusion), the flow of the surroundings is taken, or 0 if
     these disagree too.
 
     Args:
         one, other: (h, w) uint8.
-        smoothing: Standard deviation of the Gaussian over the fields, as a share of the height.
+        smoothing: Standard deviation of the Gaussian that smooths the fields, in heights.
     """
     height, width = one.shape
     forward, backward = (
@@ -117,16 +117,16 @@ def bidirectional_flow(one: Bytes, other: Bytes, smoothing: float) -> Bidirectio
 
 
 def warp(pixels: Pixels, flow: FlowField) -> Pixels:
-    """Return the frame that at every place shows what ``pixels`` has at that place plus flow."""
+    """Return the frame that shows at each p what ``pixels`` shows at p + flow(p)."""
     height, width = pixels.shape[:2]
     return sample_at(pixels, *_destinations(flow.resized((width, height)), (width, height)))
 
 
 def intermediate_flows(flow: BidirectionalFlow, time: float) -> tuple[FlowField, FlowField]:
-    """Flow from the frame at ``time``, 0..1 between two frames, to the first and to the second.
+    """Return the flow from an in-between frame at ``time``, 0..1, to the first and to the second.
 
-    The frame in between is not known, so its flow is made of that of both ends (Jiang et al.,
-    "Super SloMo", CVPR 2018, eq. 4).
+    The in-between frame is not known, so its flow is approximated by a combination of the flows
+    between the two frames (Jiang et al., "Super SloMo", CVPR 2018, eq. 4).
     """
     forward, backward = flow
     to_first = forward.scaled(-(1 - time) * time).plus(backward.scaled(time * time))
@@ -135,27 +135,27 @@ def intermediate_flows(flow: BidirectionalFlow, time: float) -> tuple[FlowField,
 
 
 def over_channels(pixels: MatLike) -> Plane:
-    """Return the sum of all channels, (h, w)."""
+    """Return the sum of the four channels, (h, w)."""
     return as_plane(cv2.transform(pixels, np.ones((1, 4), np.float32)))
 
 
 def blurred(plane: Plane, sigma: float) -> Plane:
-    """Return a plane softened by a Gaussian of ``sigma`` px."""
+    """Return a plane blurred by a Gaussian of ``sigma`` px."""
     return as_plane(cv2.GaussianBlur(plane, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE))
 
 
 def _consistency(forward: FlowField, backward: FlowField) -> Plane:
-    """How well each place comes back to itself along both flows, (h, w) in 0..1."""
+    """Return how well following both flows leads each pixel back to itself, (h, w) in 0..1."""
     height, width = forward.x.shape
     x, y = _destinations(forward, (width, height))
     returned = [sample_at(plane, x, y) for plane in backward]
-    miss = sum((a + b) ** 2 for a, b in zip(forward, returned, strict=True))
+    mismatch = sum((a + b) ** 2 for a, b in zip(forward, returned, strict=True))
     length = sum(a**2 + b**2 for a, b in zip(forward, returned, strict=True))
-    return as_plane(np.exp(-miss / (0.1 * length + np.float32(_CONSISTENCY**2))))
+    return as_plane(np.exp(-mismatch / (0.1 * length + np.float32(_CONSISTENCY**2))))
 
 
 def _smoothed(field: FlowField, weight: Plane, sigma: float) -> FlowField:
-    """Mean of the field around each place by ``weight``; 0 where all weights are small."""
+    """Return the field blurred with weights; 0 where all weights nearby are small."""
     total = blurred(weight, sigma)
     scale = np.minimum(1.5 * total, 1.0) / (total + np.float32(1e-3))
     return FlowField(
@@ -164,6 +164,6 @@ def _smoothed(field: FlowField, weight: Plane, sigma: float) -> FlowField:
 
 
 def _destinations(flow: FlowField, size: tuple[int, int]) -> tuple[Plane, Plane]:
-    """Return where each pixel of a frame of that (width, height) is led by ``flow``, px."""
+    """Return the point, px, to which ``flow`` leads each pixel of a frame of ``size`` (w, h)."""
     x, y = pixel_centres(*size)
     return as_plane(x + flow.x * size[0]), as_plane(y + flow.y * size[1])

@@ -73,4 +73,4 @@ def test_learning_has_the_limit_too(repo: Repo, monkeypatch: pytest.MonkeyPatch)
 
 
 def test_the_command_line_has_the_limit_of_the_sources() -> None:
-    assert parse(["build", "fire.yaml"]).most_pixels == MAX_PIXELS
+    assert parse(["build", "fire.yaml"]).max_pixels == MAX_PIXELS

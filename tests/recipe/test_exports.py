@@ -51,7 +51,10 @@ def test_an_engine_is_named_alone_or_with_options(write: Write) -> None:
             "exports: [{template: a, too: b}]",
             "exports.0.too: unknown key; did you mean exports.0.to?",
         ),
-        ("exports: [{template: a, to: b, godot: {}}]", "exports.0.to: unknown key; it does not go"),
+        (
+            "exports: [{template: a, to: b, godot: {}}]",
+            "exports.0.to: unknown key; it cannot be combined",
+        ),
     ],
 )
 def test_mistakes_are_told_where_they_are(text: str, told: str, write: Write) -> None:

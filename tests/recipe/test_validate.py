@@ -34,17 +34,17 @@ def advice(path: Path, *overrides: str) -> list[str]:
         (
             "composite: {zzz: 1}",
             "2: composite.zzz",
-            "unknown key; known are blend, intensity, palette",
+            "unknown key; the keys here are blend, intensity, palette",
         ),
         (
             "exports: [{unity: {ppu: 3}}]",
             "2: exports.0.unity.ppu",
-            "unknown key; known are pixels_per_unit, flakes, namespace, assembly",
+            "unknown key; the keys here are pixels_per_unit, flakes, namespace, assembly",
         ),
         (
             "exports: [{unity: {}, to: x}]",
             "2: exports.0.to",
-            "unknown key; it does not go with the other keys of its block",
+            "unknown key; it cannot be combined with the other keys of its block",
         ),
         (
             "exports: [{unity: {namespace: Game.class}}]",
@@ -145,8 +145,8 @@ def advice(path: Path, *overrides: str) -> list[str]:
         (
             "timeline:\n  loop: pingpong\n  overlap: 3",
             "4: timeline.overlap",
-            "is for an end that is faded into a beginning, which loop: pingpong does not do; "
-            "leave overlap out, or use loop: crossfade",
+            "is the length of a cross-fade, but loop: pingpong has none; leave overlap out, or use "
+            "loop: crossfade",
         ),
         (
             "timeline:\n  loop: pingpong\n  frames: 5",
@@ -161,14 +161,14 @@ def advice(path: Path, *overrides: str) -> list[str]:
         (
             "seed: 1\nviews: {count: 2}",
             "3: views",
-            "frames have one side only; take it out, or make the fire in 3D with source.kind: "
-            "silk, or learn it with source.kind: profile",
+            "frames have one side only; leave views out, or make 3D fire with source.kind: "
+            "silk or source.kind: profile",
         ),
         (
             "exports:\n  - json\n  - unity:\n      assembly: true",
             "5: exports.1.unity.assembly",
-            "needs a `namespace` of your own, another for each folder: Unity allows an assembly's "
-            "name once in a project",
+            "needs a `namespace` of your own, a different one for each folder: names of "
+            "assemblies must be unique in a Unity project",
         ),
         ("version: 2", "2: version", "must be 1; got 2"),
         ("seed: -1", "2: seed", "must be at least 0; got -1"),

@@ -196,10 +196,10 @@ def test_a_gif_without_frames_is_refused(tmp_path: Path) -> None:
 def test_too_many_frames_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "a.gif"
     path.write_bytes(gif_bytes([(0, 1, [0], 65535), (0, 1, [1], 65535)], width=1))
-    with pytest.raises(SourceError, match="frames; at most 10000 are taken: give a lower fps"):
+    with pytest.raises(SourceError, match="frames; at most 10000 are allowed: give a lower fps"):
         fire.open_clip(path, fps=240)
     monkeypatch.setattr(animated, "MAX_FRAMES", 1)
-    with pytest.raises(SourceError, match="2 frames; at most 1 are taken"):
+    with pytest.raises(SourceError, match="2 frames; at most 1 are allowed"):
         fire.open_clip(path)
 
 

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.noise import PlaneWaves, random_wave_vectors
 from fire_atlas.core.pixels import Plane, as_plane
 
@@ -43,7 +43,7 @@ class Eddies:
 
         With a ``period``, s, each wave has a whole number of cycles in it, so they repeat.
         """
-        chance = generator(seed, Stage.EDDIES)
+        chance = generator(seed, RandomStream.EDDIES)
         length, kx, ky = random_wave_vectors(chance, _WAVES, _WAVELENGTHS, rows)
         frequency = _FREQUENCY * (_WAVELENGTHS[1] / length) ** (2 / 3)
         if period is not None:

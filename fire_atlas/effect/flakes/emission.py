@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Plane
 from fire_atlas.effect.flakes.drawing import drawn_width
@@ -212,11 +212,11 @@ def emit(frame: int, strength: Plane, emitter: EmitterSettings) -> Spawns:
     duration = candidates.places.size / emitter.candidate_count / emitter.fps
     first = round(frame / emitter.fps / TICK)
     ticks = max(1, round((frame + 1) / emitter.fps / TICK) - first)
-    chance = generator(emitter.seed, Stage.EMISSION, frame)
+    chance = generator(emitter.seed, RandomStream.EMISSION, frame)
     count = _steady_poisson(emitter.rate * duration, frame, emitter.seed)
     columns = _columns(chance, candidates.choose(chance, count), candidates.width, emitter)
     spawned = [Spawns(first + chance.integers(ticks, size=count), *columns)]
-    chance = generator(emitter.seed, Stage.BURSTS, frame)
+    chance = generator(emitter.seed, RandomStream.BURSTS, frame)
     if bursts := int(chance.poisson(emitter.burst_rate * duration)):
         sizes = chance.integers(*_BURST_SPARKS, bursts, endpoint=True)
         centres, radius = candidates.choose(chance, bursts), _BURST_WIDTH * emitter.height / 2
@@ -278,7 +278,7 @@ def _steady_poisson(mean: float, frame: int, seed: int) -> int:
     """
     if mean == 0:
         return 0
-    place = (generator(seed, Stage.TRICKLE).random() + frame * _GOLDEN) % 1.0
+    place = (generator(seed, RandomStream.TRICKLE).random() + frame * _GOLDEN) % 1.0
     counts = np.arange(1, math.ceil(mean + 12 * math.sqrt(mean) + 24))
     probability = np.exp(np.cumsum(np.concatenate([[-mean], np.log(mean / counts)])))
     return int(np.searchsorted(np.cumsum(probability), place, side="right"))
@@ -327,7 +327,7 @@ def limit_alive(spawns: Spawns, limit: int, count: int, fps: float, seed: int) -
     """
     first = np.ceil(spawns.tick * (TICK * fps)).astype(np.intp)
     frames = np.ceil(spawns.life * fps).astype(np.intp)
-    order = generator(seed, Stage.THINNING).permutation(len(first))
+    order = generator(seed, RandomStream.THINNING).permutation(len(first))
 
     def most_alive(kept: int) -> int:
         """Return most flakes of any frame, if the first ``kept`` of ``order`` are spawned."""

@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.effect.field.record import FieldRecord
 from fire_atlas.effect.flakes.emission import TICK, Spawns
@@ -285,7 +285,7 @@ def scatter_rotations(
         return np.ones(len(ids)), np.zeros(len(ids))
     # The first draws do not depend on how many follow.
     count = min(int(ids.max()) + 1, _ANGLES)
-    draws = 2 * generator(seed, Stage.SCATTER, tick).random(count).take(ids & (_ANGLES - 1))
+    draws = 2 * generator(seed, RandomStream.SCATTER, tick).random(count).take(ids & (_ANGLES - 1))
     # One draw serves both: its upper half turns to the right, its lower half to the left.
     right = np.floor(draws)
     cos = scattering_cosine(draws - right, k)

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.effect.field.wind import LEVEL_SPEED, wind_velocity
 from fire_atlas.generators.silk.fuel import Fuel
 from fire_atlas.generators.silk.mechanics import Vectors, normals
@@ -67,7 +67,7 @@ class SheetForces:
         sheets, rows, columns = rest.shape[:3]
         height = rest[:, -1, 0, 2] - rest[:, 0, 0, 2]
         size = (sheets, 1, _WAVES)
-        chance = generator(seed, Stage.TURBULENCE)
+        chance = generator(seed, RandomStream.TURBULENCE)
         # A wave has 0.4 to 1.6 periods along the sheet, and travels up about as fast as the gas.
         up = chance.uniform(0.4, 1.6, size)
         across = chance.uniform(-0.7, 0.7, size)

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.noise import BlurredCurlNoise
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.generators.silk.texture import Image
@@ -100,7 +100,7 @@ def synthesise_images(seeds: SeedImages, seed: int, energy: float = 1.0) -> Iter
     seed_step, detail = _distance(one, other), 0.5 * (_detail(one) + _detail(other))
     up = np.linspace(1, 0, height, dtype=np.float32)[:, None, None]
     fuel = np.float32(_FUEL_TOP) + np.float32(_FUEL_BASE - _FUEL_TOP) * (1 - up) ** 2
-    chance = generator(seed, Stage.EXCITEMENT)
+    chance = generator(seed, RandomStream.EXCITEMENT)
     eddies = BlurredCurlNoise(chance, (height, width), max(height / 14, 1.5))
     before, now, correction = one, other, 1.0
     n = 0

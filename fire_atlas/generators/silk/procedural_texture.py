@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.noise import PlaneWaves, curl_differences, random_wave_vectors
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.generators.silk.fuel import Burner
@@ -61,7 +61,7 @@ def synthesise_texture(
     height, width = shape
     v = 1 - (np.arange(height) + 0.5) / height
     u = ((np.arange(width) + 0.5) / width - 0.5) * aspect
-    chance = generator(seed, Stage.PLUME, index)
+    chance = generator(seed, RandomStream.PLUME, index)
     flow = _GasFlow(burner, _random_eddies(chance, burner, images), u, v)
     inlet = _FuelInlet(burner, _random_supply(chance, burner, images), u, v, aspect)
     advection = _Advection(shape, inlet.distance(), height / _STEPS)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.generators.silk.forces import SheetForces
 from fire_atlas.generators.silk.fuel import Fuel, fuel_of
@@ -160,7 +160,7 @@ def _sheet_placements(sheets: tuple[Sheet, ...] | Arrangement, seed: int) -> lis
     if not isinstance(sheets, Arrangement):
         return [SheetPlacement(s.at, s.width, s.height, s.angle) for s in sheets]
     count = sheets.count
-    chance = generator(seed, Stage.SHEETS)
+    chance = generator(seed, RandomStream.SHEETS)
     heights = sheets.height * chance.uniform(0.88, 1.0, count)
     widths = sheets.width * chance.uniform(0.9, 1.08, count)
     jitter = chance.uniform(-0.5, 0.5, (3, count))

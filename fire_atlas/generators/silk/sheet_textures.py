@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import REC709
 from fire_atlas.generators.settings import GenerationSettings
@@ -138,7 +138,7 @@ def _assign(
     as little as that takes.
     """
     sheets, images = recording.rate.shape[1], len(loops[0])
-    chance = generator(settings.seed, Stage.SHEETS, 1)
+    chance = generator(settings.seed, RandomStream.SHEETS, 1)
     # No two sheets begin alike: starts are spread evenly over the loop, and then shuffled.
     start = (chance.permutation(sheets) + chance.uniform(0, 0.8, sheets)) / sheets * images
     rate = recording.rate.copy()

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.easing import smooth_step
 
 _FLAME, _PLUME = 0.2, 1.0
@@ -98,7 +98,7 @@ class Particles:
         parts = []
         number = max(1, round(alive * period / lifetime))
         for k, azimuth in enumerate(azimuths):
-            chance = generator(seed, Stage.PARTICLES, k)
+            chance = generator(seed, RandomStream.PARTICLES, k)
             birth = (np.arange(number) + chance.random(number)) * period / number
             distance = chance.uniform(-1, 1, number)
             direction = np.where(distance < 0, azimuth + math.pi, azimuth)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from fire_atlas.core.chance import Stage, generator
+from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.generators.profile.generate.particles import height_after
 from fire_atlas.generators.profile.generate.wind import WindResponse
@@ -129,7 +129,7 @@ def playback_track(
     In still air they begin anywhere in the clip; in wind, among the frames of the leaning state it
     causes at that ``azimuth``, radians.
     """
-    chance = generator(seed, Stage.SPLICES, track)
+    chance = generator(seed, RandomStream.SPLICES, track)
     number = max(2, math.ceil(period / (0.85 * sequence.max_length)))
     length = period / number
     shift = chance.random()
