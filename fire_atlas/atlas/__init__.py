@@ -1,1 +1,1 @@
-"""Encode frames, trim them, pack them onto pages and draw these. Knows no file format."""
+"""Encode frames, trim them, pack them onto pages and draw the pages. Knows no file format."""

@@ -1,9 +1,8 @@
-"""Fill pages by best-fit: the lowest ledge takes the rectangle that suits it best.
+"""Fill pages by best-fit: place on the lowest ledge the rectangle that suits it best.
 
 After Burke, Kendall and Whitwell, "A new placement heuristic for the orthogonal stock-cutting
-problem" (2004). How well a rectangle suits a ledge is a score, an idea of Leung, Zhang
-and Sim, "A two-stage intelligent search algorithm for the two-dimensional strip packing problem"
-(2011).
+problem" (2004). A score measures how well a rectangle suits a ledge, as in Leung, Zhang and Sim,
+"A two-stage intelligent search algorithm for the two-dimensional strip packing problem" (2011).
 """
 
 import math
@@ -17,31 +16,32 @@ from fire_atlas.atlas.skyline import Flags, Indices, Ints, Ledge, Skyline
 Floats = NDArray[np.float32]
 
 _COMPACT_EVERY = 16
-"""Steps after which rectangles that were placed are left out of the arithmetic."""
+"""Number of steps after which the columns of rectangles that were placed are dropped."""
 
-# Parts of the score, found by trying thousands of others on sets of 300 rectangles that no test
+# Terms of the score, tuned by trying thousands of values on sets of 300 rectangles that no test
 # uses. The rectangle's priority is added: large ones first, and tall ones before wide ones.
+# "Near" and "far" are the walls beside the ledge: the one that ends first, and the other one.
 _FILLS = 2.3  # takes the ledge's whole width
-_LEVEL_WITH_FAR = 4.0  # ends level with the wall that reaches further down
-_LEVEL_WITH_NEAR = 1.1  # ends level with the other wall
-_FILLS_TO_FAR = 2.0  # besides, if both
+_LEVEL_WITH_FAR = 4.0  # ends level with the far wall
+_LEVEL_WITH_NEAR = 1.1  # ends level with the near wall
+_FILLS_TO_FAR = 2.0  # in addition, if it both fills and ends level
 _FILLS_TO_NEAR = 1.5
 _FILLS_BEYOND = 1.4  # takes the whole width and reaches beyond both walls
-_SLIVER = 0.3  # leaves a rest too narrow for anything, so nearly takes the width
-_WASTE = 6.5  # taken off for each typical area that is lost below such a rest
-_STEP = 0.57  # taken off for each typical side between its end and the further wall's
-_LONGEST_STEP = 2.6  # typical sides; beyond, all steps are alike
+_SLIVER = 0.3  # leaves a gap too narrow for anything, so nearly takes the width
+_WASTE = 6.5  # subtracted times the area of that gap, in mean areas of a rectangle
+_STEP = 0.57  # subtracted times the step from its end to the far wall's, in typical sides
+_MAX_STEP = 2.6  # limit on that step, in typical sides
 _TALL_FIRST = 0.66  # a priority is ln(height) + this · ln(width)
 
 
 class Batch(NamedTuple):
-    """What to place on each of B pages, in px.
+    """B pages to fill, and the rectangles to place on each of them, in px.
 
     Attributes:
-        widths, heights: (B, n), the rectangles as each page takes them.
-        owners: (n,): columns of one owner are one rectangle, upright and rotated.
+        widths, heights: (B, n), the rectangles; x and y may be exchanged on some pages.
+        owners: (n,): columns with the same owner are one rectangle, upright and rotated.
         page_widths, page_heights: (B,), room on each page.
-        priorities: (B, n), score that every rectangle has anywhere; -inf leaves it out.
+        priorities: (B, n), score of each rectangle on any ledge; -inf leaves it out.
     """
 
     widths: Ints
@@ -67,7 +67,7 @@ def priorities_of(sizes: Ints) -> Floats:
 
 
 def fill(batch: Batch) -> Positions:
-    """Place as many rectangles on each page as best-fit finds room for."""
+    """Fill each page with as many rectangles as best-fit finds room for."""
     remaining = _Remaining(batch)
     skyline = Skyline(batch.page_widths, batch.widths.shape[1] + 1)
     while True:
@@ -85,7 +85,7 @@ def fill(batch: Batch) -> Positions:
 
 
 class _Remaining:
-    """The rectangles that are left for each page, and the positions of the others."""
+    """The rectangles not yet placed on each page, and the positions of the others."""
 
     def __init__(self, batch: Batch) -> None:
         pages, columns = batch.widths.shape
@@ -103,12 +103,12 @@ class _Remaining:
         self.x, self.y = (np.full((pages, columns), -1, np.int64) for _ in range(2))
 
     def size(self, rows: Indices, columns: Indices) -> tuple[Ints, Ints]:
-        """Return widths and heights of one rectangle a row, px."""
+        """Return widths and heights of one rectangle per row, px."""
         widths, heights = self._widths[rows, columns], self._heights[rows, columns]
         return widths.astype(np.int64), heights.astype(np.int64)
 
     def choose(self, ledge: Ledge, room: Ints) -> tuple[Indices, Flags]:
-        """Return the column that suits each page's ledge best, and whether it fits at all."""
+        """Return the column that suits each page's ledge best, and whether any fits."""
         if self._age % _COMPACT_EVERY == 0:
             self._drop_placed()
         self._age += 1
@@ -132,7 +132,7 @@ class _Remaining:
         far = np.maximum(ledge.left, ledge.right).astype(np.float32)[:, None]
         rest = ledge.width.astype(np.float32)[:, None] - self._widths
         step = np.abs(self._heights - far)
-        scores: Floats = np.minimum(step, np.float32(_LONGEST_STEP * self._side))
+        scores: Floats = np.minimum(step, np.float32(_MAX_STEP * self._side))
         scores *= np.float32(-_STEP / self._side)
         scores += self._priorities
         fills, level_near, level_far = rest == 0, self._heights == near, step == 0
@@ -147,7 +147,7 @@ class _Remaining:
         return scores
 
     def _penalise_slivers(self, scores: Floats, rest: Floats, near: Floats) -> None:
-        """Score rectangles that leave a rest beside them too narrow for any other."""
+        """Score rectangles that leave a gap beside them too narrow for any other."""
         at = np.nonzero((rest > 0) & (rest < self._narrowest[:, None]))
         lost = rest[at] * np.minimum(self._heights[at], near[at[0], 0])
         scores[at] += np.float32(_SLIVER) - lost * np.float32(_WASTE / self._side**2)
@@ -155,9 +155,9 @@ class _Remaining:
     def _drop_placed(self) -> None:
         """Drop columns that were placed, and find the narrowest of the others."""
         taken = np.isneginf(self._priorities)
-        most = max(int((~taken).sum(axis=1).max()), 1)
-        if most < 0.8 * taken.shape[1]:
-            keep = np.argsort(taken, axis=1, kind="stable")[:, :most]
+        columns = max(int((~taken).sum(axis=1).max()), 1)
+        if columns < 0.8 * taken.shape[1]:
+            keep = np.argsort(taken, axis=1, kind="stable")[:, :columns]
             self._ids = np.take_along_axis(self._ids, keep, axis=1)
             self._owners = np.take_along_axis(self._owners, keep, axis=1)
             self._widths = np.take_along_axis(self._widths, keep, axis=1)

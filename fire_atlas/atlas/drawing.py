@@ -1,4 +1,4 @@
-"""Draw pages: each frame in its place, with extruded edges and colour bleed."""
+"""Draw atlas pages: each frame at its place, with extruded edges and colour bleed."""
 
 import math
 from collections.abc import Sequence
@@ -16,12 +16,12 @@ from fire_atlas.recipe.output import Atlas
 
 @dataclass(frozen=True, slots=True)
 class Edges:
-    """Px around a frame on its page.
+    """Space around a frame on its page, px.
 
     Attributes:
-        extrude: So many px repeat the frame's outermost ones.
-        bleed: Transparent px up to so far from a visible one get its colour.
-        margin: Px beyond the extruded frame in which no other frame draws.
+        extrude: Width of the border that repeats the frame's outermost pixels.
+        bleed: Distance up to which transparent pixels get the colour of a visible one.
+        margin: Width beyond the extruded frame in which no other frame draws.
     """
 
     extrude: int
@@ -30,7 +30,7 @@ class Edges:
 
     @classmethod
     def of(cls, settings: Atlas, scale: float) -> Self:
-        """Return the edges of frames of that scale."""
+        """Convert the recipe's settings to px of a sheet of that scale."""
         return cls(
             extrude=math.ceil(settings.extrude * scale),
             bleed=math.ceil(settings.bleed * scale),
@@ -64,7 +64,7 @@ def _draw(page: Bytes, region: Region, sprite: Sprite, edges: Edges) -> None:
 
 
 def _paste(page: Bytes, image: Bytes, x: int, y: int) -> None:
-    """Put ``image`` onto ``page`` at (x, y), without what lies beyond the page."""
+    """Copy ``image`` onto ``page`` at (x, y), clipped to the page."""
     left, top = max(-x, 0), max(-y, 0)
     right, bottom = page.shape[1] - x, page.shape[0] - y
     seen = image[top:bottom, left:right]
@@ -72,9 +72,9 @@ def _paste(page: Bytes, image: Bytes, x: int, y: int) -> None:
 
 
 def bleed_colour(image: Bytes, reach: int) -> Bytes:
-    """Return ``image`` (H, W, 4) with colour under its transparent pixels; alpha is untouched.
+    """Return ``image`` (H, W, 4) with colour in its transparent pixels; alpha is unchanged.
 
-    Each within ``reach`` px of a visible one has the colour of the nearest.
+    Those within ``reach`` px of a visible pixel get the colour of the nearest one.
     """
     hidden = image[..., 3] == 0
     if hidden.all() or not hidden.any():

@@ -1,6 +1,7 @@
-"""Encode pixels for pages: linear premultiplied light becomes the bytes a renderer blends.
+"""Encode pixels for pages: from linear premultiplied light to the bytes that a renderer blends.
 
-A renderer shows ``light + (1 - alpha) * background``. What ``light`` is depends on where it blends:
+A renderer shows ``light + (1 - alpha) * background``. It computes ``light`` from the stored bytes,
+which are, by the blend space:
 
 =============  =================  ===================
 stored         ``srgb`` blending  ``linear`` blending
@@ -10,8 +11,8 @@ premultiplied  sRGB(c) · alpha    sRGB(c · alpha)
 additive       as premultiplied, with alpha 0
 =============  =================  ===================
 
-c is the colour without its coverage, clipped at 1: a page cannot be brighter than white, so
-composition raises coverage wherever it wants more light.
+c is the colour divided by its coverage, clipped at 1. A page cannot be brighter than white, so
+composition raises coverage where it needs more light.
 """
 
 from typing import Literal, cast
@@ -30,22 +31,22 @@ Alpha = Literal["straight", "premultiplied", "additive"]
 BlendSpace = Literal["srgb", "linear"]
 
 _STRIP = 64
-"""Rows encoded at a time, so that temporaries stay in the processor's cache."""
+"""Number of rows encoded at a time, so that temporaries stay in the processor's cache."""
 
 _INVISIBLE = 0.5 / 255 / 12.92
 """Coverage below this is byte 0 in every encoding: half a step on the steepest part of sRGB."""
 
-_LEAST = np.float32(1e-12)
-"""Coverage that what is divided by it has at least; light that is 0 stays 0."""
+_MIN_DIVISOR = np.float32(1e-12)
+"""Minimum coverage that light is divided by."""
 
 _DIM = 16
-"""Coverage below this many of its 255 steps is too coarse for blending in linear light."""
+"""Below this, of 255, the steps of coverage are too coarse for blending in linear light."""
 
 
 def encode_frame(pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> Bytes:
-    """Return pixels (H, W, 4) as the RGBA, same shape, uint8, that the renderer blends to them.
+    """Encode pixels (H, W, 4) as the RGBA bytes, same shape, that a renderer blends.
 
-    By the renderer's own formula that is the picture, over any background, to within 1/255 for
+    By the renderer's formula they give the picture, over any background, to within 1/255 for
     premultiplied and additive pages and 2/255 for straight ones.
     """
     image = np.empty(pixels.shape, np.uint8)
@@ -56,12 +57,12 @@ def encode_frame(pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> Bytes
 
 
 def is_page_ready(picture: Picture, settings: Atlas) -> bool:
-    """Whether the only pages there are hold a picture as it is: as bytes of straight colours."""
+    """Whether the pages hold the picture's bytes unchanged: straight alpha, full size only."""
     return picture.dtype == np.uint8 and settings.alpha == "straight" and settings.scales == (1.0,)
 
 
 def encode_sprites(picture: Picture, settings: Atlas) -> tuple[Sprite, ...]:
-    """Return a frame (H, W, 4) as it goes onto the pages of each scale, the largest first."""
+    """Encode and trim a frame (H, W, 4) for the pages of each scale, the largest first."""
     if is_page_ready(picture, settings):
         return (_sprite_of_bytes(picture, settings.trim_threshold),)
     pixels = as_light(picture)
@@ -77,9 +78,9 @@ def encode_sprites(picture: Picture, settings: Atlas) -> tuple[Sprite, ...]:
 
 
 def shrink(pixels: Pixels, factor: int) -> Pixels:
-    """Return pixels (H, W, 4) in 1 / ``factor`` of the size, rounded up.
+    """Return pixels (H, W, 4) at 1 / ``factor`` of the size, rounded up.
 
-    Each pixel is the mean of a block of the premultiplied light; beyond the frame there is none.
+    Each pixel is the mean of a block of premultiplied light, which is 0 beyond the frame.
     """
     height, width = pixels.shape[:2]
     whole = np.zeros((up_to(factor, height), up_to(factor, width), 4), np.float32)
@@ -89,8 +90,8 @@ def shrink(pixels: Pixels, factor: int) -> Pixels:
 
 
 def _sprite_of_bytes(image: Bytes, threshold: int) -> Sprite:
-    """Return an image of straight colours trimmed; what coverage 0 hides is black, as it is when
-    it is encoded."""
+    """Trim an image with straight alpha; pixels of coverage 0 become black, as in all encoded
+    frames."""
     frame_size, part = (image.shape[1], image.shape[0]), where_covered(image)
     lit = image[part]
     if not lit.size:
@@ -102,7 +103,7 @@ def _sprite_of_bytes(image: Bytes, threshold: int) -> Sprite:
 def encode_sprite(
     pixels: Pixels, alpha: Alpha, blend_space: BlendSpace, threshold: int = 0
 ) -> Sprite:
-    """Return pixels (H, W, 4) encoded and trimmed; dark borders cost next to nothing."""
+    """Encode and trim pixels (H, W, 4); empty borders are not encoded, to save time."""
     frame_size = pixels.shape[1], pixels.shape[0]
     visible = pixels[..., 3] > _INVISIBLE
     rows, columns = np.flatnonzero(visible.any(axis=1)), np.flatnonzero(visible.any(axis=0))
@@ -118,22 +119,22 @@ def _encode_strip(pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> Byte
     coverage = np.clip(pixels[..., 3], 0.0, 1.0)
     if alpha == "straight":
         return _straight(pixels, coverage, blend_space)
-    image = _added(_held(pixels, coverage), coverage, blend_space)
+    image = _added(_limited(pixels, coverage), coverage, blend_space)
     image[..., 3] = 0 if alpha == "additive" else _bytes(coverage)
     return image
 
 
 def _straight(pixels: Pixels, coverage: Plane, blend_space: BlendSpace) -> Bytes:
-    """Return sRGB(c) and coverage; what coverage 0 hides is black, so that it can be trimmed.
+    """Return sRGB(c) and coverage; pixels of coverage 0 are black, so that they can be trimmed.
 
     Blending in linear light shows one step of dim coverage as up to 13 steps of the screen's sRGB.
-    Dim coverage is therefore rounded up and the colour, whose sRGB steps are fine enough in the
-    dark, is dimmed to make up for it.
+    Dim coverage is therefore rounded up, and the colour, whose sRGB steps are fine enough in the
+    dark, is dimmed to compensate.
     """
     shown = _rounded_up_where_dim(coverage) if blend_space == "linear" else coverage
     alpha = _bytes(shown)
     shown[alpha == 0] = 0
-    image = encode_bytes(_colour(_held(pixels, np.minimum(coverage, shown)), shown))
+    image = encode_bytes(_colour(_limited(pixels, np.minimum(coverage, shown)), shown))
     image[..., 3] = alpha
     return image
 
@@ -145,27 +146,28 @@ def _rounded_up_where_dim(coverage: Plane) -> Plane:
 
 
 def _added(light: Pixels, coverage: Plane, blend_space: BlendSpace) -> Bytes:
-    """Return what the renderer adds to the background, RGB as bytes; the fourth channel is free."""
+    """Return the light that the renderer adds, RGB as bytes; the fourth channel is arbitrary."""
     if blend_space == "linear":
         return encode_bytes(light)
     srgb = encode_unit(_colour(light, coverage))
-    return cast(Bytes, cv2.multiply(srgb, _spread(coverage), scale=255, dtype=cv2.CV_8U))
+    return cast(Bytes, cv2.multiply(srgb, _in_four_channels(coverage), scale=255, dtype=cv2.CV_8U))
 
 
 def _colour(light: Pixels, coverage: Plane) -> NDArray[np.float32]:
-    """Return linear colour (H, W, 4) without its coverage; black where there is none.
+    """Return linear colour (H, W, 4): light divided by its coverage; black where there is none.
 
-    ``light`` is no brighter than its coverage. The fourth channel is free.
+    ``light`` is no brighter than its coverage. The fourth channel of the result is arbitrary.
     """
-    return cast(NDArray[np.float32], cv2.divide(light, np.maximum(_spread(coverage), _LEAST)))
+    divisor = np.maximum(_in_four_channels(coverage), _MIN_DIVISOR)
+    return cast(NDArray[np.float32], cv2.divide(light, divisor))
 
 
-def _held(pixels: Pixels, coverage: Plane) -> Pixels:
-    """Return pixels no brighter than their coverage."""
-    return cast(Pixels, cv2.min(pixels, _spread(coverage)))
+def _limited(pixels: Pixels, coverage: Plane) -> Pixels:
+    """Limit pixels to be no brighter than their coverage."""
+    return cast(Pixels, cv2.min(pixels, _in_four_channels(coverage)))
 
 
-def _spread(plane: Plane) -> NDArray[np.float32]:
+def _in_four_channels(plane: Plane) -> NDArray[np.float32]:
     return cast(NDArray[np.float32], cv2.merge((plane, plane, plane, plane)))
 
 

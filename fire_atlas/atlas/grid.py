@@ -1,4 +1,4 @@
-"""Lay frames out in uniform cells, in playing order, row by row, that divide pages evenly."""
+"""Place frames in the equal cells of a grid, row by row in playing order; cells fill the page."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -8,19 +8,18 @@ from fire_atlas.atlas.pack import Packing, PagePlacement
 from fire_atlas.atlas.page_rules import PageRules, Size, effective_area
 from fire_atlas.atlas.sheet import CellGrid
 
-_MOST_CELLS = 512
-"""Most columns, and most rows."""
+_MAX_CELLS = 512
+"""Maximum number of columns, and of rows."""
 
 
 def pack_grid(sizes: Sequence[Size], rules: PageRules) -> tuple[Packing, CellGrid]:
-    """Place ``sizes``, none too large for a page, in cells; all pages are alike.
+    """Place ``sizes``, none too large for a page, in cells; all pages have the same grid.
 
-    Half the padding lies on each side of a cell, so that cells are the page's size divided by
-    their number: what flipbook shaders count with.
+    Half the padding lies on each side of a cell, so that the cell size is the page size divided by
+    the number of cells, as flipbook shaders assume.
     """
     shapes = list(_shapes(len(sizes), rules, *_cell(sizes, rules)))
-    most = max(shape.cells for shape in shapes)
-    pages = math.ceil(len(sizes) / most)
+    pages = math.ceil(len(sizes) / max(shape.cells for shape in shapes))
     on_page = math.ceil(len(sizes) / pages)
     shape = min((shape for shape in shapes if shape.cells >= on_page), key=_Shape.cost)
     grid = CellGrid(
@@ -32,7 +31,7 @@ def pack_grid(sizes: Sequence[Size], rules: PageRules) -> tuple[Packing, CellGri
 
 
 class _Shape(NamedTuple):
-    """A page and how many cells it has."""
+    """The size of a page, px, and its number of columns and rows."""
 
     columns: int
     rows: int
@@ -41,26 +40,26 @@ class _Shape(NamedTuple):
 
     @property
     def cells(self) -> int:
-        """How many frames it holds."""
+        """The number of frames that the page holds."""
         return self.columns * self.rows
 
     def cost(self) -> tuple[float, int]:
-        """The smallest page, then the squarest."""
+        """Sort key: the smallest page is best, then the squarest."""
         return effective_area((self.width, self.height)), max(self.width, self.height)
 
 
 def _cell(sizes: Sequence[Size], rules: PageRules) -> Size:
-    """Return the smallest cell, gutter included. A frame alone on its page needs no gutter."""
+    """Return the smallest cell for the frames and a gutter, which a single frame does not need."""
     gutter = rules.padding if len(sizes) > 1 else 0
     width, height = (max(size[axis] for size in sizes) for axis in (0, 1))
     return min(width + gutter, rules.largest), min(height + gutter, rules.largest)
 
 
 def _shapes(count: int, rules: PageRules, width: int, height: int) -> Iterator[_Shape]:
-    """Yield pages of cells of at least ``width`` × ``height``, of use for ``count`` frames."""
-    for columns in range(1, min(count, _MOST_CELLS, rules.largest // width) + 1):
+    """Yield all useful pages for ``count`` frames with cells of at least ``width`` × ``height``."""
+    for columns in range(1, min(count, _MAX_CELLS, rules.largest // width) + 1):
         needed = rules.side(-(-count // columns)) if rules.pot else -(-count // columns)
-        for rows in range(1, min(needed, _MOST_CELLS, rules.largest // height) + 1):
+        for rows in range(1, min(needed, _MAX_CELLS, rules.largest // height) + 1):
             across, down = columns * width, rows * height
             if rules.square:
                 side = rules.side(max(across, down), math.lcm(columns, rows))
@@ -72,7 +71,7 @@ def _shapes(count: int, rules: PageRules, width: int, height: int) -> Iterator[_
 
 
 def _gutters(sizes: Sequence[Size], rules: PageRules, grid: CellGrid) -> Size:
-    """Return what lies before a frame in its cell: half the padding, if there is room for it."""
+    """Return the offset (x, y) of a frame in its cell: half the padding, if there is room."""
     room = grid.cell_width - max(w for w, _ in sizes), grid.cell_height - max(h for _, h in sizes)
     return min(rules.padding, room[0]) // 2, min(rules.padding, room[1]) // 2
 

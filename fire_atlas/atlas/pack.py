@@ -1,7 +1,7 @@
-"""Pack rectangles onto pages: on which page each lies, and where on it.
+"""Pack rectangles onto pages: choose the page of each, and its place there.
 
-The same sizes are packed alike in whatever order they come; equal rectangles share their places
-out in the order given.
+The same sizes take the same places in whatever order they are given; rectangles of equal size take
+theirs in the order given.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from fire_atlas.atlas.search import FilledPage, Search
 class PagePlacement(NamedTuple):
     """Where a rectangle lies: index of the page, and its top-left corner there, px.
 
-    A ``rotated`` one takes its height across and its width down.
+    If ``rotated``, it is turned by 90°: its height lies along x and its width along y.
     """
 
     page: int
@@ -33,17 +33,17 @@ class Packing:
 
 
 QUICK, THOROUGH = 288, 1152
-"""Pages to try: a quarter of the time, or about 1 % less to store."""
+"""Number of pages to try. Thorough takes four times as long, for about 1 % less to store."""
 
 _TRIES_OF_FULL = 96
-"""Pages to try where it is known that little room will be left."""
+"""Number of pages to try when it is known that the page will be nearly full."""
 
 
 def pack(sizes: Sequence[Size], rules: PageRules, tries: int = QUICK) -> Packing:
-    """Place all ``sizes``, none too large for a page: fewest pages first, then the smallest.
+    """Place all ``sizes``, none too large for a page, on as few and as small pages as possible.
 
-    Where it costs no further page, a page holds rectangles that follow one another: a renderer that
-    knows only its own page's part of an animation can then join the parts.
+    If that takes no extra page, each page holds successive rectangles: a client that reads one page
+    at a time can then put an animation together.
     """
     padded = [(width + rules.padding, height + rules.padding) for width, height in sizes]
     area, room = sum(w * h for w, h in padded), rules.room(rules.largest) ** 2
@@ -61,7 +61,7 @@ def pack(sizes: Sequence[Size], rules: PageRules, tries: int = QUICK) -> Packing
 
 
 _Page = tuple[list[int], FilledPage]
-"""Which rectangles were to be placed, and where those went that were."""
+"""Indices of the rectangles to place on a page, and the page filled with as many as fitted."""
 
 
 def _packing(pages: list[_Page]) -> Packing:
@@ -76,7 +76,7 @@ def _packing(pages: list[_Page]) -> Packing:
 
 
 def _by_size(padded: list[Size], rules: PageRules, tries: int) -> list[_Page]:
-    """Fill each page with whatever fits best."""
+    """Fill each page with the rectangles that fit best, in any order."""
     numbers, pages = list(range(len(padded))), list[_Page]()
     while numbers:
         page = Search([padded[i] for i in numbers], rules).best(tries)
@@ -89,7 +89,7 @@ def _by_size(padded: list[Size], rules: PageRules, tries: int) -> list[_Page]:
 def _in_order(
     padded: list[Size], runs: list[list[int]], rules: PageRules, tries: int
 ) -> list[_Page]:
-    """Fill a page with each run; what after all does not fit goes to a page of its own."""
+    """Fill a page with each run; if one does not fit, its last rectangle moves to the next page."""
     pages, left = list[_Page](), list(runs)
     while left:
         run = left.pop(0)
@@ -103,7 +103,7 @@ def _in_order(
 
 
 def _runs(padded: list[Size], rules: PageRules) -> list[list[int]]:
-    """Share rectangles out to pages in their order, as many as each surely holds."""
+    """Split the rectangles, in order, into runs that each surely fit on one page."""
     runs, start = list[list[int]](), 0
     while start < len(padded):
         runs.append(_run(padded, start, rules))
@@ -112,7 +112,7 @@ def _runs(padded: list[Size], rules: PageRules) -> list[list[int]]:
 
 
 def _run(padded: list[Size], start: int, rules: PageRules) -> list[int]:
-    """Return as many rectangles from ``start`` on as one page holds."""
+    """Return the indices of as many rectangles from ``start`` on as surely fit on one page."""
     room, here = rules.room(rules.largest) ** 2, list[int]()
     for i in range(start, len(padded)):
         room -= padded[i][0] * padded[i][1]

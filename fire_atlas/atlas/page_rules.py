@@ -1,4 +1,4 @@
-"""Sizes that pages may have."""
+"""The page sizes that a recipe allows."""
 
 import math
 from dataclasses import dataclass
@@ -8,28 +8,28 @@ Size = tuple[int, int]
 
 
 _LONG, _LONG_COST = 3.0, 0.02
-"""Pages more than so many times as long as wide count as larger, by this for each time more: they
-run into the largest texture of a device before their area does."""
+"""Pages with an aspect above the first count as larger, by the second for each 1 of aspect more:
+their long side is the first to exceed a device's maximum texture size."""
 
 
 def effective_area(size: Size) -> float:
-    """Return the area of a page, and somewhat more if it is very long."""
+    """Return the area of a page, increased if the page is very long."""
     aspect = max(size) / min(size)
     return size[0] * size[1] * (1 + _LONG_COST * max(aspect - _LONG, 0.0))
 
 
 @dataclass(frozen=True, slots=True)
 class PageRules:
-    """Limits on pages as a recipe states them. All lengths in px, or all in another unit.
+    """Limits on pages as a recipe states them. All lengths in px, or all in the same larger unit.
 
     Attributes:
-        max_size: Largest side.
+        max_size: Maximum side.
         padding: Empty space between neighbours.
         border: Empty space along every edge.
-        multiple_of: Sides are multiples of this.
-        pot: Sides are powers of two.
-        square: Both sides are equal.
-        rotate: Rectangles may be turned by 90°.
+        multiple_of: Number that sides must be multiples of.
+        pot: Whether sides must be powers of two.
+        square: Whether both sides must be equal.
+        rotate: Whether rectangles may be turned by 90°.
     """
 
     max_size: int
@@ -42,16 +42,16 @@ class PageRules:
 
     @property
     def largest(self) -> int:
-        """The largest side that is allowed; 0 where none is."""
+        """The largest side allowed; 0 if no side is."""
         if self.pot:
             largest = 1 << self.max_size.bit_length() - 1
             return largest if largest >= self.multiple_of else 0
         return self.max_size // self.multiple_of * self.multiple_of
 
     def side(self, least: int, parts: int = 1) -> int:
-        """Return the smallest side of at least ``least`` that is allowed, however large.
+        """Return the smallest side of at least ``least`` allowed, even above ``max_size``.
 
-        It divides into ``parts``, unless it has to be a power of two and they are none.
+        It is a multiple of ``parts``, unless it must be a power of two and ``parts`` is none.
         """
         if self.pot:
             return 1 << (max(least, self.multiple_of) - 1).bit_length()
@@ -59,11 +59,11 @@ class PageRules:
         return -(-least // step) * step
 
     def room(self, side: int) -> int:
-        """Return how much of a page's ``side`` can be taken, with padding at the end of it."""
+        """Return the part of a page's ``side`` for rectangles, each with padding at its end."""
         return side - 2 * self.border + self.padding
 
     def page(self, width: int, height: int) -> Size:
-        """Return the page on which so much is taken, with padding at the end of it."""
+        """Return the smallest page for rectangles that take ``width`` × ``height`` with padding."""
         edges = 2 * self.border - self.padding
         size = self.side(width + edges), self.side(height + edges)
         return (max(size), max(size)) if self.square else size

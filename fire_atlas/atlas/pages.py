@@ -28,10 +28,10 @@ from fire_atlas.core.errors import OutputError
 from fire_atlas.recipe.output import Atlas, Pivot
 
 _Content: TypeAlias = tuple[int, int, int, int, int, int, bytes]
-"""Size of the trimmed frame; position and size of what is lit in it; a hash of that."""
+"""Size of a trimmed frame; position and size of its visible part; a hash of that part's pixels."""
 
 _COMPARED_TOGETHER = 256
-"""Frames compared with all others at a time."""
+"""Number of frames compared with all others at a time, to limit memory."""
 
 
 def build_sheets(
@@ -42,22 +42,22 @@ def build_sheets(
     margin: int = 0,
     shares: bool = True,
 ) -> tuple[AtlasSheet, ...]:
-    """Return the sheet of all ``animations`` in each scale, the largest first; all have one layout.
+    """Return the sheet of all ``animations`` in each scale, the largest first, with equal layouts.
 
     Args:
         name: File stem of the outputs.
         animations: The animations.
-        settings: What pages may be like.
-        margin: px that are left around a frame where it is cut.
-        shares: Whether frames with the same pixels may have one place.
+        settings: The recipe's section.
+        margin: Empty px kept around trimmed frames.
+        shares: Whether frames with the same pixels may share one place.
     """
     grid = round(1 / settings.scales[-1])
     trim = _trim_of(settings)
     parts = [part for each in animations for part in trim_rects(each.sprites, trim, grid, margin)]
     sprites = [sprite for animation in animations for sprite in animation.sprites]
     keeps_all = settings.layout == "grid" or not (settings.dedupe and shares)
-    own = list(range(len(parts))) if keeps_all else _originals(sprites, parts)
-    packing, cells = _packed(parts, own, settings, grid)
+    originals = list(range(len(parts))) if keeps_all else _originals(sprites, parts)
+    packing, cells = _packed(parts, originals, settings, grid)
     whole = AtlasSheet(
         name=name,
         title=name,
@@ -75,7 +75,7 @@ def build_sheets(
 
 
 def _listed(name: str, animations: Sequence[AnimationFrames]) -> tuple[Animation, ...]:
-    """Name all frames: ``campfire/0000`` where there is one animation, else ``name/walk/0000``."""
+    """Name all frames: ``campfire/0000`` if there is one animation, else ``name/walk/0000``."""
     if [each.name for each in animations] == [name]:
         return (_with_frame_names(animations[0], name),)
     return tuple(_with_frame_names(each, f"{name}/{each.name}") for each in animations)
@@ -88,9 +88,9 @@ def _with_frame_names(animation: AnimationFrames, prefix: str) -> Animation:
 
 
 def _trim_of(settings: Atlas) -> Trim:
-    """Return how frames are trimmed. Every cell of a grid must show the same part of its frame.
+    """Return how frames are trimmed; in a grid, all frames of an animation are trimmed alike.
 
-    A flipbook plays cell after cell and knows no offsets: cut frame by frame it would jitter.
+    A flipbook plays cell after cell without offsets: trimmed frame by frame, it would jitter.
     """
     if settings.layout == "grid" and settings.trim == "frame":
         return "animation"
@@ -98,15 +98,15 @@ def _trim_of(settings: Atlas) -> Trim:
 
 
 def _packed(
-    parts: Sequence[Rect], own: Sequence[int], settings: Atlas, grid: int
+    parts: Sequence[Rect], originals: Sequence[int], settings: Atlas, grid: int
 ) -> tuple[Packing, CellGrid | None]:
-    """Return where each part goes, px; ``own[i]`` is the part that shows the pixels of part i.
+    """Return where each part goes, px; ``originals[i]`` is the part whose place part i uses.
 
-    Packing counts in units of ``grid`` px, so that smaller scales have whole px too.
+    Packing counts in units of ``grid`` px, so that positions are whole px in smaller scales too.
     """
     rules, edge = _rules(settings, grid), up_to(grid, settings.extrude)
     _refuse_too_large(parts, 2 * edge, rules, grid)
-    kept = sorted(set(own))
+    kept = sorted(set(originals))
     sizes = [
         ((parts[i].width + 2 * edge) // grid, (parts[i].height + 2 * edge) // grid) for i in kept
     ]
@@ -119,16 +119,16 @@ def _packed(
         packing = pack(sizes, rules, THOROUGH if settings.compression == "small" else QUICK)
     at = dict(zip(kept, packing.places, strict=True))
     pages = tuple((width * grid, height * grid) for width, height in packing.pages)
-    places = (at[i]._replace(x=at[i].x * grid + edge, y=at[i].y * grid + edge) for i in own)
+    places = (at[i]._replace(x=at[i].x * grid + edge, y=at[i].y * grid + edge) for i in originals)
     return Packing(pages, tuple(places)), cells
 
 
 def _originals(sprites: Sequence[Sprite], parts: Sequence[Rect]) -> list[int]:
-    """Return for each sprite the first one whose part of its frame shows the same pixels."""
+    """Return for each sprite the index of the first one with the same pixels in its part."""
     sizes = Counter((rect.width, rect.height) for rect in parts)
     first: dict[_Content, int] = {}
     return [
-        # Most frames of a fire are of a size of their own: these need no closer look.
+        # Most frames of a fire have a size that no other has: their pixels need not be compared.
         first.setdefault(_content(sprite, rect), i) if sizes[rect.width, rect.height] > 1 else i
         for i, (sprite, rect) in enumerate(zip(sprites, parts, strict=True))
     ]
@@ -145,7 +145,7 @@ def _content(sprite: Sprite, rect: Rect) -> _Content:
 
 
 def _rules(settings: Atlas, grid: int) -> PageRules:
-    """Return what pages may be like, in units of ``grid`` px."""
+    """Return the limits on pages, in units of ``grid`` px."""
     return PageRules(
         max_size=settings.max_size // grid,
         padding=math.ceil(settings.padding / grid),
@@ -225,14 +225,14 @@ def _pivot(
 
 
 def _snapped(foot: tuple[float, float], grid: int) -> tuple[float, float]:
-    """Return the nearest point on multiples of ``grid`` px: a foot between pixels would blur every
-    frame of a sprite that stands on whole ones."""
+    """Return the nearest point on multiples of ``grid`` px: a foot between pixels would blur a
+    sprite that stands on whole pixels."""
     x, y = (math.floor(length / grid + 0.5) * grid for length in foot)
     return x, y
 
 
 def _variant(whole: AtlasSheet, scale: float, settings: Atlas) -> AtlasSheet:
-    """Return the sheet in another scale. All its px are multiples of what ``scale`` divides by."""
+    """Return the sheet in another scale; all px of ``whole`` are multiples of 1 / ``scale``."""
 
     def part(length: int) -> int:
         return round(length * scale)
@@ -270,17 +270,17 @@ def _scaled_region(region: Region, part: Callable[[int], int]) -> Region:
 
 
 class _Spans(NamedTuple):
-    """From where to where each frame reaches along one axis: (n,), px."""
+    """First pixel of each frame along one axis, and the pixel after its last one: (n,)."""
 
     start: NDArray[np.int64]
     end: NDArray[np.int64]
 
 
 def _safe_mips(sheet: AtlasSheet, extrude: int) -> list[int | None]:
-    """Return for each page the deepest mip level at which each frame has only its own colours.
+    """Return for each page the deepest mip level at which no frame is mixed with another.
 
-    Frames have ``extrude`` px of their own around them. Mip levels are averages of blocks, sampled
-    with bilinear filtering. None: not even the page itself may be filtered.
+    Frames are extruded by ``extrude`` px. Mip levels are averages of blocks, sampled with bilinear
+    filtering. None: even the page itself must be sampled without filtering.
     """
     return [_deepest(sheet, page, extrude) for page in range(len(sheet.pages))]
 
@@ -297,7 +297,7 @@ def _deepest(sheet: AtlasSheet, page: int, extrude: int) -> int | None:
 
 
 def _mixes(across: _Spans, down: _Spans, extrude: int, block: int) -> bool:
-    """Whether any frame is mixed with another where a texel is ``block`` px wide."""
+    """Whether any frame is mixed with another in a mip level whose texels are ``block`` px wide."""
     reach = [_reach(spans, block) for spans in (across, down)]
     owned = [_Spans(s.start - extrude, s.end + extrude) for s in (across, down)]
     count = len(across.start)
@@ -313,7 +313,7 @@ def _mixes(across: _Spans, down: _Spans, extrude: int, block: int) -> bool:
 
 
 def _reach(spans: _Spans, block: int) -> _Spans:
-    """Return which px take part in the texels that filtering from edge to edge reads."""
+    """Return the px that are averaged into the texels read when a whole frame is filtered."""
     half = block / 2
     start = np.floor((spans.start - half) / block).astype(np.int64) * block
     end = (np.floor((spans.end - half) / block).astype(np.int64) + 2) * block

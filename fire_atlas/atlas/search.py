@@ -1,7 +1,7 @@
-"""Look for the smallest page: best-fit over page shapes, then variations of what did well.
+"""Search for the smallest page: best-fit over many page shapes, then variations of the best ones.
 
-The amount of search is fixed by the number of rectangles, never by a clock, and its chance does
-not depend on the recipe: the same sizes are packed the same everywhere.
+The number of rectangles alone limits the search, never a clock, and the random numbers do not
+depend on the recipe: the same sizes are packed the same everywhere.
 """
 
 import math
@@ -16,30 +16,33 @@ from fire_atlas.atlas.skyline import Ints
 from fire_atlas.core.chance import RandomStream, generator
 
 _BATCH_RECTANGLES, _SMALLEST_BATCH, _LARGEST_BATCH = 30_000, 96, 288
-"""Rectangles, and pages at least and most, that are looked at together: of few rectangles, one
-round over page shapes tells most; where they are many, further rounds vary what did well."""
+"""Number of rectangles filled into pages in one round, and minimum and maximum number of pages. Few
+rectangles gain most from many page shapes, many from further rounds that vary the best pages."""
 
 _EFFORT, _EFFORT_OF_MANY = 300_000, 72_000
-"""Most rectangles looked at in a search, over all the pages it tries: for one page, or the first
-of several."""
+"""Maximum number of rectangles placed in a search, over all the pages it tries: if one page holds
+all, and if several are needed."""
 
 _NARROWEST, _WIDEST = 0.6, 1.7
-"""Page widths that are tried, in sides of a square that holds all rectangles."""
+"""Page widths that are tried, in sides of the square with the area of all rectangles."""
 
 _KEPT, _PARENTS = 16, 8
+"""Number of trials kept after each round, and of those that are varied in the next."""
+
 _NOISE = 0.02
 """Standard deviation of a variation's priorities from those of its parent."""
 
 _NEAR = 1.0005
-"""A page this much larger than the smallest is as good, if it is squarer."""
+"""A page at most this many times as large as the smallest is as good, and better if squarer."""
 
 _PROBES = 16
+"""Number of run lengths that ``Search.leading`` tries at a time."""
 
 
 class Placement(NamedTuple):
-    """A rectangle, by its number, and where its top-left corner went on its page, px.
+    """The number of a rectangle and the place of its top-left corner on its page, px.
 
-    A ``rotated`` one takes its height across and its width down.
+    If ``rotated``, it is turned by 90°: its height lies along x and its width along y.
     """
 
     number: int
@@ -52,9 +55,9 @@ class Candidate(NamedTuple):
     """A way to fill a page.
 
     Attributes:
-        width: Room across.
+        width: Room for rectangles along x.
         transposed: Whether x and y are exchanged, so that the page is filled from the left.
-        priorities: (n,), score that every rectangle has anywhere; -inf leaves it out.
+        priorities: (n,), score of each rectangle on any ledge; -inf leaves it out.
     """
 
     width: int
@@ -66,9 +69,9 @@ class FilledPage(NamedTuple):
     """The best page that a search found.
 
     Attributes:
-        missing: Area of what was not placed.
+        missing: Area of the rectangles that were not placed.
         size: Width and height of the page.
-        placements: What lies where.
+        placements: The rectangles that were placed.
     """
 
     missing: int
@@ -80,13 +83,13 @@ class Trial(NamedTuple):
     """A page that was tried.
 
     Attributes:
-        missing: Area of what was not placed.
-        area: Area of the page, where a very long one counts as larger.
-        used: Area of the part of it that is taken.
+        missing: Area of the rectangles that were not placed.
+        area: ``effective_area`` of the page.
+        used: Area of the bounding box of the rectangles.
         size: Width and height of the page.
         candidate: The way it was filled.
-        x, y: Where each rectangle went, upright ones first, then rotated ones, px; x is -1
-            if it did not.
+        x, y: Place of each rectangle, px, upright ones first, then rotated ones; x is -1 if it was
+            not placed.
     """
 
     missing: int
@@ -99,13 +102,13 @@ class Trial(NamedTuple):
 
 
 class Search:
-    """A search for good pages for some rectangles."""
+    """A search for the best page for some rectangles."""
 
     def __init__(self, sizes: Sequence[Size], rules: PageRules) -> None:
         """``sizes`` are (width, height) with padding at the right and the bottom."""
         self._rules = rules
         self._limit = rules.room(rules.largest)
-        # Sorted, so that the order in which they are given does not matter.
+        # Sorted, so that the order in which sizes are given does not matter.
         self._numbers = sorted(range(len(sizes)), key=lambda i: (-sizes[i][1], -sizes[i][0], i))
         upright = np.array([sizes[i] for i in self._numbers], np.int64)
         self._sizes = np.concatenate([upright, upright[:, ::-1]]) if rules.rotate else upright
@@ -115,7 +118,7 @@ class Search:
 
     def best(self, tries: int) -> FilledPage:
         """Return the smallest of ``tries`` pages for all rectangles or, if none holds all, the
-        fullest. Fewer are tried where rectangles are very many."""
+        fullest. Fewer are tried if there are very many rectangles."""
         effort = _EFFORT if self._area <= self._limit**2 else _EFFORT_OF_MANY
         count = len(self._sizes)
         tries = min(tries, max(effort // count, 16))
@@ -131,15 +134,15 @@ class Search:
 
     def leading(self) -> int:
         """Return how many rectangles, from the first on, surely fit on one page together."""
-        fits, most = 1, len(self._numbers)
-        while fits < most:
-            counts = np.unique(np.linspace(fits + 1, most, _PROBES, dtype=int)).tolist()
+        fits, limit = 1, len(self._numbers)
+        while fits < limit:
+            counts = np.unique(np.linspace(fits + 1, limit, _PROBES, dtype=int)).tolist()
             trials = self._try([self._first_only(count) for count in counts])
             fitted = [
                 np.count_nonzero(trial.x >= 0) == n for trial, n in zip(trials, counts, strict=True)
             ]
             first_failure = fitted.index(False) if False in fitted else len(counts)
-            most = counts[first_failure] - 1 if first_failure < len(counts) else most
+            limit = counts[first_failure] - 1 if first_failure < len(counts) else limit
             fits = counts[first_failure - 1] if first_failure else fits
         return fits
 
@@ -149,7 +152,7 @@ class Search:
         return Candidate(self._limit, False, priorities)
 
     def _shapes(self, count: int) -> list[Candidate]:
-        """Return ``count`` candidates over many page shapes; noise makes equal ones differ."""
+        """Return ``count`` candidates of many page shapes; noise varies those of the same shape."""
         low, high = (0.99, 1.2) if self._rules.square else (_NARROWEST, _WIDEST)
         noise = _noise((count, len(self._sizes)), 0)
         candidates: dict[tuple[int, bool], Candidate] = {}
@@ -163,7 +166,7 @@ class Search:
         return [*candidates.values(), *repeated]
 
     def _variations(self, parents: list[Trial], count: int, generation: int) -> list[Candidate]:
-        """Return candidates near those of ``parents``: other priorities, and some other widths."""
+        """Return candidates like those of ``parents``, with varied priorities and widths."""
         noise = _noise((count, len(self._sizes)), generation)
         return [
             Candidate(
@@ -176,7 +179,7 @@ class Search:
         ]
 
     def _width(self, room: int, transposed: bool) -> int:
-        """Return the room of the page that is nearest to ``room`` and wide enough for anything."""
+        """Return the room of the page nearest to ``room`` that is wide enough for any rectangle."""
         widest = int(self._sizes[:, int(transposed)].max())
         side = self._rules.page(max(room, widest), 1)[0]
         return self._rules.room(min(side, self._rules.largest))
@@ -206,7 +209,7 @@ class Search:
         return Trial(missing, effective_area(size), used_width * used_height, size, candidate, x, y)
 
     def _sorted(self, trials: list[Trial]) -> list[Trial]:
-        """Return the best trials: all placed, or the most; then small; then leaving much unused."""
+        """Return the best trials: fewest missing, then smallest page, then smallest used part."""
         return sorted(trials, key=lambda t: (t.missing, t.area, t.used, max(t.size)))[:_KEPT]
 
     def _placements(self, trial: Trial) -> Iterator[Placement]:

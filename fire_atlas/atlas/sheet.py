@@ -1,4 +1,4 @@
-"""An atlas as writers of files see it: pages, regions, animations, maps."""
+"""The finished layout of an atlas, which all writers of files read: pages, regions, animations."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
@@ -18,13 +18,13 @@ class Rect(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Sprite:
-    """A finished frame, without what is empty around it.
+    """A finished frame, without the empty space around it.
 
     Attributes:
         image: (h, w, 4) uint8, encoded as the pages are.
-        x, y: Where its top-left corner lies in the frame, px.
-        frame_width, frame_height: The whole frame, px.
-        lit: The part of the frame that counts as visible; None if nothing does.
+        x, y: Position of the image's top-left corner in the frame, px.
+        frame_width, frame_height: Size of the whole frame, px.
+        lit: Rectangle of the frame that counts as visible; None if nothing does.
     """
 
     image: Bytes
@@ -37,13 +37,13 @@ class Sprite:
 
 @dataclass(frozen=True, slots=True)
 class AnimationFrames:
-    """An animation that goes onto the pages.
+    """An animation to be placed on the pages.
 
     Attributes:
         name: Its name; its frames are called ``name/0000`` and so on.
         sprites: Its frames, in playing order.
-        duration: Of each frame, ms.
-        loop: Whether it plays again and again.
+        duration: Duration of each frame, ms.
+        loop: Whether it loops.
         foot: (x, y) of the effect's foot in the frame, px, y down; None: the middle of its bottom.
     """
 
@@ -56,7 +56,7 @@ class AnimationFrames:
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """A page.
+    """A page of the atlas.
 
     Attributes:
         file: File name.
@@ -73,18 +73,18 @@ class Page:
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """A frame of an animation and where its pixels are. All in px, y down.
+    """A frame of an animation and the place of its pixels on a page. All in px, y down.
 
     Attributes:
         name: Name in the atlas, e.g. ``campfire/0000``.
         page: Index of the page.
         x, y: Top-left corner on the page. Frames with the same pixels may share it.
-        width, height: The trimmed frame, upright.
-        rotated: On the page it lies turned by 90° clockwise: ``height`` wide and ``width`` high.
-        trim_x, trim_y: Where the trimmed frame's top-left corner is in the untrimmed one.
-        frame_width, frame_height: The untrimmed frame.
+        width, height: Size of the trimmed frame, not rotated.
+        rotated: Whether it is turned by 90° clockwise on the page: ``height`` wide, ``width`` high.
+        trim_x, trim_y: Position of the trimmed frame's top-left corner in the untrimmed frame.
+        frame_width, frame_height: Size of the untrimmed frame.
         anchor: (x, y) of the pivot in 0..1 of the untrimmed frame, y down.
-        duration: Milliseconds.
+        duration: Duration, ms.
     """
 
     name: str
@@ -103,7 +103,7 @@ class Region:
 
     @property
     def page_size(self) -> tuple[int, int]:
-        """Width and height as it lies on the page, px."""
+        """Width and height on the page, px: exchanged if rotated."""
         return (self.height, self.width) if self.rotated else (self.width, self.height)
 
     @property
@@ -114,7 +114,7 @@ class Region:
 
 @dataclass(frozen=True, slots=True)
 class Animation:
-    """What plays: its name, those of its frames in order, and whether it starts over."""
+    """An animation: its name, the names of its frames in playing order, and whether it loops."""
 
     name: str
     frames: tuple[str, ...]
@@ -123,11 +123,11 @@ class Animation:
 
 @dataclass(frozen=True, slots=True)
 class CellGrid:
-    """How a page of uniform cells divides: the same for all pages of a sheet. px.
+    """The grid of equal cells into which every page of a sheet is divided.
 
     Attributes:
-        columns, rows: Cells of a page.
-        cell_width, cell_height: Distance from cell to cell, gutter included.
+        columns, rows: Number of cells across and down a page.
+        cell_width, cell_height: Size of a cell, px, gutter included.
     """
 
     columns: int
@@ -138,15 +138,15 @@ class CellGrid:
 
 @dataclass(frozen=True, slots=True)
 class MotionScale:
-    """How strong the motion vectors of a sheet are.
+    """The scale of a sheet's motion vectors: the motion that a decoded value of 1 means.
 
     Attributes:
-        engine: Whose encoding they are in: ``channels.encoding`` knows its formula and units.
-        scale: Motion of a decoded 1, in the unit of that encoding.
-        pixels: The same along x and y, px of this sheet a frame.
-        cell_uv: The same in the UV of one cell; None where there are no cells.
-        longest: The longest motion along x and y, px of this sheet.
-        gutter: Px beyond its frame that every cell has, along x and y; None where there are none.
+        engine: Engine whose encoding they are in; ``channels.encoding`` has its formula and units.
+        scale: The scale in the unit of that encoding.
+        pixels: The scale along x and y, px of this sheet per frame.
+        cell_uv: The scale in the UV of one cell; None if there are no cells.
+        longest: Longest motion along x and y, px of this sheet per frame.
+        gutter: Minimum gap between a frame and its cell's edges in x and y, px; None if no cells.
     """
 
     engine: Engine
@@ -159,12 +159,12 @@ class MotionScale:
 
 @dataclass(frozen=True, slots=True)
 class SheetMap:
-    """Images beside the pages, in their layout.
+    """Images beside the pages, one per page and with its layout.
 
     Attributes:
         kind: ``motion``, ``flame`` or ``flakes``.
-        files: File name beside each page.
-        motion: Scale of motion vectors; None for the others, which are encoded as the pages.
+        files: File name of each page's map.
+        motion: Scale of motion vectors; None for layers, which are encoded like the pages.
     """
 
     kind: str
@@ -174,20 +174,20 @@ class SheetMap:
 
 @dataclass(frozen=True, slots=True)
 class AtlasSheet:
-    """A packed atlas as exporters see it.
+    """A packed atlas in one scale.
 
     Attributes:
-        name: File stem of the outputs; ``campfire@0.5x`` for one of half the size.
-        title: The name without a scale.
-        scale: Size of this variant, 1 or a part of it.
+        name: File stem of the outputs; ``campfire@0.5x`` at half size.
+        title: The name without the scale.
+        scale: Scale of this variant, at most 1.
         fps: Frames per second of the (first) animation.
         alpha: ``straight``, ``premultiplied`` or ``additive``.
         blend_space: ``srgb`` or ``linear``.
         image_format: Ending of the page files: ``png`` or ``webp``.
         pages, regions: The pages and, in playing order, the frames.
-        animations: What plays; each frame belongs to one of them.
-        grid: How pages divide into cells, where they do.
-        maps: What lies beside the pages.
+        animations: The animations; each frame belongs to one of them.
+        grid: The cells of the pages; None if frames are packed.
+        maps: Images beside the pages: motion vectors and layers.
     """
 
     name: str
@@ -205,21 +205,21 @@ class AtlasSheet:
 
     @property
     def files(self) -> list[str]:
-        """All images, the pages first."""
+        """File names of all images, the pages first."""
         maps = [file for each in self.maps for file in each.files]
         return [page.file for page in self.pages] + maps
 
     @property
     def motion(self) -> MotionScale | None:
-        """Scale of the motion vectors, where there are any."""
+        """Scale of the motion vectors; None if there are none."""
         return next((each.motion for each in self.maps if each.motion), None)
 
     def map(self, kind: str) -> SheetMap:
-        """Return the maps of that kind, of which there are some."""
+        """Return the maps of that kind, which must exist."""
         return next(each for each in self.maps if each.kind == kind)
 
     def file(self, page: int, ending: str) -> str:
-        """Return the name of what belongs to a page: ``fire.json``, ``fire-1.json``, ..."""
+        """Return the name of a page's file with that ending: ``fire.json``, ``fire-1.json``, ..."""
         return f"{self.name}-{page}{ending}" if page else f"{self.name}{ending}"
 
     def regions_of(self, page: int) -> list[Region]:

@@ -1,7 +1,7 @@
-"""The skylines of many pages at once: the lower edge of what is taken of each.
+"""The skylines of many pages at once: the lower edge of the area taken on each page.
 
-All pages of a batch advance together, so that numpy does the work. The ledges of a page are
-a doubly linked list in arrays, a row a page; a slot is never used again.
+All pages of a batch are filled in step, so that numpy does the work. The ledges of a page are a
+doubly linked list in arrays, one row per page; a slot is never reused.
 """
 
 from typing import NamedTuple
@@ -17,18 +17,19 @@ _LEFT_WALL, _RIGHT_WALL, _FLOOR = 0, 1, 2
 """Slots of the page's own walls, and of the ledge it starts with."""
 
 _WALL = 1 << 16
-"""How far the page's walls reach down, px: further than any page."""
+"""Length of the page's walls, px: longer than any page."""
 
 _UNUSED = np.int64(1) << 60
+"""Sort key of a slot without a ledge."""
 
 
 class Ledge(NamedTuple):
-    """The lowest ledge of each page, the leftmost of equals. All (B,), px, y down.
+    """The ledge with the least y of each page, the leftmost of equals. All (B,), px, y down.
 
     Attributes:
-        slot: Where it is kept.
-        x, y, width: Everything above ``y`` is taken, over the whole width.
-        left, right: How much further down the skyline is beside it.
+        slot: Its index in the arrays.
+        x, y, width: From ``x`` on, over ``width``, everything above ``y`` is taken.
+        left, right: Length of the walls beside it: how much further down the skyline is there.
     """
 
     slot: Indices
@@ -44,11 +45,11 @@ class Ledge(NamedTuple):
 
 
 class Skyline:
-    """B skylines, each of at most ``most`` ledges over its life."""
+    """The skylines of B pages."""
 
-    def __init__(self, widths: Ints, most: int) -> None:
-        """Start with pages of these widths (B,), px, on which nothing is taken."""
-        shape = len(widths), most + 2
+    def __init__(self, widths: Ints, max_ledges: int) -> None:
+        """Start with empty pages of these ``widths`` (B,), px; each may create ``max_ledges``."""
+        shape = len(widths), max_ledges + 2
         self._rows = np.arange(len(widths))
         self._x, self._y, self._width = (np.zeros(shape, np.int64) for _ in range(3))
         self._before, self._after = np.zeros(shape, np.intp), np.zeros(shape, np.intp)
@@ -60,7 +61,7 @@ class Skyline:
         self._order[:, _FLOOR] = 0
 
     def lowest(self) -> Ledge:
-        """Return the lowest ledge of each page."""
+        """Return the ledge with the least y of each page."""
         rows, slot = self._rows, self._order.argmin(axis=1)
         y = self._y[rows, slot]
         left = self._y[rows, self._before[rows, slot]] - y
@@ -70,8 +71,8 @@ class Skyline:
     def place(self, rows: Indices, ledge: Ledge, width: Ints, height: Ints) -> Ints:
         """Place a rectangle on the ledge of each of ``rows`` (R,); return its x, px.
 
-        It leans on the wall that reaches further down, or on the one it ends level with. The
-        page's left edge counts as the further wall, so that pages end where their last column does.
+        It is put against the longer wall, or against the one it ends level with. The page's left
+        edge counts as the longest wall, so that the page can end at its last column.
         """
         ledge = ledge.of(rows)
         leans_left = (ledge.left >= ledge.right) & (height != ledge.right) | (height == ledge.left)
@@ -85,13 +86,13 @@ class Skyline:
         self._join(rows, ledge.slot)
         return x
 
-    def raise_ledges(self, rows: Indices, ledge: Ledge, most: Ints) -> None:
+    def raise_ledges(self, rows: Indices, ledge: Ledge, max_y: Ints) -> None:
         """Give up the room on the ledges of ``rows`` (R,), because nothing fits there.
 
-        They rise to the lower of their walls, or as far as ``most`` (R,), px.
+        Their y grows to the end of the shorter wall, but at most to ``max_y`` (R,), px.
         """
         ledge = ledge.of(rows)
-        y = np.minimum(ledge.y + np.minimum(ledge.left, ledge.right), most)
+        y = np.minimum(ledge.y + np.minimum(ledge.left, ledge.right), max_y)
         self._set(rows, ledge.slot, ledge.x, y, ledge.width)
         self._join(rows, ledge.slot)
 
@@ -100,7 +101,7 @@ class Skyline:
         self._order[rows, slot] = y << 20 | x
 
     def _split(self, rows: Indices, slot: Indices, after: Flags) -> Indices:
-        """Link a new ledge in, ``after`` the one at ``slot`` or before it; return its slot."""
+        """Insert a new ledge ``after`` (or before) the one at ``slot``; return its slot."""
         new = self._free[rows]
         self._free[rows] += 1
         left = np.where(after, slot, self._before[rows, slot])
@@ -113,7 +114,7 @@ class Skyline:
         self._after[rows, left], self._before[rows, right] = right, left
 
     def _join(self, rows: Indices, slot: Indices) -> None:
-        """Join the ledges at ``slot`` with those beside them that are level."""
+        """Merge the ledges at ``slot`` with neighbours of the same y."""
         self._absorb(rows, slot, self._before)
         self._absorb(rows, slot, self._after)
 

@@ -1,5 +1,5 @@
-"""Trim what is empty off frames. Pixels are cut once, tightly; the recipe's ``trim`` only decides
-which rectangle of its frame a region shows."""
+"""Trim empty borders off frames. Sprites are cropped once, tightly; the recipe's ``trim`` then only
+decides which rectangle of its frame a region shows."""
 
 from collections.abc import Sequence
 from typing import Literal
@@ -13,21 +13,21 @@ from fire_atlas.core.pixels import Bytes
 Trim = Literal["frame", "animation", "none"]
 
 _SINGLE_PIXEL = Rect(0, 0, 1, 1)
-"""What is left of a frame that trims to nothing."""
+"""Rectangle of a frame in which nothing is visible."""
 
 
 def lit_rect(image: Bytes) -> Rect | None:
     """Return the smallest rectangle around all pixels of (H, W, 4) with a channel above 0, if any.
 
-    Alpha alone will not do: the pixels of an additive page have none.
+    Alpha alone is not enough: it is 0 on additive pages.
     """
     return _extent(np.ascontiguousarray(image).view(np.uint32)[..., 0])
 
 
 def visible_rect(image: Bytes, threshold: int) -> Rect | None:
-    """Return the smallest rectangle around all pixels of (H, W, 4) that show, if any do.
+    """Return the smallest rectangle around all visible pixels of (H, W, 4), if any.
 
-    A pixel shows by its alpha or, on pages that add light, by its light: more than ``threshold``.
+    A pixel is visible if its alpha or, on additive pages, its light is above ``threshold``.
     """
     if not threshold:
         return lit_rect(image)
@@ -43,10 +43,10 @@ def trimmed(
     frame_size: tuple[int, int] | None = None,
     threshold: int = 0,
 ) -> Sprite:
-    """Return the lit part of ``image`` (H, W, 4), which lies at (x, y) of its frame.
+    """Crop ``image`` (H, W, 4), which lies at (x, y) of its frame, to its lit part.
 
-    The sprite owns its pixels, so that the image can go. ``frame_size`` is (width, height), by
-    default that of the image.
+    The sprite has a copy of the pixels, so that the image can be freed. ``frame_size`` is (width,
+    height), by default the image's.
     """
     frame_size = frame_size or (image.shape[1], image.shape[0])
     rect = lit_rect(image)
@@ -62,9 +62,9 @@ def trimmed(
 
 
 def trim_rects(sprites: Sequence[Sprite], trim: Trim, grid: int = 1, margin: int = 0) -> list[Rect]:
-    """Return which part of its frame each sprite's region shows; multiples of ``grid`` px.
+    """Return the rectangle of its frame that each sprite's region shows, in multiples of ``grid``.
 
-    Where it is cut, ``margin`` px are left around what is lit, as far as the frame has them.
+    Trimming keeps ``margin`` px around the visible part, as far as the frame has them.
     """
     if trim == "none":
         whole = [Rect(0, 0, sprite.frame_width, sprite.frame_height) for sprite in sprites]
@@ -86,7 +86,7 @@ def _grown(sprite: Sprite, margin: int) -> Rect | None:
 
 
 def crop(sprite: Sprite, rect: Rect) -> Bytes:
-    """Return the pixels of a ``rect`` of the sprite's frame, (h, w, 4) uint8."""
+    """Return the pixels of a rectangle of the sprite's frame, (h, w, 4) uint8."""
     image, x, y = part_of(sprite, rect)
     whole = np.zeros((rect.height, rect.width, 4), np.uint8)
     whole[y : y + image.shape[0], x : x + image.shape[1]] = image
@@ -94,7 +94,7 @@ def crop(sprite: Sprite, rect: Rect) -> Bytes:
 
 
 def part_of(sprite: Sprite, rect: Rect) -> tuple[Bytes, int, int]:
-    """Return what a ``rect`` of the frame shows of the sprite, and where in it that lies, px."""
+    """Return the sprite's pixels in a rectangle of its frame, and their x and y there, px."""
     left, top = max(rect.x - sprite.x, 0), max(rect.y - sprite.y, 0)
     right, bottom = rect.x + rect.width - sprite.x, rect.y + rect.height - sprite.y
     image = sprite.image[top : max(bottom, top), left : max(right, left)]
@@ -111,7 +111,7 @@ def _extent(mask: NDArray[np.unsignedinteger]) -> Rect | None:
 
 
 def bounding_rect(parts: Sequence[Rect]) -> Rect:
-    """Return the smallest rectangle around all ``parts``, one at least."""
+    """Return the smallest rectangle around all ``parts``, of which there must be one."""
     x, y = min(rect.x for rect in parts), min(rect.y for rect in parts)
     right = max(rect.x + rect.width for rect in parts)
     bottom = max(rect.y + rect.height for rect in parts)

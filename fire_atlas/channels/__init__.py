@@ -1,1 +1,1 @@
-"""What a frame holds besides its colours: motion vectors, and its layers on their own."""
+"""Maps beside the pages of an atlas: motion vectors, and the flame and flake layers alone."""

@@ -1,5 +1,5 @@
-"""Choose the vectors of one frame's cell: they serve both the step into the frame and the one out
-of it, go on a little beyond the edge of the flame, and are 0 where nothing moves."""
+"""Choose the vectors of one frame's cell: they serve both the step into the frame and the step out
+of it, extend a little beyond the flame, and are 0 where nothing moves."""
 
 import cv2
 import numpy as np
@@ -9,20 +9,22 @@ from fire_atlas.channels.flow import StepMotion, Vectors
 from fire_atlas.core.pixels import Bytes, Plane, as_plane
 
 PAD, PAD_SHARE = 8, 0.1
-"""Vectors go on as at the edge for so many px of the frame, or this share of its longer side."""
+"""Vectors extend beyond the flame by this many frame px or, if that is more, this fraction of the
+frame's longer side."""
 
 _PRIOR_WEIGHT = 0.1
-"""Weight of "no motion" beside the two measured ones: unsure vectors are shrunk towards 0."""
+"""Weight of "no motion" beside the two measured motions: it shrinks uncertain vectors towards 0."""
 
 _VISIBLE = 3
-"""Light or coverage above this, of 255, is part of the flame."""
+"""Pixels with light or coverage above this, of 255, belong to the flame."""
 
 _UNCHANGED, _CHANGED = 1.0, 3.0
-"""Where two frames differ by so few of 255 steps (root mean square) no vector is wanted, from so
-many on all of it: what hardly changes blends well as it is, and would only swim."""
+"""Where two frames differ (root mean square, of 255) by at most the first, vectors are 0; from the
+second on they are kept whole. Places that hardly change blend well as they are; vectors would only
+make them wobble."""
 
 _NEIGHBOURHOOD = 1 / 24
-"""Standard deviation over which change is measured, as a share of the longer side."""
+"""Standard deviation over which this difference is measured, as a fraction of the longer side."""
 
 
 def cell_vectors(
@@ -31,13 +33,13 @@ def cell_vectors(
     reliability: Plane,
     pad: float,
 ) -> Vectors:
-    """Return the vectors (h, w, 2) that go into a frame's cell, px of the picture a frame.
+    """Return the vectors (h, w, 2) of a frame's cell, in px of the pictures per frame.
 
     Args:
         steps: The motions into the frame and out of it; one of them may be None.
         pictures: The frame before, the frame, the frame after.
-        reliability: (h, w), 0..1, the share of a vector that is used.
-        pad: px beyond the flame at which vectors begin to fade.
+        reliability: (h, w), 0..1, factor of the vectors.
+        pad: Distance from the flame at which vectors begin to fade, px.
     """
     before, here, after = pictures
     wanted = np.maximum(change_weight(before, here), change_weight(here, after))
@@ -49,8 +51,8 @@ def cell_vectors(
 def _mean_motion(steps: tuple[StepMotion | None, StepMotion | None]) -> Vectors:
     """Return the mean of the motions into a frame and out of it, weighted by their confidence.
 
-    An engine moves a frame by its own vectors both while it comes and while it goes: their mean
-    serves both steps better than the motion of either.
+    An engine moves a frame by its own vectors both while it fades in and while it fades out: the
+    mean serves both steps better than either motion.
     """
     known = [step for step in steps if step is not None]
     weights = [step.confidence.astype(np.float32) for step in known]
@@ -60,7 +62,7 @@ def _mean_motion(steps: tuple[StepMotion | None, StepMotion | None]) -> Vectors:
 
 
 def change_weight(before: Bytes, after: Bytes) -> Plane:
-    """Return (h, w), 0..1: how much of a vector is wanted where two pictures differ so much."""
+    """Return the factor of vectors, (h, w) in 0..1: 0 where two pictures hardly differ."""
     square = as_plane(np.mean(cv2.absdiff(before, after).astype(np.float32) ** 2, axis=2))
     change = np.sqrt(cv2.GaussianBlur(square, (0, 0), _NEIGHBOURHOOD * max(square.shape)))
     return as_plane(np.clip((change - _UNCHANGED) / (_CHANGED - _UNCHANGED), 0, 1))
@@ -69,8 +71,8 @@ def change_weight(before: Bytes, after: Bytes) -> Plane:
 def extended(vectors: Vectors, flame: NDArray[np.bool_], pad: float) -> Vectors:
     """Return ``vectors`` continued beyond the ``flame`` (h, w) for ``pad`` px, then fading to 0.
 
-    Each px beyond has the vector of the flame's nearest, smoothed among its neighbours: fringes
-    move with the flame, the empty background does not.
+    Each px outside has the vector of the nearest px of the flame, smoothed: soft edges then move
+    with the flame, and the empty background does not move.
     """
     if not flame.any():
         return np.zeros_like(vectors)

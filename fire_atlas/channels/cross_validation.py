@@ -1,6 +1,6 @@
-"""Cross-validate motion vectors on held-out frames, by the engine's formula from the bytes.
+"""Cross-validate motion vectors: predict held-out frames by the engine's formula from the bytes.
 
-The manifest states the result; its figures are written and read here.
+The result goes into the manifest; its figures are written and read here.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,11 +17,12 @@ from fire_atlas.core.pixels import Bytes, Plane, as_plane
 from fire_atlas.vision.warp import pixel_centres, sample_at
 
 SIGNS = (1, 1), (1, -1), (-1, 1), (-1, -1)
-"""Signs that an engine may give R and G by mistake; the first pair is right."""
+"""Signs of R and G that are compared: the right ones, then those that an engine may be set to by
+mistake."""
 
 _MIN_GAIN = 0.005
-"""A smaller gain on frames of the source between those that are played may be chance, and nobody
-sees it. Over steps that are twice as long any gain is evidence of a larger one."""
+"""Minimum gain on source frames between those that are played: a smaller one may be chance and is
+invisible. On steps of twice the length any gain counts, as single steps gain more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,10 +30,10 @@ class ValidationReport:
     """How much closer motion vectors come to held-out frames than plain blending does.
 
     Attributes:
-        held_out: How many frames were held out.
-        gains: By how much of plain blending's error (root mean square) the vectors come closer,
-            with each of ``SIGNS``. Below 0 they are further away.
-        helps: Whether they come closer by more than chance. Where not, none are written.
+        held_out: Number of frames that were held out.
+        gains: For each of ``SIGNS``, the fraction of plain blending's error (root mean square) that
+            the vectors remove; negative if they add error.
+        helps: Whether the gain is more than chance. If not, no vectors are written.
     """
 
     held_out: int
@@ -41,17 +42,16 @@ class ValidationReport:
 
     @property
     def sign_right(self) -> bool:
-        """Whether no other choice of signs comes closer."""
+        """Whether no other choice of signs has a larger gain."""
         return self.gains[0] >= max(self.gains[1:])
 
 
 def cross_validate(
     held_out: Sequence[HeldOutFrame], encoding: MotionEncoding
 ) -> ValidationReport | None:
-    """Blend held-out frames as the engine would, and compare; None where there are none.
+    """Predict held-out frames as the engine would blend them, and compare; None if there are none.
 
-    It is two-fold: every other frame is predicted with the reliability that was measured on the
-    ones between them.
+    Two-fold: every other frame is predicted with the reliability measured on the frames between.
     """
     if not held_out:
         return None
@@ -62,12 +62,12 @@ def cross_validate(
             errors += _errors(frame, weight, encoding)
     plain = max(errors[0], 1e-12)
     gains = tuple(float(1 - np.sqrt(each / plain)) for each in errors[1:])
-    least = _MIN_GAIN if held_out[0].span == 1 else 0.0
-    return ValidationReport(len(held_out), gains, gains[0] > least)
+    min_gain = _MIN_GAIN if held_out[0].span == 1 else 0.0
+    return ValidationReport(len(held_out), gains, gains[0] > min_gain)
 
 
 def _errors(frame: HeldOutFrame, weight: Plane, encoding: MotionEncoding) -> NDArray[np.float64]:
-    """Return the mean squared errors of plain blending and with each choice of signs."""
+    """Return the mean squared error of plain blending, then those with each choice of signs."""
     height, width = weight.shape
     unit = np.array(encoding.unit_pixels((width, height)), np.float32)
     share = [as_plane(each * weight[..., None] / unit) for each in frame.vectors]
@@ -88,25 +88,25 @@ def _blended(
     scale: NDArray[np.float32],
     signs: tuple[int, int],
 ) -> NDArray[np.float32]:
-    """Return what the engine shows there: coordinates in its own axes, scale in px of a cell."""
+    """Return the frame that the engine shows, computed in its own axes; ``scale`` in px."""
     height, width = frame.before.shape[:2]
     columns, rows = pixel_centres(width, height)
     upwards = encoding.green == "up"
     place = np.stack([columns, height - 1 - rows if upwards else rows], axis=2)
     seen = []
-    ways = -frame.blend, 1 - frame.blend
-    for image, data, way in zip((frame.before, frame.after), maps, ways, strict=True):
+    shifts = -frame.blend, 1 - frame.blend
+    for image, data, shift in zip((frame.before, frame.after), maps, shifts, strict=True):
         motion: Vectors = encoding.decoded(data) * np.array(signs, np.float32)
-        at = as_plane(place + motion * scale * np.float32(way))
+        at = as_plane(place + motion * scale * np.float32(shift))
         y = height - 1 - at[..., 1] if upwards else at[..., 1]
         seen.append(sample_at(image.astype(np.float32), at[..., 0], y))
     return frame.blended(seen[0], seen[1])
 
 
 def motion_statistics(report: ValidationReport | None) -> dict[str, Any]:
-    """Return what the manifest states of an animation's vectors; gains to four digits.
+    """Return the manifest's statistics of an animation's vectors; gains to four digits.
 
-    ``report`` is None where the animation was too short to hold out a frame.
+    ``report`` is None if the animation was too short to hold out a frame.
     """
     if report is None:
         return {"motion": None}
@@ -125,10 +125,10 @@ def motion_statistics(report: ValidationReport | None) -> dict[str, Any]:
 def read_reports(statistics: dict[str, Any]) -> dict[str, ValidationReport | None]:
     """Return the report of each animation with vectors, by its name, from a manifest's statistics.
 
-    They may be those of one animation, whose name then is empty, of several, or of members.
+    Statistics may be nested by animation or member; a single animation has the name "".
 
     Raises:
-        ValueError: Figures are not as ``motion_statistics`` writes them.
+        ValueError: The figures are not in the form that ``motion_statistics`` writes.
     """
     return dict(_reports("", statistics))
 

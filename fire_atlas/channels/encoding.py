@@ -1,8 +1,7 @@
 """Encode motion vectors as the shaders of each engine decode them: signs, unit, bytes, formula.
 
-All that draws vectors, tests them, describes them in files or shows them looks the encoding up here
-by the engine's name. Inside the tool y points down; the green of an engine whose V grows upwards is
-negated here.
+Code that draws, tests, describes or shows vectors looks the encoding up here by the engine's name.
+Inside the tool y points down; green is negated here for engines whose V grows upwards.
 """
 
 from dataclasses import dataclass
@@ -20,16 +19,16 @@ from fire_atlas.recipe.output import Engine
 class MotionEncoding:
     """How one engine's formula decodes a texel of motion vectors.
 
-    A byte b stands for (b − ``zero``) / ``span`` of the scale, which is the motion of a decoded 1.
+    A byte b means a motion of (b − ``zero``) / ``span`` times the scale.
 
     Attributes:
         engine: Name of the engine.
-        green: Direction of values above neutral in G. In R that is always right.
-        zero, span: Of the bytes. Where ``zero`` is no whole number, no byte means "no motion":
-            the nearest drifts by half a step, 1/255 of the scale.
-        unit: Of the scale: the UV of one ``cell``, 0..1, or a ``pixel`` of the sheet.
-        decode: The formula that turns a sample, 0..1, into -1..1.
-        this, following: Where the current frame and the next one are sampled.
+        green: Direction of motion that G above neutral means; R above neutral means right.
+        zero, span: Offset and range of the bytes. If ``zero`` is no whole number, no byte means "no
+            motion": the nearest is off by half a step, 1/255 of the scale.
+        unit: Unit of the scale: the UV of one ``cell``, 0..1, or a ``pixel`` of the sheet.
+        decode: Formula that turns a sample, 0..1, into -1..1.
+        this, following: Formulas for where the current frame and the next one are sampled.
     """
 
     engine: Engine
@@ -43,30 +42,30 @@ class MotionEncoding:
 
     @property
     def neutral(self) -> int:
-        """The byte that means "no motion", or comes nearest."""
+        """The byte that means "no motion", or the one nearest to it."""
         return int(np.ceil(self.zero))
 
     @property
     def green_of_down(self) -> int:
-        """Sign that motion downwards has in G: 1 or -1."""
+        """Sign of downward motion in G: 1 or -1."""
         return 1 if self.green == "down" else -1
 
     def unit_pixels(self, cell: tuple[int, int] | None) -> tuple[float, float]:
-        """Return how many px one unit of the scale is, along x and y, in cells of that size, px."""
+        """Return one unit of the scale in px, along x and y; ``cell`` is (width, height) in px."""
         if self.unit == "pixel":
             return 1.0, 1.0
         assert cell is not None, "recipes with this unit have cells"
         return float(cell[0]), float(cell[1])
 
     def encode(self, share: Vectors) -> Bytes:
-        """Return R and G, (h, w, 2) uint8, of vectors as shares of the scale, y down."""
+        """Return R and G, (h, w, 2) uint8, of vectors given as fractions of the scale, y down."""
         signed = share * np.array([1, self.green_of_down], np.float32)
         clipped = np.clip(signed, -1, 1) * np.float32(self.span) + np.float32(self.zero)
-        # Upwards from between two bytes, so that no motion is the neutral byte.
+        # Halves are rounded up, so that no motion gives the neutral byte.
         return np.asarray(np.clip(np.floor(clipped + np.float32(0.5)), 0, 255), np.uint8)
 
     def decoded(self, red_green: NDArray[np.uint8]) -> Vectors:
-        """Return vectors decoded by the engine's formula from bytes (h, w, 2): its axes, -1..1."""
+        """Decode bytes (h, w, 2) by the engine's formula: vectors in its axes, -1..1."""
         return as_plane((red_green - np.float32(self.zero)) / np.float32(self.span))
 
 

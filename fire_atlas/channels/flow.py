@@ -1,4 +1,4 @@
-"""Estimate how the picture moves halfway between two frames, from both of them."""
+"""Estimate the motion halfway between two frames, from the optical flow in both directions."""
 
 import math
 from typing import NamedTuple
@@ -13,29 +13,29 @@ from fire_atlas.vision.flow import optical_flow
 from fire_atlas.vision.warp import warp_by_pixels
 
 Vectors = NDArray[np.float32]
-"""(h, w, 2) float32: x right, y down, px a frame."""
+"""(h, w, 2) float32: x right, y down, px per frame."""
 
-_AREA = 200 * 200
-"""Most px of the pictures that are compared. Held-out frames of real fire are predicted as well
-from these as from larger ones, and the vectors' map is smooth."""
+_MAX_AREA = 200 * 200
+"""Maximum area of the pictures that are compared, px². They predict held-out frames of real fire as
+well as larger ones do, and the map of vectors is smooth."""
 
-_SMALLEST_SIDE = 96
-"""Smaller pictures are enlarged to this side, px: the estimator's patches need room."""
+_MIN_SIDE = 96
+"""Minimum side of these pictures, px: optical flow compares patches, which need room."""
 
 _COVERAGE_WEIGHT = 0.3
-"""Weight of coverage beside light in what is compared: dark smoke moves too."""
+"""Weight of coverage, beside light, in the pictures that are compared: dark smoke moves too."""
 
 _MISMATCH, _MISMATCH_SHARE = 0.75, 0.35
-"""Where forward and backward flow miss each other by so many px, and so much of their length, the
-confidence in their mean is one half."""
+"""Confidence is one half where forward and backward flow disagree by this many px plus this
+fraction of their length."""
 
 
 class StepMotion(NamedTuple):
-    """Motion between two frames, at the places where things are halfway.
+    """Motion between two frames, at the time halfway between them.
 
     Attributes:
-        vectors: (h, w, 2), px of the picture a frame: what is at p then was at p − v/2 in the one
-            frame and will be at p + v/2 in the other.
+        vectors: (h, w, 2), px of the pictures per frame: what is halfway at p was at p − v/2 in the
+            first frame and will be at p + v/2 in the second.
         confidence: (h, w), 0..1: 1 where forward and backward flow agree.
     """
 
@@ -44,10 +44,10 @@ class StepMotion(NamedTuple):
 
 
 def displayed_thumbnail(pixels: Pixels, blend_space: BlendSpace) -> Bytes:
-    """Return pixels (H, W, 4) as an engine shows them, small: (h, w, 4) uint8, premultiplied."""
+    """Return pixels (H, W, 4) small and as an engine shows them: (h, w, 4) uint8, premultiplied."""
     height, width = pixels.shape[:2]
-    scale = min(1.0, math.sqrt(_AREA / (width * height)))
-    size = tuple(max(round(side * scale), _SMALLEST_SIDE) for side in (width, height))
+    scale = min(1.0, math.sqrt(_MAX_AREA / (width * height)))
+    size = tuple(max(round(side * scale), _MIN_SIDE) for side in (width, height))
     shrinks = size[0] <= width and size[1] <= height
     method = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
     small = as_plane(cv2.resize(pixels, size, interpolation=method))
@@ -64,18 +64,18 @@ def step_motion(before: Bytes, after: Bytes) -> StepMotion:
         back = warp_by_pixels(backward, vectors, 0.5)
         vectors = as_plane((ahead - back) / 2)
     mismatch = as_plane(ahead + back)
-    least = _MISMATCH + _MISMATCH_SHARE * magnitude(vectors[..., 0], vectors[..., 1])
-    confidence = 1 / (1 + (magnitude(mismatch[..., 0], mismatch[..., 1]) / least) ** 2)
+    tolerance = _MISMATCH + _MISMATCH_SHARE * magnitude(vectors[..., 0], vectors[..., 1])
+    confidence = 1 / (1 + (magnitude(mismatch[..., 0], mismatch[..., 1]) / tolerance) ** 2)
     return StepMotion(vectors.astype(np.float16), confidence.astype(np.float16))
 
 
 def _grey(shown: Bytes) -> Bytes:
-    """Return what is compared, (h, w) uint8: light, and coverage beside it."""
+    """Return a weighted mean of light and coverage, (h, w) uint8, to estimate flow on."""
     light = (1 - _COVERAGE_WEIGHT) / 3
     weights = np.array([[light, light, light, _COVERAGE_WEIGHT]], np.float32)
     return np.asarray(cv2.transform(shown, weights), np.uint8)
 
 
 def _flow(before: Bytes, after: Bytes) -> Vectors:
-    """Optical flow searched down to the full size: vectors are drawn, and errors would be seen."""
+    """Optical flow refined down to the full size, because errors would be visible in the engine."""
     return optical_flow(before, after, True, finest_scale=0, refinements=5)

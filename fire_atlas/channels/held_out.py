@@ -1,9 +1,9 @@
 """Hold frames out of a clip, and measure on them how reliable its motion vectors are.
 
-Where the source has frames between those that are shown, they are held out. No other frames test
-vectors as well: a flame that sways to and fro between two frames looks calm in these. Else frame m
-is held out and predicted from m − 1 and m + 1, by vectors that were found without it, over steps of
-two frames, in which the clip is twice as fast as it will be played.
+If the source has frames between those that are shown, these are held out. They are the best test: a
+flame that sways to and fro between two frames looks still in both. Otherwise frame m is held out
+and predicted from m − 1 and m + 1 by vectors found without it; such a step is twice as long as
+those that will be played.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,29 +21,29 @@ from fire_atlas.vision.sampling import evenly_spread
 from fire_atlas.vision.warp import warp_by_pixels
 
 _MAX_HELD_OUT = 8
-"""Most frames of a clip that are held out."""
+"""Maximum number of frames of a clip that are held out."""
 
 _BLOCK_SIZE = 1 / 16
-"""Size of the blocks in which errors are averaged, as a share of the longer side."""
+"""Standard deviation over which errors are averaged, as a fraction of the longer side."""
 
 _SHARES = 5
-"""Shares of a vector that are tried, evenly spread from none to all of it."""
+"""Number of factors of the vectors that are tried, evenly spread over 0..1."""
 
 _PRIOR_WEIGHT = 0.5
-"""The error of the whole picture counts in every block like so many blocks of average error."""
+"""Weight of the whole picture's mean error beside the local one."""
 
 _HALF_STEP_GAIN = 2.0
-"""Vectors of a step are so many times as reliable as those of twice that step, 1 at most: fire
-loses its coherence with the time that passes."""
+"""Ratio of the reliability of a step's vectors to that of a step twice as long (the result is at
+most 1): the longer a step, the less its two frames of fire have in common."""
 
 
 class HeldOutFrame(NamedTuple):
-    """A frame that was held out, and the frames beside it with their vectors.
+    """A frame that was held out, and the frames before and after it with their vectors.
 
     Attributes:
         before, actual, after: (h, w, 4) uint8; ``actual`` is the frame that was held out.
-        vectors: Of ``before`` and of ``after``: (h, w, 2), px of the picture from the one to the
-            other, as if they were fully reliable.
+        vectors: Those of ``before`` and of ``after``, (h, w, 2): px from ``before`` to ``after``,
+            as if fully reliable.
         span: Frames of the clip from ``before`` to ``after``, 1 or 2.
         blend: The engine's blend factor at the time of ``actual``: 0 at ``before``, 1 at ``after``.
     """
@@ -56,18 +56,18 @@ class HeldOutFrame(NamedTuple):
     blend: float
 
     def predicted(self, vectors: tuple[Vectors, Vectors]) -> NDArray[np.float32]:
-        """Return the frame that the engine's formula shows there, (h, w, 4), 0..255."""
+        """Return the frame that the engine's formula gives at that time, (h, w, 4), 0..255."""
         one = warp_by_pixels(self.before.astype(np.float32), vectors[0], -self.blend)
         other = warp_by_pixels(self.after.astype(np.float32), vectors[1], 1 - self.blend)
         return self.blended(one, other)
 
     def blended(self, one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return what two pictures blend to at that time."""
+        """Return the blend of two pictures at that time."""
         return as_plane(one + (other - one) * np.float32(self.blend))
 
 
 def choose_held_out(numbers: Sequence[int]) -> list[int]:
-    """Return those of ``numbers`` that are held out, evenly spread, in order."""
+    """Return the frames to hold out: an evenly spread choice of ``numbers``, in order."""
     return [numbers[i] for i in evenly_spread(0, len(numbers) - 1, _MAX_HELD_OUT)]
 
 
@@ -78,15 +78,15 @@ def hold_out(
     pad: float,
     workers: Workers,
 ) -> list[HeldOutFrame]:
-    """Hold out frames evenly spread over the clip; none where it has fewer than three.
+    """Hold out frames evenly spread over the clip; none if it has fewer than three.
 
     Args:
         pictures: Every frame of the clip, (h, w, 4) uint8.
-        skipped: By frame, what the source shows between it and the next, and after how much of
-            the step (0..1); these are held out, if there are any.
+        skipped: By frame number, the time (0..1) and the picture of a source frame between it and
+            the next. If there are any, these are held out.
         loop: Whether the first frame follows the last.
-        pad: px beyond the flame at which vectors begin to fade.
-        workers: The pool.
+        pad: Distance from the flame at which vectors begin to fade, px.
+        workers: Estimate motion in parallel.
     """
     if skipped:
         return list(workers.map(
@@ -101,10 +101,10 @@ def hold_out(
 
 
 def reliability(held_out: Sequence[HeldOutFrame], shape: tuple[int, int]) -> Plane:
-    """Return the share of a vector, (h, w), 0..1, that predicts held-out frames best in each place.
+    """Return the factor of vectors, (h, w) in 0..1, that predicts held-out frames best.
 
-    Of the errors with several shares the least is taken, and the lowest point of the parabola
-    through it and its neighbours. Without a frame that was held out nothing is reliable.
+    Errors are measured with several factors; the best lies at the minimum of the parabola through
+    the smallest error and its neighbours. Without held-out frames it is 0.
     """
     if not held_out:
         return np.zeros(shape, np.float32)
@@ -124,7 +124,7 @@ def reliability(held_out: Sequence[HeldOutFrame], shape: tuple[int, int]) -> Pla
 
 
 def _best_share(errors: NDArray[np.float32]) -> Plane:
-    """Return the share, 0..1, at which each place of ``errors`` (shares, h, w) is least."""
+    """Return the factor, 0..1, at which ``errors`` (factors, h, w) are smallest in each place."""
     last = len(errors) - 1
     least = np.argmin(errors, axis=0)
     middle = np.clip(least, 1, last - 1)
@@ -134,7 +134,7 @@ def _best_share(errors: NDArray[np.float32]) -> Plane:
     curve = low - 2 * here + high
     bent = curve > 1e-6 * here
     beside = np.where(bent, (low - high) / (2 * np.where(bent, curve, 1)), least - middle)
-    at_end = least != middle  # beyond the ends nothing was tried
+    at_end = least != middle  # no parabola: there is no neighbour beyond the ends
     return as_plane(np.where(at_end, least, middle + np.clip(beside, -1, 1)) / np.float32(last))
 
 

@@ -1,4 +1,4 @@
-"""Check which maps such pages can have beside them. Imports nothing heavy."""
+"""Check which maps a recipe's pages can have. Kept free of heavy imports for `fire-atlas check`."""
 
 from collections.abc import Iterator
 
@@ -7,15 +7,15 @@ from fire_atlas.recipe.problem import Problem
 
 
 def map_limits(maps: Maps, atlas: Atlas, has_flakes: bool) -> Iterator[Problem]:
-    """Yield the maps that such pages cannot have beside them.
+    """Yield a problem for each map that pages with these settings cannot have.
 
     ``has_flakes``: whether any effect on the pages may have flakes.
     """
     if maps.motion in ("unity", "unreal") and atlas.layout != "grid":
         yield Problem(
             ("maps", "motion"),
-            f"{maps.motion} moves one cell into the next, and in a packed layout no two are "
-            f"alike; set atlas.layout to grid",
+            f"{maps.motion} moves one cell into the next, and a packed layout has no equal cells; "
+            f"set atlas.layout to grid",
         )
     if maps.motion != "none" and atlas.rotate:
         yield Problem(
@@ -25,7 +25,7 @@ def map_limits(maps: Maps, atlas: Atlas, has_flakes: bool) -> Iterator[Problem]:
     if not has_flakes:
         for layer in maps.layers:
             yield Problem(
-                ("maps", layer), "with flakes none the page itself is the flame; leave it out"
+                ("maps", layer), "without flakes the page itself is the flame; leave it out"
             )
     if maps != Maps() and atlas.dedupe and "dedupe" in atlas.model_fields_set:
         yield Problem(

@@ -1,4 +1,4 @@
-"""Estimate the motion vectors of an animation, as far as held-out frames bear them out."""
+"""Estimate the motion vectors of an animation, scaled by their reliability on held-out frames."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
 
 _SCALE_PERCENTILE = 99.5
-"""Percentile of a frame's vectors that has to fit into the scale; the few beyond are cut to it."""
+"""Percentile of a frame's vectors that has to fit into the scale; longer ones are clipped to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,12 +24,10 @@ class Motion:
     """Motion vectors of every frame of an animation, at a small size.
 
     Attributes:
-        width, height: Of a frame, px.
-        cells: (h, w, 2) of each frame, px of the full-size frame a frame; the planes cover the
-            whole frame.
-        longest: Length of the longest vectors along x and along y, px a frame, save outliers.
-        validation: How close the vectors come to held-out frames; None where the animation is too
-            short to hold one out.
+        width, height: Size of a frame, px.
+        cells: Vectors of each frame, (h, w, 2), small but in px of the full-size frame per frame.
+        longest: Maximum length of vectors along x and along y, px per frame, without outliers.
+        validation: Result of the cross-validation; None if the animation is too short for it.
     """
 
     width: int
@@ -44,7 +42,7 @@ class Motion:
 
 
 class FrameMotion(NamedTuple):
-    """One frame of an animation, by its number, and the motion of that animation."""
+    """The motion of an animation, and the number of one of its frames."""
 
     motion: Motion
     number: int
@@ -59,17 +57,17 @@ def estimate_motion(
     workers: Workers,
     advance: Callable[[], None],
 ) -> Motion:
-    """Return the motion of an animation; all 0 where it does not help on held-out frames.
+    """Return the motion of an animation; all vectors are 0 if they do not help on held-out frames.
 
     Args:
-        pictures: Every frame, small, as of ``channels.flow.displayed_thumbnail``.
-        skipped: By frame, of some, what the source shows between it and the next, small, and
-            after how much of the step.
+        pictures: Every frame, made by ``channels.flow.displayed_thumbnail``.
+        skipped: By frame number, the time (0..1) and the picture of a source frame between it and
+            the next, as far as there are any.
         size: Width and height of a frame, px.
         loop: Whether the first frame follows the last.
         encoding: How the engine encodes vectors, for the validation.
-        workers: The pool.
-        advance: Called as often as there are frames.
+        workers: Estimate motion in parallel.
+        advance: Called once per frame, to show progress.
     """
     height, width = pictures[0].shape[:2]
     count = len(pictures)
@@ -83,9 +81,9 @@ def estimate_motion(
     steps = _steps(pictures, loop, workers, advance)
 
     def cell(i: int) -> NDArray[np.float16]:
-        if steps[i] is None:  # nothing follows: an engine that stays here must find it still
+        if steps[i] is None:  # the last frame of a one-shot: an engine that stops here shows it
             return np.zeros((height, width, 2), np.float16)
-        before = steps[i - 1]  # of the first frame the last step: none, unless the clip closes
+        before = steps[i - 1]  # for the first frame the last step, which is None in a one-shot
         near = pictures[i if before is None else i - 1], pictures[i], pictures[(i + 1) % count]
         return (cell_vectors((before, steps[i]), near, reliable, pad) * unit).astype(np.float16)
 
@@ -96,7 +94,7 @@ def estimate_motion(
 def _steps(
     pictures: Sequence[Bytes], loop: bool, workers: Workers, advance: Callable[[], None]
 ) -> list[StepMotion | None]:
-    """Return the motion from each picture to the one that follows; None where none does."""
+    """Return the motion from each picture to the next one; None after the last of a one-shot."""
     count = len(pictures)
     closes = loop and count > 1
     last = count if closes else count - 1

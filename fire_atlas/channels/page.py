@@ -1,4 +1,4 @@
-"""Motion vectors and layers beside the pages of a sheet: their names, scale and pages."""
+"""Add motion vectors and layers to the pages of a sheet: name them, scale them, draw them."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -15,15 +15,15 @@ from fire_atlas.core.pixels import Bytes, as_plane
 from fire_atlas.recipe.output import Layer
 from fire_atlas.vision.warp import sample_at
 
-_SMALLEST_SCALE = 0.5
-"""px; shorter motion is not worth a finer scale."""
+_MIN_LONGEST = 0.5
+"""The scale allows for motion of at least this many px: a finer scale is not worth it."""
 
 _SCALE_DIGITS = 4
-"""Significant digits of a scale: people copy it."""
+"""Significant digits of a scale: few, because people copy it by hand."""
 
 
 def vector_margin(motions: Iterable[Motion]) -> int:
-    """Return how many px around a frame have to be kept: vectors lead samples that far away."""
+    """Return how many px around a frame must be kept, because vectors move samples that far."""
     return math.ceil(max((max(motion.longest) for motion in motions), default=0))
 
 
@@ -33,7 +33,7 @@ def with_maps(
     motions: Sequence[Motion],
     encoding: MotionEncoding | None,
 ) -> AtlasSheet:
-    """Return ``sheet`` with the maps beside its pages; one scale serves all ``motions`` on them."""
+    """Return ``sheet`` with the names of its maps, and one scale for all ``motions`` on it."""
     maps = []
     if encoding is not None:
         scale = _motion_scale(sheet, motions, encoding)
@@ -51,7 +51,7 @@ def _motion_scale(
     sheet: AtlasSheet, motions: Sequence[Motion], encoding: MotionEncoding
 ) -> MotionScale:
     x, y = (max(motion.longest[axis] for motion in motions) for axis in (0, 1))
-    longest = max(x, _SMALLEST_SCALE) * sheet.scale, max(y, _SMALLEST_SCALE) * sheet.scale
+    longest = max(x, _MIN_LONGEST) * sheet.scale, max(y, _MIN_LONGEST) * sheet.scale
     cell = (sheet.grid.cell_width, sheet.grid.cell_height) if sheet.grid else None
     unit = encoding.unit_pixels(cell)
     scale = _rounded_up(max(longest[0] / unit[0], longest[1] / unit[1]))
@@ -67,7 +67,7 @@ def _motion_scale(
 
 
 def _gutter(sheet: AtlasSheet) -> tuple[int, int] | None:
-    """Return the narrowest px around any frame in its cell, along x and y; None without cells."""
+    """Return the minimum gap, px, between a frame and its cell's edges in x and y, if in cells."""
     grid = sheet.grid
     if grid is None:
         return None
@@ -81,7 +81,7 @@ def _gutter(sheet: AtlasSheet) -> tuple[int, int] | None:
 
 
 def _rounded_up(value: float) -> float:
-    """Return ``value`` rounded up to a few digits."""
+    """Return ``value`` rounded up to ``_SCALE_DIGITS`` significant digits."""
     step = 10.0 ** (math.floor(math.log10(value)) + 1 - _SCALE_DIGITS)
     return round(math.ceil(value / step - 1e-9) * step, 12)
 
@@ -96,12 +96,12 @@ def draw_motion_page(
     """Draw one page, (H, W, 4) uint8: R and G are the vectors of the sheet's regions, in order.
 
     Args:
-        sheet: With its ``motion``.
-        page: Its number.
-        frames: How the frame of each region moves.
-        encoding: How the engine encodes R and G. B is 0 and A 255: importers change colours that
-            are transparent.
-        edges: What goes around a frame on its page.
+        sheet: The sheet; its ``motion`` must be set.
+        page: Index of the page.
+        frames: Motion of each region's frame.
+        encoding: How the engine encodes R and G. B is 0; A is 255, because importers may change
+            colours that are transparent.
+        edges: Space around a frame on its page.
     """
     assert sheet.motion is not None, "vectors are drawn where the sheet has their scale"
     unit = np.array(sheet.motion.pixels, np.float32)
@@ -120,7 +120,7 @@ def draw_motion_page(
 
 
 def _place(sheet: AtlasSheet, region: Region, margin: int) -> Rect:
-    """Return the part of the page that a frame's vectors fill."""
+    """Return the rectangle of the page that a frame's vectors fill: its cell, or its margin."""
     grid = sheet.grid
     if grid is not None:
         x, y = (
@@ -136,7 +136,7 @@ def _place(sheet: AtlasSheet, region: Region, margin: int) -> Rect:
 
 
 def _owned(region: Region, extrude: int) -> Rect:
-    """Return where the page shows the frame and what repeats its edge."""
+    """Return the rectangle of the frame and its extruded edge on the page."""
     return Rect(
         region.x - extrude,
         region.y - extrude,
@@ -146,9 +146,9 @@ def _owned(region: Region, extrude: int) -> Rect:
 
 
 def _vectors(frame: FrameMotion, region: Region, place: Rect, scale: float) -> Vectors:
-    """Return the vectors at the pixels of ``place`` on the page, px of the page a frame.
+    """Return the vectors at the pixels of ``place`` on the page, in px of the page per frame.
 
-    Beyond the frame they are as at its edge.
+    Outside the frame they are those at its edge.
     """
     motion = frame.motion
     small = motion.cells[frame.number].astype(np.float32)
@@ -163,10 +163,10 @@ def _vectors(frame: FrameMotion, region: Region, place: Rect, scale: float) -> V
 
 
 def _shortened(vectors: Vectors, place: Rect, frame: Rect) -> Vectors:
-    """Shorten vectors of ``place`` on the page that would lead a sample out of ``frame``.
+    """Shorten vectors at ``place`` on the page that would move a sample out of ``frame``.
 
-    An engine goes along a vector in the one frame and against it in the other, so that either way
-    has to stay where there is something of this frame, not of a neighbour.
+    An engine samples along the vector while a frame fades in and against it while it fades out:
+    neither may reach a neighbour's pixels.
     """
     x = np.arange(place.width, dtype=np.float32) + (place.x - frame.x)
     y = np.arange(place.height, dtype=np.float32) + (place.y - frame.y)

@@ -1,7 +1,7 @@
-"""Fire-flakes that fly with a clip, after Kim & Lee 2019.
+"""Simulate the fire-flakes (sparks) of a clip, after Kim & Lee 2019.
 
-Where the equations of "Fire Sprite Animation Using Fire-Flake Texture and Artificial Motion Blur"
-are computed:
+The modules that compute the equations of "Fire Sprite Animation Using Fire-Flake Texture and
+Artificial Motion Blur":
 
 ================  =========================  ==================================================
 eq. 1-3, κ        ``flame.features``         edges, feature vectors Fv and Fv*

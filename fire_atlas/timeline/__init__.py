@@ -1,1 +1,1 @@
-"""Decide which frames follow each other, before anything in them is analysed."""
+"""Cut, loop and retime a clip: decide which frames follow each other, before their analysis."""

@@ -1,4 +1,4 @@
-"""Arrange a clip as the recipe's ``timeline`` plays it: cut, looped and retimed."""
+"""Arrange a clip as the recipe's ``timeline`` says: cut it, loop it, retime it, add a tail."""
 
 from dataclasses import replace
 
@@ -21,18 +21,18 @@ def arrange(
     progress: Progress,
     only_packs: bool = False,
 ) -> Clip:
-    """Return ``clip`` as ``timeline`` plays it, before anything in it is analysed.
+    """Return ``clip`` as ``timeline`` plays it, before any analysis of its flame.
 
     Args:
-        clip: As its source gives it.
-        timeline: Of the recipe.
-        longest_life: Of a flake, s: how long a tail may be needed.
-        workers: To look at the frames.
-        progress: Gets a note of what was decided, and why.
-        only_packs: Frames are to stay as they are, unless the recipe says how to change them.
+        clip: The clip as its source delivers it.
+        timeline: The recipe's section.
+        longest_life: Maximum lifetime of a flake, s, which limits the tail.
+        workers: Read and compare frames in parallel.
+        progress: Receives notes on what was decided, and why.
+        only_packs: Whether frames stay as they are unless the recipe says how to change them.
 
     Raises:
-        RecipeError: The clip cannot be played so.
+        RecipeError: The timeline does not suit the clip.
     """
     rate = timeline.fps or clip.fps
     wanted = timeline.frames and max(1, round(timeline.frames * clip.fps / rate))
@@ -45,8 +45,8 @@ def arrange(
         return timed
     if timed.loop:
         raise RecipeError(
-            "timeline.tail lets flakes burn out after a clip that plays once, but this one goes "
-            "round and round; leave tail out, or use timeline.loop: none"
+            "timeline.tail lets flakes burn out after a clip that plays once, but this one loops; "
+            "leave tail out, or use timeline.loop: none"
         )
     longest = longest_life + 1 / timed.fps
     return with_tail(timed, longest if timeline.tail is True else min(timeline.tail, longest))
@@ -55,7 +55,7 @@ def arrange(
 def _played(
     clip: Clip, timeline: Timeline, wanted: int | None, workers: Workers, progress: Progress
 ) -> Clip:
-    """Return the clip at its own rate, in ``wanted`` frames if the recipe says how many."""
+    """Return the clip cut or looped at its own rate; ``wanted`` is its length, if stated."""
     match timeline.loop:
         case "none":
             return play_once(clip, timeline, wanted, workers)
@@ -68,11 +68,11 @@ def _played(
 
 
 def _pingpong(clip: Clip, frames: int | None) -> Clip:
-    """Return ``clip`` forwards and backwards; neither of its ends is shown twice.
+    """Return ``clip`` played forwards, then backwards; neither of its ends is shown twice.
 
     Args:
-        clip: At least 2 frames.
-        frames: Length of the result, even. None: all of the clip.
+        clip: The clip, of at least 2 frames.
+        frames: Length of the result, even; None plays all of the clip.
 
     Raises:
         RecipeError: The clip has too few frames.
@@ -100,17 +100,17 @@ def _pingpong(clip: Clip, frames: int | None) -> Clip:
 
 
 def _timed(played: Clip, timeline: Timeline, workers: Workers, progress: Progress) -> Clip:
-    """Return the clip at the rate, and with as many frames, as the recipe asks for."""
+    """Return the clip with the frame rate and the number of frames that the recipe states."""
     fps = timeline.fps or played.fps
     pace = played.fps / fps
-    lasts = max(1, round(played.count / pace))
+    full = max(1, round(played.count / pace))
     if played.loop:
-        count = timeline.frames or lasts
+        count = timeline.frames or full
     else:
-        count = min(timeline.frames or int((played.count - 1) / pace) + 1, lasts)
+        count = min(timeline.frames or int((played.count - 1) / pace) + 1, full)
     if pace == 1 or (played.loop and count == played.count):
         return replace(played, fps=fps, count=count)
     smooth = not is_pixel_art(played) and flow_helps(played, workers)
     if not smooth:
-        progress.note("frames in between cannot be made from these: the nearest ones are shown")
+        progress.note("in-between frames cannot be interpolated: the nearest ones are shown")
     return retimed(played, fps, count, smooth)

@@ -1,8 +1,8 @@
 """Extend a fire beyond its clip: a walk over its frames that jumps between similar ones (Schödl et
 al., "Video Textures", SIGGRAPH 2000, sections 3 and 4).
 
-A beam search finds the walk of exactly so many frames whose transitions cost least. Making the same
-transition again soon, or going back to what was just shown, costs extra.
+A beam search finds the cheapest walk of exactly the length wanted. Repeating a transition, or going
+back to frames that were just shown, costs extra.
 """
 
 from collections import defaultdict
@@ -14,30 +14,30 @@ from numpy.typing import NDArray
 from fire_atlas.timeline.cutting import CutAnalysis
 from fire_atlas.timeline.edit_list import Transition
 
-_MOST_TRANSITIONS = 60
-"""Best transitions that walks are made of."""
+_MAX_TRANSITIONS = 60
+"""Maximum number of transitions, the cheapest ones, that walks are made of."""
 
 _SAME_WITHIN = 3
-"""Transitions whose ends differ by at most so many frames are the same to the eye."""
+"""Transitions whose frames differ by at most this many look the same."""
 
 _STARTS = 4
-"""Places tried for a loop to begin at."""
+"""Number of start frames tried for a loop."""
 
 _BEAM_WIDTH = 8
-"""Walks that are kept of every length."""
+"""Number of walks of each length that are kept."""
 
 _REPEAT_COST = 1.5
-"""Cost of making a transition again, in median costs of a transition."""
+"""Extra cost of each repetition of a transition, in median costs of a transition."""
 
 _BACKTRACK_COST = 1.0
-"""Cost of going back to what was just shown, in the same."""
+"""Extra cost of going back to frames that were just shown, in the same unit."""
 
 _Candidates = list[tuple[float, Transition]]
 """Transitions that a walk may make, each with its cost."""
 
 
 class _PartialWalk(NamedTuple):
-    """The beginning of a walk: its cost, the frame it has come to, and its transitions so far."""
+    """The beginning of a walk: its cost, the frame it has reached, and its transitions so far."""
 
     cost: float
     at: int
@@ -45,7 +45,7 @@ class _PartialWalk(NamedTuple):
 
 
 def extend_loop(analysis: CutAnalysis, frames: int) -> list[Transition] | None:
-    """Return the transitions of a loop of ``frames``, if there is one; the last one closes it."""
+    """Return the transitions of a loop of ``frames`` frames; the last closes it. None: no loop."""
     costs, overlap = analysis.costs(), analysis.overlap
     candidates = _best_transitions(costs, analysis)
     found: list[tuple[float, tuple[Transition, ...]]] = []
@@ -65,7 +65,7 @@ def extend_loop(analysis: CutAnalysis, frames: int) -> list[Transition] | None:
 
 
 def extend_once(analysis: CutAnalysis, frames: int) -> list[Transition] | None:
-    """Return the transitions of a walk of ``frames`` from the first frame on, if there is one."""
+    """Return the transitions of a walk of ``frames`` frames from the first one on, if any."""
     candidates = _best_transitions(analysis.costs(), analysis)
     found = [
         (walk.cost, walk.transitions)
@@ -79,7 +79,7 @@ def extend_once(analysis: CutAnalysis, frames: int) -> list[Transition] | None:
 def _walks(
     candidates: _Candidates, analysis: CutAnalysis, start: int, frames: int
 ) -> dict[int, list[_PartialWalk]]:
-    """Best beginnings of walks from frame ``start``, by their length, up to ``frames``."""
+    """Best partial walks from frame ``start``, by their length, of less than ``frames`` frames."""
     median, overlap = _median_cost(candidates), analysis.overlap
     walks: dict[int, list[_PartialWalk]] = defaultdict(list, {0: [_PartialWalk(0.0, start, ())]})
     for length in range(frames):
@@ -98,7 +98,7 @@ def _walks(
 
 
 def _beam(walks: list[_PartialWalk]) -> list[_PartialWalk]:
-    """Return the cheapest walks; of those that end with the same transition only one."""
+    """Return the cheapest walks, only one for each last transition."""
     best: dict[tuple[Transition, ...], _PartialWalk] = {}
     for walk in sorted(walks):
         best.setdefault(walk.transitions[-1:], walk)
@@ -108,30 +108,30 @@ def _beam(walks: list[_PartialWalk]) -> list[_PartialWalk]:
 
 
 def _best_transitions(costs: NDArray[np.float64], analysis: CutAnalysis) -> _Candidates:
-    """Return the cheapest transitions that lead well away, none of them next to a cheaper one."""
+    """Return the cheapest transitions that jump far enough, without near duplicates."""
     count = len(costs)
     ending, beginning = np.indices(costs.shape)
     jump = np.abs(beginning - ending)
     if analysis.closed:
         jump = np.minimum(jump, count - jump)
-    left = np.where(jump > _least_jump(analysis), costs, np.inf)
+    remaining = np.where(jump > _min_jump(analysis), costs, np.inf)
     found: _Candidates = []
-    while len(found) < _MOST_TRANSITIONS:
-        at = int(np.argmin(left))
+    while len(found) < _MAX_TRANSITIONS:
+        at = int(np.argmin(remaining))
         transition = Transition(at // count, at % count)
-        if not np.isfinite(left[transition]):
+        if not np.isfinite(remaining[transition]):
             break
         found.append((float(costs[transition]), transition))
         near = [np.arange(place - _SAME_WITHIN, place + _SAME_WITHIN + 1) for place in transition]
         near = [n % count if analysis.closed else np.clip(n, 0, count - 1) for n in near]
-        left[np.ix_(*near)] = np.inf
+        remaining[np.ix_(*near)] = np.inf
     return found
 
 
 def _extra_cost(
     transition: Transition, walk: _PartialWalk, analysis: CutAnalysis, median: float
 ) -> float:
-    """Return what a transition costs more because of what the walk has shown before."""
+    """Return the extra cost of a transition that repeats another or goes back in its walk."""
     repeats = sum(
         all(abs(a - b) <= _SAME_WITHIN for a, b in zip(transition, other, strict=True))
         for other in walk.transitions
@@ -145,24 +145,24 @@ def _median_cost(candidates: _Candidates) -> float:
     return float(np.median([cost for cost, _ in candidates])) if candidates else 1.0
 
 
-def _least_jump(analysis: CutAnalysis) -> int:
-    """Return by how many frames a transition has to lead away: less would be a stutter."""
+def _min_jump(analysis: CutAnalysis) -> int:
+    """Return how many frames a transition must jump over: jumping fewer looks like a stutter."""
     return min(analysis.overlap + 1, analysis.count // 4)
 
 
 def _shortest_stretch(analysis: CutAnalysis) -> int:
-    """Return the fewest frames that are played between two transitions."""
+    """Return the minimum number of frames played between two transitions."""
     return max(1, min(analysis.overlap, analysis.count // 6))
 
 
 def _may_play(analysis: CutAnalysis, first: int, end: int) -> bool:
-    """Whether frames ``first`` until ``end``, counted on past the end, may be played in a row."""
+    """Whether frames ``first`` until ``end`` may be played in a row; those of a loop wrap."""
     last = first + analysis.count - 1 if analysis.closed else analysis.longest
     return first + _shortest_stretch(analysis) <= end <= last
 
 
 def _played(analysis: CutAnalysis, first: int, end: int) -> int:
-    """Return how many frames there are from ``first`` until ``end``, around the end of a loop."""
+    """Return the number of frames from ``first`` until ``end``, across the end of a loop."""
     return (end - first) % analysis.count if analysis.closed else end - first
 
 

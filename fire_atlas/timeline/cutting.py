@@ -1,5 +1,5 @@
-"""Choose where to cut a clip so that its end passes into its beginning unseen (Schödl et al.,
-"Video Textures", SIGGRAPH 2000, section 3)."""
+"""Choose where to cut a clip so that it loops without a visible seam (Schödl et al., "Video
+Textures", SIGGRAPH 2000, section 3)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,50 +17,50 @@ from fire_atlas.timeline.edit_list import Transition, stretch
 from fire_atlas.vision.thumbnails import Thumbnails, distance
 
 _OVERLAP = 1 / 3
-"""Seconds of a transition, by default."""
+"""Default duration of a transition, s."""
 
-_LEAST_STRETCHES = 5
-"""By default a transition takes at most this part of the clip: one in so many."""
+_MIN_CLIP_PER_OVERLAP = 5
+"""By default the clip is at least this many times as long as a transition."""
 
 _INCOHERENT = 1.2
-"""Where any two frames are no further apart than this many steps, neighbours have little in common,
-and a hard cut is seen as little as any step."""
+"""Where the median distance of two frames is at most this many median steps, neighbours have little
+in common, and a hard cut is no more visible than any step."""
 
-_MOST_FRAMES = 1024
-"""Frames, from the first on, among which cuts are searched."""
+_MAX_FRAMES = 1024
+"""Maximum number of frames, from the first on, that are searched for cuts."""
 
 _PIXEL_ART_COLOURS = 64
-"""Most colours, transparency among them, that a frame of pixel art has."""
+"""Maximum number of colours, the transparent one included, in a frame of pixel art."""
 
 _KERNEL = (1, 4, 6, 4, 1)
-"""Weights of neighbouring frames in a distance, so that motion counts and not one pose alone."""
+"""Weights of neighbouring frames in a distance, so that motion counts, not only one pose."""
 
 _TRIED = 24
-"""Best cuts that are examined closely."""
+"""Number of cuts, the cheapest ones, that are examined closely."""
 
 _SHORTNESS_COST = 2.0
-"""Cost of a loop of no length, against one as long as the clip, in median steps."""
+"""Extra cost of a loop, in median steps: this at length 0, falling to 0 at the maximum length."""
 
 _SHORT_LOOP = 12
-"""A loop of fewer frames than this keeps at least half of its clip: of a short clip, the best seam
-alone would keep a few frames and lose most of the fire."""
+"""A loop of fewer frames than this keeps at least half of its clip: in a short clip, the best seam
+alone would leave a few frames and lose most of the fire."""
 
 _UNSEEN_STEP = 1.1
-"""A step this many times the median is not seen."""
+"""A step of at most this many median steps is not noticed."""
 
 _UNSEEN_FLOW = 0.8
-"""Flow at the seam up to this share of the 95th percentile of the loop's is not seen."""
+"""Flow at the seam is not noticed up to this fraction of the 95th percentile of the loop's flow."""
 
 _UNSEEN_DETAIL = 0.97
-"""Detail in a seam down to this share of the median of the loop's is not missed."""
+"""Loss of detail is not noticed if a seam has at least this fraction of the loop's median."""
 
 
 @dataclass(frozen=True, slots=True)
 class CutAnalysis:
-    """Measures of a clip that is to be cut.
+    """Distances between a clip's frames, and the kind of cut to look for.
 
     Attributes:
-        thumbnails: Of all its frames that may be used.
+        thumbnails: Small copies of the frames that may be used, and their distances.
         overlap: Frames of each transition; 0 for hard cuts.
         closed: Whether the clip is a loop already, so that frame numbers wrap around.
     """
@@ -71,15 +71,15 @@ class CutAnalysis:
 
     @property
     def count(self) -> int:
-        """Frames that may be used."""
+        """Number of frames that may be used."""
         return len(self.thumbnails.frames)
 
     def hard_step(self, transition: Transition) -> float:
-        """Step of a transition that is cut hard, in median steps."""
+        """Step of a transition without overlap, in median steps."""
         return self._steps((transition.ending - 1) % self.count, transition.beginning)
 
     def step_after(self, transition: Transition) -> float:
-        """Step out of the last frame of a transition, in median steps."""
+        """Step from the last frame of a transition to the next, in median steps."""
         first = (transition.beginning + self.overlap) % self.count
         return self._steps(first - 1, first)
 
@@ -89,21 +89,20 @@ class CutAnalysis:
 
     @property
     def longest(self) -> int:
-        """Frames of the longest loop with one transition."""
+        """Number of frames of the longest loop with one transition."""
         return self.count if self.closed else self.count - max(self.overlap, 1)
 
     @property
     def shortest(self) -> int:
-        """Frames of the shortest loop that is cut where the recipe states no length."""
+        """Number of frames of the shortest loop that is cut if the recipe states no length."""
         half = -(-self.count // 2)
         return max(self.longest // 2, min(half, _SHORT_LOOP), self.overlap + 1)
 
     def costs(self) -> NDArray[np.float64]:
         """Dissimilarity of both sides of every transition: entry (ending, beginning), median steps.
 
-        The distance in the middle of the overlap, averaged over two neighbours either way (section
-        3.1, "preserving dynamics"). Transitions that would need frames the clip does not have cost
-        infinitely much.
+        It is the distance in the middle of the overlap, averaged over two neighbours on each side
+        (section 3.1, "preserving dynamics"). Transitions that need frames beyond the clip cost inf.
         """
         distances = self.thumbnails.distances.astype(np.float64)
         distances /= max(self.thumbnails.median_step, 1e-9)
@@ -119,7 +118,7 @@ class CutAnalysis:
 
 
 def _shifted(distances: NDArray[np.float64], by: int, wraps: bool) -> NDArray[np.float64]:
-    """Distances ``by`` frames later in both: entry (i, j) is that of (i + by, j + by)."""
+    """Shift a matrix of distances in time: entry (i, j) becomes that of (i + by, j + by)."""
     at = np.arange(len(distances)) + by
     at = at % len(distances) if wraps else np.clip(at, 0, len(distances) - 1)
     return distances[np.ix_(at, at)]
@@ -128,11 +127,11 @@ def _shifted(distances: NDArray[np.float64], by: int, wraps: bool) -> NDArray[np
 def analyse_cuts(
     clip: Clip, timeline: Timeline, wanted: int | None, closed: bool, workers: Workers
 ) -> CutAnalysis:
-    """Compare all frames of ``clip``, of which ``wanted`` are to result (None: any number).
+    """Compare all frames of ``clip``, for a result of ``wanted`` frames (None: any number).
 
-    ``closed``: whether its first frame follows its last already.
+    ``closed``: whether the clip is a loop already.
     """
-    used = min(clip.count, _MOST_FRAMES)
+    used = min(clip.count, _MAX_FRAMES)
     thumbnails = Thumbnails.of(clip, range(used), workers)
     overlap = overlap_of(clip, timeline, wanted)
     is_incoherent = thumbnails.median_distance <= _INCOHERENT * thumbnails.median_step
@@ -142,24 +141,24 @@ def analyse_cuts(
 
 
 def overlap_of(clip: Clip, timeline: Timeline, wanted: int | None) -> int:
-    """Return over how many frames an end passes into a beginning.
+    """Return the number of frames of each transition.
 
     Raises:
-        RecipeError: The recipe asks for more than the clip has.
+        RecipeError: The recipe states more than the clip allows.
     """
-    most = max(1, min(clip.count, wanted or clip.count) // 2)
+    limit = max(1, min(clip.count, wanted or clip.count) // 2)
     if timeline.overlap == "auto":
-        return max(1, min(round(_OVERLAP * clip.fps), most, clip.count // _LEAST_STRETCHES))
-    if timeline.overlap > most:
+        return max(1, min(round(_OVERLAP * clip.fps), limit, clip.count // _MIN_CLIP_PER_OVERLAP))
+    if timeline.overlap > limit:
         raise RecipeError(
-            f"timeline.overlap is {timeline.overlap} frames, but with {clip.count} frames in and "
-            f"{wanted or 'as many'} out at most {most} can overlap"
+            f"timeline.overlap is {timeline.overlap} frames, but of "
+            f"{min(clip.count, wanted or clip.count)} frames at most {limit} can overlap"
         )
     return timeline.overlap
 
 
 def is_pixel_art(clip: Clip) -> bool:
-    """Whether a clip has so few colours that a mix of two would be seen as a new one."""
+    """Whether a clip has so few colours that a mix of two would be noticed as a new one."""
     shown = np.ascontiguousarray(encode_bytes(clip.read(0)))
     return len(np.unique(shown.view(np.uint32))) <= _PIXEL_ART_COLOURS
 
@@ -168,8 +167,8 @@ def best_cut(analysis: CutAnalysis, frames: int | None) -> Transition | None:
     """Return the transition that makes the best loop; None if there is no such loop.
 
     Args:
-        analysis: Of the clip.
-        frames: Length of the loop. None: any from the shortest that keeps enough of the clip.
+        analysis: The clip's distances.
+        frames: Length of the loop; None for any length from ``analysis.shortest`` on.
     """
     lengths = [frames] if frames else range(analysis.shortest, analysis.longest + 1)
     costs = analysis.costs()
@@ -197,10 +196,10 @@ def _loops_of(
 
 
 def _visible_flaws(analysis: CutAnalysis, transition: Transition) -> float:
-    """Return what would be seen of a transition, as a cost.
+    """Return a cost for the visible flaws of a transition.
 
-    That are steps which are too large or unlike the others, a first step after it that is faster
-    than nearly all others of the loop, and lost detail.
+    Flaws are steps that are too large or unlike the others, a step after the transition that is
+    faster than nearly all others of the loop, and lost detail.
     """
     seam = pairwise(_approximate_seam(analysis, transition))
     steps = np.array([distance(a, b) for a, b in seam])
@@ -220,7 +219,7 @@ def _visible_flaws(analysis: CutAnalysis, transition: Transition) -> float:
 
 
 def _seam_details(analysis: CutAnalysis, transition: Transition) -> Iterator[float]:
-    """Yield the detail of each frame of a seam: as much as its two sides have."""
+    """Yield the detail of each frame of a seam, interpolated between its two sides."""
     details, overlap = analysis.thumbnails.details, analysis.overlap
     for k in range(overlap):
         share = (k + 1) / (overlap + 1)
@@ -229,7 +228,7 @@ def _seam_details(analysis: CutAnalysis, transition: Transition) -> Iterator[flo
 
 
 def _approximate_seam(analysis: CutAnalysis, transition: Transition) -> Iterator[Pixels]:
-    """Yield small copies of a seam's frames without warping, and of the frames beside it."""
+    """Yield the frames of a seam, small and blended without warping, and those beside it."""
     frames, overlap, count = analysis.thumbnails.frames, analysis.overlap, analysis.count
     mean = frames.mean(axis=0)
     yield frames[(transition.ending - 1) % count]

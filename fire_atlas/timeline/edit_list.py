@@ -1,5 +1,5 @@
-"""Edit lists: which frames of a clip follow each other, and over which frames one stretch passes
-into the next."""
+"""Edit lists: which frames of a clip follow each other, and which frames blend two stretches of
+it."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from fire_atlas.vision.thumbnails import Thumbnails
 
 
 class Transition(NamedTuple):
-    """Where one stretch of a clip passes into another, over the frames of the overlap.
+    """Where one stretch of a clip blends into another, over the frames of the overlap.
 
     Attributes:
         ending: First frame of the overlap in the stretch that ends.
@@ -32,9 +32,9 @@ class EditList:
     """How a clip is cut, frame by frame.
 
     Attributes:
-        frames: For each frame of the result the number of the clip's frame that it shows, or a
-            transition and which frame of its overlap it is.
-        overlap: Frames of each transition.
+        frames: For each frame of the result, the number of the clip's frame that it shows, or the
+            transition it belongs to and its number in the overlap.
+        overlap: Number of frames of each transition.
         loop: Whether the first frame follows the last.
     """
 
@@ -49,9 +49,9 @@ class EditList:
 
 
 def loop_edit(transitions: list[Transition], overlap: int, count: int) -> EditList:
-    """Return the loop from transition to transition, the last of which leads back to its start.
+    """Return the loop that makes these transitions in turn; the last leads back to its start.
 
-    Frame numbers wrap around where the ``count`` frames of the clip are a loop already.
+    Frame numbers wrap around if the ``count`` frames of the clip are a loop already.
     """
     frames: list[int | tuple[Transition, int]] = []
     at = transitions[-1].beginning + overlap
@@ -63,7 +63,7 @@ def loop_edit(transitions: list[Transition], overlap: int, count: int) -> EditLi
 
 
 def one_shot_edit(transitions: list[Transition], overlap: int, count: int) -> EditList:
-    """Return ``count`` frames from the first frame of the clip on, played once."""
+    """Return ``count`` frames from the clip's first one on, played once, with the transitions."""
     frames: list[int | tuple[Transition, int]] = []
     at = 0
     for transition in transitions:
@@ -75,12 +75,12 @@ def one_shot_edit(transitions: list[Transition], overlap: int, count: int) -> Ed
 
 
 def stretch(first: int, end: int, count: int) -> list[int]:
-    """Frames from ``first`` until ``end``, past the end of a clip of ``count`` if that is less."""
+    """Frame numbers from ``first`` until ``end``; they wrap at ``count`` if ``end`` is less."""
     return [n % count for n in range(first, end if end >= first else end + count)]
 
 
 def apply_edit(clip: Clip, edit: EditList, thumbnails: Thumbnails, workers: Workers) -> Clip:
-    """Return ``clip`` cut as ``edit`` says; frames of transitions are made when they are read."""
+    """Return ``clip`` cut as ``edit`` says; frames of transitions are blended when read."""
     mean = as_plane(thumbnails.frames.mean(axis=0))
     seams = {
         transition: plan_seam(clip, _pairs(transition, edit.overlap, clip.count), mean, workers)
@@ -115,7 +115,7 @@ def apply_edit(clip: Clip, edit: EditList, thumbnails: Thumbnails, workers: Work
 
 
 def _pairs(transition: Transition, overlap: int, count: int) -> list[tuple[int, int]]:
-    """Return which two frames of a clip of ``count`` each frame of a transition is made of."""
+    """Return for each frame of a transition the two frames of the clip that it blends."""
     return [
         ((transition.ending + k) % count, (transition.beginning + k) % count)
         for k in range(overlap)

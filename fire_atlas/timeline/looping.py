@@ -1,5 +1,5 @@
-"""Make clips that loop, or play once: as they are, cut where their end passes into their beginning,
-or extended."""
+"""Make a clip loop or play once: as it is, cut where its end best matches its beginning, or
+extended."""
 
 from dataclasses import replace
 
@@ -19,20 +19,20 @@ from fire_atlas.vision.sampling import ClipSamples
 from fire_atlas.vision.thumbnails import Thumbnails, distance
 
 _UNSEEN_SEAM = 1.25
-"""A seam this many times the median step is no more seen than the steps are."""
+"""A seam of at most this many median steps is no more visible than the steps are."""
 
-_FEWEST_FRAMES = 8
-"""A clip of fewer frames is drawn to be played as it is."""
+_MIN_FRAMES = 8
+"""A clip of fewer frames is not cut: it was drawn to be played as it is."""
 
 _DARK = 0.15
-"""A frame with less than this share of the brightest frame's light shows next to nothing."""
+"""A frame with less than this fraction of the brightest frame's fire shows almost nothing."""
 
 _DARK_SCENE = 2 / 3
-"""Where a lit scene is behind the fire, such a frame has less than this share of all light too."""
+"""Such a frame also has less than this fraction of the brightest frame's light, scene included."""
 
 
 def keep_frames(clip: Clip, workers: Workers) -> Clip:
-    """Return the frames as they are; they loop if the last one passes into the first."""
+    """Return the frames as they are; they loop if the step from the last to the first is small."""
     if clip.loop or clip.count < 3:
         return clip
     samples = ClipSamples.of(clip, workers)
@@ -42,27 +42,27 @@ def keep_frames(clip: Clip, workers: Workers) -> Clip:
 def loop_clip(
     clip: Clip, timeline: Timeline, wanted: int | None, workers: Workers, progress: Progress
 ) -> Clip:
-    """Return the best loop the clip gives, or the clip played once if it is not meant for one.
+    """Return the best loop of the clip, or the clip played once if it is not meant to loop.
 
     Args:
-        clip: At its own rate.
-        timeline: Of the recipe.
-        wanted: Frames of the result; None: any number.
-        workers: To look at the frames.
-        progress: Gets a note of what was decided.
+        clip: The clip at its own rate.
+        timeline: The recipe's section.
+        wanted: Number of frames of the result; None for any number.
+        workers: Read and compare frames in parallel.
+        progress: Receives a note on what was decided.
 
     Raises:
-        RecipeError: There is no loop of so many frames.
+        RecipeError: There is no loop of this length.
     """
     if clip.loop and wanted in (None, clip.count):
         return clip
     if clip.count < 3:
-        return _played_as_it_is(clip, wanted, "it has too few frames to go round")
+        return _played_as_it_is(clip, wanted, "it has too few frames to loop")
     samples = ClipSamples.of(clip, workers)
     closed = clip.loop or _is_closed(samples)
     why = None if clip.loop else _why_one_shot(samples)
-    if why is None and clip.count < _FEWEST_FRAMES and not closed:
-        why = f"it has only {clip.count} frames and its end does not meet its beginning"
+    if why is None and clip.count < _MIN_FRAMES and not closed:
+        why = f"it has only {clip.count} frames and its end does not match its beginning"
     if why:
         return _played_once(clip, wanted, why, progress)
     if closed and wanted in (None, clip.count):
@@ -75,25 +75,25 @@ def play_once(clip: Clip, timeline: Timeline, wanted: int | None, workers: Worke
     """Return the clip played once; if more frames are wanted than it has, the fire is extended.
 
     Raises:
-        RecipeError: It cannot be.
+        RecipeError: The fire cannot be extended.
     """
     if wanted is None or wanted <= clip.count:
         return replace(clip, loop=False)
-    if clip.count < _FEWEST_FRAMES:
-        return _played_as_it_is(clip, wanted, "it has too few frames to go on from")
+    if clip.count < _MIN_FRAMES:
+        return _played_as_it_is(clip, wanted, "it has too few frames to be extended")
     if why := _why_one_shot(ClipSamples.of(clip, workers)):
         return _played_as_it_is(clip, wanted, why)
     analysis = analyse_cuts(clip, timeline, wanted, False, workers)
     transitions = extend_once(analysis, wanted)
     if transitions is None:
-        why = "no two of its moments look alike enough to go on from"
+        why = "no two of its moments look alike enough to jump between"
         return _played_as_it_is(clip, wanted, why)
     edit = one_shot_edit(transitions, analysis.overlap, wanted)
     return apply_edit(clip, edit, analysis.thumbnails, workers)
 
 
 def crossfade(clip: Clip, timeline: Timeline, wanted: int | None, workers: Workers) -> Clip:
-    """Return the clip from its first frame on, its end passing into its beginning.
+    """Return the clip from its first frame on, its end cross-faded into its beginning.
 
     Raises:
         RecipeError: The clip has too few frames for that.
@@ -108,8 +108,8 @@ def crossfade(clip: Clip, timeline: Timeline, wanted: int | None, workers: Worke
     if not overlap < length <= longest:
         raise RecipeError(
             f"timeline.frames asks for {length} frames, but {clip.count} frames of which {overlap} "
-            f"pass into the first ones give {overlap + 1} to {longest}; "
-            "use loop: auto to go on longer, or a smaller timeline.overlap"
+            f"fade into the first ones give {overlap + 1} to {longest}; "
+            "use loop: auto for a longer loop, or a smaller timeline.overlap"
         )
     edit = loop_edit([Transition(length, 0)], overlap, clip.count)
     thumbnails = Thumbnails.of(clip, range(length + overlap), workers)
@@ -128,7 +128,7 @@ def _cut_to_loop(
         )
     is_hard = analysis.overlap == 0
     if is_hard and not wanted and analysis.hard_step(transitions[0]) > _UNSEEN_SEAM:
-        why = "its few colours cannot be mixed, and no end meets a beginning"
+        why = "it has too few colours to mix them unseen, and no end matches a beginning"
         return _played_once(clip, wanted, why, progress)
     edit = loop_edit(transitions, analysis.overlap, analysis.count)
     progress.note(_described(transitions, analysis, len(edit.frames)))
@@ -143,30 +143,30 @@ def _loop_transitions(analysis: CutAnalysis, wanted: int | None) -> list[Transit
     found = extend_loop(analysis, wanted) if wanted else None
     if found is None:
         return None
-    # It may begin after any of its transitions: where the first step is most like the median.
+    # The loop may begin after any transition: choose the one after which the step is most usual.
     last = found.index(min(found, key=lambda each: abs(analysis.step_after(each) - 1)))
     return found[last + 1 :] + found[: last + 1]
 
 
 def _described(transitions: list[Transition], analysis: CutAnalysis, length: int) -> str:
-    """Say how the clip is cut."""
+    """Return a note on how the clip is cut."""
     overlap = analysis.overlap
     faded = f"cross-faded over {overlap} frames" if overlap else "cut hard"
     if len(transitions) == 1:
         first = (transitions[0].beginning + overlap) % analysis.count
         return f"a loop of {length} frames from frame {first} on, {faded} at its end"
-    passages = f"{len(transitions)} passages between moments alike"
-    return f"a loop of {length} frames with {passages}, {faded}"
+    jumps = f"{len(transitions)} jumps between similar moments"
+    return f"a loop of {length} frames with {jumps}, {faded}"
 
 
 def _played_once(clip: Clip, wanted: int | None, why: str, progress: Progress) -> Clip:
-    """Return a clip that is not meant to loop as it is, and note why."""
-    progress.note(f"{why}, so it plays once; timeline.loop: crossfade would make it go round")
+    """Return a clip that is not meant to loop unchanged, and note why."""
+    progress.note(f"{why}, so it plays once; timeline.loop: crossfade would make it loop")
     return _played_as_it_is(clip, wanted, why)
 
 
 def _played_as_it_is(clip: Clip, wanted: int | None, why: str) -> Clip:
-    """Return a clip that plays once and cannot be extended.
+    """Return a clip that cannot be extended unchanged.
 
     Raises:
         RecipeError: More frames are wanted than it has.
@@ -180,7 +180,7 @@ def _played_as_it_is(clip: Clip, wanted: int | None, why: str) -> Clip:
 
 
 def _is_closed(samples: ClipSamples) -> bool:
-    """Whether the step from the last frame to the first is like those in between."""
+    """Whether the step from the last frame to the first is about as small as those between."""
     if samples.count < 3:
         return False
     seam = distance(samples.frames[samples.count - 1], samples.frames[0])
@@ -188,10 +188,10 @@ def _is_closed(samples: ClipSamples) -> bool:
 
 
 def _why_one_shot(samples: ClipSamples) -> str | None:
-    """Say, as a clause, why a clip is meant to play once; None if nothing speaks for that.
+    """Return, as a clause, why a clip is meant to play once; None if it may loop.
 
-    What decides is light, summed over the frame: it is next to nothing at one end or at both, and
-    nowhere in between, where a fire that only flickers would be dark too.
+    It is, if the light of the whole frame is almost nothing at one end or both, but nowhere in
+    between: a fire that only flickers would be dark there too.
     """
     whole, fire = _light(samples)
     dark = (fire < _DARK * fire.max()) & (whole < _DARK_SCENE * whole.max())
@@ -205,9 +205,9 @@ def _why_one_shot(samples: ClipSamples) -> str | None:
 
 
 def _light(samples: ClipSamples) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the light of each sampled frame: all of it, and without what is always there.
+    """Return the light of each sampled frame: all of it, and that of the fire alone.
 
-    Only in an opaque scene is there anything beside the fire.
+    They differ only in an opaque scene, whose constant light is subtracted.
     """
     frames = samples.frames.values()
     planes = np.stack([luminance(frame) for frame in frames])

@@ -29,38 +29,38 @@ _FLOW_SMOOTHING = 0.008
 """Standard deviation of the Gaussian that smooths the flow, as a fraction of the height."""
 
 _WHOLE = 1e-3
-"""Nearer to a frame of the clip than this, in steps, that frame is shown as it is."""
+"""A time within this many steps of a clip's frame shows that frame as it is."""
 
 _HELD_OUT = 6
-"""Frames that are interpolated from their neighbours, to see whether that works."""
+"""Number of frames that are interpolated from their neighbours, to test whether that works."""
 
-_MOST_ERROR = 0.95
-"""It works if their error is at most this share of that of showing a neighbour."""
+_MAX_ERROR = 0.95
+"""Interpolation works if its error is at most this fraction of the error of showing a neighbour."""
 
 _CACHED_PAIRS = 8
-"""Pairs of frames whose flow is kept."""
+"""Number of frame pairs whose flow is cached."""
 
 _SKIPPING = 1.5
-"""From so many frames of the clip for one of the result, there are some that nothing shows."""
+"""From this many clip frames per frame of the result, some clip frames are never shown."""
 
 _HALFWAY = 0.2
-"""So near to the middle of a step, in steps, a frame is about halfway."""
+"""A frame within this many steps of the middle of a step is about halfway."""
 
 _UNLIKE = 0.25
-"""Places whose two sides differ by this share of their light have nothing in common."""
+"""Where two sides differ by this fraction of their light, they have nothing in common."""
 
 
 def retimed(clip: Clip, fps: float, count: int, is_smooth: bool) -> Clip:
     """Return ``clip`` with ``count`` frames at ``fps``; the fire keeps its speed.
 
-    A loop is spread evenly over its frames; else frames are ``clip.fps / fps`` apart, or as much
-    less as they must be for the last one not to lie beyond the clip.
+    The frames of a loop are spread evenly over the clip. Others are ``clip.fps / fps`` frames of
+    the clip apart, or less if the last one would otherwise lie beyond its end.
 
     Args:
-        clip: At its own rate.
+        clip: The clip at its own rate.
         fps: Frames per second of the result.
-        count: Frames of the result.
-        is_smooth: Whether frames in between are made by optical flow; else the nearest is shown.
+        count: Number of frames of the result.
+        is_smooth: Whether to interpolate frames by optical flow; else the nearest one is shown.
     """
     if clip.loop:
         pace = clip.count / count
@@ -82,9 +82,9 @@ def retimed(clip: Clip, fps: float, count: int, is_smooth: bool) -> Clip:
 
 
 class _Place(NamedTuple):
-    """Between which frames of the clip a frame of the result lies, and when, 0..1 from the first.
+    """The two frames of the clip between which a frame of the result lies, and its time, 0..1.
 
-    ``time`` is 0 where a frame of the clip is shown as it is.
+    ``time`` is 0 where frame ``before`` is shown as it is.
     """
 
     before: int
@@ -96,9 +96,9 @@ class _Retiming:
     """Frames of a clip and their motion at another frame rate."""
 
     def __init__(self, clip: Clip, pace: float, is_smooth: bool) -> None:
-        """``pace``: frames of ``clip`` for one of the result; ``is_smooth`` as of ``retimed``."""
+        """``pace``: clip frames per frame of the result; ``is_smooth``: as in ``retimed``."""
         self._clip, self._pace, self._is_smooth = clip, pace, is_smooth
-        # A pair of frames has several of the result between them.
+        # Several frames of the result may lie between the same two frames of the clip.
         self._flow_between = lru_cache(_CACHED_PAIRS)(self._find_flow)
         self._velocity = lru_cache(_CACHED_PAIRS)(self._find_velocity)
 
@@ -121,9 +121,9 @@ class _Retiming:
         return _interpolated(clip.read(before), clip.read(after), flow, time)
 
     def flow(self, i: int) -> NDArray[np.float32]:
-        """Return the velocity of what frame ``i`` shows, as of ``Clip.flow``.
+        """Return the velocity of the fire in frame ``i``, like ``Clip.flow``.
 
-        It is that of the nearer frame of the clip, moved along with what it belongs to.
+        It is the velocity in the nearer frame of the clip, warped to the time of frame ``i``.
         """
         (before, after, time), clip = self.place(i), self._clip
         near = before if time <= 0.5 else after
@@ -138,7 +138,7 @@ class _Retiming:
         return warp(velocity, to_before if near == before else to_after)
 
     def skipped(self, i: int) -> Skipped | None:
-        """Return a frame of the clip that nothing shows, about halfway from frame ``i`` on."""
+        """Return a clip frame that is never shown, about halfway between frames ``i`` and i + 1."""
         middle = round((i + 0.5) * self._pace)
         time = middle / self._pace - i
         if self._pace < _SKIPPING or abs(time - 0.5) > _HALFWAY:
@@ -159,17 +159,17 @@ class _Retiming:
 
 
 def flow_helps(clip: Clip, workers: Workers) -> bool:
-    """Whether interpolated frames are nearer to held-out ones than the neighbours of these are."""
+    """Whether interpolation predicts held-out frames better than showing a neighbour does."""
     if clip.count < 3:
         return True
     held_out = evenly_spread(1, clip.count - 2, _HELD_OUT)
     errors = list(workers.map(lambda i: _errors(clip, i), held_out))
     interpolated, nearest = (float(np.mean([each[side] for each in errors])) for side in (0, 1))
-    return interpolated <= _MOST_ERROR * nearest
+    return interpolated <= _MAX_ERROR * nearest
 
 
 def _errors(clip: Clip, i: int) -> tuple[float, float]:
-    """Return how far frame ``i``, interpolated, is from itself, and how far its neighbours are."""
+    """Return the distance from frame ``i`` to its interpolation, and to its neighbours (mean)."""
     size = flow_size(clip.width, clip.height, SMALL)
     before, truth, after = (resized(clip.read(n), size) for n in (i - 1, i, i + 1))
     made = _interpolated(before, after, _flow_of(before, after, clip.blend_space), 0.5)
@@ -177,7 +177,7 @@ def _errors(clip: Clip, i: int) -> tuple[float, float]:
 
 
 def _velocity(clip: Clip, before: int, after: int) -> NDArray[np.float32]:
-    """Velocity of what frame ``before`` shows, (h, w, 2), px/s of the whole frame."""
+    """Velocity of the fire in frame ``before``, (h, w, 2), in px/s of the full-size frame."""
     is_small = clip.width * clip.height <= SMALL
     shown = (clip.brightness(i) for i in (before, after))
     one, other = (thumbnail(plane, is_small) for plane in shown)
@@ -196,8 +196,8 @@ def _flow_of(before: Pixels, after: Pixels, blend_space: str) -> BidirectionalFl
 def _interpolated(before: Pixels, after: Pixels, flow: BidirectionalFlow, time: float) -> Pixels:
     """Return the frame at ``time``, 0..1, between two frames.
 
-    Where both, warped to it, agree, they are mixed; where they do not, a mix would show both, and
-    the nearer one counts more.
+    Both are warped to that time and mixed. Where they disagree, a mix would show both as ghosts, so
+    the nearer one gets more weight.
     """
     to_before, to_after = intermediate_flows(flow, time)
     one, other = warp(before, to_before), warp(after, to_after)

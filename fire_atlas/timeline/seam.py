@@ -1,8 +1,8 @@
 """Blend the end of one stretch of a clip into the beginning of the next over a few frames.
 
-A plain cross-fade shows both ends at once, as ghosts, and pales: the mean of two flames that have
-nothing to do with each other has 0.71 of their contrast. Here both sides are first warped towards
-each other, every place passes over when both sides look most alike there, and the contrast is kept.
+A plain cross-fade shows both ends at once, as ghosts, and pales: the mean of two unrelated flames
+has 0.71 of their contrast. Here both sides are first warped towards each other, each place changes
+sides when both look most alike there, and the contrast is kept.
 """
 
 import math
@@ -31,45 +31,45 @@ from fire_atlas.vision.warp import (
 )
 
 _PLAN_AREA = 200 * 200
-"""Most px of the pictures on which a seam is planned."""
+"""Maximum area of the pictures on which a seam is planned, px²."""
 
 _KEPT_AREA = 64 * 64
-"""Most px of the planes that are kept of a plan: they are smooth."""
+"""Maximum area of the planes kept in a plan, px²; they are smooth, so that this is enough."""
 
 _FLOW_SMOOTHING = 0.02
 """Standard deviation of the Gaussian that smooths the flow, as a fraction of the height."""
 
 _NEIGHBOURHOOD = 0.03
-"""Standard deviation over which sides are compared and contrast is measured, as the same."""
+"""Standard deviation over which sides are compared and contrast is measured, in the same unit."""
 
 _TEMPORAL_SMOOTHING = 1.5
-"""Standard deviation, frames, over which flows are averaged: a match that comes and goes would
-shake."""
+"""Standard deviation, frames, over which flows are averaged: a flow that changes from frame to
+frame would shake the picture."""
 
 _PREFERENCE = 10.0
-"""How strongly a place prefers to pass over while both sides look alike there."""
+"""How strongly a place prefers to change sides while both look alike there."""
 
 _DARK = 1e-5
-"""Squared deviation of light that is below what 8 bits show."""
+"""Squared difference of light that 8 bits do not show."""
 
 _BLUR_SIGMA = 1.0
-"""Standard deviation of the detail that warping blurs, px."""
+"""Standard deviation, px, of the Gaussian that separates the detail which warping blurs."""
 
-_MOST_SHARPENING = 0.5
-"""Largest factor by which this detail is added again."""
+_MAX_SHARPENING = 0.5
+"""Maximum factor by which this detail is added again."""
 
 _FAINT = 1e-4
-"""Light that is below what 8 bits show."""
+"""Light that 8 bits do not show."""
 
 
 @dataclass(frozen=True, slots=True)
 class BlendPlan:
-    """How one frame of a seam is made of one frame of each side.
+    """How one frame of a seam is blended from one frame of each side.
 
     Attributes:
-        flows: By which each side is warped to where both meet.
+        flows: Flow by which each side is warped, so that both align.
         share: (h, w), weight of the second side at each place, 0..1.
-        gain: (h, w), by how much the mix must deviate more from the mean, to keep its contrast.
+        gain: (h, w), factor of the mix's deviation from the mean that restores its contrast.
     """
 
     flows: tuple[FlowField, FlowField]
@@ -77,7 +77,7 @@ class BlendPlan:
     gain: Plane
 
     def blend(self, ending: Pixels, beginning: Pixels, mean: Pixels) -> Pixels:
-        """Return the frame, (H, W, 4); ``mean``, of the clip, may be small."""
+        """Return the frame, (H, W, 4); ``mean`` is the clip's mean frame, of any size."""
         size = ending.shape[1], ending.shape[0]
         one, other = warp(ending, self.flows[0]), warp(beginning, self.flows[1])
         share, gain = resized(self.share, size), resized(self.gain, size)
@@ -92,24 +92,24 @@ class BlendPlan:
 
 
 def _with_light(hues: Pixels, light: Plane, cover: Plane, mixed: Pixels) -> Pixels:
-    """Return ``hues``, changed in place, with that luminance and coverage.
+    """Return ``hues``, changed in place, with luminance ``light`` and coverage ``cover``.
 
-    All colours get the same factor, so that no hue changes; it stops where the strongest would
-    have more light than its coverage, or the plain mix, allows.
+    The channels of a pixel get the same factor, so that no hue changes; it is limited so that the
+    brightest is at most the coverage or that of the plain mix, whichever is more.
     """
     floor = np.float32(_FAINT)
     factor = light / np.maximum(luminance(hues), floor)
-    most = np.maximum(cover, brightest(mixed))
-    factor = np.minimum(factor, most / np.maximum(brightest(hues), floor))
+    limit = np.maximum(cover, brightest(mixed))
+    factor = np.minimum(factor, limit / np.maximum(brightest(hues), floor))
     hues[..., :3] *= factor[..., None]
     hues[..., 3] = cover
     return hues
 
 
 def _sharpened(pixels: Pixels, energy: float) -> Pixels:
-    """Return ``pixels`` with as much detail as ``energy`` says, if warping has blurred them.
+    """Return ``pixels`` sharpened to a detail of ``energy``, if warping has blurred them.
 
-    Of detail d the frame gets a·d: ‖∇f‖² + 2a ∇f·∇d + a² ‖∇d‖² = ``energy``.
+    The frame f becomes f + a·d, d its detail, with ‖∇f‖² + 2a ∇f·∇d + a² ‖∇d‖² = ``energy``.
     """
     detail = as_plane(pixels - cv2.GaussianBlur(pixels, (0, 0), _BLUR_SIGMA))
     light, extra = luminance(pixels), luminance(detail)
@@ -121,16 +121,16 @@ def _sharpened(pixels: Pixels, energy: float) -> Pixels:
     if own >= energy or added <= 0:
         return pixels
     amount = (math.sqrt(cross**2 + added * (energy - own)) - cross) / added
-    sharp = pixels[..., :3] + detail[..., :3] * np.float32(min(amount, _MOST_SHARPENING))
-    most = np.maximum(pixels[..., 3], brightest(pixels))
-    np.clip(sharp, 0, most[..., None], out=pixels[..., :3])
+    sharp = pixels[..., :3] + detail[..., :3] * np.float32(min(amount, _MAX_SHARPENING))
+    limit = np.maximum(pixels[..., 3], brightest(pixels))
+    np.clip(sharp, 0, limit[..., None], out=pixels[..., :3])
     return pixels
 
 
 def _fire_coloured_mix(one: Pixels, other: Pixels, share: Plane) -> Pixels:
-    """Return a mix whose hues are those of fire: the fourth root of light is mixed.
+    """Return a mix with the hues of fire, by mixing the fourth roots of light.
 
-    Half-way from white-hot to dark fire is orange; the mean of their light is grey.
+    Half-way between white-hot and dark, fire is orange; mixing light would give grey.
     """
     here, there = (as_plane(cv2.sqrt(cv2.sqrt(side))) for side in (one, other))
     mixed = here + (there - here) * share[..., None]
@@ -138,13 +138,13 @@ def _fire_coloured_mix(one: Pixels, other: Pixels, share: Plane) -> Pixels:
 
 
 def _with_contrast(planes: Sequence[Plane], gain: Plane) -> Plane:
-    """Deviate ``gain`` times more from the mean than the mix does, as far as either side does.
+    """Multiply the mix's deviation from the mean by ``gain``, within the range of both sides.
 
     ``planes``: the mix, the mean and both sides.
     """
     mixed, mean, one, other = planes
-    least, most = np.minimum(one, other), np.maximum(one, other)
-    return as_plane(np.clip(mean + gain * (mixed - mean), least, most))
+    low, high = np.minimum(one, other), np.maximum(one, other)
+    return as_plane(np.clip(mean + gain * (mixed - mean), low, high))
 
 
 def plan_seam(
@@ -153,10 +153,10 @@ def plan_seam(
     """Return how to blend each of ``pairs`` (frame of the ending, frame of the beginning).
 
     Args:
-        clip: Where the frames are.
-        pairs: In the order in which they are shown.
-        mean: (h, w, 4) of the whole clip, small.
-        workers: To read and compare them.
+        clip: The clip that is cut.
+        pairs: Frame numbers, in the order in which the seam shows them.
+        mean: (h, w, 4), mean frame of the clip, of any size.
+        workers: Read and compare the pairs in parallel.
     """
     size = flow_size(clip.width, clip.height, _PLAN_AREA)
     around = resized(mean, size)
@@ -179,7 +179,7 @@ def plan_seam(
 
 @dataclass(frozen=True, slots=True)
 class _Pair:
-    """Both sides of one frame of a seam, small, and the flow between them."""
+    """Small copies of both sides of one frame of a seam, and the flow between them."""
 
     sides: tuple[Pixels, Pixels]
     flow: BidirectionalFlow
@@ -187,7 +187,7 @@ class _Pair:
 
 @dataclass(frozen=True, slots=True)
 class _AlignedPair:
-    """Both sides warped to where they meet, and how they differ there: (h, w)."""
+    """Both sides warped so that they align, and their remaining difference, (h, w)."""
 
     flows: tuple[FlowField, FlowField]
     sides: tuple[Pixels, Pixels]
@@ -201,7 +201,7 @@ def _pair_of(clip: Clip, pair: tuple[int, int], size: tuple[int, int]) -> _Pair:
 
 
 def _smoothed_over_time(flows: Sequence[BidirectionalFlow]) -> list[BidirectionalFlow]:
-    """Return flows that change little from one frame of the seam to the next."""
+    """Average flows over neighbouring frames of the seam, so that they change little."""
     at = np.arange(len(flows))
     weights = np.exp(-0.5 * ((at[:, None] - at) / _TEMPORAL_SMOOTHING) ** 2)
     weights /= weights.sum(axis=1, keepdims=True)
@@ -225,7 +225,7 @@ def _weighted_mean(fields: Sequence[FlowField], weights: NDArray[np.float64]) ->
 
 
 def _aligned(pair: _Pair, flow: BidirectionalFlow, time: float) -> _AlignedPair:
-    """Warp both sides as far as that makes them more alike."""
+    """Warp both sides towards each other, each place as far as that makes them more alike."""
     sigma = _NEIGHBOURHOOD * pair.sides[0].shape[0]
     before = blurred(_squared_difference(*pair.sides), sigma)
     halves = _both_warped(pair.sides, intermediate_flows(flow, 0.5))
@@ -246,9 +246,9 @@ def _both_warped(
 
 
 def _progress(differences: Sequence[Plane]) -> list[Plane]:
-    """How far each place has passed over in each frame of the seam, (h, w) in 0..1.
+    """How far each place has changed sides in each frame of the seam, (h, w) in 0..1.
 
-    A place passes over faster while it looks alike in both sides than while it does not.
+    A place changes faster while both sides look alike there than while they do not.
     """
     stack = np.stack(differences)
     relative = stack / (stack.mean(axis=0) + np.float32(1e-3))
@@ -256,18 +256,18 @@ def _progress(differences: Sequence[Plane]) -> list[Plane]:
     between = (relative[1:] + relative[:-1]) / 2
     exponent = np.concatenate([relative[:1], between, relative[-1:]])
     speed = np.exp(-np.float32(_PREFERENCE) * exponent)
-    way = np.cumsum(speed, axis=0, dtype=np.float32)
-    return [as_plane(way[k] / way[-1]) for k in range(len(differences))]
+    distance = np.cumsum(speed, axis=0, dtype=np.float32)
+    return [as_plane(distance[k] / distance[-1]) for k in range(len(differences))]
 
 
 def _weights(
     pair: _AlignedPair, progress: Plane, mean: Pixels, kept: tuple[int, int]
 ) -> tuple[Plane, Plane]:
-    """Share of the second side, and the gain that keeps the contrast of both.
+    """Weight of the second side, and the gain that keeps the contrast of both, each (h, w).
 
-    The weights grow like cos and sin of an angle. The variance of a mix (1 − w, w) of two sides of
-    one variance and of correlation ρ is (1 − w)² + w² + 2 w (1 − w) ρ of it: the gain is the
-    inverse of its root.
+    The weights are in the ratio of cos and sin of an angle. If two sides of equal variance have
+    correlation ρ, their mix (1 − w, w) has (1 − w)² + w² + 2 w (1 − w) ρ of that variance; the gain
+    is the inverse of its square root.
     """
     sigma = _NEIGHBOURHOOD * progress.shape[0]
     one, other = (luminance(as_plane(side - mean)) for side in pair.sides)

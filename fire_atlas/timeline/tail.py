@@ -9,14 +9,14 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import Picture
 
 _FADE = 1 / 3
-"""Seconds in which the last frame fades out."""
+"""Time in which the last frame fades out, s."""
 
 
 def with_tail(clip: Clip, seconds: float) -> Clip:
-    """Return ``clip`` with ``seconds`` more, in which its last frame fades until nothing is left.
+    """Return ``clip`` with ``seconds`` more, in which its last frame fades to nothing.
 
-    An explosion ends almost empty: what is left of it must neither stand still for seconds nor
-    vanish at once. An opaque scene has nothing to fade to and stays.
+    The rest of an explosion must neither stand still for seconds nor vanish at once. An opaque
+    scene has nothing to fade to: its last frame stays.
     """
     last, frames, flow = clip.count - 1, math.ceil(seconds * clip.fps), clip.flow
     if frames == 0:
@@ -31,7 +31,7 @@ def with_tail(clip: Clip, seconds: float) -> Clip:
         faded = (i - last) / fade
         if faded >= 1:
             return np.zeros((clip.height, clip.width, 4), np.float32)
-        # Evenly to the eye, whose response is about the square root of light.
+        # The fade looks even, because the eye's response is about the square root of light.
         return clip.read(last) * np.float32((1 - faded) ** 2)
 
     return replace(
@@ -44,7 +44,7 @@ def with_tail(clip: Clip, seconds: float) -> Clip:
 
 
 def shortened(clip: Clip, needed: int) -> Clip:
-    """Return ``clip`` with ``needed`` frames of its tail, but at least those in which it fades."""
+    """Return ``clip`` with ``needed`` frames of its tail, but not fewer than its fade takes."""
     if needed == 0:
         return replace(clip, count=clip.body, tail=0)
     kept = min(max(needed, fade_frames(clip.fps)), clip.tail)
@@ -52,5 +52,5 @@ def shortened(clip: Clip, needed: int) -> Clip:
 
 
 def fade_frames(fps: float) -> int:
-    """Return how many frames it takes until nothing is left."""
+    """Return how many frames the last frame takes to fade to nothing."""
     return math.ceil(_FADE * fps)

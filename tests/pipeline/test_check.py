@@ -18,7 +18,7 @@ LIES_AS_ON_THE_PAGE = (
     "set atlas.rotate to false"
 )
 STRAIGHT_IN_SRGB = "browsers blend images with straight alpha in sRGB"
-NOTHING_BUT_FLAME = "with flakes none the page itself is the flame; leave it out"
+NOTHING_BUT_FLAME = "without flakes the page itself is the flame; leave it out"
 
 
 @pytest.fixture
@@ -86,8 +86,8 @@ def test_an_engine_with_options_has_the_same_limits(engine: str, write: Write) -
         *(
             (
                 f"maps:\n  flame: true\n  motion: {engine}",
-                f"4: maps.motion: {engine} moves one cell into the next, and in a packed layout no "
-                f"two are alike; set atlas.layout to grid",
+                f"4: maps.motion: {engine} moves one cell into the next, and a packed layout has "
+                f"no equal cells; set atlas.layout to grid",
             )
             for engine in ("unity", "unreal")
         ),

@@ -1,1 +1,1 @@
-"""From layers to a picture: motion blur, composition, and the light of a frame."""
+"""Turn the flame and flake layers into a picture: motion blur, blending, and a frame's light."""

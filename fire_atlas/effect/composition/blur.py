@@ -16,17 +16,17 @@ def blur_along(
     exposure: float,
     samples: int,
 ) -> Pixels:
-    """Blur each pixel along x_A(δ) = x(tⁿ) + (δ − tⁿ) Bv κ (eq. 17), a box over the exposure.
+    """Blur each pixel along x_A(δ) = x(tⁿ) + (δ − tⁿ) Bv κ (eq. 17), averaged over the exposure.
 
-    The samples lie evenly over the exposure, centred on the frame, so that nothing shifts. The
-    light (and coverage) of the picture is kept.
+    The samples are spread evenly over the exposure, which is centred on the frame, so that nothing
+    shifts. The total light (and coverage) of the picture is kept.
 
     Args:
         pixels: The flame layer.
         u, v: (rows, columns) Bv at the centre of each cell of its grid, px/s.
-        cell: Side of a cell, px; those at the right and at the bottom may reach out of the frame.
+        cell: Side of a cell, px; the last row and column may extend beyond the frame.
         kappa: (H, W) κ of each pixel.
-        exposure: Seconds the shutter is open.
+        exposure: Time the shutter is open, s.
         samples: Number of samples along the path, at least 1.
     """
     height, width = pixels.shape[:2]
@@ -49,10 +49,10 @@ def blur_along(
 
 
 def _with_light_of(original: Pixels, blurred: Pixels) -> Pixels:
-    """Scale ``blurred`` to the sums of ``original``, by 5 % at most.
+    """Scale each channel of ``blurred`` to the sum it has in ``original``, by 5 % at most.
 
-    Gathering along a field that diverges is not exact, but light that was blurred out of the frame
-    is gone.
+    This corrects the error of sampling along a diverging field. The limit is there because light
+    that was blurred out of the frame must not come back.
     """
     before = original.reshape(-1, 4).sum(axis=0, dtype=np.float64)
     after = blurred.reshape(-1, 4).sum(axis=0, dtype=np.float64)

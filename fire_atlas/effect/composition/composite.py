@@ -1,4 +1,4 @@
-"""Composition: the flake layer joins the flame layer in linear light."""
+"""Composition: blend the flake layer with the flame layer, in linear light."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,17 +16,17 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.vision.sampling import evenly_spread
 
 _MIN_DIVISOR = np.float32(1e-6)
-"""Least coverage that light is divided by."""
+"""Minimum coverage that light is divided by."""
 
 _MIN_VISIBLE = 0.25
-"""Brightness (sRGB, 0..1) from which a flake has a colour of the palette: there is no fading in
-few colours."""
+"""Brightness (sRGB, 0..1) from which a flake is drawn in a colour of the palette. Dimmer ones are
+left out: a palette of few colours cannot show them fade."""
 
 _PALETTE_SAMPLES = 16
-"""Frames in which a clip's colours are counted, evenly spread over it."""
+"""Number of frames, evenly spread over the clip, in which its colours are counted."""
 
 _PALETTE_SIZE = 512
-"""Colours kept, the most frequent ones: pixel art has fewer, a painting has no palette."""
+"""Maximum number of colours kept, the most frequent ones; pixel art has fewer."""
 
 
 def compose(
@@ -36,26 +36,26 @@ def compose(
     blend_space: str,
     palette: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
-    """Compose the flame with the flakes on it, pixel by pixel: (pixels, 4).
+    """Blend flakes with the flame behind them, pixel by pixel: (pixels, 4).
 
-    ``add``: flame + flakes. ``screen``: 1 − (1 − flame)(1 − flakes). ``over``: flakes cover the
-    flame as far as they shine. The result's coverage is raised to carry the flakes' light over
-    empty background: their brightest channel, as the client counts it.
+    ``add``: flame + flakes. ``screen``: 1 − (1 − flame)(1 − flakes). ``over``: flakes hide the
+    flame in proportion to their light. Coverage is raised so that flakes show on an empty
+    background too: to their brightest channel, encoded in the client's blend space.
 
     Args:
-        under: (pixels, 4), the flame there.
+        under: (pixels, 4), the flame's premultiplied linear light and coverage.
         flakes: (pixels, 3), light of the flake layer on black.
         blend: ``add``, ``screen`` or ``over``.
         blend_space: Where the client blends, which decides how much coverage light needs.
         palette: (colours, 3) sRGB in 0..1. If given, pixels whose flakes are bright enough to be
-            seen take the nearest of these colours and cover fully; the others stay as they are.
+            seen take the nearest of these colours, fully opaque; all others stay as they are.
     """
     light = expose(flakes)
     brightest = _brightest(light)
     shown = encode_unit(brightest)
     cover = brightest
     if blend_space == "srgb":
-        # Over nothing a client shows sRGB(c) · cover, and by this c that is sRGB(light).
+        # On an empty background the client shows sRGB(c) · cover; with this c it is sRGB(light).
         cover = shown
         alone = decode_unit(as_plane(encode_unit(light) / np.maximum(cover, _MIN_DIVISOR))) * cover
         light = as_plane(alone + (light - alone) * under[:, 3:])
@@ -75,7 +75,7 @@ def compose(
 def _blended(
     under: NDArray[np.float32], light: NDArray[np.float32], cover: NDArray[np.float32], blend: str
 ) -> NDArray[np.float32]:
-    """Return the light (pixels, 3) of the flame ``under`` the flakes' ``light``, by blend mode.
+    """Blend the flame's light ``under`` the flakes with the flakes' ``light``, both (pixels, 3).
 
     ``cover`` (pixels, 1) is the coverage of the flakes.
     """
@@ -87,10 +87,7 @@ def _blended(
 
 
 def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Scale HDR light (pixels, 3) into 0..1 by its brightest channel.
-
-    So embers keep their hue instead of turning yellow.
-    """
+    """Scale HDR light (pixels, 3) to 0..1 by its brightest channel; clipping would change hues."""
     return as_plane(light / np.maximum(_brightest(light), 1.0))
 
 
@@ -119,14 +116,14 @@ def _opaque_codes(clip: Clip, i: int) -> NDArray[np.int64]:
 def _nearest_colours(
     pixels: NDArray[np.float32], palette: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Linear light (pixels, 3) of the palette's colour nearest to each of (pixels, 4), in sRGB."""
+    """Linear light (pixels, 3) of the palette colour nearest in sRGB to each of (pixels, 4)."""
     shown = encode_unit(pixels[:, :3])
-    # |p − s|² but for |s|²; not by numpy's matrix product, whose threads may change last bits.
+    # |p − s|² − |s|². Not a matrix product: numpy's threads may change its last bits.
     square = (palette**2).sum(axis=1) - 2 * np.einsum("ic,jc->ij", shown, palette)
     return srgb_to_linear(palette[np.argmin(square, axis=1)])
 
 
 def _brightest(light: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Brightest channel (pixels, 1) of light (pixels, 3); numpy is slow along a short axis."""
+    """Brightest channel (pixels, 1) of light (pixels, 3). numpy is slow along a short axis."""
     red, green, blue = light.T
     return as_plane(np.maximum(np.maximum(red, green), blue)[:, None])

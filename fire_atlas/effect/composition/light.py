@@ -1,4 +1,4 @@
-"""Light of a fire in each frame: how much, its colour and centre, for an engine's light source."""
+"""The light a fire gives in each frame: sum, colour and centre, for an engine's light source."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -12,10 +12,10 @@ from fire_atlas.core.pixels import REC709
 
 @dataclass(frozen=True, slots=True)
 class FrameLight:
-    """Sums over the pixels of a frame, linear light on black. Those of layers add up.
+    """Sums over the pixels of a frame, in linear light on black; those of its layers add up.
 
     Attributes:
-        rgb: (3,) float64, Σ of each channel.
+        rgb: (3,) float64, sum of each channel.
         x, y: Σ luminance · x and Σ luminance · y, px from the frame's top-left corner.
         square: Σ luminance · (x² + y²), px².
     """
@@ -27,7 +27,7 @@ class FrameLight:
 
     @classmethod
     def of(cls, layer: NDArray[np.float32]) -> Self:
-        """Measure a layer (H, W, 3 or 4) of light; coverage, its fourth channel, gives none."""
+        """Measure a layer (H, W, 3 or 4) of light; a fourth channel, coverage, is ignored."""
         columns = cv2.reduce(layer, 0, cv2.REDUCE_SUM, dtype=cv2.CV_64F)[0, :, :3]
         rows = cv2.reduce(layer, 1, cv2.REDUCE_SUM, dtype=cv2.CV_64F)[:, 0, :3]
         across, down = (columns * REC709).sum(axis=1), (rows * REC709).sum(axis=1)

@@ -1,9 +1,9 @@
-"""The buoyancy field Bv: the Navier-Stokes equation with the fire's own forces (eq. 12).
+"""Solve for the buoyancy field Bv: the Navier-Stokes equation with the fire's forces (eq. 12).
 
     ∂u/∂t = −(u·∇)u + μ ∇²u + U_buoyancy − drag · u [− ∇P]
 
-is solved on a coarse grid (``forcing.py``), split into terms: ``advect``, ``diffuse``, body forces
-with drag (``effective_step``) and, where wanted, ``project``. Each is stable for any time step.
+is solved on a coarse grid (``forcing.py``), term by term: ``advect``, ``diffuse``, body forces with
+drag (``effective_step``) and, optionally, ``project``. Each is stable for any time step.
 """
 
 import math
@@ -22,21 +22,20 @@ from fire_atlas.recipe.wind import Wind
 from fire_atlas.vision.warp import sample_at
 
 _MAX_STEP = 1 / 20
-"""Longest time step, s: slow clips are sub-stepped, so that nothing jumps over an eddy."""
+"""Maximum time step, s: frames of slow clips are sub-stepped, so that no flow skips an eddy."""
 
 _SPIN_UP, _SPIN_UP_STEPS = 2.5, 12
-"""Seconds for which the first frame acts on still air before a clip begins, and in how many
-steps."""
+"""How long the first frame acts on still air before the clip begins, s, and in how many steps."""
 
 _UPDRAFT = 0.15
-"""Gas in the flame rises faster than the flow of its picture, by the lift of this many seconds:
-the pattern of a steady flame stands still while its gas goes up."""
+"""Gas rises faster than optical flow shows, by its lift times this, s: a steady flame looks still
+while its gas rises."""
 
 _COOLING = 0.3
 """Rate at which hot air cools, 1/s."""
 
 _SATURATION = 0.2
-"""Heat at which air has a little more than half of its lift: a plume that mixes still carries."""
+"""Heat at which air has a little more than half its lift, so that a diluted plume still rises."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,19 +54,19 @@ class BuoyancyField:
 
 @dataclass(frozen=True, slots=True)
 class BuoyancySolver:
-    """Eq. 12 on the grid of a clip: the recipe's ``buoyancy`` in px and s, and the ambient flow.
+    """Solver of eq. 12: the recipe's ``buoyancy`` converted to px and s, and the ambient flow.
 
     Attributes:
         shape: (rows, columns) of the grid.
         cell: Side of a cell, px.
-        coupling: Rate at which the field takes on the flow inside the flame, 1/s.
-        drag: Rate at which motion relative to the ambient flow dies, 1/s.
+        coupling: Rate at which the field approaches the optical flow inside the flame, 1/s.
+        drag: Rate at which motion relative to the ambient flow decays, 1/s.
         feature_force: Acceleration by a feature vector of the clip's mean length, px/s².
         lift: (x, y) acceleration of fully hot air, px/s², y down.
         gravity: Downward acceleration, px/s².
         viscosity: μ, px²/s.
-        projection: Whether each time step ends divergence-free.
-        ambient: What the field is drawn to outside the flame.
+        projection: Whether each time step ends with ``project``.
+        ambient: Wind and eddies, towards which drag pulls the field outside the flame.
     """
 
     shape: tuple[int, int]
@@ -83,7 +82,7 @@ class BuoyancySolver:
 
     @classmethod
     def of(cls, buoyancy: Buoyancy, clip: Clip, wind: Wind, seed: int) -> Self:
-        """Convert the recipe's section from heights to px. ``seed`` is that of the eddies."""
+        """Convert the recipe's section from heights to px; ``seed`` is the eddies' random seed."""
         height = clip.height
         x, y = _lift(buoyancy)
         return cls(
@@ -102,7 +101,7 @@ class BuoyancySolver:
     def initial(self, forcing: Forcing) -> BuoyancyField:
         """Return the field at time 0, after ``forcing`` has acted on still air for a while.
 
-        In a few long steps: all that matters is where they end.
+        A few long steps will do, because only the final state counts.
         """
         zero, dt = np.zeros(self.shape, np.float32), _SPIN_UP / _SPIN_UP_STEPS
         field = BuoyancyField(zero, zero, zero)
@@ -113,7 +112,7 @@ class BuoyancySolver:
     def advance(
         self, field: BuoyancyField, forcing: Forcing, time: float, dt: float
     ) -> BuoyancyField:
-        """Advance the field from ``time`` by a frame of ``dt`` seconds, in sub-steps if long."""
+        """Advance the field from ``time`` by a frame of ``dt`` s, in sub-steps if that is long."""
         steps = max(1, math.ceil(dt / _MAX_STEP - 1e-6))
         for step in range(steps):
             field = self._step(field, forcing, time + step * dt / steps, dt / steps)
@@ -124,8 +123,8 @@ class BuoyancySolver:
     ) -> BuoyancyField:
         """One time step of eq. 12: advection, viscosity, body forces and drag, projection.
 
-        Inside the flame the field follows the flow at the finite rate ``coupling``; everywhere drag
-        draws it towards the ambient flow, which does not reach into the flame.
+        Inside the flame the field approaches the optical flow at the rate ``coupling``, and drag
+        slows it; outside, drag pulls it towards the ambient flow.
         """
         ambient = self.ambient.velocity(time, self.shape)
         field = diffuse(advect(field, dt, self.cell), self.viscosity, dt, self.cell)
@@ -162,12 +161,12 @@ def _lift(buoyancy: Buoyancy) -> tuple[float, float]:
 def advect(field: BuoyancyField, dt: float, cell: int) -> BuoyancyField:
     """Semi-Lagrangian self-advection over ``dt`` seconds: (u·∇)u of eq. 12. ``cell``: px.
 
-    Each plane is sampled on its own: OpenCV rounds the maps of two-channel data to 1/32 px, which
+    Planes are sampled one by one: for two-channel data OpenCV rounds coordinates to 1/32 px, which
     would stop slow air altogether.
     """
     rows, columns = field.u.shape
     x, y = np.arange(columns, dtype=np.float32), np.arange(rows, dtype=np.float32)[:, None]
-    # Beyond the frame the border value holds, so a longer path back changes nothing.
+    # Border values continue outside the frame, so tracing further back would change nothing.
     longest = float(2 * max(rows, columns))
     from_x = x - np.clip(field.u * np.float32(dt / cell), -longest, longest)
     from_y = y - np.clip(field.v * np.float32(dt / cell), -longest, longest)
@@ -211,8 +210,8 @@ def effective_step(rate: Plane, dt: float) -> Plane:
 def project(u: Plane, v: Plane) -> tuple[Plane, Plane]:
     """Make a field (rows, columns) divergence-free: −∇P of eq. 12, solved spectrally.
 
-    The field is continued by its mirror image at every border (u odd in x, v odd in y), so that the
-    periodic transform sees closed walls instead of the opposite side.
+    The field is mirrored at every border (u odd in x, v odd in y), so that the periodic transform
+    sees closed walls instead of the opposite side.
     """
     rows, columns = u.shape
     wide = np.block([[u, -u[:, ::-1]], [u[::-1], -u[::-1, ::-1]]])

@@ -18,13 +18,13 @@ _WAVELENGTHS = (0.10, 0.45)
 """Shortest and longest eddy, heights."""
 
 _SAMPLES = 5
-"""Samples to the shortest eddy; the values between them are interpolated, which costs less."""
+"""Samples per shortest eddy; interpolating between them costs less than evaluating every cell."""
 
 _MARGIN = 4
 """Samples beyond the grid, so that interpolation never meets a border."""
 
 _FREQUENCY = 1.1
-"""Frequency of the longest eddy, Hz; that of others is proportional to length^(−2/3)."""
+"""Frequency of the longest eddy, Hz; others have one proportional to length^(−2/3)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class Eddies:
     """Curl noise on the grid of the velocity field.
 
     Attributes:
-        waves: Its stream function; the units are cells, s and px/s.
+        waves: The stream function of the noise, in cells, s and px/s.
     """
 
     waves: PlaneWaves
@@ -41,7 +41,7 @@ class Eddies:
     def random(cls, seed: int, rows: int, speed: float, period: float | None = None) -> Self:
         """Draw eddies of rms ``speed`` px/s for a grid with ``rows`` cells to the frame's height.
 
-        With a ``period``, s, each wave has a whole number of cycles in it, so they repeat.
+        With a ``period``, s, each wave has a whole number of cycles in it, so the eddies repeat.
         """
         chance = generator(seed, RandomStream.EDDIES)
         length, kx, ky = random_wave_vectors(chance, _WAVES, _WAVELENGTHS, rows)
@@ -50,7 +50,7 @@ class Eddies:
             frequency = np.maximum(np.rint(frequency * period), 1) / period
         omega = 2 * np.pi * frequency * chance.choice([-1.0, 1.0], _WAVES)
         phase = chance.uniform(0, 2 * np.pi, _WAVES)
-        # Every wave has the same speed, whose mean square over its cycle is half its peak's.
+        # All waves have the same peak speed; the mean square of a sine is half its squared peak.
         amplitude = speed * np.sqrt(2 / _WAVES) / np.hypot(kx, ky)
         return cls(PlaneWaves(kx, ky, omega, phase, amplitude))
 
@@ -63,7 +63,7 @@ class Eddies:
 
 
 def _sample_positions(cells: int, step: int) -> NDArray[np.float64]:
-    """Positions, in cells, of a sample for every ``step`` of them, and a margin at both ends."""
+    """Positions, in cells, of one sample for every ``step`` cells, with a margin at both ends."""
     if step == 1:
         return np.arange(cells, dtype=np.float64)
     numbers = np.arange(-_MARGIN, -(-cells // step) + _MARGIN, dtype=np.float64)

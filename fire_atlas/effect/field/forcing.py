@@ -1,4 +1,4 @@
-"""Forcing: what a frame of the clip does to the buoyancy field, on the field's grid (eq. 12).
+"""Forcing: how each frame of the clip drives the buoyancy field, on the field's grid (eq. 12).
 
 One cell of the grid covers ``cell`` by ``cell`` px; cell (row i, column j) is centred on
 ((j + 0.5) cell, (i + 0.5) cell) px. Velocities are px/s, x right, y down.
@@ -17,12 +17,12 @@ from fire_atlas.core.pixels import Plane, as_plane
 
 @dataclass(frozen=True, slots=True)
 class Forcing:
-    """The body forces U_buoyancy of one frame of the clip. All planes (rows, columns) float32.
+    """One frame's input to the body forces U_buoyancy. All planes (rows, columns) float32.
 
     Attributes:
-        flame: Share of each cell that is flame, 0..1.
-        lit: How bright each cell is, 0..1, flame or not.
-        flow_x, flow_y: Optical flow of the flame there, px/s.
+        flame: Fraction of each cell that is flame, 0..1.
+        lit: Brightness of each cell, 0..1, flame or not.
+        flow_x, flow_y: Optical flow of the flame in each cell, px/s.
         feature_x, feature_y: Mean Fv* of each cell (eq. 3), in units of the clip's mean ‖Fv‖.
     """
 
@@ -40,7 +40,7 @@ def grid_shape(width: int, height: int, cell: int) -> tuple[int, int]:
 
 
 def cell_means(plane: Plane, cell: int) -> Plane:
-    """Mean of each ``cell`` by ``cell`` block of a (H, W) plane; border cells repeat the border."""
+    """Mean of each ``cell`` by ``cell`` block of a (H, W) plane, extended by its border values."""
     height, width = plane.shape
     rows, columns = grid_shape(width, height, cell)
     padded = cv2.copyMakeBorder(
@@ -52,7 +52,7 @@ def cell_means(plane: Plane, cell: int) -> Plane:
 def halve_descent(u: Plane, v: Plane, direction: tuple[float, float]) -> tuple[Plane, Plane]:
     """Halve the part of a flow (any unit) that goes against ``direction``, a unit vector.
 
-    Where a tongue of flame burns out its outline falls back; its gas still rises.
+    A tip that burns out looks like downward flow although the hot gas keeps rising.
     """
     x, y = (np.float32(c) for c in direction)
     against = np.minimum(u * x + v * y, 0.0) * np.float32(0.5)
@@ -67,7 +67,7 @@ def flow_on_grid(
     Pixels are weighted by the flame's mask: outside the flame the estimate is noise.
 
     Args:
-        flow: (h, w, 2), px of the thumbnail a frame.
+        flow: (h, w, 2), thumbnail px per frame.
         mask: (H, W), confidence 0..1 that each pixel of the frame is flame.
         size: (width, height) of the frame, px.
         cell: Side of a cell, px.
@@ -100,9 +100,9 @@ def flow_on_grid(
 
 
 def pad_to_grid(forcing: Forcing, window: Window, size: tuple[int, int], cell: int) -> Forcing:
-    """Place the forcing of a part of the frame on the whole frame's grid, zero elsewhere.
+    """Place the forcing of a window of the frame on the whole frame's grid, zero elsewhere.
 
-    The ``window`` is on multiples of ``cell`` px of a frame of ``size`` (width, height) px.
+    The edges of ``window`` are multiples of ``cell`` px; ``size`` is the frame's (width, height).
     """
     shape = grid_shape(*size, cell)
     row, column = window.top // cell, window.left // cell

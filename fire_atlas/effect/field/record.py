@@ -1,4 +1,4 @@
-"""The buoyancy field of a whole clip: solved frame by frame, and recorded for flakes to fly in."""
+"""Solve the buoyancy field of a whole clip, frame by frame, and record it for flakes to fly in."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ _OVERLAP = 0.25
 """Seconds over which the end of a loop's field cross-fades into its beginning."""
 
 _LEAD_IN = 0.5
-"""Last seconds of a loop that act on the field before its first frame, so that it begins as it
-ends."""
+"""The last frames of a loop, this many seconds, first act on still air, so that the field begins as
+it ends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class FieldRecord:
 
     Attributes:
         u, v: (frames, rows, columns) float32, px/s.
-        lit: (frames, rows, columns) uint8, how bright each cell is; 255 is as bright as flame.
+        lit: (frames, rows, columns) uint8, brightness of each cell; 255 is as bright as flame.
         cell: Side of a cell, px.
         fps: Frames per second.
         loop: Whether frame 0 follows the last frame.
@@ -50,10 +50,10 @@ class FieldRecord:
         return cls(u, v, np.zeros(u.shape, np.uint8), cell, fps, loop)
 
     def write(self, frame: int, field: BuoyancyField, lit: Plane) -> None:
-        """Record one frame; a loop's frames past its end cross-fade into its first ones.
+        """Record one frame; frames past the end of a loop are cross-faded into its first ones.
 
-        The field of a loop does not come back bit for bit: in its first frames the state from
-        which the loop began gives way to the state that its end leads to.
+        The state after a loop's end is not quite the one it began with: its first frames fade from
+        the former to the latter.
         """
         past_end = frame - len(self.u)
         if past_end < 0:
@@ -68,9 +68,9 @@ class FieldRecord:
     def at(self, time: float) -> NDArray[np.float32]:
         """Interpolate u, v (px/s) and lit (0..1) of each cell at ``time`` s, (rows, columns, 3).
 
-        Outside its frames a loop repeats and another clip holds its ends. Flow leads from a frame
-        to the next, so a frame's field is that of half a frame later. From there a smooth step
-        leads to the next frame's, as what a frame shows lasts for most of it.
+        Outside its frames a loop repeats; a one-shot clip holds its first or last field. Optical
+        flow leads from one frame to the next, so a frame's field is valid half a frame later. A
+        smooth step leads from one field to the next, so that each holds for most of a frame.
         """
         count = len(self.u)
         position = time * self.fps - 0.5
@@ -91,7 +91,7 @@ class FieldRecord:
 def forcing_order(clip: Clip) -> list[int]:
     """Return the frames of a clip in the order in which ``record_field`` takes their forcing.
 
-    A loop begins with its last frames, so that its first one finds the field that they leave.
+    A loop's last frames come first, because they act on the field before its first frame.
     """
     lead = _lead_frames(clip)
     return [*range(clip.count - lead, clip.count), *range(clip.count - lead)]
@@ -104,10 +104,10 @@ def record_field(
 
     Args:
         forcings: The forcing of each frame, in the order of ``forcing_order(clip)``.
-        clip: Its length, rate and size.
-        buoyancy: The forces, as the recipe states them.
+        clip: The clip; only its length, rate and size are used.
+        buoyancy: The recipe's section.
         wind: The recipe's wind in the clip's view.
-        seed: Of the eddies.
+        seed: Random seed of the eddies.
     """
     solver = BuoyancySolver.of(buoyancy, clip, wind, seed)
     record = FieldRecord.empty(clip.count, solver.shape, solver.cell, clip.fps, clip.loop)
@@ -124,9 +124,8 @@ def record_field(
 def _steps(forcings: Iterator[Forcing], clip: Clip) -> Iterator[tuple[int, Forcing]]:
     """Yield the number of each step of the solver, and the forcing that acts in it.
 
-    A loop's last frames come before its first one, again at its end, and are followed by its first
-    frames once more, for the end to cross-fade into the beginning. Steps before frame 0 have
-    negative numbers.
+    The last frames of a loop act before frame 0, in steps of negative numbers, and again at its
+    end. Then the first frames act once more, to cross-fade the end into the beginning.
     """
     count, lead = clip.count, _lead_frames(clip)
     overlap = _overlap_frames(clip.fps) if lead else 0
@@ -139,13 +138,13 @@ def _steps(forcings: Iterator[Forcing], clip: Clip) -> Iterator[tuple[int, Forci
         yield n, forcing
     yield from zip(range(count - lead, count), last, strict=True)
     if lead:
-        # Where the loop is so short that its first frames are among its last, these follow.
+        # In a short loop some of the first frames are among the last ones: then these follow.
         again = first + last
         yield from ((count + n, again[n % count]) for n in range(overlap))
 
 
 def _lead_frames(clip: Clip) -> int:
-    """Return how many of a loop's last frames act before its first; 0 of a one-shot clip."""
+    """Return how many of a loop's last frames act before its first; 0 for a one-shot clip."""
     return min(max(1, round(_LEAD_IN * clip.fps)), clip.count) if clip.loop else 0
 
 
@@ -155,5 +154,5 @@ def _overlap_frames(fps: float) -> int:
 
 
 def _smoother_step(part: float) -> float:
-    """Rise from 0 to 1 with no slope and no curvature at either end (Perlin's smootherstep)."""
+    """Rise from 0 to 1 with zero slope and curvature at both ends (Perlin's smootherstep)."""
     return part**3 * (part * (6 * part - 15) + 10)

@@ -1,8 +1,8 @@
 """Wind of the recipe: its velocity at any moment, seen from any side, and the ambient flow.
 
-Wind is horizontal. A velocity is the pair (right, away) in levels of wind: to the right of the
-camera, and away from it; ``LEVEL_SPEED`` makes frame heights per second of a level. Angles are
-degrees seen from above, counter-clockwise: 0 blows to the right, 90 away.
+Wind is horizontal. A velocity is the pair (right, away) in wind levels: towards the camera's right,
+and away from it; ``LEVEL_SPEED`` converts it to frame heights per second. Angles are degrees,
+counter-clockwise seen from above: wind of 0° blows to the right, of 90° away from the camera.
 """
 
 import math
@@ -24,15 +24,15 @@ LEVEL_SPEED = 0.15
 """Speed of one level of wind, frame heights per second."""
 
 _HARMONIC = 0.4
-"""Amplitude of a gust's second harmonic, against its first: it swells faster than it falls."""
+"""Amplitude of a gust's second harmonic relative to its first: gusts rise faster than they fall."""
 
 _GUST_PEAK, _GUST_PEAK_PHASE = 1.2147, 1.0921
-"""Highest sum of the two harmonics, and the phase, radians, at which they reach it."""
+"""Maximum of sin φ + 0.4 sin 2φ, the sum of the harmonics, and its φ, radians."""
 
 
 @dataclass(frozen=True, slots=True)
 class AmbientFlow:
-    """The air around a fire, which the fire does not move: wind and turbulence.
+    """Motion of the air around a fire that the fire does not cause: wind and turbulence.
 
     Attributes:
         eddies: The turbulence.
@@ -46,7 +46,7 @@ class AmbientFlow:
 
     @classmethod
     def of(cls, wind: Wind, buoyancy: Buoyancy, clip: Clip, seed: int) -> Self:
-        """Return the ambient flow of a clip; that of a loop repeats with it."""
+        """Return the ambient flow of a clip; the turbulence of a loop repeats with it."""
         rows, _ = grid_shape(clip.width, clip.height, buoyancy.cell)
         period = clip.count / clip.fps if clip.loop else None
         eddies = Eddies.random(seed, rows, buoyancy.turbulence * clip.height, period)
@@ -55,7 +55,7 @@ class AmbientFlow:
     def velocity(self, time: float, shape: tuple[int, int]) -> tuple[Plane, Plane]:
         """Return u and v, each (rows, columns), px/s, at ``time`` s."""
         u, v = self.eddies.velocity(time, shape)
-        # Wind away from the camera is not seen.
+        # The picture does not show motion away from the camera.
         right, _ = wind_velocity(self.wind, time)
         return u + np.float32(right * LEVEL_SPEED * self.height), v
 
@@ -76,9 +76,9 @@ def peak_level(wind: Wind) -> float:
 
 
 def fit_gusts(wind: Wind, duration: float) -> Wind:
-    """Return the wind with the nearest gust period of which ``duration`` s hold a whole number.
+    """Return the wind, its gust period adjusted to fit into ``duration`` s a whole number of times.
 
-    The gusts of a loop of that duration then close. Other wind is returned as it is.
+    The gusts of a loop of that duration then close. Wind without gusts is returned as it is.
     """
     if wind.gusts is None:
         return wind
@@ -89,8 +89,8 @@ def fit_gusts(wind: Wind, duration: float) -> Wind:
 def wind_in_view(wind: Wind, azimuth: float) -> Wind:
     """Return the wind in the axes of a camera at ``azimuth`` degrees around the fire.
 
-    The camera has gone counter-clockwise from the front: at 90 it stands to the right of the fire,
-    where wind that blows to the right comes towards it.
+    The azimuth grows counter-clockwise from the front: at 90 the camera stands to the right of the
+    fire, and wind that blows to the right comes towards it.
     """
     keyframes = tuple(
         keyframe.model_copy(update={"direction": keyframe.direction - azimuth})
@@ -101,8 +101,8 @@ def wind_in_view(wind: Wind, azimuth: float) -> Wind:
 
 
 def _gust_level(gusts: Gusts, time: float) -> float:
-    """Return the level of gusts at ``time`` s. They begin, and a loop closes, at the weakest."""
-    # The sum of the harmonics is odd: lowest at minus the phase at which it is highest.
+    """Return the level of gusts at ``time`` s; at time 0 they are at their weakest."""
+    # The sum of the harmonics is an odd function: its minimum is at minus the phase of its maximum.
     phase = 2 * math.pi * time / gusts.period - _GUST_PEAK_PHASE
     swell = (math.sin(phase) + _HARMONIC * math.sin(2 * phase)) / _GUST_PEAK
     return max(gusts.mean + gusts.strength * swell, 0.0)
@@ -115,8 +115,7 @@ def _components(level: float, direction: float) -> tuple[float, float]:
 
 
 def _interpolated(keyframes: Sequence[WindKeyframe], time: float) -> tuple[float, float]:
-    """Return the velocity between keyframes, each component linear in time; before the first and
-    after the last, that of the nearest."""
+    """Return the velocity at ``time`` s: linear between keyframes, that of the nearest outside."""
     for before, after in pairwise(keyframes):
         if before.t <= time < after.t:
             share = (time - before.t) / (after.t - before.t)

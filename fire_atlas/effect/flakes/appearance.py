@@ -1,6 +1,6 @@
-"""Appearance: how flying flakes look, as rows of the tracks.
+"""Appearance: size, streak, colour and opacity of flying flakes, as rows of the tracks.
 
-An ember cools, dims and flickers; its colour tells its speed (Figure 9); its streak is eq. 17.
+Embers cool, dim and flicker; their colour follows their speed (Figure 9), their streaks eq. 17.
 """
 
 import math
@@ -19,47 +19,48 @@ from fire_atlas.effect.flakes.emission import TICK, Spawns
 from fire_atlas.effect.flakes.flight import ParticleState
 
 HOTTEST, COOLEST = 1600.0, 980.0
-"""Temperature, K, at birth and where an ember is no longer seen."""
+"""Temperature, K, of a new ember, and of one that has become invisible."""
 
 _WIEN = 23930.0
-"""Luminance grows as exp(−_WIEN / T): × 7,900 from 1000 K to 1600 K."""
+"""Luminance is proportional to exp(−_WIEN / T): × 7,900 from 1000 K to 1600 K."""
 
 _CONTRAST = 0.32
-"""Contrast of the picture against that of nature, as an eye or a film would compress it."""
+"""Exponent of the luminance, which compresses its range as an eye or a film would."""
 
 _FADE_IN = 0.05
-"""Seconds in which a new ember comes to full light."""
+"""Time a new ember takes to reach full light, s."""
 
 _FLICKER_DEPTH = 0.4
+"""Maximum fraction of its light that an ember loses by flicker."""
 
 _FULL_SPEED = 0.9
-"""Speed, heights/s, that has the last of the colours."""
+"""Speed, heights/s, at which a flake has the last of the colours."""
 
 _BORDER, _BORDER_FRAMES = 0.05, 3.0
-"""Width of the strip along the frame's border in which flakes fade, heights; for fast ones it is
-as wide as they travel in so many frames."""
+"""Flakes fade in a strip along the frame's border. It is the larger of this many heights and the
+distance that the flake travels in this many frames."""
 
 _MAX_HALF_LENGTH = 0.25
-"""Most of a sprite's half length that counts there, of the frame's shorter side: a large one would
-be at the border wherever it is."""
+"""Limit on a sprite's half length in the border fade, as a fraction of the frame's shorter side: a
+larger sprite would be at the border wherever it is."""
 
 _PIXEL_SHADES = 3
-"""Steps in which hard flakes dim."""
+"""Number of brightness steps of hard flakes."""
 
 _BATCH = 4096
-"""Flakes that are worth a call; numpy takes as long for a few."""
+"""Minimum number of flakes per numpy call: a call for only a few takes as long."""
 
 
 @dataclass(frozen=True, slots=True)
 class Appearance:
-    """How flakes of a recipe look.
+    """How the flakes of a recipe look.
 
     Attributes:
         colours: (stops, 3) linear light by speed, slow to fast.
-        intensity: Light of a fresh flake.
-        stretch: Length along the velocity, in frames of travel, besides the blur.
-        shutter: Part of a frame the shutter is open.
-        kappa: (H, W) κ of each pixel: weight of flakes and of their blur (eq. 17).
+        intensity: Light of a new flake.
+        stretch: Streak length besides motion blur, in frames of travel.
+        shutter: Fraction of a frame during which the shutter is open.
+        kappa: (H, W) κ of each pixel, a factor of a flake's light and of its blur (eq. 17).
         fades: Whether flakes fade towards the frame's border.
         pixel: Whether flakes are hard squares.
         fps: Frames per second.
@@ -78,10 +79,10 @@ class Appearance:
 def track_rows(
     states: Iterable[ParticleState], spawns: Spawns, look: Appearance, workers: Workers
 ) -> Iterator[NDArray[np.float64]]:
-    """Yield one (flakes, 14) table a frame, columns ``tracks.COLUMNS``, made while flakes fly on.
+    """Yield one (flakes, 14) table per frame, columns ``tracks.COLUMNS``, while the flight goes on.
 
-    Velocity leads to the flake's place in the next frame, so that an engine that moves it by
-    ``v / fps`` arrives there; in a flake's last row it is its velocity then.
+    A row's velocity leads to the flake's place in the next frame, so that an engine that moves it
+    by ``v / fps`` arrives there; in a flake's last row it is the simulated velocity.
     """
     moving = (
         _with_frame_velocity(*pair, look.fps)
@@ -95,7 +96,7 @@ def _with_frame_velocity(
     state: ParticleState, following: ParticleState, fps: float
 ) -> ParticleState:
     """Return the state of a frame, velocities (px/s) leading to the places of the following one."""
-    # Both are in order of id: where a flake would be in the following frame, if it is still there.
+    # Both are sorted by id: find where each flake would be in the following frame's arrays.
     there = np.searchsorted(following.id, state.id)
     here = np.flatnonzero(np.append(following.id, -1)[there] == state.id)
     there = there[here]
@@ -106,7 +107,7 @@ def _with_frame_velocity(
 
 
 def _batches(states: Iterable[ParticleState]) -> Iterator[list[ParticleState]]:
-    """Yield the states of several frames together, where they hold few flakes."""
+    """Yield the states in groups of successive frames, each of ``_BATCH`` flakes or more."""
     batch, flakes = list[ParticleState](), 0
     for state in states:
         batch.append(state)
@@ -121,13 +122,13 @@ def _batches(states: Iterable[ParticleState]) -> Iterator[list[ParticleState]]:
 def _tables(
     states: list[ParticleState], spawns: Spawns, look: Appearance
 ) -> list[NDArray[np.float64]]:
-    """Return one frame's rows for each of the states."""
+    """Return the table of rows of each state."""
     ends = np.cumsum([len(state.id) for state in states])
     return np.split(_table(ParticleState.concatenate(states), spawns, look), ends[:-1])
 
 
 def _table(state: ParticleState, spawns: Spawns, look: Appearance) -> NDArray[np.float64]:
-    """Return rows of flakes; streaks lie along the velocity: x(δ) = x(t) + (δ − t) v κ (eq. 17)."""
+    """Return the rows of flakes; their streaks follow x(δ) = x(t) + (δ − t) v κ (eq. 17)."""
     speed = np.hypot(state.vx, state.vy)
     life, full_size = spawns.life.take(state.id), spawns.size.take(state.id)
     size = drawn_width(full_size, look.pixel)
@@ -146,12 +147,12 @@ def _table(state: ParticleState, spawns: Spawns, look: Appearance) -> NDArray[np
         stretch = np.ones_like(size)
         opacity = np.ceil(light * _PIXEL_SHADES) / _PIXEL_SHADES
     else:
-        # The same light over more pixels where fast sprites are drawn out. Small ones are widened
-        # and keep some of their brightness, or nobody would see them.
+        # A streak spreads the same light over more pixels. A small flake, drawn wider in both axes,
+        # is dimmed for one only: else it would be invisible.
         opacity = light * weight * full_size / size / stretch
     if look.fades:
         opacity = opacity * _border_fade(state, size * stretch / 2, speed / look.fps, height, width)
-    # A column lies in one piece: whoever reads the table reads columns.
+    # Each column is contiguous in memory, because tables are read by column.
     return np.stack([
         state.id, state.x, state.y, state.vx, state.vy, size, stretch,
         np.arctan2(state.vy, state.vx), *colour, opacity, state.age, life,
@@ -165,9 +166,9 @@ def _border_fade(
     height: int,
     width: int,
 ) -> NDArray[np.float64]:
-    """Factor by which sprites fade towards the frame's border: 0 at it, 1 beyond a strip along it.
+    """Factor by which sprites fade near the frame's border: 0 at the border, 1 inside the strip.
 
-    Sprites reach ``half_length`` px from their centre and move by ``travel`` px a frame.
+    Sprites extend ``half_length`` px from their centre and move ``travel`` px per frame.
     """
     gap = np.minimum.reduce([state.x, state.y, width - state.x, height - state.y])
     gap -= np.minimum(half_length, _MAX_HALF_LENGTH * min(height, width))
@@ -178,7 +179,7 @@ def _border_fade(
 def temperature(age_share: NDArray[np.float64]) -> NDArray[np.float64]:
     """Temperature, K, of embers that have lived ``age_share`` (0..1) of their lifetime.
 
-    Radiation cools hot embers faster than dull ones.
+    Radiation cools hot embers faster than dim ones.
     """
     return COOLEST + (HOTTEST - COOLEST) * (1 - np.clip(age_share, 0, 1)) ** 1.4
 
@@ -195,7 +196,7 @@ def ember_light(age: NDArray[np.float64], life: NDArray[np.float64]) -> NDArray[
 def ember_flicker(
     age: NDArray[np.float64], rate: NDArray[np.float64], phase: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Factor, at most 1, by which embers flicker; ``age`` s, ``rate`` Hz, ``phase`` rad."""
+    """Factor, at most 1, by which flicker dims embers; ``age`` in s, ``rate`` Hz, ``phase`` rad."""
     return 1 - _FLICKER_DEPTH * (0.5 - 0.5 * np.sin(2 * np.pi * rate * age + phase))
 
 
@@ -215,9 +216,9 @@ def colour_by_speed(
 
 
 def spawn_table(states: list[ParticleState], spawns: Spawns, hard: bool) -> NDArray[np.float64]:
-    """Return the births of all flakes that are ever seen, (flakes, 9): ``tracks.SPAWN_COLUMNS``.
+    """Return the spawn data of all flakes ever seen, (flakes, 9): ``tracks.SPAWN_COLUMNS``.
 
-    ``hard``: whether they are drawn as squares.
+    ``hard``: whether they are drawn as hard squares.
     """
     order = np.concatenate([state.id for state in states])
     seen, first = np.unique(order, return_index=True)

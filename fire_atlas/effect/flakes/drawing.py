@@ -1,8 +1,8 @@
-"""Drawing flakes: additive sprites, sub-pixel, in linear light that may exceed 1.
+"""Draw flakes: additive sprites at sub-pixel positions, in linear light that may exceed 1.
 
-Soft flakes are drawn in spans: the pixels of a row that lie in one ellipse. Spans are found in
-closed form, so only pixels in an ellipse are touched. Arrays hold whole rows of ellipses of like
-size at a time: numpy is fast along long axes only.
+A soft flake is an ellipse, drawn in spans: a span is the pixels of one row inside it. Its ends are
+computed in closed form, so that no pixel outside is touched. Ellipses of similar size are drawn
+together, because numpy is only fast on long axes.
 """
 
 import math
@@ -22,22 +22,22 @@ Single = NDArray[np.float32]
 Index = NDArray[np.intp]
 
 _FLAKE_BATCH, _SPAN_BATCH = 1 << 18, 1 << 15
-"""Area, px, of the flakes that are drawn together, and of their spans that are: little enough for
-the processor's cache, and enough of one size to be worth a call."""
+"""Area, px², of flakes, and of spans, that are drawn together: small enough for the processor's
+cache, large enough to be worth a numpy call."""
 
 _LARGE = 8.0
-"""Half width, px, from which pixel centres sample a sprite as well as its integral: such ellipses
-are cut at the frame at once, small ones only when all their pixels are weighed."""
+"""Half width, px, from which the samples at pixel centres sum to a sprite's light closely enough.
+Such ellipses are clipped to the frame at once; small ones only after all pixels are summed."""
 
 _HALO_SIGMA = 0.018
 """Width (σ) of a halo, heights."""
 
 _MIN_WIDTH = 2.6
-"""Width, px, of the smallest soft sprite that a pixel grid still shows without flicker."""
+"""Minimum width of a soft sprite, px; a smaller one would flicker as it moves over the pixels."""
 
 
 def drawn_width(width: NDArray[np.float64], hard: bool) -> NDArray[np.float64]:
-    """Return the width, px, at which sprites are drawn: ``hard`` ones are one or two px wide."""
+    """Return the width, px, at which sprites are drawn; ``hard`` ones become one or two px wide."""
     return np.clip(np.rint(width), 1, 2) if hard else np.maximum(width, _MIN_WIDTH)
 
 
@@ -45,8 +45,8 @@ def draw_flakes(rows: NDArray[np.float64], height: int, width: int) -> NDArray[n
     """Draw the soft flakes of one frame on black: linear light (height, width, 3).
 
     Each row is a soft ellipse (1 − q²)² with q² = (2a/(size·stretch))² + (2b/size)², a along its
-    rotation and b across; rgb·a is the light at its centre. Each ellipse gives exactly the light
-    of its integral, however it falls on the pixels.
+    rotation and b across; rgb·a is the light at its centre. The pixels of a small ellipse sum to
+    its exact integral, wherever it lies between them.
 
     Args:
         rows: (flakes, 14), columns ``tracks.COLUMNS``.
@@ -70,7 +70,7 @@ def draw_flakes(rows: NDArray[np.float64], height: int, width: int) -> NDArray[n
             total[some] = weights.sum(axis=0)
             drawn.append((some, weights))
         total = total.reshape(-1, len(group)).sum(axis=0)
-        # Pixels stand for large ellipses as they are, and these may reach out of the frame.
+        # Large ellipses need no correction, and could not be corrected where the frame clips them.
         exact = np.where(across[group] < _LARGE, integral[group] / np.maximum(total, 1e-12), 1.0)
         shine = as_plane(light[:, group] * exact)
         for some, weights in drawn:
@@ -81,7 +81,7 @@ def draw_flakes(rows: NDArray[np.float64], height: int, width: int) -> NDArray[n
 def draw_pixels(rows: NDArray[np.float64], height: int, width: int) -> NDArray[np.float32]:
     """Draw the flakes of one frame as hard squares of ``size`` whole px: light (height, width, 3).
 
-    Where squares meet, the brighter channel shows: light does not add up to new colours.
+    Where squares overlap, each channel is the brighter of both: a sum would be a new colour.
     """
     light = np.zeros((height * width, 3), np.float32)
     column = dict(zip(COLUMNS, rows.T, strict=True))
@@ -100,9 +100,9 @@ def draw_pixels(rows: NDArray[np.float64], height: int, width: int) -> NDArray[n
 
 
 def add_halo(light: NDArray[np.float32], share: float, fades: bool) -> NDArray[np.float32]:
-    """Add a soft halo of ``share`` times its light to a flake layer (H, W, 3).
+    """Add a soft halo, ``share`` times as bright as the layer, to a flake layer (H, W, 3).
 
-    A halo that ``fades`` is dark at the border of the frame.
+    A halo that ``fades`` becomes 0 at the border of the frame.
     """
     height, width = light.shape[:2]
     sigma = _HALO_SIGMA * height
@@ -120,18 +120,18 @@ def add_halo(light: NDArray[np.float32], share: float, fades: bool) -> NDArray[n
 class _Ellipses:
     """Soft ellipses (1 − q²)², q² = p dx² + 2 r dx dy + s dy². Arrays (ellipses,).
 
-    Single precision counts from the pixel that holds an ellipse's middle, and is exact enough
-    there. Along a row 1 − q² = depth − p (x − middle)².
+    Along a row 1 − q² = depth − p (x − middle)². Coordinates count from the pixel at the ellipse's
+    centre, so that single precision is exact enough.
 
     Attributes:
-        column, row: Pixel of the middle, and first row covered, px.
-        rows: Rows covered.
-        area: Of the box around, px².
-        offset_x, offset_y: Way from the centre of that pixel to the middle, and from the middle to
-            the centre of the first row, px.
+        column, row: Column of the centre, and first row covered, px.
+        rows: Number of rows covered.
+        area: Area of the bounding box, px².
+        offset_x: From the centre of pixel ``column`` to the ellipse's centre, px.
+        offset_y: From the ellipse's centre to the centre of the first row, px.
         curvature: p.
-        slope: By how much a row's middle moves to the left, px a row: r / p.
-        depth_loss: How fast depth falls, s − r² / p.
+        slope: Shift of ``middle`` to the left from row to row, px: r / p.
+        depth_loss: Decrease of ``depth`` with the squared distance from the centre: s − r² / p.
         first_column, last_column: Columns that may be covered, counted from ``column``.
     """
 
@@ -184,7 +184,7 @@ class _Ellipses:
         )
 
     def spans(self, group: Index) -> "_RowSpans":
-        """Return the spans of a group of ellipses, as many rows of each as the tallest has."""
+        """Return the spans of a group of ellipses, for each as many rows as the tallest has."""
         step = np.arange(self.rows[group].max())[:, None]
         dy = self.offset_y[group] + as_plane(step)
         depth = 1 - self.depth_loss[group] * dy * dy
@@ -205,16 +205,16 @@ class _Ellipses:
 
 @dataclass(frozen=True, slots=True)
 class _RowSpans:
-    """Spans of n ellipses: the pixels of one row that lie in one of them.
+    """Spans of n ellipses: each is the pixels of one row that lie in one ellipse.
 
-    Spans of all first rows come before those of the second: span i is of ellipse i mod n. Arrays
-    (rows · n,), ``curvature`` (n,).
+    The first row of every ellipse comes first, then all second rows: span i is of ellipse i mod n.
+    Arrays (rows · n,), ``curvature`` (n,).
 
     Attributes:
         x, y: First pixel, px; it may lie outside the frame.
-        length: Pixels; 0 where an ellipse has no such row.
+        length: Number of pixels; 0 where an ellipse has no such row.
         start: From the row's middle to the centre of the first pixel, px.
-        depth, curvature: 1 − q² in the row's middle, and how fast it falls from there.
+        depth, curvature: 1 − q² = depth − curvature d², d px from the row's middle.
     """
 
     x: Index
@@ -225,8 +225,8 @@ class _RowSpans:
     curvature: Single
 
     def weights(self, some: Index) -> Single:
-        """Return the weight (1 − q²)² of each pixel of ``some`` spans, (pixels, spans); 0 past the
-        end of the shorter ones."""
+        """Return the weight (1 − q²)² of each pixel of ``some`` spans, (pixels, spans); it is 0
+        beyond the end of a span."""
         longest = self.length.take(some).max()
         d = self.start.take(some) + np.arange(longest, dtype=np.float32)[:, None]
         d *= d
@@ -238,16 +238,16 @@ class _RowSpans:
 
 
 def _clip_where(edge: Column, large: NDArray[np.bool_], low: float, high: float) -> Column:
-    """Clip the edges of large ellipses to low..high."""
+    """Clip the ``edge`` of each ellipse that is ``large`` to low..high."""
     return np.where(large, np.clip(edge, low, high), edge)
 
 
-def _batches(lengths: Index, areas: Index, most: int) -> Iterator[Index]:
-    """Yield the indices of what has a length, in its order, in batches of about ``most`` area."""
-    # A sort of 16-bit numbers is several times as fast, and it need not be exact.
+def _batches(lengths: Index, areas: Index, batch_area: int) -> Iterator[Index]:
+    """Yield the indices of all ``lengths`` > 0, sorted by them, in batches of equal area."""
+    # Sorting 16-bit numbers is several times as fast, and the order need not be exact.
     order = np.argsort(np.minimum(lengths, np.iinfo(np.int16).max).astype(np.int16), kind="stable")
     order = order[np.count_nonzero(lengths <= 0) :]
-    group = np.cumsum(areas.take(order)) // most
+    group = np.cumsum(areas.take(order)) // batch_area
     for part in np.split(order, np.flatnonzero(np.diff(group)) + 1):
         if part.size:
             yield part
@@ -261,7 +261,7 @@ def _add(
     light: NDArray[np.float32],
 ) -> None:
     """Add ``some`` spans to a canvas (H, W, 3): ``weights`` (pixels, spans) times ``light``
-    (3, flakes); the weights of what falls outside become 0."""
+    (3, flakes); weights of pixels outside the canvas become 0."""
     height, width = canvas.shape[:2]
     x, y, step = spans.x.take(some), spans.y.take(some), np.arange(len(weights))[:, None]
     pixel = y * width + x + step
@@ -280,7 +280,7 @@ def _add(
 def _ranges(
     first: NDArray[np.float64], last: NDArray[np.float64]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return all integers of the ranges first..last, after the index of the range of each."""
+    """Return, for every integer in the ranges first..last, the index of its range, and itself."""
     count = np.maximum(last - first + 1, 0).astype(np.intp)
     owner = np.repeat(np.arange(len(count)), count)
     before = first.astype(np.intp) - (np.cumsum(count) - count)

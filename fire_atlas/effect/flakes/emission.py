@@ -14,51 +14,50 @@ from fire_atlas.effect.flakes.drawing import drawn_width
 from fire_atlas.recipe.effect import Flakes
 
 TICK = 1 / 60
-"""Flakes are spawned and fly in time steps of this many seconds, whatever the frame rate."""
+"""Time step, s, in which flakes are spawned and fly, whatever the frame rate."""
 
 _RATE_PER_AREA, _SMALL_AREA = 180.0, 0.15
-"""Automatic spawn rate for each square height of moving fire, and the area from which it holds: a
-smaller fire is calmer as well."""
+"""Automatic spawn rate per heights² of moving fire, and the area below which the rate falls faster
+than the area, because a small fire is calmer as well."""
 
 _MIN_RATE, _MIN_SPAWNS = 4.0, 6.0
-"""Least automatic spawn rate, 1/s, and least spawns of a one-shot clip: the smallest fire still
-sheds a few."""
+"""Minimum automatic spawn rate, 1/s, and minimum number of flakes of a one-shot clip."""
 
 _CALM_RATE, _BURSTS_PER_FLAKE = 20.0, 1 / 40
-"""Spawn rate up to which a fire is too calm to burst; bursts for each flake beyond it."""
+"""Spawn rate, 1/s, up to which a fire is too calm for bursts; bursts per flake beyond it."""
 
 _GOLDEN = (math.sqrt(5) - 1) / 2
 
 _BURST_SPARKS = (3, 14)
-"""Fewest and most sparks of a burst."""
+"""Minimum and maximum number of sparks in a burst."""
 
 _BURST_SPEED = (0.2, 0.8)
-"""Least and greatest speed that a burst gives its sparks, heights/s."""
+"""Minimum and maximum speed that a burst gives its sparks, heights/s."""
 
 _BURST_WIDTH = 0.05
-"""Greatest distance at which sparks of a burst begin, across and down, heights."""
+"""Side of the square in which the sparks of a burst are spawned, heights."""
 
 _MAX_TERMINAL_VELOCITY = (0.03, 0.2)
-"""Greatest terminal velocity of a flake, and of a spark of a burst, heights/s."""
+"""Maximum terminal velocity of a flake, and of a spark of a burst, heights/s."""
 
 _FLICKER_RATE = (0.5, 6.0)
-"""Lowest and highest rate of the flicker, Hz."""
+"""Minimum and maximum rate of the flicker, Hz."""
 
 _TURBULENCE_RATE = (0.3, 1.3)
-"""Lowest and highest rate of a flake's own turbulent motion, Hz."""
+"""Minimum and maximum rate of a flake's own turbulent motion, Hz."""
 
 _SIZE_SPREAD = 2.0
-"""[min, max] of a recipe's sizes lie this many standard deviations from the middle."""
+"""Number of standard deviations from the mean log size to that of a recipe's minimum or maximum."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spawns:
-    """Spawned flakes, in the order of their birth. All arrays (flakes,) float64, ``tick`` int64.
+    """Spawned flakes, in the order of spawning. All arrays (flakes,) float64, ``tick`` int64.
 
     Attributes:
-        tick: Time step of birth, of ``TICK`` seconds.
-        x, y: Place of birth, px.
-        impulse_x, impulse_y: Initial velocity on top of the field's, px/s.
+        tick: Time step in which the flake is spawned, in units of ``TICK``.
+        x, y: Place where it is spawned, px.
+        impulse_x, impulse_y: Initial velocity in addition to the field's, px/s.
         terminal_velocity: Speed at which the flake falls through still air, px/s.
         life: Lifetime until cooled, s.
         size: Width, px.
@@ -89,7 +88,7 @@ class Spawns:
         return replace(self, x=self.x + x, y=self.y + y)
 
     def take(self, places: NDArray[np.intp]) -> "Spawns":
-        """Return the flakes at some indices."""
+        """Return the flakes at the given indices."""
         return Spawns(*(getattr(self, f.name).take(places) for f in fields(self)))
 
     def cooled_by(self, end: float) -> Self:
@@ -104,7 +103,7 @@ class Spawns:
 
     @classmethod
     def concatenate(cls, parts: list[Self]) -> Self:
-        """Return the flakes of all parts, in the order of their birth."""
+        """Return the flakes of all parts, in the order of spawning."""
         together = [np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)]
         order = np.argsort(together[0], kind="stable")
         return cls(*(column[order] for column in together))
@@ -115,10 +114,10 @@ class EmitterSettings:
     """How flakes are spawned in a clip, in px and s.
 
     Attributes:
-        seed: The recipe's.
+        seed: The recipe's seed.
         rate, burst_rate: Flakes, and bursts, per second at the automatic α.
-        candidate_count: Mean candidates a frame at the automatic α: N(α_auto).
-        alpha: α in force: pixels with ‖Fv*‖ > α are candidates.
+        candidate_count: Mean number of candidates per frame at the automatic α: N(α_auto).
+        alpha: α, the recipe's or the automatic one: pixels with ‖Fv*‖ > α are candidates.
         life, size: (min, max), s and px.
         height: Frame height, px.
         fps: Frames per second.
@@ -145,15 +144,15 @@ class EmitterSettings:
         automatic_alpha: float,
         seed: int,
     ) -> Self:
-        """Convert the recipe's section to px and s, and fill in what is automatic.
+        """Convert the recipe's section to px and s, and replace ``auto`` by numbers.
 
         Args:
             flakes: The recipe's section.
-            clip: Its size, length and rate.
+            clip: The clip; only its size, length and rate are used.
             moving_area: Area in which the fire moves, heights².
-            candidate_count: Mean candidates a frame at the automatic α.
-            automatic_alpha: α where the recipe leaves it open.
-            seed: The recipe's.
+            candidate_count: Mean number of candidates per frame at the automatic α.
+            automatic_alpha: The automatic α.
+            seed: The recipe's seed.
         """
         size = (flakes.size[0] * clip.height, flakes.size[1] * clip.height)
         median = np.sqrt(size[0] * size[1])
@@ -177,14 +176,14 @@ class EmitterSettings:
 def automatic_rate(moving_area: float, width_ratio: float, duration: float) -> float:
     """Return the spawn rate, 1/s, that suits a fire.
 
-    Sparks tear off where fire comes and goes, so their number goes with the area in which it moves,
-    and of a small and calm fire with its square. Flakes too small to be shown are drawn larger than
-    they are: there are as many fewer. Any clip has a few, however short.
+    Sparks tear off where fire moves, so the rate is proportional to that area; in a small, calm
+    fire, to its square. Flakes too small to show are drawn wider, and are fewer in proportion. Any
+    clip gets a few, however short.
 
     Args:
         moving_area: Area in which the fire moves, heights².
-        width_ratio: Width of a median flake against that at which it is drawn.
-        duration: Seconds of a one-shot clip; infinite of a loop.
+        width_ratio: Width of a median flake divided by the width at which it is drawn.
+        duration: Duration of a one-shot clip, s; infinite for a loop.
     """
     calm = min(moving_area / _SMALL_AREA, 1.0)
     rate = _RATE_PER_AREA * moving_area * calm * min(width_ratio, 1.0)
@@ -205,7 +204,7 @@ def emit(frame: int, strength: Plane, emitter: EmitterSettings) -> Spawns:
 
     Args:
         frame: Index of the frame; its random numbers depend on it and the seed alone.
-        strength: (H, W), ‖Fv*‖, 0 where no flake may be spawned.
+        strength: (H, W) ‖Fv*‖; 0 where no flake may be spawned.
         emitter: How flakes are spawned.
     """
     candidates = _Candidates.of(strength, emitter.alpha)
@@ -235,7 +234,7 @@ class _Candidates:
     Attributes:
         places: (candidates,) flat indices of pixels, ascending.
         weights: (candidates,) running sum of their ‖Fv*‖.
-        width: Pixels of a row.
+        width: Width of the frame, px.
     """
 
     places: NDArray[np.intp]
@@ -259,9 +258,9 @@ class _Candidates:
         return picked
 
     def near(self, centre: int, radius: float) -> Self:
-        """Return the candidates within ``radius`` px of a pixel, across and down."""
+        """Return the candidates at most ``radius`` px from a pixel, horizontally and vertically."""
         row, column = divmod(centre, self.width)
-        # Pixels are in order, row by row: those of neighbouring rows lie together.
+        # Pixels are sorted by row, so that those of neighbouring rows form one slice.
         rows = math.ceil(row - radius), math.floor(row + radius) + 1
         band = slice(*np.searchsorted(self.places, [end * self.width for end in rows]))
         near = np.abs(self.places[band] % self.width - column) <= radius
@@ -271,10 +270,10 @@ class _Candidates:
 
 
 def _steady_poisson(mean: float, frame: int, seed: int) -> int:
-    """Draw a frame's number from the Poisson distribution of a ``mean``, evenly over the frames.
+    """Draw a frame's number of flakes, Poisson distributed with ``mean`` but evenly spread in time.
 
-    It is the quantile at a place in 0..1 that steps on by the golden ratio from frame to frame, so
-    that frames make up for each other: by chance alone a small fire may shed nothing for a second.
+    It is a quantile whose probability advances by the golden ratio from frame to frame, so that
+    few flakes are soon followed by many: by chance alone a small fire may shed none for a second.
     """
     if mean == 0:
         return 0
@@ -291,13 +290,13 @@ def _columns(
     emitter: EmitterSettings,
     in_burst: bool = False,
 ) -> tuple[NDArray[np.float64], ...]:
-    """Return ``Spawns`` but the tick, of flakes in the flat pixels ``where`` of ``width`` a row."""
+    """Return all columns of ``Spawns`` but ``tick``, of flakes at flat pixel indices ``where``."""
     count, (row, column) = len(where), np.divmod(where, width)
     inside = chance.random((2, count))
     heading = chance.uniform(0, 2 * np.pi, count)
     speed = chance.uniform(*_BURST_SPEED, count) * emitter.height * (1.0 if in_burst else 0.0)
     score = np.clip(chance.standard_normal(count), -_SIZE_SPREAD, _SIZE_SPREAD)
-    if in_burst:  # its sparks are small
+    if in_burst:  # sparks of a burst are small
         score = -np.abs(score)
     smallest, largest = np.log(emitter.size)
     size = np.exp((smallest + largest) / 2 + score * (largest - smallest) / (2 * _SIZE_SPREAD))
@@ -320,27 +319,27 @@ def _columns(
 
 
 def limit_alive(spawns: Spawns, limit: int, count: int, fps: float, seed: int) -> Spawns:
-    """Leave out flakes so that at most ``limit`` are alive at once in a loop of ``count`` frames.
+    """Remove flakes so that at most ``limit`` are alive at once in a loop of ``count`` frames.
 
-    They are left out at random over the whole loop: if none were spawned whenever it is full, it
-    would be full where it begins and thin where it ends.
+    They are removed at random over the whole loop. Spawning none while ``limit`` are alive would
+    make the loop dense at its beginning and sparse at its end.
     """
     first = np.ceil(spawns.tick * (TICK * fps)).astype(np.intp)
     frames = np.ceil(spawns.life * fps).astype(np.intp)
     order = generator(seed, RandomStream.THINNING).permutation(len(first))
 
-    def most_alive(kept: int) -> int:
-        """Return most flakes of any frame, if the first ``kept`` of ``order`` are spawned."""
+    def max_alive(kept: int) -> int:
+        """Return the maximum alive in a frame if the first ``kept`` of ``order`` are spawned."""
         begin, (whole, rest) = first[order[:kept]], np.divmod(frames[order[:kept]], count)
         change = np.bincount(begin % count, minlength=2 * count).astype(np.intp)
         np.subtract.at(change, begin % count + rest, 1)
         alive = np.cumsum(change)
         return int((alive[:count] + alive[count:]).max() + whole.sum())
 
-    if len(first) == 0 or most_alive(len(first)) <= limit:
+    if len(first) == 0 or max_alive(len(first)) <= limit:
         return spawns
     kept, over = 0, len(first)
     while over - kept > 1:
         middle = (kept + over) // 2
-        kept, over = (middle, over) if most_alive(middle) <= limit else (kept, middle)
+        kept, over = (middle, over) if max_alive(middle) <= limit else (kept, middle)
     return spawns.take(np.sort(order[:kept]))

@@ -1,4 +1,4 @@
-"""Flight: flakes are carried by the buoyancy field, with inertia, jitter and gravity (eq. 13)."""
+"""Flight: move flakes with the buoyancy field, with inertia, jitter and gravity (eq. 13)."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -17,7 +17,7 @@ from fire_atlas.vision.warp import sample_at
 Column = NDArray[np.float64]
 
 _REMAP_LIMIT = 30000
-"""Places sampled in one call: OpenCV's pictures have at most 32,767 rows."""
+"""Maximum number of places sampled per call: OpenCV's pictures have at most 32,767 rows."""
 
 _LAG_PER_SCORE = 0.35
 """A flake one standard deviation larger than the mean lags e^0.35 times as long."""
@@ -26,19 +26,19 @@ _IMPULSE_DECAY = 0.12
 """Time constant with which drag stops the impulse of a burst, s."""
 
 _MIN_IMPULSE_SHARE = 0.15
-"""Share of an impulse that the gas of the flame does not hold back."""
+"""Fraction of an impulse that acts inside the flame, where gas carries the flakes along."""
 
 _COLOUR_LAG = 0.2
-"""Time constant of the speed that decides a flake's colour, s: metal does not cool in a frame."""
+"""Time constant of the speed that decides a flake's colour, s: embers do not cool in one frame."""
 
 _COLOUR_GAIN = 1 - math.exp(-TICK / _COLOUR_LAG)
-"""Share of a flake's speed that ``smoothed_speed`` takes on in a tick."""
+"""Fraction of the change in a flake's speed that ``smoothed_speed`` follows in a tick."""
 
 _TURBULENCE_ONSET = 0.4
 """Age, s, at which a flake's own turbulent motion is at full strength."""
 
 _ANGLES = 1 << 13
-"""Jitter angles drawn a tick. Flakes whose ids are so far apart share one, which nobody sees."""
+"""Number of jitter angles drawn per tick. Flakes whose ids are this far apart share one, unseen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,16 +46,16 @@ class FlightSettings:
     """How flakes fly.
 
     Attributes:
-        seed: The recipe's, for the jitter.
+        seed: The recipe's seed, for the jitter.
         scatter: k of eq. 13.
-        lag: Seconds in which a flake of median size takes on the field's velocity.
+        lag: Time constant with which a flake of median size follows the field's velocity, s.
         gravity: Downward acceleration, px/s².
         turbulence: Speed (rms) at which eddies too small for the grid move a flake outside the
             flame, px/s: turbulence is strong after combustion (section III-A).
-        streak: Seconds of its path that a flake is drawn out over: its streak leaves the frame as
-            much later.
-        max_alive: Most flakes alive at once.
-        width, height: Frame, px: what has left it is gone.
+        streak: Part of a flake's path, s, that its streak shows; a flake is kept until its whole
+            streak has left the frame.
+        max_alive: Maximum number of flakes alive at once.
+        width, height: Frame size, px; flakes that have left the frame are removed.
     """
 
     seed: int
@@ -71,14 +71,14 @@ class FlightSettings:
 
 @dataclass(frozen=True, slots=True)
 class ParticleState:
-    """Flakes alive at one moment, in order of id. Arrays (flakes,).
+    """Flakes alive at one moment, sorted by id. Arrays (flakes,).
 
     Attributes:
         id: Index of each in its ``Spawns``.
         x, y: Place, px.
         vx, vy: Velocity, px/s.
-        smoothed_speed: Speed averaged over the last moments, px/s.
-        age: s.
+        smoothed_speed: Speed, px/s, exponentially smoothed over time.
+        age: Seconds since the flake was spawned.
     """
 
     id: NDArray[np.int64]
@@ -95,7 +95,7 @@ class ParticleState:
         return cls(np.empty(0, np.int64), *(np.empty(0) for _ in fields(cls)[1:]))
 
     def where(self, kept: NDArray[np.bool_]) -> "ParticleState":
-        """Return the flakes of a mask."""
+        """Return the flakes at which the mask is true."""
         places = np.flatnonzero(kept)
         if len(places) == len(kept):
             return self
@@ -112,7 +112,7 @@ def fly(
 ) -> Iterator[ParticleState]:
     """Yield the flakes of every frame; flake i is entry i of ``spawns``.
 
-    Flakes move in ticks of 1/60 s; between two ticks a frame shows them on the straight line.
+    Flakes move in ticks of 1/60 s; frames between two ticks interpolate linearly.
     """
     model, state = _FlightModel.of(spawns, settings), ParticleState.empty()
     spawned = np.searchsorted(spawns.tick, np.arange(math.ceil(frames / record.fps / TICK) + 2))
@@ -136,8 +136,8 @@ class _FieldSampler:
     cell: int
 
     def at(self, x: Column, y: Column) -> Column:
-        """Return u, v and lit, (3, flakes), at places in px: bilinear between the centres of
-        cells; the border's continue outside."""
+        """Return u, v and lit, (3, flakes), at places in px: bilinear between cell centres,
+        continued outside by the border's values."""
         map_x, map_y = (as_plane(c / self.cell - 0.5)[:, None] for c in (x, y))
         found = np.empty((len(x), 3))
         for start in range(0, len(x), _REMAP_LIMIT):
@@ -148,12 +148,12 @@ class _FieldSampler:
 
 @dataclass(frozen=True, slots=True)
 class _FlightModel:
-    """What does not change while flakes fly, and the step that changes their state.
+    """Constants of a flight, and the time step that changes the flakes' state.
 
     Attributes:
         spawns: All flakes that are ever spawned.
         settings: How they fly.
-        retained: (flakes,) share of the velocity relative to the field that is left after a tick.
+        retained: (flakes,) fraction of the velocity relative to the field that a tick leaves.
         fall_speed: (flakes,) terminal velocity under the recipe's gravity, px/s.
     """
 
@@ -164,14 +164,14 @@ class _FlightModel:
 
     @classmethod
     def of(cls, spawns: Spawns, settings: FlightSettings) -> Self:
-        """Return the model of flakes that lag by their size."""
+        """Compute the constants of each flake; larger flakes lag longer behind the field."""
         lag = settings.lag * np.exp(_LAG_PER_SCORE * spawns.size_score)
         return cls(spawns, settings, np.exp(-TICK / np.maximum(lag, 1e-6)), settings.gravity * lag)
 
     def spawn(
         self, state: ParticleState, first: int, last: int, field: _FieldSampler
     ) -> ParticleState:
-        """Add the flakes ``first`` .. ``last`` of all, as far as there is room for them."""
+        """Add entries ``first:last`` of the spawns, up to the limit on flakes alive."""
         last = min(last, first + max(self.settings.max_alive - len(state.id), 0))
         if first == last:
             return state
@@ -195,7 +195,7 @@ class _FlightModel:
         own_x, own_y = self._own_velocity(state, np.square(np.square(1 - lit)))
         all_x, all_y = vx + own_x, vy + own_y
         change = np.hypot(all_x, all_y) - state.smoothed_speed
-        ticks = tick + 1 - self.spawns.tick.take(state.id)  # counted: a sum of them would drift
+        ticks = tick + 1 - self.spawns.tick.take(state.id)  # counted, as summed ages would drift
         return replace(
             state,
             x=state.x + all_x * TICK,
@@ -209,9 +209,9 @@ class _FlightModel:
     def _own_velocity(self, state: ParticleState, outside: Column) -> tuple[Column, Column]:
         """Velocity of each flake relative to the field, px/s, that its neighbours do not share.
 
-        The sum of its fall at the terminal velocity; the impulse of a burst, which drag stops; and
-        turbulence, so that flakes of one place do not fly in a line. The last two as far as a flake
-        is ``outside`` the flame (0..1), whose gas carries it along; but for some of the impulse.
+        It is the sum of three: the fall at terminal velocity; the impulse of a burst, which drag
+        stops; and turbulence, so that neighbours do not fly in a line. The last two are scaled by
+        ``outside`` (0..1: how far the flake is outside the flame), the impulse only to a minimum.
         """
         ids, spawns, impulse = state.id, self.spawns, np.exp(-state.age / _IMPULSE_DECAY)
         onset = np.minimum(state.age / _TURBULENCE_ONSET, 1.0)
@@ -227,24 +227,24 @@ class _FlightModel:
         )
 
     def between(self, before: ParticleState, after: ParticleState, part: float) -> ParticleState:
-        """Return the flakes ``part`` of a tick after ``before``, without those that have cooled.
+        """Return the flakes at ``part`` (0..1) of a tick, without those that have cooled.
 
         Their velocity is that of their whole motion, relative to the frame.
         """
         age = before.age + part * TICK
-        way_x, way_y = after.x - before.x, after.y - before.y
+        moved_x, moved_y = after.x - before.x, after.y - before.y
         seen = replace(
             after,
-            x=before.x + way_x * part,
-            y=before.y + way_y * part,
-            vx=way_x / TICK,
-            vy=way_y / TICK,
+            x=before.x + moved_x * part,
+            y=before.y + moved_y * part,
+            vx=moved_x / TICK,
+            vy=moved_y / TICK,
             age=age,
         )
         return seen.where(age < self.spawns.life.take(before.id))
 
     def is_alive(self, state: ParticleState) -> NDArray[np.bool_]:
-        """Return which flakes have not cooled, nor left the frame with all of their streak."""
+        """Return which flakes have neither cooled nor left the frame with their whole streak."""
         margin = self.spawns.size.take(state.id)
         if self.settings.streak > 0:
             margin = margin + np.hypot(state.vx, state.vy) * (self.settings.streak / 2)
@@ -259,7 +259,7 @@ class _FlightModel:
 
 
 def _sine(angle: Column) -> NDArray[np.float32]:
-    """Sine of angles, rad, in single precision: several times as fast, and nobody sees 1e-6."""
+    """Sine of angles, rad, in single precision: several times as fast, its errors invisible."""
     return np.sin(as_plane(angle))
 
 
@@ -283,7 +283,7 @@ def scatter_rotations(
     """
     if k == 1.0 or not len(ids):
         return np.ones(len(ids)), np.zeros(len(ids))
-    # The first draws do not depend on how many follow.
+    # Draws are the same however many follow, so flakes with higher ids do not change them.
     count = min(int(ids.max()) + 1, _ANGLES)
     draws = 2 * generator(seed, RandomStream.SCATTER, tick).random(count).take(ids & (_ANGLES - 1))
     # One draw serves both: its upper half turns to the right, its lower half to the left.

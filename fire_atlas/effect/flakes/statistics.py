@@ -11,7 +11,7 @@ _ID, _X, _Y, _VX, _VY, _SIZE, _STRETCH = range(7)
 _AGE, _LIFE = COLUMNS.index("age"), COLUMNS.index("life")
 
 _MIN_FLAKES = 20
-"""The spread of fewer flakes means nothing."""
+"""Minimum number of flakes from which their spread of sizes is judged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,10 +19,10 @@ class Figure:
     """One statistic, and the range in which embers look real.
 
     Attributes:
-        name: What it is, for people.
+        name: Label shown to users.
         value: The figure.
-        unit: Its unit; empty for a share or a number.
-        low, high: Where it should lie; None is open.
+        unit: Its unit; empty for a fraction or a count.
+        low, high: Range in which it should lie; None leaves that side open.
     """
 
     name: str
@@ -33,18 +33,18 @@ class Figure:
 
     @property
     def is_in_range(self) -> bool:
-        """Whether the figure lies where it should."""
+        """Whether the figure lies in its range."""
         return (self.low is None or self.value >= self.low) and (
             self.high is None or self.value <= self.high
         )
 
 
 def ember_figures(tracks: Tracks) -> list[Figure]:
-    """Return the statistics of all flakes of a build; none where there are no flakes.
+    """Return the statistics of all flakes of a build; an empty list if there are no flakes.
 
-    The number alive is the spawn rate times the mean time for which a flake is seen. Sizes are
-    those that are drawn: in small frames the smallest are widened to what a pixel grid can show.
-    Where most are, the spread of sizes has no range.
+    The number alive is the spawn rate times the mean time for which a flake is seen. Sizes are as
+    drawn: small frames widen the smallest flakes to what a pixel grid can show. If that concerns
+    most flakes, no range is given for the spread of sizes.
     """
     flights = _flights(tracks)
     if not flights:
@@ -88,9 +88,9 @@ def _flights(tracks: Tracks) -> list[NDArray[np.float64]]:
 
 
 def _ends(flights: list[NDArray[np.float64]], tracks: Tracks) -> list[Figure]:
-    """Return the shares of flakes that left by the top, the sides or the bottom, or burnt out.
+    """Return the fractions of flakes that left by the top, the sides or the bottom, or burnt out.
 
-    Flakes that end otherwise do not count: the clip ended.
+    Flakes that end only because the clip ends are not counted.
     """
     last = np.stack([flight[-1] for flight in flights])
     x = last[:, _X] + last[:, _VX] / tracks.fps

@@ -1,4 +1,4 @@
-"""Flake tracks: what every flake does in every frame, as tables."""
+"""Flake tracks: tables of the place, velocity and look of every flake in every frame."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,23 +10,23 @@ from numpy.typing import NDArray
 COLUMNS = (
     "id", "x", "y", "vx", "vy", "size", "stretch", "rotation", "r", "g", "b", "a", "age", "life",
 )  # fmt: skip
-"""Columns of ``Tracks.frames``. px, px/s, s, rad; rgb linear light, may exceed 1."""
+"""Columns of ``Tracks.frames``, in px, px/s, s and rad; rgb is linear light and may exceed 1."""
 
 SPAWN_COLUMNS = ("id", "t", "life", "x", "y", "vx", "vy", "size", "wraps")
-"""Columns of ``Tracks.spawns``. px, px/s, s; ``wraps`` 0 or 1."""
+"""Columns of ``Tracks.spawns``, in px, px/s and s; ``wraps`` (0 or 1): seen past the loop's end."""
 
 Table = NDArray[np.float64]
 """(rows, columns)."""
 
 RowNumbers = tuple[NDArray[np.int64], ...]
-"""A number for each row of each frame: (rows,) a frame."""
+"""One array (rows,) per frame: a number for each row of its table."""
 
 _ID, _AGE = COLUMNS.index("id"), COLUMNS.index("age")
-_BIRTH = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
+_SPAWN_DATA = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
 _T, _WRAPS = SPAWN_COLUMNS.index("t"), SPAWN_COLUMNS.index("wraps")
 
 _MIN_VISIBLE = 0.001
-"""Light that is next to none: 3 of 255 in sRGB."""
+"""Light up to which a flake is invisible: 3 of 255 in sRGB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,26 +34,25 @@ class Tracks:
     """All flakes of a build.
 
     A flake is drawn as the additive soft sprite (1 - q²)², q² = (2a/(size·stretch))² + (2b/size)²,
-    with a along ``rotation`` (clockwise from +x on screen) and b across it, in px from (x, y);
-    its light at the centre is rgb·a, linear. Or as a hard square of ``size`` whole px, all of it
-    that bright, at the px nearest to its place.
+    with a along ``rotation`` (clockwise from +x on screen) and b across it, in px from (x, y); the
+    linear light at its centre is rgb·a. If ``hard``, it is a square of ``size`` whole px that all
+    have this light, at the nearest whole px.
 
     A flight is the unbroken life of one flake, from the first frame that shows it to the last. In a
-    loop it goes on from the last frame into frame 0. A loop that is not longer than a flight shows
-    several parts of it in one frame: the flake changes its id on the way, so that no id is in a
-    frame twice (``fold_into_loop``). So flights, not ids, say which rows are of one flake.
+    loop it continues from the last frame into frame 0. A loop no longer than a flight shows several
+    parts of it in one frame; the flake then changes its id on the way, so that no id is in a frame
+    twice (``fold_into_loop``). Rows of one flake therefore share a flight, not always an id.
 
     Attributes:
         fps: Frames per second of the animation.
         width, height: Frame size, px.
         loop: Whether frame 0 follows the last frame.
         seed: The recipe's seed.
-        spawns: (ids, 9) float64, columns ``SPAWN_COLUMNS``, by id.
-        frames: One (rows, 14) float64 table a frame, columns ``COLUMNS``, by id.
-        flights: Which flight each row belongs to, (rows,) a frame: the first id of its flake.
-        flight_frames: How many frames each row comes after the first of its flight, (rows,) a
-            frame.
-        hard: Whether flakes are squares.
+        spawns: (ids, 9) float64, columns ``SPAWN_COLUMNS``, sorted by id.
+        frames: One (rows, 14) float64 table per frame, columns ``COLUMNS``, sorted by id.
+        flights: Flight of each row of each frame, identified by the first id of its flake.
+        flight_frames: For each row of each frame, number of frames since its flight began.
+        hard: Whether flakes are hard squares.
     """
 
     fps: float
@@ -72,9 +71,9 @@ class Tracks:
         cls, fps: float, size: tuple[int, int], seed: int, spawns: Table, frames: Sequence[Table],
         hard: bool = False,
     ) -> Self:  # fmt: skip
-        """Return tracks that play once: each id is one flight, in frames that follow one another.
+        """Return tracks that play once: each id is one flight.
 
-        ``size`` is the width and height of a frame, px; the rest as the attributes.
+        ``size`` is the width and height of a frame, px; the other arguments are attributes.
         """
         flights = tuple(rows[:, _ID].astype(np.int64) for rows in frames)
         since_first = _frames_since_first(flights)
@@ -85,18 +84,18 @@ class Tracks:
         cls, fps: float, size: tuple[int, int], loop: bool, seed: int, spawns: Table,
         frames: Sequence[Table],
     ) -> Self:  # fmt: skip
-        """Return tracks of tables that were read: flights follow from births and ages.
+        """Return tracks of tables read from a file; flights are recomputed from spawns and ages.
 
-        All ids of one flake have the same birth but for the time; the first of them is the least.
+        Ids whose spawn data differ only in time are one flake; the smallest id names its flight.
 
         Raises:
             KeyError: A row has an id that was never spawned.
         """
         rows, ends = np.concatenate(frames), np.cumsum([len(each) for each in frames])[:-1]
-        births = map(tuple, spawns[:, _BIRTH].tolist())
+        spawn_data = map(tuple, spawns[:, _SPAWN_DATA].tolist())
         first = dict[tuple[float, ...], float]()
-        known = zip(spawns[:, 0].tolist(), births, strict=True)
-        flight = {number: first.setdefault(birth, number) for number, birth in known}
+        known = zip(spawns[:, 0].tolist(), spawn_data, strict=True)
+        flight = {number: first.setdefault(data, number) for number, data in known}
         flights = np.array([flight[number] for number in rows[:, _ID].tolist()], np.int64)
         ages, (_, which) = rows[:, _AGE] * fps, np.unique(flights, return_inverse=True)
         youngest = np.full(len(flights), np.inf)
@@ -109,14 +108,14 @@ class Tracks:
 
     @property
     def frame_numbers(self) -> NDArray[np.intp]:
-        """The frame of each row, (all rows,)."""
+        """The frame number of each row, (all rows,)."""
         return np.repeat(np.arange(len(self.frames)), [len(rows) for rows in self.frames])
 
     def following_rows(self) -> NDArray[np.int64]:
-        """Return for each row the index, of all, of its flake's row in the next frame, or -1."""
+        """Return for each row the index, among all rows, of its flake in the next frame, or -1."""
         count, frame = len(self.frames), self.frame_numbers
         following = np.full(len(frame), -1)
-        # One number for each row of a frame; the same flake's row a frame later has the next one.
+        # A number that is unique in its frame; the same flake has the next one a frame later.
         numbers = (np.concatenate(self.flights) << 32) + np.concatenate(self.flight_frames)
         begins = np.searchsorted(frame, np.arange(count + 1))
         for i in range(count if self.loop else count - 1):
@@ -132,9 +131,9 @@ class Tracks:
     def unlooped_ids(self) -> NDArray[np.float64]:
         """Return an id for each row, (all rows,), that changes where a flake passes the loop's end.
 
-        So each of these ids is one unbroken run of frames. Rows that have flown on from the last
-        frame into frame 0 get new ones: their flight began a whole loop earlier than that of other
-        rows of their id.
+        Each of these ids is in successive frames of the loop only. Rows that continue a flight from
+        the last frame in frame 0 get new ids: their flight began a whole loop earlier than that of
+        other rows of their id.
         """
         ids = np.concatenate(self.frames)[:, _ID]
         began = self.frame_numbers - np.concatenate(self.flight_frames)
@@ -145,7 +144,7 @@ class Tracks:
 
 
 def _frames_since_first(flights: RowNumbers) -> RowNumbers:
-    """Return how many frames each row comes after the first of its flight."""
+    """Return for each row the number of frames since its flight began."""
     counts = [len(rows) for rows in flights]
     frame = np.repeat(np.arange(len(counts)), counts)
     _, first, flight = np.unique(np.concatenate(flights), return_index=True, return_inverse=True)
@@ -153,12 +152,11 @@ def _frames_since_first(flights: RowNumbers) -> RowNumbers:
 
 
 def fold_into_loop(tracks: Tracks, count: int) -> Tracks:
-    """Fold tracks of one period and what flies on after it onto the ``count`` frames of a loop.
+    """Fold one-shot tracks of more than ``count`` frames into a loop of ``count`` frames.
 
-    A flake keeps its id across the end of the loop. One that is seen in as many frames as the
-    loop has, or more, would meet itself; it changes its id every ``count - 1`` frames, so that
-    an id is never in a frame twice, nor passed on from one flake to another in neighbouring
-    frames. Only for one-shot tracks of more than ``count`` frames.
+    A flake keeps its id across the end of the loop. One that is seen in as many frames as the loop
+    has, or more, would be in a frame twice; it changes its id every ``count - 1`` frames, so that
+    neither happens: an id twice in a frame, or on two flakes in neighbouring frames.
     """
     frame = tracks.frame_numbers
     rows, since_first = np.concatenate(tracks.frames), np.concatenate(tracks.flight_frames)
@@ -181,7 +179,7 @@ def fold_into_loop(tracks: Tracks, count: int) -> Tracks:
 
 
 def _with_parts(spawns: Table, parts: int, id_step: float, period: float) -> Table:
-    """Return the spawns with a copy, a period (s) earlier each, for every part of a long flight."""
+    """Return the spawns with a copy per further part of a flight, each a ``period`` (s) earlier."""
     copies = [spawns]
     for part in range(1, parts + 1):
         copy = spawns.copy()
@@ -192,14 +190,14 @@ def _with_parts(spawns: Table, parts: int, id_step: float, period: float) -> Tab
 
 
 def visible_count(rows: Table) -> int:
-    """Return how many flakes of a frame's table are bright enough to be seen."""
+    """Return how many flakes of a frame's table are bright enough to be visible."""
     column = dict(zip(COLUMNS, rows.T, strict=True))
     brightest = np.maximum.reduce([column["r"], column["g"], column["b"]]) * column["a"]
     return int(np.count_nonzero(brightest > _MIN_VISIBLE))
 
 
 def first_frames(tracks: Tracks, count: int) -> Tracks:
-    """Return the tracks of the first ``count`` frames, and of the flakes that are seen there."""
+    """Return the tracks of the first ``count`` frames and of the flakes in them."""
     frames = tracks.frames[:count]
     seen = np.isin(tracks.spawns[:, 0], np.concatenate([rows[:, _ID] for rows in frames]))
     return replace(
@@ -212,9 +210,9 @@ def first_frames(tracks: Tracks, count: int) -> Tracks:
 
 
 def as_drawn(tracks: Tracks) -> Tracks:
-    """Return tracks with hard flakes where they are drawn: on whole px, upright, still for a frame.
+    """Return tracks with hard flakes as they are drawn: on whole px, unrotated, without velocity.
 
-    Soft flakes are drawn where they are.
+    Soft flakes are drawn as the tracks have them.
     """
     return replace(tracks, frames=tuple(map(_snapped, tracks.frames))) if tracks.hard else tracks
 

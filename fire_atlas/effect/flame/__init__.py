@@ -1,1 +1,1 @@
-"""Flame analysis: feature vectors, which pixels are flame, and what holds for the whole clip."""
+"""Flame analysis: feature vectors, segmentation, and measurements of the whole clip."""

@@ -1,7 +1,7 @@
-"""Feature vectors of a frame: the edges of the fire and where they lead (Kim & Lee, eq. 1-3).
+"""Feature vectors (Kim & Lee, eq. 1-3): strength and direction of the flame's edges.
 
-Brightness is on the 0..255 scale; on it the paper's ε = 40, α = 0.03 and β = 0.02 agree with each
-other. Image axes: x right, y down.
+Sparks are spawned on these edges. Brightness is on the 0..255 scale; on it the paper's ε = 40,
+α = 0.03 and β = 0.02 agree with each other. Image axes: x right, y down.
 """
 
 import math
@@ -23,13 +23,12 @@ class Box(NamedTuple):
 
 
 def difference_of_gaussians(brightness: Plane, sigma: tuple[float, float]) -> Plane:
-    """Edges f^DoG of a picture (eq. 1): the wide Gaussian less the narrow one, of unit sum each.
+    """Edges f^DoG of a picture (eq. 1): a wide Gaussian blur minus a narrow one.
 
-    The printed prefactor 1/(√(2π) σ) is that of a one-dimensional Gaussian: in two dimensions its
-    f^DoG = G_σ1 − G_σ2 sums to √(2π) (σ1 − σ2), and a flat picture would have edges. As that is
-    negative, bright places are low in it and its gradient leads out of the light: at the foot of a
-    flame down, which κ is there to stop (Figure 8), and at the tips up. Of unit sums it is
-    G_σ2 − G_σ1 whose gradient does.
+    Differs from the paper in two ways. (1) Both Gaussians are normalised to sum 1; with the paper's
+    prefactor 1/(√(2π) σ), that of one dimension, a flat picture would have edges. (2) The sign is
+    swapped (σ2 minus σ1), so that, as in the paper's figures, the gradient points out of the flame:
+    up at its tips, and down at its foot, which κ suppresses (Figure 8).
 
     Args:
         brightness: (H, W), 0..255.
@@ -44,27 +43,27 @@ def difference_of_gaussians(brightness: Plane, sigma: tuple[float, float]) -> Pl
 
 
 def gradient(plane: Plane) -> tuple[Plane, Plane]:
-    """Gradient ∇f by 3×3 Sobel, which multiplies a slope by 8 (eq. 2): x and y, each (H, W)."""
+    """Gradient ∇f (eq. 2) by 3×3 Sobel filters, which scale slopes by 8: x and y, each (H, W)."""
     gx = cv2.Sobel(plane, cv2.CV_32F, 1, 0, ksize=3, borderType=cv2.BORDER_REPLICATE)
     gy = cv2.Sobel(plane, cv2.CV_32F, 0, 1, ksize=3, borderType=cv2.BORDER_REPLICATE)
     return as_plane(gx), as_plane(gy)
 
 
 def gradient_magnitude(brightness: Plane, sigma: tuple[float, float]) -> Plane:
-    """‖∇f‖ of a picture's edges (eq. 1), (H, W): what eq. 2 compares with ε."""
+    """Edge strength ‖∇f‖, (H, W), of a picture; eq. 2 compares it with ε."""
     return magnitude(*gradient(difference_of_gaussians(brightness, sigma)))
 
 
 def kappa(shape: tuple[int, int], box: Box, buoyancy: tuple[float, float], n: float) -> Plane:
-    """κ of each pixel (eq. 2): how far along the buoyancy it lies, 0..1, to the power n.
+    """κ of each pixel (eq. 2): its position along the buoyancy, 0..1, to the power n.
 
-    For fire that rises this is the paper's ((bottom − y)/(bottom − top))^n; for a fireball that
-    trails sideways it runs along the trail.
+    For rising fire this is the paper's ((bottom − y)/(bottom − top))^n; for a fireball that trails
+    sideways κ grows along the trail.
 
     Args:
         shape: (H, W).
-        box: What κ spans: the image (as in the paper) or the flame's box. Pixels outside have the
-            κ of its border.
+        box: Box over which κ goes from 0 to 1: the image (as in the paper) or the flame's box.
+            Pixels outside have the κ of its border.
         buoyancy: F_buoyancy, a unit vector in image axes: (0, −1) is up.
         n: Exponent; 0 gives 1 everywhere.
 
@@ -78,7 +77,7 @@ def kappa(shape: tuple[int, int], box: Box, buoyancy: tuple[float, float], n: fl
     ]
     start, end = min(corners), max(corners)
     y, x = np.ogrid[: shape[0], : shape[1]]
-    # Straight up, all of a row have one κ.
+    # With vertical buoyancy κ is the same along a row, so the x term is skipped.
     along = y * buoyancy[1] + (x * buoyancy[0] if buoyancy[0] else 0.0)
     share = np.clip((along - start) / max(end - start, 1.0), 0.0, 1.0)
     return np.broadcast_to(as_plane(share**n), shape).copy()
@@ -105,7 +104,7 @@ def refine(
         fx, fy: Fv of ``feature_vectors``.
         buoyancy: F_buoyancy, a direction in image axes: (0, −1) is up.
         beta: β.
-        clamp: Vectors shorter than this become 0 (the paper's Figure 23; 0 keeps all).
+        clamp: Vectors shorter than this become 0 (the paper's Figure 23); 0 keeps all.
     """
     length = magnitude(fx, fy)
     rx = fx + length * np.float32(buoyancy[0] * beta)

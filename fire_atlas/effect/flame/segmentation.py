@@ -1,4 +1,4 @@
-"""Segmentation: which pixels of a picture are flame, decided alike in all frames of a clip."""
+"""Segmentation: find the flame's pixels, with the same thresholds in all frames of a clip."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,12 +14,12 @@ from fire_atlas.vision.activity import activity, flicker, mean_of
 
 @dataclass(frozen=True, slots=True)
 class Background:
-    """The static scene behind the flame of an opaque clip, which the flame's light flickers on.
+    """The static scene behind the flame of an opaque clip; the flame's light makes it flicker.
 
     Attributes:
         mean: (H, W) mean brightness over time, 0..255.
-        lowest: (H, W) lowest brightness over time, the flicker divided out.
-        flame_level: Brightness that only flame reaches: the 99.5th percentile.
+        lowest: (H, W) lowest brightness over time, after the flicker is divided out.
+        flame_level: Brightness that only flame reaches: 99.5th percentile of the brightest frames.
     """
 
     mean: Plane
@@ -36,14 +36,14 @@ class Background:
         return cls(mean, lowest, max(float(np.quantile(highest, 0.995)), 1.0))
 
     def cropped(self, window: Window) -> "Background":
-        """Return the background of a part of the frame."""
+        """Return the background in a window of the frame."""
         return replace(self, mean=self.mean[window.slices], lowest=self.lowest[window.slices])
 
     def foreground(self, brightness: Plane, pixels: Pixels) -> Plane:
         """Confidence (H, W), 0..1, that each pixel of a frame is flame, by colour and brightness.
 
-        Flame is warm, and brighter than the background under the light of the moment. Where the
-        flame never goes out the background is not known, but nothing else is as bright.
+        Flame has a warm colour and is brighter than the background in the frame's light. Where a
+        pixel is always flame its background is unknown; its lowest brightness is then flame's.
         """
         lit_background = self.lowest * flicker(brightness, self.mean)
         stands_out = linear_step(as_plane(brightness - lit_background), 12.0, 40.0)
@@ -53,12 +53,12 @@ class Background:
 
 @dataclass(frozen=True, slots=True)
 class FlameSegmentation:
-    """Thresholds and maps that part flame from all else, the same for every frame of a clip.
+    """Thresholds and maps that separate flame from all else, the same for every frame of a clip.
 
     Attributes:
-        dim, bright: Brightness (0..255) up to which nothing is flame, and from which all is.
-        activity: (H, W) float32, 0 where nothing ever moves to 1 where much does.
-        background: What the flame lights, where the clip is an opaque scene.
+        dim, bright: Brightness, 0..255: at ``dim`` or below a pixel is dark, from ``bright`` lit.
+        activity: (H, W) float32, from 0 where nothing ever moves to 1 where much does.
+        background: The scene behind the flame of an opaque clip, else None.
     """
 
     dim: float
@@ -70,7 +70,7 @@ class FlameSegmentation:
     def estimate(cls, planes: list[Plane], is_opaque: bool) -> "FlameSegmentation":
         """Estimate the segmentation of a clip from the brightness (H, W), 0..255, of a few frames.
 
-        A clip that ``is_opaque`` has no matte: what its flame lights differs from it by colour.
+        A clip that ``is_opaque`` has no matte: its flame must be separated from a scene.
         """
         dim, bright = _thresholds(planes, is_opaque)
         background = Background.estimate(planes) if is_opaque and len(planes) > 1 else None
@@ -79,7 +79,7 @@ class FlameSegmentation:
     def mask(self, brightness: Plane, pixels: Callable[[], Pixels]) -> Plane:
         """Confidence (H, W), 0..1, that each pixel of a frame is flame: luminous and moving.
 
-        ``pixels`` reads the frame; it is called only where colours part flame from a background.
+        ``pixels`` reads the frame; it is called only if there is a background to separate.
         """
         mask = self.lit(brightness) * self.activity
         if self.background is None:
@@ -91,7 +91,7 @@ class FlameSegmentation:
         return linear_step(brightness, self.dim, self.bright)
 
     def cropped(self, window: Window) -> "FlameSegmentation":
-        """Return the segmentation of a part of the frame."""
+        """Return the segmentation in a window of the frame."""
         background = self.background.cropped(window) if self.background is not None else None
         return replace(self, activity=self.activity[window.slices], background=background)
 
@@ -109,7 +109,7 @@ def warmth(pixels: Pixels) -> Plane:
 
 
 def _thresholds(planes: list[Plane], is_opaque: bool) -> tuple[float, float]:
-    """Brightness that parts flame from darkness (Otsu over the lit pixels), or from a lit scene."""
+    """``dim`` and ``bright`` around Otsu's threshold of lit pixels; narrower in an opaque scene."""
     lit = np.concatenate([plane[plane > 6].ravel()[::7] for plane in planes])
     if lit.size == 0:
         return 20.0, 60.0

@@ -1,6 +1,6 @@
-"""Study of a whole clip before its frames are analysed: where its flame is, and how strong.
+"""Study a whole clip before its frames are analysed: where its flame is, and how strong.
 
-Thresholds that are decided here (ε, α, the flame's box) hold for every frame: none flickers.
+The values decided here (ε, α, the flame's box) hold for every frame, so that none flickers.
 """
 
 from dataclasses import dataclass, replace
@@ -18,38 +18,38 @@ from fire_atlas.recipe.effect import Features
 from fire_atlas.vision.sampling import evenly_spread
 
 _MIN_SAMPLES, _MAX_SAMPLES = 6, 12
-"""Frames that are studied, evenly spread over the clip: every other one of a short clip, as
-neighbours are much alike."""
+"""Minimum and maximum number of frames studied, evenly spread over the clip. Between these limits
+it is every other frame, because neighbours are much alike."""
 
-_WEAKER_SHARE = 0.70
-"""Automatic ε: this share of the flame's pixels have weaker gradients."""
+_EPSILON_QUANTILE = 0.70
+"""Automatic ε is this quantile of the gradients of the flame's pixels."""
 
-_SHORTER_SHARE = 0.5
-"""Automatic α: this share of the flame's feature vectors are shorter."""
+_ALPHA_QUANTILE = 0.5
+"""Automatic α is this quantile of the lengths of the flame's feature vectors."""
 
 _BURNT_OUT = 0.02
-"""A flame that gives less than this share of its median light has burnt out."""
+"""A flame that gives less than this fraction of its median light has burnt out."""
 
 _MIN_EPSILON = 1.0
-"""Below this a gradient is the noise of 8-bit quantisation."""
+"""Minimum of the automatic ε; weaker gradients are the noise of 8-bit quantisation."""
 
 
 @dataclass(frozen=True, slots=True)
 class FlameStudy:
-    """What is measured once and holds for all frames of a clip.
+    """Measurements that hold for all frames of a clip.
 
     Attributes:
         buoyancy: F_buoyancy of eq. 3, a unit vector in image axes.
         box: Bounding box of the flame over all frames.
         base: (x, y) of the flame's foot, px.
-        moving_area: Area of the box in which fire moves, heights².
-        segmentation: What parts flame from all else.
+        moving_area: Area within the box in which fire moves, heights².
+        segmentation: Separates flame from everything else.
         kappa: (H, W) float32, κ of each pixel (eq. 2).
-        epsilon: ε in force (eq. 2).
+        epsilon: ε (eq. 2): the recipe's, or the automatic one.
         alpha: Automatic α, the threshold of candidates for flakes.
-        candidate_count: Mean candidates a frame at the automatic α.
-        mean_feature: Mean ‖Fv‖ over features, the unit of the feature force.
-        dies_out: Whether next to nothing of the flame is left in the last frame.
+        candidate_count: Mean number of candidates per frame at the automatic α.
+        mean_feature: Mean ‖Fv‖ of the features, the unit of the feature force.
+        dies_out: Whether almost nothing of the flame is left in the last frame.
     """
 
     buoyancy: tuple[float, float]
@@ -65,7 +65,7 @@ class FlameStudy:
     dies_out: bool
 
     def active_window(self, step: int) -> Window:
-        """Return the part of the frame where anything ever moves, on multiples of ``step`` px."""
+        """Return the window in which anything ever moves, its edges on multiples of ``step`` px."""
         height, width = self.kappa.shape
         moving = self.segmentation.activity > 0
         rows, columns = np.flatnonzero(moving.any(axis=1)), np.flatnonzero(moving.any(axis=0))
@@ -82,7 +82,7 @@ class FlameStudy:
         return Window(left, top, right, bottom)
 
     def cropped(self, window: Window) -> "FlameStudy":
-        """Return the study for the part of the frame in ``window``."""
+        """Return the study of a window of the frame."""
         segmentation = self.segmentation.cropped(window)
         return replace(self, segmentation=segmentation, kappa=self.kappa[window.slices])
 
@@ -90,14 +90,14 @@ class FlameStudy:
 def study_flame(
     clip: Clip, features: Features, buoyancy: tuple[float, float], workers: Workers
 ) -> FlameStudy:
-    """Measure a few frames of a clip for all that holds for the whole of it.
+    """Measure a few frames of a clip and return the values that hold for all of it.
 
     ``buoyancy`` is F_buoyancy, a unit vector in image axes, along which κ grows.
     """
     count = min(max(clip.body // 2, _MIN_SAMPLES), _MAX_SAMPLES)
     samples = evenly_spread(0, clip.body - 1, count)
     planes = list(workers.map(clip.brightness, samples))
-    # Not needed before the masks: computed beside what only one thread can do.
+    # Needed last, but started now: the segmentation in between keeps only one thread busy.
     slopes = [workers.start(partial(gradient_magnitude, each, features.sigma)) for each in planes]
     segmentation = FlameSegmentation.estimate(planes, is_opaque=clip.matte == "none")
     readers = [partial(clip.read, sample) for sample in samples]
@@ -118,7 +118,7 @@ def study_flame(
 
 
 def _flame_box(masks: list[Plane]) -> tuple[Box, tuple[float, float]]:
-    """Bounding box of the flame, but for stray pixels, and the (x, y) of the flame's foot, px."""
+    """Bounding box of the flame without stray pixels, and (x, y) of the flame's foot, px."""
     height, width = masks[0].shape
     total: Plane = reduce(np.add, masks)
     if not total.any():
@@ -136,14 +136,14 @@ def _moving_area(activity: Plane, box: Box) -> float:
 
 
 def _dies_out(planes: list[Plane], masks: list[Plane]) -> bool:
-    """Whether the light of the flame, about the square of its brightness, fades to nothing."""
+    """Whether the flame's light (about its squared brightness) has burnt out by the last frame."""
     light = [float((mask * plane * plane).sum()) for plane, mask in zip(planes, masks, strict=True)]
     lit = [each for each in light if each > 0]
     return bool(lit) and light[-1] < _BURNT_OUT * float(np.median(lit))
 
 
 def _central_range(profile: Plane) -> tuple[float, float]:
-    """First and last index between which all but 1 % of the sum of ``profile`` lies."""
+    """First and last index of the central 99 % of the sum of ``profile``."""
     total = np.cumsum(profile, dtype=np.float64)
     first, last = np.searchsorted(total, total[-1] * np.array([0.005, 0.995]))
     return float(first), float(last)
@@ -154,22 +154,22 @@ def _automatic_epsilon(pairs: list[tuple[Plane, Plane]], workers: Workers) -> fl
     inside = np.concatenate(list(workers.map(lambda pair: pair[0][pair[1] > 0.5], pairs)))
     if not inside.size:
         return _MIN_EPSILON
-    return max(float(np.quantile(inside, _WEAKER_SHARE)), _MIN_EPSILON)
+    return max(float(np.quantile(inside, _EPSILON_QUANTILE)), _MIN_EPSILON)
 
 
 def _feature_lengths(
     slope: Plane, mask: Plane, kappa: Plane, epsilon: float
 ) -> NDArray[np.float32]:
-    """‖Fv‖ of the pixels of a frame that are features, (features,)."""
+    """‖Fv‖ of the feature pixels of a frame, (features,)."""
     places = np.flatnonzero((slope > epsilon) & (mask > 0) & (kappa > 0))
     return slope.ravel()[places] * kappa.ravel()[places] * mask.ravel()[places]
 
 
 def _automatic_alpha(lengths: list[NDArray[np.float32]]) -> tuple[float, float, float]:
-    """Automatic α, the mean number of candidates it gives, and the mean ‖Fv‖ of a feature."""
+    """Automatic α, its mean number of candidates per frame, and the mean ‖Fv‖ of a feature."""
     features = np.concatenate(lengths)
     if features.size == 0:
         return 0.0, 1.0, 1.0
-    alpha = float(np.quantile(features, _SHORTER_SHARE))
+    alpha = float(np.quantile(features, _ALPHA_QUANTILE))
     count = float(np.count_nonzero(features > alpha)) / len(lengths)
     return alpha, max(count, 1.0), float(features.mean())
