@@ -13,42 +13,42 @@ class BuildOptions:
     """Options of a build that are not in the recipe.
 
     Attributes:
-        jobs: Number of threads.
-        most_pixels: Input images with more pixels are refused.
+        jobs: Number of worker threads.
+        max_pixels: Maximum pixels of an input image.
         overwrite: Whether files that no build wrote may be replaced.
-        force: Whether even what is up to date is built.
+        force: Whether to build even if the outputs are up to date.
     """
 
     jobs: int = field(default_factory=default_jobs)
-    most_pixels: int = MAX_PIXELS
+    max_pixels: int = MAX_PIXELS
     overwrite: bool = False
     force: bool = False
 
     @classmethod
     def of(
-        cls, jobs: int | None, most_pixels: int, overwrite: bool = False, force: bool = False
+        cls, jobs: int | None, max_pixels: int, overwrite: bool = False, force: bool = False
     ) -> Self:
-        """Return options; without ``jobs``, the number of processors is taken."""
-        return cls(jobs or default_jobs(), most_pixels, overwrite, force)
+        """Return options; ``jobs`` defaults to the number of processors."""
+        return cls(jobs or default_jobs(), max_pixels, overwrite, force)
 
 
 @dataclass(frozen=True, slots=True)
 class BuildContext:
-    """What the steps of a build share besides their data; no result depends on it.
+    """Services and limits that all steps of a build share; no result depends on them.
 
     Attributes:
         workers: The pool of threads.
         progress: Receives stages, steps and notes.
         timer: Measures how long each stage takes.
-        most_pixels: Input images with more pixels are refused.
+        max_pixels: Maximum pixels of an input image.
     """
 
     workers: Workers
     progress: Progress
     timer: StageTimer
-    most_pixels: int = MAX_PIXELS
+    max_pixels: int = MAX_PIXELS
 
     @classmethod
-    def silent(cls, workers: Workers, most_pixels: int = MAX_PIXELS) -> Self:
+    def silent(cls, workers: Workers, max_pixels: int = MAX_PIXELS) -> Self:
         """Return a context that reports no progress, for a step that runs on its own."""
-        return cls(workers, SilentProgress(), StageTimer(), most_pixels)
+        return cls(workers, SilentProgress(), StageTimer(), max_pixels)
