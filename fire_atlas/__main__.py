@@ -1,4 +1,4 @@
-"""The command ``fire-atlas``, also as ``python -m fire_atlas``."""
+"""Entry point of ``fire-atlas`` and ``python -m fire_atlas``."""
 
 import sys
 

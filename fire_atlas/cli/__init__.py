@@ -1,4 +1,4 @@
-"""The command line: a module for each command, imported only when it runs."""
+"""The command line: one module per command, imported only when it runs."""
 
 import atexit
 import gc
@@ -15,7 +15,7 @@ from fire_atlas.core.cpu import pin_kernels
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run ``fire-atlas`` with ``argv`` (default: this process's) and return its exit code."""
+    """Run ``fire-atlas`` with ``argv`` (default: ``sys.argv``) and return its exit code."""
     arguments = sys.argv[1:] if argv is None else list(argv)
     _open_missing_streams()
     try:
@@ -31,7 +31,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _open_missing_streams() -> None:
     """Open stdin, stdout and stderr on the null device if this process has none.
 
-    Otherwise the files it opens would get their numbers, and what is printed would go there.
+    Otherwise files opened later would get their numbers, and what is printed would go there.
     """
     while (number := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(number, True)
@@ -44,10 +44,10 @@ def _open_missing_streams() -> None:
 
 
 def _run(args: Namespace) -> int:
-    """Run the command in ``args``: the function ``run`` of the module of that name."""
+    """Run the command in ``args``: the function ``run`` of the module with its name."""
     pin_kernels()
-    # Imports create many objects and no garbage: collecting as often as by default would take a
-    # tenth of their time, and a last collection at exit as long again.
+    # Imports create many objects and no garbage: garbage collection at the default rate would take
+    # a tenth of their time, and a last collection at exit as long again.
     gc.set_threshold(50_000)
     atexit.register(gc.freeze)
     command = import_module(f"fire_atlas.cli.{args.command}")

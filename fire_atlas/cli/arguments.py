@@ -1,4 +1,4 @@
-"""The arguments of every command. Imported by ``--help``, so it imports next to nothing."""
+"""Define and parse the arguments of all commands. Imports little, so that --help is quick."""
 
 import argparse
 import os
@@ -25,7 +25,7 @@ exit codes: 0 built or up to date, 1 a build failed, 2 invalid recipe or usage, 
 
 
 class _Formatter(argparse.RawDescriptionHelpFormatter):
-    """Help text, its width found without ``shutil``, which is slow to import."""
+    """Formats help texts; finds the width without ``shutil``, which is slow to import."""
 
     def __init__(self, prog: str) -> None:
         try:
@@ -86,7 +86,7 @@ def _add_build(commands: _Commands) -> _Parser:
     _add_jobs(parser)
     _add_overwrite(parser)
     _add_limits(parser)
-    parser.add_argument("--force", action="store_true", help="build even what is up to date")
+    parser.add_argument("--force", action="store_true", help="build even if up to date")
     parser.add_argument(
         "--dry-run", action="store_true", help="say what would be built, and why; write nothing"
     )
@@ -107,7 +107,7 @@ def _add_build(commands: _Commands) -> _Parser:
 def _add_check(commands: _Commands) -> _Parser:
     parser = commands.add_parser("check", help="validate recipes without building")
     _add_recipes(parser)
-    parser.add_argument("--resolved", action="store_true", help="print them with every default")
+    parser.add_argument("--resolved", action="store_true", help="print them with all defaults")
     _add_set(parser)
     _add_volume(parser)
     return parser
@@ -172,7 +172,7 @@ def _add_preview(commands: _Commands) -> _Parser:
     parser.set_defaults(kind="page")
     parser.add_argument("-o", "--out", type=_path, metavar="FILE", help="what to write")
     parser.add_argument(
-        "--background", default="#101014", metavar="COLOR", help="behind it (default: %(default)s)"
+        "--background", default="#101014", metavar="COLOR", help="colour (default: %(default)s)"
     )
     _add_set(parser)
     _add_jobs(parser)
@@ -206,7 +206,7 @@ def _add_recipes(parser: _Parser) -> None:
 
 def _add_out(parser: _Parser) -> None:
     parser.add_argument(
-        "-o", "--out", type=_path, metavar="DIR", help="where outputs lie (default: build/ beside)"
+        "-o", "--out", type=_path, metavar="DIR", help="folder of outputs (default: build/ beside)"
     )
 
 
@@ -280,7 +280,7 @@ def _no_command(word: str, parsers: dict[str, _Parser]) -> str:
 
 
 def _refuse_rest(parser: _Parser, rest: list[str]) -> None:
-    """Raise for arguments that no option or parameter takes."""
+    """Raise for arguments that the command does not have."""
     if not rest:
         return
     from fire_atlas.recipe.problem import did_you_mean

@@ -1,4 +1,4 @@
-"""``fire-atlas build``."""
+"""The command ``build``: build recipes that are not up to date."""
 
 from argparse import Namespace
 from pathlib import Path
@@ -41,14 +41,14 @@ def read_recipes(args: Namespace, view: BuildView, failures: Failures) -> list[R
         view.begin(path)
         with failures.caught():
             tree = read_tree(path, args.overrides)
-            _ = tree.name
+            _ = tree.name  # raises if it is invalid
             trees.append(tree)
     refuse_same_outputs(trees, lambda recipe: args.out or default_folder(recipe))
     return trees
 
 
 def folder_of(tree: RecipeTree, args: Namespace) -> Path:
-    """Return where the outputs of a recipe go."""
+    """Return the folder for the outputs of a recipe."""
     return args.out or default_folder(tree.path)
 
 
@@ -74,15 +74,15 @@ def _plan(tree: RecipeTree, args: Namespace) -> str | None:
     if reason is not None or args.force:
         from fire_atlas.pipeline.check import load_checked
 
-        load_checked(tree)  # raises what a build would report as well
+        load_checked(tree)  # raises the errors that a build would report
     return reason or ("--force" if args.force else None)
 
 
 def _confirm(tree: RecipeTree, args: Namespace) -> Outcome:
-    """Return the outcome for a recipe that is up to date.
+    """Return the outcome for ``--frozen``: the recipe is up to date.
 
     Raises:
-        OutputError: It is not, or its outputs were made on another class of CPU.
+        OutputError: It is stale, or its outputs were made on another class of CPU.
     """
     reason = _plan(tree, args)
     if reason is not None:
@@ -90,14 +90,14 @@ def _confirm(tree: RecipeTree, args: Namespace) -> Outcome:
     reason = why_other_bytes(folder_of(tree, args), tree.name)
     if reason is not None:
         raise OutputError(
-            f"{tree.path}: is up to date, but {reason}, which may round the last digits otherwise;"
-            " build and check it on CPUs of one class, or without --frozen"
+            f"{tree.path}: is up to date, but {reason}, which may round the last digits in another"
+            " way; build and check it on CPUs of one class, or without --frozen"
         )
     return Outcome(fresh=True)
 
 
 def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
-    """Build one recipe if it is not up to date; only then anything heavy is imported."""
+    """Build one recipe if it is not up to date; import heavy modules only then."""
     out = folder_of(tree, args)
     if not args.force and why_stale(tree, out) is None:
         return Outcome(fresh=True)

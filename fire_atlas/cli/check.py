@@ -1,4 +1,4 @@
-"""``fire-atlas check``."""
+"""The command ``check``: validate recipes and look for their inputs."""
 
 from argparse import Namespace
 

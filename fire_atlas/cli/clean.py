@@ -1,4 +1,4 @@
-"""``fire-atlas clean``."""
+"""The command ``clean``: remove what builds of recipes wrote."""
 
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
@@ -20,7 +20,7 @@ from fire_atlas.recipe.tree import RecipeTree, read_without_members
 
 
 def run(args: Namespace) -> int:
-    """Remove the outputs of the recipes that are unchanged; return the highest exit code."""
+    """Remove those outputs of the recipes that nobody changed; return the highest exit code."""
     failures = Failures(args.verbose > 1)
     view = view_for(False, args.quiet, args.verbose > 0)
     with failures.caught():
@@ -48,14 +48,14 @@ def _cleaned(tree: RecipeTree, out: Path, note: Callable[[str], None]) -> Iterat
                 f"{listed}: is damaged and does not state what was written here, so nothing was "
                 f"removed; build the recipe again, or remove its files by hand"
             )
-        going = [*stale_outputs(manifests, ()), listed]
-        _remove(going)
-        yield from (f"removed {path}" for path in going)
+        removed = [*stale_outputs(manifests, ()), listed]
+        _remove(removed)
+        yield from (f"removed {path}" for path in removed)
         yield from _kept(manifests, manifests.own)
 
 
 def _remove(paths: Sequence[Path]) -> None:
-    """Remove files. The manifest is the last one, so that what ends half-way can be done again."""
+    """Remove files, the manifest last, so that an interrupted ``clean`` can be run again."""
     with signals_wait():
         for path in paths:
             with explained(path):
@@ -68,4 +68,4 @@ def _kept(manifests: FolderManifests, own: Manifest) -> Iterator[str]:
         if path.exists() or path.is_symlink():
             other = manifests.other_owner(path.name)
             wrote = f"the build of {other} wrote it too"
-            yield f"kept {path}: {wrote if other else 'it is not as the build wrote it'}"
+            yield f"kept {path}: {wrote if other else 'it was changed since it was built'}"

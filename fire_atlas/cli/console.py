@@ -1,4 +1,4 @@
-"""Progress bars and a console by rich, which print text without interpreting it."""
+"""A console and progress bars by rich that print text without interpreting it."""
 
 from typing import Any
 

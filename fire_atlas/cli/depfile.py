@@ -1,8 +1,8 @@
-"""Depfiles: what the outputs depend on, as rules for make and ninja.
+"""Write depfiles: the files that outputs depend on, as rules for make and ninja.
 
-The escapes that both know are a backslash before a space, ``#`` or ``:``, and ``$$``. Names that
-cannot be written with these are refused, because make would reject the whole file. Some versions of
-ninja do not know all of them; they start builds that are up to date.
+Both support these escapes: a backslash before a space, ``#`` or ``:``, and ``$$``. Names that would
+need others are refused, because make would reject the whole file. Some versions of ninja do not
+support all of these; they start builds that are up to date.
 """
 
 import os
@@ -18,7 +18,7 @@ from fire_atlas.recipe.tree import RecipeTree
 _UNWRITABLE = re.compile(r"[\t\n\r;=|]|\\(?![\w.-])|[ :&]$|^~")
 
 _TARGET_END = f"{manifest_name('')}: \\".encode()
-"""End of the first line of every depfile."""
+"""End of the first line of every depfile that this tool writes."""
 
 _MAX_LINE_BYTES = 1 << 16
 
@@ -28,20 +28,20 @@ def write_depfile(
 ) -> None:
     """Write a rule for each recipe that was built into a folder.
 
-    Its target is the manifest, which every build writes. It depends on recipes, inputs and
-    templates, and on the folders where a new file would be another frame. Each of these is also a
-    target without a rule, so that make continues if one was removed; except names with ``%``, which
-    as targets would be patterns. ``note`` is called with a sentence if another process is waited
-    for.
+    Its target is the manifest, which every build writes. It depends on recipes, inputs, templates,
+    and the folders in which a new file would be a new frame. Each of these is also an empty target,
+    so that make continues if one was removed; except names with ``%``, which as targets would be
+    patterns. ``note`` is called with a sentence if another process is waited for.
 
     Raises:
         OutputError: make cannot read one of the names, or ``path`` is another file.
     """
-    from fire_atlas.outputs.staging import write_whole  # most builds do without
+    from fire_atlas.outputs.staging import write_whole  # most builds write no depfile
 
     rules, known = [], dict[str, None]()
     for tree, out in built:
-        needs = [_escaped(path) for path in (*files_of(tree), *_settled(folders_of(tree), out))]
+        folders = _without_outputs(folders_of(tree), out)
+        needs = [_escaped(path) for path in (*files_of(tree), *folders)]
         target = _escaped(out / manifest_name(tree.name))
         if "%" in target:
             raise OutputError(
@@ -62,7 +62,7 @@ def refuse_overwriting(path: Path) -> None:
     """
     if path.exists() and not _is_depfile(path):
         raise OutputError(
-            f"{path}: is not a depfile, so --depfile does not write over it; choose another name, "
+            f"{path}: is not a depfile, so --depfile does not overwrite it; choose another name, "
             f"like {path.stem}.d"
         )
 
@@ -75,8 +75,8 @@ def _is_depfile(path: Path) -> bool:
     return not first or first.endswith(_TARGET_END)
 
 
-def _settled(folders: Sequence[Path], out: Path) -> list[Path]:
-    """Return the folders without those that a build itself changes, which would keep it stale."""
+def _without_outputs(folders: Sequence[Path], out: Path) -> list[Path]:
+    """Return ``folders`` without those that a build changes, which would keep it stale."""
     return [folder for folder in folders if folder not in (out.resolve(), out.resolve().parent)]
 
 

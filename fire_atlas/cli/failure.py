@@ -1,4 +1,4 @@
-"""Errors on the command line: how they are shown, and their exit codes."""
+"""Show errors on the command line, and give them exit codes."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -10,12 +10,12 @@ from fire_atlas.core.interruption import EXIT_CODE, MESSAGE
 
 
 class Failures:
-    """Reports the failure of one recipe and lets the others continue."""
+    """Reports the failures of single recipes and lets the others continue."""
 
     def __init__(
         self, with_traceback: bool, report: Callable[[str], None] = lambda message: None
     ) -> None:
-        """``report`` gets the message of every failure, which is printed on stderr as well."""
+        """Call ``report`` with the message of every failure, besides printing it on stderr."""
         self.worst_code = 0
         self._with_traceback = with_traceback
         self._report = report
@@ -28,7 +28,7 @@ class Failures:
         """
         try:
             yield
-        except BrokenPipeError:  # the output is no longer read
+        except BrokenPipeError:  # nobody reads the output any more
             raise
         except Exception as error:
             self._report(message_of(error))

@@ -1,4 +1,4 @@
-"""``fire-atlas init``."""
+"""The command ``init``: list the presets, or copy one."""
 
 from argparse import Namespace
 from collections.abc import Mapping
@@ -55,7 +55,7 @@ def _preset(name: str) -> Path:
 
 
 def _relocated(tree: RecipeTree) -> tuple[str, dict[str, Path]]:
-    """Return a preset's text with new paths of its input, and each input file by its new path.
+    """Return a preset's text with new paths to its inputs, and the input files by new path.
 
     Only the paths in the text are changed, so that its comments stay.
     """
@@ -64,7 +64,7 @@ def _relocated(tree: RecipeTree) -> tuple[str, dict[str, Path]]:
     samples: dict[str, Path] = {}
     for key, source in source_files(tree).items():
         origin = tree.origin(key)
-        if origin.file != tree.path:  # inherited: found relative to the preset that states it
+        if origin.file != tree.path:  # inherited: relative to the preset that states it
             continue
         stated = str(tree.value(key))
         lines[origin.line - 1] = _replaced(lines[origin.line - 1], stated, f"samples/{source.name}")
@@ -73,14 +73,14 @@ def _relocated(tree: RecipeTree) -> tuple[str, dict[str, Path]]:
 
 
 def _replaced(line: str, old: str, new: str) -> str:
-    """Return a line with ``new`` for ``old`` and a comment after it in the same column."""
+    """Return ``line`` with ``new`` instead of ``old``; a comment after it keeps its column."""
     if f"{old} " in line:
         return line.replace(f"{old} ", f"{new} ".ljust(len(old) + 1), 1)
     return line.replace(old, new, 1)
 
 
 def _files_of(source: Path) -> dict[str, Path]:
-    """Return the files of a source path by name: a file, those of a folder or of a glob."""
+    """Return the files of a source by new name: one file, or those of a folder or a glob."""
     if source.is_dir():
         return {f"{source.name}/{path.name}": path for path in sorted(source.iterdir())}
     if source.is_file():
@@ -91,7 +91,7 @@ def _files_of(source: Path) -> dict[str, Path]:
 def _refuse_overwriting(files: Mapping[Path, bytes]) -> None:
     """Raise if a file exists already and differs from the one to be written.
 
-    ``files`` are the bytes of each, the recipe's last.
+    ``files`` are contents by path, the recipe's last.
     """
     taken = [path for path, data in files.items() if path.exists() and not _holds(path, data)]
     if taken:
@@ -102,7 +102,7 @@ def _refuse_overwriting(files: Mapping[Path, bytes]) -> None:
 
 
 def _write(files: Mapping[Path, bytes], quiet: bool) -> None:
-    """Write those that are not there yet; the recipe is the last, so nothing misses where it is."""
+    """Write files that do not exist yet; the recipe last, so that its inputs exist when it does."""
     view = view_for(False, quiet, False)
     for path, data in files.items():
         view.begin(path)

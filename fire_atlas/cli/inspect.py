@@ -1,4 +1,4 @@
-"""``fire-atlas inspect``."""
+"""The command ``inspect``: describe a built atlas in tables."""
 
 import json
 from argparse import Namespace
@@ -15,7 +15,7 @@ from fire_atlas.preview.tables import motion_sentences, tables_of
 
 
 def run(args: Namespace) -> int:
-    """Print tables about a built atlas, or the context that templates have of it."""
+    """Print tables about a built atlas, or the context that templates get of it."""
     atlas = read_atlas(args.atlas)
     if args.context:
         print(json.dumps(context_of(atlas.sheet), indent=2))
@@ -29,7 +29,7 @@ def run(args: Namespace) -> int:
 
 
 def _motion(manifest: Path) -> list[str]:
-    """Return what a manifest states of motion vectors; nothing if it is missing.
+    """Return sentences on motion vectors from a manifest; none if it is missing.
 
     Raises:
         SourceError: It is damaged.

@@ -1,4 +1,4 @@
-"""``fire-atlas learn``."""
+"""The command ``learn``: learn a fire profile from a clip."""
 
 from argparse import Namespace
 from collections.abc import Sequence
@@ -33,7 +33,7 @@ def run(args: Namespace) -> int:
 
     view = view_for(False, args.quiet, args.verbose > 0)
     view.begin(out)
-    assert isinstance(loaded.recipe.source, ProfileSource), "made so"
+    assert isinstance(loaded.recipe.source, ProfileSource), "_as_recipe makes one"
     with (
         Workers(args.jobs or default_jobs()) as workers,
         Staging(out.parent, out.name, view.note) as staging,
@@ -55,7 +55,7 @@ def run(args: Namespace) -> int:
     if not args.quiet:
         count = sum(clip.count for clip in clips)
         print(printable(f"{out}: learnt from {count} frames"))
-        print(printable(f"{picture}: what was learnt"))
+        print(printable(f"{picture}: picture of the profile"))
     return 0
 
 

@@ -1,4 +1,4 @@
-"""``fire-atlas preview``."""
+"""The command ``preview``: make a page that plays a result, or a picture of it."""
 
 from argparse import Namespace
 from collections.abc import Iterator, Mapping
@@ -30,7 +30,7 @@ _SUFFIX = {"page": ".html", "gif": ".gif", "webp": ".webp", "apng": ".png", "she
 
 
 def run(args: Namespace) -> int:
-    """Make the page or picture of a recipe, or of an atlas that is built already."""
+    """Make the page or picture of a recipe or of a built atlas."""
     background = _color(args.background)
     tree = _tree(args)
     target = args.out or _default_target(args, args.subject.stem if tree is None else tree.name)
@@ -49,7 +49,7 @@ def run(args: Namespace) -> int:
 
 
 def _made(path: Path, clip: Clip | None, kind: Any, background: Color) -> tuple[bytes, int]:
-    """Return the page or picture of the atlas at ``path``, and how many frames that has."""
+    """Return the page or picture of the atlas at ``path``, and the number of its frames."""
     atlas = read_atlas(path)
     match kind:
         case "page":
@@ -63,7 +63,7 @@ def _made(path: Path, clip: Clip | None, kind: Any, background: Color) -> tuple[
 
 
 def _default_target(args: Namespace, name: str) -> Path:
-    """Return where the result goes: pictures beside what they are of, a page beside the atlas."""
+    """Return the default path: pictures beside the subject, a recipe's page beside its atlas."""
     suffix = _SUFFIX[args.kind]
     if args.kind == "page" and _is_recipe(args.subject):
         return default_folder(args.subject) / f"{name}.preview{suffix}"
@@ -84,11 +84,11 @@ def _is_recipe(path: Path) -> bool:
 
 
 def _tree(args: Namespace) -> RecipeTree | None:
-    """Return the recipe to be built, or None if the subject is an atlas."""
+    """Return the recipe to build; None if the subject is an atlas."""
     if _is_recipe(args.subject):
         return read_tree(args.subject, [*args.overrides, "exports=[json]", "tracks=[json]"])
     if args.overrides:
-        raise RecipeError("--set changes recipes; an atlas that is built stays as it is")
+        raise RecipeError("--set needs a recipe; it cannot change an atlas that is built")
     return None
 
 
@@ -96,7 +96,7 @@ def _tree(args: Namespace) -> RecipeTree | None:
 def _atlas(
     tree: RecipeTree | None, args: Namespace, view: BuildView
 ) -> Iterator[tuple[Path, Clip | None]]:
-    """Yield the path of the atlas's JSON, and the clip of its source if that is known.
+    """Yield the path of the atlas's JSON, and the clip of its source if there is just one.
 
     The atlas of a recipe is built in a temporary folder.
     """
@@ -118,7 +118,7 @@ def _atlas(
                 build(loaded, folder, options, view)
         finally:
             view.close()
-        shown = open_alone(loaded, args.max_pixels) if not loaded.members else None
-        clips = list(shown.values()) if isinstance(shown, Mapping) else []
+        opened = open_alone(loaded, args.max_pixels) if not loaded.members else None
+        clips = list(opened.values()) if isinstance(opened, Mapping) else []
         clip = clips[0] if len(clips) == 1 else None
         yield folder / f"{tree.name}.json", clip

@@ -1,4 +1,4 @@
-"""Views of a build: how its progress and result are shown, as lines, bars, JSON or not at all."""
+"""Show the progress and the result of builds: as lines, bars, JSON or not at all."""
 
 import json
 import sys
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from fire_atlas.cli.console import ProgressBars
 
 _JSON_INTERVAL = 0.1
-"""Minimal seconds between two JSON lines of a stage, except its first and its last."""
+"""Minimum seconds between two JSON lines of a stage, except its first and its last."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,7 @@ class Outcome:
     """The result of a build, as a view shows it.
 
     Attributes:
-        files: What was written.
+        files: The files that were written.
         timings: Seconds by stage.
         statistics: Figures about the result.
         fresh: Whether the outputs were up to date, so that nothing was done.
@@ -44,7 +44,7 @@ class BuildView(SilentProgress):
         """Begin the build of ``recipe``."""
 
     def planned(self, why: str | None) -> None:
-        """Show for which reason the recipe would be built; None: it is up to date."""
+        """Show why the recipe would be built; None if it is up to date."""
 
     def done(self, outcome: Outcome) -> None:
         """Show that the build succeeded."""
@@ -73,11 +73,11 @@ class LineView(BuildView):
         print(printable(f"{self._recipe}: {name} ({total})"), file=sys.stderr)
 
     def note(self, message: str) -> None:
-        """Print it."""
+        """Print the message."""
         print(printable(f"{self._recipe}: {message}"), file=sys.stderr)
 
     def planned(self, why: str | None) -> None:
-        """Print it."""
+        """Print whether and why the recipe would be built."""
         plan = f"would be built: {why}" if why else "up to date"
         print(printable(f"{self._recipe}: {plan}"))
 
@@ -97,7 +97,7 @@ class BarView(LineView):
     _bars: "ProgressBars | None" = None
 
     def stage(self, name: str, total: int) -> None:
-        """Add a bar; rich is imported only now, so that an up-to-date build does without it."""
+        """Add a bar; rich is imported only now, as an up-to-date build does not need it."""
         if self._bars is None:
             from fire_atlas.cli.console import ProgressBars
 
@@ -151,18 +151,18 @@ class JsonView(BuildView):
         self._print_stage()
 
     def advance(self, done: int = 1) -> None:
-        """Print a line at intervals, and the last one of the stage."""
+        """Print a line if the last one was some time ago or the stage is complete."""
         self._done += done
         is_due = time.monotonic() - self._last >= _JSON_INTERVAL
         if is_due or self._done >= self._total:
             self._print_stage()
 
     def note(self, message: str) -> None:
-        """Print it."""
+        """Print the message."""
         self._print("note", message=message)
 
     def planned(self, why: str | None) -> None:
-        """Print it."""
+        """Print whether and why the recipe would be built."""
         self._print("plan", fresh=why is None, why=why)
 
     def done(self, outcome: Outcome) -> None:
@@ -188,7 +188,7 @@ class JsonView(BuildView):
 
 
 def shows_interruption(view: BuildView) -> AbstractContextManager[None]:
-    """Let ``view`` show that a signal ended the process, if that happens inside this context."""
+    """Let ``view`` show it if a signal ends the process inside this context."""
     return if_interrupted(partial(view.failed, MESSAGE))
 
 

@@ -1,4 +1,4 @@
-"""``fire-atlas schema``."""
+"""The command ``schema``: print the JSON Schema of recipes."""
 
 import json
 from argparse import Namespace

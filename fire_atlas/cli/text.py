@@ -1,7 +1,7 @@
 """Make text from outside safe to print.
 
-File names, image metadata and text in recipes may contain what a terminal interprets: escape
-sequences, line breaks, marks that reverse the direction. Everything that is printed passes through
+File names, image metadata and text in recipes may contain characters that a terminal interprets:
+escape sequences, line breaks, marks that reverse the direction. All printed text passes through
 here, except JSON, which escapes them anyway.
 """
 

@@ -1,4 +1,4 @@
-"""``fire-atlas watch``."""
+"""The command ``watch``: rebuild when a recipe or one of its inputs changes."""
 
 import sys
 from argparse import Namespace
@@ -21,10 +21,10 @@ from fire_atlas.recipe.tree import RecipeTree, read_tree
 from fire_atlas.sources.listing import STILLS
 
 _POLL_MILLISECONDS = 500
-"""Interval at which Python handles signals while it waits for changes."""
+"""Python handles signals at this interval while it waits for changes."""
 
 _ENDINGS = {*STILLS, ".yaml", ".yml"}
-"""Endings of files that are a frame or a recipe if they are in a watched folder."""
+"""Endings of the files in a watched folder that may be frames or recipes."""
 
 
 _FolderId: TypeAlias = tuple[int, int]
@@ -45,20 +45,21 @@ class _Watched:
     folders: set[Path] = field(default_factory=set)
     outs: set[Path] = field(default_factory=set)
 
-    def concerns(self, path: Path) -> bool:
+    def is_relevant(self, path: Path) -> bool:
         """Return whether a change of ``path`` may change a build; hidden files are temporary."""
         if path in self.files:
             return True
         if path.name.startswith(".") or path.parent not in self.folders:
             return False
-        own = path in self.outs or path.parent in self.outs
-        return not own and (path.suffix.lower() in _ENDINGS or path.is_dir())
+        is_output = path in self.outs or path.parent in self.outs
+        return not is_output and (path.suffix.lower() in _ENDINGS or path.is_dir())
 
     @property
     def roots(self) -> dict[Path, _FolderId | None]:
         """The folders to watch, with their identity, or None if they do not exist.
 
-        Those of files as well, because editors replace files rather than write into them.
+        Files are watched by their folders, because editors replace files instead of writing into
+        them.
         """
         folders = {*self.folders, *(path.parent for path in self.files)}
         return {folder: _folder_id(folder) for folder in sorted(folders)}
@@ -74,23 +75,23 @@ def run(args: Namespace) -> int:
             read_tree(path)  # raises the error
     view = view_for(False, args.quiet, args.verbose > 0)
     with shows_interruption(view):
-        watched = _pass(args, view, _Watched())
+        watched = _build_all(args, view, _Watched())
         while True:
             if not args.quiet:
                 count = len(watched.files)
                 print(printable(f"watching {count} files; Ctrl-C ends"), file=sys.stderr)
             for _ in _changes(watched):
-                now = _pass(args, view, watched)
+                now = _build_all(args, view, watched)
                 if now != watched:
                     watched = now
-                    break
+                    break  # start watching the new set of files
 
 
 def _changes(watched: _Watched) -> Iterator[None]:
     """Yield once when watching has begun, and then for every relevant change.
 
-    Ends when a folder was replaced or removed, because the system continues to watch the one that
-    was there, wherever it was moved.
+    Ends when a folder was replaced or removed, because the system would go on watching the old one
+    under its new name. The caller then starts watching again.
     """
     from watchfiles import Change, watch
 
@@ -98,7 +99,7 @@ def _changes(watched: _Watched) -> Iterator[None]:
     removed = {(Change.deleted, str(root)) for root in roots}
     batches = watch(
         *(root for root, identity in roots.items() if identity),
-        watch_filter=lambda *change: change in removed or watched.concerns(Path(change[1])),
+        watch_filter=lambda *change: change in removed or watched.is_relevant(Path(change[1])),
         rust_timeout=_POLL_MILLISECONDS,
         yield_on_timeout=True,
         recursive=False,
@@ -120,8 +121,8 @@ def _folder_id(folder: Path) -> _FolderId | None:
     return (status.st_dev, status.st_ino) if S_ISDIR(status.st_mode) else None
 
 
-def _pass(args: Namespace, view: BuildView, before: _Watched) -> _Watched:
-    """Build what is not up to date, and return what to watch from now on."""
+def _build_all(args: Namespace, view: BuildView, before: _Watched) -> _Watched:
+    """Build the recipes that are not up to date; return the files and folders to watch."""
     failures = Failures(args.verbose > 1, view.failed)
     named = [path.resolve() for path in args.recipes]
     watched = _Watched(
@@ -136,7 +137,7 @@ def _pass(args: Namespace, view: BuildView, before: _Watched) -> _Watched:
                 tidy(folder_of(tree, args), tree.name, view.note)
                 if why_stale(tree, folder_of(tree, args)) is not None:
                     view.done(build_recipe(tree, args, view))
-    if failures.worst_code:  # the file to be mended may be one that was watched before
+    if failures.worst_code:  # watch the earlier files too: the user may fix one
         watched.files |= before.files
         watched.folders |= {*before.folders, *(path.parent for path in watched.files)}
     sys.stdout.flush()
@@ -144,7 +145,7 @@ def _pass(args: Namespace, view: BuildView, before: _Watched) -> _Watched:
 
 
 def _add_inputs(tree: RecipeTree, watched: _Watched) -> None:
-    """Add what a build of ``tree`` reads, as far as it exists."""
+    """Add the files and folders that a build of ``tree`` reads, as far as they exist."""
     watched.files |= {path.resolve() for path in recipe_files(tree)}
     watched.folders |= {folder.resolve() for folder in folders_of(tree)}
     try:

@@ -1,16 +1,16 @@
-"""Checks of values in files that are read back.
+"""Check values in files of this tool when they are read back.
 
-Such a file may have been edited, truncated or forged, so each value is checked where it is read.
+The files may have been edited, truncated or forged, so every value is checked as it is read.
 """
 
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
 MAX_PIXELS = 1 << 15
-"""Largest length or coordinate that is read, px: images have at most half of that."""
+"""Maximum length or coordinate accepted, px: twice the maximum side of a page."""
 
 MAX_MILLISECONDS = 600_000.0
-"""Longest duration of a frame that is read; a GIF cannot state more."""
+"""Maximum duration of a frame accepted."""
 
 Choice = TypeVar("Choice", bound=str)
 

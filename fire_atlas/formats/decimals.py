@@ -1,7 +1,7 @@
-"""Write tables of numbers as text, a column at a time: many times faster than one by one.
+"""Format tables of numbers as text, a column at a time: many times faster than one by one.
 
-The text is a matrix of characters with a row for each line, in which every number of a column has
-the same width; a mask drops the characters it does not need.
+The text is built as a matrix of characters with a row for each line, in which all numbers of a
+column have the same width. A mask then selects the characters that are written.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ _ZERO, _MINUS, _POINT = b"0-."
 
 
 class _Text(NamedTuple):
-    """Characters (rows, width), and a mask of those that are written."""
+    """Characters (rows, width), and a mask of those to write."""
 
     characters: Characters
     written: Mask
@@ -30,9 +30,9 @@ def table_text(
 
     Args:
         table: Finite numbers.
-        decimals: Decimals each column is rounded to; 0 writes integers, others at least one
-            decimal and no trailing zeros after it.
-        before, between, after: What stands before, between and after the numbers of a line.
+        decimals: Decimals to which each column is rounded. 0 writes integers; otherwise the first
+            decimal is always written, further ones without trailing zeros.
+        before, between, after: Text before, between and after the numbers of a line.
     """
     parts = [_constant(before, len(table))]
     for column, places in enumerate(decimals):
@@ -46,7 +46,7 @@ def table_text(
 
 
 def plain(value: float, decimals: int) -> float:
-    """Return ``value`` rounded, as an int where it is whole: 24 reads better than 24.0."""
+    """Return ``value`` rounded, as an int if it is whole: 24 reads better than 24.0."""
     rounded = round(float(value), decimals)
     return int(rounded) if rounded.is_integer() else rounded
 
@@ -73,7 +73,7 @@ def _numbers(values: NDArray[np.float64], decimals: int) -> _Text:
 
 
 def _write_decimals(text: _Text, rest: NDArray[np.int64], decimals: int) -> NDArray[np.int64]:
-    """Write a point and decimals at the end of each number, last first; return what is left."""
+    """Write the point and the decimals, last digit first; return the integer parts."""
     needed = np.zeros(rest.shape, np.bool_)
     for place in range(1, decimals + 1):
         rest, digit = np.divmod(rest, 10)
@@ -85,7 +85,7 @@ def _write_decimals(text: _Text, rest: NDArray[np.int64], decimals: int) -> NDAr
 
 
 def _write_integers(text: _Text, rest: NDArray[np.int64], digits: int) -> None:
-    """Write the digits after the sign, last first, without leading zeros."""
+    """Write the integer parts after the sign, last digit first, without leading zeros."""
     for place in range(digits, 0, -1):
         text.written[place] = (rest > 0) | (place == digits)
         rest, digit = np.divmod(rest, 10)

@@ -1,6 +1,6 @@
-"""What formats cannot hold and their clients cannot show, checked before any work is done.
+"""Limits of file formats and of the clients that read them, checked before a build starts.
 
-Nothing heavy is imported here.
+Imports nothing heavy, because ``check`` must be quick.
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,11 +10,11 @@ from fire_atlas.recipe.output import Atlas, Export, ExportName, export_name, exp
 from fire_atlas.recipe.problem import Problem
 
 _MAX_WEBP_SIDE = 16383
-"""Largest side of a WebP, px: its header has 14 bits for it."""
+"""Maximum side of a WebP, px: its header stores it in 14 bits."""
 
 
 def page_limits(atlas: Atlas) -> Iterator[Problem]:
-    """Yield what the image files of pages cannot hold."""
+    """Yield a problem for each setting that the image files of pages cannot hold."""
     if atlas.format == "webp" and atlas.max_size > _MAX_WEBP_SIDE:
         yield Problem(
             ("atlas", "max_size"),
@@ -23,7 +23,7 @@ def page_limits(atlas: Atlas) -> Iterator[Problem]:
 
 
 def missing_extra(atlas: Atlas) -> str | None:
-    """Return which optional package has to be installed to write such pages; None if none has."""
+    """Return an error message if a package that such pages need is not installed, else None."""
     if (atlas.format, atlas.compression) != ("png", "small") or find_spec("oxipng"):
         return None
     return (
@@ -33,25 +33,25 @@ def missing_extra(atlas: Atlas) -> str | None:
 
 
 def description_limits(atlas: Atlas, exports: Sequence[Export]) -> Iterator[Problem]:
-    """Yield the descriptions of pages whose clients cannot show these pages, or not correctly."""
+    """Yield a problem for each export whose clients cannot show such pages correctly."""
     yield from upright_only(atlas, exports, "phaser", "aseprite", "css", "tpsheet")
     if (atlas.alpha, atlas.blend_space) == ("straight", "srgb"):
         return
     for path, _ in exports_called(exports, "css"):
         yield Problem(
             path,
-            f"css cannot be had with atlas.alpha {atlas.alpha} and blend_space "
+            f"css cannot be combined with atlas.alpha {atlas.alpha} and blend_space "
             f"{atlas.blend_space}: browsers blend images with straight alpha in sRGB",
         )
 
 
 def upright_only(atlas: Atlas, exports: Sequence[Export], *names: ExportName) -> Iterator[Problem]:
-    """Yield the exports called ``names``, if frames may lie rotated on their page."""
+    """Yield a problem for each export in ``names`` if frames may be rotated on their page."""
     if not atlas.rotate:
         return
     for path, export in exports_called(exports, *names):
         yield Problem(
             path,
-            f"{export_name(export)} cannot be had with atlas.rotate: its clients show frames as "
-            f"they lie on the page; set atlas.rotate to false",
+            f"{export_name(export)} cannot be combined with atlas.rotate: its clients show frames "
+            f"as they lie on the page; set atlas.rotate to false",
         )

@@ -1,4 +1,4 @@
-"""Names of the files that describe a build's pages and flakes, known before any work is done."""
+"""Names of the files that describe pages and flakes, known before a build starts."""
 
 ENDINGS = {
     "json": ".json",
@@ -8,16 +8,16 @@ ENDINGS = {
     "css": ".css",
     "tpsheet": ".tpsheet",
 }
-"""Endings of the files that describe the pages of one scale, by the export that writes them."""
+"""File name endings by export, for exports that describe the pages of one scale."""
 
 
 def animation_stem(build: str, animation: str) -> str:
-    """Return the file stem of what belongs to one animation: the build's own if it has only one."""
+    """Return the stem for files of one animation: the build's name if both have the same name."""
     if animation == build:
         return build
     return f"{build}.{animation.removeprefix(f'{build}/').replace('/', '.')}"
 
 
 def flakes_file(stem: str, ending: str) -> str:
-    """Return the name of the flake tracks of a stem, in the format with that ending."""
+    """Return the file name of flake tracks in the format with this ending."""
     return f"{stem}.flakes.{ending}"

@@ -17,11 +17,11 @@ class Product:
     Attributes:
         sheets: The atlas in each scale, full size first.
         tracks: The flakes of each animation that has any, by its name.
-        baked: Names of the animations whose flakes are drawn into the pages as well: a client that
+        baked: Names of the animations whose flakes are also drawn into the pages: a client that
             plays their tracks too would show them twice.
-        existing: ``existing(name)`` gives the content of a file in the output folder, None if there
-            is none. Engines and users write into import settings as well, and that has to be kept.
-        track_formats: In which flakes are written.
+        existing: ``existing(name)`` returns the content of a file in the output folder, None if
+            there is none. Engines and users edit import settings, and their edits are kept.
+        track_formats: Formats in which the flake tracks are written.
         lights: The light of each animation whose light was measured, by its name.
     """
 
@@ -38,5 +38,5 @@ class Product:
         return self.sheets[0].title
 
     def stem(self, animation: str) -> str:
-        """Return the file stem of what belongs to one animation; see ``names.animation_stem``."""
+        """Return the stem for files of one animation; see ``names.animation_stem``."""
         return animation_stem(self.name, animation)

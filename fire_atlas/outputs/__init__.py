@@ -1,1 +1,1 @@
-"""Output folders: builds write all their files or none, and recognise them later."""
+"""Output folders: write all files of a build or none, and find out when they are stale."""

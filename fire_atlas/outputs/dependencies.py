@@ -1,6 +1,6 @@
-"""Which files a build reads, for its freshness, for build systems and for ``watch``.
+"""List the files that a build reads, to find out whether it is stale, for depfiles and ``watch``.
 
-Nothing heavy is imported here: a build that is up to date needs no more than this.
+Imports nothing heavy, so that a build that is up to date ends at once.
 """
 
 from pathlib import Path
@@ -10,25 +10,26 @@ from fire_atlas.sources.listing import FixedRange, list_inputs
 
 
 def files_of(tree: RecipeTree) -> list[Path]:
-    """Return every file that a build of a sound recipe reads, each once: recipes first.
+    """Return every file that a build of a valid recipe reads, recipes first, without repeats.
 
     Raises:
-        SourceError: The source is missing, or has not the frames that the recipe asks for.
+        SourceError: The source is missing, or lacks frames that the recipe uses.
     """
     return list(dict.fromkeys([*recipe_files(tree), *inputs_of(tree)]))
 
 
 def recipe_files(tree: RecipeTree) -> list[Path]:
-    """Return the recipe, what it extends, and its members with theirs."""
+    """Return the files of a recipe and its members, with the recipes that these extend."""
     return [file for each in (tree, *tree.members) for file in each.files]
 
 
 def inputs_of(tree: RecipeTree) -> list[Path]:
-    """Return the files that the sources and the templates of a sound recipe stand for now, in the
-    order of the manifest.
+    """Return the source and template files of a valid recipe, in the order of the manifest.
+
+    Globs and folders are resolved as they are now.
 
     Raises:
-        SourceError: The source is missing, or has not the frames that the recipe asks for.
+        SourceError: The source is missing, or lacks frames that the recipe uses.
     """
     own = [tree] if tree.has_source else []
     frames = [path for each in (*own, *tree.members) for path in _source_inputs(each)]
@@ -43,7 +44,7 @@ def _source_inputs(tree: RecipeTree) -> list[Path]:
 
 
 def folders_of(tree: RecipeTree) -> list[Path]:
-    """Return the folders whose images are frames, of sources that are not a single file."""
+    """Return the folders to watch for new frames: of sources given as a folder or a glob."""
     folders: dict[Path, None] = {}
     for each in (tree, *tree.members):
         for source in source_files(each).values():
@@ -53,5 +54,5 @@ def folders_of(tree: RecipeTree) -> list[Path]:
 
 
 def _existing(path: Path) -> Path:
-    """Return ``path``, or the innermost folder of it that exists: globs name files in it."""
+    """Return ``path`` if it is a folder, else its innermost parent that exists, as for globs."""
     return path if path.is_dir() or path == path.parent else _existing(path.parent)

@@ -1,4 +1,4 @@
-"""SHA-256 digests that a manifest records: of files, of a recipe, of this tool."""
+"""Compute the SHA-256 digests in a manifest: of files, of the recipe, of this tool."""
 
 import hashlib
 import json
@@ -17,20 +17,20 @@ from fire_atlas.recipe.tree import RecipeTree
 
 _PROJECT = "fire-atlas"
 _CHECKOUT = Path(__file__).resolve().parents[2] / "pyproject.toml"
-"""States the requirements where the tool runs from a checkout, without being installed."""
+"""Lists the requirements if the tool runs from a checkout without being installed."""
 
 _DEVELOPMENT = "extra == 'test'"
-"""Marks the requirements of those who develop the tool."""
+"""Marks requirements that only developers of the tool need."""
 
 
 @dataclass(frozen=True, slots=True)
 class HashedFile:
-    """A file that a build reads, as it was before anything of it was read.
+    """An input file of a build, hashed before the build opens it.
 
     Attributes:
         path: Absolute.
         sha256: Of its bytes, as hexadecimal digits.
-        stamp: Its identity, size and times in the file system, taken just before it was hashed.
+        stamp: Identity, size and times in the file system, read just before hashing.
     """
 
     path: Path
@@ -51,7 +51,7 @@ class HashedFile:
             raise SourceError(f"{path}: cannot be read ({error.strerror})") from error
 
     def is_unchanged(self) -> bool:
-        """Return whether the file was neither written to nor replaced since then."""
+        """Return whether the file was neither written to nor replaced since it was hashed."""
         try:
             return _stamp(self.path) == self.stamp
         except OSError:
@@ -76,18 +76,18 @@ def text_digest(text: str) -> str:
 
 
 def request_digest(tree: RecipeTree) -> str:
-    """Return the SHA-256 of every value in a recipe, its members, what they extend and ``--set``.
+    """Return the SHA-256 of a recipe's and its members' values, with inherited and ``--set`` ones.
 
-    Comments, and the file and line in which a key stands, make no difference.
+    Comments, and the file and line of a key, make no difference.
     """
     return text_digest(json.dumps([[each.name, each.values] for each in (tree, *tree.members)]))
 
 
 @cache
 def tool_digest() -> str:
-    """Return the SHA-256 of what outputs depend on besides inputs: the code, and library versions.
+    """Return the SHA-256 of the code and library versions, on which outputs depend.
 
-    Computed once, as edits to the code while the tool runs do not change what it runs.
+    Computed once: edits to the code do not affect a process that runs already.
     """
     digest = hashlib.sha256()
     package = Path(__file__).resolve().parents[1]
@@ -95,14 +95,14 @@ def tool_digest() -> str:
         for path in sorted(path for path in folder.rglob(pattern) if path.is_file()):
             digest.update(path.relative_to(folder).as_posix().encode())
             digest.update(path.read_bytes())
-    digest.update(f"zlib {zlib.ZLIB_RUNTIME_VERSION}\n".encode())  # Python's own, in every PNG
+    digest.update(f"zlib {zlib.ZLIB_RUNTIME_VERSION}\n".encode())  # Python's own: in every PNG
     for library in libraries():
         digest.update(f"{library} {_version(library)}\n".encode())
     return digest.hexdigest()
 
 
 def libraries() -> list[str]:
-    """Return the distributions that the tool needs, and those of its extras, by name.
+    """Return the names of the distributions that the tool and its extras need.
 
     The version of any of them may change the bytes of an output.
     """

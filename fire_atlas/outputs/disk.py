@@ -1,4 +1,4 @@
-"""File operations of builds: writes that survive a power cut, and errors turned into advice."""
+"""File operations of builds: writes that survive a power cut, and errors that give advice."""
 
 import errno
 import os
@@ -16,7 +16,7 @@ _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 
 @contextmanager
 def explained(path: Path) -> Iterator[None]:
-    """Turn the operating system's errors about ``path`` into advice."""
+    """Turn the operating system's errors about ``path`` into an OutputError with advice."""
     try:
         yield
     except PermissionError as error:
@@ -29,7 +29,7 @@ def explained(path: Path) -> Iterator[None]:
     except OSError as error:
         if error.errno in _FULL:
             raise OutputError(
-                f"{path}: the disk is full ({error.strerror}); the previous outputs are whole. "
+                f"{path}: the disk is full ({error.strerror}); the previous outputs are unchanged. "
                 f"Free some space, or choose another folder with -o"
             ) from error
         raise OutputError(f"{path}: cannot be written ({error.strerror})") from error
@@ -44,14 +44,14 @@ def write_synced(path: Path, data: bytes) -> None:
 
 
 def digest_of(path: Path) -> str | None:
-    """Return the SHA-256 of a file; None where there is nothing, and "" for a folder or a link."""
+    """Return the SHA-256 of a file, None if nothing is there, "" for a folder or a link."""
     if is_regular(path):
         return file_digest(path)
     return "" if path.is_symlink() or path.exists() else None
 
 
 def is_regular(path: Path) -> bool:
-    """Return whether a file lies there, and no link to one."""
+    """Return whether ``path`` is a file, and not a link to one."""
     try:
         return stat.S_ISREG(path.lstat().st_mode)
     except OSError:
@@ -59,17 +59,17 @@ def is_regular(path: Path) -> bool:
 
 
 def link_or_copy(path: Path, to: Path) -> None:
-    """Give the file ``path`` a second name ``to``, as a hard link or, without these, as a copy."""
+    """Make ``to`` a hard link to the file ``path``, or a copy where there are no hard links."""
     try:
         to.hardlink_to(path)
-    except OSError:  # not every file system knows hard links
+    except OSError:  # not every file system has hard links
         shutil.copy2(path, to)
         with to.open("rb+") as file:
             os.fsync(file.fileno())
 
 
 def sync_folder(folder: Path) -> None:
-    """Wait until the names in a folder are on the disk, where the system can do that."""
+    """Wait until the file names in a folder are on the disk, if the system can do that."""
     if os.name == "nt":
         return
     descriptor = os.open(folder, os.O_RDONLY)

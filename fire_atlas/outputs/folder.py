@@ -1,4 +1,4 @@
-"""Folders that outputs go to: the one beside a recipe, and one that is gone afterwards."""
+"""Folders for outputs: the default one beside a recipe, and temporary ones."""
 
 import os
 import shutil
@@ -15,11 +15,11 @@ from fire_atlas.outputs.recovery import recover
 
 
 def default_folder(recipe: Path) -> Path:
-    """Return where the outputs of ``recipe`` go without ``-o``: to ``build`` beside it.
+    """Return the folder for the outputs of ``recipe`` without ``-o``: ``build`` beside it.
 
     Raises:
-        OutputError: It is a link that leads out of the recipe's folder. A recipe that came from a
-            stranger must not choose which of the user's folders is written to.
+        OutputError: It is a link that leads out of the recipe's folder. A recipe from a stranger
+            must not choose which of the user's folders is written to.
     """
     folder = recipe.parent / "build"
     if not folder.resolve().is_relative_to(recipe.parent.resolve()):
@@ -31,16 +31,16 @@ def default_folder(recipe: Path) -> Path:
 
 
 def recover_default(recipe: Path, name: str, note: Callable[[str], None]) -> None:
-    """Undo the commit of a build that was killed in the folder that ``default_folder`` names."""
+    """Undo the unfinished commit of a killed build in the default folder of ``recipe``."""
     try:
         out = default_folder(recipe)
     except OutputError:
-        return  # it is a link that only a build with -o follows
+        return  # a link out of the recipe's folder: no build without -o has written there
     recover(out, name, note)
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder, and those that it lies in, where there is none.
+    """Make a folder and its parents if they do not exist.
 
     Raises:
         OutputError: It cannot be made.
@@ -51,7 +51,7 @@ def make_folder(folder: Path) -> None:
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """Yield a new temporary folder that is removed at the end, after errors and signals too."""
+    """Yield a new temporary folder; it is removed at the end, also after an error or a signal."""
     folder = Path(gettempdir()) / f"fire-atlas-{os.urandom(16).hex()}"
     remove = partial(shutil.rmtree, folder, ignore_errors=True)
     with if_interrupted(remove):

@@ -1,4 +1,4 @@
-"""Whether a build would write anything else than what an earlier one wrote, and why."""
+"""Find out whether the outputs of an earlier build are stale, and why."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,26 +17,25 @@ from fire_atlas.recipe.tree import RecipeTree
 
 
 def why_stale(tree: RecipeTree, out: Path) -> str | None:
-    """Say why building ``tree`` now would write other outputs than those in ``out``; None if it
-    would not.
+    """Return why the outputs of ``tree`` in ``out`` are stale; None if they are up to date.
 
     Raises:
-        SourceError: The source is missing, or has not the frames that the recipe asks for.
+        SourceError: The source is missing, or lacks frames that the recipe uses.
     """
     manifest = read_manifest(out, tree.name)
     if manifest is None:
-        return f"{out} holds no sound {manifest_name(tree.name)}"
+        return f"{out} holds no valid {manifest_name(tree.name)}"
     if manifest.request_digest != request_digest(tree):
-        return "the recipe says something else now"
+        return "the recipe has changed"
     if manifest.tool_digest != tool_digest():
-        return "fire-atlas or one of its libraries is another version"
+        return "fire-atlas or one of its libraries has another version"
     reason = _why_inputs_differ(manifest.inputs, inputs_of(tree), tree.path.parent)
     return reason or _why_outputs_differ(manifest.outputs, out)
 
 
 def why_other_bytes(out: Path, name: str) -> str | None:
-    """Say why the up-to-date outputs of the build ``name`` may differ in their last digits from
-    those that this machine would make; None if they are the same.
+    """Return why the up-to-date outputs of the build ``name`` may differ in the last digits from
+    those that this machine would write; None if they cannot.
     """
     manifest = read_manifest(out, name)
     built_on = manifest and manifest.statistics.get("cpu")
@@ -50,7 +49,7 @@ def _why_inputs_differ(
 ) -> str | None:
     names = [input_path(path, folder) for path in inputs]
     if names != [entry.path for entry in before]:
-        return f"there are other inputs: {_first_difference(before, names)}"
+        return f"the inputs differ: {_first_difference(before, names)}"
     for path, entry in zip(inputs, before, strict=True):
         if not _is_unchanged(path, entry.sha256):
             return f"{entry.path} has changed"
@@ -58,7 +57,7 @@ def _why_inputs_differ(
 
 
 def _first_difference(before: Sequence[InputEntry], names: Sequence[str]) -> str:
-    """Say which input is new or gone; or that only their order differs."""
+    """Return which input is new or gone, or that only their order differs."""
     known, found = {entry.path for entry in before}, set(names)
     for name in names:
         if name not in known:
@@ -70,7 +69,7 @@ def _first_difference(before: Sequence[InputEntry], names: Sequence[str]) -> str
 
 
 def _is_unchanged(path: Path, sha256: str) -> bool:
-    """Return whether a file has this SHA-256; False if it cannot be read, as a build says why."""
+    """Return whether a file has this SHA-256; False if it cannot be read: a build says why."""
     try:
         return file_digest(path) == sha256
     except OSError:
@@ -80,10 +79,10 @@ def _is_unchanged(path: Path, sha256: str) -> bool:
 def _why_outputs_differ(outputs: Sequence[OutputEntry], out: Path) -> str | None:
     for entry in outputs:
         if not _is_current(entry, out):
-            return f"{out / entry.name} is missing, or not as it was written"
+            return f"{out / entry.name} is missing or was changed"
     return None
 
 
 def _is_current(entry: OutputEntry, out: Path) -> bool:
-    """Return whether an output need not be written again: engines write on in import settings."""
+    """Return whether an output is current. Import settings may be edited: engines do that."""
     return (out / entry.name).is_file() if entry.role == "import" else entry.is_intact(out)

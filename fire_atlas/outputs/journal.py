@@ -1,11 +1,11 @@
 """Commit a build: make all its changes to an output folder, or none if the process is killed.
 
-Before the first change, every file that will be replaced or removed is kept in the staging folder,
-and a journal there lists the changes. A commit whose journal is still there was not finished, and
-is undone from it. The last file of a commit, the manifest, is its marker: it is removed before any
-other file changes and put in place after all of them, so that no manifest ever lists a mixture of
-old and new files. Each step is synced to the disk before the next begins, so that a commit cut off
-by a power failure can be undone as well.
+Before the first change, every file that will be replaced or removed is saved in the staging folder,
+and a journal there lists the changes. A journal that is still there later belongs to an unfinished
+commit, which is undone. The last file of a commit, the manifest, is its marker: it is removed
+before any other file changes and put in place after all of them, so that no manifest ever lists a
+mixture of old and new files. Each step is synced to the disk before the next begins, so that a
+commit cut off by a power failure can be undone as well.
 """
 
 import json
@@ -27,18 +27,18 @@ from fire_atlas.outputs.disk import (
 )
 
 _FORMAT, _VERSION = "fire-atlas/journal", 1
-_LARGEST = 1 << 26
-"""Bytes of a journal: that of a hundred thousand files has fewer."""
+_MAX_BYTES = 1 << 26
+"""Maximum size of a journal; that of a hundred thousand files is smaller."""
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What a commit does to one file of the output folder.
+    """A change that a commit makes to one file of the output folder.
 
     Attributes:
-        name: Of the file.
-        before: SHA-256 of what lies there before; None: nothing does.
-        after: SHA-256 of what a build puts there; None: it is removed.
+        name: Name of the file.
+        before: SHA-256 of the file before the commit; None if there is none.
+        after: SHA-256 of the file after the commit; None if it is removed.
     """
 
     name: str
@@ -48,11 +48,11 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class StagingFolder:
-    """Where the files of a build wait, beside what they will replace.
+    """A hidden folder in an output folder that holds the files of a build until the commit.
 
     Attributes:
         out: The output folder.
-        path: The hidden folder in it.
+        path: The staging folder.
     """
 
     out: Path
@@ -60,25 +60,25 @@ class StagingFolder:
 
     @property
     def previous(self) -> Path:
-        """Where the files that are replaced or removed are kept."""
+        """The folder that keeps the files that are replaced or removed."""
         return self.path / ".previous"
 
     @property
     def journal(self) -> Path:
-        """The journal, which is there while a commit is not finished."""
+        """The journal, a file that exists while a commit is not finished."""
         return self.path / ".journal"
 
     def change(self, name: str, *, removes: bool = False) -> Change:
-        """Return what becomes of the file ``name`` by its staged one, or by its removal."""
+        """Return the change that replaces the file ``name`` by the staged one, or removes it."""
         after = None if removes else file_digest(self.path / name)
         return Change(name, digest_of(self.out / name), after)
 
 
 def commit(folder: StagingFolder, changes: Sequence[Change]) -> None:
-    """Make all ``changes``; the last one, the marker, goes first and comes back after all others.
+    """Make all ``changes``. The file of the last, the marker, is removed first and written last.
 
     Raises:
-        OSError: One failed, and all were undone. If that failed too, the journal is still there.
+        OSError: A change failed and all were undone. If that failed too, the journal stays.
     """
     _keep_previous(folder, changes)
     _write_journal(folder, changes)
@@ -86,21 +86,21 @@ def commit(folder: StagingFolder, changes: Sequence[Change]) -> None:
     try:
         _remove(folder, marker)
         for change in others:
-            _make(folder, change)
+            _apply(folder, change)
         sync_folder(folder.out)
-        _make(folder, marker)
+        _apply(folder, marker)
         sync_folder(folder.out)
     except BaseException:
         _undo(folder, changes)
         raise
-    with suppress(OSError):  # all is done: a journal that stays says nothing else
+    with suppress(OSError):  # if it stays, the marker shows that the commit is finished
         folder.journal.unlink()
 
 
 def undo_unfinished(folder: StagingFolder) -> None:
     """Undo the commit that a journal lists, if it was not finished.
 
-    The journal is untrusted input: only files whose bytes are those it states are changed.
+    The journal is untrusted input: only files with the digests that it states are changed.
     """
     changes = _read_journal(folder)
     if changes and digest_of(folder.out / changes[-1].name) != changes[-1].after:
@@ -127,21 +127,21 @@ def _write_journal(folder: StagingFolder, changes: Sequence[Change]) -> None:
 
 
 def _read_journal(folder: StagingFolder) -> list[Change]:
-    """Return the changes that a journal states; none where it is not sound."""
+    """Return the changes in a journal; none if it is not valid."""
     with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
         is_own = not (folder.path.is_symlink() or folder.previous.is_symlink())
-        if is_own and is_regular(folder.journal) and folder.journal.stat().st_size <= _LARGEST:
+        if is_own and is_regular(folder.journal) and folder.journal.stat().st_size <= _MAX_BYTES:
             document: Any = json.loads(folder.journal.read_bytes())
             if (document["format"], document["version"]) == (_FORMAT, _VERSION):
-                return _sound([Change(**each) for each in document["changes"]])
+                return _validated([Change(**each) for each in document["changes"]])
     return []
 
 
-def _sound(changes: list[Change]) -> list[Change]:
-    """Return ``changes`` if all are of files that a build may write, the last one the manifest.
+def _validated(changes: list[Change]) -> list[Change]:
+    """Return ``changes`` if a build may write their files; only the last may be a manifest.
 
     Raises:
-        ValueError: One is of another file.
+        ValueError: A build may not write one of them.
     """
     names = [plain_name(change.name) for change in changes]
     if any(map(is_reserved, names[:-1])):
@@ -149,7 +149,7 @@ def _sound(changes: list[Change]) -> list[Change]:
     return changes
 
 
-def _make(folder: StagingFolder, change: Change) -> None:
+def _apply(folder: StagingFolder, change: Change) -> None:
     target = folder.out / change.name
     with explained(target):
         if change.after is None:
@@ -159,7 +159,7 @@ def _make(folder: StagingFolder, change: Change) -> None:
 
 
 def _remove(folder: StagingFolder, marker: Change) -> None:
-    """Remove the marker of a commit, before any file that it lists changes."""
+    """Remove the marker of a commit before any file that it lists changes."""
     target = folder.out / marker.name
     with explained(target):
         target.unlink(missing_ok=True)
@@ -180,9 +180,9 @@ def _undo(folder: StagingFolder, changes: Sequence[Change]) -> None:
 
 
 def _restore(folder: StagingFolder, change: Change) -> bool:
-    """Put one file back; return False if its old bytes are lost.
+    """Restore one file; return False if its old bytes are lost.
 
-    A file that is neither as before nor as after the commit was written by a user, and stays.
+    A file that differs from both states was written by a user, and stays.
     """
     target, previous = folder.out / change.name, folder.previous / change.name
     now = digest_of(target)

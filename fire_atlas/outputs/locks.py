@@ -1,6 +1,6 @@
 """Locks between processes: one build of a recipe at a time, and one commit into a folder.
 
-The system drops the lock of a process that dies. A build that ends removes its lock file.
+The system releases the locks of a process that dies. A build that ends removes its lock file.
 """
 
 import errno
@@ -19,16 +19,16 @@ if TYPE_CHECKING:
 
 _NOT_SUPPORTED = {errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP}
 _INTERVAL = 0.05
-"""Seconds between two looks whether a lock is free."""
+"""Seconds between two attempts to take a lock."""
 
 
 def folder_lock(out: Path) -> Path:
-    """Return the lock file of all commits into ``out``."""
+    """Return the lock file for commits into ``out``."""
     return out / ".fire-atlas.lock"
 
 
 def recipe_lock(out: Path, name: str) -> Path:
-    """Return the lock file of the builds called ``name`` into ``out``."""
+    """Return the lock file for builds of ``name`` into ``out``."""
     return out / f".fire-atlas-{name}.lock"
 
 
@@ -37,14 +37,14 @@ def locked(path: Path, note: Callable[[str], None]) -> Iterator[None]:
     """Hold the lock file ``path``, waiting for it if need be.
 
     Args:
-        path: Its folder is made again where another build, which failed, has removed it.
-        note: Called with a sentence that names the process waited for, or that says that the file
-            system has no locks.
+        path: The lock file. Its folder is made again if a build that failed has removed it.
+        note: Called with a sentence if another process is waited for, or if the file system has no
+            locks.
     """
     lock = _lock(path)
     is_noted = False
     try:
-        while not _is_taken(lock, path):
+        while not _try_to_take(lock, path):
             if not is_noted:
                 note(f"waits for {_holder(path)}, which writes into {path.parent} too")
             is_noted = True
@@ -60,14 +60,14 @@ def locked(path: Path, note: Callable[[str], None]) -> Iterator[None]:
 
 @contextmanager
 def locked_if_free(path: Path) -> Iterator[bool]:
-    """Hold the lock file ``path`` if no other process does; yield whether it is held."""
+    """Hold the lock file ``path`` unless another process does; yield whether it is held."""
     lock = _lock(path)
     try:
-        is_taken = _is_taken(lock, path)
+        is_held = _try_to_take(lock, path)
     except OSError:
-        is_taken = False
+        is_held = False
     with _released(lock, path):
-        yield is_taken
+        yield is_held
 
 
 def _lock(path: Path) -> "BaseFileLock":
@@ -76,8 +76,8 @@ def _lock(path: Path) -> "BaseFileLock":
     return FileLock(path, fallback_to_soft=False, on_acquired=_write_holder)
 
 
-def _is_taken(lock: "BaseFileLock", path: Path) -> bool:
-    """Try to take a lock once; return whether that worked."""
+def _try_to_take(lock: "BaseFileLock", path: Path) -> bool:
+    """Try once to take a lock; return whether that succeeded."""
     from filelock import Timeout
 
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -90,12 +90,12 @@ def _is_taken(lock: "BaseFileLock", path: Path) -> bool:
 
 @contextmanager
 def _released(lock: "BaseFileLock", path: Path) -> Iterator[None]:
-    """Give a lock back at the end, if it was taken at all."""
+    """Release a lock at the end, if it was taken, and remove its file."""
     try:
         yield
     finally:
         if lock.is_locked:
-            with suppress(OSError):  # Windows removes no open file; there, the next one does
+            with suppress(OSError):  # Windows cannot remove open files; the next build does
                 path.unlink()
             lock.release()
 
@@ -109,7 +109,7 @@ def _write_holder(descriptor: int) -> None:
 
 
 def _holder(path: Path) -> str:
-    """Return the name of the process that holds a lock, for a person."""
+    """Return a description of the process that holds a lock."""
     try:
         return path.read_text(encoding="utf-8") or "another build"
     except OSError:

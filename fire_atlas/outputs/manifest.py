@@ -1,8 +1,8 @@
-"""The manifest of a build, written and read: what it was made from, and what it wrote.
+"""Write and read manifests: JSON files that list the inputs and the outputs of a build.
 
-It is JSON without time or absolute path, and of the machine it says only the class of its CPU
-(``statistics.cpu``): equal builds have equal manifests. Nothing heavy is imported here, because an
-up-to-date build reads a recipe, this file and some hashes.
+A manifest has no times or absolute paths, and of the machine only the class of its CPU
+(``statistics.cpu``), so that equal builds have equal manifests. Imports nothing heavy, because an
+up-to-date build only reads the recipe and the manifest and hashes files.
 """
 
 import json
@@ -25,8 +25,8 @@ class InputEntry:
 
     Attributes:
         path: Relative to the recipe's folder, with ``/`` between folders.
-        sha256: Of its bytes as they were read, as hexadecimal digits. Empty where they changed
-            meanwhile: no bytes are those that were read then, so the build is stale.
+        sha256: Of the bytes that were read, as hexadecimal digits; empty if the file changed during
+            the build, which makes the build stale.
     """
 
     path: str
@@ -34,8 +34,7 @@ class InputEntry:
 
     @classmethod
     def of(cls, file: HashedFile, folder: Path) -> Self:
-        """Return the entry of a file, all of which has been read, in the manifest of a recipe in
-        ``folder``."""
+        """Return the entry of a file after it was read, for a recipe in ``folder``."""
         return cls(input_path(file.path, folder), file.sha256 if file.is_unchanged() else "")
 
 
@@ -45,7 +44,7 @@ class OutputEntry:
 
     Attributes:
         name: File name in the output folder.
-        role: What it is for: one of ``Role``, or what another version of the tool calls it.
+        role: What it is for: a ``Role`` of this version of the tool or of another.
         size: In bytes.
         sha256: Of its bytes as they were written, as hexadecimal digits.
     """
@@ -57,11 +56,11 @@ class OutputEntry:
 
     @classmethod
     def of(cls, name: str, role: Role, path: Path) -> Self:
-        """Return the entry of the output ``name``, a file that lies at ``path`` for now."""
+        """Return the entry of the output ``name``, whose file is at ``path`` until the commit."""
         return cls(name, role, path.stat().st_size, file_digest(path))
 
     def is_intact(self, out: Path) -> bool:
-        """Whether the file in ``out`` is what the build wrote, byte by byte."""
+        """Return whether the file in ``out`` has the bytes that the build wrote."""
         path = out / self.name
         return (
             path.is_file() and path.stat().st_size == self.size and file_digest(path) == self.sha256
@@ -70,16 +69,16 @@ class OutputEntry:
 
 @dataclass(frozen=True, slots=True)
 class Manifest:
-    """What a build was made from and what it wrote.
+    """The inputs and outputs of a build.
 
     Attributes:
-        name: Of the build: the file stem of its outputs.
-        request_digest: SHA-256 of what the recipe says; see ``digest.request_digest``.
-        recipe_digest: SHA-256 of the recipe with all its defaults, and of its members' with theirs.
+        name: Name of the build, the file stem of its outputs.
+        request_digest: SHA-256 of the values in the recipe; see ``digest.request_digest``.
+        recipe_digest: SHA-256 of the recipe and its members with all their defaults.
         tool_digest: SHA-256 of the code and the libraries; see ``digest.tool_digest``.
-        inputs: In order of play, templates last.
+        inputs: In playing order, templates last.
         outputs: In the order they were written, without the manifest itself.
-        statistics: Figures about the result, of JSON's own types.
+        statistics: Figures about the result, as JSON values.
         tool: Name and version of the tool, for people.
     """
 
@@ -99,12 +98,12 @@ def manifest_name(name: str) -> str:
 
 
 def input_path(path: Path, folder: Path) -> str:
-    """Return an input's path as the manifest of a recipe in ``folder`` states it."""
+    """Return an input's path as stated in the manifest of a recipe in ``folder``."""
     return Path(os.path.relpath(path, folder.resolve())).as_posix()
 
 
 def read_manifest(out: Path, name: str) -> Manifest | None:
-    """Return the manifest of the build ``name`` in ``out``, or None where there is no sound one."""
+    """Return the manifest of the build ``name`` in ``out``, None if there is no valid one."""
     try:
         return decode_manifest(read_file(out / manifest_name(name), MAX_JSON_BYTES))
     except (OSError, ValueError):
@@ -132,10 +131,10 @@ def encode_manifest(manifest: Manifest) -> bytes:
 
 
 def decode_manifest(data: bytes) -> Manifest:
-    """Return the manifest that the bytes of a file hold. They are input like any other.
+    """Return the manifest in the bytes of a file, which are untrusted.
 
     Raises:
-        ValueError: They hold none that this version knows, or one that names a file elsewhere.
+        ValueError: They are not a manifest of this version, or it names a file elsewhere.
     """
     match _parsed(data):
         case {
@@ -160,7 +159,7 @@ def decode_manifest(data: bytes) -> Manifest:
                 statistics=statistics,
                 tool=tool,
             )
-    raise ValueError("a key is missing, or is not what it should be")
+    raise ValueError("a key is missing or has an invalid value")
 
 
 def _parsed(data: bytes) -> Any:
@@ -174,11 +173,11 @@ def _decode_input(entry: Any) -> InputEntry:
     match entry:
         case {"path": str(path), "sha256": str(sha256)}:
             return InputEntry(path, sha256)
-    raise ValueError(f"{entry!r} is no input")
+    raise ValueError(f"{entry!r} is not an input")
 
 
 def _decode_output(entry: Any) -> OutputEntry:
     match entry:
         case {"path": str(name), "role": str(role), "bytes": int(size), "sha256": str(sha256)}:
             return OutputEntry(plain_name(name), role, size, sha256)
-    raise ValueError(f"{entry!r} is no output")
+    raise ValueError(f"{entry!r} is not an output")

@@ -1,6 +1,6 @@
-"""Which files of an output folder a build may replace or remove.
+"""Decide which files of an output folder a build may replace or remove.
 
-Only files whose bytes a manifest in the folder lists belong to a build; all others are a user's.
+A file belongs to a build if a manifest in the folder lists its digest; all others are the user's.
 Import settings are the one exception: engines and people edit them, so they are recognised by their
 content instead.
 """
@@ -23,12 +23,12 @@ _SOURCE_FILE = re.compile(rb'^source_file="(?:[^"\r\n]*/)?([^"/\r\n]*)"', re.MUL
 _UID = re.compile(rb"uid://[a-y0-8]{1,13}\s*")
 
 _ADVICE = (
-    "nothing was built, to lose none of it: move it away, choose another `name` or folder (-o), or "
-    "have it replaced with --overwrite"
+    "nothing was built, so that nothing is lost: move it away, choose another `name` or folder "
+    "(-o), or replace it with --overwrite"
 )
 
-_LARGEST_SETTINGS = 1 << 24
-"""Bytes; a page of thousands of sprites has some MiB of them."""
+_MAX_SETTINGS_BYTES = 1 << 24
+"""Maximum size of import settings; those of a page of thousands of sprites take some MiB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,9 @@ class FolderManifests:
 
     Attributes:
         out: The folder.
-        name: Of the build.
-        own: Its manifest, where there is a sound one.
-        others: The sound manifests of other builds, by their names.
+        name: Name of the build.
+        own: Its manifest, if there is a valid one.
+        others: The valid manifests of other builds, by their names.
     """
 
     out: Path
@@ -65,32 +65,32 @@ class FolderManifests:
         return self.own is not None and _lists(self.own, file)
 
     def may_replace(self, file: str, role: str) -> bool:
-        """Return whether an output of this name and role would replace no file of a user's."""
+        """Return whether writing an output of this name and role would destroy no user's file."""
         path = self.out / file
         if not path.exists():
             return True
         if role == "manifest":
             return self.own is not None
-        if role == "import" and _are_settings(path):
-            return True  # they were merged with what was there
+        if role == "import" and _is_import_settings(path):
+            return True  # the output has the user's edits merged in
         manifests = [self.own, *self.others.values()]
         entries = [entry for each in manifests if each for entry in each.outputs]
-        return any(entry.name == file and _vouches(entry, path) for entry in entries)
+        return any(entry.name == file and _describes(entry, path) for entry in entries)
 
 
 def refuse_replacing(
     manifests: FolderManifests, outputs: Iterable[tuple[str, str]], overwrite: bool = False
 ) -> None:
-    """Refuse to write ``outputs``, names with roles, over files that are not the build's own.
+    """Refuse to write ``outputs`` (name, role) over files that do not belong to the build.
 
     Args:
-        manifests: Those in the output folder.
-        outputs: Builds may share a file that is the same for all: leave out what would not change.
+        manifests: The manifests in the output folder.
+        outputs: Without those that would not change: builds may share files with equal bytes.
         overwrite: Replace files that no manifest lists. Files of another build are still refused.
 
     Raises:
-        OutputError: Some would replace a file that belongs to another build, is no output, or was
-            changed since it was built; with a line for each.
+        OutputError: Some would replace a file that belongs to another build, is not an output, or
+            was changed since it was built; with a line for each.
     """
     there = [each for each in sorted(outputs) if (manifests.out / each[0]).exists()]
     for file, _ in there:
@@ -105,21 +105,21 @@ def refuse_replacing(
 
 
 def _objection(manifests: FolderManifests, file: str, role: str) -> str:
-    """Say why a file is not the build's to replace."""
+    """Return the reason why a build may not replace a file."""
     if role == "manifest":
-        why = "is no sound manifest, so that no build vouches for it"
+        why = "is not a valid manifest, so it is unknown which files belong to the build"
     elif manifests.owns(file):
         why = "was changed since it was built"
     else:
-        why = "was there before, and is no output of a build"
+        why = "was there before, and is not an output of a build"
     return f"{manifests.out / file}: {why}"
 
 
 def stale_outputs(manifests: FolderManifests, written: Collection[str]) -> list[Path]:
-    """Return the files that an earlier build wrote and that may go now.
+    """Return the files of an earlier build that can be removed now.
 
-    They are not among those ``written`` now, were not changed since, and no other build wrote them
-    too. Import settings go or stay with the file that they are about, edited or not.
+    These are not among those ``written`` now, were not changed since, and are not listed by other
+    builds. Import settings are removed or kept with the file they belong to, edited or not.
     """
     if manifests.own is None:
         return []
@@ -129,29 +129,29 @@ def stale_outputs(manifests: FolderManifests, written: Collection[str]) -> list[
         for name, entry in listed.items()
         if not (name in written or is_reserved(name) or manifests.other_owner(name))
     }
-    going: Set[str] = {name for name, entry in old.items() if _vouches(entry, manifests.out / name)}
+    stale: Set[str] = {n for n, entry in old.items() if _describes(entry, manifests.out / n)}
     for name, entry in old.items():
         if entry.role == "import" and Path(name).stem in listed:
-            going = _with_settings(manifests.out, name, going)
-    return [manifests.out / name for name in old if name in going]
+            stale = _with_settings(manifests.out, name, stale)
+    return [manifests.out / name for name in old if name in stale]
 
 
-def _with_settings(out: Path, name: str, going: Set[str]) -> Set[str]:
-    """Return ``going`` with the import settings ``name`` if the file they are about goes too."""
+def _with_settings(out: Path, name: str, stale: Set[str]) -> Set[str]:
+    """Return ``stale`` with the import settings ``name`` if the file they belong to is stale."""
     subject = Path(name).stem
-    if subject not in going and (out / subject).exists():
-        return going - {name}
-    return going | {name} if _are_settings(out / name) else going
+    if subject not in stale and (out / subject).exists():
+        return stale - {name}
+    return stale | {name} if _is_import_settings(out / name) else stale
 
 
 def _lists(manifest: Manifest, file: str) -> bool:
     return any(entry.name == file for entry in manifest.outputs)
 
 
-def _vouches(entry: OutputEntry, path: Path) -> bool:
-    """Return whether ``path`` is the file that a manifest lists; a link to it is another file.
+def _describes(entry: OutputEntry, path: Path) -> bool:
+    """Return whether ``path`` is the file that an entry of a manifest describes, not a link.
 
-    Line endings of text do not count: version control changes them.
+    Line endings of text are ignored: version control changes them.
     """
     if not is_regular(path):
         return False
@@ -164,9 +164,9 @@ def _vouches(entry: OutputEntry, path: Path) -> bool:
     return b"\0" not in data and hashlib.sha256(text).hexdigest() == entry.sha256
 
 
-def _are_settings(path: Path) -> bool:
-    """Return whether a file says how an engine imports the file that it is named after."""
-    if not is_regular(path) or path.stat().st_size > _LARGEST_SETTINGS:
+def _is_import_settings(path: Path) -> bool:
+    """Return whether a file holds an engine's import settings of the file it is named after."""
+    if not is_regular(path) or path.stat().st_size > _MAX_SETTINGS_BYTES:
         return False
     data = path.read_bytes()
     match path.suffix:

@@ -13,15 +13,15 @@ _PREFIX, _LOCK, _STAGING = ".fire-atlas-", ".lock", ".staging"
 
 
 def staging_folder(out: Path, name: str) -> StagingFolder:
-    """Return the folder in which a build ``name`` into ``out`` keeps its files until the commit."""
+    """Return the folder that holds the files of a build ``name`` into ``out`` until the commit."""
     return StagingFolder(out, out / f"{_PREFIX}{name}{_STAGING}")
 
 
 def recover(out: Path, name: str, note: Callable[[str], None]) -> None:
     """Undo the commit of a build ``name`` into ``out`` that was killed in the middle of it.
 
-    Without such a commit nothing is written or imported. A commit that is still going on is waited
-    for, and ``note`` is called with a sentence that says so.
+    Without such a commit nothing is written or imported. If the build is still running, it is
+    waited for, and ``note`` is called with a sentence that says so.
 
     Raises:
         OutputError: It cannot be undone.
@@ -56,7 +56,7 @@ def clear_killed_builds(out: Path, note: Callable[[str], None]) -> None:
 
 
 def _names_of_builds(out: Path) -> set[str]:
-    """Return the names of builds that have left a staging folder or a lock, dead or alive."""
+    """Return the names of builds, running or killed, that have a staging folder or a lock."""
     paths = [path for path in out.glob(f"{_PREFIX}*") if path.suffix in {_LOCK, _STAGING}]
     return {path.stem.removeprefix(_PREFIX) for path in paths}
 
@@ -66,7 +66,7 @@ def clear_staging(folder: StagingFolder, note: Callable[[str], None]) -> None:
 
     The caller holds the lock of the build.
     """
-    if folder.path.is_symlink():  # no build makes one
+    if folder.path.is_symlink():  # builds never make one
         folder.path.unlink()
     if folder.journal.exists():
         with locked(folder_lock(folder.out), note):

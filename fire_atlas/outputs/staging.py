@@ -1,4 +1,4 @@
-"""Write files into a hidden folder first, and put them in place at the end: all or none."""
+"""Write files into a hidden folder first, and move them into place at the end, all or none."""
 
 import os
 import shutil
@@ -31,9 +31,9 @@ class Staging:
 
         Args:
             out: The output folder.
-            name: Of the build.
+            name: Name of the build.
             note: Called with a sentence if another process is waited for.
-            overwrite: Files that no build wrote may be replaced.
+            overwrite: Whether files that no build wrote may be replaced.
         """
         self.out = out
         self.name = name
@@ -42,7 +42,7 @@ class Staging:
         self._folder = staging_folder(out, name)
         self._stack = ExitStack()
         self._names: list[str] = []
-        self._kept: set[Path] = set()
+        self._inputs: set[Path] = set()
 
     def __enter__(self) -> Self:
         """Make the folders, and remove what killed builds have left."""
@@ -64,8 +64,8 @@ class Staging:
         self._stack.close()
 
     def keep(self, inputs: Iterable[Path]) -> None:
-        """From now on refuse to write over any of ``inputs``."""
-        self._kept.update(path.resolve() for path in inputs)
+        """Protect ``inputs`` from being overwritten by outputs."""
+        self._inputs.update(path.resolve() for path in inputs)
 
     @contextmanager
     def open(self, name: str) -> Iterator[BinaryIO]:
@@ -86,18 +86,18 @@ class Staging:
             return target.read_bytes() if target.is_file() else None
 
     def path(self, name: str) -> Path:
-        """Return where the output ``name`` lies until it is committed."""
+        """Return the path of the output ``name`` until it is committed."""
         return self._folder.path / name
 
     def alone(self) -> AbstractContextManager[None]:
-        """Hold the lock of the output folder: no other build commits into it meanwhile."""
+        """Hold the lock of the output folder, so that no other build commits into it."""
         return locked(folder_lock(self.out), self._note)
 
     def commit(self, stale: Iterable[Path]) -> None:
-        """Put everything in place and remove the ``stale`` files of an earlier build.
+        """Move all outputs into place and remove the ``stale`` files of an earlier build.
 
-        The file that was written last, the manifest, marks the commit as whole. A commit that
-        fails is undone, so that outputs never are a mixture.
+        The file that was written last, the manifest, marks the commit as complete. A commit that
+        fails is undone, so that old and new outputs are never mixed.
         """
         *names, marker = self._names
         with explained(self.out):
@@ -110,7 +110,7 @@ class Staging:
                 commit(self._folder, changes)
 
     def refuse(self, name: str) -> None:
-        """Refuse to write an output where there is a link, a folder, or an input of the build."""
+        """Raise if the output ``name`` would replace a link, a folder or an input of the build."""
         target = self.out / name
         advice = "choose another `name` or folder (-o)"
         if target.is_symlink() or target.is_dir():
@@ -118,33 +118,33 @@ class Staging:
             raise OutputError(
                 f"{target}: is {kind}, which a build never replaces; remove it, or {advice}"
             )
-        if target.resolve() in self._kept:
-            raise OutputError(f"{target}: would be written over, but is read as input; {advice}")
+        if target.resolve() in self._inputs:
+            raise OutputError(f"{target}: is an input and would be overwritten; {advice}")
 
 
 def refuse_existing(targets: Iterable[Path]) -> None:
-    """Refuse to write files, no outputs of a build, where there are any already.
+    """Raise if any of ``targets``, files that are not outputs of a build, exists.
 
     Raises:
-        OutputError: There are, with a line for each.
+        OutputError: Some exist, with a line for each.
     """
-    taken = [f"{target}: is there already" for target in targets if target.is_file()]
+    taken = [f"{target}: exists already" for target in targets if target.is_file()]
     if taken:
-        advice = "move it away, name another file with -o, or have it replaced with --overwrite"
+        advice = "move it away, name another file with -o, or replace it with --overwrite"
         raise OutputError("\n".join([*taken, f"nothing was written: {advice}"]))
 
 
 def write_whole(target: Path, data: bytes, note: Callable[[str], None]) -> None:
-    """Write one file that is no output of a build: whole or not at all, over what is there.
+    """Write or replace one file that is not an output of a build, whole or not at all.
 
-    What a process that is killed meanwhile leaves goes with the next command that writes into the
-    folder. ``note`` is called with a sentence if another process is waited for.
+    If the process is killed, the next command that writes into the folder removes its hidden files.
+    ``note`` is called with a sentence if another process is waited for.
 
     Raises:
         OutputError: It cannot be written.
     """
     if target.is_dir():
-        raise OutputError(f"{target}: is a folder; name the file in it that is to be written")
+        raise OutputError(f"{target}: is a folder; name the file in it to write")
     if not target.parent.is_dir():
         raise OutputError(f"{target}: cannot be written (there is no folder {target.parent})")
     with Staging(target.parent, target.name, note) as staging:
@@ -161,18 +161,18 @@ def _clear(folder: StagingFolder) -> None:
 
 
 def _at_the_end(stack: ExitStack, action: Callable[[], None]) -> None:
-    """Run ``action`` when the stack is left, or when a signal ends the process before."""
+    """Run ``action`` when the stack is closed, or earlier if a signal ends the process."""
     stack.callback(action)
     stack.enter_context(if_interrupted(action))
 
 
 def _remove_empty(folders: Sequence[Path]) -> None:
-    """Remove folders, the innermost first, that hold nothing."""
+    """Remove those of ``folders``, innermost first, that are empty."""
     for folder in folders:
         with suppress(OSError):  # it holds outputs now, or never was made
             folder.rmdir()
 
 
 def _missing_folders(path: Path) -> list[Path]:
-    """Folders from ``path`` upwards that do not exist yet, innermost first."""
+    """Return ``path`` and its parents that do not exist yet, innermost first."""
     return [folder for folder in (path, *path.parents) if not folder.exists()]

@@ -1,6 +1,6 @@
 """Analyse a clip: find where flakes are born, and record the velocity field that carries them.
 
-Frames are analysed in the pool; the field is advected from frame to frame in one thread.
+Frames are analysed by all workers; the field is solved frame by frame in one thread.
 """
 
 from collections.abc import Iterator
@@ -31,8 +31,8 @@ from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.wind import Wind
 from fire_atlas.vision.flow import SMALL, optical_flow, shrunk_flow, thumbnail
 
-_SURE_BIRTHS = 5
-"""If so many births are expected, it is no coincidence that there is none."""
+_SURE_SPAWNS = 5
+"""If more spawns than this are expected, none at all is hardly chance, and worth a note."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class AnalysisSettings:
     """The sections of a recipe that the analysis reads.
 
     Attributes:
-        wind: Relative to the direction of the clip's view.
+        wind: The wind as seen from the direction of the clip's view.
     """
 
     seed: int
@@ -78,11 +78,11 @@ class _FrameAnalysis:
 
     Attributes:
         thumbnail: (h, w) uint8, for the optical flow.
-        flow: (h, w, 2), px of the thumbnail per frame, if the clip knows its own motion.
+        flow: (h, w, 2), px of the thumbnail per frame; None unless the source states motion.
         mask: (H, W) float32, confidence that each pixel is flame, 0..1.
         lit: (rows, columns), brightness of each cell, 0..1.
-        feature_x, feature_y: (rows, columns), mean of Fv* in each cell, in units of its typical
-            length in the clip.
+        feature_x, feature_y: (rows, columns), mean of Fv* in each cell, in units of its mean length
+            in the clip.
         spawns: Flakes born in this frame.
         is_reversed: Whether the clip runs backwards from this frame to the next.
     """
@@ -103,22 +103,22 @@ def analyse(
     """Find features, flow and spawns of every frame, and record the buoyancy field."""
     context.progress.stage("analyse", clip.count)
     emitter = _emitter(clip, study, settings)
-    births = dict[int, Spawns]()
+    spawns_of = dict[int, Spawns]()
 
-    def drives() -> Iterator[Forcing]:
-        for i, spawns, drive in _frames(clip, study, settings, emitter, context):
-            births[i] = spawns
+    def forcings() -> Iterator[Forcing]:
+        for i, spawns, forcing in _frames(clip, study, settings, emitter, context):
+            spawns_of[i] = spawns
             context.progress.advance()
-            yield drive
+            yield forcing
 
-    field = record_field(drives(), clip, settings.buoyancy, settings.wind, settings.seed)
-    spawns = Spawns.concatenate([births[i] for i in sorted(births)])
+    field = record_field(forcings(), clip, settings.buoyancy, settings.wind, settings.seed)
+    spawns = Spawns.concatenate([spawns_of[i] for i in sorted(spawns_of)])
     if study.dies_out and not clip.loop and not clip.tail:
         spawns = spawns.cooled_by((clip.count - 1) / clip.fps)
-    if not len(spawns.tick) and emitter.rate * clip.body / clip.fps > _SURE_BIRTHS:
+    if not len(spawns.tick) and emitter.rate * clip.body / clip.fps > _SURE_SPAWNS:
         context.progress.note(
-            "no flake is born: nothing in the clip is flame that moves, or features.epsilon, "
-            "features.clamp or flakes.alpha is above all of its edges"
+            "no flake is born: no flame in the clip moves, or features.epsilon, "
+            "features.clamp or flakes.alpha is too high for its edges"
         )
     return Analysis(field, spawns)
 
@@ -143,9 +143,9 @@ def _frames(
     emitter: EmitterSettings,
     context: BuildContext,
 ) -> Iterator[tuple[int, Spawns, Forcing]]:
-    """Yield number, spawns and forcing of each frame, in ``forcing_order``."""
+    """Yield index, spawns and forcing of each frame, in ``forcing_order``."""
     cell = settings.buoyancy.cell
-    # In the paper flakes are born anywhere in the image; otherwise only where something moves.
+    # As in the paper, flakes may be born anywhere; otherwise only where something moves.
     everywhere = settings.features.preset == "paper"
     window = Window(0, 0, clip.width, clip.height) if everywhere else study.active_window(cell)
     analyser = _FrameAnalyser(
@@ -158,21 +158,21 @@ def _frames(
     order = forcing_order(clip)
     pairs = _pairs(context.workers.map(analyser.frame, order), clip.loop)
     size = clip.width, clip.height
-    driven = context.workers.map(lambda pair: (pair[0].spawns, analyser.drive(*pair)), pairs)
-    for i, (spawns, drive) in zip(order, driven, strict=True):
-        yield i, spawns.shifted(window.left, window.top), pad_to_grid(drive, window, size, cell)
+    done = context.workers.map(lambda pair: (pair[0].spawns, analyser.forcing(*pair)), pairs)
+    for i, (spawns, forcing) in zip(order, done, strict=True):
+        yield i, spawns.shifted(window.left, window.top), pad_to_grid(forcing, window, size, cell)
 
 
 @dataclass(frozen=True, slots=True)
 class _FrameAnalyser:
-    """Analyses single frames of a clip; its methods run in the pool.
+    """Analyses single frames of a clip; its methods run in several threads.
 
     Attributes:
-        clip: The clip, perhaps cropped to where anything moves.
+        clip: The clip, possibly cropped to where something moves.
         study: Constants of the whole clip.
         settings: Sections of the recipe.
         emitter: How flakes are spawned.
-        is_small: Whether the clip's frames are so small that flow is computed at a finer scale.
+        is_small: Whether frames are so small that flow is computed at a finer scale.
     """
 
     clip: Clip
@@ -208,8 +208,8 @@ class _FrameAnalyser:
             i in clip.backwards,
         )
 
-    def drive(self, here: _FrameAnalysis, other: _FrameAnalysis, is_last: bool) -> Forcing:
-        """Return how frame ``here`` drives the velocity field, given its neighbour ``other``."""
+    def forcing(self, here: _FrameAnalysis, other: _FrameAnalysis, is_last: bool) -> Forcing:
+        """Return the forcing of the velocity field by ``here``, given the neighbour ``other``."""
         # The last frame continues the motion before it. Where the clip runs backwards, the flow is
         # taken forwards: hot gas always rises.
         before, after = (other, here) if is_last or here.is_reversed else (here, other)
@@ -224,15 +224,15 @@ class _FrameAnalyser:
 
 
 def _pairs(
-    frames: Iterator[_FrameAnalysis], closes: bool
+    frames: Iterator[_FrameAnalysis], loop: bool
 ) -> Iterator[tuple[_FrameAnalysis, _FrameAnalysis, bool]]:
     """Yield each frame with the one after it, and whether it is the last.
 
-    In a loop that ``closes``, the first frame follows the last, and none is the last. Otherwise the
-    last comes with the one before it.
+    In a ``loop`` the first frame follows the last, so that none is the last. Otherwise the last
+    frame comes with the one before it.
     """
     first = previous = here = next(frames)
     for following in frames:
         yield here, following, False
         previous, here = here, following
-    yield (here, first, False) if closes else (here, previous, True)
+    yield (here, first, False) if loop else (here, previous, True)

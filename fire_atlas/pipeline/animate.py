@@ -24,7 +24,7 @@ from fire_atlas.timeline.tail import shortened
 
 
 def animate_views(recipe: Recipe, clips: Mapping[str, Clip], context: BuildContext) -> Contribution:
-    """Animate each of ``clips``: by name, views of one fire from evenly spaced directions."""
+    """Animate ``clips``, by name: views of one fire from evenly spaced directions."""
     animations = {
         name: animate(recipe, clip, 360 * k / len(clips), context)
         for k, (name, clip) in enumerate(clips.items())
@@ -39,7 +39,7 @@ def animate(recipe: Recipe, clip: Clip, azimuth: float, context: BuildContext) -
 
     Args:
         recipe: The whole recipe; each step reads sections of it.
-        clip: As its source gives it.
+        clip: The clip as read from its source.
         azimuth: Direction of the view, degrees counter-clockwise seen from above, relative to
             which the wind blows.
         context: Workers, progress and timer.
@@ -81,8 +81,8 @@ def has_effect(recipe: Recipe) -> bool:
 
 
 def _arranged(clip: Clip, recipe: Recipe, context: BuildContext) -> Clip:
-    """Return the clip as it is played: footage is cut, retimed and looped, generated fire is not
-    changed."""
+    """Return the clip as it is played: footage is cut, retimed and looped; generated fire stays as
+    it is."""
     if not isinstance(recipe.source, FramesSource):
         return clip
     flakes = recipe.flakes
@@ -110,7 +110,7 @@ def _note_flakes_left(clip: Clip, tracks: Tracks, loop: str, context: BuildConte
 
 
 def _without_dark_end(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:
-    """Return clip and tracks without the frames at the end of a tail in which no flake glows."""
+    """Return clip and tracks without the last frames of a tail in which no flake is visible."""
     if not clip.tail:
         return clip, tracks
     lit = [n for n, rows in enumerate(tracks.frames) if n >= clip.body and visible_count(rows)]

@@ -35,7 +35,7 @@ class BuildReport:
     Attributes:
         files: The outputs, in the order they were written.
         timings: Seconds spent in each stage.
-        statistics: Of the result, as in the manifest.
+        statistics: Figures about the result, as in the manifest.
     """
 
     files: tuple[Path, ...]
@@ -49,10 +49,10 @@ def build(
     """Build one recipe into the folder ``out``: all outputs are written, or none.
 
     Returns:
-        What was done; None if another build, which this one waited for, has done it already.
+        A report; None if a concurrent build, which this one waited for, made the same outputs.
 
     Raises:
-        FireAtlasError: A problem that the user can mend; the previous outputs are unchanged.
+        FireAtlasError: A problem that the user can fix; the previous outputs are unchanged.
     """
     recipe, timer = loaded.recipe, StageTimer()
     with (
@@ -82,8 +82,8 @@ def build(
             drawn = images(sheets, animations.values(), recipe.atlas, recipe.maps)
             outputs = write_images(list(drawn), recipe.atlas, staging, context)
             product = product_of(sheets, animations, recipe.tracks, staging)
-            described = exported_files(recipe.exports, product, loaded.templates)
-            outputs += write_files(described, staging)
+            exported = exported_files(recipe.exports, product, loaded.templates)
+            outputs += write_files(exported, staging)
             outputs += write_files(track_files(recipe.tracks, product), staging)
             outputs += write_files(light_files(product), staging)
             statistics = build_statistics(contributions, sheets[0])

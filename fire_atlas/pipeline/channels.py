@@ -1,4 +1,4 @@
-"""Channels of frames besides colours: motion vectors of the flame."""
+"""Measure channels of frames other than colour: motion vectors of the flame."""
 
 from collections.abc import Mapping, Sequence
 
@@ -28,15 +28,15 @@ def measure_motion(
         context: Workers, progress and timer.
 
     Raises:
-        SourceError: Its frames differ in size, so that their pixels do not correspond.
+        SourceError: The frames differ in size, so that their pixels do not correspond.
     """
     if maps.motion == "none":
         return None
     sizes = {(frame.width, frame.height) for frame in frames}
     if len(sizes) > 1:
         raise SourceError(
-            "maps.motion: the images of an animation differ in size, and vectors lead from a place "
-            "in one to a place in the next; make them one size, or leave maps.motion out"
+            "maps.motion: the images of an animation differ in size, but motion vectors need equal "
+            "sizes; make them one size, or leave maps.motion out"
         )
     thumbnails = [frame.thumbnail for frame in frames if frame.thumbnail is not None]
     with context.timer.measure("motion"):

@@ -1,7 +1,7 @@
-"""Check a recipe against the limits of the formats and engines it names, before any work is done.
+"""Check a recipe against the limits of the formats and engines it names, before a build starts.
 
-A valid recipe may still ask for what a file format cannot hold or an engine cannot show. Each of
-them states that in a module ``limits``, which imports nothing heavy; all are called here.
+A valid recipe may still exceed what a file format can hold or an engine can show. Each of them
+states its limits in a module ``limits`` that imports nothing heavy; all are checked here.
 """
 
 from collections.abc import Iterator
@@ -19,19 +19,18 @@ from fire_atlas.recipe.tree import RecipeTree
 from fire_atlas.recipe.validate import refusal
 
 CheckedRecipe = NewType("CheckedRecipe", LoadedRecipe)
-"""A valid recipe within the limits of all its outputs: the result of ``load_checked``, and all that
-builds accept."""
+"""A valid recipe within the limits of all its outputs, made by ``load_checked`` and required by
+builds."""
 
 
 def load_checked(tree: RecipeTree) -> CheckedRecipe:
     """Validate a recipe that has been read, and check the limits of its outputs.
 
-    If it has members, these contribute only frames; ``atlas``, ``maps``, ``exports`` and ``tracks``
-    are its own, and so only these are checked.
+    Its members, if any, contribute only frames, so only its own ``atlas``, ``maps``, ``exports``
+    and ``tracks`` are checked.
 
     Raises:
-        RecipeError: It is invalid or exceeds a limit; a line for each problem, with file, line and
-            key.
+        RecipeError: It is invalid or exceeds a limit; with file, line and key of each problem.
         OutputError: It needs an optional package that is not installed.
     """
     loaded = load_tree(tree)
@@ -43,7 +42,7 @@ def load_checked(tree: RecipeTree) -> CheckedRecipe:
 
 
 def _problems(recipe: Recipe) -> Iterator[Problem]:
-    """Yield what the formats and engines of a recipe cannot do."""
+    """Yield a problem for each limit of a format or an engine that a recipe exceeds."""
     atlas, exports = recipe.atlas, recipe.exports
     has_flakes = recipe.flakes != "none" or bool(atlas.members)
     yield from page_limits(atlas)

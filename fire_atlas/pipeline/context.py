@@ -13,10 +13,10 @@ class BuildOptions:
     """Options of a build that are not in the recipe.
 
     Attributes:
-        jobs: Number of threads.
-        max_pixels: Input images with more pixels are refused.
+        jobs: Number of worker threads.
+        max_pixels: Maximum pixels of an input image.
         overwrite: Whether files that no build wrote may be replaced.
-        force: Whether even what is up to date is built.
+        force: Whether to build even if the outputs are up to date.
     """
 
     jobs: int = field(default_factory=default_jobs)
@@ -28,19 +28,19 @@ class BuildOptions:
     def of(
         cls, jobs: int | None, max_pixels: int, overwrite: bool = False, force: bool = False
     ) -> Self:
-        """Return options; without ``jobs``, the number of processors is taken."""
+        """Return options; ``jobs`` defaults to the number of processors."""
         return cls(jobs or default_jobs(), max_pixels, overwrite, force)
 
 
 @dataclass(frozen=True, slots=True)
 class BuildContext:
-    """What the steps of a build share besides their data; no result depends on it.
+    """Services and limits that all steps of a build share; no result depends on them.
 
     Attributes:
         workers: The pool of threads.
         progress: Receives stages, steps and notes.
         timer: Measures how long each stage takes.
-        max_pixels: Input images with more pixels are refused.
+        max_pixels: Maximum pixels of an input image.
     """
 
     workers: Workers

@@ -1,6 +1,6 @@
-"""Finished animations, and the contribution of a recipe to the pages: all of its animations.
+"""Finished animations, and what a recipe contributes to the pages: all of its animations.
 
-A build has one contribution, or one of each member if recipes share pages (``atlas.members``).
+A build has one contribution, or one from each member if recipes share pages (``atlas.members``).
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ class FinishedAnimation:
         motion: Motion of the flame, if the recipe has motion vectors.
         tracks: Flakes, if there are any.
         bakes_flakes: Whether flakes are drawn into the frames.
-        statistics: Of the clip and its flakes, for the manifest.
+        statistics: Figures about the clip and its flakes, for the manifest.
     """
 
     frames: Sequence[RenderedFrame]
@@ -41,7 +41,7 @@ class FinishedAnimation:
     statistics: Mapping[str, Any] = field(default_factory=dict)
 
     def frames_for_pages(self, name: str) -> AnimationFrames:
-        """Return the frames of the largest scale for packing, as the animation ``name``."""
+        """Return the frames in the largest scale for packing, as the animation ``name``."""
         sprites = tuple(frame.sprites[0] for frame in self.frames)
         return AnimationFrames(name, sprites, 1000 / self.fps, self.loop, self.foot)
 
@@ -64,9 +64,9 @@ class Contribution:
     """The animations of one recipe.
 
     Attributes:
-        name: Of the recipe.
+        name: Name of the recipe.
         animations: By name.
-        statistics: Of the animations, for the manifest.
+        statistics: Figures about the animations, for the manifest.
     """
 
     name: str

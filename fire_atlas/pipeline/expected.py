@@ -1,4 +1,4 @@
-"""The files that a build is sure to write, known before any work is done."""
+"""Predict files that a build will certainly write, to refuse taken names before it starts."""
 
 from collections.abc import Iterator
 
@@ -14,17 +14,17 @@ _ENGINE_FILES: dict[str, tuple[tuple[str, Role], ...]] = {
     "godot": ((godot.FRAMES_ENDING, "scene"), (godot.SCENE_ENDING, "scene")),
     "unity": ((unity.CONTROLLER_ENDING, "engine"), (unity.PREFAB_ENDING, "engine")),
 }
-"""Endings and roles of the files that an engine's export writes of every scale."""
+"""Endings and roles of the files that an engine's export writes for every scale."""
 
 _IMPORT_ENDINGS = {"godot": godot.IMPORT_ENDING, "unity": unity.META_ENDING}
 """Endings of the import settings that an engine's export writes for each image."""
 
 
 def expected_outputs(recipe: Recipe) -> Iterator[tuple[str, Role]]:
-    """Yield the name and role of each output that a build of ``recipe`` is sure to write.
+    """Yield the name and role of each output that a build of ``recipe`` will certainly write.
 
-    The number of pages, the names that a user's template gives, and which animations have flakes
-    are known only when the frames are.
+    The number of pages, the names that users' templates give, and which animations have flakes are
+    known only once the frames are.
     """
     for scale in recipe.atlas.scales:
         yield from _sheet_files(recipe, recipe.name if scale == 1 else f"{recipe.name}@{scale:g}x")

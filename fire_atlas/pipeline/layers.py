@@ -1,4 +1,4 @@
-"""Layers of a frame, flame and flakes: how they are drawn and composed."""
+"""Draw and compose the layers of a frame: flame and flakes."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -21,7 +21,7 @@ from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Atlas, Maps
 
 Palette = NDArray[np.float32]
-"""(colours, 3) sRGB in 0..1: the colours that flakes may have."""
+"""(colours, 3) sRGB in 0..1: the only colours that flakes may have."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class SimulatedClip:
     """A clip with the results of all steps before its frames are rendered.
 
     Attributes:
-        clip: As it is played.
+        clip: The clip as it is played.
         study: Constants of the whole clip.
         analysis: Spawns and field; None if the recipe has no effect.
         tracks: Flakes; None if there are none.
@@ -78,7 +78,7 @@ class Layers:
 
     Attributes:
         flame: (H, W, 4), as from ``Clip.picture``; blurred if the recipe has motion blur.
-        flakes: (H, W, 3) linear light on black, which may exceed 1; None if it is not needed.
+        flakes: (H, W, 3) linear light on black, may exceed 1; None if not needed.
         bakes: Whether flakes are drawn into the page.
     """
 
@@ -101,7 +101,7 @@ def layers_of(i: int, simulated: SimulatedClip, settings: RenderSettings) -> Lay
 def flame_of(
     i: int, picture: Picture, simulated: SimulatedClip, settings: RenderSettings
 ) -> Picture:
-    """Return the flame of a ``picture`` at frame ``i``, blurred along the field if so set."""
+    """Return ``picture``, blurred along the field of frame ``i`` if the recipe says so."""
     blur, analysis, clip = settings.motion_blur, simulated.analysis, simulated.clip
     if analysis is None or not isinstance(blur, MotionBlur) or not blur.flame:
         return picture
@@ -118,7 +118,7 @@ def draw(flakes: Flakes, rows: NDArray[np.float64], height: int, width: int) -> 
     Args:
         flakes: The recipe's section.
         rows: (flakes, columns) of the frame, as in ``Tracks.frames``.
-        height, width: Of the frame, px.
+        height, width: Size of the frame, px.
     """
     if flakes.sprite == "pixel":
         return draw_pixels(rows, height, width)
@@ -127,7 +127,7 @@ def draw(flakes: Flakes, rows: NDArray[np.float64], height: int, width: int) -> 
 
 
 def compose_layers(layers: Layers, settings: RenderSettings, palette: Palette | None) -> Picture:
-    """Return a frame's layers composed, (H, W, 4); a flame in light may be changed in place."""
+    """Return a frame's layers composed, (H, W, 4). May overwrite a flame of float pixels."""
     if layers.flakes is None or not layers.bakes:
         return layers.flame
     return _with_flakes(layers.flame, layers.flakes, settings, palette)
@@ -146,7 +146,7 @@ def _with_flakes(
 ) -> Picture:
     """Return the flame with flakes; only pixels that flakes touch are computed.
 
-    All others stay unchanged, as bytes if the page stores them like the flame's file.
+    All others are unchanged: they keep the exact bytes of the source if the page encodes alike.
     """
     lit = np.flatnonzero(cv2.transform(flakes, np.ones((1, 3), np.float32)) > 0)
     if not lit.size:
@@ -157,12 +157,12 @@ def _with_flakes(
     under = to_light(_pixels_at(whole, lit)[None])[0] if is_ready else _pixels_at(whole, lit)
     pixels = compose(under, _pixels_at(flakes, lit), blend, space, palette)
     pixels = encode_frame(pixels[None], "straight", space)[0] if is_ready else pixels
-    # Assigning each pixel as one number is several times as fast.
-    number = np.uint32 if is_ready else np.complex128
-    whole.view(number).reshape(-1)[lit] = pixels.view(number).reshape(-1)
+    # Four channels as one value, of 32 bits (uint8) or 128 (float32), are assigned much faster.
+    pixel = np.uint32 if is_ready else np.complex128
+    whole.view(pixel).reshape(-1)[lit] = pixels.view(pixel).reshape(-1)
     return whole
 
 
-def _pixels_at(picture: Picture, places: NDArray[np.intp]) -> Picture:
-    """Return the pixels (places, channels) of a picture at ``places``, counted row by row."""
-    return np.take(picture.reshape(-1, picture.shape[2]), places, axis=0)
+def _pixels_at(picture: Picture, indices: NDArray[np.intp]) -> Picture:
+    """Return the pixels (n, channels) of a picture at flat ``indices``, row by row."""
+    return np.take(picture.reshape(-1, picture.shape[2]), indices, axis=0)

@@ -21,7 +21,7 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Mapping[str, Clip
 
     Returns:
         Clips by the name of their animation, one for each view; or sprites, if the recipe only
-        packs images that make up several animations or have several sizes.
+        packs images of several animations or sizes.
     """
     settings = SourceSettings.of(loaded, context.max_pixels)
     sprites = None if has_effect(loaded.recipe) else open_sprites(settings)
@@ -38,10 +38,10 @@ def open_alone(loaded: LoadedRecipe, max_pixels: int) -> Mapping[str, Clip] | Sp
 
 
 def hash_inputs(loaded: LoadedRecipe, staging: Staging, workers: Workers) -> list[HashedFile]:
-    """Hash every file of sources and templates, before any of them is opened.
+    """Hash every source and template file before any of them is opened.
 
-    These files and those of the recipes are protected from being overwritten by outputs. A file
-    that changes from now on makes the build stale: the manifest has the hash taken here.
+    Also protects these files and the recipes from being overwritten by outputs. A file that changes
+    from now on makes the build stale, because the manifest has the hash taken here.
 
     Raises:
         SourceError: A file is missing, or cannot be read.
@@ -52,7 +52,7 @@ def hash_inputs(loaded: LoadedRecipe, staging: Staging, workers: Workers) -> lis
 
 
 def input_files(opened: Mapping[str, Clip] | Sprites) -> tuple[Path, ...]:
-    """Return the files of an opened source, in order."""
+    """Return the files of an opened source, in playing order."""
     return _first(opened).inputs
 
 
@@ -62,7 +62,7 @@ def check_inputs(
     loaded: LoadedRecipe,
     context: BuildContext,
 ) -> None:
-    """Check, when all inputs have been read, that they are as they were hashed.
+    """Check after all inputs were read that none has changed since it was hashed.
 
     ``opened`` are the files of all sources, in order. A note names each file that has changed.
 
@@ -73,7 +73,7 @@ def check_inputs(
     expected = [file.path for file in hashed]
     if files != expected:
         other = next(iter(set(files).symmetric_difference(expected)), loaded.path)
-        raise SourceError(f"{other}: came or went while the sources were opened; build again")
+        raise SourceError(f"{other}: was added or removed during the build; build again")
     for file in hashed:
         if not file.is_unchanged():
             context.progress.note(f"{file.path}: changed while it was read; build again")

@@ -1,4 +1,4 @@
-"""Pack images of any sizes as they are, in named animations, without adding an effect."""
+"""Pack images of any size unchanged into named animations, without the effect."""
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.pipeline.channels import measure_motion
@@ -11,15 +11,15 @@ from fire_atlas.sources.sprites import Sprites
 
 
 def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contribution:
-    """Make finished animations of sprites.
+    """Make finished animations from sprites.
 
     Raises:
         RecipeError: The timeline has settings that need a single clip.
     """
     if not recipe.timeline.keeps_frames:
         raise RecipeError(
-            "timeline cuts and joins the frames of one clip, but these are several animations or "
-            "sizes; leave out all of it but loop: auto or none"
+            "timeline edits a single clip, but these images have several animations or sizes; "
+            "leave out all of timeline except loop: auto or none"
         )
     settings = RenderSettings.of(recipe)
     numbers = [i for played in sprites.animations.values() for i in played]

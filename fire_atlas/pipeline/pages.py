@@ -1,4 +1,4 @@
-"""Pages: pack all frames, and draw the images one after the other."""
+"""Pack all frames onto pages, and draw the images of pages and maps one by one."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
@@ -31,9 +31,9 @@ def pack(
     Args:
         name: File stem of the outputs.
         animations: By their names on the pages.
-        atlas: Settings of pages.
+        atlas: Settings of the pages.
         maps: Settings of the maps beside them.
-        progress: Gets a note if one page is not enough.
+        progress: Receives a note if one page is not enough.
     """
     motions = [each.motion for each in animations.values() if each.motion is not None]
     packed = [animation.frames_for_pages(title) for title, animation in animations.items()]
@@ -41,7 +41,7 @@ def pack(
     if len(sheets[0].pages) > 1:
         progress.note(
             f"needs {len(sheets[0].pages)} pages; a larger atlas.max_size, a smaller source.height "
-            f"or fewer frames would spare clients from loading several"
+            f"or fewer frames could make one page enough"
         )
     encoding = None if maps.motion == "none" else motion_encoding(maps.motion)
     return tuple(with_maps(sheet, maps.layers, motions, encoding) for sheet in sheets)
@@ -68,10 +68,10 @@ def images(
             sprites = [frame.layers[layer][scale] for frame in frames]
             yield from _sprite_pages(sheet, sheet.map(layer).files, "map", sprites, edges)
         if maps.motion != "none":
-            moving = [each for motion in motions for each in motion.frames()]
+            vectors = [each for motion in motions for each in motion.frames()]
             encoding = motion_encoding(maps.motion)
             for i, file in enumerate(sheet.map("motion").files):
-                yield file, "map", partial(draw_motion_page, sheet, i, moving, encoding, edges)
+                yield file, "map", partial(draw_motion_page, sheet, i, vectors, encoding, edges)
 
 
 def _sprite_pages(

@@ -32,12 +32,12 @@ class RenderedFrame:
     """A frame, trimmed and encoded.
 
     Attributes:
-        sprites: For the pages of each scale. The visible box of the largest contains those of all
-            layers, so that all are trimmed alike.
-        layers: Sprites of each layer that the recipe has as a map.
+        sprites: One for each scale of the pages. The visible box (``lit``) of the first, the
+            largest, contains those of all layers, so that all are trimmed alike.
+        layers: Sprites of each layer that the recipe writes as a map.
         thumbnail: The flame, small, (h, w, 4) uint8 premultiplied, if motion vectors are made.
-        light: Sums of its light, if light is measured.
-        width, height: Of the whole frame, px.
+        light: The sums of its light, if light is measured.
+        width, height: Size of the whole frame, px.
     """
 
     sprites: tuple[Sprite, ...]
@@ -66,7 +66,7 @@ def render(
 def render_each(
     frame: Callable[[int], RenderedFrame], numbers: Sequence[int], context: BuildContext
 ) -> list[RenderedFrame]:
-    """Return ``frame(i)`` for each of ``numbers``, rendered in the pool."""
+    """Return ``frame(i)`` for each of ``numbers``, rendered by all workers."""
     context.progress.stage("render", len(numbers))
     frames = []
     for rendered in context.workers.map(frame, numbers):
@@ -81,10 +81,10 @@ def render_frame(
     palette: Palette | None = None,
     background: Background | None = None,
 ) -> RenderedFrame:
-    """Render a frame: measure its light, which is not clipped yet, compose and encode its layers.
+    """Render a frame: measure its light before it is clipped, compose and encode its layers.
 
     Args:
-        layers: Of the frame.
+        layers: The layers of the frame.
         settings: Sections of the recipe.
         palette: Colours that flakes may have.
         background: The static background, if the clip is an opaque scene.
@@ -108,7 +108,7 @@ def render_frame(
 def _light_of(
     layers: Layers, settings: RenderSettings, background: Background | None
 ) -> FrameLight:
-    """Return the light of a frame; of an opaque scene, only that of its flame."""
+    """Return the light of a frame; in an opaque scene, only that of the flame and flakes."""
     flame = as_light(layers.flame)
     if background is not None:
         bright = brightness(flame, settings.atlas.blend_space)
@@ -122,18 +122,18 @@ def _light_of(
 def flames_between(
     simulated: SimulatedClip, settings: RenderSettings, context: BuildContext
 ) -> dict[int, tuple[float, Bytes]]:
-    """Return thumbnails of the flame in source frames that the clip skips, to test motion vectors.
+    """Return thumbnails of source frames that the clip skips, on which motion vectors are tested.
 
-    By the frame before, with the time as a part of the step to the next frame. Empty without
-    motion vectors, or if the clip has all frames of its source.
+    The key is the index of the frame before; the value has the time, as a fraction of the step to
+    the next frame. Empty without motion vectors, or if the clip has all frames of its source.
     """
     if settings.maps.motion == "none":
         return {}
     skipped = simulated.clip.skipped
 
     def flame(i: int) -> tuple[float, Bytes]:
-        seen = flame_of(i, skipped[i].read(), simulated, settings)
-        return skipped[i].time, displayed_thumbnail(as_light(seen), settings.atlas.blend_space)
+        pixels = flame_of(i, skipped[i].read(), simulated, settings)
+        return skipped[i].time, displayed_thumbnail(as_light(pixels), settings.atlas.blend_space)
 
     chosen = choose_held_out(sorted(skipped))
     return dict(zip(chosen, context.workers.map(flame, chosen), strict=True))

@@ -41,7 +41,7 @@ class SimulationSettings:
 
     @property
     def shutter(self) -> float:
-        """Part of a frame during which the shutter is open, 0..1."""
+        """Fraction of a frame's time during which the shutter is open, 0..1."""
         return self.motion_blur.shutter if isinstance(self.motion_blur, MotionBlur) else 0.0
 
 
@@ -52,7 +52,7 @@ def simulate(
     settings: SimulationSettings,
     context: BuildContext,
 ) -> Tracks:
-    """Move the flakes through the recorded field, and record all of them in every frame."""
+    """Move the flakes through the recorded field, and return what each does in every frame."""
     flakes, spawns, progress = settings.flakes, analysis.spawns, context.progress
     if clip.loop:
         spawns = limit_alive(spawns, flakes.max, clip.count, clip.fps, settings.seed)
@@ -69,8 +69,8 @@ def simulate(
 
     look = _appearance(clip, study, settings)
     frames = list(track_rows(flying(), spawns, look, context.workers))
-    births, size = spawn_table(states, spawns, look.pixel), (clip.width, clip.height)
-    tracks = Tracks.one_shot(clip.fps, size, settings.seed, births, frames, look.pixel)
+    table, size = spawn_table(states, spawns, look.pixel), (clip.width, clip.height)
+    tracks = Tracks.one_shot(clip.fps, size, settings.seed, table, frames, look.pixel)
     return fold_into_loop(tracks, clip.count) if clip.loop else tracks
 
 

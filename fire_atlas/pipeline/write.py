@@ -28,10 +28,10 @@ from fire_atlas.recipe.output import Atlas, TrackName
 
 
 def refuse_taken_names(recipe: Recipe, staging: Staging) -> None:
-    """Refuse, before any work, a build that would replace files that no build wrote.
+    """Refuse a build that would replace files of the user or of another build, before it starts.
 
     Raises:
-        OutputError: The name of an output that is known by now is taken.
+        OutputError: The name of an output that is known already is taken.
     """
     expected = list(expected_outputs(recipe))
     for name, _ in expected:
@@ -42,7 +42,7 @@ def refuse_taken_names(recipe: Recipe, staging: Staging) -> None:
 def write_images(
     images: Sequence[Image], atlas: Atlas, staging: Staging, context: BuildContext
 ) -> list[OutputEntry]:
-    """Draw and write the images one after the other, so that only one is in memory."""
+    """Draw and write the images one by one, so that only one is in memory."""
     context.progress.stage("write", len(images))
     outputs = []
     for name, role, draw in images:
@@ -54,7 +54,7 @@ def write_images(
 
 
 def write_files(files: Iterable[OutputFile], staging: Staging) -> list[OutputEntry]:
-    """Write files one after the other, as they are made."""
+    """Write files one by one as they are made."""
     return [_write(file, staging) for file in files]
 
 
@@ -72,15 +72,15 @@ def write_manifest(
     statistics: dict[str, Any],
     staging: Staging,
 ) -> OutputEntry:
-    """Write the manifest: what the build was made from, and what it wrote.
+    """Write the manifest, which lists the inputs and outputs of the build.
 
     Args:
         loaded: The recipe.
-        tool_digest: Of the tool, taken before it made the outputs.
+        tool_digest: Digest of the tool, taken before the outputs were made.
         inputs: Files that were read.
         outputs: Files that were written.
-        statistics: Of the result.
-        staging: Of the outputs.
+        statistics: Figures about the result.
+        staging: Where the manifest is written.
     """
     resolved = (loaded.recipe, *(member.recipe for member in loaded.members))
     manifest = Manifest(
@@ -103,7 +103,7 @@ def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> None:
         OutputError: An output would replace a file of another build or of the user, or another
             output on a file system that ignores case.
     """
-    _refuse_names_equal_but_for_case([output.name for output in outputs])
+    _refuse_names_that_differ_in_case([output.name for output in outputs])
     with staging.alone():
         manifests = FolderManifests.read(staging.out, name)
         changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
@@ -111,14 +111,14 @@ def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> None:
         staging.commit(stale_outputs(manifests, [output.name for output in outputs]))
 
 
-def _refuse_names_equal_but_for_case(names: Sequence[str]) -> None:
+def _refuse_names_that_differ_in_case(names: Sequence[str]) -> None:
     known: dict[str, str] = {}
     for name in names:
         other = known.setdefault(name.casefold(), name)
         if other != name:
             raise OutputError(
-                f"{name}: would be the same file as {other} where upper and lower case are one; "
-                f"give one of them another name"
+                f"{name}: would be the same file as {other} on systems that ignore case; give one "
+                f"of them another name"
             )
 
 
@@ -133,8 +133,8 @@ def product_of(
     Args:
         sheets: The atlas in each scale.
         animations: By their names on the pages.
-        track_formats: In which flakes are written.
-        staging: Gives access to the files that are in the output folder already.
+        track_formats: Formats in which the flake tracks are written.
+        staging: Reads the files that are in the output folder already.
     """
     tracks = {name: each.tracks for name, each in animations.items() if each.tracks is not None}
     lights = {name: each.light for name, each in animations.items() if each.light is not None}

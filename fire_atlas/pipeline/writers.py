@@ -1,4 +1,4 @@
-"""The functions that write what a recipe names in ``exports`` and ``tracks``.
+"""Find the functions that write the formats a recipe names in ``exports`` and ``tracks``.
 
 A new format is a module and a case here; the type checker demands the case once the name is in
 ``fire_atlas.recipe.output``. Writers are imported only when a recipe names them.
@@ -30,13 +30,13 @@ from fire_atlas.recipe.output import (
 )
 
 Exporter: TypeAlias = Callable[[Product], Iterator[OutputFile]]
-"""Gives the files of an export for all scales."""
+"""Yields the files of an export for all scales."""
 
 SheetExporter: TypeAlias = Callable[[AtlasSheet], Iterator[OutputFile]]
-"""Gives the files of an export that describes each scale on its own."""
+"""Yields the files of an export for one scale."""
 
 TrackWriter: TypeAlias = Callable[[str, Tracks], OutputFile]
-"""Gives the file of an animation's flakes, from its stem and tracks."""
+"""Returns the file of an animation's flakes, from its file stem and tracks."""
 
 
 def exported_files(
@@ -50,7 +50,7 @@ def exported_files(
         templates: Paths of the user's templates, by their names in the recipe.
 
     Raises:
-        OutputError: Two files would have the same name without regard to case.
+        OutputError: Two files would have names that differ only in case, or not at all.
     """
     taken = {file.casefold() for sheet in product.sheets for file in sheet.files}
     for export in exports:
@@ -62,7 +62,7 @@ def exported_files(
 
 
 def track_files(formats: Sequence[TrackName], product: Product) -> Iterator[OutputFile]:
-    """Yield the tracks of each animation in each of ``formats`` for flakes."""
+    """Yield the flake tracks of each animation in each of ``formats``."""
     for animation, tracks in product.tracks.items():
         for name in formats:
             if name != "light":
@@ -97,7 +97,7 @@ def _repeated(name: str, export: Export) -> str:
 
 
 def exporter(export: ExportName | EngineExport) -> Exporter:
-    """Return the exporter that a recipe names, with its options."""
+    """Return the exporter for an entry of a recipe's ``exports``, with its options."""
     match export:
         case "json":
             from fire_atlas.formats.atlas.texture_packer import export_json_hash

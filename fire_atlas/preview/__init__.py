@@ -1,1 +1,1 @@
-"""Preview of finished builds for people, read from the written files alone."""
+"""Pictures, pages and tables for people, made from the files of a build alone."""

@@ -1,4 +1,4 @@
-"""Blending of a stored frame over a background, as game engines do it."""
+"""Blend a stored frame over a background, as game engines do."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ def blend(frame: Bytes, background: tuple[int, int, int], alpha: str, blend_spac
     """Return a frame blended over a background, (H, W, 3) uint8 sRGB.
 
     Straight: rgb·a + bg·(1 − a). Premultiplied: rgb + bg·(1 − a). Additive: rgb + bg. In ``srgb``
-    this is done with the stored values, in ``linear`` with their linear light.
+    stored values are blended, in ``linear`` their linear light.
 
     Args:
         frame: (H, W, 4) uint8 RGBA, as stored in the page.
@@ -37,6 +37,6 @@ def _over(
 
 
 def as_seen(frame: Bytes, alpha: str, blend_space: str) -> Pixels:
-    """Return the pixels of a stored frame, with the light that a client shows over black."""
+    """Return the pixels of a stored frame with the light that a client shows over black."""
     light = decode_bytes(blend(frame, (0, 0, 0), alpha, blend_space))
     return np.dstack([light, frame[..., 3] * np.float32(1 / 255)])

@@ -1,4 +1,4 @@
-"""Text of figures about an atlas, for tables and the preview page."""
+"""Figures about an atlas as text, for tables and the preview page."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -14,8 +14,8 @@ class PageUse:
 
     Attributes:
         frames: Number of frames on it.
-        places: Number of rectangles they take: equal frames may share one.
-        occupancy: Part of the page's area that they cover, 0..1.
+        places: Number of rectangles they take; equal frames may share one.
+        occupancy: Fraction of the page's area that they cover, 0..1.
     """
 
     frames: int
@@ -33,7 +33,7 @@ def page_use(atlas: AtlasFile, page: int) -> PageUse:
 
 
 def safe_mip(page: Page) -> str:
-    """Return the smallest mip level without colours of neighbouring frames, as text."""
+    """Return the smallest mip level at which no frame mixes with its neighbours, as text."""
     return "none, not even filtering" if page.safe_mip is None else str(page.safe_mip)
 
 

@@ -1,4 +1,4 @@
-"""Frames of a finished atlas, cut out of its pages."""
+"""Cut the frames of a finished atlas out of its pages."""
 
 from collections.abc import Iterator, Sequence
 
@@ -32,7 +32,7 @@ def cut_frames(atlas: AtlasFile) -> Iterator[Bytes]:
 
 
 def aligned_frames(atlas: AtlasFile) -> Iterator[Bytes]:
-    """Yield every frame on a canvas that holds all of them, aligned at their pivots."""
+    """Yield every frame on a canvas large enough for all of them, aligned at their pivots."""
     (width, height), places = common_canvas(atlas.frames)
     for frame, (x, y) in zip(cut_frames(atlas), places, strict=True):
         canvas = np.zeros((height, width, 4), np.uint8)
@@ -41,8 +41,8 @@ def aligned_frames(atlas: AtlasFile) -> Iterator[Bytes]:
 
 
 def common_canvas(frames: Sequence[Region]) -> tuple[tuple[int, int], list[tuple[int, int]]]:
-    """Return the size of a canvas that holds all ``frames`` aligned at their pivots, and the
-    top-left corner of each untrimmed frame on it; px."""
+    """Return the size of a canvas for all ``frames``, aligned at their pivots, and the top-left
+    corner of each untrimmed frame on it; px."""
     pivots = [
         (round(f.anchor[0] * f.frame_width), round(f.anchor[1] * f.frame_height)) for f in frames
     ]

@@ -1,4 +1,4 @@
-"""Figures about the quality of the loops of a finished atlas."""
+"""Measure the quality of the loops of a finished atlas."""
 
 from collections import deque
 from itertools import islice
@@ -10,14 +10,14 @@ from fire_atlas.preview.frames import cut_frames
 from fire_atlas.vision.loop_figures import LoopFigures, loop_figures
 
 _MAX_FRAMES = 512
-"""Longer loops are not measured: it takes some ms per frame."""
+"""Maximum length of a loop that is measured, as each frame takes some ms."""
 
 
 def figures_of_loops(atlas: AtlasFile) -> dict[str, list[Figure]]:
-    """Return figures of each looping animation whose frames have one size, by its name.
+    """Return figures about each looping animation whose frames have one size, by its name.
 
-    Steps are relative to the median step, flow and change of light at the seam to their 95th
-    percentile, detail to its median.
+    Steps are relative to the median step, detail to its median; flow and change of light at the
+    seam are relative to their 95th percentiles.
 
     Raises:
         SourceError: A page file is missing, or is not as the atlas states.
@@ -34,7 +34,7 @@ def figures_of_loops(atlas: AtlasFile) -> dict[str, list[Figure]]:
             seen = (as_seen(frame, atlas.sheet.alpha, atlas.sheet.blend_space) for frame in shown)
             found[animation.name] = _figures(loop_figures(seen))
         else:
-            deque(shown, maxlen=0)
+            deque(shown, maxlen=0)  # skip its frames
     return found
 
 

@@ -1,7 +1,7 @@
 """The preview page: one HTML file that plays an atlas in a browser, without other files.
 
-Its parts lie in ``templates/preview``. The files of pages are embedded unchanged, so that the
-browser blends the bytes that a client loads.
+Its parts are in ``templates/preview``. The files of pages are embedded unchanged, so that the
+browser blends the same bytes that a client loads.
 """
 
 import base64
@@ -34,7 +34,7 @@ _SCRIPTS = (
 )  # fmt: skip
 
 _DRAWN = COLUMNS[: COLUMNS.index("a") + 1]
-"""Columns of the tracks that the page draws; ``flake_painter.js`` counts on their order."""
+"""Columns of the tracks that the page draws; ``flake_painter.js`` relies on their order."""
 
 _FORMULAS = {
     "straight": "rgb · a + background · (1 − a)",
@@ -70,7 +70,7 @@ _KEYBOARD = {
 
 
 _GENERATOR = b'<meta name="generator" content="fire-atlas '
-"""Stands near the beginning of every page, as ``templates/preview/page.html.j2`` has it."""
+"""Identifies a preview page: ``templates/preview/page.html.j2`` has it near the beginning."""
 
 
 def is_preview_page(path: Path) -> bool:
@@ -86,9 +86,9 @@ def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Col
     """Return the page as HTML.
 
     Args:
-        atlas: What it plays.
+        atlas: The atlas to play.
         tracks: Flakes of each animation that has any, by its name.
-        background: The first of those to choose from.
+        background: The first colour in the choice of backgrounds.
 
     Raises:
         SourceError: The file of a page or map is missing, or is not as the atlas states.

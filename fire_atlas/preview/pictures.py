@@ -25,7 +25,7 @@ AnimationKind = Literal["gif", "webp", "apng"]
 
 _COLUMNS = 12
 _MAX_SIDE = 192
-"""Of a picture in a contact sheet, px."""
+"""Maximum side of a picture in a contact sheet, px."""
 _GAP = 4
 _LABEL = 16
 _LABEL_COLOR = (170, 170, 180)
@@ -34,7 +34,7 @@ _PILLOW_FORMAT = {"gif": "GIF", "webp": "WEBP", "apng": "PNG"}
 _TIME_STEP = {"gif": 10, "webp": 1, "apng": 1}
 """Unit of durations in each format, ms."""
 _MIN_DURATION = {"gif": 20, "webp": 1, "apng": 1}
-"""Shortest duration of a frame, ms: browsers play GIFs with shorter ones slowly."""
+"""Minimum duration of a frame, ms: browsers slow down GIFs with shorter ones."""
 
 
 def animated_image(atlas: AtlasFile, kind: AnimationKind, background: Color) -> bytes:
@@ -59,22 +59,22 @@ def animated_image(atlas: AtlasFile, kind: AnimationKind, background: Color) -> 
     return file.getvalue()
 
 
-def schedule(durations: Sequence[float], tick: int, least: int) -> list[tuple[int, int]]:
-    """Return the numbers of the frames to show, each with its duration, ms.
+def schedule(durations: Sequence[float], tick: int, minimum: int) -> list[tuple[int, int]]:
+    """Return the indices of the frames to show, each with its duration, ms.
 
-    Durations are multiples of ``tick`` and at least ``least``. Rounding errors do not add up: every
-    frame ends within half a tick of its time. Frames too short to show are left out, and the next
-    is shown for their time as well.
+    Durations are multiples of ``tick`` and at least ``minimum``. Rounding errors do not add up:
+    every frame ends within half a tick of its time. Frames too short to show are left out, and
+    their time is added to the next one.
     """
     shown: list[tuple[int, int]] = []
     start, end = 0, 0.0
     for i, duration in enumerate(durations):
         end += duration
         length = round(end / tick) * tick - start
-        if length >= least:
+        if length >= minimum:
             shown.append((i, length))
             start += length
-    return shown or [(0, least)]
+    return shown or [(0, minimum)]
 
 
 def contact_sheet(
@@ -82,8 +82,8 @@ def contact_sheet(
 ) -> bytes:
     """Return a PNG with up to 12 frames of an atlas: rows of the input, the flakes and the result.
 
-    The frames are evenly spread. Without ``clip`` or ``tracks`` their rows are left out. Several
-    animations of one length, like the views of a fire, have a row each.
+    The frames are evenly spread. Without ``clip`` or ``tracks`` their rows are left out. If all
+    animations have the same length, like the views of a fire, each has a row.
     """
     lengths = [len(animation.frames) for animation in atlas.sheet.animations]
     count = lengths[0] if len(set(lengths)) == 1 else len(atlas.frames)

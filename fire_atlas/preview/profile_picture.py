@@ -1,4 +1,4 @@
-"""Draw a picture of a fire profile, to see at a glance whether it was learnt right."""
+"""Draw a picture of a fire profile that shows at a glance whether it was learnt correctly."""
 
 import io
 from collections.abc import Sequence
@@ -26,8 +26,8 @@ _ORIGINS = {"own": (255, 150, 40), "mirrored": (150, 120, 220), "sheared": (92, 
 
 
 def profile_picture(profile: Profile, clips: Sequence[Clip]) -> bytes:
-    """Return a PNG: outlines and feature points over frames of the ``clips``, the colour table, how
-    the fire leans, and which leaning sets show frames of their own."""
+    """Return a PNG: outlines and feature points over frames of the ``clips``, the colour table, a
+    histogram of the lean, the origin of the frames of each leaning set, and figures."""
     samples = [_frames(clip, side) for clip, side in zip(clips, profile.sides, strict=False)]
     panels = [_table(profile), _leans(profile.front), _sets(profile.front), _figures(profile)]
     row = _beside(panels)
@@ -43,7 +43,7 @@ def profile_picture(profile: Profile, clips: Sequence[Clip]) -> bytes:
 
 
 def _frames(clip: Clip, side: Side) -> Image.Image:
-    """Draw some frames, cropped to the fire, with outline and feature points."""
+    """Draw frames spread over the clip, cropped to the fire, with outline and feature points."""
     mask = FireMask.of(clip, side.threshold)
     numbers = evenly_spread(0, clip.count - 1, _FRAMES)
     xs = np.array([point[0] for each in side.points for point in each])
@@ -77,7 +77,7 @@ def _frame(
 
 
 def _marked(picture: Bytes, edge: NDArray[np.bool_]) -> Bytes:
-    """Draw an outline, given by pixel of the frame, over an enlarged frame."""
+    """Draw an outline, a mask of the original frame's pixels, over the enlarged frame."""
     size = picture.shape[1], picture.shape[0]
     line = cv2.resize(edge.astype(np.float32), size, interpolation=cv2.INTER_LINEAR) > 0.45
     marked = picture.copy()
@@ -119,6 +119,7 @@ def _table(profile: Profile) -> Image.Image:
 
 def _leans(side: Side) -> Image.Image:
     image, draw = _panel("lean of every frame, degrees")
+    # Leans beyond the range count in the outermost bins.
     counts, edges = np.histogram(np.clip(side.leans, -39.9, 39.9), bins=40, range=(-40, 40))
     floor, tall = _PANEL - 28, _PANEL - 64
     step = (_PANEL - 16) / len(counts)

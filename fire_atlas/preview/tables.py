@@ -1,4 +1,4 @@
-"""Tables and sentences about a finished atlas, for ``fire-atlas inspect``."""
+"""Describe a finished atlas in tables and sentences, for ``fire-atlas inspect``."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -20,7 +20,7 @@ def tables_of(
     """Yield tables of pages, frames, loops, maps and flakes.
 
     Args:
-        atlas: What is described.
+        atlas: The atlas to describe.
         tracks: Flakes of each animation that has any, by its name.
         motion: Sentences on motion vectors, which follow the table of maps.
 
@@ -124,7 +124,7 @@ def _maps(atlas: AtlasFile) -> Table:
 
 
 def _motion_sentence(animation: str, report: ValidationReport | None) -> str:
-    """Return how much motion vectors improve blending; an only animation has an empty name."""
+    """Return how much motion vectors improve blending; ``animation`` is empty if it is the only."""
     vectors = f"motion vectors of {animation}" if animation else "motion vectors"
     if report is None:
         return f"{vectors}: none, the animation is too short to test them"

@@ -46,7 +46,7 @@ def test_a_file_that_someone_changed_is_kept(run: Run, campfire: Path) -> None:
     result = run("clean", campfire.name)
     assert names(page.parent) == {"campfire.png"}
     assert (
-        f"kept {Path('build') / 'campfire.png'}: it is not as the build wrote it" in result.stdout
+        f"kept {Path('build') / 'campfire.png'}: it was changed since it was built" in result.stdout
     )
 
 

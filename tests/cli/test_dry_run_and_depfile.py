@@ -35,15 +35,15 @@ def add_input(recipe: Path) -> None:
 
 
 CHANGES: list[tuple[Callable[[Path], object], str]] = [
-    (lambda recipe: shutil.rmtree(recipe.parent / "build"), "holds no sound campfire.manifest"),
+    (lambda recipe: shutil.rmtree(recipe.parent / "build"), "holds no valid campfire.manifest"),
     (
         lambda recipe: recipe.write_text(recipe.read_text() + "seed: 5\n"),
-        "the recipe says something",
+        "the recipe has changed",
     ),
     (change_input, "clip/0002.png has changed"),
-    (add_input, "there are other inputs: clip/0006.png is new"),
+    (add_input, "the inputs differ: clip/0006.png is new"),
     (lambda recipe: (recipe.parent / "clip" / "0005.png").unlink(), "clip/0005.png is gone"),
-    (spoil_output, "campfire.png is missing, or not as it was written"),
+    (spoil_output, "campfire.png is missing or was changed"),
 ]
 
 

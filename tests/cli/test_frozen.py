@@ -61,7 +61,7 @@ def test_what_is_stale_fails_with_the_reason_and_nothing_is_written(run: Run, bu
 def test_what_was_never_built_fails(run: Run, campfire: Path) -> None:
     done = run("build", campfire.name, "--frozen")
     assert done.returncode == 1
-    assert "holds no sound campfire.manifest.json" in done.stderr
+    assert "holds no valid campfire.manifest.json" in done.stderr
     assert not (campfire.parent / "build").exists()
 
 

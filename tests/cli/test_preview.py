@@ -222,7 +222,7 @@ def test_a_file_that_is_there_is_replaced_only_when_that_is_asked_for(
         end = ["-o", name] if name == "x.png" else []
         line = ["preview", campfire.name, "-q", *end, *([kind] if kind != "--" else [])]
         result = run(*line)
-        assert result.returncode == 1 and f"{name}: is there already" in result.stderr
+        assert result.returncode == 1 and f"{name}: exists already" in result.stderr
         assert "--overwrite" in result.stderr and "Traceback" not in result.stderr
         assert (folder / name).read_text() == "<html>mine</html>"
         assert run(*line, "--overwrite").returncode == 0
@@ -281,4 +281,4 @@ def test_broken_tracks_are_refused(run: Run, atlas: Path) -> None:
     atlas.with_name("fire.flakes.json").write_text('{"columns": []}')
     result = run("inspect", atlas.name)
     assert result.returncode == 1
-    assert "fire.flakes.json: is not a file of tracks that fire-atlas wrote" in result.stderr
+    assert "fire.flakes.json: is not a file of flake tracks written by fire-atlas" in result.stderr

@@ -195,8 +195,8 @@ def test_a_damaged_page_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        (lambda motion: motion.update(engine="frostbite"), "'frostbite' is no engine"),
-        (lambda motion: motion.update(engine=["unity"]), "is no engine"),
+        (lambda motion: motion.update(engine="frostbite"), "'frostbite' is not an engine"),
+        (lambda motion: motion.update(engine=["unity"]), "is not an engine"),
         (lambda motion: motion.pop("scale"), "KeyError: 'scale'"),
         (lambda motion: motion["strength"].update(pixels=[1]), "IndexError"),
         (lambda motion: motion.update(image="../fire.png"), "is not a plain file name"),

@@ -144,7 +144,7 @@ def test_a_template_is_never_written_over(
               "exports": [{"template": "build/mine.j2", "to": "mine.j2"}]}  # fmt: skip
     (folder / "fire.yaml").write_text(json.dumps(recipe))
     assert main(["build", str(folder / "fire.yaml")]) == 1
-    assert "read as input" in capsys.readouterr().err
+    assert "is an input" in capsys.readouterr().err
     assert (folder / "build/mine.j2").read_text() == "x"
 
 

@@ -100,7 +100,7 @@ def test_what_is_no_tracks_is_refused(change: Callable[[str], str], tmp_path: Pa
     text = file.data.decode()
     assert change(text) != text
     with pytest.raises(
-        SourceError, match=r"fire\.flakes\.json: is not a file of tracks that fire-atlas"
+        SourceError, match=r"fire\.flakes\.json: is not a file of flake tracks written by"
     ):
         read_back(replace(file, data=change(text).encode()), tmp_path)
 

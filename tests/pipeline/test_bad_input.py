@@ -137,6 +137,6 @@ def test_outputs_never_replace_what_they_are_made_from(repo: Repo) -> None:
     source = {"path": "fire.png", "grid": {"columns": 2, "rows": 1}}
     ran = repo.run("build", repo.recipe(source=source), "-o", repo.folder)
     assert ran.code == 1
-    assert "fire.png: would be written over" in ran.err and "`name`" in ran.err
+    assert "fire.png: is an input and would be overwritten" in ran.err and "`name`" in ran.err
     assert (repo.folder / "fire.png").read_bytes() == before
     assert sorted(contents(repo.folder)) == ["fire.png", "fire.yaml"]

@@ -14,7 +14,7 @@ Run = Callable[..., CompletedProcess[str]]
 Write = Callable[..., Path]
 
 LIES_AS_ON_THE_PAGE = (
-    "cannot be had with atlas.rotate: its clients show frames as they lie on the page; "
+    "cannot be combined with atlas.rotate: its clients show frames as they lie on the page; "
     "set atlas.rotate to false"
 )
 STRAIGHT_IN_SRGB = "browsers blend images with straight alpha in sRGB"
@@ -57,17 +57,17 @@ def test_an_engine_with_options_has_the_same_limits(engine: str, write: Write) -
     [
         (
             "atlas:\n  alpha: premultiplied\nexports:\n  - css",
-            f"5: exports.0: css cannot be had with atlas.alpha premultiplied and blend_space srgb: "
-            f"{STRAIGHT_IN_SRGB}",
+            f"5: exports.0: css cannot be combined with atlas.alpha premultiplied and blend_space "
+            f"srgb: {STRAIGHT_IN_SRGB}",
         ),
         (
             "exports:\n  - css\natlas:\n  blend_space: linear",
-            f"3: exports.0: css cannot be had with atlas.alpha straight and blend_space linear: "
-            f"{STRAIGHT_IN_SRGB}",
+            f"3: exports.0: css cannot be combined with atlas.alpha straight and blend_space "
+            f"linear: {STRAIGHT_IN_SRGB}",
         ),
         (
             "exports:\n  - json\n  - unity\natlas:\n  format: webp",
-            "4: exports.1: unity cannot be had with atlas.format webp: Unity imports PNG",
+            "4: exports.1: unity does not import atlas.format webp; set it to png",
         ),
         (
             "exports:\n  - godot:\n      version: 3\natlas:\n  blend_space: linear",

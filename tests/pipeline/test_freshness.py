@@ -243,7 +243,7 @@ def test_a_manifest_that_climbs_out_of_its_folder_removes_nothing(
     manifest.write_text(json.dumps(told), encoding="utf-8")
     before = contents_of_files(repo.build)
     ran = repo.run("build", recipe)
-    assert ran.code == 1 and "fire.manifest.json: is no sound manifest" in ran.err
+    assert ran.code == 1 and "fire.manifest.json: is not a valid manifest" in ran.err
     assert contents_of_files(repo.build) == before
     ran = repo.run("build", recipe, "--overwrite")
     assert ran.code == 0 and not ran.is_up_to_date
@@ -282,7 +282,7 @@ def test_a_broken_manifest_vouches_for_nothing_and_is_replaced_when_told(
     sound = manifest.read_bytes()
     manifest.write_bytes(text.encode())
     ran = repo.run("build", recipe)
-    assert ran.code == 1 and "fire.manifest.json: is no sound manifest" in ran.err
+    assert ran.code == 1 and "fire.manifest.json: is not a valid manifest" in ran.err
     assert manifest.read_bytes() == text.encode()
     ran = repo.run("build", recipe, "--overwrite")
     assert (ran.code, ran.is_up_to_date) == (0, False), ran.err

@@ -134,7 +134,7 @@ def test_a_template_writes_no_name_that_builds_keep_for_themselves(repo: Repo, t
     repo.clip()
     (repo.folder / "mine.j2").write_text("{}")
     ran = repo.run("build", repo.recipe(exports=[{"template": "mine.j2", "to": to}]))
-    assert ran.code == 1 and "a name that builds keep for themselves" in ran.err
+    assert ran.code == 1 and "a name reserved for the tool's own files" in ran.err
     assert not repo.build.exists()
 
 

@@ -42,7 +42,7 @@ _ESCAPED = {'"': '\\"', "\\": "\\\\"}
 
 
 class _AssetType(NamedTuple):
-    """Importer of a type of file, and the local id of its main object."""
+    """Unity's importer of a type of file, and the local id of its main object."""
 
     importer: str
     main_id: int = 0
@@ -58,7 +58,7 @@ _ASSET_TYPES = {
     ".bytes": _AssetType("TextScriptImporter"),
     ".asmdef": _AssetType("AssemblyDefinitionImporter"),
 }
-"""By the ending of the file name."""
+"""Asset types by the ending of the file name."""
 
 
 def export_unity(product: Product, options: UnityOptions) -> Iterator[OutputFile]:
@@ -71,7 +71,7 @@ def export_unity(product: Product, options: UnityOptions) -> Iterator[OutputFile
 
 
 class _Export:
-    """One export, with what all its files share: product, options and names."""
+    """One export: the product, options and names from which all of its files are made."""
 
     def __init__(self, product: Product, options: UnityOptions) -> None:
         self.product = product
@@ -95,7 +95,7 @@ class _Export:
         return bool(self.product.tracks) and self.options.flakes
 
     def guid(self, file: str) -> str:
-        """Return the GUID of an output: the one it has already, or one derived from its name."""
+        """Return the GUID of an output: its existing one, or one derived from its name."""
         meta = file + META_ENDING
         old = read_meta(meta, self.product.existing(meta))
         return guids_in(old)[0] if old else guid_of(self.options.namespace, file)
@@ -125,9 +125,9 @@ class _Export:
     def shader(
         self, stem: str, template: str, floats: tuple[str, ...] = ()
     ) -> Iterator[OutputFile]:
-        """Yield a shader and its material, whose properties ``floats`` are 0.
+        """Yield a shader and its material, which sets the float properties named ``floats`` to 0.
 
-        A material that exists already is kept: the user may have changed it.
+        An existing material is kept: the user may have changed it.
         """
         yield from self.text(f"{stem}.shader", template, name=self.name)
         material = (
@@ -160,7 +160,7 @@ class _Export:
             yield AnimationFlakes(self.states[animation], pivots[first[animation]], tracks)
 
     def effect(self, sheet: AtlasSheet) -> Iterator[OutputFile]:
-        """Yield the pages' ``.meta``, animations, controller and prefab of one scale."""
+        """Yield the files of one scale: ``.meta`` of pages, animations, controller and prefab."""
         sprites = sprites_of(sheet, self.guid)
         for i, page in enumerate(sheet.pages):
             yield self.page_meta(sheet, i, page.file, sprites)
@@ -178,14 +178,14 @@ class _Export:
         *,
         data: bool = False,
     ) -> OutputFile:
-        """Return the ``.meta`` of the image of a page or map, which cuts it into sprites.
+        """Return the ``.meta`` that cuts the image of a page or map into sprites.
 
-        Motion vectors are ``data``: without colour space, sprites and compression.
+        ``data`` is for motion vectors, imported without colour space, sprites or compression.
         """
         page, file = sheet.pages[index], image + META_ENDING
         size = max_texture_size(page.width, page.height)
-        moving = [each.files[index] for each in sheet.maps if each.kind == "motion"]
-        beside = moving if image == page.file else []
+        vectors = [each.files[index] for each in sheet.maps if each.kind == "motion"]
+        secondary = vectors if image == page.file else []
         fresh = rendered(
             "unity/texture.meta.j2",
             (scalar, single),
@@ -193,17 +193,17 @@ class _Export:
             sprites=[] if data else [sprites[region.name] for region in sheet.regions_of(index)],
             alpha=sheet.alpha,
             data=data,
-            secondary=[{"guid": self.guid(each), "name": "_MotionTex"} for each in beside],
+            secondary=[{"guid": self.guid(each), "name": "_MotionTex"} for each in secondary],
             max_size=size,
             pixels_per_unit=self.options.pixels_per_unit * sheet.scale,
         )
         old = read_meta(file, self.product.existing(file))
-        owned = (*TEXTURE_KEYS, *((SECONDARY_TEXTURES,) if beside else ()))
+        owned = (*TEXTURE_KEYS, *((SECONDARY_TEXTURES,) if secondary else ()))
         meta = with_max_size(merged(old, fresh, owned), size)
         return OutputFile(file, "import", meta.encode())
 
     def clips(self, sheet: AtlasSheet, sprites: dict[str, PageSprite]) -> Iterator[OutputFile]:
-        """Yield an animation clip for each animation, and the controller of them."""
+        """Yield an animation clip for each animation, and the controller that plays them."""
         duration = {region.name: region.duration for region in sheet.regions}
         stems = file_stems(sheet.title, [each.name for each in sheet.animations])
         states = []
@@ -247,14 +247,14 @@ class _Export:
 
 
 def scalar(text: str) -> str:
-    """Return text as a scalar of YAML in one line: plain, or quoted and in ASCII."""
+    """Return text as a YAML scalar in one line: plain, or quoted in ASCII."""
     if _PLAIN_SCALAR.fullmatch(text):
         return text
     return f'"{"".join(map(_escaped, text))}"'
 
 
 def single(value: float) -> str:
-    """Return a number with the fewest digits that identify it in single precision."""
+    """Return the shortest text from which float32 reads the same number."""
     return np.format_float_positional(np.float32(value), trim="-")
 
 

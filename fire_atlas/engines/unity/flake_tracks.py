@@ -1,4 +1,4 @@
-"""Flake tracks in binary, ``name.flakes.bytes``, which the player in Unity reads.
+"""Write ``name.flakes.bytes``: flake tracks in the binary format of the player in Unity.
 
 Little-endian; int32 unless float32 is stated:
 
@@ -8,7 +8,7 @@ animations            their number; then for each
 · bytes, UTF-8        number, then the name of its state in the Animator
 · fps (float32)       frames per second
 · loop                1 if frame 0 follows the last frame
-· hard                1 if its flakes are squares of even brightness
+· hard                1 if its flakes are squares of uniform brightness
 · x, y (float32)      pivot, px
 · frames              their number; then the number of flakes in each
 rows                  24 bytes for each flake in each frame, of all animations in turn
@@ -34,7 +34,7 @@ ROW = np.dtype(
     [("x", "<f4"), ("y", "<f4")]
     + [(name, "<f2") for name in ("dx", "dy", "size", "stretch", "rotation", "r", "g", "b")]
 )
-"""Type of a row: a flake in a frame."""
+"""Type of a row, which is one flake in one frame."""
 
 _MAX_HALF = float(np.finfo(np.float16).max)
 
@@ -55,7 +55,7 @@ class AnimationFlakes:
 
 
 def flake_bytes(animations: Iterable[AnimationFlakes]) -> bytes:
-    """Return the file."""
+    """Return the content of the file."""
     animations = list(animations)
     heads = [b"FAFL", _ints(_VERSION, len(animations)), *map(_head, animations)]
     rows = [_rows(animation.tracks).tobytes() for animation in animations]

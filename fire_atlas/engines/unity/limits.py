@@ -1,4 +1,4 @@
-"""What Unity cannot show or import, checked before any work is done."""
+"""Limits of Unity on pages and exports, checked before a build starts."""
 
 from collections.abc import Iterator, Sequence
 
@@ -8,8 +8,8 @@ from fire_atlas.recipe.problem import Problem
 
 
 def unity_limits(atlas: Atlas, exports: Sequence[Export]) -> Iterator[Problem]:
-    """Yield the exports for Unity that cannot show such pages or import their files."""
+    """Yield a problem for each export to Unity that it cannot show or import with such pages."""
     yield from upright_only(atlas, exports, "unity")
     if atlas.format == "webp":
         for path, _ in exports_called(exports, "unity"):
-            yield Problem(path, "unity cannot be had with atlas.format webp: Unity imports PNG")
+            yield Problem(path, "unity does not import atlas.format webp; set it to png")

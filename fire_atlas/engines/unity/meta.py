@@ -1,9 +1,8 @@
-"""``.meta`` files: the settings with which Unity imports a file, and its GUID.
+"""Update ``.meta`` files: the settings with which Unity imports a file, and its GUID.
 
-Unity and the user write into these files as well, and what they wrote is kept. The YAML is handled
-as lines, so that the lines of one key can be replaced and every other byte stays. The lines of a
-key are its own and all after it that are indented deeper; items of a list are indented as deep as
-the key they belong to.
+Unity and the user edit these files too, and their edits are kept. The YAML is handled as lines, so
+that one key can be replaced without changing any other byte. The lines of a key are its own and
+those after it that are indented deeper; items of a list are indented like the key they belong to.
 """
 
 import re
@@ -15,7 +14,7 @@ from fire_atlas.core.errors import OutputError
 from fire_atlas.engines.unity.names import guids_in
 
 YamlPath: TypeAlias = tuple[str, ...]
-"""Keys that lead to a value."""
+"""The keys that lead to a value, outermost first."""
 
 _TEXTURE = "TextureImporter"
 
@@ -30,10 +29,10 @@ TEXTURE_KEYS: tuple[YamlPath, ...] = (
     (_TEXTURE, "spriteSheet", "sprites"),
     (_TEXTURE, "spriteSheet", "nameFileIdTable"),
 )
-"""Keys that a build sets for a page, whoever changed them; all others are kept."""
+"""Keys that every build overwrites in the ``.meta`` of a page; all others are kept."""
 
 SECONDARY_TEXTURES: YamlPath = (_TEXTURE, "spriteSheet", "secondaryTextures")
-"""The key that a build sets as well if a page has motion vectors."""
+"""The key that builds overwrite as well if the page has motion vectors."""
 
 _CONFLICT = re.compile(r"^(<{7}|>{7}) ", re.MULTILINE)
 
@@ -49,8 +48,8 @@ def read_meta(file: str, data: bytes | None) -> str | None:
     """Return the text of the ``.meta`` called ``file``; None if there is none, or none with a GUID.
 
     Raises:
-        OutputError: It is not text or has merge conflicts, so that its GUID, which other files
-            refer to, cannot be kept.
+        OutputError: It is not text or has merge conflicts: its GUID, by which other files refer to
+            the asset, would be lost.
     """
     if data is None:
         return None
@@ -70,7 +69,7 @@ def read_meta(file: str, data: bytes | None) -> str | None:
 def merged(old: str | None, fresh: str, owned: Sequence[YamlPath]) -> str:
     """Return the ``.meta`` to write: ``old`` with the keys ``owned`` from ``fresh``.
 
-    Of an old one for another importer only the GUID and the labels are kept.
+    If ``old`` is for another importer, only its GUID and labels are kept.
     """
     if old is None:
         return fresh
@@ -84,7 +83,7 @@ def merged(old: str | None, fresh: str, owned: Sequence[YamlPath]) -> str:
 
 
 def with_max_size(meta: str, needed: int) -> str:
-    """Return the ``.meta`` of a page with maximal sizes of at least ``needed`` px.
+    """Return the ``.meta`` of a page with every ``maxTextureSize`` at least ``needed`` px.
 
     A size that the user set for one platform is kept, even if it is smaller.
     """
@@ -102,7 +101,7 @@ def with_max_size(meta: str, needed: int) -> str:
 
 
 def _importer(lines: Sequence[str]) -> YamlPath:
-    """Return the key of the importer that a ``.meta`` is for."""
+    """Return the key of the importer in a ``.meta``."""
     return next((line[:-1],) for line in lines if re.fullmatch(r"\w+Importer:", line))
 
 
@@ -134,10 +133,10 @@ def _find(lines: Sequence[str], path: YamlPath) -> LineSpan | None:
 
 
 def _with_block(old: Sequence[str], new: Sequence[str], path: YamlPath) -> list[str]:
-    """Return ``old`` with the lines that ``new`` has at ``path``, which are indented alike.
+    """Return ``old`` with its lines at ``path`` replaced by those of ``new``, indented alike.
 
-    If ``old`` lacks the key, it is added at the end of its block; if it lacks the block, all of
-    that is added.
+    If ``old`` lacks the key, it is added at the end of its parent; a missing or empty parent is
+    replaced as a whole.
     """
     source, target = _find(new, path), _find(old, path)
     if source is None:
@@ -151,7 +150,7 @@ def _with_block(old: Sequence[str], new: Sequence[str], path: YamlPath) -> list[
 
 
 def _keys(lines: Sequence[str], inside: LineSpan) -> Iterator[tuple[str, LineSpan]]:
-    """Yield the keys at the outermost level of some lines, and the span of each."""
+    """Yield the outermost keys in the lines ``inside``, with the span of each."""
     if inside.start >= inside.stop:
         return
     depth = _depth(lines[inside.start])

@@ -1,6 +1,6 @@
 """Names and ids in Unity: of files, sprites, animator states, and the class that plays flakes.
 
-All are derived from names of the build, so that no rebuild changes them.
+All are derived from names in the build, so that rebuilding does not change them.
 """
 
 import hashlib
@@ -11,33 +11,33 @@ from collections.abc import Iterable, Sequence
 from fire_atlas.core.errors import OutputError
 
 _FORBIDDEN = re.compile(r'[\x00-\x1f\x7f<>:"/\\|?*\ud800-\udfff]')
-"""Characters that file names may not have on some system."""
+"""Characters that some operating system forbids in file names."""
 
 _MAX_NAME_BYTES = 100
-"""Of an animation's name within a file name, which may have 255."""
+"""Maximum length of an animation's name in a file name, which may have 255 bytes."""
 
 _GUID = re.compile(r"^guid: ([0-9a-f]{32})\s*$", re.MULTILINE)
 
 CONTROLLER_ENDING, PREFAB_ENDING, META_ENDING = ".controller", ".prefab", ".meta"
-"""Of the animator controller and the prefab of each scale, and of a file's import settings."""
+"""File name endings of animator controllers, prefabs, and the import settings of a file."""
 
 
 def sprite_names(frames: Iterable[str]) -> dict[str, str]:
     """Return the name of each frame's sprite, such as ``campfire_0000``.
 
-    Unity's editor would list names with slashes in submenus.
+    Slashes are replaced, because Unity's editor would make submenus of them.
     """
     return _require_distinct({frame: _FORBIDDEN.sub("_", frame) for frame in frames}, "frames")
 
 
 def state_names(animations: Sequence[str]) -> dict[str, str]:
-    """Return the animator state of each animation; dots and slashes separate layers from states."""
+    """Return the name of each animation's animator state, without dots, which separate layers."""
     names = {each: _FORBIDDEN.sub("_", each).replace(".", "_") for each in animations}
     return _require_distinct(names, "animations")
 
 
 def file_stems(title: str, animations: Sequence[str]) -> dict[str, str]:
-    """Return the file stem of each animation of the build ``title``, which its only one shares."""
+    """Return the file stem of each animation; one called ``title`` has the stem of the build."""
     names = {each: _stem(title, each) for each in animations}
     return _require_distinct(names, "animations")
 
@@ -53,7 +53,7 @@ def player_name(title: str) -> str:
 
 
 def guid_of(namespace: str, file: str) -> str:
-    """Return the GUID of a file, 32 hexadecimal digits, whatever its folder."""
+    """Return the GUID of a file, 32 hexadecimal digits; it does not depend on the folder."""
     return hashlib.md5(f"fire-atlas/unity/{namespace}/{file}".encode()).hexdigest()
 
 
@@ -88,10 +88,10 @@ def _digest(text: str) -> str:
 
 
 def _require_distinct(names: dict[str, str], what: str) -> dict[str, str]:
-    """Return ``names`` if they differ even without regard to case and Unicode form.
+    """Return ``names`` if they differ even when case and Unicode form are ignored.
 
     Raises:
-        OutputError: Two of them do not.
+        OutputError: Two of them are equal then.
     """
     taken: dict[str, str] = {}
     for name, made in names.items():

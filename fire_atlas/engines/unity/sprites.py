@@ -11,7 +11,7 @@ from fire_atlas.atlas.sheet import AtlasSheet, Region
 from fire_atlas.engines.unity.names import local_file_id, sprite_guid, sprite_names
 
 _MIN_MAX_SIZE = 2048
-"""Unity's default for the largest side of a texture, px."""
+"""Smallest Max Size that is set, px: Unity's default."""
 
 
 class SpriteRect(NamedTuple):
@@ -29,9 +29,9 @@ class PageSprite:
 
     Attributes:
         name: Its name in Unity.
-        id, guid: Its ids, for references to it and in the Sprite Editor.
+        id, guid: Identify it in references, and in the Sprite Editor.
         page: GUID of its page.
-        rect: Where it is on the page, px, y up.
+        rect: Its place on the page, px, y up.
         pivot: In 0..1 of the rect, y up.
     """
 
@@ -71,7 +71,7 @@ def rect_of(region: Region, page_height: int) -> SpriteRect:
 
 
 def pivot_of(region: Region) -> tuple[float, float]:
-    """Return the pivot (x, y) in sizes of the trimmed frame, y up; it may lie outside of 0..1."""
+    """Return the pivot (x, y) in 0..1 of the trimmed frame, y up; it may lie outside."""
     x, y = pivot_px(region)
     bottom = region.trim_y + region.height
     return (x - region.trim_x) / region.width, (bottom - y) / region.height

@@ -1,7 +1,7 @@
-"""Entries of TexturePacker's JSON: a frame, a page, an animation, the maps beside a page.
+"""Write and read the entries of TexturePacker's JSON: frames, pages, animations and maps.
 
-They are the same in every variant of that format. Each entry is read by the function next to its
-writer. Readers raise KeyError, TypeError or ValueError for an entry that no writer here makes.
+All variants of the format share them. The functions that read raise KeyError, TypeError or
+ValueError for an entry that is invalid.
 """
 
 import json
@@ -17,10 +17,10 @@ from fire_atlas.formats.decimals import plain
 from fire_atlas.recipe.output import Engine
 
 _MAX_ANCHOR = 1000.0
-"""Largest distance of a pivot from its frame that is read, in sizes of the frame."""
+"""Maximum distance of a pivot accepted when reading, in sizes of its frame."""
 
 _MAX_STRENGTH = 1e6
-"""Largest motion that is read for a decoded 1, in any unit."""
+"""Maximum motion per decoded 1 accepted when reading, in any unit."""
 
 
 def compact(value: Any) -> str:
@@ -29,7 +29,7 @@ def compact(value: Any) -> str:
 
 
 def frame_entry(region: Region) -> dict[str, Any]:
-    """Return the entry of a frame; ``frame`` has its upright size even if it lies rotated."""
+    """Return the entry of a frame; its sizes are upright even if it is rotated on the page."""
     size = {"w": region.width, "h": region.height}
     return {
         "frame": {"x": region.x, "y": region.y, **size},
@@ -43,7 +43,7 @@ def frame_entry(region: Region) -> dict[str, Any]:
 
 
 def region_of(name: str, page: int, entry: dict[str, Any]) -> Region:
-    """Read the entry of frame ``name`` on page number ``page``."""
+    """Read the entry of frame ``name`` on the page with index ``page``."""
     place, trim, full = entry["frame"], entry["spriteSourceSize"], entry["sourceSize"]
     anchor = entry.get("anchor", {"x": 0.5, "y": 0.5})
     return Region(
@@ -101,7 +101,7 @@ def page_of(meta: dict[str, Any]) -> Page:
 
 
 def about_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
-    """Return the block ``fireAtlas``, which TexturePacker lacks: blending, loops, mip levels."""
+    """Return the block ``fireAtlas``, an addition to the format: blending, loops, mip levels."""
     return {
         "alpha": sheet.alpha,
         "blendSpace": sheet.blend_space,
@@ -122,7 +122,7 @@ def _grid_entry(grid: CellGrid) -> dict[str, Any]:
 
 
 def grid_of(about: dict[str, Any]) -> CellGrid | None:
-    """Read the cells of a page from the block ``fireAtlas``; None if it has no grid."""
+    """Read the cell grid of a page from the block ``fireAtlas``; None if there is none."""
     entry = about.get("grid")
     if entry is None:
         return None
@@ -135,10 +135,10 @@ def grid_of(about: dict[str, Any]) -> CellGrid | None:
 
 
 def animations_on(sheet: AtlasSheet, regions: Sequence[Region]) -> dict[str, list[str]]:
-    """Return the frames of each animation that are among ``regions``, those of one page.
+    """Return the names of each animation's frames that are among ``regions``, those of one page.
 
-    PixiJS looks frames up on their own page only, and fails for a name that is not there. Clients
-    join an animation that spans several pages; names sort in playing order:
+    PixiJS looks up frames on their own page only and fails for other names. Clients join the parts
+    of an animation that spans several pages; frame names sort in playing order:
     ``[sheet, ...sheet.linkedSheets].flatMap((page) => page.animations.campfire ?? [])`` and
     ``.sort((a, b) => (a.label < b.label ? -1 : 1))``.
     """
@@ -151,7 +151,7 @@ def animations_on(sheet: AtlasSheet, regions: Sequence[Region]) -> dict[str, lis
 
 
 def frame_tags(sheet: AtlasSheet, regions: Sequence[Region]) -> list[dict[str, Any]]:
-    """Return Aseprite's tags: the number of the first and the last frame of each animation.
+    """Return Aseprite's tags: the indices of the first and the last frame of each animation.
 
     An animation whose frames are not consecutive in ``regions`` has no tag.
     """
@@ -191,7 +191,7 @@ def maps_of(pages: Sequence[Sequence[dict[str, Any]]]) -> tuple[SheetMap, ...]:
 
 
 def _motion_entry(motion: MotionScale, fps: float) -> dict[str, Any]:
-    """Return how motion vectors are decoded: channels, formula, scale."""
+    """Return how a client decodes the motion vectors: channels, formula, scale."""
     encoding = motion_encoding(motion.engine)
     return {
         "engine": encoding.engine,
@@ -211,10 +211,10 @@ def _motion_entry(motion: MotionScale, fps: float) -> dict[str, Any]:
 
 
 def _motion_of(entry: dict[str, Any]) -> MotionScale:
-    """Read the scale of motion vectors; all else follows from the engine's name."""
+    """Read the scale of motion vectors; the engine's name determines the rest."""
     engine, strength, gutter = entry["engine"], entry["strength"], entry["gutter"]
     if engine not in get_args(Engine):
-        raise ValueError(f"{engine!r} is no engine with a known encoding of motion vectors")
+        raise ValueError(f"{engine!r} is not an engine whose encoding of motion vectors is known")
     return MotionScale(
         engine=engine,
         scale=_strength(entry["scale"]),
@@ -226,9 +226,9 @@ def _motion_of(entry: dict[str, Any]) -> MotionScale:
 
 
 def strengths(motion: MotionScale, fps: float) -> dict[str, Any]:
-    """Return the motion that a decoded 1 stands for, along x and y, in the units clients use.
+    """Return the motion (x, y) that a decoded value of 1 means, in each unit that clients use.
 
-    Those in UV of a cell are None where a page has no grid.
+    Values in UV of a cell are None if the page has no grid.
     """
     cell = motion.cell_uv
     return {

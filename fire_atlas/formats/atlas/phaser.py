@@ -20,7 +20,7 @@ from fire_atlas.formats.names import ENDINGS
 def export_phaser(sheet: AtlasSheet) -> Iterator[OutputFile]:
     """Yield ``name.phaser.json``, for ``load.multiatlas`` and ``load.animation``.
 
-    Its animations refer to the texture by the sheet's title, which has no scale in it.
+    Animations refer to the texture by the sheet's title, which is the same in every scale.
     """
     textures = ",\n".join(_texture(sheet, page) for page in range(len(sheet.pages)))
     maps = [entry for i in range(len(sheet.pages)) for entry in map_entries(sheet, i)]

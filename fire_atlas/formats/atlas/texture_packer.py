@@ -1,7 +1,7 @@
-"""TexturePacker's JSON, one file per page: frames as a hash or as an array.
+"""Write TexturePacker's JSON, one file per page, with frames as a hash or an array; read the hash.
 
-PixiJS, Phaser and most engines read it. The hash is also read back here, for ``preview`` and
-``inspect``. Aseprite's JSON is the array with frames called "0", "1", ...
+PixiJS, Phaser and most engines read it. ``preview`` and ``inspect`` read the hash back. Aseprite's
+JSON is the array with frames called "0", "1", ...
 """
 
 import json
@@ -36,7 +36,7 @@ def export_json_hash(sheet: AtlasSheet) -> Iterator[OutputFile]:
 
 
 def _hash_text(sheet: AtlasSheet, page: int) -> str:
-    """Return the hash of a page, with one frame per line: small, and readable in a diff."""
+    """Return the hash of a page with one frame per line, which is small and easy to diff."""
     regions = sheet.regions_of(page)
     frames = ",\n".join(
         f"{compact(region.name)}:{compact(frame_entry(region))}" for region in regions
@@ -64,14 +64,14 @@ def export_json_array(sheet: AtlasSheet) -> Iterator[OutputFile]:
 def _array_text(
     sheet: AtlasSheet, page: int, regions: Sequence[Region], names: Sequence[str]
 ) -> str:
-    """Return the array of a page, whose frames are called ``names`` in it."""
+    """Return the array of a page; ``names`` are the names of its frames in the file."""
     frames = ",\n".join(
         compact({"filename": name, **frame_entry(region)})
         for name, region in zip(names, regions, strict=True)
     )
-    called = {region.name: name for name, region in zip(names, regions, strict=True)}
+    name_in_file = {region.name: name for name, region in zip(names, regions, strict=True)}
     animations = {
-        animation: [called[frame] for frame in played]
+        animation: [name_in_file[frame] for frame in played]
         for animation, played in animations_on(sheet, regions).items()
     }
     return (
@@ -85,7 +85,7 @@ def export_aseprite(sheet: AtlasSheet) -> Iterator[OutputFile]:
     """Yield ``name.aseprite.json``, with frames called "0", "1", ... for Phaser's Aseprite loader.
 
     Raises:
-        OutputError: There are several pages; that loader knows one.
+        OutputError: There are several pages; that loader supports only one.
     """
     if len(sheet.pages) > 1:
         raise OutputError(
@@ -99,7 +99,7 @@ def export_aseprite(sheet: AtlasSheet) -> Iterator[OutputFile]:
 
 @dataclass(frozen=True, slots=True)
 class AtlasFile:
-    """A finished atlas with the path of its first JSON file; its pages lie beside it."""
+    """An atlas read from its files: the path of its first JSON file, and what that describes."""
 
     path: Path
     sheet: AtlasSheet
@@ -115,7 +115,7 @@ def read_atlas(path: Path) -> AtlasFile:
 
     Raises:
         RecipeError: The file cannot be read, or is a recipe.
-        SourceError: It is not a JSON hash that this tool wrote.
+        SourceError: It is not a JSON hash written by this tool.
     """
     first = _read_json(path)
     try:
@@ -127,13 +127,13 @@ def read_atlas(path: Path) -> AtlasFile:
     ) as error:  # fmt: skip
         raise SourceError(
             f"{path}: is not an atlas that fire-atlas wrote ({type(error).__name__}: {error});"
-            " name the .json beside the pages"
+            " give the .json beside the pages"
         ) from error
 
 
 def _read_json(path: Path) -> dict[str, Any]:
     if path.suffix in {".yaml", ".yml"}:
-        raise RecipeError(f"{path}: is a recipe; build it and name the .json it writes")
+        raise RecipeError(f"{path}: is a recipe; build it and give the .json that the build writes")
     try:
         document = json.loads(read_file(path, MAX_JSON_BYTES))
     except OSError as error:
@@ -142,13 +142,13 @@ def _read_json(path: Path) -> dict[str, Any]:
         raise SourceError(f"{path}: is not JSON ({error})") from None
     if not isinstance(document, dict) or not {"frames", "meta"} <= document.keys():
         raise SourceError(
-            f"{path}: is not an atlas (`frames` and `meta`); name the .json of a build"
+            f"{path}: is not an atlas (it lacks `frames` or `meta`); give the .json of a build"
         )
     return document
 
 
 def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
-    """Return the sheet that these JSON files, one of each page, describe."""
+    """Return the sheet described by ``documents``, the JSON of each page."""
     meta = documents[0]["meta"]
     about = meta["fireAtlas"]
     loops = about.get("loops", {})
@@ -179,9 +179,9 @@ def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
 def _played(
     documents: Sequence[dict[str, Any]], order: Iterable[str]
 ) -> dict[str, tuple[Region, ...]]:
-    """Return the frames of each animation in playing order, joined over the pages.
+    """Return the frames of each animation from all pages, in playing order.
 
-    ``order`` has the names of all animations; the JSON of a page has only those with frames on it.
+    ``order`` names all animations; the JSON of a page has only those with frames on it.
     """
     played: dict[str, tuple[Region, ...]] = dict.fromkeys(order, ())
     for page, document in enumerate(documents):

@@ -16,10 +16,10 @@ from fire_atlas.formats.pages.png import write_png, write_small_png
 from fire_atlas.recipe.output import Atlas
 
 _MAX_BYTES = 2048 * MIB
-"""Largest page file that is read: 16384 x 16384 px without any compression are half of that."""
+"""Maximum size of a page file: twice that of 16384 x 16384 px without compression."""
 
 _WEBP_EFFORT = {"fast": (0, 50), "small": (6, 100)}
-"""Pillow's ``method`` and ``quality``; both are lossless, the higher ones take longer."""
+"""Pillow's ``method`` and ``quality``: lossless files get smaller, but take longer."""
 
 
 def write_page(file: BinaryIO, image: Bytes, settings: Atlas, workers: Workers) -> None:
@@ -48,22 +48,22 @@ def read_page(path: Path, width: int, height: int) -> Bytes:
     """Return the pixels of a page, (H, W, 4) uint8 RGBA as they were written.
 
     Raises:
-        SourceError: The file is missing, damaged, or no image of ``width`` x ``height`` px.
+        SourceError: The file is missing, damaged, or not an image of ``width`` x ``height`` px.
     """
     data = read_page_file(path, width, height)
     try:
         with Image.open(io.BytesIO(data)) as image:
-            # oxipng drops channels that hold nothing.
+            # oxipng drops unused channels.
             return np.array(image.convert("RGBA"))
-    except Exception as error:  # decoders raise what they like
+    except Exception as error:  # decoders raise many types
         raise SourceError(f"{path}: is damaged ({error}); build the recipe again") from error
 
 
 def read_page_file(path: Path, width: int, height: int) -> bytes:
-    """Return the bytes of a page's file; only its header is decoded.
+    """Return the bytes of a page's file, after checking the size in its header.
 
     Raises:
-        SourceError: The file is missing, or no image of ``width`` x ``height`` px.
+        SourceError: The file is missing, or not an image of ``width`` x ``height`` px.
     """
     try:
         data = read_file(path, _MAX_BYTES)
@@ -72,7 +72,7 @@ def read_page_file(path: Path, width: int, height: int) -> bytes:
     try:
         with Image.open(io.BytesIO(data), formats=["PNG", "WEBP"]) as image:
             size = image.size
-    except Exception as error:  # decoders raise what they like
+    except Exception as error:  # decoders raise many types
         raise SourceError(f"{path}: is neither PNG nor WebP; build the recipe again") from error
     if size != (width, height):
         raise SourceError(

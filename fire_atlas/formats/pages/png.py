@@ -1,8 +1,8 @@
 """Write PNG fast: run-length encoding compresses flames as well as slower methods.
 
-A page is cut into bands of rows that are filtered (each row minus the one above) and deflated at
-the same time. Each band ends on a full flush, so that the bands joined are one zlib stream, the
-same whatever the number of workers.
+A page is cut into bands of rows, which are filtered (each row minus the one above) and deflated in
+parallel. Each band ends with a full flush, so that the joined bands are one zlib stream, which does
+not depend on the number of workers.
 """
 
 import io
@@ -18,7 +18,7 @@ from fire_atlas.core.process import run_module
 from fire_atlas.core.workers import Workers
 
 _BAND_ROWS = 64
-"""Rows in a band. Pages have other bytes with another value."""
+"""Rows in a band. Changing it changes the bytes of every page."""
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _HEADER_OF_RGBA8 = bytes([8, 6, 0, 0, 0])
@@ -76,7 +76,7 @@ def _deflate_band(image: Bytes, top: int) -> _Band:
 
 
 def _filtered(image: Bytes, top: int) -> Bytes:
-    """Return rows ``top`` to ``top + _BAND_ROWS`` by PNG's filter Up: (rows, 1 + 4 W)."""
+    """Return the band of rows from ``top`` on, filtered by PNG's Up: (rows, 1 + 4 W)."""
     height, width = image.shape[:2]
     flat = image.reshape(height, 4 * width)
     band = flat[top : top + _BAND_ROWS]
@@ -88,7 +88,7 @@ def _filtered(image: Bytes, top: int) -> Bytes:
 
 
 def _joined_adler(adler: int, band: _Band) -> int:
-    """Return the Adler-32 of what ``adler`` covers and the band after it, as adler32_combine."""
+    """Return the Adler-32 of all data up to and with ``band``, as zlib's adler32_combine."""
     low, high = adler & 0xFFFF, adler >> 16
     band_low, band_high = band.adler & 0xFFFF, band.adler >> 16
     joined_low = (low + band_low - 1) % _ADLER_BASE

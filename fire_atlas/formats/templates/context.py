@@ -1,4 +1,4 @@
-"""The context of templates: an atlas as plain text, numbers and lists; lengths in px, y down."""
+"""Describe an atlas to templates in plain text, numbers and lists; lengths in px, y down."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ def context_of(sheet: AtlasSheet) -> dict[str, Any]:
     scale: Size of the pages, 1 at full size.
     fps: Frames per second.
     alpha, blend_space: As in the recipe.
-    version: Of fire-atlas.
+    version: Version of fire-atlas.
     pages: Each with ``file``, ``width``, ``height``, ``safe_mip``, its ``maps`` (their files by
         kind) and its ``frames``.
     frames: All frames in playing order; see ``_frame``.
@@ -46,9 +46,9 @@ def context_of(sheet: AtlasSheet) -> dict[str, Any]:
 
 
 def _motion(sheet: AtlasSheet) -> dict[str, Any] | None:
-    """Return how motion vectors are decoded, as in ``meta.maps`` of the JSON; None without any.
+    """Return how motion vectors are decoded, as ``meta.maps`` of the JSON; None without them.
 
-    ``pixels``, ``cell_uv``, ``cell_uv_per_second``: the motion [x, y] that a decoded 1 stands for.
+    ``pixels``, ``cell_uv``, ``cell_uv_per_second``: the motion [x, y] that a decoded 1 means.
     """
     motion = sheet.motion
     if motion is None:
@@ -74,7 +74,7 @@ def _motion(sheet: AtlasSheet) -> dict[str, Any] | None:
 def _frame(sheet: AtlasSheet, index: int, region: Region) -> dict[str, Any]:
     """Return a frame: ``x``, ``y``, ``width``, ``height`` is the box of its trimmed pixels.
 
-    The size is upright; on the page a ``rotated`` frame is turned by 90° clockwise.
+    The size is upright; on the page a ``rotated`` frame is turned 90° clockwise.
     ``trim_x``, ``trim_y`` is the top-left corner of these pixels in the untrimmed frame, whose size
     is ``source_width`` × ``source_height``; ``anchor_x``, ``anchor_y`` the pivot in 0..1 of that.
     """

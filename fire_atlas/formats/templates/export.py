@@ -1,7 +1,7 @@
-"""Text files made by Jinja templates: those of the tool, and a user's own.
+"""Export text files rendered from Jinja templates: the tool's own, and users'.
 
 A user's template may come with a recipe from the Internet, so it is rendered in a process of its
-own, which has only the context, little memory and little time.
+own, which gets only the context and has limits on memory and time.
 """
 
 import json
@@ -21,7 +21,7 @@ from fire_atlas.formats.templates.jinja import rendered
 from fire_atlas.recipe.output import TemplateExport
 
 MAX_SECONDS = 10
-"""Longest time that a user's template may take."""
+"""Time limit for a user's template."""
 
 
 def export_css(sheet: AtlasSheet) -> Iterator[OutputFile]:
@@ -31,7 +31,7 @@ def export_css(sheet: AtlasSheet) -> Iterator[OutputFile]:
 
 
 def export_tpsheet(sheet: AtlasSheet) -> Iterator[OutputFile]:
-    """Yield a TexturePacker importer's file of each page: ``name.tpsheet``, ``name-1.tpsheet``."""
+    """Yield the ``.tpsheet`` of each page, which TexturePacker's importers for engines read."""
     context = context_of(sheet)
     for i, page in enumerate(context["pages"]):
         text = rendered("sprites.tpsheet.j2", **context, page=page)
@@ -42,7 +42,7 @@ def export_template(sheet: AtlasSheet, export: TemplateExport, path: Path) -> Ou
     """Return the file that the user's template at ``path`` makes of the sheet.
 
     Raises:
-        FireAtlasError: It cannot be read, is invalid, does what is not allowed, or takes too long.
+        FireAtlasError: The template cannot be read, is invalid or forbidden, or takes too long.
     """
     request = {"template": _read(path), "to": export.to, "context": context_of(sheet)}
     answer = _answer(json.dumps(request), path)
@@ -53,11 +53,11 @@ def export_template(sheet: AtlasSheet, export: TemplateExport, path: Path) -> Ou
 
 
 def _checked_name(name: str, path: Path) -> str:
-    """Return the name that the template at ``path`` gives its file, if it is allowed."""
+    """Return ``name``, which the template at ``path`` gives its file, if it is allowed."""
     if name.startswith(".") or not is_portable(name):
         objection = "which is not a plain file name that every system allows"
     elif is_reserved(name):
-        objection = "a name that builds keep for themselves"
+        objection = "a name reserved for the tool's own files"
     else:
         return name
     raise OutputError(
@@ -75,7 +75,7 @@ def _read(path: Path) -> str:
 
 
 def _answer(request: str, path: Path) -> dict[str, Any]:
-    """Render in another process; ``request`` is JSON, as ``render_process`` reads it."""
+    """Render in another process; ``request`` is the JSON that ``render_process`` reads."""
     try:
         done = run_module(
             "fire_atlas.formats.templates.render_process", request.encode(), MAX_SECONDS
@@ -88,6 +88,6 @@ def _answer(request: str, path: Path) -> dict[str, Any]:
         answer: dict[str, Any] = json.loads(done.stdout)
     except ValueError:
         raise OutputError(
-            f"{path}: the template asked for too much memory or time and was stopped"
+            f"{path}: the template needed too much memory or time and was stopped"
         ) from None
     return answer

@@ -15,7 +15,7 @@ Filter: TypeAlias = Callable[[Any], str]
 
 
 def environment() -> ImmutableSandboxedEnvironment:
-    """Return a new environment, in which names that are not in the context are errors."""
+    """Return a new environment that raises for names that are not in the context."""
     made = ImmutableSandboxedEnvironment(
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -23,7 +23,7 @@ def environment() -> ImmutableSandboxedEnvironment:
         keep_trailing_newline=True,
     )
     made.filters["identifier"] = identifier
-    # Builds must be reproducible, so nothing random.
+    # Builds must be reproducible, so random functions are removed.
     del made.filters["random"], made.globals["lipsum"]
     return made
 

@@ -1,7 +1,7 @@
 """Render a user's template: a request on stdin, the answer on stdout, both JSON.
 
-Run by ``export.py`` as ``python -m fire_atlas.formats.templates.render_process``, a process of its
-own that limits its memory and time.
+``export.py`` runs it as ``python -m fire_atlas.formats.templates.render_process``; it limits its
+own memory and time.
 """
 
 import json
@@ -24,7 +24,7 @@ _MAX_TEXT_LENGTH = 1 << 26
 _MAX_NAME_LENGTH = 200
 
 _ADDRESS = re.compile(r"<[^<>\n]{1,200} at 0x[0-9A-Fa-f]+>")
-"""What Python prints for an object without a text of its own: its address in memory."""
+"""Python's default text of an object, which contains its address in memory."""
 
 
 def main() -> None:
@@ -77,9 +77,9 @@ def _explained(error: Exception) -> str:
         case TemplateNotFound():
             return "a template cannot include, import or extend other files"
         case MemoryError():
-            return "the template asked for too much memory"
+            return "the template needs too much memory"
         case OverflowError():
-            return f"the template asked for too much: {error}"
+            return f"the template needs too much: {error}"
         case TemplateError():
             return str(error)
         case TypeError() if "no loader" in str(error):

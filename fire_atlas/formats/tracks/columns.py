@@ -1,7 +1,7 @@
-"""Columns of flake tracks as text formats write them: decimals, times, and an engine's axes.
+"""Decimals, times and world coordinates of flake tracks, as the file formats write them.
 
-Point caches have the axes of an engine's world: m, x right, y up, z towards the viewer. The frame
-stands upright there, 1 m high, with the middle of its bottom edge at the origin.
+World coordinates are those of point caches: m, x right, y up, z towards the viewer. The frame
+stands upright, 1 m high, with the middle of its bottom edge at the origin.
 """
 
 import numpy as np
@@ -25,12 +25,12 @@ VELOCITY_DECIMALS = 5
 
 
 def frame_time(tracks: Tracks, frame: int) -> float:
-    """Return when a frame begins, s, rounded to the decimals of the column ``t``."""
+    """Return the time at which a frame begins, s, rounded as the column ``t``."""
     return round(frame / tracks.fps, DECIMALS["t"])
 
 
 def assert_finite(tracks: Tracks) -> None:
-    """Raise AssertionError for NaN and infinities: they would be a bug of the simulation."""
+    """Raise AssertionError for NaN or infinity, which only a bug in the simulation can cause."""
     tables = {"spawns": tracks.spawns} | {f"frame {i}": t for i, t in enumerate(tracks.frames)}
     for where, table in tables.items():
         if not np.isfinite(table).all():
@@ -42,7 +42,7 @@ def assert_finite(tracks: Tracks) -> None:
 def world_position(
     tracks: Tracks, x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return positions (n, 3) in the world, m, of x and y (n,), px of the frame, y down."""
+    """Convert x and y (n,) in the frame, px, y down, to positions in the world (n, 3), m."""
     right, up = (x - tracks.width / 2) / tracks.height, 1 - y / tracks.height
     return np.column_stack([right, up, np.zeros_like(right)])
 
@@ -50,5 +50,5 @@ def world_position(
 def world_velocity(
     tracks: Tracks, vx: NDArray[np.float64], vy: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return velocities (n, 3) in the world, m/s, of vx and vy (n,), px/s, y down."""
+    """Convert vx and vy (n,), px/s, y down, to velocities in the world (n, 3), m/s."""
     return np.column_stack([vx, -vy, np.zeros_like(vx)]) / tracks.height

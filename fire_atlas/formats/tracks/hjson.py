@@ -1,8 +1,8 @@
-"""Flake tracks as Houdini's point cache in JSON, which the plugin HoudiniNiagara reads for Unreal.
+"""Write flake tracks as Houdini's point cache in JSON, for the plugin HoudiniNiagara in Unreal.
 
-Niagara spawns a point when its id first appears and keeps it for its lifetime, so every id has to
-be one unbroken flight: a flake that flies on from a loop's last frame into its first has a second
-id there. An empty frame follows the last one, because a point that is alive in the last frame
+Niagara spawns a point when its id first appears and keeps it for its lifetime, so the frames of an
+id must follow one another: a flake that flies on from a loop's last frame into its first gets a
+second id there. An empty frame is added at the end, because a point that is alive in the last frame
 of a cache would never die.
 """
 
@@ -43,9 +43,9 @@ _Rows = NDArray[np.float64]
 def write_tracks_hjson(name: str, tracks: Tracks) -> OutputFile:
     """Return ``name.flakes.hjson``: each flake in each frame, the oldest of a frame first.
 
-    In m with y up, Houdini's axes (``tracks.columns``). ``Cd`` is linear light that may exceed 1,
-    ``pscale`` the width. Lifetimes end with the animation. The first frame always has a
-    point: if there is no flake, one without size and light.
+    Coordinates are metres with y up (``tracks.columns``). ``Cd`` is linear light and may exceed 1,
+    ``pscale`` is the width. Lifetimes are cut off at the end of the animation. If the first frame
+    has no flake, it gets a point without size and light.
     """
     assert_finite(tracks)
     frames = [*_points(tracks), np.zeros((0, len(_DECIMALS)))]
@@ -75,7 +75,7 @@ def _frame(rows: _Rows, frame: int, time: float) -> bytes:
 
 
 def _points(tracks: Tracks) -> list[_Rows]:
-    """Return the points of each frame, with lifetimes that end before the frame after the last."""
+    """Return the points of each frame; lifetimes end before the empty frame that is added."""
     counts = [len(table) for table in tracks.frames]
     frame = tracks.frame_numbers
     row = dict(zip(COLUMNS, np.concatenate(tracks.frames).T, strict=True))

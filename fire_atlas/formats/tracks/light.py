@@ -1,4 +1,4 @@
-"""The light that a fire gives, frame by frame, as JSON: for a lamp in the game."""
+"""Write the light that a fire gives in each frame as JSON, to animate a lamp in the game."""
 
 import json
 
@@ -18,17 +18,17 @@ _DECIMALS = {
 def write_light(name: str, light: ClipLight) -> OutputFile:
     """Return ``name.light.json``: brightness, colour, place and size of the light of each frame.
 
-    Measured in linear light before flakes are clipped to 1; in an opaque scene, of the flame alone.
+    Measured in linear light before flakes are clipped to 1; in an opaque scene, of the fire alone.
 
-    - ``intensity``: 1 is the mean of the animation. A lamp of energy E shines with E · intensity.
-    - ``r g b``: linear colour, its brightest channel 1. intensity · (r, g, b) is, channel by
-      channel, in proportion to the light of the frame.
-    - ``x y``: centre of luminance, source px. ``radius``: root of the mean square distance of the
-      light from there, px; for lamps with a size.
-    - ``mean``: the same of the whole animation, and as its ``light`` the mean of the brightest
-      channel per px of the frame, by which effects can be compared.
+    - ``intensity``: relative to the mean of the animation, 1. Multiply a lamp's energy by it.
+    - ``r g b``: linear colour, scaled so that its brightest channel is 1. intensity · (r, g, b) is
+      proportional to the light of the frame.
+    - ``x y``: centre of luminance, source px. ``radius``: root mean square distance of the light
+      from there, px; for lamps with a size.
+    - ``mean``: the same values for the whole animation. Its ``light``, the mean of the brightest
+      channel per px of the frame, tells how bright effects are compared with one another.
 
-    A frame without light has intensity 0 and otherwise the values of the mean, so nothing jumps.
+    A frame without light has intensity 0 and the other values of the mean, so that nothing jumps.
     """
     mean = _mean(light)
     rows = [
@@ -72,7 +72,7 @@ def light_of_frames(light: ClipLight) -> list[dict[str, float]]:
 
 
 def _mean(light: ClipLight) -> FrameLight:
-    """Return the light of the mean frame."""
+    """Return the mean light of all frames."""
     total, share = sum(light.frames, FrameLight(np.zeros(3), 0, 0, 0)), 1 / len(light.frames)
     return FrameLight(total.rgb * share, total.x * share, total.y * share, total.square * share)
 

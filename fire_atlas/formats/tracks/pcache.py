@@ -1,7 +1,7 @@
-"""Flake spawns as a point cache for Unity's VFX Graph, which simulates the flakes itself.
+"""Write flake spawns as a point cache for Unity's VFX Graph, which simulates the flakes itself.
 
-A point cache has one set of points without time, so it holds the table of spawns. Unity's importer
-needs lines that end in LF and properties of type ``float``, which it keeps in half precision.
+A point cache is one set of points without frames, so it holds the table of spawns. Unity's importer
+needs lines that end in LF and properties of type ``float``, which it stores in half precision.
 """
 
 import numpy as np
@@ -31,10 +31,10 @@ _PROPERTIES = {
     "spawnTime": DECIMALS["t"],
     "flakeId": 0,
 }
-"""Properties of a point, with their decimals."""
+"""Decimals of each property of a point."""
 
 _MAX_EXACT_ID = 2048
-"""Half precision represents all whole numbers up to here."""
+"""Half precision represents all integers up to here exactly."""
 
 
 def write_tracks_pcache(name: str, tracks: Tracks) -> OutputFile:
@@ -42,8 +42,8 @@ def write_tracks_pcache(name: str, tracks: Tracks) -> OutputFile:
 
     ``angle`` is the direction of the velocity, degrees counter-clockwise from +x, as Unity rotates
     about z; ``color`` the linear light at the flake's brightest, which may exceed 1; ``flakeId``
-    the JSON's id modulo 2048. ``spawnTime`` is negative for a flake that outlives its loop: a graph
-    that repeats the loop spawns it without that.
+    the JSON's id modulo 2048. Points with a negative ``spawnTime`` are flakes of an earlier round
+    of the loop that are still alive: a graph that repeats the loop must skip them.
     """
     assert_finite(tracks)
     points = table_text(_points(tracks), list(_PROPERTIES.values()), "", " ", "\n")
@@ -65,16 +65,16 @@ def write_tracks_pcache(name: str, tracks: Tracks) -> OutputFile:
 
 def _points(tracks: Tracks) -> NDArray[np.float64]:
     """Return (spawns, 15), columns as ``_PROPERTIES``."""
-    birth = dict(zip(SPAWN_COLUMNS, tracks.spawns.T, strict=True))
+    spawn = dict(zip(SPAWN_COLUMNS, tracks.spawns.T, strict=True))
     return np.column_stack([
-        world_position(tracks, birth["x"], birth["y"]),
-        world_velocity(tracks, birth["vx"], birth["vy"]),
+        world_position(tracks, spawn["x"], spawn["y"]),
+        world_velocity(tracks, spawn["vx"], spawn["vy"]),
         _brightest(tracks),
-        birth["size"] / tracks.height,
-        np.degrees(np.arctan2(-birth["vy"], birth["vx"])),
-        birth["life"],
-        birth["t"],
-        birth["id"] % _MAX_EXACT_ID,
+        spawn["size"] / tracks.height,
+        np.degrees(np.arctan2(-spawn["vy"], spawn["vx"])),
+        spawn["life"],
+        spawn["t"],
+        spawn["id"] % _MAX_EXACT_ID,
     ])  # fmt: skip
 
 
@@ -84,6 +84,6 @@ def _brightest(tracks: Tracks) -> NDArray[np.float64]:
     rows = rows[np.lexsort((-rows[:, COLUMNS.index("a")], rows[:, 0]))]
     ids, first = np.unique(rows[:, 0], return_index=True)
     light = np.zeros((len(tracks.spawns), 4))
-    _, birth, row = np.intersect1d(tracks.spawns[:, 0], ids, return_indices=True)
-    light[birth] = rows[first[row]][:, [COLUMNS.index(name) for name in "rgba"]]
+    _, spawn, row = np.intersect1d(tracks.spawns[:, 0], ids, return_indices=True)
+    light[spawn] = rows[first[row]][:, [COLUMNS.index(name) for name in "rgba"]]
     return light

@@ -1,4 +1,4 @@
-"""Flake tracks as CSV: a row for each flake in each frame, for spreadsheets and Houdini."""
+"""Write flake tracks as CSV, a row per flake and frame, for spreadsheets and Houdini."""
 
 import numpy as np
 

@@ -1,6 +1,6 @@
-"""Flake tracks as JSON: the spawns of all flakes, and each flake in each frame.
+"""Write flake tracks as JSON: the spawns of all flakes, and each flake in each frame.
 
-This format is also read back, for ``preview`` and ``inspect``.
+``preview`` and ``inspect`` read the files back.
 """
 
 import json
@@ -24,11 +24,11 @@ from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite, frame_tim
 _SIZE = COLUMNS.index("size")
 
 _MAX_NUMBER = 2.0**53
-"""Largest number that is read: whole ones are exact below."""
+"""Limit on numbers accepted when reading: float64 is exact for all integers below it."""
 
 
 def write_tracks_json(name: str, tracks: Tracks) -> OutputFile:
-    """Return ``name.flakes.json``, with a line for each spawn and for each flake of a frame."""
+    """Return ``name.flakes.json``, with a line per spawn, and one per flake and frame."""
     assert_finite(tracks)
     head = json.dumps(_head(name, tracks), ensure_ascii=False)[:-1].encode()
     spawns = ",\n".join(_spawns(tracks)).encode()
@@ -69,7 +69,7 @@ def _frame(tracks: Tracks, frame: int) -> bytes:
 
 
 def read_all_tracks(atlas: AtlasFile) -> dict[str, Tracks]:
-    """Read the tracks that lie beside an atlas, by the name of the animation."""
+    """Read the tracks beside an atlas, by the names of their animations."""
     names = [animation.name for animation in atlas.sheet.animations]
     files = {name: flakes_file(animation_stem(atlas.sheet.title, name), "json") for name in names}
     found = {name: read_tracks(atlas.path.with_name(file)) for name, file in files.items()}
@@ -79,10 +79,10 @@ def read_all_tracks(atlas: AtlasFile) -> dict[str, Tracks]:
 def read_tracks(path: Path) -> Tracks | None:
     """Read the tracks in a file; None if there is no such file.
 
-    The flight of each row is not in the file but derived from spawns and ages.
+    The file does not say which rows are of one flight; that is recomputed from spawns and ages.
 
     Raises:
-        SourceError: The file was not made by ``write_tracks_json``.
+        SourceError: The file was not written by ``write_tracks_json``.
     """
     if not path.exists():
         return None
@@ -94,7 +94,7 @@ def read_tracks(path: Path) -> Tracks | None:
         LookupError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError
     ) as error:  # fmt: skip
         raise SourceError(
-            f"{path}: is not a file of tracks that fire-atlas wrote "
+            f"{path}: is not a file of flake tracks written by fire-atlas "
             f"({type(error).__name__}: {error}); build the recipe again"
         ) from error
 
@@ -103,11 +103,11 @@ def _tracks(document: dict[str, Any]) -> Tracks:
     fps = number(document["fps"], 0.001, 1e6)
     width, height = (whole(length, 1) for length in document["size"])
     order = [document["columns"].index(column) for column in COLUMNS]
-    births = [[spawn[column] for column in SPAWN_COLUMNS] for spawn in document["spawns"]]
-    spawns = _table(births, len(SPAWN_COLUMNS))
+    spawn_rows = [[spawn[column] for column in SPAWN_COLUMNS] for spawn in document["spawns"]]
+    spawns = _table(spawn_rows, len(SPAWN_COLUMNS))
     frames = [_table(frame["rows"], len(COLUMNS))[:, order] for frame in document["frames"]]
     if any((rows[:, _SIZE] < 0).any() for rows in frames):
-        raise ValueError("a flake is smaller than nothing")
+        raise ValueError("a flake has a negative size")
     seed = whole(document["seed"], 0, 2**64)
     return Tracks.of_tables(fps, (width, height), bool(document["loop"]), seed, spawns, frames)
 

@@ -231,8 +231,8 @@ def test_baked_flakes_are_not_played_as_well(bake: bool, tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("atlas", "advice"),
     [
-        ({"rotate": True}, "unity cannot be had with atlas.rotate"),
-        ({"format": "webp"}, "Unity imports PNG"),
+        ({"rotate": True}, "unity cannot be combined with atlas.rotate"),
+        ({"format": "webp"}, "unity does not import atlas.format webp"),
     ],
 )
 def test_pages_that_unity_cannot_show_are_refused(

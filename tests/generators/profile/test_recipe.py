@@ -197,7 +197,7 @@ def test_learn_replaces_a_file_only_when_that_is_asked_for(repo: Path, taken: st
     (repo / taken).write_text("mine")
     line = ("learn", repo / "front", "-o", repo / "kite.profile.json")
     code, said = run(*line)
-    assert code == 1 and f"{taken}: is there already" in said and "--overwrite" in said
+    assert code == 1 and f"{taken}: exists already" in said and "--overwrite" in said
     assert {path.name for path in repo.glob("kite*")} == {taken}
     assert (repo / taken).read_text() == "mine"
     code, said = run(*line, "--overwrite")
