@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Self
 
+from fire_atlas.effect.field.wind import fit_gusts
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
@@ -17,7 +18,7 @@ class GenerationSettings:
 
     Attributes:
         seed: Of all random numbers.
-        wind: The recipe's wind.
+        wind: The recipe's wind; in a loop, with gusts that close with it.
         frames: Length of the clip.
         fps: Frames per second.
         loop: Whether frame 0 follows the last frame.
@@ -35,14 +36,10 @@ class GenerationSettings:
     def of(cls, recipe: Recipe) -> Self:
         """Take them from a recipe, with the defaults of generated fire."""
         timeline = recipe.timeline
-        return cls(
-            seed=recipe.seed,
-            wind=recipe.wind,
-            frames=timeline.frames or _FRAMES,
-            fps=timeline.fps or _FPS,
-            loop=timeline.loop != "none",
-            views=recipe.views,
-        )
+        frames, fps = timeline.frames or _FRAMES, timeline.fps or _FPS
+        loop = timeline.loop != "none"
+        wind = fit_gusts(recipe.wind, frames / fps) if loop else recipe.wind
+        return cls(recipe.seed, wind, frames, fps, loop, recipe.views)
 
     def azimuths(self) -> list[float]:
         """Return the direction of each view, degrees counter-clockwise seen from above."""

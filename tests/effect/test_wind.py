@@ -1,5 +1,6 @@
 """Wind: its level at any moment, and flakes that lean with it."""
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -15,8 +16,9 @@ from fire_atlas.effect.field.wind import (
     wind_in_view,
     wind_velocity,
 )
+from fire_atlas.recipe.effect import Buoyancy
 from fire_atlas.recipe.wind import Wind
-from tests.support.fires import Burnt, X, burn, campfire
+from tests.support.fires import Burnt, X, burn, campfire, clip_of
 
 
 def _wind(**keys: Any) -> Wind:
@@ -70,6 +72,16 @@ def test_gusts_swing_around_their_mean_by_their_strength() -> None:
     assert level.mean() == pytest.approx(3.0, abs=0.01)
     assert level.max() == pytest.approx(4.5, abs=0.03)
     assert level.min() == pytest.approx(1.5, abs=0.03)
+
+
+@pytest.mark.parametrize("period", [0.3, 0.7, 2.0, 5.0])
+def test_the_gusts_around_a_loop_close_with_it(period: float) -> None:
+    wind = _wind(gusts={"mean": 3.0, "strength": 2.0, "period": period})
+    clip = clip_of([np.zeros((32, 32, 4), np.float32)] * 24)
+    loop = AmbientFlow.of(wind, Buoyancy(turbulence=0.0), replace(clip, loop=True), seed=1)
+    speeds = [loop.velocity(t, (2, 2))[0][0, 0] for t in np.arange(0, 2, 1 / 24)]
+    assert np.allclose(speeds[:24], speeds[24:], rtol=1e-5)
+    assert np.ptp(speeds) > 0.8 * 4.0 * LEVEL_SPEED * clip.height
 
 
 def test_a_gust_swells_faster_than_it_falls() -> None:

@@ -46,9 +46,10 @@ class AmbientFlow:
 
     @classmethod
     def of(cls, wind: Wind, buoyancy: Buoyancy, clip: Clip, seed: int) -> Self:
-        """Return the ambient flow of a clip; the turbulence of a loop repeats with it."""
+        """Return the ambient flow of a clip; turbulence and gusts of a loop repeat with it."""
         rows, _ = grid_shape(clip.width, clip.height, buoyancy.cell)
         period = clip.count / clip.fps if clip.loop else None
+        wind = wind if period is None else fit_gusts(wind, period)
         eddies = Eddies.random(seed, rows, buoyancy.turbulence * clip.height, period)
         return cls(eddies, wind, clip.height)
 
