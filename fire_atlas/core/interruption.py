@@ -1,6 +1,6 @@
 """End the process at once on SIGINT and SIGTERM, with no half-written file on the disk.
 
-By default Python raises ``KeyboardInterrupt`` in whatever line the main thread is. That may be
+By default Python raises ``KeyboardInterrupt`` at any line of the main thread. The exception may be
 swallowed by a finalizer or an import, may leave locks taken, and waits for running threads. So
 here the signal handler itself ends the process, after it has run the registered clean-up actions.
 

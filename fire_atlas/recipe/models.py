@@ -102,8 +102,8 @@ def _clip_only_keys(timeline: Timeline) -> Iterator[Problem]:
     if timeline.loop in ("crossfade", "pingpong"):
         yield Problem(
             ("timeline", "loop"),
-            f"{timeline.loop} makes a loop of a clip, but generated fire loops already; use auto, "
-            f"or none to play once",
+            f"{timeline.loop} joins the ends of a clip, but generated fire loops already; use "
+            f"auto, or none to play once",
         )
     for key, is_set in (("overlap", timeline.overlap != "auto"), ("tail", bool(timeline.tail))):
         if is_set:

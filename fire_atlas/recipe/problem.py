@@ -1,4 +1,4 @@
-"""Problems with the keys of a recipe: where the key was written, what is wrong, a suggestion."""
+"""Mistakes in the keys of a recipe: their places in the file, messages and suggestions."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -23,7 +23,7 @@ class MalformedYamlError(ValueError):
     """YAML that is not valid in a recipe: what is wrong, and in which line (from 1)."""
 
     def __init__(self, line: int, message: str) -> None:
-        """Take the line and what is wrong there."""
+        """Keep the line and the message."""
         super().__init__(message)
         self.line, self.message = line, message
 

@@ -2,9 +2,11 @@
 
 Their frames are patches: rectangles that are drawn one after the other on a canvas. The module of
 each format finds the patches, and wraps each as a still image, which the decoder for stills reads.
-Timing, disposal and blending are the same for all three, and done here. Pillow could play them too,
-but loses the 16 bits of an APNG; fills with a colour what browsers clear in a GIF, lets frames
-exceed its canvas, and takes a truncated one for a shorter one; and decodes a whole WebP for delays.
+Timing, disposal and blending are the same for all three, and done here.
+
+Pillow could play them too. But it loses the 16 bits of an APNG and decodes a whole WebP to learn
+its delays. In a GIF it fills with a colour the areas that browsers clear, lets frames exceed the
+canvas, and does not notice that a file is truncated.
 """
 
 from collections.abc import Generator

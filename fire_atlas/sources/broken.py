@@ -1,4 +1,4 @@
-"""Errors about the bytes of a file. Callers, who know its path, turn them into ``SourceError``."""
+"""Errors about the bytes of a file. The caller, which knows the path, raises ``SourceError``."""
 
 
 class BrokenFileError(Exception):

@@ -106,7 +106,7 @@ def _locate(path: Path) -> Located:
 
 
 def frame_range(settings: FrameRange, available: int, path: Path) -> range:
-    """Return the numbers of the frames from ``start`` on, of ``available`` ones."""
+    """Return the numbers of the frames in a range; refuse one beyond the ``available`` frames."""
     frames = "1 frame" if available == 1 else f"{available} frames"
     if settings.start >= available:
         raise SourceError(

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 
 class Disposal(Enum):
-    """What happens to a patch after its time: it is kept, cleared, or what was below restored."""
+    """Treatment of a patch after its time: keep it, clear it, or restore the canvas below it."""
 
     KEEP = "keep"
     CLEAR = "clear"
@@ -22,7 +22,7 @@ class Patch:
         x, y: Place of its top-left corner on the canvas, px.
         width, height: Size, px.
         delay: Time for which it is shown, s; 0 if the file states none.
-        disposal: What happens to its rectangle afterwards.
+        disposal: Treatment of its rectangle afterwards.
         blend: True if it is composited over the canvas, False if it replaces that part.
         start, stop: Range of its data in the file, bytes.
         extra: For a GIF, the graphic control block without delay and disposal.
