@@ -153,7 +153,7 @@ def test_an_overlap_longer_than_half_the_clip_is_refused_with_the_most_there_can
 
 
 def test_a_crossfade_of_more_frames_than_there_are_is_refused_with_advice() -> None:
-    with pytest.raises(RecipeError, match="loop: auto to go on longer"):
+    with pytest.raises(RecipeError, match="loop: auto for a longer loop"):
         arranged(turbulent(40), loop="crossfade", frames=40)
 
 
