@@ -45,12 +45,12 @@ def run(args: Namespace) -> int:
             workers,
             args.max_pixels,
         )
-        staging.keep([path for clip in clips for path in clip.inputs])
+        staging.protect([path for clip in clips for path in clip.inputs])
         written = {out: write_profile(profile), picture: profile_picture(profile, clips)}
         for path, data in written.items():
             with staging.open(path.name) as file:
                 file.write(data)
-        with staging.alone():
+        with staging.folder_locked():
             staging.commit([])
     if not args.quiet:
         count = sum(clip.count for clip in clips)

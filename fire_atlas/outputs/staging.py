@@ -63,7 +63,7 @@ class Staging:
         """Remove everything that was not committed."""
         self._stack.close()
 
-    def keep(self, inputs: Iterable[Path]) -> None:
+    def protect(self, inputs: Iterable[Path]) -> None:
         """Protect ``inputs`` from being overwritten by outputs."""
         self._inputs.update(path.resolve() for path in inputs)
 
@@ -89,7 +89,7 @@ class Staging:
         """Return the path of the output ``name`` until it is committed."""
         return self._folder.path / name
 
-    def alone(self) -> AbstractContextManager[None]:
+    def folder_locked(self) -> AbstractContextManager[None]:
         """Hold the lock of the output folder, so that no other build commits into it."""
         return locked(folder_lock(self.out), self._note)
 

@@ -47,7 +47,7 @@ def hash_inputs(loaded: LoadedRecipe, staging: Staging, workers: Workers) -> lis
         SourceError: A file is missing, or cannot be read.
     """
     files = inputs_of(loaded.tree)
-    staging.keep([*files, *recipe_files(loaded.tree)])
+    staging.protect([*files, *recipe_files(loaded.tree)])
     return list(workers.map(HashedFile.of, files))
 
 

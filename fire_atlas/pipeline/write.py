@@ -104,7 +104,7 @@ def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> None:
             output on a file system that ignores case.
     """
     _refuse_names_that_differ_in_case([output.name for output in outputs])
-    with staging.alone():
+    with staging.folder_locked():
         manifests = FolderManifests.read(staging.out, name)
         changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
         refuse_replacing(manifests, changed, staging.overwrite)

@@ -58,7 +58,7 @@ def staged(out: Path) -> Iterator[Staging]:
 
 
 def write_new(out: Path) -> None:
-    with staged(out) as staging, staging.alone():
+    with staged(out) as staging, staging.folder_locked():
         staging.commit([out / "stale.png"])
 
 
