@@ -320,7 +320,7 @@ def test_cells_are_needed_where_an_engine_counts_them(tmp_path: Path, engine: st
     [
         ({"motion": "godot"}, {"atlas": {"rotate": True}}, "leave out atlas.rotate"),
         ({"motion": "godot"}, {"atlas": {"dedupe": True}}, "leave out atlas.dedupe"),
-        ({"flakes": True}, {"flakes": "none"}, "maps.flakes: with flakes none"),
+        ({"flakes": True}, {"flakes": "none"}, "maps.flakes: without flakes"),
         ({"flame": True}, {"flakes": "none"}, "the page itself is the flame"),
         ({"motion": "unrael"}, {}, "did you mean unreal?"),
         ({"flakes": 1}, {}, "must be true or false"),
