@@ -149,8 +149,8 @@ def test_each_kind_of_source_is_refused_the_keys_of_the_other(
     assert "views: frames have one side only" in message
     for keys, advice in (
         ({"loop": "pingpong"}, "timeline.loop: pingpong joins the ends of a clip"),
-        ({"overlap": 4}, "timeline.overlap: is for clips"),
-        ({"tail": True, "loop": "none"}, "timeline.tail: is for clips"),
+        ({"overlap": 4}, "timeline.overlap: applies to clips"),
+        ({"tail": True, "loop": "none"}, "timeline.tail: applies to clips"),
     ):
         assert advice in refused(recipe(tmp_path, SILK, timeline=keys), capsys)
     message = refused(recipe(tmp_path, {"kind": "slik"}), capsys)
