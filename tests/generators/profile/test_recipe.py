@@ -141,8 +141,8 @@ def test_mistakes_in_a_recipe_are_refused_with_advice(
     [
         ({"loop": "pingpong"}, "timeline.loop: pingpong joins the ends of a clip"),
         ({"loop": "crossfade"}, "timeline.loop: crossfade joins the ends of a clip"),
-        ({"overlap": 4}, "timeline.overlap: is for clips"),
-        ({"loop": "none", "tail": True}, "timeline.tail: is for clips"),
+        ({"overlap": 4}, "timeline.overlap: applies to clips only"),
+        ({"loop": "none", "tail": True}, "timeline.tail: applies to clips only"),
     ],
 )
 def test_what_is_for_footage_is_refused(repo: Path, timeline: dict[str, Any], message: str) -> None:
