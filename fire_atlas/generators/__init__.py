@@ -1,1 +1,1 @@
-"""Fire that is made: learnt from a clip, or simulated as silk."""
+"""Generators of fire: learnt from a clip (profile), or simulated as sheets of cloth (silk)."""

@@ -1,4 +1,4 @@
-"""The orthographic camera through which every generator shows its fire."""
+"""The orthographic camera that every generator renders its fire with."""
 
 import math
 from dataclasses import dataclass
@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """An orthographic camera on a fire that stands on the ground.
+    """An orthographic camera that looks at a fire standing on the ground.
 
     World axes: x to the right of the front view, y away from it, z up. The unit of length is the
     generator's own.
 
     Attributes:
-        azimuth: Direction it looks from, rad counter-clockwise seen from above; 0 is the front.
-        elevation: Angle above the horizon it looks from, rad.
+        azimuth: Direction it looks from, rad, counter-clockwise seen from above; 0: the front.
+        elevation: Angle of the camera above the horizon, rad.
         width, height: Size of the frame, px.
         origin: (x, y) px at which the world's origin appears.
-        scale: Px to a unit of the world.
+        scale: Pixels per unit of length.
     """
 
     azimuth: float
@@ -30,7 +30,7 @@ class Camera:
     scale: float
 
     def axes(self) -> NDArray[np.float64]:
-        """Unit vectors (3, 3) in the world: to the right, down, and away from the camera."""
+        """Camera axes right, down and away from it: (3, 3) unit vectors in world coordinates."""
         right = np.array([math.cos(self.azimuth), math.sin(self.azimuth), 0.0])
         level = np.array([-math.sin(self.azimuth), math.cos(self.azimuth), 0.0])
         up = np.array([0.0, 0.0, 1.0])
@@ -45,7 +45,7 @@ class Camera:
         return seen
 
     def project_vectors(self, vectors: NDArray[np.floating]) -> NDArray[np.float64]:
-        """Project world vectors, such as velocities; as ``project``, without the origin."""
+        """Project world vectors such as velocities: as ``project``, but the origin is not added."""
         seen = np.asarray(np.einsum("...d,ad->...a", np.asarray(vectors, np.float64), self.axes()))
         seen[..., :2] *= self.scale
         return seen

@@ -1,4 +1,4 @@
-"""The contract of generators: a fire seen by one camera, as frames and their motion."""
+"""Interface of all fire generators: a fire seen by one camera, as frames and their motion."""
 
 from pathlib import Path
 from typing import ClassVar, Protocol
@@ -16,8 +16,8 @@ class Rendering(Protocol):
     """A generated fire seen by one camera; safe to use from several threads.
 
     Attributes:
-        matte: ``alpha`` or ``luminance``: where the coverage of its frames comes from.
-        matte_reason: Why, as a sentence for people.
+        matte: ``alpha`` or ``luminance``: source of the coverage of its frames.
+        matte_reason: Reason for that, shown to the user.
     """
 
     matte: ClassVar[str]
@@ -31,7 +31,7 @@ class Rendering(Protocol):
         """Draw frame ``index``: (height, width, 4), a fresh array."""
 
     def motion(self, index: int) -> NDArray[np.float32]:
-        """Velocity (height, width, 2) of what frame ``index`` shows, px/s, x right, y down."""
+        """Velocity of the fire in frame ``index``: (height, width, 2) px/s, x right, y down."""
 
 
 def rendered_clip(
@@ -40,13 +40,13 @@ def rendered_clip(
     blend_space: str,
     inputs: tuple[Path, ...],
 ) -> Clip:
-    """Make a clip of a rendering: its frames are drawn when they are read.
+    """Return a clip of a rendering; each frame is drawn when it is read.
 
     Args:
         rendering: The fire, seen by a camera.
         settings: Number of frames, frame rate, and whether they loop.
-        blend_space: ``srgb`` or ``linear``: where the client blends.
-        inputs: The files the fire was made from.
+        blend_space: ``srgb`` or ``linear``: colour space in which the engine blends.
+        inputs: Files the fire was made from.
     """
     return Clip(
         width=rendering.camera.width,

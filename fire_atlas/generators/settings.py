@@ -1,4 +1,4 @@
-"""Settings of a recipe that all generators of fire share."""
+"""Settings that all fire generators share, read from a recipe."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -14,12 +14,12 @@ _FRAMES, _FPS = 48, 24.0
 
 @dataclass(frozen=True, slots=True)
 class GenerationSettings:
-    """Chance, wind, timing and views of a fire to be generated.
+    """Seed, wind, timing and views of a fire to generate.
 
     Attributes:
-        seed: Of all random numbers.
-        wind: The recipe's wind; in a loop, with gusts that close with it.
-        frames: Length of the clip.
+        seed: Seed of all random numbers.
+        wind: The recipe's wind; the gusts of a loop close with it.
+        frames: Number of frames.
         fps: Frames per second.
         loop: Whether frame 0 follows the last frame.
         views: The directions it is seen from.
@@ -34,7 +34,7 @@ class GenerationSettings:
 
     @classmethod
     def of(cls, recipe: Recipe) -> Self:
-        """Take them from a recipe, with the defaults of generated fire."""
+        """Read the settings from a recipe; length and frame rate have defaults."""
         timeline = recipe.timeline
         frames, fps = timeline.frames or _FRAMES, timeline.fps or _FPS
         loop = timeline.loop != "none"

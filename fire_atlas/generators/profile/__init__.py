@@ -1,1 +1,1 @@
-"""Fire learnt from a short clip, and new fire generated from what was learnt (Lee et al.)."""
+"""Learn a fire from a short clip, and generate new fire of the same kind (Lee et al.)."""

@@ -1,10 +1,10 @@
-"""Correct what is generated until it measures as its clip does, before anybody sees it.
+"""Calibrate generated fire: correct its lean and its timing until both match the clip's.
 
-How far the tip of a flame leans depends on which of its tongues is the tallest, and parts of
-different moments side by side do not agree on that as the tongues of one moment do. And in the clip
-neighbouring frames differ by some amount at most, whereas in generated fire several parts may
-change at once. So a fire is generated, measured as the clip was, and corrected: once for the
-profile, as the last step of learning, and once more for every fire, as chance has its part in each.
+Generated fire shows parts of different moments of the clip side by side. Their tallest tongues lean
+differently from those of a single moment, so the lean of the whole differs from the clip's. Several
+parts may also change in the same frame, which makes larger steps than the clip has. So a fire is
+generated, measured as the clip was, and corrected: once for the profile, as the last step of
+learning, and again for every generated fire, because each is random.
 """
 
 import math
@@ -29,39 +29,39 @@ from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
 
 _MIN_GAIN, _MAX_GAIN = 0.7, 1.25
-"""Bounds of the factor by which a sway is corrected at a time."""
+"""Limits on the factor of a single correction of the sway."""
 
 _PROFILE_FRAMES, _PROFILE_ROUNDS = 160, 4
-"""Frames generated to calibrate a profile, and how often: one correction is not quite enough."""
+"""Frames generated in each round of calibrating a profile, and number of rounds."""
 
 _MIN_SPEED = 0.75
-"""Least playback speed of a profile."""
+"""Minimum playback speed of a profile."""
 
 _TIMING_ROUNDS = 8
-"""How often frame times are changed, at most. Where they were, other moments are seen."""
+"""Maximum number of corrections of the frame times: each shows new moments, with other steps."""
 
-_ALIKE = 0.05
-"""Steps whose logarithms differ by less than this are taken for alike."""
+_SAME_STEP = 0.05
+"""Steps whose logarithms differ by less than this count as equal."""
 
 _MAX_SEAM = 0.15
-"""Logarithm by which a loop's last step may differ from the median one."""
+"""Limit on the difference between the logarithms of a loop's last step and its median step."""
 
-_HEADROOM = 0.95
-"""Part of the largest step allowed that is aimed at."""
+_STEP_TARGET = 0.95
+"""Fraction of the largest allowed step that corrections aim at."""
 
 _SLOWING_POWER = 3.0
-"""Time is slowed by this power of what a step is too large by: part of a step is flicker, which is
-there however short it is, and all that is slowed here goes faster elsewhere."""
+"""Time is slowed by (step / allowed step) to this power. It exceeds 1 because flicker does not get
+smaller with slower time, and because time must run faster elsewhere to make up for it."""
 
 
 @dataclass(frozen=True, slots=True)
 class FireMeasurements:
-    """Measurements of a generated fire, seen from its front at the clip's scale.
+    """Measurements of a generated fire, seen from the front at the clip's scale.
 
     Attributes:
-        leans: Of the outlines, degrees, of every frame with a flame in it.
-        sways: Lean of the pose curves, degrees, of the same frames.
-        steps: Difference of each frame from the next; of a loop, also of the last from the first.
+        leans: Lean of the outline, degrees, in every frame that shows a flame.
+        sways: Lean of the pose curve, degrees, in the same frames.
+        steps: Difference of each frame from the next; in a loop, also of the last from the first.
     """
 
     leans: NDArray[np.float64]
@@ -69,8 +69,8 @@ class FireMeasurements:
     steps: NDArray[np.float64]
 
     def lean_correction(self, target: NDArray[np.float64]) -> tuple[float, float]:
-        """Return the factor of the sway, and the degrees of lean to add, that give the ``leans``
-        the variance and the median of those of the ``target``."""
+        """Return the factor of the sway and the degrees to add to the lean that give ``leans`` the
+        variance and the median of ``target``."""
         if not self.leans.size:
             return 1.0, 0.0
         more = (target.var() - self.leans.var()) / max(float(self.sways.var()), 1e-3)
@@ -79,49 +79,49 @@ class FireMeasurements:
 
 
 def measure_fire(fire: GeneratedFire, workers: Workers) -> FireMeasurements:
-    """Measure every frame of ``fire``, in the colours it was learnt in."""
+    """Measure every frame of ``fire``, drawn in the clip's own colours."""
     profile = fire.profile
     fire = replace(fire, profile=replace(profile, colours=profile.learnt_colours))
     [rendering] = renderings(fire, [0.0], 0.0, None)
-    everywhere = np.ones((rendering.camera.height, rendering.camera.width), np.float32)
-    mask = FireMask(profile.front.threshold, everywhere, everywhere, False, "srgb")
+    no_masking = np.ones((rendering.camera.height, rendering.camera.width), np.float32)
+    mask = FireMask(profile.front.threshold, no_masking, no_masking, False, "srgb")
     top = int(np.argmin(np.abs(node_heights() - 1.0)))
 
-    def measured(i: int) -> tuple[float, float, Pixels]:
+    def measure_frame(i: int) -> tuple[float, float, Pixels]:
         pose = rendering.pose(i)
         frame = rendering.posed_frame(i, pose)
         flame = largest_flame(mask.binarized(frame))
         sway = math.degrees(math.atan(pose.offset[top]))
         return feature_points(flame).lean if flame.any() else math.nan, sway, frame
 
-    found, steps = [], []
+    angles, steps = [], []
     first: Pixels | None = None
-    before: Pixels | None = None
-    for lean, sway, frame in workers.map(measured, range(fire.settings.frames)):
-        if before is not None:
-            steps.append(frame_difference(before, frame))
-        first, before = frame if first is None else first, frame
-        found.append((lean, sway))
-    if fire.settings.loop and first is not None and before is not None:
-        steps.append(frame_difference(before, first))
-    leans, sways = np.array([each for each in found if not math.isnan(each[0])]).reshape(-1, 2).T
+    previous: Pixels | None = None
+    for lean, sway, frame in workers.map(measure_frame, range(fire.settings.frames)):
+        if previous is not None:
+            steps.append(frame_difference(previous, frame))
+        first, previous = frame if first is None else first, frame
+        angles.append((lean, sway))
+    if fire.settings.loop and first is not None and previous is not None:
+        steps.append(frame_difference(previous, first))
+    leans, sways = np.array([each for each in angles if not math.isnan(each[0])]).reshape(-1, 2).T
     return FireMeasurements(leans, sways, np.array(steps))
 
 
 def calibrate_profile(profile: Profile, workers: Workers) -> Profile:
-    """Correct a profile so that fire generated from it leans as the clip does, and changes from
-    frame to frame hardly more than it."""
+    """Correct a profile so that fire generated from it leans as the clip does and changes hardly
+    more from frame to frame."""
     target, step = np.array(profile.front.leans), profile.front.statistics.step
     for seed in range(_PROFILE_ROUNDS):
         generation = GenerationSettings(
             seed, Wind(), _PROFILE_FRAMES, profile.front.fps, True, Views()
         )
         settings = ProfileFireSettings(generation, slices=12, particles=60)
-        made = measure_fire(GeneratedFire.of(profile, settings), workers)
-        # Chance has its part in every round: the later, the less is changed for it.
+        measurements = measure_fire(GeneratedFire.of(profile, settings), workers)
+        # Each round generates another random fire, so later rounds correct less.
         share = 1.0 / (seed + 1)
-        gain, lean = made.lean_correction(target)
-        large_step = float(np.quantile(made.steps, 0.99))
+        gain, lean = measurements.lean_correction(target)
+        large_step = float(np.quantile(measurements.steps, 0.99))
         speed = profile.playback_speed * (step / max(large_step, 1e-9)) ** share
         speed = round(min(max(speed, _MIN_SPEED), 1.0), 3)
         profile = replace(
@@ -131,7 +131,7 @@ def calibrate_profile(profile: Profile, workers: Workers) -> Profile:
 
 
 def _with_sway_corrected(profile: Profile, gain: float, lean: float) -> Profile:
-    """Return ``profile`` with its front swaying ``gain`` times as far, about a middle that leans
+    """Return ``profile`` with the sway of its front scaled by ``gain``, about a middle that leans
     ``lean`` degrees more to the right."""
     side = profile.front
     offset = side.pose.offset
@@ -151,55 +151,55 @@ def calibrate(profile: Profile, settings: ProfileFireSettings, workers: Workers)
 def _with_lean_corrected(
     profile: Profile, settings: ProfileFireSettings, workers: Workers
 ) -> GeneratedFire:
-    """Generate a fire that in still air leans as its clip does."""
+    """Generate a fire that leans, in still air, as its clip does."""
     leans, generation = np.array(profile.front.leans), settings.generation
     still_air = replace(settings, generation=replace(generation, wind=Wind()))
     calm = GeneratedFire.of(profile, still_air)
     gain, lean = measure_fire(calm, workers).lean_correction(leans)
-    # What is too short to show all of the clip need not lean as all of it does.
+    # A fire too short to show the whole clip is corrected in proportion to its length.
     share = min(generation.frames * calm.sequences[0].rate / len(leans), 1.0)
     fire = GeneratedFire.of(profile, settings)
     return replace(fire, sway_gain=gain**share, lean_bias=lean * share)
 
 
 def _with_timing_corrected(fire: GeneratedFire, workers: Workers) -> GeneratedFire:
-    """Return ``fire`` with frame times at which it does not jump, and closes unseen."""
+    """Return ``fire`` with frame times without jumps and, in a loop, without a visible seam."""
     settings, sequence = fire.settings, fire.sequences[0]
-    # Of a clip played faster than the result every so many frames are seen. A cartoon that is held
-    # jumps as its clip does, and so does a fire in wind.
+    # If frames of the clip are skipped, steps are larger than the clip's. A cartoon with held
+    # frames, or a fire in wind, may take steps of any size.
     max_step = fire.profile.front.statistics.step * max(sequence.rate, 1.0)
     if sequence.holds or peak_level(settings.wind) > 0:
         max_step = math.inf
-    best, least = fire, math.inf
+    best, best_excess = fire, math.inf
     for _ in range(_TIMING_ROUNDS):
         steps = measure_fire(fire, workers).steps
         seam = float(_deviation(steps)[-1]) / _MAX_SEAM if settings.loop else 0.0
         jump = float(steps.max(initial=0.0)) / max_step
-        if max(seam, jump) < least:
-            best, least = fire, max(seam, jump)
-        if least <= 1.0:
+        if max(seam, jump) < best_excess:
+            best, best_excess = fire, max(seam, jump)
+        if best_excess <= 1.0:
             break
         if seam > 1.0:
-            times = _times_from_usual_step(fire, steps)
+            times = _times_from_median_step(fire, steps)
         else:
-            times = _times_of_small_steps(fire, steps, _HEADROOM * max_step)
+            times = _times_of_small_steps(fire, steps, _STEP_TARGET * max_step)
         fire = replace(fire, frame_times=times)
     return best
 
 
 def _deviation(steps: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the absolute logarithm of each step divided by the median one."""
+    """Return the absolute logarithm of each step divided by the median step."""
     size = np.maximum(steps, 1e-9)
     return np.asarray(np.abs(np.log(size / np.median(size))))
 
 
-def _times_from_usual_step(fire: GeneratedFire, steps: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the times of a loop that begins after a step of about the median size, and no further
-    from its present beginning than need be: the wind is not moved along."""
+def _times_from_median_step(fire: GeneratedFire, steps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the frame times of a loop that begins after a step of about median size, as near as
+    possible to its present beginning, because the wind does not move with it."""
     number = len(steps)
-    later = np.arange(number)
-    distance = np.minimum(later, number - later) / number
-    start = int(np.argmin(np.maximum(np.roll(_deviation(steps), 1), _ALIKE) + distance))
+    shift = np.arange(number)
+    distance = np.minimum(shift, number - shift) / number
+    start = int(np.argmin(np.maximum(np.roll(_deviation(steps), 1), _SAME_STEP) + distance))
     return np.append(fire.frame_times[start:], fire.frame_times[:start] + fire.period)
 
 
@@ -210,8 +210,8 @@ def _times_of_small_steps(
     times = fire.frame_times
     if fire.settings.loop:
         times = np.append(times, times[0] + fire.period)
-    # Not all can be slower than the mean.
+    # Steps can be evened out, but their mean stays.
     slowing = np.maximum(steps / max(max_step, float(steps.mean())), 1.0) ** _SLOWING_POWER
-    place = np.append(0.0, np.cumsum(slowing))
-    place *= len(steps) / place[-1]
-    return np.asarray(np.interp(np.arange(fire.settings.frames), place, times))
+    slowed_times = np.append(0.0, np.cumsum(slowing))
+    slowed_times *= len(steps) / slowed_times[-1]
+    return np.asarray(np.interp(np.arange(fire.settings.frames), slowed_times, times))

@@ -1,7 +1,7 @@
-"""Read and write profile files: JSON that holds everything learnt of a fire.
+"""Write and read profile files: JSON that holds everything learnt from a clip of fire.
 
-Numbers for people come first: the colour table (where ``colours`` is edited, fire is generated in
-those colours), statistics, feature points, leaning sets. The detail follows as grey PNGs, base64.
+Values that people read or edit come first: the colour table (edited ``colours`` recolour the
+generated fire), statistics, feature points, leaning sets. The detail follows as base64 grey PNGs.
 """
 
 import base64
@@ -45,7 +45,7 @@ _FORMAT: Literal["fire-atlas/profile"] = "fire-atlas/profile"
 _VERSION: Literal[1] = 1
 
 SUFFIX = ".json"
-"""How the names of profile files end; those of clips never do."""
+"""File extension of profiles; clips never have it."""
 
 _Share = Annotated[float, Field(ge=0, le=1)]
 _Size = Annotated[float, Field(gt=0, le=1e5)]
@@ -55,7 +55,7 @@ _Curves = Annotated[tuple[_Curve, ...], Field(min_length=1, max_length=MAX_FRAME
 
 
 class _Block(BaseModel):
-    """An object of the file: unknown keys, NaN and infinities are refused."""
+    """An object of the file; unknown keys, NaN and infinity are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -75,7 +75,7 @@ class _ColoursBlock(_Block):
         """Return the colour table; raise ``ValueError`` if it is not square."""
         size = self.cells
         if [len(row) for row in (*self.rows, *self.coverage)] != [size] * 2 * size:
-            raise ValueError(f"a colour table of {size} cells has {size} rows of {size}")
+            raise ValueError(f"a colour table of {size} cells needs {size} rows of {size}")
         colours = np.stack([hex_to_srgb(row) for row in self.rows])
         return ColourTable(colours, np.array(self.coverage, np.float32))
 
@@ -105,9 +105,9 @@ class _SetBlock(_Block):
 
 
 class _SideBlock(_Block):
-    """A side. Keys that differ from ``DetailModel``: ``heat`` is ``scores``, ``drift`` ``flow``,
-    ``kinship`` ``autocorrelation``, ``breadth`` ``correlation_length``, ``is_even``
-    ``is_symmetric``."""
+    """A side. Keys that differ from fields of ``DetailModel``: ``heat`` is ``scores``, ``drift``
+    is ``flow``, ``kinship`` is ``autocorrelation``, ``breadth`` is ``correlation_length``, and
+    ``is_even`` is ``is_symmetric``."""
 
     frames: int = Field(ge=MIN_FRAMES, le=MAX_FRAMES)
     fps: float = Field(gt=0, le=1000)
@@ -140,7 +140,7 @@ class _ProfileBlock(_Block):
 
 
 def write_profile(profile: Profile) -> bytes:
-    """Return the file of a profile."""
+    """Return the content of a profile file."""
     grid = profile.grid
     file = _ProfileBlock(
         format=_FORMAT,
@@ -160,23 +160,23 @@ def write_profile(profile: Profile) -> bytes:
 
 
 def read_profile(data: bytes, name: str) -> Profile:
-    """Return the profile in the bytes of a file called ``name``.
+    """Read a profile from the bytes of a file; messages call the file ``name``.
 
     Raises:
-        SourceError: It is no profile, of a later version, or damaged.
+        SourceError: The file is damaged, not a profile, or of a later version.
     """
-    again = "learn it anew with: fire-atlas learn CLIP -o NAME.profile.json"
+    again = "learn it again with: fire-atlas learn CLIP -o NAME.profile.json"
     try:
         values = json.loads(data)
     except (ValueError, RecursionError) as error:
-        raise SourceError(f"{name}: is damaged or no fire profile ({error}); {again}") from None
+        raise SourceError(f"{name}: is damaged or not a fire profile ({error}); {again}") from None
     if not isinstance(values, dict) or values.get("format") != _FORMAT:
-        raise SourceError(f"{name}: is no fire profile; {again}")
+        raise SourceError(f"{name}: is not a fire profile; {again}")
     version = values.get("version")
     if isinstance(version, int) and version > _VERSION:
         raise SourceError(
-            f"{name}: is a profile of version {version}, but this fire-atlas reads up to "
-            f"{_VERSION}; update fire-atlas, or {again}"
+            f"{name}: is a profile of version {version}, but this fire-atlas reads "
+            f"only up to {_VERSION}; update fire-atlas, or {again}"
         )
     try:
         file = _ProfileBlock.model_validate(values)
@@ -270,27 +270,27 @@ def _detail(block: _SideBlock, grid: DetailGrid) -> DetailModel:
 
 
 def _packed(array: Bytes) -> str:
-    """Encode an array as a grey PNG, its pictures one below the other, in base64."""
+    """Encode an array as a grey PNG in base64; its pictures are stacked vertically."""
     done, data = cv2.imencode(".png", np.ascontiguousarray(array).reshape(-1, array.shape[-1]))
     assert done, "a grey picture can always be encoded"
     return base64.b64encode(data.tobytes()).decode()
 
 
 def _unpacked(name: str, text: str, shape: tuple[int, ...]) -> NDArray[np.uint8]:
-    """Decode the array of ``shape`` from ``text``; raise ``ValueError`` if it holds none."""
+    """Decode an array of ``shape`` from ``text``; raise ``ValueError`` if it holds none."""
     try:
         data = base64.b64decode(text, validate=True)
         with Image.open(io.BytesIO(data), formats=["PNG"]) as image:
-            # Looked at before it is decoded: a few bytes can stand for very many pixels.
+            # Check the size before decoding: a few bytes can expand to a huge picture.
             if image.mode != "L" or image.size != (shape[-1], int(np.prod(shape[:-1]))):
-                raise ValueError(f"{name}: the picture is not of {'x'.join(map(str, shape))}")
+                raise ValueError(f"{name}: the picture's size is not {'x'.join(map(str, shape))}")
             return np.asarray(image).reshape(shape).copy()
     except (binascii.Error, UnidentifiedImageError, OSError, SyntaxError) as error:
         raise ValueError(f"{name}: the picture cannot be read ({error})") from None
 
 
 def _text(value: Any, indent: str = "") -> str:
-    """Format a value as JSON: a line for each key, lists of plain values on one line."""
+    """Format a value as JSON with one line per key and lists of plain values on one line."""
     inner = indent + " "
     if isinstance(value, dict):
         lines = [f"{inner}{json.dumps(key)}: {_text(each, inner)}" for key, each in value.items()]

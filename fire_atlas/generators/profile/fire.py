@@ -1,5 +1,5 @@
-"""Learn a fire from clips, and generate new fire from what was learnt (Lee et al.): the whole room
-in two functions."""
+"""The two entry points of this package: learn a profile from clips, and generate clips of new fire
+from a profile."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -29,14 +29,14 @@ def generate_clips(
     inputs: tuple[Path, ...],
     workers: Workers,
 ) -> list[Clip]:
-    """Generate a fire and return a clip of it from each view of ``settings``.
+    """Generate a fire and return one clip of it for each view of ``settings``.
 
     Args:
-        profile: What was learnt.
-        settings: Length, frame rate, wind, views and grain of the fire.
-        height: Of the frames, px; None keeps the scale of the clip.
-        blend_space: ``srgb`` or ``linear``: where the client blends.
-        inputs: The files the profile comes from.
+        profile: The profile to generate from.
+        settings: Length, frame rate, wind, views and number of particles.
+        height: Height of the frames, px; None keeps the scale of the learnt clip.
+        blend_space: ``srgb`` or ``linear``: colour space in which the engine blends.
+        inputs: Files the profile was made from.
         workers: Pool that measures the fire.
     """
     generation = settings.generation

@@ -1,4 +1,4 @@
-"""A fire profile: everything learnt of a fire from a clip (Lee et al., III-A and III-B).
+"""The fire profile: everything learnt from a clip of fire (Lee et al., III-A and III-B).
 
 Most lengths are in flame heights: 1 is the median height of the flame in the clip.
 """
@@ -15,46 +15,46 @@ from scipy.interpolate import CubicSpline
 from fire_atlas.core.pixels import Bytes, Pixels, decode_bytes
 
 MIN_FRAMES, MAX_FRAMES = 4, 160
-"""Frames a clip to learn from may have; 8 to 60 are best."""
+"""Limits on the frames of a clip to learn from; 8 to 60 are best."""
 
 NODES = 16
-"""Heights at which pose curves are known; between them cubic splines run."""
+"""Number of heights at which pose curves are stored; cubic splines run between them."""
 
 HIGHEST_NODE = 1.6
-"""Height of the last node, flame heights."""
+"""Height of the highest node, flame heights."""
 
 SHADE_LEVELS = 12
-"""Shades kept of a cell."""
+"""Maximum number of shades stored per cell."""
 
 SCORE_UNIT = 40.0
-"""Steps of a byte per unit of a normal score; byte 128 is score 0."""
+"""Byte steps per unit of normal score; byte 128 is score 0."""
 
 FLOW_UNIT = 8.0
-"""Cells per second in a step of the profile file's flow, whose range is 127 steps either way."""
+"""Cells per second per step of the flow in the profile file: -127 to 127 steps."""
 
 FLOW_CELL = 6
-"""Cells in a row, and in a column, that share one flow vector."""
+"""Side of the square of grid cells that share one flow vector."""
 
 STATE_WIDTH = 10.0
-"""Range of leans that one leaning state covers, degrees."""
+"""Range of lean that one leaning state covers, degrees."""
 
 STATE_EDGES = (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0)
-"""Leans between which the six states lie, degrees; the outermost ones have no outer limit."""
+"""Limits of the six leaning states, degrees; the outermost states have no outer limit."""
 
 Period = Literal["swing", "rest"]
-"""Whether the lean changes fast in a frame, or hardly."""
+"""Whether the lean changes fast in a frame (``swing``) or hardly (``rest``)."""
 
 Origin = Literal["own", "mirrored", "sheared"]
-"""Which frames a leaning set has: those of its lean; those of the opposite lean, to be mirrored;
-or those nearest to it, to be sheared."""
+"""Where a leaning set's frames come from: frames of its own lean, frames of the opposite lean to be
+mirrored, or the frames of the most similar lean, to be sheared."""
 
 
 class FeaturePoints(NamedTuple):
     """The six feature points of a flame's outline, each (x, y) in px of its frame (Figure 5).
 
-    ``left`` and ``right`` are the ends of the widest row of the persistent regime, ``top`` and
-    ``bottom`` the middles of the highest row and of the foot, ``mid_left`` and ``mid_right`` where
-    the lower outline passes half way between them and ``bottom``.
+    ``left`` and ``right`` are the ends of the widest row in the lowest fifth of the flame; ``top``
+    is the middle of the highest row, ``bottom`` that of the foot. ``mid_left`` and ``mid_right``
+    are on the lower outline, halfway across from ``left`` and ``right`` to ``bottom``.
     """
 
     left: tuple[float, float]
@@ -66,7 +66,7 @@ class FeaturePoints(NamedTuple):
 
     @property
     def lean(self) -> float:
-        """Angle of the line from ``bottom`` to ``top``, degrees, from upright to the right."""
+        """Angle from the vertical to the line from ``bottom`` to ``top``, degrees to the right."""
         return math.degrees(math.atan2(self.top[0] - self.bottom[0], self.bottom[1] - self.top[1]))
 
     @property
@@ -86,7 +86,7 @@ class ColourTable:
 
     Attributes:
         colours: (n, n, 3) uint8 sRGB, straight: rows from the top of the flame's box down.
-        coverage: (n, n) float32, 0..1: how much of the cell is flame, on average.
+        coverage: (n, n) float32, 0..1: mean fraction of the cell that is flame.
     """
 
     colours: Bytes
@@ -98,10 +98,10 @@ class LeaningSet:
     """The frames that show one leaning state in one period (Figure 7).
 
     Attributes:
-        low, high: Lean of the state, degrees.
+        low, high: Limits of the state's lean, degrees.
         period: ``swing`` or ``rest``.
-        origin: Which frames they are.
-        frames: Their numbers, in order.
+        origin: Where the frames come from.
+        frames: Numbers of the frames, ascending.
     """
 
     low: float
@@ -112,20 +112,20 @@ class LeaningSet:
 
 
 def leaning_state(lean: float) -> int:
-    """Return the index of the leaning state, 0..5, of a lean in degrees."""
+    """Return the index (0..5) of the leaning state for a lean in degrees."""
     state = np.floor(lean / STATE_WIDTH) + len(STATE_EDGES) // 2
     return int(np.clip(state, 0, len(STATE_EDGES) - 2))
 
 
 @dataclass(frozen=True, slots=True)
 class DetailGrid:
-    """The cells in which the detail of a flame is kept, the flame straightened.
+    """The grid on which the detail of a straightened flame is stored.
 
     Attributes:
         rows_above, rows_below: Rows above and below the base.
         half_columns: Columns to either side of the axis.
-        cells_per_height: Cells in a flame's height.
-        cells_per_half: Cells in half the width of its foot.
+        cells_per_height: Cells per flame height.
+        cells_per_half: Cells per half width of the flame's foot.
     """
 
     rows_above: int
@@ -148,17 +148,17 @@ class DetailGrid:
 
     @property
     def offsets(self) -> NDArray[np.float64]:
-        """(columns,) of each column's middle from the axis, half widths of the foot."""
+        """(columns,) distance of each column's middle from the axis, half widths of the foot."""
         middles = np.arange(2 * self.half_columns) + 0.5
         return np.asarray((middles - self.half_columns) / self.cells_per_half)
 
 
 @dataclass(frozen=True, slots=True)
 class PoseCurves:
-    """How the flame sways: where its middle is and how wide it is, by height, in every frame.
+    """Sway of the flame: position of its middle and its width, by height, in every frame.
 
     Attributes:
-        offset: (frames, NODES) of the middle from the axis, flame heights, to the right.
+        offset: (frames, NODES) distance of the middle to the right of the axis, flame heights.
         width_ratio: (frames, NODES) width divided by its mean over the clip.
     """
 
@@ -172,29 +172,29 @@ def node_heights() -> NDArray[np.float64]:
 
 
 def interpolated(curve: NDArray[np.float64], heights: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return the values of a pose curve (NODES,) at ``heights``; beyond its ends it is constant."""
+    """Return the values of a pose curve (NODES,) at ``heights``; it is constant beyond its ends."""
     weights = _node_weights()(np.clip(heights, 0.0, HIGHEST_NODE))
     return np.asarray(weights @ curve, np.float64)
 
 
 @cache
 def _node_weights() -> CubicSpline:
-    """Weight of each node at a height, (NODES,), in a cubic spline that is level at its ends."""
+    """Cubic spline of the weights (NODES,) of all nodes at a height; level at its ends."""
     return CubicSpline(node_heights(), np.eye(NODES), bc_type="clamped")
 
 
 @dataclass(frozen=True, slots=True)
 class DetailModel:
-    """The detail of a flame: the colours each cell takes, and when it takes which.
+    """Look of the straightened flame: colours of each cell, and its brightness in each frame.
 
     Attributes:
-        scores: (frames, rows, columns) uint8: ``(value - 128) / SCORE_UNIT`` is the normal score of
-            a cell's brightness among all frames.
-        shades: (levels, rows, columns, 4) uint8 sRGB, straight, from dimmest to brightest.
-        flow: (frames, r, c, 2) float32: velocity of the detail on the grid, x and y (down), cells
-            per second, for squares of ``FLOW_CELL`` cells.
+        scores: (frames, rows, columns) uint8: rank of a cell's brightness among all frames, as a
+            normal score ``(value - 128) / SCORE_UNIT``.
+        shades: (levels, rows, columns, 4) uint8 straight sRGB and coverage, dimmest first.
+        flow: (frames, r, c, 2) float32: velocity of the detail, cells per second, x right, y down,
+            for each square of ``FLOW_CELL`` by ``FLOW_CELL`` cells.
         autocorrelation: Correlation of the scores of one frame with those of the next, 0..1.
-        correlation_length: Columns apart at which scores correlate by less than a half.
+        correlation_length: Distance in columns at which scores correlate by less than 0.5.
         is_symmetric: Whether left and right look alike, so that frames may be mirrored.
     """
 
@@ -212,7 +212,7 @@ class DetailModel:
 
 
 def decoded_shades(shades: Bytes) -> Pixels:
-    """Return the pixels of shades (..., columns, 4), which are straight sRGB and coverage."""
+    """Convert shades (..., columns, 4), straight sRGB and coverage, to pixels."""
     flat = shades.reshape(-1, shades.shape[-2], 4)
     alpha = flat[..., 3:].astype(np.float32) / np.float32(255)
     colour = decode_bytes(np.ascontiguousarray(flat[..., :3])) * alpha
@@ -220,7 +220,7 @@ def decoded_shades(shades: Bytes) -> Pixels:
 
 
 class Percentiles(NamedTuple):
-    """Median, 5th and 95th percentile of a figure over all frames."""
+    """Median, 5th and 95th percentile of a measurement over all frames."""
 
     median: float
     low: float
@@ -239,9 +239,9 @@ class ClipStatistics:
 
     Attributes:
         height, width: Size of the flame, px of the clip.
-        lean: Degrees, to the right.
+        lean: Lean of the flame to the right, degrees.
         brightness: Mean of the flame's pixels, linear, 0..1.
-        step: 99th percentile of the difference of neighbouring frames (``frame_difference``).
+        step: 99th percentile of ``frame_difference`` between neighbouring frames.
     """
 
     height: Percentiles
@@ -253,18 +253,18 @@ class ClipStatistics:
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """One side of a fire, as learnt from one clip.
+    """One view of a fire, learnt from one clip.
 
     Attributes:
         fps: Frames per second of the clip.
-        closed: Whether its first frame follows its last.
+        closed: Whether the clip loops.
         threshold: Brightness above which a pixel is flame, 0..255.
         points: Feature points of every frame.
-        statistics: Statistics of its frames.
+        statistics: Statistics of the frames.
         sets: The twelve leaning sets: six states, each in two periods.
         half_width: Half the width of the foot, flame heights.
-        pose: How the flame sways.
-        detail: What the flame looks like, its sway taken out.
+        pose: Sway of the flame.
+        detail: Look of the flame, its sway removed.
     """
 
     fps: float
@@ -285,17 +285,17 @@ class Side:
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """A fire as it was learnt: all that is needed to generate more of it.
+    """Everything learnt from a fire: all that is needed to generate more of it.
 
     Attributes:
-        grid: The cells in which its detail is kept.
-        rise_speed: Of the flame in its intermittent zone, flame heights per second.
-        playback_speed: At which the clip is played, 1 its own: the result then changes no faster
+        grid: Grid on which its detail is stored.
+        rise_speed: Speed of the gas in the intermittent zone, flame heights per second.
+        playback_speed: Factor of the clip's own speed at which generated fire changes no faster
             from frame to frame than the clip.
-        colours: Colours to generate; a user may have edited them.
+        colours: Colours of generated fire; the user may have edited them.
         learnt_colours: Colours of the clip.
         front: Learnt from the first clip.
-        side: Learnt from a clip taken at a right angle to it, if there was one.
+        side: Learnt from a second clip, filmed at a right angle to the first; or None.
     """
 
     grid: DetailGrid

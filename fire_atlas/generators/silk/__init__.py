@@ -1,1 +1,1 @@
-"""Source ``silk``: sheets of flame moved by springs (Balci & Foroosh)."""
+"""Simulate fire as sheets of cloth with animated textures: source ``silk`` (Balci & Foroosh)."""

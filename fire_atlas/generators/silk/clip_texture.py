@@ -1,8 +1,8 @@
-"""Textures from a clip of fire: its fire is keyed, set upright and looped.
+"""Make a looping texture from a clip of fire: key out the fire, straighten it and close a loop.
 
-A key, not the segmentation of ``effect.flame``: that one finds where a flame may tear in a picture
-that stays whole, this one needs the light of the fire alone, without the scene behind it, however
-dim it is.
+The key differs from the segmentation of ``effect.flame``, which finds the flame's edges in a
+picture that is kept whole. Here the light of the fire is needed without the scene behind it,
+however dim that light is.
 """
 
 from itertools import islice
@@ -26,23 +26,23 @@ from fire_atlas.vision.sampling import evenly_spread
 from fire_atlas.vision.warp import sample_at
 
 _SAMPLES = 12
-"""Frames, evenly spread, from which the key is made; and starts that are tried for a loop."""
+"""Number of frames from which the key is made, and number of loop starts that are tried."""
 
 _MIN_AREA = 0.002
-"""A clip whose flame covers less than this part of the frame holds no fire."""
+"""Minimum fraction of the frame that changing light must cover, or the clip holds no fire."""
 
 _FILL_WIDTH, _FILL_HEIGHT = 0.84, 0.9
-"""Part of a sheet's width and height that the fire takes."""
+"""Fraction of the sheet's width and height that the fire fills."""
 
 _MAX_DISPLACEMENT = 0.05
-"""Largest displacement from image to image, image heights."""
+"""Maximum displacement from one image to the next, image heights."""
 
 _OVERLAP = 3
-"""Images over which the end of a loop is blended into its beginning."""
+"""Maximum number of images over which a loop's end is blended into its beginning."""
 
 
 def cut_texture(clip: Clip, count: int, shape: tuple[int, int], name: str) -> TextureLoop:
-    """Cut a loop of ``count`` consecutive images from a clip, where it closes best.
+    """Cut a loop of ``count`` consecutive frames from a clip, starting where it closes best.
 
     Args:
         clip: A clip of fire.
@@ -57,7 +57,7 @@ def cut_texture(clip: Clip, count: int, shape: tuple[int, int], name: str) -> Te
     if clip.count < count + extra:
         raise SourceError(
             f"{name}: has {clip.count} frames, but source.texture.images: {count} needs "
-            f"{count + extra}; ask for at most {max(clip.count - _OVERLAP, 4)}, or for "
+            f"{count + extra}; set images to at most {max(clip.count - _OVERLAP, 4)}, or use "
             f"synthesis: motion"
         )
     key = _FireKey(clip, name)
@@ -75,12 +75,12 @@ def synthesise_from_clip(
     seed: int,
     energy: float,
 ) -> TextureLoop:
-    """Synthesise a loop of ``count`` images from the frames ``seeds`` of a clip (Appendix B).
+    """Synthesise a loop of ``count`` images from two frames of a clip, ``seeds`` (Appendix B).
 
-    ``seed`` and ``energy`` are those of ``synthesise_images``, the rest of ``cut_texture``.
+    For ``seed`` and ``energy`` see ``synthesise_images``, for the others ``cut_texture``.
 
     Raises:
-        SourceError: The clip holds no fire, or not these frames.
+        SourceError: The clip holds no fire, or does not have these frames.
     """
     if max(seeds) >= clip.count or seeds[0] == seeds[1]:
         raise SourceError(
@@ -94,7 +94,7 @@ def synthesise_from_clip(
 
 
 class _FireKey:
-    """Keys the fire of a clip: what is brighter than the background, bright, warm and moving."""
+    """Keys out a clip's fire, the light above its background; refuses clips without fire."""
 
     def __init__(self, clip: Clip, name: str) -> None:
         self._clip = clip
@@ -109,14 +109,14 @@ class _FireKey:
         warm = np.mean([_warm_share(sample[lit]) for sample in samples])
         if self._threshold < 2e-3 or lit.mean() < _MIN_AREA or warm < 0.3:
             raise SourceError(
-                f"{name}: shows no fire: nothing in it is bright, warm and moves; "
+                f"{name}: shows no fire: nothing in it is bright, warm-coloured and moving; "
                 f"source.texture.path needs a clip of fire"
             )
         excess = [np.maximum(light - self._threshold, 0) for light in lights]
         self._box = _bounding_box(np.add.reduce(excess))
 
     def _fire(self, frame: Pixels) -> NDArray[np.float32]:
-        """Light (H, W, 3) of a frame where it is brighter than the background."""
+        """Return the light (H, W, 3) of a frame where it is brighter than the background."""
         light = frame[..., :3]
         if self._background is None:
             return light
@@ -125,7 +125,7 @@ class _FireKey:
         return np.asarray(light * share[..., None], np.float32)
 
     def upright_image(self, i: int, shape: tuple[int, int]) -> Image:
-        """Frame ``i`` as an image for a sheet: its fire alone, with a straight middle line."""
+        """Return frame ``i`` as an image for a sheet: the fire alone, its middle line straight."""
         light = self._fire(self._clip.read(i))
         opacity = as_plane(np.clip(_luminance(light) / self._threshold - 0.5, 0, 1))
         light = light * opacity[..., None]
@@ -138,21 +138,21 @@ class _FireKey:
         columns = np.interp(rows, np.arange(len(middle)), middle)[:, None] + across[None]
         rows = np.broadcast_to(rows[:, None], columns.shape)
         upright = sample_at(light, as_plane(columns), as_plane(rows), border=cv2.BORDER_CONSTANT)
-        # A clip was exposed when it was filmed; the sheets are exposed again when they are drawn.
+        # Undo the exposure of the filmed clip, because drawing the sheets exposes them again.
         unexposed = -np.log1p(-np.clip(as_plane(upright), 0.0, 0.97))
         return as_plane(unexposed * _flame_fade(shape)[..., None])
 
 
 def _background(luminances: list[Plane]) -> Plane:
-    """Luminance of the scene behind the fire: the least of every px, but for the fire's core."""
+    """Return the luminance of the scene behind the fire: each pixel's minimum over all frames."""
     least, peak = np.minimum.reduce(luminances), np.maximum.reduce(luminances)
-    # What never goes dark but is as bright as only fire is, is its core.
+    # Pixels that are always as bright as only fire can be are the fire's core, not background.
     core = np.clip(least / max(0.35 * float(np.quantile(peak, 0.995)), 1e-6) - 1, 0, 1)
     return as_plane(least * (1 - core))
 
 
 def _flame_fade(shape: tuple[int, int]) -> Plane:
-    """Weights (height, width) with soft sides and a round foot: a clip may be cut off straight."""
+    """Return weights (height, width) with soft sides and a round foot, to hide straight cuts."""
     height, width = shape
     u = np.abs((np.arange(width) + 0.5) / width - 0.5) * 2
     v = 1 - (np.arange(height) + 0.5) / height
@@ -166,7 +166,7 @@ def _luminance(light: NDArray[np.float32]) -> Plane:
 
 
 def _warm_share(pixels: NDArray[np.float32]) -> float:
-    """Share of pixels (n, 4) that are redder than blue, or white-hot."""
+    """Return the share of pixels (n, 4) that are more red than blue, or almost white."""
     if not len(pixels):
         return 0.0
     colour = unpremultiply(pixels[None])[0]
@@ -174,7 +174,7 @@ def _warm_share(pixels: NDArray[np.float32]) -> float:
 
 
 def _bounding_box(light: Plane) -> tuple[float, float, float, float]:
-    """Left, top, right and bottom, px, of all but a hundredth of the light."""
+    """Return left, top, right and bottom, px, that enclose 99 % of the light along each axis."""
 
     def extent(profile: NDArray[np.float32]) -> tuple[float, float]:
         summed = np.cumsum(profile, dtype=np.float64)
@@ -186,18 +186,18 @@ def _bounding_box(light: Plane) -> tuple[float, float, float, float]:
 
 
 def _middle_line(light: Plane, fallback: float) -> NDArray[np.float64]:
-    """Column of the fire's centre of light in every row; where there is little, ``fallback``."""
+    """Return x of the fire's centre of light in every row; near ``fallback`` in dark rows."""
     columns = np.arange(light.shape[1]) + 0.5
     weight = light.sum(axis=1).astype(np.float64)
     prior = 0.05 * max(float(weight.max()), 1e-9)
     middle = ((light * columns).sum(axis=1) + prior * fallback) / (weight + prior)
-    # Smooth: only the lean of the whole is taken out, not the curves of its tongues.
+    # Smooth, so that only the lean of the whole is removed, not the curves of its tongues.
     smooth = cv2.GaussianBlur(middle[:, None], (1, 0), sigmaX=1, sigmaY=len(middle) / 10)
     return np.asarray(smooth[:, 0], np.float64)
 
 
 def _best_start(clip: Clip, count: int) -> int:
-    """First of ``count`` frames whose successor looks most like it."""
+    """Return the first of ``count`` frames such that the frame after them is most like it."""
     last = clip.count - count - min(_OVERLAP, count // 3)
 
     def seam(i: int) -> float:
@@ -214,7 +214,7 @@ def _search_radius(shape: tuple[int, int]) -> int:
 
 
 def _close_loop(images: list[Image], count: int) -> TextureLoop:
-    """The first ``count`` images, with those after them blended into their beginning."""
+    """Return the first ``count`` images as a loop: those after them are blended into its start."""
     extra = len(images) - count
     loop = images[:count]
     for i in range(extra):

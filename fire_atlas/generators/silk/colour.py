@@ -1,4 +1,4 @@
-"""From heat to light: the colours of a fuel, or of a black body, and the exposure of a camera."""
+"""Convert heat to light, with the colours of a fuel or of a black body, and expose the result."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,27 +12,26 @@ from fire_atlas.generators.silk.fuel import Fuel
 from fire_atlas.generators.silk.texture import Image
 
 _HEAT = np.linspace(0.0, 1.25, 512)
-"""Heats for which light is tabulated."""
+"""Values of heat for which light is tabulated."""
 
-_LOWEST = 900.0
-"""Temperature of the faintest visible flame, K."""
+_MIN_KELVIN = 900.0
+"""Temperature of the faintest visible fire, K."""
 
-_SHADES = 24
-"""Number of black bodies tabulated, from the slowest sheet to the fastest."""
+_TABLES = 24
+"""Number of tables for black bodies, from the slowest sheets to the fastest."""
 
-_SHADE_RANGE = 0.15
-"""Relative difference in temperature between a sheet of the fuel's own speed and the fastest."""
+_TEMPERATURE_RANGE = 0.15
+"""Relative difference in temperature between a sheet at the reference speed and the fastest."""
 
 _OPACITY_EXPONENTS = np.array([1.0, 1.7, 3.0])
-"""For red, green and blue of a warm fire: thin fire is dimmer and nearer to its coolest colour."""
+"""Exponents for red, green and blue of a warm fire, so that thin fire is dimmer and redder."""
 
 _BLUE = "#3050ff"
 _BLUE_HEIGHT, _SOOT_HEIGHT = 0.1, 0.26
-"""Height of the blue foot, and up to which a flame with one is darker, as soot has yet to form:
-sheet heights."""
+"""Height of a blue foot, and height below which missing soot makes it dim, sheet heights."""
 
-# CIE 1931 colour matching functions as sums of half-Gaussians (Wyman, Sloan & Shirley 2013):
-# height, wavelength (nm), 1/width below and above it.
+# CIE 1931 colour matching functions as sums of lobes (Wyman, Sloan & Shirley 2013): height, peak
+# wavelength (nm), 1/width below and above the peak.
 _X = (
     (1.056, 599.8, 0.0264, 0.0323),
     (0.362, 442.0, 0.0624, 0.0374),
@@ -49,9 +48,9 @@ _PLANCK = 1.438777e7
 
 
 def blackbody(kelvin: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Linear sRGB (n, 3) of black bodies, the brightest channel 1, by Planck's law (eq. 16).
+    """Return linear sRGB (n, 3) of black bodies, brightest channel 1, by Planck's law (eq. 16).
 
-    B(λ) ∝ λ⁻⁵ / (exp(hc/λkT) − 1); in print, eq. 16 lacks the inverse.
+    B(λ) ∝ λ⁻⁵ / (exp(hc/λkT) − 1); the printed eq. 16 lacks the inverse.
     """
     wave = np.arange(380.0, 781.0, 5.0)
     glow = wave**-5 / np.expm1(_PLANCK / (wave * np.asarray(kelvin, np.float64)[:, None]))
@@ -65,8 +64,7 @@ def blackbody(kelvin: NDArray[np.floating]) -> NDArray[np.float64]:
 
 
 def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:
-    """HDR light as a camera shows it, 0..1: channel by channel, so that the brightest turns from
-    orange over yellow to white."""
+    """Return HDR light as a camera exposes it, 0..1: channels saturate one by one, up to white."""
     return np.asarray(-np.expm1(-light), np.float32)
 
 
@@ -75,11 +73,11 @@ class ColourMap:
     """Converts images of heat to light, and scales images of light.
 
     Attributes:
-        tables: (shades, 512, 3) light by heat: one shade, or several from slow to fast sheets.
-        reference_speed: v_rms of a sheet at the middle of the shades, heights/s.
-        gain: Factor for images that are light already.
-        opacity_exponents: (3,) for red, green and blue: exponents of a sheet's opacity.
-        blue: (3,) light of the blue foot.
+        tables: (n, 512, 3) light by heat: one table, or several from slow to fast sheets.
+        reference_speed: v_rms of a sheet that uses the middle table, heights/s.
+        gain: Factor for images of light.
+        opacity_exponents: (3,) exponents of a sheet's opacity for red, green and blue.
+        blue: (3,) light of the flame's blue foot; 0 for none.
     """
 
     tables: NDArray[np.float32]
@@ -90,18 +88,18 @@ class ColourMap:
 
     @classmethod
     def of(cls, fuel: Fuel, grading: str, gain: float) -> Self:
-        """Return the map of a fuel whose light is multiplied by ``gain``.
+        """Return the colour map of a fuel, its light multiplied by ``gain``.
 
         ``grading`` is ``fuel`` (its own colours) or ``blackbody``.
         """
         exponents = _OPACITY_EXPONENTS
         if grading == "blackbody":
-            temperatures = fuel.temperature * (1 + _SHADE_RANGE * np.linspace(-1, 1, _SHADES))
+            temperatures = fuel.temperature * (1 + _TEMPERATURE_RANGE * np.linspace(-1, 1, _TABLES))
             colours = [_blackbody_colours(kelvin) for kelvin in temperatures]
         else:
             stops = _linear_of_hex(fuel.ramp)
             colours = [_ramp_colours(stops, fuel.ramp_end)]
-            # Red fire thins to red, blue fire to blue.
+            # Thin parts of a red fire are redder, those of a blue fire bluer.
             exponents = exponents if stops[0, 0] > stops[0, 2] else exponents[::-1]
         light = (fuel.brightness * gain * _HEAT**fuel.contrast)[:, None]
         tables = np.stack([(each * light).astype(np.float32) for each in colours])
@@ -109,11 +107,11 @@ class ColourMap:
         return cls(tables, fuel.reference_speed, gain, exponents, blue)
 
     def light(self, image: Image, v_rms: float) -> NDArray[np.float32]:
-        """Light (height, width, 3) of an image on a sheet whose nodes move at ``v_rms``."""
+        """Return the light (height, width, 3) of an image on a sheet that moves at ``v_rms``."""
         if image.shape[2] == 3:
             return image * np.float32(self.gain)
         heat = image[..., 0]
-        light = _look_up(heat, self.tables[self._shade(v_rms)])
+        light = _look_up(heat, self.tables[self._table_index(v_rms)])
         if not self.blue.any():
             return light
         height = len(heat)
@@ -121,20 +119,20 @@ class ColourMap:
         foot, soot = np.exp(-((up / _BLUE_HEIGHT) ** 2)), 1 - np.exp(-((up / _SOOT_HEIGHT) ** 2))
         return np.asarray(light * soot + heat[..., None] * foot * self.blue, np.float32)
 
-    def _shade(self, v_rms: float) -> int:
-        """Index of a sheet's table: its temperature grows with v_rms² (eq. 20), up to a limit."""
+    def _table_index(self, v_rms: float) -> int:
+        """Return a sheet's table index: temperature grows with v_rms² (eq. 20), up to a limit."""
         energy = (v_rms / self.reference_speed) ** 2
         return round((len(self.tables) - 1) * energy / (1 + energy))
 
 
 def _linear_of_hex(colours: Sequence[str]) -> NDArray[np.float32]:
-    """Linear light (n, 3) of sRGB colours like ``#ff8000``."""
+    """Return the linear light (n, 3) of sRGB colours like ``#ff8000``."""
     values = [[int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)] for colour in colours]
     return srgb_to_linear(np.array(values))
 
 
 def _ramp_colours(stops: NDArray[np.float32], end: float) -> NDArray[np.float64]:
-    """Linear colour (512, 3) of each of ``_HEAT`` along a ramp of evenly spaced ``stops`` (n, 3).
+    """Return linear colours (512, 3) of ``_HEAT`` on a ramp of evenly spaced ``stops`` (n, 3).
 
     A heat of 1 is at the position ``end`` of the ramp, 0..1.
     """
@@ -144,12 +142,12 @@ def _ramp_colours(stops: NDArray[np.float32], end: float) -> NDArray[np.float64]
 
 
 def _blackbody_colours(hottest: float) -> NDArray[np.float64]:
-    """Linear colour (512, 3) of each of ``_HEAT``, as a black body of up to ``hottest`` K."""
-    return blackbody(_LOWEST + (hottest - _LOWEST) * np.minimum(_HEAT, 1.25) ** 0.7)
+    """Return linear colours (512, 3) of ``_HEAT`` as black bodies; heat 1 is at ``hottest`` K."""
+    return blackbody(_MIN_KELVIN + (hottest - _MIN_KELVIN) * np.minimum(_HEAT, 1.25) ** 0.7)
 
 
 def _look_up(heat: Plane, table: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Light (height, width, 3) of ``heat``, interpolated between the entries of a table."""
+    """Return the light (height, width, 3) of ``heat``, interpolated in a table."""
     at = np.clip(heat, 0.0, float(_HEAT[-1])) * np.float32((len(_HEAT) - 1) / _HEAT[-1])
     below = np.minimum(at.astype(np.intp), len(_HEAT) - 2)
     share = (at - below.astype(np.float32))[..., None]

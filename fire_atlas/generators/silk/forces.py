@@ -1,4 +1,4 @@
-"""External forces on the sheets: wind, slow sway, lift by heat, gravity, and flutter."""
+"""External forces on the sheets: wind, slow sway, lift by heat, gravity and flutter."""
 
 import math
 from dataclasses import dataclass
@@ -14,32 +14,32 @@ from fire_atlas.generators.silk.mechanics import Vectors, normals
 from fire_atlas.recipe.wind import Wind
 
 _WAVES = 7
-"""Number of waves summed for the flutter of a sheet, and for the sway."""
+"""Number of waves summed for the flutter of each sheet, and for the sway."""
 
 _GUST_GAIN = 0.5
-"""Growth of flutter and sway with each level of wind, relative to still air."""
+"""Increase of flutter and sway per level of wind, relative to still air."""
 
 _MIN_FLUTTER = 0.6
-"""Lowest frequency of the flutter, Hz."""
+"""Minimum frequency of the flutter, Hz."""
 
 _BOUNDARY_LAYER = 0.12
-"""Height in which the wind rises to half its speed above the ground, heights."""
+"""Height above the ground at which the wind has half its speed, heights."""
 
 
 @dataclass(frozen=True, slots=True)
 class SheetForces:
-    """All that accelerates the sheets besides their springs and the intruders.
+    """All forces on the sheets other than their springs and the intruders.
 
     Attributes:
         fuel: The fuel.
         wind: The recipe's wind.
-        gravity: heights/s².
-        lift: Acceleration by heat at the base, heights/s².
-        lift_decay: (sheets, 1, 1) height in which a sheet's lift falls to 1/e, heights.
-        base: (sheets, 1, 1) height of the base of each sheet, heights.
-        row_phase: (sheets, rows, waves) phase of the flutter along a sheet's height, rad.
-        column_phase: (sheets, columns, waves) and along its width.
-        flutter_frequency: (sheets, waves) rad/s.
+        gravity: Acceleration downwards, heights/s².
+        lift: Acceleration upwards by heat at the base, heights/s².
+        lift_decay: (sheets, 1, 1) distance above the base where lift falls to 1/e, heights.
+        base: (sheets, 1, 1) z of the base of each sheet, heights.
+        row_phase: (sheets, rows, waves) phase of the flutter by row, rad.
+        column_phase: (sheets, columns, waves) phase added by column, rad.
+        flutter_frequency: (sheets, waves) angular frequency, rad/s.
         sway: (3, waves) phase (rad), frequency (rad/s) and heading (rad) of the sway.
         flutter: Acceleration (rms) at the top of a sheet in still air, heights/s².
     """
@@ -68,7 +68,7 @@ class SheetForces:
         height = rest[:, -1, 0, 2] - rest[:, 0, 0, 2]
         size = (sheets, 1, _WAVES)
         chance = generator(seed, RandomStream.TURBULENCE)
-        # A wave has 0.4 to 1.6 periods along the sheet, and travels up about as fast as the gas.
+        # Each wave has 0.4 to 1.6 periods over the height and rises at 0.7 of the gas speed.
         up = chance.uniform(0.4, 1.6, size)
         across = chance.uniform(-0.7, 0.7, size)
         phase = chance.uniform(0, 2 * np.pi, size)
@@ -86,20 +86,20 @@ class SheetForces:
             base=rest[:, 0, 0, 2][column],
             row_phase=2 * np.pi * up * share + phase,
             column_phase=2 * np.pi * across * along,
-            # A wave that stood still would bend its sheet to one side for good.
+            # A minimum, because a wave at rest would bend its sheet to one side all the time.
             flutter_frequency=2 * np.pi * np.maximum(hertz, _MIN_FLUTTER),
             sway=_random_sway(chance),
             flutter=fuel.flutter * turbulence,
         )
 
     def air_velocity(self, time: float, x: Vectors) -> Vectors:
-        """Velocity of the air at every node, heights/s: wind, and sway that grows with height."""
+        """Return the air's velocity at every node, heights/s: wind and sway, growing upwards."""
         right, away = wind_velocity(self.wind, time)
         gust = 1 + _GUST_GAIN * np.hypot(right, away)
         above = np.maximum(x[..., 2], 0.0)
         profile = above / (above + _BOUNDARY_LAYER)
         phase, frequency, heading = self.sway
-        # The wave travels upwards, so that the top follows the base.
+        # Waves travel upwards (0.35 s per height), so the top follows the base.
         delay = frequency * 0.35
         sway = np.sin(phase + frequency * time - delay * above[..., None])
         sway *= self.fuel.sway * gust * np.sqrt(2 / len(phase))
@@ -109,14 +109,14 @@ class SheetForces:
         return u
 
     def acceleration(self, time: float, x: Vectors, v: Vectors) -> Vectors:
-        """Acceleration of every node, heights/s²."""
+        """Return the acceleration of every node, heights/s²."""
         a = (self.air_velocity(time, x) - v) * self.fuel.drag
         risen = np.maximum(x[..., 2] - self.base, 0.0)
         a[..., 2] += self.lift * np.exp(-risen / self.lift_decay) - self.gravity
         return a + self._flutter(time) * normals(x)
 
     def _flutter(self, time: float) -> NDArray[np.float64]:
-        """Acceleration (sheets, rows, columns, 1) along the normals, heights/s²."""
+        """Return the acceleration (sheets, rows, columns, 1) along the normals, heights/s²."""
         gust = 1 + _GUST_GAIN * float(np.hypot(*wind_velocity(self.wind, time)))
         rows = self.row_phase - (self.flutter_frequency * time)[:, None]
         waves = np.einsum("srw,scw->src", np.sin(rows), np.cos(self.column_phase))
@@ -127,7 +127,7 @@ class SheetForces:
 
 
 def _random_sway(chance: np.random.Generator) -> NDArray[np.float64]:
-    """Phase, frequency of 0.25 to 1.6 Hz, and heading of each wave of the sway, (3, waves)."""
+    """Return (3, waves): phase, angular frequency (0.25 to 1.6 Hz) and heading of each wave."""
     return np.stack([
         chance.uniform(0, 2 * np.pi, _WAVES),
         2 * np.pi * np.exp(chance.uniform(np.log(0.25), np.log(1.6), _WAVES)),

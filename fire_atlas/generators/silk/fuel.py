@@ -1,6 +1,6 @@
-"""Fuels: the constants that give a flame its mechanics, texture and colours.
+"""Fuels (wood, candle, gas): constants of the mechanics, texture and colours of a flame.
 
-Lengths are frame heights, times seconds, masses that of a sheet of one square height.
+Units: lengths are frame heights, times seconds; mass 1 is that of a square sheet one height wide.
 """
 
 from dataclasses import dataclass, replace
@@ -11,17 +11,17 @@ FuelName = Literal["wood", "candle", "gas"]
 
 @dataclass(frozen=True, slots=True)
 class Burner:
-    """Constants of a procedural fire texture; lengths are sheet heights, times images.
+    """Constants of a procedural fire texture. Units: sheet heights and images.
 
     Attributes:
-        gas_speed: Speed of the gas halfway up, sheet heights an image.
+        gas_speed: Speed of the gas halfway up, sheet heights per image.
         eddy_strength: Speed (rms) of the eddies, relative to the gas.
-        flame_height: Height at which a parcel of the strongest fuel has burnt out.
-        width: Of the burner, relative to the width of the sheet.
+        flame_height: Height at which the strongest fuel has burnt out.
+        width: Width of the burner, relative to that of the sheet.
         flicker: Variation of the fuel along the burner and with time, 0..1.
         tongue_width: Typical width of a tongue of flame at the burner.
         entrainment: Speed of the air drawn in towards the middle, relative to the gas.
-        widening_height: Height up to which the flame widens instead.
+        widening_height: Height up to which the air flows outwards instead; 0 for none.
     """
 
     gas_speed: float
@@ -36,28 +36,28 @@ class Burner:
 
 @dataclass(frozen=True, slots=True)
 class Fuel:
-    """How a flame moves and looks.
+    """Constants of how a flame moves and looks.
 
     Attributes:
-        mass: Of silk, per square height.
-        structural, shear, bending: Stiffness of the springs, force over length.
-        damping: Of a spring, 1/s, relative to the mass of a node.
-        lift: Acceleration by heat at the base, heights/s².
+        mass: Mass of the cloth per square height.
+        structural, shear, bending: Stiffness of the springs, force per length.
+        damping: Damping of a spring per mass of a node, 1/s.
+        lift: Acceleration upwards by heat at the base, heights/s².
         lift_height: Height at which the lift has fallen to 1/e, relative to the sheet's.
-        gravity: heights/s².
+        gravity: Acceleration downwards, heights/s².
         drag: Rate at which a node takes on the velocity of the air, 1/s.
         flutter: Acceleration (rms) normal to the sheet at its top in still air, heights/s².
         sway: Speed (rms) of the slow horizontal oscillation of the air, heights/s.
-        image_rate: Images of the texture a second at ``reference_speed``.
-        reference_speed: v_rms of the nodes at which the texture plays at that rate, heights/s.
+        image_rate: Texture images per second at ``reference_speed``.
+        reference_speed: v_rms of the nodes at which textures play at that rate, heights/s.
         gas_speed: Speed of the gas in the texture at that rate, sheet heights/s.
-        burner: The texture's constants; its own ``gas_speed`` follows from the one above.
-        ramp: sRGB hex colours from the coolest visible flame to the hottest.
-        ramp_end: Position on the ramp of the hottest flame, 0..1.
+        burner: Constants of the texture; its ``gas_speed`` is replaced, from the one above.
+        ramp: sRGB hex colours from the coolest visible part of the flame to the hottest.
+        ramp_end: Position of the hottest part on the ramp, 0..1.
         blue_light: Light of the blue foot of the flame, 0 for none.
-        brightness: Light of the hottest flame, before exposure.
+        brightness: Light of the hottest part, before exposure.
         contrast: Exponent from heat to light.
-        temperature: Of the hottest flame, K, for ``grading: blackbody``.
+        temperature: Temperature of the hottest part, K, for ``grading: blackbody``.
     """
 
     mass: float
@@ -115,11 +115,11 @@ FUELS: dict[FuelName, Fuel] = {
 
 
 def fuel_of(name: FuelName, pressure: float, oxygen: float) -> Fuel:
-    """Return a fuel under the paper's two controls, both relative to its own value.
+    """Return a fuel, adjusted by the paper's two controls; 1 leaves it as it is.
 
-    Pressure drives the fuel out: springs and lift are proportional to it, the speed of the gas to
-    its root. Oxygen sets the rate, heat and light of the combustion: without enough of it a flame
-    is slow and red.
+    Pressure drives the fuel out: springs and lift are proportional to it, the gas speed to its
+    square root. Oxygen sets the speed, heat and light of the combustion: with too little of it a
+    flame is slow and red.
     """
     fuel = FUELS[name]
     height = fuel.burner.flame_height * min(pressure**0.3, 1.15)

@@ -1,7 +1,7 @@
-"""Intruders (section 6): objects in the flame, as fields of force and as pictures.
+"""Intruders (section 6): objects in the flame, as force fields and as drawn bodies.
 
-No collisions are computed: an intruder pushes the sheets away from its middle line. Opaque ones are
-also drawn, into a depth buffer in front of and behind the flames, and lit by them.
+No collisions are computed: an intruder pushes the sheets away from its middle line. Visible ones
+are also drawn, with a depth buffer that hides the flames behind them, and are lit by the flames.
 """
 
 import math
@@ -18,7 +18,7 @@ from fire_atlas.generators.silk.mechanics import Vectors, lengths
 from fire_atlas.recipe.silk import Intruder
 
 _FALLOFF = 0.03
-"""Distance beyond its own radius in which an intruder's force falls to 1/e, heights."""
+"""Beyond its surface an intruder's force falls to 1/e over its radius plus this, heights."""
 
 _SURFACE_ACCELERATION = 12.0
 """Acceleration at the surface of an intruder of strength 1, heights/s²."""
@@ -27,28 +27,28 @@ _WOOD = np.array([0.16, 0.085, 0.04], np.float32)
 _STICK = np.array([0.55, 0.36, 0.18], np.float32)
 _HEAD = np.array([0.16, 0.02, 0.012], np.float32)
 _STONE = np.array([0.14, 0.13, 0.125], np.float32)
-"""Linear colours of logs, matches, the heads of matches, and spheres."""
+"""Linear colours of logs, matchsticks, match heads and spheres."""
 
 _LIGHT_GAIN, _LIGHT_SOFTENING = 90.0, 0.03
-"""Brightness of what the fire lights, and heights² added to the square of its distance."""
+"""Gain of the fire's light on objects; added to its squared distance to limit it, heights²."""
 
 _AMBIENT = 0.01
-"""Light in the absence of fire, so that objects are not black holes."""
+"""Light on objects where no fire lights them, so that they are not black."""
 
 
 @dataclass(frozen=True, slots=True)
 class IntruderBody:
-    """A capsule: all points within ``radius`` of a line segment, which moves along keyframes.
+    """An intruder: all points within ``radius`` of a line segment that moves along keyframes.
 
     Attributes:
         times: (k,) of the keyframes, s, ascending.
-        positions: (k, 3) of its middle (of a match: its head) at these times, heights.
-        axis: (3,) from there to its far end, heights; zero for a sphere.
-        centred: Whether it extends as far to the other side.
-        radius: heights.
-        strength: Of its force; 1 is about the lift of a flame.
+        positions: (k, 3) position of its middle (a match: its head) at these times, heights.
+        axis: (3,) vector from there to its far end, heights; zero for a sphere.
+        centred: Whether it extends equally far the other way (a log).
+        radius: Radius, heights.
+        strength: Strength of its force; 1 is about the lift of a flame.
         visible: Whether it is drawn.
-        is_match: Whether its head catches fire.
+        is_match: Whether it is a match, whose head catches fire.
     """
 
     times: NDArray[np.float64]
@@ -62,7 +62,7 @@ class IntruderBody:
 
     @classmethod
     def of(cls, intruder: Intruder) -> Self:
-        """Take it from a recipe."""
+        """Read an intruder from a recipe."""
         keyframes = [(moment.t, moment.at) for moment in intruder.keyframes]
         if intruder.at is not None:
             keyframes = [(0.0, intruder.at)]
@@ -79,7 +79,7 @@ class IntruderBody:
         )
 
     def position(self, time: float) -> NDArray[np.float64]:
-        """Position (3,) at ``time`` s, eased in and out between keyframes."""
+        """Return the position (3,) at ``time`` s, eased in and out between keyframes."""
         if time <= self.times[0]:
             return np.array(self.positions[0])
         if time >= self.times[-1]:
@@ -91,12 +91,12 @@ class IntruderBody:
         return np.asarray(start + share * (end - start))
 
     def ends(self, time: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Both ends (3,) of its middle line at ``time`` s, heights."""
+        """Return both ends (3,) of its middle line at ``time`` s, heights."""
         position = self.position(time)
         return (position - self.axis if self.centred else position), position + self.axis
 
     def acceleration(self, time: float, x: Vectors) -> Vectors:
-        """Acceleration of the nodes at ``x`` away from the middle line, heights/s²."""
+        """Return the acceleration of nodes at ``x``, away from the middle line, heights/s²."""
         start, end = self.ends(time)
         away = x - _nearest_on_segment(start, end, x)
         distance = np.maximum(lengths(away), 1e-6)
@@ -106,7 +106,7 @@ class IntruderBody:
 
 
 def _direction(angle: float, tilt: float) -> NDArray[np.float64]:
-    """Unit vector (3,) at ``angle`` seen from above and ``tilt`` above the horizon, degrees."""
+    """Return the unit vector (3,) at ``angle`` seen from above and ``tilt`` upwards, degrees."""
     azimuth, elevation = math.radians(angle), math.radians(tilt)
     level = math.cos(elevation)
     return np.array([level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation)])
@@ -115,7 +115,7 @@ def _direction(angle: float, tilt: float) -> NDArray[np.float64]:
 def _nearest_on_segment(
     start: NDArray[np.float64], end: NDArray[np.float64], x: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Points (..., 3) of a line segment that are nearest to ``x``."""
+    """Return the points (..., 3) of a line segment that are nearest to ``x``."""
     along = end - start
     square = float((along * along).sum())
     if square == 0:
@@ -126,14 +126,14 @@ def _nearest_on_segment(
 
 @dataclass(frozen=True, slots=True)
 class IntruderBuffers:
-    """The drawn intruders as one camera sees them: per sample coverage, depth, normal and colour.
+    """Intruders drawn for one camera: coverage, depth, normal and colour of each sample.
 
     Attributes:
-        coverage: (height, width) 1 where something opaque is.
-        depth: (height, width) distance away from the camera, heights; infinite where nothing is.
-        normal: (height, width, 3) of the surface: right, down and away from the camera.
+        coverage: (height, width) 1 where an intruder is, else 0.
+        depth: (height, width) depth along the view, heights; infinite where no intruder is.
+        normal: (height, width, 3) surface normal: right, down and away from the camera.
         colour: (height, width, 3) linear.
-        scale: Samples to a frame height.
+        scale: Samples per frame height.
     """
 
     coverage: Plane
@@ -144,7 +144,7 @@ class IntruderBuffers:
 
     @classmethod
     def blank(cls, height: int, width: int, scale: float) -> Self:
-        """Return buffers in which nothing is drawn yet."""
+        """Return empty buffers."""
         size = height, width
         depth = np.full(size, np.inf, np.float32)
         normal, colour = (np.zeros((*size, 3), np.float32) for _ in range(2))
@@ -156,14 +156,14 @@ class IntruderBuffers:
         return self.coverage.size == 0
 
     def hides(self, sample: NDArray[np.intp], depth: NDArray[np.float32]) -> NDArray[np.bool_]:
-        """Whether an intruder is in front of what lies at ``depth`` in these samples."""
+        """Return whether an intruder hides what is at ``depth`` in each ``sample``."""
         return np.asarray(depth >= self.depth.ravel()[sample])
 
     def lit_by(
         self, flame: NDArray[np.float32], centre: NDArray[np.float64]
     ) -> NDArray[np.float32]:
-        """Light (height, width, 3) of the intruders in that of the flame, which comes from its
-        ``centre``: samples right, samples down, depth in heights."""
+        """Return the light (height, width, 3) of the intruders, lit by a point light at ``centre``
+        (samples right, samples down, depth in heights) with the total light of ``flame``."""
         rows, columns = np.nonzero(self.coverage)
         lit = np.zeros((*self.coverage.shape, 3), np.float32)
         if not rows.size:
@@ -176,7 +176,7 @@ class IntruderBuffers:
         distance = np.sqrt((to_light * to_light).sum(axis=1))
         normal = self.normal[rows, columns]
         cosine = np.einsum("nd,nd->n", normal, to_light) / np.maximum(distance, 1e-6)
-        # A flame is large: it lights surfaces that face a little away from its centre.
+        # A flame is large: it also lights surfaces that face slightly away from its centre.
         facing = np.maximum(cosine + 0.35, 0) / 1.35
         shade = facing * _LIGHT_SOFTENING / (distance * distance + _LIGHT_SOFTENING)
         total = flame.sum(axis=(0, 1)) / self.scale**2
@@ -186,23 +186,23 @@ class IntruderBuffers:
 
 
 def draw_intruders(
-    bodies: Sequence[IntruderBody], time: float, camera: Camera, finer: int
+    bodies: Sequence[IntruderBody], time: float, camera: Camera, samples: int
 ) -> IntruderBuffers:
-    """Draw the visible bodies at ``time`` s, with ``finer`` samples to a px along each axis."""
+    """Draw visible ``bodies`` at ``time`` s, with ``samples`` per pixel along each axis."""
     visible = [body for body in bodies if body.visible]
     if not visible:
         return IntruderBuffers.blank(0, 0, 1.0)
-    scale = float(camera.height * finer)
-    buffers = IntruderBuffers.blank(camera.height * finer, camera.width * finer, scale)
+    scale = float(camera.height * samples)
+    buffers = IntruderBuffers.blank(camera.height * samples, camera.width * samples, scale)
     for body in visible:
         ends = camera.project(np.stack(body.ends(time)))
-        ends[:, :2] *= finer
+        ends[:, :2] *= samples
         _draw_capsule(buffers, body, ends)
     return buffers
 
 
 def _draw_capsule(buffers: IntruderBuffers, body: IntruderBody, ends: NDArray[np.float64]) -> None:
-    """Draw a body between its projected ``ends`` (2, 3): samples right and down, depth."""
+    """Draw a body between its projected ``ends`` (2, 3): samples right, samples down, depth."""
     radius = body.radius * buffers.scale
     height, width = buffers.coverage.shape
     low = np.floor(ends[:, :2].min(axis=0) - radius).astype(int)
@@ -234,14 +234,14 @@ def _draw_capsule(buffers: IntruderBuffers, body: IntruderBody, ends: NDArray[np
 def _surface_colours(
     body: IntruderBody, share: NDArray[np.float64], side: NDArray[np.float64], radii: float
 ) -> NDArray[np.float32]:
-    """Linear colour (..., 3) at ``share`` (0..1) of a body's middle line and ``side`` (-1..1) of
-    it; ``radii`` is the body's length as seen, relative to its radius."""
+    """Return linear colours (..., 3) at ``share`` (0..1) along a body and ``side`` (-1..1) across
+    it; ``radii`` is its length in the frame, relative to its radius."""
     if body.is_match:
         head = np.clip((3.0 - share * radii) / 0.7, 0.0, 1.0)[..., None]
         return np.asarray(_STICK + (_HEAD - _STICK) * head, np.float32)
     if not body.axis.any():
         return np.broadcast_to(_STONE, (*share.shape, 3))
-    # Bark has ridges along a log; its middle, in the fire, is charred.
+    # A log has ridges of bark along it; its middle, which is in the fire, is charred.
     ridges = np.sin(13 * side + 1.3 * np.sin(1.2 * share * radii + 4 * side)) ** 2
     charred = 0.25 + 0.75 * np.clip(np.abs(2 * share - 1) * 1.3 - 0.2, 0, 1)
     return np.asarray(_WOOD * ((0.45 + 0.55 * ridges) * charred)[..., None], np.float32)

@@ -1,6 +1,6 @@
-"""Sheets of silk as a mass-spring system, moved by position Verlet (Balci & Foroosh, section 3).
+"""Simulate sheets of silk as a mass-spring system by position Verlet (Balci & Foroosh, section 3).
 
-``SheetModel`` never changes, ``SheetState`` is what moves, and ``step`` is a pure function of both.
+``SheetModel`` is constant, ``SheetState`` changes with time, and ``step`` computes the next state.
 Lengths are frame heights, x to the right, y away from the front view, z up; times are seconds.
 """
 
@@ -13,17 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 Vectors = NDArray[np.float64]
-"""(sheets, rows, columns, 3): a vector for each node; row 0 is the base, column 0 the left edge."""
+"""(sheets, rows, columns, 3): one vector per node; row 0 is the base, column 0 the left edge."""
 
 
 @dataclass(frozen=True, slots=True)
 class SheetPlacement:
-    """Where a sheet stands at rest, and its size.
+    """Position and size of a sheet at rest.
 
     Attributes:
         position: (x, y, z) of the middle of its base, heights.
         width, height: Size, heights.
-        angle: Direction of its width seen from above, degrees; 0 to the right, counter-clockwise.
+        angle: Direction of its width seen from above, degrees counter-clockwise; 0: to the right.
     """
 
     position: tuple[float, float, float]
@@ -37,10 +37,10 @@ class Elasticity:
     """Mass, stiffness and damping of the mesh.
 
     Attributes:
-        mass: Of a node.
-        structural, shear, bending: Stiffness of springs to the next node along a row or column,
-            to the one diagonally across a cell, and to the next but one; force over length.
-        damping: Of every spring, force over speed along it.
+        mass: Mass of a node.
+        structural, shear, bending: Stiffness of the springs to the next node along a row or column,
+            to the next diagonally, and to the next but one along a row or column; force/length.
+        damping: Damping of every spring; force per speed along it.
     """
 
     mass: float
@@ -52,12 +52,12 @@ class Elasticity:
 
 @dataclass(frozen=True, slots=True)
 class SpringFamily:
-    """All springs that join a node to the one ``down`` rows and ``right`` columns further.
+    """All springs from a node to the one ``down`` rows and ``right`` columns further.
 
     Attributes:
         down, right: Steps of rows and columns; ``right`` may be negative.
-        stiffness: Force over length.
-        rest: (sheets, rows', columns') lengths at which the springs exert no force.
+        stiffness: Force per length.
+        rest: (sheets, rows', columns') rest lengths.
     """
 
     down: int
@@ -66,7 +66,7 @@ class SpringFamily:
     rest: NDArray[np.float64]
 
     def ends(self, nodes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Views of an array (sheets, rows, columns, ...) at the start and end of every spring."""
+        """Return views of an array (sheets, rows, columns, ...) at both ends of every spring."""
         down, right = self.down, self.right
         rows, columns = nodes.shape[1:3]
         if right >= 0:
@@ -76,14 +76,14 @@ class SpringFamily:
 
 @dataclass(frozen=True, slots=True)
 class SheetModel:
-    """What never changes of the sheets, all with the same mesh.
+    """Constant properties of the sheets, which all have the same mesh.
 
     Attributes:
         rest: Positions of the nodes at rest, heights.
         springs: All springs, by family.
-        damping: Of every spring, force over speed.
-        mass: Of a node.
-        free: (1, rows, 1, 1): 1 where nodes move, 0 where they are pinned.
+        damping: Damping of every spring; force per speed.
+        mass: Mass of a node.
+        free: (1, rows, 1, 1) 1 where nodes move, 0 where they are pinned.
     """
 
     rest: Vectors
@@ -105,7 +105,7 @@ def build_model(
     elasticity: Elasticity,
     pinned_rows: int = 1,
 ) -> SheetModel:
-    """Build the mesh of flat, upright sheets whose lowest rows are pinned.
+    """Build the mesh of flat, upright sheets whose lowest ``pinned_rows`` are pinned.
 
     Raises:
         ValueError: Fewer than 2 rows or columns, or a mass that is not positive.
@@ -147,21 +147,21 @@ def _springs(rest: Vectors, elasticity: Elasticity) -> list[SpringFamily]:
 
 
 def lengths(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Lengths (...) of vectors (..., 3)."""
+    """Return the lengths (...) of vectors (..., 3)."""
     x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
     return np.sqrt(x * x + y * y + z * z)
 
 
 ExternalAcceleration = Callable[[Vectors, Vectors], Vectors]
-"""``external(x, v)``: acceleration of every node by all but the springs, heights/s²."""
+"""``external(x, v)``: acceleration of every node by all forces but the springs, heights/s²."""
 
 _SAFETY = 0.7
-"""Fraction of the longest stable step that is used: springs that turn are not linear."""
+"""Fraction of the longest stable step that is used, as springs that rotate are not linear."""
 
 
 @dataclass(frozen=True, slots=True)
 class SheetState:
-    """Positions of the nodes at a time t and one step before (eq. 1, 14).
+    """Positions of the nodes at time t and one step before (eq. 1, 14).
 
     Attributes:
         x: Positions at t, heights.
@@ -173,20 +173,20 @@ class SheetState:
 
     @classmethod
     def resting(cls, x: Vectors) -> Self:
-        """State at positions ``x`` where nothing moves."""
+        """Return the state at positions ``x`` in which nothing moves."""
         return cls(x, x)
 
     def velocity(self, dt: float) -> Vectors:
-        """Velocities, heights/s, by eq. 15."""
+        """Return the velocities, heights/s (eq. 15)."""
         return (self.x - self.previous) / dt
 
 
 def step(
     model: SheetModel, state: SheetState, external: ExternalAcceleration, dt: float
 ) -> SheetState:
-    """Advance ``state`` by ``dt``: x(t+δt) = 2x(t) − x(t−δt) + δt² a (eq. 14).
+    """Return ``state`` after ``dt``: x(t+δt) = 2x(t) − x(t−δt) + δt² a (eq. 14).
 
-    Pinned nodes feel no force: they rest, or keep the velocity they were given.
+    No force moves pinned nodes: they rest, or keep the velocity they were given.
     """
     v = state.velocity(dt)
     a = (spring_force(model, state.x, v) / model.mass + external(state.x, v)) * model.free
@@ -194,7 +194,7 @@ def step(
 
 
 def spring_force(model: SheetModel, x: Vectors, v: Vectors) -> Vectors:
-    """Force on every node: (k (|d| − rest) + c ḋ) along each spring d."""
+    """Return the force on every node: (k (|d| − rest) + c d|d|/dt) along each spring d."""
     force = np.zeros_like(x)
     for springs in model.springs:
         start, end = springs.ends(x)
@@ -213,11 +213,11 @@ def spring_force(model: SheetModel, x: Vectors, v: Vectors) -> Vectors:
 
 
 def longest_step(model: SheetModel, drag: float) -> float:
-    """Longest stable time step, s, less a margin.
+    """Return the longest stable time step, s, reduced by ``_SAFETY``.
 
-    A node's springs bound the highest frequency of the whole mesh (Gershgorin): ω² ≤ 2 Σk / m.
-    Eq. 11 looks at one spring alone and is too long. Damping at the rate γ, which eq. 15 takes from
-    the step before, shortens it further: ω²δt² + 2γδt < 4. ``drag``, 1/s, is part of that rate.
+    The springs at a node bound the frequency of the whole mesh (Gershgorin): ω² ≤ 2 Σk / m. Eq. 11
+    considers a single spring, so its step is too long. Damping at the rate γ, with the velocity of
+    the step before (eq. 15), shortens it further: ω²δt² + 2γδt < 4. γ includes ``drag``, 1/s.
     """
     stiffness, springs = np.zeros(model.rest.shape[:3]), np.zeros(model.rest.shape[:3])
     for family in model.springs:
@@ -233,7 +233,7 @@ def longest_step(model: SheetModel, drag: float) -> float:
 
 
 def normals(x: Vectors) -> NDArray[np.float64]:
-    """Unit normals (sheets, rows, columns, 3) of the sheets at their nodes."""
+    """Return unit normals (sheets, rows, columns, 3) of the sheets at their nodes."""
     across, up = np.empty_like(x), np.empty_like(x)
     across[:, :, 1:-1] = x[:, :, 2:] - x[:, :, :-2]
     across[:, :, 0], across[:, :, -1] = x[:, :, 1] - x[:, :, 0], x[:, :, -1] - x[:, :, -2]

@@ -1,9 +1,9 @@
-"""Synthesise endless new images of fire from two of a real one (Appendix B).
+"""Synthesise endless new images of fire from two images of a real fire, the seeds (Appendix B).
 
-The most probable motion between two images is applied to the second; the result takes the place of
-the first, and so forth. Taken literally this freezes after a dozen images and blurs away: here the
-motion is smoothed and kept as strong as between the seeds, eddies keep it changing, fuel comes back
-from the seeds, most of all at the base, and lost detail is restored.
+The most probable motion between two images is applied to the second; the result replaces the first,
+and so on. Done literally, the images blur and freeze after about a dozen. Here the motion is
+smoothed and kept as strong as between the seeds, eddies keep it changing, fuel is added from the
+seeds (most of it at the base), and lost detail is restored.
 """
 
 from collections.abc import Iterator
@@ -20,33 +20,33 @@ from fire_atlas.generators.silk.texture import Image
 from fire_atlas.vision.warp import warp_by_pixels
 
 _SIGMA = 0.08
-"""[σ] of eq. 24, relative to the brightest value."""
+"""σ of eq. 24, relative to the maximum value of the images."""
 
 _WINDOW = 9
-"""Side of the window, px, whose pixels are taken to move alike: one alone is ambiguous."""
+"""Side, px, of the window whose pixels are assumed to move alike; a single pixel is ambiguous."""
 
 _DISTANCE_COST = 2e-3
-"""Added to the exponent for each squared px of motion: of motions that explain a place equally well
-the shortest is taken."""
+"""Penalty on the exponent of eq. 24 per squared pixel of motion: of equally probable motions the
+shortest is chosen."""
 
 _NEW_MOTION = 0.45
-"""Weight of the newly estimated motion; the rest is that between the seeds, which persists."""
+"""Weight of the newly estimated motion; the remaining weight is on that between the seeds."""
 
 _EDDIES = 0.3
 """Strength (rms) of the eddies that keep the motion changing, relative to that of the seeds."""
 
 _FUEL_TOP, _FUEL_BASE = 0.3, 0.55
-"""Part of an image that is replaced by the seeds', at the top and at the base."""
+"""Fraction of an image that is replaced by the seeds', at the top and at the base."""
 
 _MAX_SHARPENING = 1.8
-"""Largest factor by which detail is amplified in one step."""
+"""Maximum factor by which detail is amplified per image."""
 
 
 def most_probable_motion(one: Image, other: Image, radius: int) -> NDArray[np.float32]:
     """Estimate the motion from ``one`` to ``other``: (height, width, 2) px, x right, y down.
 
-    For each pixel of ``other``, each of those of ``one`` up to ``radius`` px away may have moved
-    there; eq. 24 gives the probability, multiplied over the channels and over a window around it.
+    A pixel of ``other`` may come from any pixel of ``one`` up to ``radius`` px away along each
+    axis. Eq. 24 gives the probability, multiplied over the channels and a window of pixels.
     """
     height, width, channels = other.shape
     scale = max(float(one.max()), float(other.max()), 1e-6)
@@ -74,7 +74,7 @@ class SeedImages:
 
     Attributes:
         one, other: (height, width, channels) float32, ``other`` a moment after ``one``.
-        radius: Largest displacement between them along either axis, px.
+        radius: Maximum displacement between them along each axis, px.
     """
 
     one: Image
@@ -83,13 +83,13 @@ class SeedImages:
 
 
 def synthesise_images(seeds: SeedImages, seed: int, energy: float = 1.0) -> Iterator[Image]:
-    """Yield images that follow the two seeds, without end.
+    """Yield an endless sequence of images that follow the two seeds.
 
     Args:
         seeds: The two images.
-        seed: Of the build, for the eddies.
-        energy: v_rms² of the sheets, relative to that at which the fire moves as between the seeds;
-            the motion is proportional to its root.
+        seed: Seed of the recipe, for the eddies.
+        energy: v_rms² of the sheets, relative to that at which images move as fast as the seeds;
+            the motion is proportional to its square root.
     """
     one, other = seeds.one, seeds.other
     height, width = other.shape[:2]
@@ -112,7 +112,7 @@ def synthesise_images(seeds: SeedImages, seed: int, energy: float = 1.0) -> Iter
         moved = _displace(now, motion * np.float32(gain * correction))
         source = _displace(one if n % 2 else other, eddies.at(n + 0.5) * np.float32(strength))
         new = _sharpen(moved + fuel * (source - moved), detail)
-        # Too short a step is the start of freezing: the next one is made longer.
+        # Steps that get too small lead to freezing, so the next one is made larger.
         step = _distance(now, new) / max(seed_step, 1e-6)
         correction = float(np.clip(correction * (gain / max(step, 0.1)) ** 0.25, 0.6, 2.5))
         before, now = now, np.clip(new, 0.0, float(max(one.max(), other.max())))
@@ -121,12 +121,12 @@ def synthesise_images(seeds: SeedImages, seed: int, energy: float = 1.0) -> Iter
 
 
 def smooth_motion(motion: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Blur a motion (height, width, 2) by a Gaussian of 2 px."""
+    """Blur a motion (height, width, 2) with a Gaussian of σ = 2 px."""
     return as_plane(cv2.GaussianBlur(motion, (0, 0), 2.0))
 
 
 def _rms(motion: NDArray[np.float32], light: Plane) -> float:
-    """Root mean square length of the motion, weighted by ``light``."""
+    """Return the root mean square length of the motion, weighted by ``light``."""
     square = np.einsum("hwc,hwc->hw", motion, motion)
     return float(np.sqrt((square * light).sum() / max(float(light.sum()), 1e-9)))
 
@@ -136,7 +136,7 @@ def _distance(one: Image, other: Image) -> float:
 
 
 def _detail(image: Image) -> float:
-    """Mean squared gradient."""
+    """Return the mean squared gradient."""
     return float(np.mean(np.diff(image, axis=0) ** 2) + np.mean(np.diff(image, axis=1) ** 2))
 
 
@@ -145,7 +145,7 @@ def _sharpen(image: Image, detail: float) -> Image:
     lacking = np.sqrt(detail / max(_detail(image), 1e-12))
     if lacking <= 1:
         return image
-    # Of the brightness alone: amplified channel by channel, fire would turn into rainbows.
+    # Only the brightness is sharpened: sharpening each channel would change the colours.
     bright = as_plane(image.max(axis=-1))
     coarse = cv2.GaussianBlur(bright, (0, 0), 2.0)
     gain = np.float32(1.6 * (min(lacking, _MAX_SHARPENING) - 1))
@@ -156,6 +156,6 @@ def _sharpen(image: Image, detail: float) -> Image:
 
 
 def _displace(image: Image, motion: NDArray[np.float32]) -> Image:
-    """Displace what an image shows by ``motion`` (height, width, 2), px."""
+    """Displace the content of an image by ``motion`` (height, width, 2), px."""
     warped = warp_by_pixels(image, motion, -1.0, cv2.INTER_CUBIC)
     return warped.reshape(image.shape)

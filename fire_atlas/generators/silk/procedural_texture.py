@@ -1,9 +1,9 @@
-"""Procedural fire textures: fuel that burns down while a periodic flow carries it up.
+"""Synthesise looping fire textures: fuel that burns down while a periodic flow carries it up.
 
-The flow is not solved for but composed: gas that speeds up as it rises, air drawn in towards the
-middle, and eddies that rise more slowly than the gas. It repeats after N images, and all fuel burns
-out in less than that, so the images loop. Fuel burns down at a constant rate; where none is left a
-tongue of flame ends, so its tip is sharp.
+The flow is not simulated but composed of three parts: gas that accelerates as it rises, air drawn
+in towards the middle, and eddies that rise more slowly than the gas. It repeats after N images, and
+all fuel burns out sooner, so the images loop. Fuel burns down at a constant rate; a tongue of flame
+ends where none is left, so its tip is sharp.
 
 Units: sheet heights and images; u to the right, 0 in the middle of the sheet; v up from its base.
 """
@@ -29,17 +29,17 @@ _EDDY_RISE = 0.62
 """Speed at which eddies rise, relative to the gas."""
 
 _STEPS = 3
-"""Time steps an image."""
+"""Time steps per image."""
 
 _SUPPLY_WAVES = 12
 """Number of waves summed for the variation of the fuel along the burner."""
 
 _INLET_HEIGHT, _INLET_CURVE, _INLET_DEPTH = 0.07, 0.10, 0.035
-"""Height of the fuel inlet in its middle, how much higher its sides are, and its depth: sheet
-heights."""
+"""Height of the fuel inlet in its middle, additional height at its sides, and distance over which
+it fades: sheet heights."""
 
 _MOTION_CELL = 2
-"""Texture px to a cell of the recorded motion, which is smooth."""
+"""Texture pixels per cell of the recorded motion, which is smooth."""
 
 
 def synthesise_texture(
@@ -52,11 +52,11 @@ def synthesise_texture(
         images: N, the number of images in the loop.
         shape: (height, width) of an image, px.
         aspect: Width of the sheet, sheet heights.
-        seed: Of the build.
-        index: Of several textures; each shows another fire.
+        seed: Seed of the recipe.
+        index: Number of the texture; each number gives a different fire.
 
     Returns:
-        One channel: heat, 0..1.25, 0 on every edge.
+        A loop with one channel: heat, 0..1.25, and 0 at every edge.
     """
     height, width = shape
     v = 1 - (np.arange(height) + 0.5) / height
@@ -87,7 +87,7 @@ def synthesise_texture(
 
 
 class _FuelInlet:
-    """Where fuel enters: a curved strip at the foot, supplied unevenly along its width."""
+    """Inlet of the fuel: a curved strip at the foot, supplied unevenly along its width."""
 
     def __init__(
         self,
@@ -98,7 +98,7 @@ class _FuelInlet:
         aspect: float,
     ) -> None:
         across = np.abs(u) / (aspect * burner.width / 2)
-        # At the sides of the burner, where this is 1, the inlet is higher.
+        # The inlet is higher at the sides of the burner, where ``across`` is 1.
         inlet = _INLET_HEIGHT + _INLET_CURVE * np.minimum(across, 1.2)[None] ** 2
         self._above = v[:, None] - inlet
         depth = np.where(self._above > 0, _INLET_DEPTH, 0.6 * _INLET_DEPTH)
@@ -107,22 +107,22 @@ class _FuelInlet:
         self._supply, self._flicker, self._u = supply, burner.flicker, u
 
     def replenish(self, fuel: Plane, time: float) -> Plane:
-        """``fuel`` with what enters at ``time``."""
+        """Return ``fuel`` plus the fuel that enters at ``time``."""
         variation = self._supply.values(time, self._u, np.zeros(1))
         supply = as_plane(self._profile * np.clip(1 + self._flicker * variation, 0, 1.3))
         return as_plane(fuel + np.maximum(supply - fuel, 0.0) * self._mask)
 
     def distance(self) -> Plane:
-        """0 (at and below the inlet) to 1 (three depths above it) for every px."""
+        """Return each pixel's distance from the inlet: 0 at it or below, 1 three depths above."""
         return as_plane(np.clip(self._above / (3 * _INLET_DEPTH), 0.0, 1.0))
 
 
 class _Advection:
-    """Advects an image along a flow, and follows the px of one image to the next."""
+    """Advects images along a flow, and tracks how far pixels move between images."""
 
     def __init__(self, shape: tuple[int, int], weight: Plane, px: float) -> None:
-        """Take the image's ``shape``, the ``weight`` of each px's displacement, and the px that a
-        velocity of 1 covers in a time step."""
+        """Prepare for images of ``shape``: ``weight`` scales the displacement of each pixel, ``px``
+        is the number of pixels that a velocity of 1 covers in a time step."""
         height, width = shape
         columns, rows = np.meshgrid(np.arange(width), np.arange(height))
         self._columns, self._rows = as_plane(columns), as_plane(rows)
@@ -131,18 +131,18 @@ class _Advection:
         self.coarse_shape = -(-height // _MOTION_CELL), -(-width // _MOTION_CELL)
 
     def restart(self) -> None:
-        """Follow all px from their own positions."""
+        """Start to track all pixels from their own positions."""
         self._x[:], self._y[:] = 0, 0
 
     def follow(self, right: Plane, up: Plane) -> None:
-        """Move the followed points by a time step of the flow."""
+        """Move the tracked points by a time step of the flow."""
         at = self._columns + self._x, self._rows + self._y
         edge = cv2.BORDER_REPLICATE
         self._x += sample_at(right, *at, border=edge) * self._px
         self._y -= sample_at(up, *at, border=edge) * self._px
 
     def displacement(self) -> NDArray[np.float32]:
-        """Displacement of the followed points, px, on a coarser grid (h, w, 2)."""
+        """Return the displacement of the tracked points, px, on a coarser grid (h, w, 2)."""
         size = self.coarse_shape[1], self.coarse_shape[0]
         coarse = [
             cv2.resize(moved * self._weight, size, interpolation=cv2.INTER_AREA)
@@ -151,13 +151,13 @@ class _Advection:
         return as_plane(np.dstack(coarse))
 
     def advect(self, fuel: Plane, right: Plane, up: Plane) -> Plane:
-        """``fuel`` after a time step of the flow (semi-Lagrangian)."""
+        """Return ``fuel`` after a time step of the flow (semi-Lagrangian)."""
         columns, rows = self._columns - right * self._px, self._rows + up * self._px
         return sample_at(fuel, columns, rows, cv2.INTER_CUBIC, border=cv2.BORDER_CONSTANT)
 
 
 class _GasFlow:
-    """Velocity of the gas, sheet heights an image."""
+    """Velocity of the gas, sheet heights per image: a steady flow plus eddies."""
 
     def __init__(
         self, burner: Burner, eddies: PlaneWaves, u: NDArray[np.float64], v: NDArray[np.float64]
@@ -176,14 +176,14 @@ class _GasFlow:
         self._right = as_plane(-u[None] * inward[:, None])
 
     def velocity(self, time: float) -> tuple[Plane, Plane]:
-        """(right, up), each (height, width), at ``time``: the steady flow and the eddies."""
+        """Return the velocity at ``time``: (right, up), each (height, width)."""
         stream = self._eddies.values(time, self._u, self._v) * self._growth
         right, up = curl_differences(stream)
         return right * self._gain + self._right, up * self._gain + self._up
 
 
 def _random_eddies(chance: np.random.Generator, burner: Burner, images: int) -> PlaneWaves:
-    """Stream function of the eddies, whose velocity has an rms of 1."""
+    """Return a random stream function of eddies whose velocity has an rms of 1."""
     length, ku, kv = random_wave_vectors(chance, _EDDIES, _WAVELENGTHS)
     relative = chance.normal(0, 0.8, _EDDIES) * burner.gas_speed / length
     amplitude = length**1.45
@@ -193,7 +193,7 @@ def _random_eddies(chance: np.random.Generator, burner: Burner, images: int) -> 
 
 
 def _random_supply(chance: np.random.Generator, burner: Burner, images: int) -> PlaneWaves:
-    """Variation of the fuel along the burner: rms 1, slow compared with the gas."""
+    """Return a random variation of the fuel along the burner: rms 1, slow compared with the gas."""
     length = burner.tongue_width * np.exp(chance.uniform(np.log(0.7), np.log(4.0), _SUPPLY_WAVES))
     omega = chance.normal(0, 1.0, _SUPPLY_WAVES) * burner.gas_speed / burner.flame_height
     return PlaneWaves(
@@ -206,6 +206,6 @@ def _random_supply(chance: np.random.Generator, burner: Burner, images: int) -> 
 
 
 def _periodic(omega: NDArray[np.float64], images: int) -> NDArray[np.float64]:
-    """The nearest angular frequencies that are periodic in ``images``."""
+    """Round angular frequencies to the nearest that are periodic in ``images``."""
     fundamental = 2 * np.pi / images
     return np.rint(omega / fundamental) * fundamental

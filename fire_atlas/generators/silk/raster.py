@@ -1,7 +1,7 @@
-"""Rasterise textured triangles and add up their light, without a GPU.
+"""Rasterise textured triangles and add up their light, in numpy, without a GPU.
 
-Every triangle becomes spans of whole rows, all spans one flat list of fragments, and each fragment
-samples its texture: a handful of array operations for the whole mesh.
+Each triangle is split into row spans, all spans into one flat array of fragments, and each fragment
+samples the texture, so a few array operations draw the whole mesh.
 """
 
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from fire_atlas.vision.warp import sample_at
 
-_ROW = 4096
-"""Fragments are arranged in rows this long for OpenCV, whose images have limited sides."""
+_MAP_WIDTH = 4096
+"""Fragments per row of the maps given to OpenCV, which limits the sides of its images."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,8 +22,8 @@ class Triangles:
 
     Attributes:
         position: (n, 3, 2) of their corners, px of the target, x right, y down.
-        attributes: (n, 3, k) values at the corners that are interpolated: first the x and y of the
-            texture, px from the middle of its first texel; then any others.
+        attributes: (n, 3, k) values at the corners, to be interpolated: first the texture's x and
+            y, px from the middle of its first texel; then any others.
     """
 
     position: NDArray[np.float64]
@@ -31,11 +31,11 @@ class Triangles:
 
 
 def mesh_triangles(position: NDArray[np.float64], attributes: NDArray[np.float64]) -> Triangles:
-    """Two triangles for each cell of meshes.
+    """Return two triangles for each cell of the meshes of sheets.
 
     Args:
-        position: (sheets, rows, columns, 2) of the nodes, px.
-        attributes: (sheets, rows, columns, k).
+        position: (sheets, rows, columns, 2) positions of the nodes, px.
+        attributes: (sheets, rows, columns, k) values at the nodes.
     """
 
     def corners(nodes: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -49,11 +49,11 @@ def mesh_triangles(position: NDArray[np.float64], attributes: NDArray[np.float64
 
 @dataclass(frozen=True, slots=True)
 class Fragments:
-    """Pixels whose middles triangles cover, one entry for each triangle there.
+    """Pixels covered by triangles: one entry for each pixel middle in each triangle.
 
     Attributes:
         pixel: (n,) index of the pixel, row by row.
-        attributes: (n, k) float32, interpolated.
+        attributes: (n, k) float32, interpolated from the triangle's corners.
     """
 
     pixel: NDArray[np.intp]
@@ -76,7 +76,7 @@ def rasterise(triangles: Triangles, width: int, height: int) -> Fragments:
     corner, value, first, last = corner[seen], value[seen], first[seen], last[seen]
     dx, dy = _slopes(corner, value, twice_area[seen])
 
-    # One entry for each row of each triangle: its span of covered columns.
+    # One span of columns for each row of each triangle.
     owner, row = _runs(first, last - first)
     at = row.astype(np.float64) + 0.5
     top, middle, bottom = (corner[owner, k] for k in range(3))
@@ -86,8 +86,8 @@ def rasterise(triangles: Triangles, width: int, height: int) -> Fragments:
     left = np.clip(np.ceil(np.minimum(long, short) - 0.5), 0, width).astype(np.intp)
     right = np.clip(np.ceil(np.maximum(long, short) - 0.5), 0, width).astype(np.intp)
 
-    # Attributes are linear over a triangle: their values where a row meets the target's left edge,
-    # and their slopes along the row.
+    # Attributes are linear over a triangle: begin with their values at the target's left edge and
+    # add their slope along the row.
     span, column = _runs(left, np.maximum(right - left, 0))
     dx = dx[owner]
     begin = value[owner, 0] + dx * (0.5 - top[:, :1]) + dy[owner] * (at - top[:, 1])[:, None]
@@ -100,7 +100,7 @@ def rasterise(triangles: Triangles, width: int, height: int) -> Fragments:
 def _runs(
     first: NDArray[np.intp], count: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Index of its run, and value, of each number in ``count`` consecutive ones from ``first``."""
+    """Concatenate runs of ``count`` integers from ``first``; return run index and value of each."""
     run = np.repeat(np.arange(len(first)), count)
     begin = np.cumsum(count) - count
     return run, np.arange(len(run)) + (first - begin)[run]
@@ -109,7 +109,7 @@ def _runs(
 def _crossing(
     upper: NDArray[np.float64], lower: NDArray[np.float64], at: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """x at which edges from ``upper`` to ``lower`` ends (n, 2) cross the rows ``at``."""
+    """Return x where edges from ``upper`` to ``lower`` points (n, 2) cross the heights ``at``."""
     fall = lower[:, 1] - upper[:, 1]
     slope = (lower[:, 0] - upper[:, 0]) / np.where(fall > 0, fall, 1.0)
     return np.asarray(upper[:, 0] + (at - upper[:, 1]) * slope)
@@ -123,11 +123,11 @@ def _twice_the_area(corner: NDArray[np.float64]) -> NDArray[np.float64]:
 def _slopes(
     corner: NDArray[np.float64], value: NDArray[np.float64], twice_area: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Slopes (triangles, k) of the attributes per px to the right and down."""
+    """Return the slopes (triangles, k) of the attributes per px right and per px down."""
     one, other = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
-    grown, grown_other = value[:, 1] - value[:, 0], value[:, 2] - value[:, 0]
-    dx = grown * other[:, 1:] - grown_other * one[:, 1:]
-    dy = grown_other * one[:, :1] - grown * other[:, :1]
+    change, other_change = value[:, 1] - value[:, 0], value[:, 2] - value[:, 0]
+    dx = change * other[:, 1:] - other_change * one[:, 1:]
+    dy = other_change * one[:, :1] - change * other[:, :1]
     return dx / twice_area[:, None], dy / twice_area[:, None]
 
 
@@ -136,19 +136,19 @@ def sample_texture(
 ) -> NDArray[np.float32]:
     """Sample a texture (h, w, c) bilinearly at x and y (n, 2 or more): (n, c); 0 outside."""
     count = len(position)
-    rows = -(-count // _ROW)
-    # An array each for x and y: OpenCV rounds maps of pairs to 1/32 px.
-    maps = np.full((2, rows * _ROW), -2.0, np.float32)
+    rows = -(-count // _MAP_WIDTH)
+    # Separate maps for x and y, because OpenCV rounds maps of (x, y) pairs to 1/32 px.
+    maps = np.full((2, rows * _MAP_WIDTH), -2.0, np.float32)
     maps[:, :count] = position[:, :2].T
-    x, y = maps.reshape(2, rows, _ROW)
+    x, y = maps.reshape(2, rows, _MAP_WIDTH)
     found = sample_at(texture, x, y, border=cv2.BORDER_CONSTANT)
-    return np.asarray(found, np.float32).reshape(rows * _ROW, -1)[:count]
+    return np.asarray(found, np.float32).reshape(rows * _MAP_WIDTH, -1)[:count]
 
 
 def accumulate(
     pixel: NDArray[np.intp], light: NDArray[np.float32], width: int, height: int
 ) -> NDArray[np.float32]:
-    """Sum of ``light`` (n, c) on each pixel: (height, width, c)."""
+    """Return the sum of ``light`` (n, c) on each pixel: (height, width, c)."""
     target = np.empty((height * width, light.shape[1]), np.float32)
     for c in range(light.shape[1]):
         target[:, c] = np.bincount(pixel, weights=light[:, c], minlength=height * width)

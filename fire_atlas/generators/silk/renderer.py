@@ -1,4 +1,4 @@
-"""Draw frames of the simulated sheets for any camera: light that adds up, and its motion."""
+"""Draw the simulated sheets for any camera: their light, added up, and the motion of the fire."""
 
 import math
 from collections.abc import Callable
@@ -23,21 +23,21 @@ from fire_atlas.generators.silk.sheet_textures import SheetTextures, cull_dark, 
 from fire_atlas.generators.silk.simulation import Recording, simulate
 from fire_atlas.recipe.silk import SilkSource
 
-_FINER = 2
-"""Samples to a px along each axis."""
+_SUPERSAMPLING = 2
+"""Samples per pixel along each axis."""
 
 _BATCH = 16
-"""Sheets drawn at once: memory does not grow with their number."""
+"""Number of sheets drawn at once, which limits memory."""
 
-_EDGE_ON, _FADE_IN = 0.3, 0.55
-"""Cosine between a sheet's normal and the line of sight at which it vanishes, and how much more
-it takes until it is fully visible."""
+_VANISHING_COSINE, _FADE_RANGE = 0.3, 0.55
+"""Cosine between a sheet's normal and the line of sight at which it vanishes, and increase of that
+cosine until it is fully visible."""
 
 _MIN_COSINE = 0.25
-"""Cosine of the elevation below which upright sheets fade all the same."""
+"""Minimum cosine of the elevation that is compensated: from higher up all sheets fade."""
 
-_DARK = 1e-4
-"""Weight of light up to which a px has no motion."""
+_MAX_DARK = 1e-4
+"""Weight of light up to which a pixel counts as dark and has no motion."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class SilkFrame:
 
     Attributes:
         light: (height, width, 3) linear, 0..1.
-        coverage: (height, width) 0..1, the part of each px that opaque intruders cover.
+        coverage: (height, width) 0..1, fraction of each pixel that intruders cover.
     """
 
     light: NDArray[np.float32]
@@ -58,11 +58,11 @@ class SilkRenderer:
     """A recorded fire that can be drawn from any side; safe to use from several threads.
 
     Attributes:
-        scene: What was simulated.
-        recording: The simulated sheets.
-        textures: What the sheets show.
+        scene: The simulated scene.
+        recording: Positions of the sheets in every frame.
+        textures: Textures of the sheets.
         frames: Number of frames.
-        loops: Whether the first follows the last.
+        loops: Whether the first frame follows the last.
     """
 
     scene: SilkScene
@@ -72,9 +72,9 @@ class SilkRenderer:
     loops: bool
 
     def draw(self, i: int, camera: Camera) -> SilkFrame:
-        """Draw frame ``i`` as ``camera`` sees it. In a loop, frame ``frames`` equals frame 0."""
-        width, height = camera.width * _FINER, camera.height * _FINER
-        intruders = draw_intruders(self.scene.intruders, i / self.scene.fps, camera, _FINER)
+        """Draw frame ``i`` as seen by ``camera``. In a loop, frame ``frames`` equals frame 0."""
+        width, height = camera.width * _SUPERSAMPLING, camera.height * _SUPERSAMPLING
+        intruders = draw_intruders(self.scene.intruders, i / self.scene.fps, camera, _SUPERSAMPLING)
         light = np.zeros((height, width, 3), np.float32)
         for sheets in self._batches():
             self._add_light(light, i, sheets, camera, intruders)
@@ -82,17 +82,17 @@ class SilkRenderer:
         if intruders.is_empty:
             coverage = np.zeros(size[::-1], np.float32)
         else:
-            centre = self._light_centre(i, camera) * (_FINER, _FINER, 1)
+            centre = self._light_centre(i, camera) * (_SUPERSAMPLING, _SUPERSAMPLING, 1)
             light += intruders.lit_by(light, centre)
             coverage = as_plane(cv2.resize(intruders.coverage, size, interpolation=cv2.INTER_AREA))
         light = as_plane(cv2.resize(light, size, interpolation=cv2.INTER_AREA))
         return SilkFrame(expose(light), coverage)
 
     def motion(self, i: int, camera: Camera) -> NDArray[np.float32]:
-        """Velocity (height, width, 2) of what frame ``i`` shows, px/s.
+        """Return the velocity of the fire in frame ``i``: (height, width, 2) px/s.
 
-        That of the sheets, and of the fire on them. Where several are behind each other, their
-        mean by brightness; where nothing burns, 0.
+        It is the velocity of the sheets plus that of the fire on them, averaged by brightness over
+        overlapping sheets; 0 where nothing burns.
         """
         width, height = camera.width, camera.height
         total = np.zeros((height, width, 3), np.float32)
@@ -100,7 +100,7 @@ class SilkRenderer:
             position, opacity = self.project_nodes(i, sheets, camera)
             velocity = camera.project_vectors(self._velocity(i)[sheets])[..., :2]
             texel = self.textures.texel_grid(sheets, *position.shape[1:3])
-            # Px of the frame to a texel, along the texture's x and y.
+            # Displacement in the frame per texel, along the texture's x and y.
             along, down = np.gradient(position, axis=2), np.gradient(position, axis=1)
             steps = np.gradient(texel[..., 0], axis=2), np.gradient(texel[..., 1], axis=1)
             tangents = along / steps[0][..., None], down / steps[1][..., None]
@@ -115,22 +115,22 @@ class SilkRenderer:
             total += raster.accumulate(fragments.pixel, weighted, width, height)
         weight = total[..., :1]
         still = np.zeros((height, width, 2), np.float32)
-        return np.asarray(np.divide(total[..., 1:], weight, out=still, where=weight > _DARK))
+        return np.asarray(np.divide(total[..., 1:], weight, out=still, where=weight > _MAX_DARK))
 
     def project_nodes(
         self, i: int, sheets: slice, camera: Camera
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Positions of nodes in the frame (sheets, rows, columns, 2), px, and the opacity there
+        """Return the nodes' positions in the frame (sheets, rows, columns, 2), px, and opacities
         (sheets, rows, columns), 0..1.
 
-        Seen edge-on, a sheet would be a bright line; the flame it stands for has depth, so it
-        fades, and the sheets that cross it show instead. Fast gas is thin, and so is high gas.
+        Seen edge-on, a sheet would be a bright line. The flame it represents has depth, so the
+        sheet fades and those that cross it are seen instead. Fast gas and high gas are thinner.
         """
         x = np.asarray(self.recording.x[i, sheets], np.float64)
         facing = np.abs(np.einsum("srcd,d->src", normals(x), camera.axes()[2]))
-        # From above no upright sheet faces the camera; the one that does best is fully visible.
+        # From above no upright sheet faces the camera, so divide by the best possible cosine.
         facing /= max(math.cos(camera.elevation), _MIN_COSINE)
-        share = smooth_step((facing - _EDGE_ON) / _FADE_IN)
+        share = smooth_step((facing - _VANISHING_COSINE) / _FADE_RANGE)
         speed = lengths(self._velocity(i)[sheets]) / (self.scene.fuel.reference_speed * 4)
         up = np.linspace(0.0, 1.0, x.shape[1])[None, :, None]
         density = (1 - 0.35 * up) / (1 + 0.25 * speed * speed)
@@ -149,7 +149,7 @@ class SilkRenderer:
         camera: Camera,
         intruders: IntruderBuffers,
     ) -> None:
-        """Add the light of some sheets to a picture with ``_FINER`` samples to a px."""
+        """Add the light of ``sheets`` to a picture with ``_SUPERSAMPLING`` samples per pixel."""
         height, width = light.shape[:2]
         texture = self.textures.light(i, sheets)
         position, opacity = self.project_nodes(i, sheets, camera)
@@ -159,7 +159,7 @@ class SilkRenderer:
         if not intruders.is_empty:
             depth = camera.project(self.recording.x[i, sheets])[..., 2:]
             attributes = np.concatenate([attributes, depth], axis=-1)
-        triangles = raster.mesh_triangles(position * _FINER, attributes)
+        triangles = raster.mesh_triangles(position * _SUPERSAMPLING, attributes)
         fragments = raster.rasterise(cull_dark(triangles, texture), width, height)
         found = raster.sample_texture(texture, fragments.attributes) * fragments.attributes[:, 2:5]
         if not intruders.is_empty:
@@ -167,7 +167,7 @@ class SilkRenderer:
         light += raster.accumulate(fragments.pixel, found, width, height)
 
     def _velocity(self, i: int) -> NDArray[np.float64]:
-        """Velocity (sheets, rows, columns, 3) of the nodes in frame ``i``, heights/s."""
+        """Return the velocity (sheets, rows, columns, 3) of the nodes in frame ``i``, heights/s."""
         x = self.recording.x
         if self.loops:
             before, after = (i - 1) % self.frames, (i + 1) % self.frames
@@ -177,7 +177,7 @@ class SilkRenderer:
         return np.asarray((x[after] - x[before]) * (self.scene.fps / steps), np.float64)
 
     def _light_centre(self, i: int, camera: Camera) -> NDArray[np.float64]:
-        """Centre of the fire's light: px right, px down, depth in heights."""
+        """Return the centre of the fire's light: px right, px down, depth in heights."""
         x, lit = self.recording.x[i], self.recording.lit[i]
         low = x[:, : max(1, x.shape[1] // 2)] * lit[:, None, None, None]
         total = max(float(lit.sum()) * low.shape[1] * low.shape[2], 1e-6)
@@ -186,16 +186,16 @@ class SilkRenderer:
 
 @dataclass(frozen=True, slots=True)
 class SilkView:
-    """A fire seen by one camera: the ``generators.rendering.Rendering`` of this room.
+    """A silk fire seen by one camera; implements ``generators.rendering.Rendering``.
 
     Attributes:
-        renderer: Draws the fire.
-        camera: What sees it.
-        luminance_matte: Gives light (height, width, 3) the coverage it has over black.
+        renderer: The renderer of the fire.
+        camera: The camera.
+        luminance_matte: Converts light (height, width, 3) to pixels, with coverage by luminance.
     """
 
     matte: ClassVar[str] = "luminance"
-    matte_reason: ClassVar[str] = "flames cover as far as they shine"
+    matte_reason: ClassVar[str] = "brighter parts of a flame are more opaque"
 
     renderer: SilkRenderer
     camera: Camera
@@ -207,22 +207,22 @@ class SilkView:
         pixels = self.luminance_matte(frame.light)
         if not frame.coverage.any():
             return pixels
-        # What is opaque covers fully; the light of flames in front of it was added to its own.
+        # Intruders cover fully; ``light`` is their own plus that of the flames in front of them.
         opaque = np.dstack([frame.light, np.ones_like(frame.coverage)])
         return np.asarray(pixels + (opaque - pixels) * frame.coverage[..., None], np.float32)
 
     def motion(self, index: int) -> NDArray[np.float32]:
-        """Velocity (height, width, 2) of what frame ``index`` shows, px/s."""
+        """Return the velocity of the fire in frame ``index``: (height, width, 2) px/s."""
         return self.renderer.motion(index, self.camera)
 
 
 def generate_silk(
     source: SilkSource, settings: GenerationSettings, footage: Clip | None = None
 ) -> SilkRenderer:
-    """Simulate the fire that a recipe describes; ``footage`` is the clip for its textures, if any.
+    """Simulate the fire that a recipe describes; ``footage`` is a clip for its textures, if any.
 
     Raises:
-        RecipeError: It needs too many nodes, time steps or frames, or an intruder would jump.
+        RecipeError: It takes too many nodes, time steps or frames, or an intruder would jump.
         SourceError: The clip holds no fire, or too few frames.
     """
     scene = build_scene(source, settings.wind, settings.seed, settings.fps)
@@ -235,7 +235,7 @@ def generate_silk(
 
 
 def silk_camera(source: SilkSource, azimuth: float, elevation: float) -> Camera:
-    """Return a camera for a recipe's frame, whose height is its unit; angles in degrees."""
+    """Return a camera whose unit of length is the recipe's frame height; angles in degrees."""
     return Camera(
         azimuth=math.radians(azimuth),
         elevation=math.radians(elevation),

@@ -1,4 +1,4 @@
-"""From a recipe to the scene that is simulated: sheets, forces, intruders; heights and seconds."""
+"""Build the scene to simulate from a recipe: sheets, forces, intruders, in heights and seconds."""
 
 import math
 from collections.abc import Sequence
@@ -22,33 +22,33 @@ from fire_atlas.recipe.silk import Arrangement, Sheet, SilkSource
 from fire_atlas.recipe.wind import Wind
 
 _MAX_STEP_RATE = 6000
-"""Most time steps a second: more would take minutes."""
+"""Maximum number of time steps per second; more would take minutes."""
 
 _MAX_NODES = 200_000
-"""Most nodes of all sheets: forces on more would take too much memory."""
+"""Maximum number of nodes of all sheets; the forces on more would take too much memory."""
 
 _MAX_POSITIONS = 20_000_000
-"""Most positions of nodes that are recorded: 240 MB."""
+"""Maximum number of node positions recorded (240 MB)."""
 
 _MATCH_FLAME = 13.0, 20.0
-"""Width and height of the sheets on a burning match, in its radius."""
+"""Width and height of the sheets on a burning match, in radii of the match."""
 
 _GOLDEN_ANGLE = 2.399963
-"""rad: spreads any number of bases evenly over a disc."""
+"""Turn, rad, from one sheet to the next that spreads any number of them evenly over a disc."""
 
 
 @dataclass(frozen=True, slots=True)
 class SilkScene:
-    """What is simulated: the sheets and everything that moves them.
+    """The scene to simulate: the sheets and everything that moves them.
 
     Attributes:
         fuel: The fuel.
-        model: The sheets.
-        forces: What accelerates them besides their springs and the intruders.
+        model: The mesh of the sheets.
+        forces: Forces on the sheets other than their springs and the intruders.
         intruders: Objects in the flame.
-        attached_to: (sheets,) index of the intruder that carries each sheet, −1 for none.
+        attached_to: (sheets,) index of the intruder that carries each sheet; -1 for none.
         dt: Time step, s.
-        steps: Time steps a frame.
+        steps: Time steps per frame.
         fps: Frames per second.
     """
 
@@ -63,7 +63,7 @@ class SilkScene:
 
 
 def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> SilkScene:
-    """Set up the scene that a recipe describes.
+    """Build the scene that a recipe describes.
 
     Raises:
         RecipeError: It needs more nodes or time steps than are allowed.
@@ -80,8 +80,8 @@ def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> SilkSc
     nodes = len(placements) * source.rows * source.columns
     if nodes > _MAX_NODES:
         raise RecipeError(
-            f"source.sheets: {len(placements)} sheets of {source.rows} x {source.columns} are "
-            f"{nodes} nodes; at most {_MAX_NODES} can be moved, so "
+            f"source.sheets: {len(placements)} sheets of {source.rows} x {source.columns} have "
+            f"{nodes} nodes; at most {_MAX_NODES} can be simulated, which is "
             f"{_MAX_NODES // (source.rows * source.columns)} sheets of this mesh"
         )
     elasticity = _elasticity(source, fuel, placements)
@@ -101,8 +101,8 @@ def check_length(scene: SilkScene, frames: int) -> None:
     nodes = scene.model.rest[..., 0].size
     if nodes * frames > _MAX_POSITIONS:
         raise RecipeError(
-            f"timeline.frames: {frames} frames of {nodes} nodes are more than can be kept in "
-            f"memory; at most {_MAX_POSITIONS // nodes}, or fewer or coarser sheets"
+            f"timeline.frames: {frames} frames of {nodes} nodes do not fit in memory; use at "
+            f"most {_MAX_POSITIONS // nodes} frames, or fewer or coarser sheets"
         )
 
 
@@ -115,14 +115,14 @@ def check_loop(scene: SilkScene, duration: float) -> None:
     for i, body in enumerate(scene.intruders):
         if not np.allclose(body.position(0.0), body.position(duration), rtol=0, atol=1e-6):
             raise RecipeError(
-                f"source.intruders.{i}: is elsewhere after {duration:g} s, when the loop begins "
-                f"anew, than at its start, so it would jump; let its keyframes lead it back by "
+                f"source.intruders.{i}: is elsewhere after {duration:g} s, when the loop starts "
+                f"again, so it would jump; add a keyframe that brings it back to its start by "
                 f"then, or play once with timeline.loop: none"
             )
 
 
 def _elasticity(source: SilkSource, fuel: Fuel, placements: Sequence[SheetPlacement]) -> Elasticity:
-    """Mass and springs of the nodes of all sheets: those of a sheet of their mean area."""
+    """Return mass and stiffness for the nodes of all sheets: those for the sheets' mean area."""
     area = sum(p.width * p.height for p in placements) / len(placements)
     mass = fuel.mass * source.mass * area / (source.rows * source.columns)
     stiff = source.stiffness
@@ -136,10 +136,10 @@ def _elasticity(source: SilkSource, fuel: Fuel, placements: Sequence[SheetPlacem
 
 
 def _time_step(source: SilkSource, model: SheetModel, fuel: Fuel, fps: float) -> tuple[float, int]:
-    """Return the time step, s, and how many make a frame.
+    """Return the time step, s, and the number of steps per frame.
 
     Raises:
-        RecipeError: Springs this stiff, on nodes this light, need too many steps.
+        RecipeError: The springs are so stiff, or the nodes so light, that it takes too many.
     """
     longest = longest_step(model, fuel.drag)
     steps = math.ceil(1 / fps / longest)
@@ -147,16 +147,16 @@ def _time_step(source: SilkSource, model: SheetModel, fuel: Fuel, fps: float) ->
         # Frequencies are proportional to the root of stiffness over mass.
         limit = source.stiffness * (_MAX_STEP_RATE * longest) ** 2
         raise RecipeError(
-            f"source.stiffness: {source.stiffness:g} at mass {source.mass:g} and a mesh of "
-            f"{source.rows} x {source.columns} would swing so fast that a second takes "
-            f"{1 / longest:.0f} steps; at most {_MAX_STEP_RATE} are done, so stiffness can be at "
-            f"most about {limit:.3g} here; heavier or coarser sheets may be stiffer"
+            f"source.stiffness: {source.stiffness:g} with mass {source.mass:g} and a mesh of "
+            f"{source.rows} x {source.columns} needs {1 / longest:.0f} time steps per second, but "
+            f"at most {_MAX_STEP_RATE} are done; use a stiffness of at most about {limit:.3g} "
+            f"here, or more mass or a coarser mesh"
         )
     return 1 / fps / steps, steps
 
 
 def _sheet_placements(sheets: tuple[Sheet, ...] | Arrangement, seed: int) -> list[SheetPlacement]:
-    """Place the sheets of a recipe. Those of an arrangement differ a little in size and angle."""
+    """Place the sheets of a recipe; sheets of an arrangement vary a little in size and angle."""
     if not isinstance(sheets, Arrangement):
         return [SheetPlacement(s.at, s.width, s.height, s.angle) for s in sheets]
     count = sheets.count
@@ -175,7 +175,7 @@ def _sheet_placements(sheets: tuple[Sheet, ...] | Arrangement, seed: int) -> lis
 def _arranged(
     sheets: Arrangement, i: int, one: float, two: float, three: float
 ) -> tuple[float, float, float]:
-    """x, y and angle, degrees, of sheet ``i``, varied by three random numbers of -0.5..0.5."""
+    """Return x, y and angle (degrees) of sheet ``i``; three numbers of -0.5..0.5 vary them."""
     count, spread = sheets.count, sheets.spread
     share = (i + 0.5) / count
     match sheets.arrangement:
@@ -186,7 +186,7 @@ def _arranged(
             return radius * math.cos(turn), radius * math.sin(turn), angle
         case "ring":
             turn = 2 * math.pi * (share + 0.3 * one / count)
-            # Turned out of the ring: from no side are all seen edge-on.
+            # At an angle to the ring, so that from no side are all of them seen edge-on.
             angle = math.degrees(turn) + (125 if i % 2 else 55)
             return spread * math.cos(turn), spread * math.sin(turn), angle
         case "line":
@@ -195,7 +195,7 @@ def _arranged(
 
 
 def _match_flames(body: IntruderBody) -> list[SheetPlacement]:
-    """Two crossed sheets at the head of a match."""
+    """Return two crossed sheets at the head of a match."""
     width, height = (body.radius * k for k in _MATCH_FLAME)
     x, y, z = (float(c) for c in body.positions[0])
     base = (x, y, z - 0.06 * height)

@@ -1,4 +1,4 @@
-"""Textures on the sheets: which loop each plays, from which image on, and how fast."""
+"""Textures of the sheets, the simulated cloths a silk flame is drawn on: loop, start and speed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -20,29 +20,29 @@ from fire_atlas.generators.silk.texture import TextureLoop
 from fire_atlas.recipe.silk import SilkSource, Texture
 
 _MAX_LOOPS = 6
-"""Most loops synthesised; more sheets share them, each from another image on."""
+"""Maximum number of distinct loops; further sheets reuse them from another image on."""
 
 _IMAGES = 8, 96
-"""Fewest and most images of a synthesised loop."""
+"""Minimum and maximum number of images of a synthesised loop."""
 
 _IMAGE_HEIGHT = 48, 320
-"""Least and greatest height of an image, px."""
+"""Minimum and maximum height of an image, px."""
 
-_DARK = 1e-4
-"""Light up to this is not drawn."""
+_MAX_DARK = 1e-4
+"""Maximum light that counts as dark and is not drawn."""
 
 
 @dataclass(frozen=True, slots=True)
 class SheetTextures:
-    """What every sheet shows in every frame.
+    """Texture of every sheet in every frame.
 
     Attributes:
         loops: The textures, all of one shape.
         texture_index: (sheets,) index of the loop that each sheet plays.
         mirrored: (sheets,) whether it is mirrored left to right.
-        phase: (frames, sheets) position in the loop, images.
-        rate: (frames, sheets) images/s.
-        colours: From images to light.
+        phase: (frames, sheets) position in the loop, in images; fractions blend two images.
+        rate: (frames, sheets) speed of playing, images per second.
+        colours: Converts images to light.
         v_rms: (frames, sheets) root mean square speed of the nodes, heights/s.
     """
 
@@ -55,15 +55,15 @@ class SheetTextures:
     v_rms: NDArray[np.float64]
 
     def light(self, i: int, sheets: slice) -> NDArray[np.float32]:
-        """Light of some sheets in frame ``i``, stacked into one texture: (n·height, width, 3)."""
+        """Light of ``sheets`` in frame ``i``, stacked vertically: (n·height, width, 3)."""
         return np.concatenate([self._light(i, s) for s in range(sheets.start, sheets.stop)])
 
     def motion(self, i: int, sheets: slice) -> NDArray[np.float32]:
-        """Luminance, and motion right and down in texels/s, stacked likewise."""
+        """Luminance, motion right and motion down (texels/s) as channels, stacked likewise."""
         return np.concatenate([self._motion(i, s) for s in range(sheets.start, sheets.stop)])
 
     def texel_grid(self, sheets: slice, rows: int, columns: int) -> NDArray[np.float64]:
-        """Texel (sheets, rows, columns, 2) of each node in the stacked texture, x and y."""
+        """Return x and y of each node in the stacked texture: (sheets, rows, columns, 2) texels."""
         height, width = self.loops[0].images.shape[1:3]
         grid = np.empty((sheets.stop - sheets.start, rows, columns, 2))
         grid[..., 0] = np.linspace(0, width - 1, columns)
@@ -88,13 +88,13 @@ class SheetTextures:
 
 
 def cull_dark(triangles: Triangles, light: NDArray[np.float32]) -> Triangles:
-    """The triangles on which any of the texture's ``light`` is: most of a sheet is dark."""
+    """Drop triangles whose texture is dark, which is most of a sheet."""
     texel = triangles.attributes[..., :2]
     low = np.floor(texel.min(axis=1)).astype(np.intp)
     high = np.ceil(texel.max(axis=1)).astype(np.intp) + 1
-    # A summed-area table: four of its entries give the sum over any box.
+    # A summed-area table: four entries give the number of bright texels in any box.
     red, green, blue = (light[..., c] for c in range(3))  # numpy is slow along a short axis
-    bright = (np.maximum(np.maximum(red, green), blue) > _DARK).astype(np.int32)
+    bright = (np.maximum(np.maximum(red, green), blue) > _MAX_DARK).astype(np.int32)
     table = np.zeros((bright.shape[0] + 1, bright.shape[1] + 1), np.int32)
     np.cumsum(np.cumsum(bright, axis=0), axis=1, out=table[1:, 1:])
     x0, y0 = low[:, 0], low[:, 1]
@@ -110,9 +110,9 @@ def make_textures(
     scene: SilkScene,
     recording: Recording,
 ) -> SheetTextures:
-    """Make the textures that a recipe describes, and assign them to the recorded sheets.
+    """Make the textures that a recipe describes and assign them to the recorded sheets.
 
-    They are cut from ``footage``, a clip of fire, or procedural.
+    They come from ``footage``, a clip of fire, or are procedural.
 
     Raises:
         SourceError: The clip holds no fire, or too few frames.
@@ -122,7 +122,7 @@ def make_textures(
         loops = [_from_clip(source.texture, footage, shape, settings.seed, scene, recording)]
     else:
         loops = _procedural(source, settings, scene, recording)
-    colours = ColourMap.of(scene.fuel, source.grading, source.intensity / _overlap(scene))
+    colours = ColourMap.of(scene.fuel, source.grading, source.intensity / _light_divisor(scene))
     return _assign(loops, recording, colours, settings)
 
 
@@ -132,14 +132,14 @@ def _assign(
     colours: ColourMap,
     settings: GenerationSettings,
 ) -> SheetTextures:
-    """Give every sheet a loop, and a random image of it to begin with (section 4).
+    """Assign to every sheet a loop and a random image to start from (section 4).
 
-    If the clip loops, each sheet plays its texture a whole number of times: its rate is changed by
-    as little as that takes.
+    If the result loops, rates are adjusted by as little as possible so that each sheet plays its
+    texture a whole number of times.
     """
     sheets, images = recording.rate.shape[1], len(loops[0])
     chance = generator(settings.seed, RandomStream.SHEETS, 1)
-    # No two sheets begin alike: starts are spread evenly over the loop, and then shuffled.
+    # Starts are spread evenly over the loop and then shuffled, so that no two are alike.
     start = (chance.permutation(sheets) + chance.uniform(0, 0.8, sheets)) / sheets * images
     rate = recording.rate.copy()
     if settings.loop:
@@ -148,7 +148,7 @@ def _assign(
     passed = np.concatenate([np.zeros((1, sheets)), np.cumsum(rate[:-1], axis=0) / settings.fps])
     phase = np.mod(start + passed, images)
     if settings.loop:
-        # Rounded sums do not come out even to the last bit.
+        # Rounding errors would make the end differ in the last bits.
         phase[-1] = phase[0]
     return SheetTextures(
         loops=tuple(loops),
@@ -181,9 +181,9 @@ def _from_clip(
 def _procedural(
     source: SilkSource, settings: GenerationSettings, scene: SilkScene, recording: Recording
 ) -> list[TextureLoop]:
-    """Synthesise loops with as many images as the sheets play in all frames on average."""
+    """Synthesise loops with as many images as a sheet plays in all frames, on average."""
     shape, aspect = _image_shape(source, scene)
-    # In a loop the last entry is the first one again.
+    # In a loop the last entry repeats the first.
     frames = len(recording.rate) - 1 if settings.loop else len(recording.rate)
     played = float(recording.rate[:frames].sum(axis=0).mean()) / scene.fps
     images = int(np.clip(round(played), *_IMAGES))
@@ -195,7 +195,7 @@ def _procedural(
 
 
 def _image_shape(source: SilkSource, scene: SilkScene) -> tuple[tuple[int, int], float]:
-    """((height, width) px, aspect) of images as fine as the frame shows them."""
+    """Return ((height, width) px, aspect) of images about as fine as the frame shows them."""
     heights, widths = _sheet_sizes(scene)
     least, most = _IMAGE_HEIGHT
     height = int(np.clip(round(0.8 * float(heights.max()) * source.height), least, most))
@@ -204,18 +204,20 @@ def _image_shape(source: SilkSource, scene: SilkScene) -> tuple[tuple[int, int],
 
 
 def _sheet_sizes(scene: SilkScene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Heights and widths (sheets,) of all sheets at rest, heights."""
+    """Return the heights and widths (sheets,) of all sheets at rest, frame heights."""
     rest = scene.model.rest
     up, across = rest[:, -1, 0] - rest[:, 0, 0], rest[:, 0, -1] - rest[:, 0, 0]
     return np.sqrt((up * up).sum(axis=-1)), np.sqrt((across * across).sum(axis=-1))
 
 
-def _overlap(scene: SilkScene) -> float:
-    """Divisor of the light of each sheet: it grows with the mean number of sheets behind each
-    other, whose light adds up."""
-    standing = [sheet for sheet, i in enumerate(scene.attached_to) if i < 0] or slice(None)
+def _light_divisor(scene: SilkScene) -> float:
+    """Return the divisor of each sheet's light that keeps overlapping sheets from being too bright;
+    the power 0.75 of the mean overlap leaves a fire of more sheets somewhat brighter."""
+    # Sheets carried by matches count only if there are no others.
+    on_ground = [sheet for sheet, i in enumerate(scene.attached_to) if i < 0] or slice(None)
     _, widths = _sheet_sizes(scene)
-    ground = scene.model.rest[standing][:, 0, :, :2].reshape(-1, 2)
+    ground = scene.model.rest[on_ground][:, 0, :, :2].reshape(-1, 2)
     extent = float(np.ptp(ground, axis=0).max())
-    behind = 0.64 * float(widths[standing].sum()) / max(extent, 1e-6)
-    return float(max(1.0, behind) ** 0.75)
+    # 0.64 is 2/π, the mean of |cos|: the apparent width of a sheet seen from a random side.
+    overlap = 0.64 * float(widths[on_ground].sum()) / max(extent, 1e-6)
+    return float(max(1.0, overlap) ** 0.75)

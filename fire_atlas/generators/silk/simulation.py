@@ -1,4 +1,4 @@
-"""Simulate a scene, record the sheets frame by frame, and close the recording into a loop."""
+"""Simulate the sheets of a scene, record them frame by frame, and close the recording to a loop."""
 
 import math
 from dataclasses import dataclass
@@ -20,30 +20,30 @@ from fire_atlas.generators.silk.scene import SilkScene
 Real = TypeVar("Real", np.float32, np.float64)
 
 _WARM_UP = 1.5
-"""Seconds that are simulated before the first frame."""
+"""Seconds simulated before the first frame, so that the fire is moving by then."""
 
 _OVERLAP, _MAX_OVERLAP = 0.35, 1.0
-"""Part of a loop over which its end is blended into its beginning; at most so many seconds."""
+"""Fraction of a loop over which its end is blended into its beginning, and limit in seconds."""
 
 _IGNITION_DELAY, _IGNITION_TIME = 0.25, 0.3
-"""Seconds a match must be in a flame until it catches fire, and then until it burns fully."""
+"""Seconds in a flame until a match catches fire, and from then until it burns fully."""
 
 _IGNITION_DISTANCE = 0.05
-"""Distance from a flame within which a match still catches fire, heights."""
+"""Maximum distance from a flame at which a match catches fire, heights."""
 
 _MAX_SPEED_UP = 3.0
-"""Highest speed of a texture relative to still air: frames cannot show more."""
+"""Rough limit on a texture's speed, in multiples of ``Fuel.image_rate``."""
 
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """The simulated sheets, one entry a frame.
+    """The simulated sheets, one entry per frame.
 
     Attributes:
         x: (frames, sheets, rows, columns, 3) float32 positions, heights.
         v_rms: (frames, sheets) root mean square speed of the nodes, heights/s.
-        rate: (frames, sheets) images of the texture a second.
-        lit: (frames, sheets) how far each sheet is alight, 0..1.
+        rate: (frames, sheets) texture images per second.
+        lit: (frames, sheets) 0 where a sheet does not burn yet, 1 where it burns fully.
     """
 
     x: NDArray[np.float32]
@@ -53,10 +53,10 @@ class Recording:
 
 
 def simulate(scene: SilkScene, frames: int, loops: bool) -> Recording:
-    """Record ``frames`` frames of a fire that is already burning.
+    """Simulate and record ``frames`` frames of a fire that is already burning.
 
-    If it ``loops``, entry ``frames`` follows and equals entry 0. The forces of a loop are periodic
-    but sheets that they move are not, so the frames that would follow its end are blended into its
+    A recording that ``loops`` has one more entry, equal to entry 0. Even if the forces are periodic
+    the motion of the sheets is not, so the frames that would follow the end are blended into the
     beginning, node by node.
     """
     overlap = _overlap(frames, scene.fps) if loops else 0
@@ -80,9 +80,9 @@ def simulate(scene: SilkScene, frames: int, loops: bool) -> Recording:
 
 
 def texture_rate(scene: SilkScene, v_rms: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Images a second of a texture: a base rate, and a part proportional to v_rms² (eq. 17).
+    """Return texture images per second: a base rate plus a part proportional to v_rms² (eq. 17).
 
-    For fast sheets it levels off at what frames can show.
+    It levels off for fast sheets, because frames cannot show faster textures.
     """
     energy = (v_rms / scene.fuel.reference_speed) ** 2
     limit = (_MAX_SPEED_UP - 1) / 0.5
@@ -104,13 +104,13 @@ def _next_frame(scene: SilkScene, state: SheetState, time: float) -> SheetState:
 
 
 def _external(scene: SilkScene, now: float) -> ExternalAcceleration:
-    """Acceleration at one moment by the forces and the intruders."""
+    """Return a function for the acceleration by forces and intruders at time ``now``."""
 
     def external(x: Vectors, v: Vectors) -> Vectors:
         a = scene.forces.acceleration(now, x, v)
         for i, body in enumerate(scene.intruders):
             push = body.acceleration(now, x)
-            # A match does not push away the flame that it carries.
+            # A match does not push away its own flame.
             push[[carrier == i for carrier in scene.attached_to]] = 0.0
             a += push
         return a
@@ -119,7 +119,7 @@ def _external(scene: SilkScene, now: float) -> ExternalAcceleration:
 
 
 def _move_attached(scene: SilkScene, state: SheetState, now: float) -> SheetState:
-    """Move the base of each sheet that an intruder carries along with it for the next step."""
+    """Move the base of each sheet attached to an intruder to its position, for the next step."""
     attached = [(sheet, i) for sheet, i in enumerate(scene.attached_to) if i >= 0]
     if not attached:
         return state
@@ -135,17 +135,17 @@ def _move_attached(scene: SilkScene, state: SheetState, now: float) -> SheetStat
 
 
 class _Ignition:
-    """Which sheets are alight: all but those of matches that no flame has lit yet."""
+    """Tracks which sheets burn: all except those of matches that no flame has lit yet."""
 
     def __init__(self, scene: SilkScene) -> None:
         self.lit = np.array([float(i < 0) for i in scene.attached_to])
         self._heated = [0.0] * len(scene.intruders)
-        # The flame is narrower than its sheet.
+        # Columns that the flame covers: it is narrower than its sheet.
         across = np.abs(np.linspace(-1, 1, scene.model.rest.shape[2]))
         self._flame = across <= max(scene.fuel.burner.width, float(across.min()))
 
     def update(self, scene: SilkScene, state: SheetState, time: float) -> None:
-        """Heat the matches that are in a flame at ``time``, one frame after the last update."""
+        """Heat the matches that are in a flame at ``time``; call this once per frame."""
         for i, body in enumerate(scene.intruders):
             if not body.is_match:
                 continue
@@ -164,20 +164,20 @@ def _rms(v: Vectors) -> NDArray[np.float64]:
 
 
 def _close_loop(recording: Recording, frames: int, overlap: int) -> Recording:
-    """The first ``frames`` entries and one more that equals the first.
+    """Return the first ``frames`` entries and one more that equals the first.
 
-    Entries up to ``overlap`` pass from what follows the end to what was recorded there.
+    The first ``overlap`` entries fade from those recorded after the end to their own.
     """
     weight = smooth_step(np.linspace(0.0, 1.0, overlap + 1))
 
     def closed(values: NDArray[Real]) -> NDArray[Real]:
         w = weight.reshape(-1, *[1] * (values.ndim - 1)).astype(values.dtype)
-        kept = values[: frames + 1].copy()
+        loop = values[: frames + 1].copy()
         blend = (1 - w) * values[frames : frames + overlap + 1] + w * values[: overlap + 1]
-        many = min(overlap + 1, frames)
-        kept[:many] = blend[:many]
-        kept[frames] = kept[0]
-        return kept
+        blended = min(overlap + 1, frames)
+        loop[:blended] = blend[:blended]
+        loop[frames] = loop[0]
+        return loop
 
     return Recording(
         closed(recording.x), closed(recording.v_rms), closed(recording.rate), closed(recording.lit)

@@ -103,11 +103,11 @@ def test_a_damaged_profile_is_refused_saying_where(file: bytes, change: Change, 
 @pytest.mark.parametrize(
     ("data", "what"),
     [
-        (b"", "is damaged or no fire profile"),
-        (b"\xff\xfe{}", "is damaged or no fire profile"),
-        (b"[" * 100_000, "is damaged or no fire profile"),
-        (b"[]", "is no fire profile"),
-        (b'{"frames": {}}', "is no fire profile"),
+        (b"", "is damaged or not a fire profile"),
+        (b"\xff\xfe{}", "is damaged or not a fire profile"),
+        (b"[" * 100_000, "is damaged or not a fire profile"),
+        (b"[]", "is not a fire profile"),
+        (b'{"frames": {}}', "is not a fire profile"),
         (b'{"format": "fire-atlas/profile", "version": 2}', "version 2, but this fire-atlas reads"),
     ],
 )

@@ -128,8 +128,8 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "unknown fuel": ({"fuel": "wod"}, 'source.fuel: must be one of wood, candle, gas; got "wod"'),
     "unknown key": ({"sheet": {}}, "source.sheet: unknown key; did you mean source.sheets?"),
     "a clip as source": ({"path": "x"}, "unknown key here; it is one of `kind: frames`"),
-    "too stiff": ({"stiffness": 1e6}, "so stiffness can be at most about"),
-    "too many": ({"sheets": {"count": 10000}, "rows": 24}, "at most 200000 can be moved"),
+    "too stiff": ({"stiffness": 1e6}, "use a stiffness of at most about"),
+    "too many": ({"sheets": {"count": 10000}, "rows": 24}, "at most 200000 can be simulated"),
     "no clip": ({"texture": {"path": "gone.gif"}}, "gone.gif: does not exist"),
     "texture of what": ({"texture": 3}, "source.texture: must be `auto` or {path: ...}; got 3"),
 }

@@ -1,1 +1,1 @@
-"""Generating fire from a profile, by particles that carry parts of its clip (Lee et al., III-C)."""
+"""Generate fire from a profile: particles carry parts of its clip upwards (Lee et al., III-C)."""

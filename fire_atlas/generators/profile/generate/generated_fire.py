@@ -1,4 +1,4 @@
-"""A generated fire in space and time: what all cameras that look at it share."""
+"""A generated fire in space and time, independent of any camera."""
 
 import itertools
 import math
@@ -26,16 +26,16 @@ from fire_atlas.generators.profile.model import SCORE_UNIT, DetailModel, Profile
 from fire_atlas.generators.settings import GenerationSettings
 
 _MIN_LIFETIME, _MAX_LIFETIME = 0.4, 1.6
-"""Seconds a particle lives."""
+"""Limits on the lifetime of a particle, seconds."""
 
 _TRACK_WIDTH = 1.5
-"""Width of the fire that one playback track fills, in correlation lengths of its detail."""
+"""Width that one playback track fills, in correlation lengths of the detail."""
 
 _MAX_TRACKS = 4
-"""More than this many parts of a clip side by side look like several fires."""
+"""Maximum number of tracks: more parts of a clip side by side look like several fires."""
 
 Tracks = tuple[tuple[tuple[ClipSegment, ...], ...], ...]
-"""Segments by side, playback track and order."""
+"""Segments as ``tracks[side][track][number]``, in the order of playing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +43,9 @@ class ProfileFireSettings:
     """Settings of a fire that is generated from a profile.
 
     Attributes:
-        generation: Settings of any generated fire.
-        slices: Vertical slices round the axis.
-        particles: Particles alive in each.
+        generation: Settings that all fire generators share.
+        slices: Number of vertical slices round the axis.
+        particles: Number of particles alive in each slice.
     """
 
     generation: GenerationSettings
@@ -55,26 +55,26 @@ class ProfileFireSettings:
 
 @dataclass(frozen=True, slots=True)
 class GeneratedFire:
-    """A generated fire in space and time.
+    """A generated fire in space and time; its cameras share it.
 
     Attributes:
-        profile: What was learnt of it.
-        settings: Its length, frame rate, wind and seed.
-        wind: How it responds to the wind.
-        base_curve: Outline of its base, half widths of the front.
-        slice_azimuths: (slices,) radians, within 90 degrees of the front.
-        slice_sides: (slices,) which of the profile's sides each slice shows.
-        slice_tracks: (slices,) which playback track each goes by.
-        particles: All of them.
-        sequences: How each side's clip is played.
+        profile: The profile it is generated from.
+        settings: Length, frame rate, wind and seed.
+        wind: Its response to the wind.
+        base_curve: Outline of its base seen from above, half widths of the front.
+        slice_azimuths: (slices,) directions of the slices, radians, within ±π/2 of the front.
+        slice_sides: (slices,) index of the profile's side that each slice shows.
+        slice_tracks: (slices,) index of the playback track of each slice.
+        particles: All particles.
+        sequences: How the clip of each side is played.
         tracks: The playback tracks.
-        particle_segments: (particles,) index of the segment, in its track, that each shows.
-        sways: In the plane of the front, and at a right angle to it.
-        autocorrelations: By side, (rows, columns) correlation of one frame's scores with the next.
-        rise_time: Seconds in which a particle reaches the top of the grid.
+        particle_segments: (particles,) index, in its track, of the segment that each shows.
+        sways: Sway in the plane of the front, and in the plane at a right angle to it.
+        autocorrelations: By side, (rows, columns) correlation of scores one frame apart.
+        rise_time: Seconds a particle takes to the top of the grid.
         frame_times: (frames,) time of each frame, in frames of the fire's own time.
-        sway_gain: Factor of the clip's sway.
-        lean_bias: Degrees added to the lean, to the right of the front.
+        sway_gain: Calibrated factor of the clip's sway.
+        lean_bias: Calibrated degrees added to the lean, to the right of the front.
     """
 
     profile: Profile
@@ -97,11 +97,11 @@ class GeneratedFire:
 
     @property
     def period(self) -> int:
-        """Frames after which the fire repeats."""
+        """Number of frames after which the fire repeats."""
         return self.particles.period
 
     def time_rate(self, frame: int) -> float:
-        """Return how fast the fire's own time passes after a frame, 1 on average."""
+        """Return the speed of the fire's own time after a frame; 1 on average."""
         if self.settings.frames < 2:
             return 1.0
         at = frame if self.settings.loop else min(frame, self.settings.frames - 2)
@@ -110,7 +110,7 @@ class GeneratedFire:
 
     @classmethod
     def of(cls, profile: Profile, settings: ProfileFireSettings) -> "GeneratedFire":
-        """Generate a fire, not yet calibrated."""
+        """Generate a fire that is not calibrated yet."""
         grid, sides, shared = profile.grid, profile.sides, settings.generation
         wind = WindResponse.of(shared.wind, shared.frames, shared.fps, shared.loop)
         base_curve = peripheral_curve(1.0, sides[-1].half_width / sides[0].half_width)
@@ -124,7 +124,7 @@ class GeneratedFire:
         lifetime = min(sequence.lifetime for sequence in sequences)
         if shared.loop:
             lifetime = min(lifetime, shared.frames)
-        # What plays once has risen before its first frame already, and its end meets nothing.
+        # A fire that plays once has fully risen before frame 0, and its end need not fit its start.
         period = shared.frames if shared.loop else shared.frames + lifetime
         slice_tracks = _slice_tracks(profile, settings.slices)
         particles = Particles.random(
@@ -144,7 +144,7 @@ class GeneratedFire:
 
 
 def _slice_tracks(profile: Profile, slices: int) -> NDArray[np.intp]:
-    """Return the playback track of each slice: more of them the wider the fire."""
+    """Return the playback track of each slice. Wider fires have more tracks."""
     width = _TRACK_WIDTH * max(profile.front.detail.correlation_length, 1.0)
     across = 2.4 * profile.grid.cells_per_half / width
     number = min(max(round(across), 2), _MAX_TRACKS, slices)
@@ -160,7 +160,7 @@ def _tracks(
     slice_tracks: NDArray[np.intp],
     seed: int,
 ) -> Tracks:
-    """Return the playback tracks; each leans in the wind as the mean of its slices' planes."""
+    """Return the playback tracks; the wind leans each as it does the mean plane of its slices."""
     number = int(slice_tracks.max()) + 1
     means = [float(azimuths[slice_tracks == track].mean()) for track in range(number)]
     return tuple(
@@ -178,7 +178,7 @@ def _particle_segments(
     slice_tracks: NDArray[np.intp],
     tracks: Tracks,
 ) -> NDArray[np.intp]:
-    """Return the segment each particle shows: the last that began before its birth."""
+    """Return the segment each particle shows: the last one started before its birth."""
     shown = np.zeros(len(particles.birth), np.intp)
     for k, (side, track) in enumerate(zip(slice_sides, slice_tracks, strict=True)):
         starts = [segment.start for segment in tracks[side][track]]
@@ -189,9 +189,9 @@ def _particle_segments(
 
 
 def _autocorrelation_map(detail: DetailModel) -> Plane:
-    """(rows, columns) 0..1: correlation of a cell's scores with those one frame later."""
-    alike = np.zeros(detail.scores.shape[1:], np.float32)
+    """Return the correlation (rows, columns), 0..1, of each cell's scores one frame apart."""
+    correlation = np.zeros(detail.scores.shape[1:], np.float32)
     for before, after in itertools.pairwise(detail.scores):
-        alike += (before.astype(np.float32) - 128) * (after.astype(np.float32) - 128)
-    alike /= np.float32((detail.count - 1) * SCORE_UNIT**2)
-    return as_plane(np.clip(cv2.GaussianBlur(alike, (0, 0), 2.0), 0, 1))
+        correlation += (before.astype(np.float32) - 128) * (after.astype(np.float32) - 128)
+    correlation /= np.float32((detail.count - 1) * SCORE_UNIT**2)
+    return as_plane(np.clip(cv2.GaussianBlur(correlation, (0, 0), 2.0), 0, 1))

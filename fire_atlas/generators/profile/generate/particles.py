@@ -11,14 +11,14 @@ from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.easing import smooth_step
 
 _FLAME, _PLUME = 0.2, 1.0
-"""Heights at which McCaffrey's regimes change, flame heights: below, burning gases accelerate (as
-the root of height), between, they rise at a constant speed, above they slow down (height^-1/3)."""
+"""Heights where McCaffrey's regimes change, flame heights. Below the first, gas accelerates (speed
+as height^1/2), in between its speed is constant, above the second it slows down (height^-1/3)."""
 
 
 def height_after(seconds: NDArray[np.floating], rise_speed: float) -> NDArray[np.float64]:
-    """Return how high, in flame heights, a particle is ``seconds`` after its birth at the base.
+    """Return the height, in flame heights, of a particle ``seconds`` after its birth at the base.
 
-    ``rise_speed`` is that in the intermittent zone, heights per second. Integrated in closed form.
+    ``rise_speed`` is that of the intermittent zone (in between), flame heights per second.
     """
     t = np.asarray(seconds, np.float64)
     to_zone, to_plume = 2 * _FLAME / rise_speed, (_PLUME - _FLAME) / rise_speed
@@ -30,7 +30,7 @@ def height_after(seconds: NDArray[np.floating], rise_speed: float) -> NDArray[np
 
 
 def rise_time(height: float, rise_speed: float) -> float:
-    """Return the seconds after which a particle born at the base is at ``height``."""
+    """Return the seconds a particle takes from the base to ``height``."""
     to_plume = (2 * _FLAME + _PLUME - _FLAME) / rise_speed
     if height <= _PLUME:
         return to_plume * height / _PLUME
@@ -39,15 +39,15 @@ def rise_time(height: float, rise_speed: float) -> float:
 
 
 def peripheral_curve(front: float, side: float) -> CubicSpline:
-    """Return the outline of the base, seen from above (Figure 12): a closed cubic spline through
-    the extreme points of both views.
+    """Return the outline of the base seen from above: a closed cubic spline through the extreme
+    points of both views (Figure 12).
 
     Args:
         front: Half width seen from the front (azimuth 0), along x.
-        side: Half width seen from the side, along the view of the front.
+        side: Half width seen from the side, along z, the line of sight of the front.
 
     Returns:
-        (x, z) by azimuth, radians.
+        A spline that gives (x, z) at an azimuth in radians.
     """
     turn = np.linspace(0, 2 * math.pi, 5)
     ends = np.array([(front, 0), (0, side), (-front, 0), (0, -side), (front, 0)])
@@ -55,21 +55,21 @@ def peripheral_curve(front: float, side: float) -> CubicSpline:
 
 
 def half_width(curve: CubicSpline, azimuth: float) -> float:
-    """Return half the width of the closed ``curve`` for a camera at ``azimuth``, radians."""
+    """Return half the width of the closed ``curve`` seen from ``azimuth``, radians."""
     x, z = curve(np.linspace(0, 2 * math.pi, 361)).T
     return float((x * math.cos(azimuth) + z * math.sin(azimuth)).max())
 
 
 @dataclass(frozen=True, slots=True)
 class Particles:
-    """All particles of a fire; each lives once in every period.
+    """All particles of a fire; each is born once in every period.
 
     Attributes:
-        birth: (n,) frame of birth, in the period.
-        slice: (n,) vertical slice in which each rises.
-        x, z: (n,) place of birth on the base, half widths of the front: right, and away.
-        size: (n,) relative to the mean.
-        lifetime: Frames each lives.
+        birth: (n,) time of birth in the period, frames.
+        slice: (n,) index of the vertical slice in which each rises.
+        x, z: (n,) place of birth to the right of the axis and behind it, half widths of the front.
+        size: (n,) relative to the typical size.
+        lifetime: Frames for which each lives.
         period: Frames after which the fire repeats.
     """
 
@@ -89,11 +89,11 @@ class Particles:
         """Spawn particles at random, evenly over the period.
 
         Args:
-            seed: Of the recipe.
-            azimuths: (slices,) of the vertical slices, radians.
-            alive: Particles of a slice alive at a time.
-            lifetime, period: As of the class.
-            curve: Outline of the base, as of ``peripheral_curve``.
+            seed: Seed of the recipe.
+            azimuths: (slices,) directions of the vertical slices, radians.
+            alive: Number of particles alive in a slice at any time.
+            lifetime, period: See the class.
+            curve: Outline of the base, from ``peripheral_curve``.
         """
         parts = []
         number = max(1, round(alive * period / lifetime))
@@ -109,12 +109,12 @@ class Particles:
         return cls(birth, slice_, x, z, size, lifetime, period)
 
     def alive(self, time: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-        """Return the indices of those alive at a time, and their ages, in frames."""
+        """Return the indices of the particles alive at ``time``, and their ages in frames."""
         age = np.mod(time - self.birth, self.period)
         alive = np.flatnonzero(age < self.lifetime)
         return alive, age[alive]
 
 
 def opacity(age: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the opacity of particles by age, 0..1 of their life: they fade in and out."""
+    """Return the opacity of particles of an ``age`` (0..1 of their life): they fade in and out."""
     return smooth_step(age / 0.3) * smooth_step((1 - age) / 0.45)

@@ -1,9 +1,9 @@
 """Choose which frames of the clip are played when (the feature statistics learner, III-B).
 
-Neighbouring slices of the fire share a playback track. A track plays a segment of the clip
-forwards, then another, and so on. Particles born after such a cut show the new segment, those born
-before rise and die with the old one. So a cut is never seen at once: it rises with the gases. The
-sway of the whole flame goes by tracks too, and there as well a cut rises through the flame.
+Neighbouring slices of the fire share a playback track. A track plays one segment of the clip after
+another, forwards. After each cut, new particles show the new segment, while older ones go on with
+the old segment until they die. So a cut is never seen all at once: it rises with the gas. Tracks
+also control the sway of the whole flame, in which a cut rises in the same way.
 """
 
 import math
@@ -27,19 +27,19 @@ from fire_atlas.generators.profile.model import (
 )
 
 _SAME_RATE = 0.1
-"""Rates that differ by less are taken for the same: frames then need not be blended."""
+"""Frame rates that differ by less than this fraction count as equal: no frames are blended."""
 
 _MIN_CORRELATION = 0.3
-"""Frames whose neighbours correlate by less than this are those of a cartoon."""
+"""A clip whose neighbouring frames correlate by less than this is a cartoon."""
 
 _HELD_RATE = 0.7
-"""A cartoon that plays slower than this, of the result's rate, holds its frames."""
+"""A cartoon whose frame rate is below this fraction of the result's holds its frames."""
 
 _TRANSITION = 0.6
-"""Part of a particle's life in which, at any height, one segment's sway fades into the next's."""
+"""Fraction of a particle's life over which the sway of the next segment fades in at any height."""
 
 _MEAN_WINDOWS = 6.0
-"""A clip's length divided by this is the standard deviation of the running mean, in frames."""
+"""Length of a clip divided by the standard deviation of the Gaussian of the running mean."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +49,11 @@ class FrameSequence:
     Attributes:
         rate: Frames of the clip per frame of the result.
         count: Frames of the clip.
-        closed: Whether its first follows its last.
-        holds: Whether a frame is held until the next: those of a cartoon have so little in common
-            that a blend of two is neither.
-        lifetime: Frames of the result for which a particle lives.
-        max_length: Frames of the result that a segment may last.
+        closed: Whether the clip loops.
+        holds: Whether each frame is held until the next, as in a cartoon, whose frames differ too
+            much to be blended.
+        lifetime: Lifetime of a particle, frames of the result.
+        max_length: Maximum length of a segment, frames of the result.
     """
 
     rate: float
@@ -65,7 +65,7 @@ class FrameSequence:
 
     @classmethod
     def of(cls, side: Side, fps: float, speed: float, lifetime: float) -> "FrameSequence":
-        """Plan how ``side`` is played at ``fps``, ``speed`` times as fast as it was filmed.
+        """Plan how to play ``side`` at ``fps``, ``speed`` times as fast as it was filmed.
 
         Particles live ``lifetime`` seconds, or less if the clip is too short for it.
         """
@@ -76,16 +76,16 @@ class FrameSequence:
         holds = side.detail.autocorrelation < _MIN_CORRELATION and rate < _HELD_RATE
         if side.closed:
             return cls(rate, count, True, holds, max(round(lifetime * fps), 2), max(int(frames), 2))
-        # Of a clip that does not close, half of what a life leaves is played, from anywhere in it.
-        lives = max(2, min(round(lifetime * fps), int(0.4 * frames)))
-        max_length = max((int(frames) - lives) // 2, 1)
-        return cls(rate, count, False, holds, lives, max_length)
+        # Half of the frames beyond a lifetime are played; the others let the start vary.
+        lifetime_frames = max(2, min(round(lifetime * fps), int(0.4 * frames)))
+        max_length = max((int(frames) - lifetime_frames) // 2, 1)
+        return cls(rate, count, False, holds, lifetime_frames, max_length)
 
     def frames_at(
         self, first: NDArray[np.intp], age: NDArray[np.float64]
     ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
         """Return two neighbouring frames of the clip and the weight of the second, ``age`` frames
-        after segments began with the frames ``first``; all of one shape."""
+        after segments started at the frames ``first``. All arrays have the same shape."""
         at = first + age * self.rate
         if self.holds:
             at = np.floor(at)
@@ -99,14 +99,14 @@ class FrameSequence:
 
 @dataclass(frozen=True, slots=True)
 class ClipSegment:
-    """A part of the clip that is played from some frame of the result on.
+    """A part of the clip that a track plays.
 
     Attributes:
-        start: Frame from which on what is born shows it.
-        first: Frame of the clip shown at ``start``; clips that close go round.
-        mirrored: Whether left and right are exchanged.
-        forced: Whether it was chosen for a wind, which alone then decides how the fire leans: of
-            its frames' own lean only the quick sway is kept.
+        start: Frame of the result; particles born from then on show this segment.
+        first: Frame of the clip shown at ``start``; a clip that loops wraps round.
+        mirrored: Whether its frames are mirrored left to right.
+        forced: Whether it was chosen to match the wind. Then the wind alone sets the lean, and only
+            the quick part of its frames' own sway is kept.
     """
 
     start: int
@@ -124,16 +124,16 @@ def playback_track(
     seed: int,
     track: int,
 ) -> tuple[ClipSegment, ...]:
-    """Return the segments of a track through ``period`` frames, in order; then the first follows.
+    """Return the segments of a track in the order of playing; it repeats after ``period`` frames.
 
-    In still air they begin anywhere in the clip; in wind, among the frames of the leaning state it
-    causes at that ``azimuth``, radians.
+    In still air they start anywhere in the clip; in wind, at frames of the leaning state that the
+    wind causes in the plane at ``azimuth``, radians.
     """
     chance = generator(seed, RandomStream.SPLICES, track)
     number = max(2, math.ceil(period / (0.85 * sequence.max_length)))
     length = period / number
     shift = chance.random()
-    # Each part of the clip comes once before any comes again, in a shuffled order.
+    # Every part of the clip is played once, in random order, before any is repeated.
     phase = chance.random()
     order = chance.permutation(number)
     jitter = chance.uniform(-0.07, 0.07, number) * length
@@ -157,12 +157,12 @@ def _leaning_set(side: Side, lean: float, period: str) -> LeaningSet:
 def _first_frame(
     side: Side, sequence: FrameSequence, chosen: LeaningSet | None, place: float, flip: bool
 ) -> tuple[int, bool]:
-    """Return the frame at ``place`` (0..1) among those to begin with, and whether to mirror it."""
+    """Return the frame at ``place`` (0..1) among possible first frames, and if it is mirrored."""
     last = sequence.count - 1
     if not sequence.closed:
         last = max(0, int(last - (sequence.max_length + sequence.lifetime) * sequence.rate))
     if chosen is None:
-        # Of few frames repetition shows; mirrored they are others.
+        # Mirroring makes the repetition of few frames less obvious.
         return int(place * (last + 1)), flip and side.detail.is_symmetric
     frame = chosen.frames[int(place * len(chosen.frames))]
     return min(frame, last), chosen.origin == "mirrored"
@@ -172,18 +172,18 @@ def _first_frame(
 class PlanarSway:
     """Sway of the whole flame in one vertical plane.
 
-    Each height sways by the segment that was played when its gases left the base. The clip shows
-    how a flame sways in one plane; in two planes at a right angle it does so by tracks of their
-    own, so that it sways alike as seen from anywhere. These are tracks of slices too, so that sway
-    and some of the detail are of one moment of the clip.
+    The sway at each height is that of the segment played when its gas left the base. A clip shows
+    the sway in one plane only, so two planes at a right angle have a track each; the flame then
+    sways equally from all sides. These tracks are also used by slices, so that the sway and some
+    of the detail come from the same moment of the clip.
 
     Attributes:
         pose: Pose curves of the clip.
         mean: (NODES,) offset of the flame's middle, averaged over the clip.
-        running_mean: (frames, NODES) averaged over a while before and after each frame.
-        sequence: How its clip is played.
+        running_mean: (frames, NODES) the same, averaged over the time around each frame.
+        sequence: How the clip is played.
         segments: The playback track.
-        rise_frames: (NODES,) frames after which what was born at the base is at each node.
+        rise_frames: (NODES,) frames that gas takes from the base to each node.
         period: Frames after which the fire repeats.
     """
 
@@ -200,16 +200,16 @@ class PlanarSway:
         cls, profile: Profile, number: int, sequence: FrameSequence, rise_time: float,
         lifetime: int, period: int, wind: WindResponse, seed: int,
     ) -> "PlanarSway":  # fmt: skip
-        """Plan the sway in plane ``number``: 0 that of the front, 1 at a right angle to it.
+        """Plan the sway in plane ``number``: 0 is that of the front, 1 is at a right angle to it.
 
         Args:
-            profile: What was learnt.
-            number: Of the plane, and of its playback track.
-            sequence: How the clip of that side is played.
-            rise_time, lifetime: Seconds, and frames, in which a particle reaches the top.
-            period: As of the class.
-            wind: How the fire responds to it.
-            seed: Of the recipe.
+            profile: Source of the pose curves.
+            number: Number of the plane and of its playback track.
+            sequence: How the clip for that plane is played.
+            rise_time, lifetime: Time a particle takes to the top, in seconds and in frames.
+            period: See the class.
+            wind: Response of the fire to the wind.
+            seed: Seed of the recipe.
         """
         side = profile.sides[-number]
         offset, share = side.pose.offset, np.linspace(0.0, 1.0, 256)
@@ -228,8 +228,8 @@ class PlanarSway:
         )  # fmt: skip
 
     def at(self, time: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(NODES,) offsets of the middle from its mean, and logarithms of the width ratio, at a
-        ``time`` in frames."""
+        """Return, for a ``time`` in frames, (NODES,) offsets of the middle from its mean and
+        (NODES,) logarithms of the width ratio."""
         which, node, weight, age = self._seen(time)
         segments = [self.segments[i] for i in which]
         first = np.array([segment.first for segment in segments])
@@ -253,9 +253,9 @@ class PlanarSway:
     def _seen(
         self, time: float
     ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
-        """Return which segments are seen at which nodes, (n,) each, with their weight and age.
+        """Return four arrays (n,): index of a segment, of a node that shows it, its weight and age.
 
-        At most nodes one segment is seen, at some it fades into the next.
+        Most nodes show one segment; those in a transition show two.
         """
         transition = _TRANSITION * float(self.rise_frames[-1])
         starts = np.array([segment.start for segment in self.segments])

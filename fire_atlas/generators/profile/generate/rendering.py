@@ -1,4 +1,4 @@
-"""A generated fire seen by one camera: scores mixed by masks, shades looked up, sway put back."""
+"""Draw a generated fire for one camera: blend scores, look up their shades, add the sway."""
 
 import math
 from collections.abc import Iterable
@@ -23,10 +23,10 @@ from fire_atlas.generators.profile.model import FLOW_CELL, SCORE_UNIT, interpola
 from fire_atlas.vision.warp import sample_at
 
 _MAX_ELEVATION = 80.0
-"""Degrees. From steeper than this nothing of a flame is left but its foot."""
+"""Maximum elevation, degrees; from above that only the foot of a flame is seen."""
 
 _MARGIN = 2
-"""Empty px left around all that is ever fire."""
+"""Empty px left around the fire's extent in all frames."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,9 +34,9 @@ class FramePose:
     """Pose of the fire in one frame, seen by one camera.
 
     Attributes:
-        offset: (NODES,) of its middle from the axis, flame heights.
+        offset: (NODES,) distance of its middle to the right of the axis, flame heights.
         width_ratio: (NODES,) width divided by its mean.
-        lean: Radians the wind bends it, to the right of the camera.
+        lean: Lean to the right of the camera, caused by the wind, radians.
     """
 
     offset: NDArray[np.float64]
@@ -44,7 +44,7 @@ class FramePose:
     lean: float
 
     def middle(self, heights: NDArray[np.floating]) -> NDArray[np.float64]:
-        """Return the offset of the fire's middle from its axis at heights, all in flame heights."""
+        """Return the offset of the fire's middle from its axis at ``heights``, in flame heights."""
         bent = math.sin(self.lean) * lean_curve(heights)
         return np.asarray(interpolated(self.offset, heights) + bent)
 
@@ -55,14 +55,14 @@ class ProfileRendering:
 
     Attributes:
         fire: The fire.
-        camera: The camera; its unit of length is the height of the flame.
-        half_width: Half the width of the fire's foot from there, flame heights.
-        taper: Half the width of the flame by height, in half widths of its foot.
-        shades: The colours of every cell, as seen from there.
+        camera: The camera; its unit of length is the flame height.
+        half_width: Half width of the foot seen by the camera, flame heights.
+        taper: Half width of the flame by height, in half widths of its foot.
+        shades: Colours of every cell, seen by the camera.
     """
 
     matte: ClassVar[str] = "alpha"
-    matte_reason: ClassVar[str] = "generated fire knows its own coverage"
+    matte_reason: ClassVar[str] = "generated fire comes with its own coverage"
 
     fire: GeneratedFire
     camera: Camera
@@ -72,7 +72,7 @@ class ProfileRendering:
 
     @classmethod
     def of(cls, fire: GeneratedFire, camera: Camera) -> "ProfileRendering":
-        """Look at ``fire`` with ``camera``."""
+        """Set up the drawing of ``fire`` as seen by ``camera``."""
         half = half_width(fire.base_curve, camera.azimuth) * fire.profile.front.half_width
         shades = shade_table(fire.profile, camera.azimuth)
         return cls(fire, camera, half, taper_of(fire.profile), shades)
@@ -82,10 +82,10 @@ class ProfileRendering:
         return self.posed_frame(index, self.pose(index))
 
     def posed_frame(self, index: int, pose: FramePose) -> Pixels:
-        """Draw frame ``index``, whose pose is known already."""
+        """Draw frame ``index``, given its pose."""
         camera, profile = self.camera, self.fire.profile
-        # A fire that is shown smaller than it was filmed is drawn larger first. The grid of a small
-        # sprite is finer than what it holds.
+        # A fire shown smaller than it was filmed is drawn larger first and then reduced. The size
+        # filmed may be less than the grid's, which is finer than a small sprite.
         filmed = min(profile.grid.cells_per_height, profile.front.statistics.height.median)
         oversampling = max(1, math.ceil(0.8 * filmed / camera.scale))
         columns, rows = self._grid_places(pose, oversampling)
@@ -94,14 +94,14 @@ class ProfileRendering:
         if oversampling > 1:
             size = camera.width, camera.height
             seen = as_plane(cv2.resize(seen, size, interpolation=cv2.INTER_AREA))
-        # Cubics overshoot at edges.
+        # Cubic interpolation overshoots at edges.
         np.clip(seen, 0, 1, out=seen)
         np.minimum(seen[..., :3], seen[..., 3:], out=seen[..., :3])
         return as_plane(seen)
 
     def motion(self, index: int) -> NDArray[np.float32]:
-        """Velocity (height, width, 2) of what frame ``index`` shows, px/s, x right, y down: that
-        of the particles, as they carry the clip's own motion, and the sway of the whole."""
+        """Velocity of the fire in frame ``index``: (height, width, 2) px/s, x right, y down. It is
+        the sum of the clip's own motion, carried by the particles, and of the sway."""
         grid, settings, pose = self.fire.profile.grid, self.fire.settings, self.pose(index)
         moves = self._grid_flow(self._masks(index)) * np.float32(self.fire.time_rate(index))
         columns, rows = self._grid_places(pose, 1)
@@ -110,7 +110,7 @@ class ProfileRendering:
             self.half_width / grid.cells_per_half, 1 / grid.cells_per_height
         ])  # fmt: skip
         flow = seen * per_cell.astype(np.float32)
-        # What rises along a bent middle goes to the side with it.
+        # Gas that rises along a bent middle line also moves sideways.
         middle = self._middle(pose)
         flow[..., 0] += flow[..., 1] * np.gradient(middle).astype(np.float32)[:, None]
         following = index + 1 if settings.loop or index + 1 < settings.frames else index - 1
@@ -133,7 +133,7 @@ class ProfileRendering:
         return FramePose(offset, ratio, math.radians(lean))
 
     def _mean_offset(self) -> NDArray[np.float64]:
-        """(NODES,) offset of the fire's middle, averaged over the clip."""
+        """Return the (NODES,) offset of the fire's middle, averaged over the clip."""
         sides = self.fire.profile.sides
         front, side = (each.pose.offset.mean(axis=0) for each in (sides[0], sides[-1]))
         cos, sin = math.cos(self.camera.azimuth), math.sin(self.camera.azimuth)
@@ -144,7 +144,7 @@ class ProfileRendering:
         return blend_masks(self.fire, self.camera.azimuth, self.half_width, self.taper, time)
 
     def _straight_picture(self, masks: Iterable[BlendMask]) -> Pixels:
-        """Return the fire on the grid, without sway and lean."""
+        """Return the fire on the grid, without its sway and lean."""
         shape = self.fire.profile.grid.shape
         mixed, power = np.zeros(shape, np.float32), np.full(shape, 1e-30, np.float32)
         for mask in masks:
@@ -154,20 +154,20 @@ class ProfileRendering:
         return self.shades.colours(as_plane(ndtr(mixed / np.sqrt(power))))
 
     def _scores(self, mask: BlendMask) -> Plane:
-        """Return the normal scores (rows, columns) of the frames that a mask shows."""
+        """Return the normal scores (rows, columns) of the frames of a mask."""
         detail = self.fire.profile.sides[mask.side].detail
         lower, upper, share = mask.frames
         scores = (detail.scores[lower].astype(np.float32) - 128) / np.float32(SCORE_UNIT)
         if share > 0:
             later = (detail.scores[upper].astype(np.float32) - 128) / np.float32(SCORE_UNIT)
-            # The variance of a mix is the larger the more its frames correlate.
+            # The variance of a blend grows with the correlation of its two frames.
             both = np.float32(2 * share * (1 - share)) * self.fire.autocorrelations[mask.side]
             deviation = np.sqrt(both + np.float32((1 - share) ** 2 + share**2))
             scores = (scores * np.float32(1 - share) + later * np.float32(share)) / deviation
         return as_plane(scores[:, ::-1] if mask.mirrored else scores)
 
     def _grid_flow(self, masks: Iterable[BlendMask]) -> NDArray[np.float32]:
-        """(r, c, 2) velocity of what is seen on the grid, cells per second, x and y (down)."""
+        """Return the fire's velocity on the grid: (r, c, 2) cells per second, x right, y down."""
         rows, columns = self.fire.profile.front.detail.flow.shape[1:3]
         mixed = np.zeros((rows, columns, 2), np.float32)
         total = np.full((rows, columns, 1), 1e-30, np.float32)
@@ -186,8 +186,8 @@ class ProfileRendering:
     def _grid_places(
         self, pose: FramePose, oversampling: int
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return the column and the row of the grid that each pixel sees, each
-        (height, width) · ``oversampling``."""
+        """Return the grid's column and row at each pixel: two arrays of the size of the frame times
+        ``oversampling``."""
         grid, camera = self.fire.profile.grid, self.camera
         (x, y), flame = camera.origin, camera.scale
         right = (np.arange(camera.width * oversampling) + 0.5) / oversampling - x
@@ -197,7 +197,7 @@ class ProfileRendering:
         across = (right / flame - pose.middle(heights)[:, None]) / half[:, None]
         height = np.broadcast_to(heights[:, None], across.shape)
         if camera.elevation:
-            # Of a round foot one sees the near side, lower in the frame than the axis.
+            # From above, the near side of a round foot is lower in the frame than its axis.
             foot = np.sqrt(np.clip(1 - across * across, 0, 1)) * np.clip(1 - height, 0, 1)
             height = height + foot * self.half_width * math.tan(camera.elevation)
         columns = grid.half_columns + across * grid.cells_per_half - 0.5
@@ -205,7 +205,7 @@ class ProfileRendering:
         return columns.astype(np.float32), rows.astype(np.float32)
 
     def _middle(self, pose: FramePose) -> NDArray[np.float64]:
-        """(height,) x of the fire's middle from its axis, px, in each row of the frame."""
+        """Return the (height,) distance of the fire's middle from its axis in each row, px."""
         camera = self.camera
         up = camera.origin[1] - (np.arange(camera.height) + 0.5)
         heights = up / (camera.scale * math.cos(pose.lean) * math.cos(camera.elevation))
@@ -215,13 +215,13 @@ class ProfileRendering:
 def renderings(
     fire: GeneratedFire, azimuths: Iterable[float], elevation: float, height: int | None
 ) -> list[ProfileRendering]:
-    """Return ``fire`` seen from each azimuth by cameras of one frame size and scale.
+    """Return ``fire`` seen from each azimuth, all with the same frame size and scale.
 
     Args:
         fire: The fire.
-        azimuths: Of the cameras, degrees counter-clockwise seen from above.
-        elevation: Degrees above the horizon.
-        height: Of the frame, px; None keeps the scale of the clip.
+        azimuths: Directions of the cameras, degrees, counter-clockwise seen from above.
+        elevation: Angle of the cameras above the horizon, degrees.
+        height: Height of the frame, px; None keeps the scale of the clip.
     """
     camera = _front_camera(fire, elevation, height)
     cameras = [replace(camera, azimuth=math.radians(azimuth)) for azimuth in azimuths]
@@ -229,8 +229,8 @@ def renderings(
 
 
 def _front_camera(fire: GeneratedFire, elevation: float, height: int | None) -> Camera:
-    """Return a camera in front that sees all of the fire; wherever it is turned to, and however the
-    wind blows, nothing is cut off."""
+    """Return a front camera whose frame holds the whole fire, also when seen from other sides and
+    in the strongest wind."""
     profile, grid = fire.profile, fire.profile.grid
     tilt = math.radians(min(max(elevation, -_MAX_ELEVATION), _MAX_ELEVATION))
     half = max(side.half_width for side in profile.sides)
@@ -248,7 +248,7 @@ def _front_camera(fire: GeneratedFire, elevation: float, height: int | None) -> 
         scale = profile.front.statistics.height.median
     else:
         scale = max(height - 2 * _MARGIN - 1, 1) / (above + below)
-    # Whole px below the base, as in most sprites: their pixels then stay what they are.
+    # The base is on a pixel boundary, as in most sprites, so their pixels are not resampled.
     ground = math.ceil(below * scale) + _MARGIN
     rows = height or math.ceil(above * scale) + _MARGIN + ground
     columns = 2 * (math.ceil(aside * scale) + _MARGIN)
@@ -256,14 +256,14 @@ def _front_camera(fire: GeneratedFire, elevation: float, height: int | None) -> 
 
 
 def lean_curve(heights: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return how far a fire that leans is to the side at heights, in flame heights: a cubic that
-    leaves the base upright, is 1 at the top, and continues straight above it."""
+    """Return the sideways shift of a leaning fire by height in flame heights, relative to that of
+    its top: a cubic that is vertical at the base and straight above the top."""
     h = np.maximum(heights, 0.0)
     return np.asarray(np.where(h < 1, h * h * (3 - h) / 2, 1 + 1.5 * (h - 1)), np.float64)
 
 
 def _enlarged(weight: Plane, shape: tuple[int, int]) -> Plane:
-    """Return the weights of a mask at every cell of a grid of ``shape``."""
+    """Enlarge the weights of a mask to a grid of ``shape``."""
     rows, columns = weight.shape
     size = columns * MASK_CELL, rows * MASK_CELL
     full = cv2.resize(weight, size, interpolation=cv2.INTER_LINEAR)

@@ -1,4 +1,4 @@
-"""The region detector: the colour of a cell of the flame, by brightness (Lee et al., III-C)."""
+"""Colours of the flame by grid cell and brightness: the region detector of Lee et al., III-C."""
 
 import math
 from dataclasses import dataclass
@@ -14,18 +14,18 @@ from fire_atlas.vision.warp import sample_at
 
 @dataclass(frozen=True, slots=True)
 class ShadeTable:
-    """The colours of every cell, by brightness.
+    """Colours of every grid cell, by brightness.
 
     Attributes:
         levels: Number of shades.
-        shades: (levels · rows · columns, 4) float32 pixels, from the dimmest to the brightest.
+        shades: (levels · rows · columns, 4) float32 pixels, dimmest level first.
     """
 
     levels: int
     shades: NDArray[np.float32]
 
     def colours(self, rank: Plane) -> Pixels:
-        """Return the pixels of a picture (rows, columns) of ranks, 0 dimmest to 1 brightest."""
+        """Return the pixels of brightness ranks (rows, columns), 0 dimmest to 1 brightest."""
         place = rank.ravel() * np.float32(self.levels - 1)
         lower = np.minimum(place.astype(np.int32), self.levels - 2)
         share = (place - lower)[:, None]
@@ -37,19 +37,19 @@ class ShadeTable:
 
 
 def shade_table(profile: Profile, azimuth: float) -> ShadeTable:
-    """Return the shades that a camera at ``azimuth`` (radians) sees.
+    """Return the shades seen from ``azimuth``, radians.
 
-    Between two sides they are interpolated; from behind they are mirrored.
+    Between the front and the side they are interpolated; from behind they are mirrored.
     """
     cos, sin = math.cos(azimuth), math.sin(azimuth)
     sides = profile.sides
     seen: NDArray[np.float32] | None = None
-    for side, turn in ((sides[0], cos), (sides[-1], sin)):
-        share = np.float32(turn * turn)
+    for side, component in ((sides[0], cos), (sides[-1], sin)):
+        share = np.float32(component * component)
         if share < 1e-9:
             continue
         shades = decoded_shades(side.detail.shades)
-        part = (shades if turn > 0 else shades[:, :, ::-1]) * share
+        part = (shades if component > 0 else shades[:, :, ::-1]) * share
         seen = part if seen is None else seen + part
     assert seen is not None, "cos² + sin² = 1"
     gain = _colour_gain(profile)
@@ -60,17 +60,17 @@ def shade_table(profile: Profile, azimuth: float) -> ShadeTable:
 
 
 def _colour_gain(profile: Profile) -> NDArray[np.float32] | None:
-    """(rows, columns, 4) factors of the shades, where the colour table was edited.
+    """Return factors (rows, columns, 4) of the shades if the colour table was edited, else None.
 
-    Smooth between the middles of the table's cells, so that no grid shows.
+    They are interpolated between the table's cells, so that no grid shows.
     """
-    now, then = profile.colours, profile.learnt_colours
-    if (now.colours == then.colours).all() and (now.coverage == then.coverage).all():
+    current, learnt = profile.colours, profile.learnt_colours
+    if (current.colours == learnt.colours).all() and (current.coverage == learnt.coverage).all():
         return None
-    colour = decode_bytes(now.colours) / np.maximum(decode_bytes(then.colours), 1e-3)
-    coverage = now.coverage / np.maximum(then.coverage, 1e-3)
+    colour = decode_bytes(current.colours) / np.maximum(decode_bytes(learnt.colours), 1e-3)
+    coverage = current.coverage / np.maximum(learnt.coverage, 1e-3)
     gains = np.dstack([colour * coverage[..., None], coverage]).astype(np.float32)
-    grid, size = profile.grid, len(now.colours)
+    grid, size = profile.grid, len(current.colours)
     rows = (1.0 - grid.heights) * size - 0.5
     columns = (grid.offsets + 1.0) / 2 * size - 0.5
     x, y = np.meshgrid(columns.astype(np.float32), rows.astype(np.float32))
@@ -79,17 +79,17 @@ def _colour_gain(profile: Profile) -> NDArray[np.float32] | None:
 
 
 def taper_of(profile: Profile) -> CubicSpline:
-    """Return half the width of the flame by height, in half widths of its foot."""
+    """Return the half width of the flame by height, in half widths of its foot."""
     heights = np.array([0.0, 0.35, 0.7, 1.05])
     return CubicSpline(heights, [_half_width(profile, height) for height in heights])
 
 
 def _half_width(profile: Profile, height: float) -> float:
-    """Half the width, in half widths of the foot, where the flame often is at ``height``."""
+    """Half width, in half widths of the foot, within which the flame often is at ``height``."""
     grid, shades = profile.grid, profile.front.detail.shades
     row = grid.rows_above - height * grid.cells_per_height - 1
     row = int(np.clip(row, 0, grid.shape[0] - 1))
-    often = shades[3 * len(shades) // 4, row, :, 3] > 48
-    if not often.any():
+    often_flame = shades[3 * len(shades) // 4, row, :, 3] > 48
+    if not often_flame.any():
         return 0.3
-    return max(0.3, float(np.abs(grid.offsets[often]).max()))
+    return max(0.3, float(np.abs(grid.offsets[often_flame]).max()))

@@ -1,6 +1,6 @@
-"""How a fire responds to wind: it leans, swings when the wind changes, and settles when it lasts.
+"""Response of a fire to wind: it leans, swings when the wind changes, and settles when it lasts.
 
-The fire status state machine of Lee et al. (III-B, Figure 7).
+This is the fire status state machine of Lee et al. (III-B, Figure 7).
 """
 
 import math
@@ -9,30 +9,30 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.effect.field.wind import fit_gusts, wind_velocity
+from fire_atlas.effect.field.wind import wind_velocity
 from fire_atlas.generators.profile.model import Period
 from fire_atlas.recipe.wind import Wind
 
 LEAN_PER_LEVEL = 6.0
-"""Degrees of lean that a level of wind sustains: the highest, 5, reaches the outermost state."""
+"""Lean per level of wind, degrees: the highest level, 5, reaches the outermost state."""
 
 _RESPONSE_TIME = 0.18
-"""Time constant, seconds, at which the fire follows the wind."""
+"""Time constant with which the fire follows the wind, seconds."""
 
 _SETTLING_TIME = 0.7
-"""Time constant, seconds, at which a force becomes a sustained one."""
+"""Time constant after which a wind counts as sustained, seconds."""
 
 _MIN_LEVEL = 0.25
-"""Wind of a lower level than this counts as still air."""
+"""Wind below this level counts as still air."""
 
 
 @dataclass(frozen=True, slots=True)
 class WindResponse:
-    """How a fire responds to the wind in every frame.
+    """Response of a fire to the wind in every frame.
 
     Attributes:
-        level: (frames, 2) wind that the fire feels, in levels: to the right, and away.
-        steadiness: (frames,) 1 where that wind is sustained, towards 0 where it changes.
+        level: (frames, 2) wind the fire follows, in levels, to the right and away from the front.
+        steadiness: (frames,) 1 where the wind is sustained, falling to 0 where it changes fast.
     """
 
     level: NDArray[np.float64]
@@ -40,28 +40,26 @@ class WindResponse:
 
     @classmethod
     def of(cls, wind: Wind, frames: int, fps: float, loop: bool) -> "WindResponse":
-        """Return the response through ``frames`` frames; that of a loop closes."""
-        if loop:
-            wind = fit_gusts(wind, frames / fps)
+        """Return the response in ``frames`` frames; in a loop its end meets its beginning."""
         velocity = np.array([wind_velocity(wind, i / fps) for i in range(frames)])
         level = _low_passed(velocity, _RESPONSE_TIME * fps, loop)
         mean = _low_passed(level, _SETTLING_TIME * fps, loop)
         return cls(level, np.exp(-2.0 * np.hypot(*(level - mean).T)))
 
     def lean(self, frame: int, azimuth: float) -> float:
-        """Lean, degrees, in the vertical plane at an azimuth in radians."""
+        """Return the lean, degrees, in the vertical plane at ``azimuth``, radians."""
         right, away = self.level[frame]
         return LEAN_PER_LEVEL * float(right * math.cos(azimuth) + away * math.sin(azimuth))
 
     def sway_gain(self, frame: int) -> float:
-        """Factor of the sway in still air: above 1 when the wind changes, and ever smaller the
-        longer a wind is sustained (the state machine settles)."""
+        """Return the factor of the sway: above 1 when the wind changes, below 1 when a wind is
+        sustained (the state machine settles)."""
         strength = min(float(np.hypot(*self.level[frame])) / 2.0, 1.0)
         steadiness = float(self.steadiness[frame])
         return 1.0 + 0.5 * (1.0 - steadiness) - 0.6 * steadiness * strength
 
     def leaning_state(self, frame: int, azimuth: float) -> tuple[float, Period] | None:
-        """Lean (degrees) and period of the frames to play; None in still air: any of the clip's."""
+        """Lean (degrees) and period of the frames to play; None (any frames) in still air."""
         lean = self.lean(frame, azimuth)
         if abs(lean) < _MIN_LEVEL * LEAN_PER_LEVEL:
             return None
@@ -69,11 +67,11 @@ class WindResponse:
 
 
 def _low_passed(values: NDArray[np.float64], steps: float, loop: bool) -> NDArray[np.float64]:
-    """Low-pass ``values`` (frames, n), exponentially, with a time constant of ``steps`` frames."""
+    """Low-pass ``values`` (frames, n) exponentially, with a time constant of ``steps`` frames."""
     share = 1.0 - math.exp(-1.0 / max(steps, 1e-6))
     state = values[0].copy()
     filtered = np.empty_like(values)
-    # A loop is walked through until its end no longer depends on its initial state.
+    # A loop is filtered repeatedly, until its end no longer depends on the initial state.
     rounds = 1 + math.ceil(40.0 * steps / len(values)) if loop else 1
     for _ in range(rounds):
         for i, value in enumerate(values):

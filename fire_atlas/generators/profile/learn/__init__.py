@@ -1,1 +1,1 @@
-"""Learning a fire profile from clips (Lee et al., III-A and III-B)."""
+"""Learn a fire profile from clips (Lee et al., III-A and III-B)."""

@@ -1,14 +1,14 @@
-"""Separate how a flame sways from what it looks like: pose curves, and detail on a straight grid.
+"""Learn the sway of a flame (pose curves) and, separately, its look (detail on a straight grid).
 
-The six points say where a flame begins and ends. Between them it sways like a cloth: that is
-learnt as two curves over height, and taken out of the frames before their detail is looked at.
+A flame sways between its base and its top like a cloth. The sway is learnt as two curves over
+height and removed from the frames before their detail is learnt.
 
-On the grid every cell is bright in some frames and dark in others. What is kept is, for each cell,
-its colours from the dimmest to the brightest (``shades``), and for each frame how bright it is
-there compared with the others (``scores``, normal scores). Scores can be mixed: of independent
-ones, each N(0, 1), Σ w·s / √Σ w² is N(0, 1) again, and looked up among the shades it gives every
-cell the colours it has in the clip, as often, and as sharp. Mixed colours would be a grey cloud.
-(The idea is that of histogram-preserving blending of textures, Heitz and Neyret 2018.)
+Each cell of the grid is bright in some frames and dark in others. Two things are stored: the
+colours of each cell from dimmest to brightest (``shades``), and the rank of each cell's brightness
+in each frame among all frames, as a normal score (``scores``). Scores of different frames can be
+blended: if they are independent and N(0, 1), then Σ w·s / √Σ w² is N(0, 1) as well. Looked up among
+the shades, it gives each cell the clip's colours, as often and as sharp as there; blended colours
+would be blurred and dull. (Histogram-preserving blending of textures, Heitz and Neyret 2018.)
 """
 
 import itertools
@@ -50,26 +50,26 @@ from fire_atlas.vision.flow import SMALLEST_SIDE, optical_flow
 from fire_atlas.vision.warp import sample_at
 
 _MIN_CELLS, _MAX_CELLS = 80, 224
-"""Cells in a flame's height, at least and at most."""
+"""Minimum and maximum number of cells per flame height."""
 
 _HEIGHT_SIGMA, _TIME_SIGMA, _GAP_SIGMA = 0.06, 0.6, 0.3
-"""Standard deviations that pose curves are smoothed by: over height, in flame heights; over time,
-in frames; and over height where a row is dark."""
+"""Standard deviations of the smoothing of pose curves: over height (flame heights), over time
+(frames), and over height where rows are dark (flame heights)."""
 
 _TIP = 0.06
-"""Part of the flame's height over which it fades out below an edge that cuts its tip off."""
+"""Fraction of the flame's height over which a tip that is cut off fades out below the edge."""
 
 _UPRIGHT = 1.5
-"""A fire that leans less than this, degrees, counts as symmetric."""
+"""Maximum lean of a fire that counts as symmetric, degrees."""
 
 _NOISE_SIGMA = 0.5
-"""Standard deviation, in cells, of the blur that takes noise out of scores."""
+"""Standard deviation of the blur that removes noise from scores, cells."""
 
 
 def detail_grid(sides: Sequence[ClipMeasurements]) -> DetailGrid:
-    """Return the grid that holds the fire of all clips, at about the scale of the first one."""
+    """Return a grid that holds the fire of all clips, at about the scale of the first."""
     first = sides[0]
-    # Small frames in whole multiples: pixels of a sprite then stay what they are.
+    # Small frames are enlarged by a whole factor, which keeps the pixels of a sprite sharp.
     factor = max(1, math.ceil(_MIN_CELLS / first.height))
     per_height = min(first.height * factor, _MAX_CELLS)
     per_half = per_height * first.half_width / first.height
@@ -97,7 +97,7 @@ def learn_pose(measured: ClipMeasurements) -> PoseCurves:
     offset = _smoothed(weight, (measured.row_centre - x) / height, height, mode)
     spread = _smoothed(weight, measured.row_spread / height, height, mode)
     ratio = np.clip(spread / np.maximum(spread.mean(axis=0), 1e-3), 0.7, 1.4)
-    # Row 0 is the highest.
+    # Reversed, because row 0 is the top and interpolation needs ascending heights.
     heights = rows[::-1] / height
     nodes = node_heights()
     above_foot = smooth_step(nodes / 0.2)
@@ -112,7 +112,7 @@ def learn_pose(measured: ClipMeasurements) -> PoseCurves:
 def _smoothed(
     weight: NDArray[np.float64], values: NDArray[np.float64], height: float, mode: str
 ) -> NDArray[np.float64]:
-    """Smooth ``values`` (frames, H) by the weight of each row; dark rows take what is near."""
+    """Smooth ``values`` (frames, H) by the weight of each row; dark rows use those near them."""
     sigma = (_TIME_SIGMA, _HEIGHT_SIGMA * height)
 
     def blurred(plane: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -129,7 +129,7 @@ def _smoothed(
 def learn_detail(
     clip: Clip, measured: ClipMeasurements, pose: PoseCurves, grid: DetailGrid, workers: Workers
 ) -> DetailModel:
-    """Straighten every frame of ``clip`` onto ``grid`` and keep what differs between them."""
+    """Straighten every frame of ``clip`` onto ``grid`` and learn its scores, shades and flow."""
 
     def straight(i: int) -> tuple[Bytes, Plane]:
         pixels = clip.read(i)
@@ -153,7 +153,7 @@ def learn_detail(
 def _straightened(
     fire: Pixels, i: int, measured: ClipMeasurements, pose: PoseCurves, grid: DetailGrid
 ) -> Pixels:
-    """Return frame ``i`` on the grid, its sway taken out."""
+    """Return frame ``i`` on the grid, its sway removed."""
     (x, foot), height, half = measured.base, measured.height, measured.half_width
     heights = grid.heights
     middle = x + interpolated(pose.offset[i], heights) * height
@@ -170,7 +170,7 @@ def _straightened(
 
 
 def _encoded(pixels: Pixels) -> Bytes:
-    """Return pixels as uint8: straight sRGB and coverage."""
+    """Convert pixels to uint8 straight sRGB and coverage."""
     coded = np.empty(pixels.shape, np.uint8)
     coded[..., :3] = encode_bytes(unpremultiply(pixels))
     coded[..., 3] = np.rint(np.clip(pixels[..., 3], 0, 1) * 255)
@@ -178,7 +178,7 @@ def _encoded(pixels: Pixels) -> Bytes:
 
 
 def _normal_scores(bright: Sequence[Plane]) -> NDArray[np.float32]:
-    """(frames, rows, columns) normal score of each cell's brightness among all frames."""
+    """Return normal scores (frames, rows, columns) of each cell's brightness among all frames."""
     order = np.argsort(_with_surroundings(bright), axis=0, kind="stable")
     quantiles = ndtri((np.arange(len(bright)) + 0.5) / len(bright))
     quantiles = quantiles / quantiles.std()
@@ -192,10 +192,10 @@ def _normal_scores(bright: Sequence[Plane]) -> NDArray[np.float32]:
 
 
 def _with_surroundings(bright: Sequence[Plane]) -> NDArray[np.float32]:
-    """Return the values (frames, rows, columns) that order the frames of a cell: its brightness.
+    """Return the values (frames, rows, columns) by which the frames of each cell are ranked.
 
-    Where several are equally dark or bright, but for noise, that is brighter whose surroundings
-    are: neighbouring cells then agree on an order, and mixed scores have smooth outlines.
+    That is the brightness, plus some of its surroundings': frames whose brightness differs only by
+    noise then have a similar order in neighbouring cells, so blended scores have smooth outlines.
     """
     key = np.stack(bright)
     for plane, total in zip(bright, key, strict=True):
@@ -205,7 +205,7 @@ def _with_surroundings(bright: Sequence[Plane]) -> NDArray[np.float32]:
 
 
 def _shades(pictures: Bytes, order: NDArray[np.intp]) -> Bytes:
-    """Return ``DetailModel.shades``: quantiles of each cell's colours, by brightness."""
+    """Return ``DetailModel.shades``: each cell's colours at evenly spaced ranks of brightness."""
     count = len(pictures)
     levels = min(SHADE_LEVELS, count)
     shades = np.empty((levels, *pictures.shape[1:]), np.uint8)
@@ -221,7 +221,7 @@ def _shades(pictures: Bytes, order: NDArray[np.intp]) -> Bytes:
 
 
 def _flow(bright: Sequence[Plane], fps: float) -> NDArray[np.float32]:
-    """Optical flow from each straightened frame to the next, as ``DetailModel.flow``."""
+    """Return ``DetailModel.flow``: optical flow from each straightened frame to the next."""
     rows, columns = bright[0].shape
     size = -(-columns // FLOW_CELL), -(-rows // FLOW_CELL)
     missing = max(0, SMALLEST_SIDE - columns)
@@ -247,7 +247,7 @@ def _autocorrelation(scores: NDArray[np.float32], varies: NDArray[np.bool_]) -> 
 
 
 def _correlation_length(scores: NDArray[np.float32], varies: NDArray[np.bool_]) -> float:
-    """Columns apart at which scores correlate by less than a half, on average."""
+    """Return the distance in columns at which scores correlate by less than 0.5 on average."""
     for apart in range(1, scores.shape[2] // 2):
         both = varies[:, apart:] & varies[:, :-apart]
         if not both.any():
@@ -260,5 +260,5 @@ def _correlation_length(scores: NDArray[np.float32], varies: NDArray[np.bool_]) 
 
 def _is_symmetric(mean: NDArray[np.floating], measured: ClipMeasurements) -> bool:
     flat = mean - mean.mean()
-    alike = float((flat * flat[:, ::-1]).sum()) > 0.9 * float((flat * flat).sum())
-    return alike and abs(float(np.median(measured.leans))) < _UPRIGHT
+    is_similar = float((flat * flat[:, ::-1]).sum()) > 0.9 * float((flat * flat).sum())
+    return is_similar and abs(float(np.median(measured.leans))) < _UPRIGHT

@@ -1,7 +1,7 @@
-"""Which pixels of a frame are flame, their outline and its six feature points (Lee et al., III-A).
+"""Find the flame's pixels in a frame, their outline and its six feature points (Lee et al., III-A).
 
-The paper thresholds its frames, filmed before black. Here props, lit walls and glow are
-distinguished from fire by looking at several frames: fire flickers.
+The paper thresholds frames filmed in front of black. Here fire is also distinguished from props
+(such as candles), lit walls and glow, by comparing several frames: only fire flickers.
 """
 
 import math
@@ -23,35 +23,35 @@ _BLACK = 6.0
 """Brightness (0..255) up to which a pixel counts as black."""
 
 _SAMPLES = 12
-"""Frames that masks and threshold are chosen from."""
+"""Number of frames from which masks and threshold are chosen."""
 
 _STILL_MARGIN = 0.12
-"""Part of a sprite's height, around what moves, that counts as fire though it stands still."""
+"""Still pixels of a sprite this near to moving ones, in frame heights, count as fire too."""
 
 _GLOW = 0.15
-"""Distance within which glow fades out, divided by the root of the flame's area."""
+"""Distance over which glow fades out, relative to the square root of the flame's area."""
 
 _OTSU_SHARE = {"alpha": 0.5, "luminance": 0.5, "none": 0.75}
-"""Automatic threshold by matte, as a share of Otsu's, which separates the core from the rest of the
-flame; without a matte there is more than flame to separate it from."""
+"""Automatic threshold as a fraction of Otsu's, by matte. Otsu's separates the core from the rest of
+the flame; without a matte there is also a scene, which needs a higher one."""
 
 _PERSISTENT = 0.2
-"""Share of the flame's height that burns persistently: the lowest of McCaffrey's three regimes."""
+"""Fraction of the flame's height in the persistent regime, the lowest of McCaffrey's three."""
 
 _FOOT = 0.06
-"""Share of the flame's height within which ends of the outline count as its foot."""
+"""Fraction of the flame's height, from its lowest pixel up, that counts as its foot."""
 
 
 @dataclass(frozen=True, slots=True)
 class FireMask:
-    """Threshold and masks that separate fire from all else in every frame of a clip.
+    """Threshold and masks that separate fire from everything else in all frames of a clip.
 
     Attributes:
         threshold: Brightness (0..255) above which a pixel is flame.
-        fire: (H, W) float32, 0..1: where fire ever is, without props that it only lights.
-        no_prop: (H, W) float32, 0..1: where there is no prop; of a sprite, the same as ``fire``.
-        is_filmed: Whether there is a scene or a glow around the flame that does not belong to it.
-        blend_space: Of the clip.
+        fire: (H, W) float32, 0..1: where there is fire in any frame; not props it only lights.
+        no_prop: (H, W) float32, 0..1: where there is no prop; in sprites, the same as ``fire``.
+        is_filmed: Whether frames may show a scene or glow around the flame (no alpha matte).
+        blend_space: Blend space of the clip.
     """
 
     threshold: float
@@ -62,7 +62,7 @@ class FireMask:
 
     @classmethod
     def of(cls, clip: Clip, threshold: float | None = None) -> "FireMask":
-        """Find the fire in a clip; without a ``threshold`` it is chosen from the clip as well."""
+        """Find the fire in a clip; ``threshold`` is chosen from the clip if it is None."""
         # A dozen frames, evenly spread.
         numbers = evenly_spread(0, clip.count - 1, _SAMPLES)
         samples = [clip.brightness(i) for i in numbers]
@@ -76,22 +76,22 @@ class FireMask:
         return cls(threshold, fire, no_prop, is_filmed, clip.blend_space)
 
     def binarized(self, pixels: Pixels) -> Bytes:
-        """(H, W) 1 where a frame is flame, else 0 (Figure 4b)."""
+        """Return (H, W): 1 where a frame is flame, else 0 (Figure 4b)."""
         bright = brightness(pixels, self.blend_space)
         return ((bright > self.threshold) & (self.fire > 0.3)).astype(np.uint8)
 
     def isolated(self, pixels: Pixels, binarized: Bytes) -> Pixels:
         """Return the fire alone.
 
-        Around a filmed flame its glow on air and walls fades out close to the outline; what an
-        artist made transparent already is kept as it is.
+        The glow of a filmed flame on air and walls fades out close to its outline; sprites with
+        alpha keep their glow.
         """
         weight = self.fire
         if self.is_filmed and binarized.any():
             bright = brightness(pixels, self.blend_space)
             reach = max(2.0, _GLOW * float(np.sqrt(np.count_nonzero(binarized))))
             distance = cv2.distanceTransform(1 - binarized, cv2.DIST_L2, 5) / np.float32(reach)
-            # As it dims, and not where fire never is: there an outline would show.
+            # Glow also fades as it gets dim; masking it by ``fire`` would show that mask's outline.
             fade = smooth_step(as_plane(2 * bright / np.float32(self.threshold) - 1))
             weight = self.no_prop * as_plane(np.exp(-distance * distance)) * as_plane(fade)
         return np.asarray(pixels * weight[..., None], np.float32)
@@ -100,8 +100,8 @@ class FireMask:
 def _masks(samples: Sequence[Plane], is_filmed: bool) -> tuple[Plane, Plane]:
     """Return the masks ``fire`` and ``no_prop`` of ``FireMask``.
 
-    A sprite shows little else: what moves but a little is fire too. In a film what hardly moves is
-    a prop, above all if it is always lit, and dimmer than the flame.
+    In a sprite even pixels that move a little are fire. In a filmed clip pixels that hardly move
+    are not, and those that are always lit, but dimmer than the flame, are a prop.
     """
     moves = activity(list(samples))
     if not is_filmed:
@@ -116,9 +116,9 @@ def _masks(samples: Sequence[Plane], is_filmed: bool) -> tuple[Plane, Plane]:
     steady = (most - least < 0.35 * most) & (least > 0.42 * hot) & (most < 0.96 * hot)
     side = 2 * max(1, round(0.004 * sum(steady.shape))) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
-    # Thin steady lines are the outline of a calm flame.
+    # Opening removes thin lines: they are the outline of a calm flame, not a prop.
     prop = cv2.morphologyEx(steady.astype(np.uint8), cv2.MORPH_OPEN, disc)
-    # What the fire surrounds is fire: a prop extends to where nothing moves.
+    # A prop must include still pixels; steady pixels among moving ones are fire.
     _, labels = cv2.connectedComponents(prop, connectivity=8)
     still = np.unique(labels[(moves < 0.2) & (prop > 0)])
     near = cv2.dilate(np.isin(labels, still).astype(np.uint8), disc).astype(np.float32)
@@ -128,7 +128,7 @@ def _masks(samples: Sequence[Plane], is_filmed: bool) -> tuple[Plane, Plane]:
 
 
 def _with_holes_filled(mask: Plane) -> Plane:
-    """Fill what is surrounded: the wick, and what never changes around it, are of the flame."""
+    """Fill the holes of a mask: the wick and the steady core around it belong to the flame."""
     framed = np.pad((mask > 0.5).astype(np.uint8), 1)
     outside = framed.copy()
     cv2.floodFill(outside, None, (0, 0), 2)
@@ -137,7 +137,7 @@ def _with_holes_filled(mask: Plane) -> Plane:
 
 
 def largest_flame(binarized: Bytes) -> NDArray[np.bool_]:
-    """(H, W): the largest connected flame of a binarized frame, gaps of one pixel bridged."""
+    """Return (H, W): the largest connected flame of a binarized frame, bridging 1 px gaps."""
     closed = cv2.morphologyEx(binarized, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(closed, connectivity=8)
     if count < 2:
@@ -147,8 +147,8 @@ def largest_flame(binarized: Bytes) -> NDArray[np.bool_]:
 
 
 def contour(flame: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(H, W): the flame's pixels that have an edge: where Sobel's gradient of the binarized frame
-    is not zero. Where the frame cuts the flame off is an edge too."""
+    """Return (H, W): the flame's outline, its pixels where Sobel's gradient of the mask is not 0.
+    Flame pixels at the edge of the frame belong to it."""
     framed = np.pad(flame.astype(np.uint8), 1)
     gx = cv2.Sobel(framed, cv2.CV_16S, 1, 0)
     gy = cv2.Sobel(framed, cv2.CV_16S, 0, 1)
@@ -156,16 +156,16 @@ def contour(flame: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def feature_points(flame: NDArray[np.bool_]) -> FeaturePoints:
-    """Find the six feature points of a flame, given as the mask (H, W) of its pixels, not empty.
+    """Find the six feature points of a flame, given as a mask (H, W) that is not empty.
 
-    A pixel's far sides count: a flame of columns 3 and 4 extends from 3.0 to 5.0.
+    Pixels have an extent: a flame of columns 3 and 4 reaches from x = 3.0 to 5.0.
     """
     edge = contour(flame)
     rows = np.flatnonzero(edge.any(axis=1))
     top, bottom = int(rows[0]), int(rows[-1])
     lowest = math.floor(bottom + 1 - _PERSISTENT * (bottom + 1 - top))
     left, right, row = _widest(edge, range(max(lowest, top), bottom + 1))
-    # Which of a foot's several ends is the lowest changes from frame to frame: all of them count.
+    # All ends of a foot count, because the lowest of them changes from frame to frame.
     ends = max(1, math.ceil(_FOOT * (bottom + 1 - top)))
     foot = _middle(edge[bottom + 1 - ends : bottom + 1]), bottom + 1.0
     return FeaturePoints(
@@ -179,7 +179,7 @@ def feature_points(flame: NDArray[np.bool_]) -> FeaturePoints:
 
 
 def _widest(edge: NDArray[np.bool_], rows: range) -> tuple[float, float, float]:
-    """Left and right end of the widest of ``rows``, and its middle; of equals the lowest."""
+    """Return left end, right end and y of the widest of ``rows``; of equal ones the lowest."""
     ends = [(np.flatnonzero(edge[row]), row) for row in rows]
     columns, row = max(
         ((found, row) for found, row in reversed(ends) if found.size),
@@ -194,7 +194,7 @@ def _middle(rows: NDArray[np.bool_]) -> float:
 
 
 def _lower_outline(edge: NDArray[np.bool_], x: float) -> tuple[float, float]:
-    """Return the point of the lower outline at ``x``, or in the nearest column that has any."""
+    """Return the point of the lower outline at ``x``; its y is that of the nearest column."""
     columns = np.flatnonzero(edge.any(axis=0))
     column = int(columns[np.argmin(np.abs(columns + 0.5 - x))])
     return x, float(np.flatnonzero(edge[:, column])[-1] + 1)

@@ -1,4 +1,4 @@
-"""Learn a fire profile from clips (Lee et al., III-A and III-B)."""
+"""Learn a fire profile from one or two clips (Lee et al., III-A and III-B)."""
 
 import itertools
 from collections.abc import Iterable, Mapping
@@ -29,25 +29,25 @@ from fire_atlas.generators.profile.model import (
 )
 
 _MIN_RISE, _MAX_RISE = 0.8, 4.0
-"""Bounds of the rise speed, flame heights per second: a calm flame stands, its gases do not."""
+"""Limits on the rise speed, flame heights per second: even in a calm flame the gas rises."""
 
 _MIN_SET = 2
-"""A leaning set of fewer frames than this borrows others."""
+"""A leaning set with fewer frames than this borrows the frames of another state."""
 
 
 def learn(
     clips: Mapping[str, Clip], workers: Workers, threshold: float | None, cells: int
 ) -> Profile:
-    """Learn a profile from one clip, or from two whose cameras stood at a right angle.
+    """Learn a profile from one clip, or from two filmed at a right angle to each other.
 
     Args:
-        clips: By what messages call them: the view from the front, then that from the right.
+        clips: The view from the front, then that from the right, by the name used in messages.
         workers: Pool that reads the frames.
-        threshold: Brightness (0..255) above which a pixel is flame; None: chosen from each clip.
+        threshold: Brightness (0..255) above which a pixel is flame; None: chosen for each clip.
         cells: Cells in a row and in a column of the colour table; the paper has 5.
 
     Raises:
-        SourceError: A clip shows no single, upright, whole flame.
+        SourceError: A clip does not show a single, upright flame that is not cut off.
     """
     measured = [measure_clip(clip, name, threshold, workers) for name, clip in clips.items()]
     grid, pairs = detail_grid(measured), list(zip(clips.values(), measured, strict=True))
@@ -86,7 +86,7 @@ def _side(clip: Clip, measured: ClipMeasurements, grid: DetailGrid, workers: Wor
 
 
 def _rise_speed(detail: DetailModel, grid: DetailGrid) -> float:
-    """Speed of what rises in the intermittent zone, weighted by how much is seen to change."""
+    """Return the rise speed: the upper quartile of the upward flow in the intermittent zone."""
     heights = grid.heights[FLOW_CELL // 2 :: FLOW_CELL][: detail.flow.shape[1]]
     zone = (heights > 0.2) & (heights < 1.0)
     upward = -detail.flow[:, : len(heights)][:, zone, :, 1] / grid.cells_per_height
@@ -106,10 +106,10 @@ def _table(clip: Clip, measured: ClipMeasurements, cells: int, workers: Workers)
 
 
 def colour_table(frames: Iterable[tuple[Pixels, NDArray[np.bool_]]], size: int) -> ColourTable:
-    """Return the colour table of ``size`` by ``size`` cells, each frame's flame box divided evenly.
+    """Return the mean colours of ``size`` by ``size`` cells of the flame's box in each frame.
 
     Args:
-        frames: The fire alone, and the mask (H, W) of its connected flame.
+        frames: Pixels of the fire alone, and the mask (H, W) of its largest flame.
         size: Cells in a row and in a column.
     """
     total, area = np.zeros((size * size, 4)), np.zeros(size * size)
@@ -133,19 +133,18 @@ def colour_table(frames: Iterable[tuple[Pixels, NDArray[np.bool_]]], size: int) 
 
 
 def _cells(extent: NDArray[np.intp], size: int) -> NDArray[np.intp]:
-    """Return the cell of every row (column) from the first to the last of ``extent``."""
+    """Return the cell of each row (or column) from the first to the last of ``extent``."""
     length = int(extent[-1] - extent[0]) + 1
     return np.arange(length) * size // length
 
 
 def leaning_sets(leans: NDArray[np.float64]) -> tuple[LeaningSet, ...]:
-    """Sort frames into twelve sets by their lean (frames,) in degrees: six states, each in two
-    periods.
+    """Sort frames into twelve sets by their lean (frames,) in degrees: six states in two periods.
 
-    The paper has twelve sets, "each captured in one period of time", and says no more of the
-    periods. Here they are what its state machine needs: a force that sets in makes the fire swing,
-    a sustained one lets it rest. A state of which the clip shows too little borrows the frames of
-    the opposite one, or else those that lean most like it.
+    The paper has twelve sets, "each captured in one period of time", and does not define the
+    periods. Here they are what its state machine needs: the fire swings when a force sets in and
+    rests when it is sustained. If the clip has too few frames for a set, it borrows frames of the
+    opposite state, to be mirrored, or else the frames of the most similar lean, to be sheared.
     """
     speed = np.abs(np.gradient(leans)) if len(leans) > 1 else np.zeros(1)
     swings = speed > np.median(speed)
@@ -172,5 +171,5 @@ def _frames(
 
 
 def _within(leans: NDArray[np.float64], low: float, high: float) -> NDArray[np.bool_]:
-    """Return which leans lie in a state; the outermost states have no outer limit."""
+    """Return which leans are in a state; the outermost states have no outer limit."""
     return ((leans >= low) | (low == STATE_EDGES[0])) & ((leans < high) | (high == STATE_EDGES[-1]))

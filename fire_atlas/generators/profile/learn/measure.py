@@ -1,5 +1,5 @@
-"""Measure every frame of a clip: its feature points, how its rows sway, and whether it shows a
-flame that can be learnt from at all."""
+"""Measure every frame of a clip: feature points, position and width of the fire by row; and refuse
+clips that do not show one whole flame."""
 
 from dataclasses import dataclass
 
@@ -13,31 +13,31 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.learn.features import FireMask, feature_points, largest_flame
 from fire_atlas.generators.profile.model import MAX_FRAMES, MIN_FRAMES, FeaturePoints
 
-_SEAM = 1.1
-"""A clip is closed if its seam is at most this many times its 90th percentile step."""
+_MAX_SEAM_RATIO = 1.1
+"""Maximum seam of a clip that loops, relative to its 90th percentile step."""
 
-_VISIBLE = 0.03
-"""Coverage below which a pixel counts as empty."""
+_MAX_EMPTY_COVERAGE = 0.03
+"""Coverage up to which a pixel counts as empty."""
 
 _MIN_AREA = 24
-"""A flame of fewer pixels than this has no outline."""
+"""Minimum number of pixels of a flame that has an outline."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClipMeasurements:
-    """Measurements of a clip, frame by frame.
+    """Measurements of all frames of a clip.
 
     Attributes:
-        mask: Threshold and masks that separate its fire from all else.
+        mask: Threshold and masks that separate its fire from everything else.
         points: Feature points of every frame.
-        brightness: (frames,) mean of the flame's pixels, linear, 0..1.
-        row_weight: (frames, H) square root of luminance, summed over each row.
-        row_centre: (frames, H) x of the centroid of that weight, px; 0 where there is none.
-        row_spread: (frames, H) its standard deviation, px.
-        step: 99th percentile of the difference of neighbouring frames.
-        closed: Whether the first frame follows the last as any follows another.
+        brightness: (frames,) mean luminance of the flame's pixels, linear, 0..1.
+        row_weight: (frames, H) sum of the square root of luminance over each row.
+        row_centre: (frames, H) x of the centroid of that weight, px; 0 in dark rows.
+        row_spread: (frames, H) standard deviation of that weight along x, px.
+        step: 99th percentile of ``frame_difference`` between neighbouring frames.
+        closed: Whether the clip loops: the step from last to first frame is as small as others.
         cut_share: Share of the frames whose tip leaves the frame.
-        bounds: (left, right, top, bottom) of all that is ever fire, px.
+        bounds: (left, right, top, bottom) of the fire's extent in all frames, px.
     """
 
     mask: FireMask
@@ -53,7 +53,7 @@ class ClipMeasurements:
 
     @property
     def leans(self) -> NDArray[np.float64]:
-        """(frames,) degrees."""
+        """(frames,) lean of the flame, degrees."""
         return np.array([points.lean for points in self.points])
 
     @property
@@ -68,7 +68,7 @@ class ClipMeasurements:
 
     @property
     def base(self) -> tuple[float, float]:
-        """Where the axis of the flame meets the ground, (x, y) px."""
+        """(x, y) px at which the axis of the flame meets the ground."""
         middle = [(points.left[0] + points.right[0]) / 2 for points in self.points]
         foot = [points.bottom[1] for points in self.points]
         return float(np.median(middle)), float(np.median(foot))
@@ -79,12 +79,12 @@ class _FrameMeasurements:
     """Measurements of one frame.
 
     Attributes:
-        points: Its feature points, if it shows a flame.
-        brightness: Mean of the flame's pixels.
-        rows: (3, H) weight, centre and spread.
-        edges: Whether the flame meets the left, right, top and bottom edge, and whether it does so
-            at the top over more than half its width.
-        has_rival: Whether it shows a second flame.
+        points: Its feature points; None if it shows no flame.
+        brightness: Mean luminance of the flame's pixels.
+        rows: (3, H) weight, centre and spread of each row, as in ``ClipMeasurements``.
+        edges: Whether the flame touches the left, right, top and bottom edge, and whether it
+            touches the top edge over more than half its width.
+        has_rival: Whether it shows a second flame beside the first.
     """
 
     points: FeaturePoints | None
@@ -95,20 +95,20 @@ class _FrameMeasurements:
 
 
 def frame_difference(one: Pixels, other: Pixels) -> float:
-    """Return the root of the summed squared difference of two frames, linear light. It grows with
-    the scale of the fire, but not with empty room around it."""
+    """Return the root of the summed squared difference of two frames in linear light. A sum, not a
+    mean, so that empty room around the fire does not change it."""
     return float(np.sqrt(np.square(one - other).sum(dtype=np.float64)))
 
 
 def measure_clip(
     clip: Clip, name: str, threshold: float | None, workers: Workers
 ) -> ClipMeasurements:
-    """Measure every frame of ``clip``; ``name`` is what messages call it.
+    """Measure every frame of ``clip``; messages call it ``name``.
 
-    Without a ``threshold``, the brightness (0..255) above which a pixel is flame, it is chosen.
+    ``threshold`` is the brightness (0..255) above which a pixel is flame; None: chosen here.
 
     Raises:
-        SourceError: There is no single, upright, whole flame in it to learn from.
+        SourceError: The clip does not show a single, upright flame that is not cut off.
     """
     mask = FireMask.of(clip, threshold)
     _refuse_length(name, clip.count)
@@ -119,7 +119,7 @@ def measure_clip(
     visible = np.zeros((clip.height, clip.width), np.bool_)
     for frame, flame, fire in workers.map(lambda i: _measure(clip, mask, i), range(clip.count)):
         flame_count += flame
-        visible |= fire[..., 3] > _VISIBLE
+        visible |= fire[..., 3] > _MAX_EMPTY_COVERAGE
         if found:
             steps.append(frame_difference(before, fire))
         first, before = first if found else fire, fire
@@ -140,7 +140,7 @@ def measure_clip(
         row_centre=centre,
         row_spread=spread,
         step=float(np.quantile(steps, 0.99)),
-        closed=seam <= _SEAM * float(np.quantile(steps, 0.9)),
+        closed=seam <= _MAX_SEAM_RATIO * float(np.quantile(steps, 0.9)),
         cut_share=cut_share,
         bounds=_bounds(visible),
     )
@@ -149,7 +149,7 @@ def measure_clip(
 def _measure(
     clip: Clip, mask: FireMask, i: int
 ) -> tuple[_FrameMeasurements, NDArray[np.bool_], Pixels]:
-    """Measure one frame; return its flame (H, W) and its fire alone as well."""
+    """Measure one frame; also return the mask (H, W) of its flame and the fire alone."""
     pixels = clip.read(i)
     binarized = mask.binarized(pixels)
     flame = largest_flame(binarized)
@@ -170,7 +170,7 @@ def _measure(
 
 
 def _row_moments(weight: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(3, H): sum, centroid and standard deviation of each row of weights (H, W)."""
+    """Return (3, H): sum, centroid and standard deviation of each row of weights (H, W)."""
     x = np.arange(weight.shape[1]) + 0.5
     mass = weight.sum(axis=1)
     safe = np.maximum(mass, 1e-9)
@@ -180,13 +180,13 @@ def _row_moments(weight: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _bounds(visible: NDArray[np.bool_]) -> tuple[int, int, int, int]:
-    """Return (left, right, top, bottom) of the pixels of a mask (H, W) that are set."""
+    """Return (left, right, top, bottom) of the box of all set pixels of a mask (H, W)."""
     rows, columns = np.flatnonzero(visible.any(axis=1)), np.flatnonzero(visible.any(axis=0))
     return int(columns[0]), int(columns[-1]) + 1, int(rows[0]), int(rows[-1]) + 1
 
 
 def _has_rival(binarized: NDArray[np.uint8], flame: NDArray[np.bool_]) -> bool:
-    """Whether a second flame stands beside this one, about as large."""
+    """Return whether a second flame of similar size stands beside this one."""
     rest = (binarized > 0) & ~flame
     other = largest_flame(rest.astype(np.uint8))
     if np.count_nonzero(other) < 0.35 * np.count_nonzero(flame):
@@ -196,7 +196,7 @@ def _has_rival(binarized: NDArray[np.uint8], flame: NDArray[np.bool_]) -> bool:
 
 
 def _without_gaps(points: list[FeaturePoints | None]) -> list[FeaturePoints]:
-    """Return the points of every frame: where no flame was found, of the last one before."""
+    """Return the points of every frame; a frame without flame takes those of the frame before."""
     known = next(each for each in points if each is not None)
     filled = []
     for each in points:
@@ -208,8 +208,8 @@ def _without_gaps(points: list[FeaturePoints | None]) -> list[FeaturePoints]:
 def _no_fire(name: str, mask: FireMask, seen: int, count: int) -> str:
     if not mask.fire.any():
         return (
-            f"{name}: no fire found: nothing in it moves and is bright; a fire to learn from "
-            f"flickers, and its frames differ"
+            f"{name}: no fire found: nothing in it moves and is bright; choose a clip in which the "
+            f"fire flickers, so that its frames differ"
         )
     return (
         f"{name}: no fire found in {count - seen} of {count} frames: too little in them is "
@@ -221,8 +221,8 @@ def _no_fire(name: str, mask: FireMask, seen: int, count: int) -> str:
 def _refuse_length(name: str, count: int) -> None:
     if count < MIN_FRAMES:
         raise SourceError(
-            f"{name}: has {count} frame{'s' * (count > 1)}; how a fire moves is learnt "
-            f"from at least {MIN_FRAMES}, best from 8 to 60"
+            f"{name}: has {count} frame{'s' * (count > 1)}; a profile is learnt from at "
+            f"least {MIN_FRAMES}, best from 8 to 60"
         )
     if count > MAX_FRAMES:
         raise SourceError(
@@ -235,14 +235,14 @@ def _refuse_rivals(name: str, frames: list[_FrameMeasurements]) -> None:
     rivals = sum(frame.has_rival for frame in frames)
     if rivals > 0.6 * len(frames):
         raise SourceError(
-            f"{name}: shows several flames beside one another in {rivals} of {len(frames)} frames; "
-            f"a profile is of one flame: crop the clip to it, or set source.threshold lower if "
-            f"they are one"
+            f"{name}: shows several flames side by side in {rivals} of {len(frames)} frames; "
+            f"a profile is of one flame: crop the clip to one, or set source.threshold lower if "
+            f"they belong together"
         )
 
 
 def _refuse_cut(name: str, frames: list[_FrameMeasurements]) -> float:
-    """Return the share of frames whose tip is cut off, if the flame is whole otherwise."""
+    """Return the share of frames whose tip is cut off; refuse flames cut off more than that."""
     left, right, top, bottom, wide = np.mean([frame.edges for frame in frames], axis=0)
     advice = "film it with room on all sides, or set source.threshold higher if this is its glow"
     if min(left, right, top, bottom) > 0.5:
@@ -259,8 +259,8 @@ def _refuse_cut(name: str, frames: list[_FrameMeasurements]) -> float:
 
 
 def _refuse_tilted(name: str, present: NDArray[np.float32]) -> None:
-    """Refuse fire that does not burn upwards: from the pixels that are always flame to those that
-    sometimes are."""
+    """Refuse fire that does not burn upwards, which is the direction from the pixels that are
+    always flame to those that sometimes are."""
     always, sometimes = present > 0.8, (present > 0.05) & (present < 0.5)
     if not always.any() or not sometimes.any():
         return
@@ -272,6 +272,6 @@ def _refuse_tilted(name: str, present: NDArray[np.float32]) -> None:
         return
     where = "downwards" if -up > abs(right) else "to the right" if right > 0 else "to the left"
     raise SourceError(
-        f"{name}: the fire burns {where}; a profile is of fire that rises: turn the clip so that "
-        f"its base is at the bottom"
+        f"{name}: the fire burns {where}; a profile is of fire that burns upwards: turn the clip "
+        f"so that its base is at the bottom"
     )
