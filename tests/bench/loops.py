@@ -39,7 +39,7 @@ from fire_atlas.timeline.arrange import arrange
 from fire_atlas.timeline.cutting import analyse_cuts, best_cut
 from fire_atlas.timeline.edit_list import loop_edit
 from fire_atlas.vision.loop_figures import LoopFigures, loop_figures
-from tests.support.fires import ALL_CLIPS, kept, real_clip
+from tests.support.clips import ALL_CLIPS, kept, real_clip
 
 HEADS = ("clip", "closed by", "frames", "seam", "step", "flow", "detail", "clip", "light",
          "plan ms", "made ms")  # fmt: skip

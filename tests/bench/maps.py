@@ -38,7 +38,7 @@ import numpy as np
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.cli import main as fire_atlas
 from fire_atlas.core.clip import Clip
-from tests.support.fires import ALL_CLIPS, real_clip
+from tests.support.clips import ALL_CLIPS, real_clip
 from tests.support.flipbook import ENGINES, Picture, plain, read_flipbook
 
 LEAST = {

@@ -46,7 +46,8 @@ from tests.support.clip_motion import (
     plume_speed,
     share_that_rises,
 )
-from tests.support.fires import ALL_CLIPS, RISING, burn, looped, real_clip
+from tests.support.clips import ALL_CLIPS, RISING, looped, real_clip
+from tests.support.effect import run_effect
 
 Pair = tuple[float, float]
 
@@ -118,9 +119,9 @@ def agreement(clip: Clip) -> Agreement:
     # What is cut or loops otherwise than the clip has no flow to compare with.
     once = {"timeline": {"loop": "none"}}
     still = {"flakes": {"scatter": 1, "rate": MANY}, **once}
-    ours = in_the_flame(burn(clip, still), flows, others)
-    default = in_the_flame(burn(clip, {"flakes": {"rate": MANY}, **once}), flows, flows)
-    papers = in_the_flame(burn(clip, {**PAPER, **once}), flows, others)
+    ours = in_the_flame(run_effect(clip, still), flows, others)
+    default = in_the_flame(run_effect(clip, {"flakes": {"rate": MANY}, **once}), flows, flows)
+    papers = in_the_flame(run_effect(clip, {**PAPER, **once}), flows, others)
     return Agreement(
         len(ours.flow),
         correlation(ours.flakes, ours.flow),
@@ -136,18 +137,20 @@ def plume(clip: Clip) -> Plume:
     """Watch the flakes of the defaults, for as long as the clip is and for longer."""
     buoyancy = Buoyancy()
     assert isinstance(buoyancy.lift, float)
-    long = burn(looped(clip, LONG), {"flakes": {"rate": PLENTY}, "timeline": {"loop": "none"}})
+    long = run_effect(
+        looped(clip, LONG), {"flakes": {"rate": PLENTY}, "timeline": {"loop": "none"}}
+    )
     figures = {figure.name: figure.value for figure in ember_figures(long.tracks)}
-    top, sides, bottom, burnt = (
+    top, sides, bottom, cold = (
         figures.get(name, math.nan)
         for name in ("left by the top", "left by the sides", "fell out of the bottom", "burnt out")
     )
     return Plume(
-        len(burn(clip).tracks.spawns),
-        share_that_rises(burn(clip, {"flakes": {"rate": MANY}})),
+        len(run_effect(clip).tracks.spawns),
+        share_that_rises(run_effect(clip, {"flakes": {"rate": MANY}})),
         plume_speed(long) / (buoyancy.lift / buoyancy.drag),
         *crowding(long),
-        (top, sides, bottom, burnt),
+        (top, sides, bottom, cold),
     )
 
 

@@ -19,7 +19,8 @@ from tests.support.clip_motion import (
     other_flow,
     share_that_rises,
 )
-from tests.support.fires import ALL_CLIPS, RISING, Burnt, burn, looped, real_clip
+from tests.support.clips import ALL_CLIPS, RISING, looped, real_clip
+from tests.support.effect import EffectRun, run_effect
 
 MANY = 600
 """Births a second, for statistics: flakes do not know of each other."""
@@ -34,9 +35,9 @@ def _clip(clips: Path, name: str) -> Clip:
 
 
 @cache
-def _long(clips: Path, name: str) -> Burnt:
+def _long(clips: Path, name: str) -> EffectRun:
     keys = {"flakes": {"rate": 200}, "timeline": {"loop": "none"}}
-    return burn(looped(_clip(clips, name), 5.0), keys)
+    return run_effect(looped(_clip(clips, name), 5.0), keys)
 
 
 @pytest.mark.parametrize("name", RISING)
@@ -45,8 +46,8 @@ def test_flakes_follow_the_flow_of_the_flame(clips: Path, name: str) -> None:
     flows = flows_of(clip, dis_flow)
     # What is cut has no frames to compare with.
     loop = "none" if name in CUT else "auto"
-    burnt = burn(clip, {"flakes": {"scatter": 1, "rate": MANY}, "timeline": {"loop": loop}})
-    places = in_the_flame(burnt, flows, flows)
+    effect = run_effect(clip, {"flakes": {"scatter": 1, "rate": MANY}, "timeline": {"loop": loop}})
+    places = in_the_flame(effect, flows, flows)
     x, y = correlation(places.flakes, places.flow)
     assert x >= 0.75 and y >= 0.6, f"{x:.2f} {y:.2f} at {len(places.flow)} places"
 
@@ -57,19 +58,19 @@ def test_flakes_follow_the_flow_by_other_methods(clips: Path, name: str) -> None
     clip = _clip(clips, name)
     flows, others = flows_of(clip, dis_flow), flows_of(clip, other_flow)
     keys = {"flakes": {"scatter": 1, "rate": MANY}, "timeline": {"loop": "none"}}
-    places = in_the_flame(burn(clip, keys), flows, others)
+    places = in_the_flame(run_effect(clip, keys), flows, others)
     x, y = correlation(places.flakes, places.other)
     assert x >= 0.75 and y >= 0.6, f"{x:.2f} {y:.2f} at {len(places.flow)} places"
 
 
 @pytest.mark.parametrize("name", RISING)
 def test_nearly_all_flakes_end_higher_than_they_began(clips: Path, name: str) -> None:
-    assert share_that_rises(burn(_clip(clips, name), {"flakes": {"rate": MANY}})) >= 0.95
+    assert share_that_rises(run_effect(_clip(clips, name), {"flakes": {"rate": MANY}})) >= 0.95
 
 
 @pytest.mark.parametrize("name", ALL_CLIPS)
 def test_no_clip_is_without_flakes(clips: Path, name: str) -> None:
-    assert len(burn(_clip(clips, name)).tracks.spawns) > 0
+    assert len(run_effect(_clip(clips, name)).tracks.spawns) > 0
 
 
 @pytest.mark.parametrize("name", RISING)

@@ -7,7 +7,7 @@ import pytest
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.pixels import Pixels
-from tests.support.fires import campfire, clip_of, real_clip
+from tests.support.clips import campfire, clip_of, real_clip
 from tests.timeline.moving import Notes, arranged, blob, circling, moving, steps, turbulent
 
 ONE_SHOTS = ("cartoon_freedoom_fire", "cartoon_wesnoth_fireball_impact")

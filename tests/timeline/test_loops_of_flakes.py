@@ -13,7 +13,8 @@ from fire_atlas.effect.flakes import appearance
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.pipeline.layers import draw
 from fire_atlas.recipe.effect import Flakes
-from tests.support.fires import burn, campfire, real_clip
+from tests.support.clips import campfire, real_clip
+from tests.support.effect import run_effect
 
 KEYS: dict[str, Any] = {"flakes": {"rate": 150, "life": [0.3, 2.6]}}
 
@@ -28,8 +29,8 @@ def _unfolded(clip: Clip, monkeypatch: pytest.MonkeyPatch) -> tuple[Tracks, list
         return list(flown)
 
     monkeypatch.setattr("fire_atlas.pipeline.simulate.track_rows", remembering)
-    burnt = burn(clip, KEYS)
-    return burnt.tracks, flown
+    effect = run_effect(clip, KEYS)
+    return effect.tracks, flown
 
 
 def _playing_for_ever(flown: list[Any], count: int, n: int) -> Any:
@@ -64,7 +65,7 @@ def test_frame_0_is_frame_n_of_a_fire_that_has_burnt_for_ever(
 
 
 def test_the_air_at_the_seam_changes_as_it_does_elsewhere(clips: Path) -> None:
-    field = burn(real_clip(clips, "real_candle_red"), {}).analysis.field
+    field = run_effect(real_clip(clips, "real_candle_red"), {}).analysis.field
     planes = np.stack([field.u, field.v])
     changes = [np.sqrt(np.mean((a - b) ** 2)) for a, b in pairwise(planes.swapaxes(0, 1))]
     seam = np.sqrt(np.mean((planes[:, -1] - planes[:, 0]) ** 2))

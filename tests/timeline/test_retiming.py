@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from fire_atlas.core.clip import Clip
-from tests.support.fires import VX, VY, burn, campfire, clip_of, real_clip
+from tests.support.clips import campfire, clip_of, real_clip
+from tests.support.effect import VX, VY, run_effect
 from tests.timeline.moving import Notes, arranged, blob, centre, circling, moving, steps, turbulent
 
 
@@ -90,7 +91,7 @@ def test_sparks_are_as_fast_as_at_the_rate_of_the_clip(clips: Path, name: str) -
 
     def speed(**timeline: Any) -> float:
         keys = {"flakes": {"rate": 1200, "bursts": 0}, "timeline": timeline}
-        rows = np.concatenate([burn(clip, {"seed": seed, **keys}).rows for seed in range(3)])
+        rows = np.concatenate([run_effect(clip, {"seed": seed, **keys}).rows for seed in range(3)])
         return float(np.median(np.hypot(rows[:, VX], rows[:, VY])))
 
     own = speed()

@@ -8,7 +8,7 @@ import pytest
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.vision.loop_figures import Figures, LoopFigures, loop_figures
-from tests.support.fires import clip_of, real_clip
+from tests.support.clips import clip_of, real_clip
 from tests.timeline.moving import arranged, blob, centre, moving, turbulent
 
 CUT = ("real_candle_red", "real_firewall_stock")

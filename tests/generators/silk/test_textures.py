@@ -20,7 +20,7 @@ from fire_atlas.generators.silk.motion_synthesis import (
 )
 from fire_atlas.generators.silk.procedural_texture import synthesise_texture
 from fire_atlas.generators.silk.texture import TextureLoop
-from tests.support.fires import real_clip
+from tests.support.clips import real_clip
 
 Array = NDArray[np.float32]
 BURNER = Burner(
