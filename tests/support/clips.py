@@ -1,10 +1,9 @@
 """Fire clips to test on: the samples, which everybody has, and real footage where it is."""
 
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.shipped import shipped
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources.frames import open_frames
-from tests.support.requirements import missing
+from tests.support.requirements import real_clips
 
 SAMPLES: dict[str, dict[str, Any]] = {
     "campfire": {"path": "campfire", "fps": 24.0},
@@ -24,10 +23,12 @@ SAMPLES: dict[str, dict[str, Any]] = {
     "torch": {"path": "torch.gif", "matte": "luminance"},
     "fireball": {"path": "fireball", "fps": 24.0},
     "explosion": {"path": "explosion", "fps": 24.0},
+    "cartoon": {"path": "cartoon_flame.png", "fps": 12.0, "grid": {"columns": 6, "rows": 4}},
+    "pixel_art": {"path": "pixel_flame.png", "fps": 10.0, "grid": {"columns": 8, "rows": 1}},
 }
 """Sources of the sample clips, as the ready recipes open them."""
 
-RISING_SAMPLES = ("campfire", "candle", "torch")
+RISING_SAMPLES = ("campfire", "candle", "torch", "cartoon", "pixel_art")
 """Samples of a flame that rises."""
 
 RISING = (
@@ -46,13 +47,7 @@ def real(name: str, *values: object) -> ParameterSet:
     return pytest.param(name, *values, marks=pytest.mark.clips)
 
 
-def real_clips() -> Path:
-    """Return the folder of real clips that FIRE_ATLAS_CLIPS names; skip the test without it."""
-    named = os.environ.get("FIRE_ATLAS_CLIPS")
-    return Path(named) if named else missing("FIRE_ATLAS_CLIPS does not name a folder of clips")
-
-
-@cache
+@lru_cache(maxsize=8)  # 65 MB each on average
 def open_clip(name: str, height: int | None = None, count: int | None = None) -> Clip:
     """Return a sample or a real clip by its name, in memory, at its own rate."""
     if name not in SAMPLES:
