@@ -1,14 +1,11 @@
-"""Embers are as embers are: heat, colour, size, streaks, bursts and flicker, on three clips."""
+"""Embers are as embers are: heat, colour, size, streaks, bursts and flicker, on several clips."""
 
 import math
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import srgb_to_linear
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flakes.appearance import (
@@ -23,7 +20,7 @@ from fire_atlas.effect.flakes.statistics import ember_figures
 from fire_atlas.pipeline.layers import draw
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
 from fire_atlas.recipe.effect import Flakes
-from tests.support.clips import campfire, looped, real_clip
+from tests.support.clips import looped, open_clip, real
 from tests.support.effect import (
     AGE,
     LIFE,
@@ -44,33 +41,19 @@ from tests.support.effect import (
     run_effect,
 )
 
-CLIPS = ("campfire", "real_fireplace_gif", "sim_unity_flame03")
+SAMPLES = ("campfire", "torch")
+REAL = ("real_fireplace_gif", "sim_unity_flame03")
 SECONDS = 12.8
-"""Whole rounds of the real clips, so that the frames looked at first are like all others."""
+"""Whole rounds of most clips, so that the frames looked at first are like all others."""
 
 RATE = 400
 
 
-def _clip(name: str, clips: Path) -> Clip:
-    return looped(campfire() if name == "campfire" else real_clip(clips, name), SECONDS)
-
-
-@cache
-def _long(name: str, clips: Path) -> EffectRun:
+@pytest.fixture(scope="module", params=[*SAMPLES, *map(real, REAL)])
+def effect(request: pytest.FixtureRequest) -> EffectRun:
     """A long run, so that most of it is steady; without bursts, which are counted apart."""
     keys = {"flakes": {"rate": RATE, "bursts": 0}, "timeline": {"loop": "none"}}
-    return run_effect(_clip(name, clips), keys)
-
-
-@cache
-def _sparkling(name: str, clips: Path) -> EffectRun:
-    """A long run of the defaults."""
-    return run_effect(_clip(name, clips), {"timeline": {"loop": "none"}})
-
-
-@pytest.fixture(params=CLIPS)
-def effect(request: pytest.FixtureRequest, clips: Path) -> EffectRun:
-    return _long(request.param, clips)
+    return run_effect(looped(open_clip(request.param), SECONDS), keys)
 
 
 def _flakes(effect: EffectRun) -> Flakes:
@@ -187,15 +170,20 @@ def test_blur_keeps_the_light_of_flakes(effect: EffectRun) -> None:
     assert streaks == pytest.approx(light, rel=0.01)
 
 
-def test_all_four_ends_of_life_occur_over_long_runs(clips: Path) -> None:
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "names",
+    [("campfire", "torch", "candle"), pytest.param(("campfire", *REAL), marks=pytest.mark.clips)],
+)
+def test_all_four_ends_of_life_occur_over_long_runs(names: tuple[str, ...]) -> None:
     shares = dict.fromkeys(("left by the top", "left by the sides", "burnt out", "fell back"), 0.0)
-    for name in CLIPS:
-        effect = _sparkling(name, clips)
+    for name in names:
+        effect = run_effect(looped(open_clip(name), SECONDS), {"timeline": {"loop": "none"}})
         for figure in ember_figures(effect.tracks):
             if figure.name in shares:
-                shares[figure.name] += figure.value / len(CLIPS)
+                shares[figure.name] += figure.value / len(names)
         fallen = [f[-1, Y] > f[:, Y].min() + 0.02 * effect.clip.height for f in effect.flights(2)]
-        shares["fell back"] += float(np.mean(fallen)) / len(CLIPS)
+        shares["fell back"] += float(np.mean(fallen)) / len(names)
     assert all(share > 0.005 for share in shares.values()), shares
 
 
@@ -215,6 +203,7 @@ def _bursts(rate: float, frames: int) -> list[tuple[float, int]]:
     return sorted(bursts)
 
 
+@pytest.mark.slow
 def test_bursts_of_3_to_14_sparks_come_at_exponential_intervals() -> None:
     bursts = _bursts(rate=1.0, frames=12000)
     assert len(bursts) == pytest.approx(500, rel=0.15)

@@ -1,6 +1,5 @@
 """How flakes end up in the frames: edges, halo, pixel art, or not at all."""
 
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -17,7 +16,7 @@ from fire_atlas.effect.flame.study import study_flame
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
 from fire_atlas.pipeline.layers import Layers, RenderSettings, compose_layers, draw
 from fire_atlas.recipe.effect import Flakes
-from tests.support.clips import campfire, clip_of, looped, real_clip
+from tests.support.clips import campfire, clip_of, looped, open_clip, real
 from tests.support.effect import (
     ID,
     A,
@@ -153,13 +152,15 @@ def test_pixel_flakes_of_a_painting_have_only_its_colours(edge: str) -> None:
     _check_palette(_painted(), edge)
 
 
-def test_pixel_flakes_of_real_pixel_art_have_only_its_colours(clips: Path) -> None:
-    _check_palette(real_clip(clips, "cartoon_freedoom_fire"), "fade")
+@pytest.mark.parametrize("name", ["pixel_art", real("cartoon_freedoom_fire")])
+def test_pixel_flakes_of_pixel_art_have_only_its_colours(name: str) -> None:
+    _check_palette(open_clip(name), "fade")
 
 
-def test_pixel_flakes_on_nothing_are_never_near_black(clips: Path) -> None:
+@pytest.mark.parametrize("name", ["pixel_art", real("cartoon_freedoom_fire")])
+def test_pixel_flakes_on_nothing_are_never_near_black(name: str) -> None:
     """A flake that goes out beside the flame must not end as a dark, opaque dot."""
-    clip = real_clip(clips, "cartoon_freedoom_fire")
+    clip = open_clip(name)
     effect = run_effect(clip, PIXEL_ART)
     dark, seen = 0, 0
     for i in range(clip.count):
