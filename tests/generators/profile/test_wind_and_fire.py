@@ -1,7 +1,6 @@
 """Wind drives the fire: it leans, mirrors, settles, and its gusts close."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,11 +18,12 @@ from fire_atlas.sources.registry import SourceSettings, open_source
 from tests.generators.profile.likeness import (
     Array,
     generated,
+    learnt_from,
     learnt_kite,
-    learnt_real,
     look_at_fire,
     settings,
 )
+from tests.support.clips import real
 
 
 @pytest.fixture(scope="module")
@@ -67,8 +67,9 @@ def test_wind_along_the_view_does_not_lean_it(profile: Profile) -> None:
     assert float(away.mean()) == pytest.approx(float(still.mean()), abs=2)
 
 
-def test_a_real_fire_leans_and_a_sustained_force_settles(clips: Path) -> None:
-    profile = learnt_real(clips / "real_candle_red")
+@pytest.mark.parametrize("name", ["candle", real("real_candle_red")])
+def test_a_fire_leans_and_a_sustained_force_settles(name: str) -> None:
+    profile = learnt_from(name)
     lean = leans(profile, sets_in(2.0, 3.0), frames=216, loop=False)
     onset, sustained = lean[52:84], lean[140:]
     assert sustained.mean() - lean[:48].mean() > 12
