@@ -218,6 +218,7 @@ def _brightest(effect: EffectRun, i: int) -> float:
     return float(as_light(bare)[..., :3].max())
 
 
+@pytest.mark.slow
 @settings(
     max_examples=100,
     deadline=None,

@@ -47,6 +47,7 @@ def test_a_sprite_of_few_pixels_is_not_covered_with_flakes(name: str) -> None:
     assert np.mean(covered) - np.mean(plain) < 0.15
 
 
+@pytest.mark.slow
 def test_the_number_does_not_depend_on_the_resolution() -> None:
     """Where flakes can be drawn as small as they are."""
     assert _shed(campfire(400)) == pytest.approx(_shed(campfire(320)), rel=0.15)

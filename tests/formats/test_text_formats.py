@@ -1,7 +1,6 @@
 """Formats that are templates: CSS, Unity's tpsheet, and the user's own."""
 
 import re
-import time
 from pathlib import Path
 
 import pytest
@@ -118,6 +117,7 @@ def test_a_hostile_or_broken_template_is_refused_with_advice(
         rendered(text, tmp_path)
 
 
+@pytest.mark.timeout(60)
 @pytest.mark.parametrize(
     "text",
     [
@@ -129,11 +129,9 @@ def test_a_hostile_or_broken_template_is_refused_with_advice(
 def test_a_template_without_end_is_stopped(
     text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(user_template, "MAX_SECONDS", 2)
-    start = time.monotonic()
-    with pytest.raises(OutputError, match=r"stopped after 2 s|too much|[Rr]ecursion"):
+    monkeypatch.setattr(user_template, "MAX_SECONDS", 1)
+    with pytest.raises(OutputError, match=r"stopped after 1 s|too much|[Rr]ecursion"):
         rendered(text, tmp_path)
-    assert time.monotonic() - start < 20
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ import json
 import os
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -305,12 +304,12 @@ def test_each_step_of_a_commit_is_on_the_disk_before_the_next(
     ]  # fmt: skip
 
 
+@pytest.mark.timeout(60)
 def test_waiting_ends_when_the_other_dies(out: Path) -> None:
-    with another_build(out, "x", 60) as other:
+    with another_build(out, "x", 600) as other:
         other.kill()
-        begun = time.monotonic()
         write_new(out)
-    assert time.monotonic() - begun < 30
+    assert contents(out)["a.png"] == NEW["a.png"]
 
 
 @posix

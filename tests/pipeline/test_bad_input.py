@@ -1,7 +1,6 @@
 """Broken clips: a message that helps, the previous outputs whole, nothing left lying about."""
 
 import struct
-import time
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -88,7 +87,7 @@ def test_an_empty_folder_is_told(repo: Repo) -> None:
 
 
 def huge_png(side: int) -> bytes:
-    """Return a PNG of side² grey pixels, none of which has to be written down."""
+    """Return a PNG of side² grey pixels by its header, which breaks off after a mebibyte."""
 
     def chunk(name: bytes, body: bytes) -> bytes:
         checksum = zlib.crc32(name + body)
@@ -99,12 +98,10 @@ def huge_png(side: int) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", pixels)
 
 
-def test_a_picture_too_large_is_refused_at_once(repo: Repo) -> None:
+def test_a_picture_too_large_is_refused_by_its_header_alone(repo: Repo) -> None:
     (repo.folder / "clip").mkdir()
     (repo.folder / "clip" / "0000.png").write_bytes(huge_png(30_000))
-    start = time.perf_counter()
     assert_refused(repo, repo.recipe(), "0000.png", "30000x30000", "limits")
-    assert time.perf_counter() - start < 2
 
 
 def test_a_frame_that_fits_no_page_is_told(repo: Repo) -> None:

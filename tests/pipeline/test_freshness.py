@@ -157,6 +157,7 @@ def test_an_input_that_was_another_while_it_was_read_is_not_called_fresh(
     assert_builds_once(repo, recipe)
 
 
+@pytest.mark.slow
 def test_a_clip_that_changes_while_it_is_learnt_from_is_not_called_fresh(
     repo: Repo, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -38,6 +38,7 @@ class Player:
         return len(now)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["campfire", "real_firewall_stock"])
 def test_a_hundred_loops_in_a_small_player(clips: Path, repo: Repo, name: str) -> None:
     if name == "campfire":

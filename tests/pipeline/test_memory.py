@@ -13,6 +13,8 @@ resource = pytest.importorskip("resource", reason="peaks of memory are told by P
 
 _TELL_PEAK = """
 import atexit, resource
+
+pytestmark = pytest.mark.slow
 atexit.register(lambda: print("peak", resource.getrusage(resource.RUSAGE_SELF).ru_maxrss))
 """
 

@@ -43,8 +43,8 @@ ALL_CLIPS = (*RISING, "cartoon_wesnoth_fireball_impact")
 
 
 def real(name: str, *values: object) -> ParameterSet:
-    """Return parameters of a test that runs on a real clip, marked ``clips``."""
-    return pytest.param(name, *values, marks=pytest.mark.clips)
+    """Return parameters of a test for a real clip, which not everybody has and which takes long."""
+    return pytest.param(name, *values, marks=[pytest.mark.clips, pytest.mark.slow])
 
 
 @lru_cache(maxsize=8)  # 65 MB each on average

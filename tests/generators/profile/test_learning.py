@@ -52,6 +52,7 @@ def test_every_frame_of_a_known_clip_gives_its_points_and_its_lean() -> None:
     assert front.statistics.width.median == pytest.approx(40, abs=1)
 
 
+@pytest.mark.slow
 @pytest.mark.clips
 def test_a_lit_prop_is_left_out() -> None:
     front = learnt(open_clip("real_candle_red")).front

@@ -39,8 +39,8 @@ def save(clip: Clip, folder: Path) -> Path:
 @pytest.fixture
 def repo(tmp_path: Path) -> Path:
     """A folder with the clip of a swaying flame, and one of the same from the right."""
-    save(swaying()[0], tmp_path / "front")
-    save(swaying(half=28.0)[0], tmp_path / "side")
+    save(swaying(16)[0], tmp_path / "front")
+    save(swaying(16, half=28.0)[0], tmp_path / "side")
     return tmp_path
 
 
@@ -76,6 +76,7 @@ def test_views_are_animations_of_their_own(repo: Path) -> None:
     assert "fire.view_1.flakes.json" in files
 
 
+@pytest.mark.slow
 def test_the_same_bytes_at_any_worker_count(repo: Path) -> None:
     path = recipe(repo, views={"count": 2}, flakes={"rate": 20})
     assert built(path, "--jobs", "1") == built(path, "--jobs", "5")
@@ -92,6 +93,7 @@ def test_a_profile_file_builds_what_its_clip_builds(repo: Path) -> None:
     assert of_file["fire.json"] == of_clip["fire.json"]
 
 
+@pytest.mark.slow
 def test_a_build_is_fresh_until_either_clip_changes(repo: Path) -> None:
     path = recipe(repo, {"side_path": "side"})
     built(path)
@@ -101,6 +103,7 @@ def test_a_build_is_fresh_until_either_clip_changes(repo: Path) -> None:
     assert code == 0 and "up to date" not in said
 
 
+@pytest.mark.slow
 def test_learning_from_two_sides_on_the_command_line(repo: Path) -> None:
     out = repo / "both.profile.json"
     sides = repo / "front", "--side", repo / "side"
@@ -192,6 +195,7 @@ def test_learn_names_its_output_and_will_not_overwrite_its_input(
     assert code == 2 and "ends in .json" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("taken", ["kite.profile.json", "kite.profile.png"])
 def test_learn_replaces_a_file_only_when_that_is_asked_for(repo: Path, taken: str) -> None:
     (repo / taken).write_text("mine")

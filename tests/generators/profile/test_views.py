@@ -18,6 +18,8 @@ from tests.generators.profile.likeness import (
 )
 from tests.support.clips import real
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module", params=["torch", real("sim_unity_flame03")])
 def profile(request: pytest.FixtureRequest) -> Profile:

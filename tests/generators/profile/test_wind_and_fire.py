@@ -46,12 +46,14 @@ def leans(profile: Profile, blows: Wind, frames: int = 72, loop: bool = True) ->
     return look_at_fire(clip, profile.front.threshold).leans
 
 
+@pytest.mark.slow
 def test_the_lean_rises_with_every_level(profile: Profile) -> None:
     means = [float(leans(profile, wind(level=float(level))).mean()) for level in range(6)]
     assert (np.diff(means) > 3).all(), means
     assert means[-1] == pytest.approx(LEAN_PER_LEVEL * 5, abs=5)
 
 
+@pytest.mark.slow
 def test_it_mirrors_with_the_direction(profile: Profile) -> None:
     still = float(leans(profile, wind()).mean())
     right, left = (
@@ -62,11 +64,13 @@ def test_it_mirrors_with_the_direction(profile: Profile) -> None:
     assert right > 10
 
 
+@pytest.mark.slow
 def test_wind_along_the_view_does_not_lean_it(profile: Profile) -> None:
     still, away = (leans(profile, wind(**keys)) for keys in ({}, {"level": 4.0, "direction": 90.0}))
     assert float(away.mean()) == pytest.approx(float(still.mean()), abs=2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["candle", real("real_candle_red")])
 def test_a_fire_leans_and_a_sustained_force_settles(name: str) -> None:
     profile = learnt_from(name)
@@ -85,6 +89,7 @@ def test_under_a_sustained_force_the_fire_sways_less_and_less() -> None:
     assert (np.diff(gain[start:]) <= 1e-9).all() and gain[-1] < 0.45
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [None, 2, 3])
 @pytest.mark.parametrize("preset", ["windy_torch", "endless_candle"])
 def test_gusts_close_with_the_loop(preset: str, seed: int | None) -> None:
