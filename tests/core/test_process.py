@@ -29,6 +29,7 @@ def test_nothing_in_the_working_folder_passes_for_a_module(
     assert not (tmp_path / "came here").exists()
 
 
+@pytest.mark.slow
 def test_what_takes_too_long_is_killed() -> None:
     endless = "{% for a in range(9999) %}{% for b in range(99999) %}{% endfor %}{% endfor %}"
     asked = {"template": endless, "to": "x", "context": {}}

@@ -53,6 +53,7 @@ def test_the_number_does_not_depend_on_the_resolution() -> None:
     assert _shed(campfire(400)) == pytest.approx(_shed(campfire(320)), rel=0.15)
 
 
+@pytest.mark.slow
 def test_the_same_fire_in_a_larger_frame_sheds_fewer_as_flakes_are_larger_there() -> None:
     clip = campfire(240)
 
@@ -109,6 +110,7 @@ def test_flakes_of_a_fire_that_dies_out_are_cold_when_it_ends(name: str) -> None
     assert max(lit) > 20 and lit[-1] == 0 and lit[-2] > 0
 
 
+@pytest.mark.slow
 def test_a_fire_burns_on_after_a_flash() -> None:
     frames = [campfire(120).read(i) for i in range(16)]
     frames[2] = np.ones_like(frames[2])

@@ -135,6 +135,7 @@ def _drift(effect: EffectRun) -> float:
     return float(np.mean([f[-1, X] - f[0, X] for f in effect.flights(4)])) / effect.clip.height
 
 
+@pytest.mark.slow
 def test_flakes_lean_with_the_wind_and_more_in_a_stronger_one() -> None:
     drifts = [_drift(_blown(level, 0.0)) for level in (0.0, 1.0, 2.5, 5.0)]
     assert drifts == sorted(drifts)

@@ -117,6 +117,7 @@ def test_a_hostile_or_broken_template_is_refused_with_advice(
         rendered(text, tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(60)
 @pytest.mark.parametrize(
     "text",

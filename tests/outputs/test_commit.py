@@ -247,6 +247,7 @@ def another_build(out: Path, name: str, seconds: float) -> Iterator[subprocess.P
             process.kill()
 
 
+@pytest.mark.slow
 def test_a_build_waits_for_another_of_its_name_and_says_for_whom(out: Path) -> None:
     told = list[str]()
     with another_build(out, "x", 1) as other, Staging(out, "x", told.append):

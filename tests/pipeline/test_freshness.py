@@ -313,6 +313,7 @@ def test_what_another_build_wrote_is_never_written_over(repo: Repo) -> None:
     assert repo.run("build", repo.recipe(), *many).code == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("force", [(), ("--force",)])
 def test_a_build_that_waited_for_another_of_the_same_finds_it_done(
     repo: Repo, force: tuple[str, ...]

@@ -13,8 +13,6 @@ resource = pytest.importorskip("resource", reason="peaks of memory are told by P
 
 _TELL_PEAK = """
 import atexit, resource
-
-pytestmark = pytest.mark.slow
 atexit.register(lambda: print("peak", resource.getrusage(resource.RUSAGE_SELF).ru_maxrss))
 """
 
@@ -29,6 +27,7 @@ def peak_without_pages(repo: Repo, recipe: Path) -> float:
     return (peak - sum(4 * int(width) * int(height) for width, height in pages)) / 1e6
 
 
+@pytest.mark.slow
 def test_a_clip_ten_times_as_long_takes_hardly_more(repo: Repo) -> None:
     """Its 360 frames of 320 x 256, kept as floats, would take 470 MB."""
     clip = repo.clip(count=36, height=320)

@@ -23,6 +23,7 @@ from tests.support.repo import (
     script,
 )
 
+pytestmark = pytest.mark.slow
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals and permissions of POSIX")
 
 
@@ -176,8 +177,6 @@ def test_a_commit_that_fails_half_way_is_undone(repo: Repo, name: str) -> None:
 _SIGNALLED_AT = """
 import os, signal
 from pathlib import Path
-
-pytestmark = pytest.mark.slow
 replace, left = Path.replace, [{after}]
 def signalled(self, target):
     left[0] -= 1

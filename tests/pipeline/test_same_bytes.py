@@ -31,6 +31,7 @@ AS_AN_OLDER_CPU = {
 """The libraries' own switches that turn instruction sets off."""
 
 
+@pytest.mark.slow
 def test_the_number_of_workers_changes_nothing(repo: Repo) -> None:
     repo.clip(count=12)
     recipe = repo.recipe(**KEYS)
@@ -67,6 +68,7 @@ def test_the_folder_a_build_is_started_in_changes_nothing(
     assert repo.built(Path("fire.yaml"), "--force") == away
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [
@@ -85,6 +87,7 @@ def test_the_environment_changes_nothing(repo: Repo, changes: dict[str, str]) ->
     assert contents(repo.build) == here
 
 
+@pytest.mark.slow
 def test_two_fresh_processes_write_the_same_manifest(tmp_path: Path) -> None:
     manifests = []
     for place in ("one", "two"):

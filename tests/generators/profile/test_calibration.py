@@ -43,6 +43,7 @@ def test_a_fire_sways_as_far_as_its_clip(seed: int) -> None:
     assert np.abs(np.diff(moved, axis=0)).max() < 1.5 * most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loop", [True, False])
 @pytest.mark.parametrize("name", ["pixel_art", real("cartoon_tauran_flame_sheet")])
 def test_time_goes_slower_where_a_fire_would_jump_and_never_back(name: str, loop: bool) -> None:
@@ -64,6 +65,7 @@ def test_time_goes_slower_where_a_fire_would_jump_and_never_back(name: str, loop
     assert fire.time_rate(95) == pytest.approx(np.diff(times)[-1])
 
 
+@pytest.mark.slow
 def test_a_short_fire_need_not_lean_as_all_of_its_clip() -> None:
     profile = learnt_kite()
     with Workers(2) as workers:

@@ -63,6 +63,7 @@ def test_the_same_settings_give_the_same_twice_and_another_seed_is_another() -> 
     assert not all(np.array_equal(one.read(i), other.read(i)) for i in order)
 
 
+@pytest.mark.slow
 def test_a_loop_closes_and_what_plays_once_does_not() -> None:
     profile = learnt_kite()
 
@@ -92,6 +93,7 @@ def test_frames_are_sound_pixels() -> None:
         assert edge[:, 3].max() < 0.02, "nothing is cut off"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slices", [1, 2, 64])
 @pytest.mark.parametrize("particles", [4, 300])
 def test_any_number_of_slices_and_particles_gives_a_whole_flame(
@@ -118,6 +120,7 @@ def test_a_bent_fire_leaves_its_base_upright() -> None:
     assert bent[3] == pytest.approx(1) and bent[4] == pytest.approx(1.015)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["torch", real("sim_unity_flame03")])
 def test_the_flow_is_that_of_the_frames(name: str) -> None:
     import cv2

@@ -68,6 +68,7 @@ def test_a_recipe_builds_new_frames_of_any_length(repo: Path) -> None:
     assert manifest["inputs"][0]["path"] == "front/0000.png"
 
 
+@pytest.mark.slow
 def test_views_are_animations_of_their_own(repo: Path) -> None:
     keys: dict[str, Any] = {"views": {"count": 3, "elevation": 20}, "flakes": {"rate": 20}}
     files = built(recipe(repo, {"side_path": "side"}, **keys))
@@ -82,6 +83,7 @@ def test_the_same_bytes_at_any_worker_count(repo: Path) -> None:
     assert built(path, "--jobs", "1") == built(path, "--jobs", "5")
 
 
+@pytest.mark.slow
 def test_a_profile_file_builds_what_its_clip_builds(repo: Path) -> None:
     code, said = run("learn", repo / "front", "-o", repo / "kite.profile.json")
     assert code == 0, said
@@ -144,8 +146,8 @@ def test_mistakes_in_a_recipe_are_refused_with_advice(
     [
         ({"loop": "pingpong"}, "timeline.loop: pingpong joins the ends of a clip"),
         ({"loop": "crossfade"}, "timeline.loop: crossfade joins the ends of a clip"),
-        ({"overlap": 4}, "timeline.overlap: is for clips"),
-        ({"loop": "none", "tail": True}, "timeline.tail: is for clips"),
+        ({"overlap": 4}, "timeline.overlap: applies to clips only"),
+        ({"loop": "none", "tail": True}, "timeline.tail: applies to clips only"),
     ],
 )
 def test_what_is_for_footage_is_refused(repo: Path, timeline: dict[str, Any], message: str) -> None:
@@ -185,6 +187,7 @@ def test_a_profile_file_does_not_take_a_side_view_too(repo: Path) -> None:
     assert code == 1 and "remove source.side_path" in said
 
 
+@pytest.mark.slow
 def test_learn_names_its_output_and_will_not_overwrite_its_input(
     repo: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -58,6 +58,7 @@ def test_a_stronger_wind_leans_the_flame_further_where_it_blows() -> None:
     assert y > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "less", "more"), [("lift", 0.5, 2.0), ("pressure", 0.5, 2.0)])
 def test_what_rises_harder_bends_less(key: str, less: float, more: float) -> None:
     keys: list[dict[str, Any]] = [{key: less}, {key: more}]
@@ -76,6 +77,7 @@ def test_oxygen_makes_the_fire_faster_and_brighter() -> None:
     assert red[0] > red[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fuel", ["wood", "candle", "gas"])
 def test_every_side_of_a_loop_closes_to_the_byte(fuel: str) -> None:
     wind = {"gusts": {"mean": 1.0, "strength": 1.0, "period": 0.5}}
@@ -198,6 +200,7 @@ def test_a_ball_in_the_flame_parts_it() -> None:
 KEYFRAMES = [{"t": 0, "at": [1, 0, 0.5]}, {"t": 0.4, "at": [0, 0, 0.3]}]
 
 
+@pytest.mark.slow
 def test_an_intruder_that_never_leaves_a_loop_is_refused_with_the_way_out() -> None:
     stays: dict[str, Any] = {"intruders": [{"shape": "sphere", "keyframes": KEYFRAMES}]}
     with pytest.raises(RecipeError, match=r"intruders\.0: is elsewhere after 1 s.*loop: none"):
