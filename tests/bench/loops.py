@@ -86,7 +86,7 @@ def _figures(read: Callable[[int], Pixels], count: int) -> LoopFigures:
 
 
 def _compared(name: str, clip: Clip) -> list[Row]:
-    """Close a clip by itself, by a hard cut and by a linear cross-fade of the same frames."""
+    """Close a clip by default, by a hard cut and by a linear cross-fade of the same frames."""
     begun = time.process_time()
     with Workers(2) as workers:
         loop = arrange(clip, Timeline(), 0.0, workers, SilentProgress())

@@ -186,22 +186,22 @@ def main() -> int:
     if not clips:
         print("FIRE_ATLAS_CLIPS does not name a folder of real clips")
         return 2
-    told = {name: (agreement(clip), plume(clip)) for name, clip in clips.items()}
-    misses = [line for name, (agrees, does) in told.items() for line in missed(name, agrees, does)]
+    rows = {name: (agreement(clip), plume(clip)) for name, clip in clips.items()}
+    misses = [line for name, (agrees, does) in rows.items() for line in missed(name, agrees, does)]
     if "--json" in sys.argv[1:]:
-        tables = {n: {"agreement": asdict(a), "plume": asdict(p)} for n, (a, p) in told.items()}
+        tables = {n: {"agreement": asdict(a), "plume": asdict(p)} for n, (a, p) in rows.items()}
         print(json.dumps({"clips": tables, "missed": misses}, indent=2))
     else:
-        print_tables(told)
+        print_tables(rows)
         print("\n".join(["", *(misses or ["all bounds are kept"])]))
     return 1 if misses else 0
 
 
-def print_tables(told: dict[str, tuple[Agreement, Plume]]) -> None:
+def print_tables(rows: dict[str, tuple[Agreement, Plume]]) -> None:
     titles = "flow", "others", "ceiling", "default", "paper", "others"
     heads = "".join(f"{title:>14}" for title in titles)
     print(f"{'clip':32}{'rows':>6}{heads}")
-    for name, (agrees, _) in told.items():
+    for name, (agrees, _) in rows.items():
         pairs = (
             agrees.flow, agrees.others, agrees.ceiling, agrees.default, agrees.paper,
             agrees.paper_others,
@@ -210,7 +210,7 @@ def print_tables(told: dict[str, tuple[Agreement, Plume]]) -> None:
     heads = "".join(f"{h:>9}" for h in ("flakes", "rise", "speed", "crowded", "cell"))
     fates = "".join(f"{h:>8}" for h in ("top", "sides", "bottom", "burnt"))
     print(f"\n{'clip':32}{heads}{fates}")
-    for name, (_, does) in told.items():
+    for name, (_, does) in rows.items():
         print(
             f"{name:32}{does.flakes:9}{does.rise:9.3f}{does.speed:9.2f}{does.crowded:9.2f}{does.cell:9.2f}"
             + "".join(f"{share:8.2f}" for share in does.fates)

@@ -92,7 +92,7 @@ def test_at_its_own_time_a_frame_is_itself(books: dict[str, Path], engine: str) 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_no_sample_leaves_its_cell(books: dict[str, Path], engine: str) -> None:
-    """Cells are told apart by their colour: no other's is ever seen, whatever the time."""
+    """Cells differ by their colour: no other's is ever seen, whatever the time."""
     book = read_flipbook(books[engine], "fire")
     x, y, width, height = book.box
     for number, (page, column, row) in enumerate(book.places):

@@ -100,7 +100,7 @@ def test_what_changes_is_built_again(watch: Start, campfire: Path) -> None:
     assert watched.ends() == 130
 
 
-def test_a_mistake_is_told_and_waited_out(watch: Start, campfire: Path) -> None:
+def test_a_mistake_is_reported_and_waited_out(watch: Start, campfire: Path) -> None:
     good = campfire.read_text()
     campfire.write_text(good + "zzz: 1\n")
     watched = watch(campfire.name)

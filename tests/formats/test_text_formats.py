@@ -160,13 +160,13 @@ def test_a_template_does_not_write_over_another_output(tmp_path: Path) -> None:
             list(exported_files(exports, product_of(sheet_of_fire()), {"mine.j2": template}))  # type: ignore[arg-type]
 
 
-def test_an_export_listed_twice_is_told() -> None:
+def test_an_export_listed_twice_is_reported() -> None:
     with pytest.raises(OutputError, match="list it once"):
         list(exported_files(["json", "json"], product_of(sheet_of_fire()), {}))
 
 
 @pytest.mark.parametrize("content", [None, b"\xff\xfe\x00", b"a" * (1 << 21)])
-def test_a_template_that_is_none_is_told(content: bytes | None, tmp_path: Path) -> None:
+def test_a_template_that_is_none_is_reported(content: bytes | None, tmp_path: Path) -> None:
     path = tmp_path / "mine.j2"
     if content is not None:
         path.write_bytes(content)

@@ -249,10 +249,10 @@ def another_build(out: Path, name: str, seconds: float) -> Iterator[subprocess.P
 
 @pytest.mark.slow
 def test_a_build_waits_for_another_of_its_name_and_says_for_whom(out: Path) -> None:
-    told = list[str]()
-    with another_build(out, "x", 1) as other, Staging(out, "x", told.append):
+    messages = list[str]()
+    with another_build(out, "x", 1) as other, Staging(out, "x", messages.append):
         assert other.wait() == 0
-    assert len(told) == 1 and f"waits for process {other.pid} on " in told[0]
+    assert len(messages) == 1 and f"waits for process {other.pid} on " in messages[0]
 
 
 def test_a_live_build_of_another_name_keeps_its_staging_folder(out: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.repo import Repo, run_alone, script
 
-resource = pytest.importorskip("resource", reason="peaks of memory are told by POSIX only")
+resource = pytest.importorskip("resource", reason="peaks of memory are known on POSIX only")
 
 _TELL_PEAK = """
 import atexit, resource

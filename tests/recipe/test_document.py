@@ -133,9 +133,9 @@ def test_a_broken_recipe_is_refused_with_its_line(
     write: Write, text: str, line: int, message: str
 ) -> None:
     path = write(text)
-    told = refusal(path)
-    assert told.startswith(f"{path}:{line}: ")
-    assert message in told
+    refused = refusal(path)
+    assert refused.startswith(f"{path}:{line}: ")
+    assert message in refused
 
 
 @pytest.mark.timeout(30)
@@ -173,11 +173,11 @@ def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path) -> None:
 
 @given(st.text())
 def test_any_text_is_read_or_refused_with_advice(text: str) -> None:
-    told = "--set a: "
+    refused = "--set a: "
     try:
         values = parse_override(f"a={text}").values
     except RecipeError as error:
-        told = str(error)
+        refused = str(error)
     else:
         assert list(values) == ["a"]
-    assert told.startswith("--set a: ")
+    assert refused.startswith("--set a: ")

@@ -56,7 +56,7 @@ def test_two_flames_that_have_nothing_in_common_are_not_shown_at_once() -> None:
     assert any("nearest" in note for note in progress.notes)
 
 
-def test_a_clip_whose_rate_is_not_asked_for_keeps_it() -> None:
+def test_a_clip_keeps_its_rate_by_default() -> None:
     clip = circling(24, 24)
     assert arranged(clip).fps == clip.fps
     assert arranged(clip, fps=24.0).picture is clip.picture
