@@ -8,7 +8,7 @@ import pytest
 from hypothesis import settings
 
 from fire_atlas.core.cpu import pin_kernels
-from tests.support.requirements import missing
+from tests.support.requirements import missing, real_clips
 
 settings.register_profile("untimed", deadline=None)  # timings live in benchmarks
 settings.load_profile("untimed")
@@ -39,8 +39,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture(scope="session")
 def clips() -> Path:
     """Return the folder of real fire clips that FIRE_ATLAS_CLIPS names."""
-    named = os.environ.get("FIRE_ATLAS_CLIPS")
-    return Path(named) if named else missing("FIRE_ATLAS_CLIPS does not name a folder of clips")
+    return real_clips()
 
 
 @pytest.fixture(scope="session")

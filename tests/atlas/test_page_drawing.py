@@ -40,11 +40,11 @@ grids = st.just({"layout": "grid"})
 def test_every_frame_can_be_cut_out_of_its_page_bit_for_bit(
     clip: list[Pixels], common: dict[str, Any], layout: dict[str, Any]
 ) -> None:
-    asked = Atlas.model_validate({**common, **layout})
-    for sheet, pages, _ in pages_of(clip, asked):
+    settings = Atlas.model_validate({**common, **layout})
+    for sheet, pages, _ in pages_of(clip, settings):
         for pixels, region in zip(clip, sheet.regions, strict=True):
             small = shrink(pixels, round(1 / sheet.scale))
-            wanted = encode_frame(small, asked.alpha, asked.blend_space)
+            wanted = encode_frame(small, settings.alpha, settings.blend_space)
             whole = np.zeros((region.frame_height, region.frame_width, 4), np.uint8)
             whole[: wanted.shape[0], : wanted.shape[1]] = wanted
             np.testing.assert_array_equal(cut(region, pages), whole)
@@ -55,10 +55,10 @@ def test_every_frame_can_be_cut_out_of_its_page_bit_for_bit(
 def test_what_surrounds_a_frame_repeats_its_edge_and_no_more(
     clip: list[Pixels], common: dict[str, Any], layout: dict[str, Any]
 ) -> None:
-    asked = Atlas.model_validate({**common, **layout})
-    for sheet, pages, _ in pages_of(clip, asked):
-        edges = Edges.of(asked, sheet.scale)
-        assert edges.extrude >= asked.extrude * sheet.scale
+    settings = Atlas.model_validate({**common, **layout})
+    for sheet, pages, _ in pages_of(clip, settings):
+        edges = Edges.of(settings, sheet.scale)
+        assert edges.extrude >= settings.extrude * sheet.scale
         for i, page in enumerate(pages):
             assert not page[owned(sheet, i, edges.extrude) == 0].any()
             assert owned(sheet, i, edges.extrude).max() == 1

@@ -39,7 +39,7 @@ from fire_atlas.timeline.arrange import arrange
 from fire_atlas.timeline.cutting import analyse_cuts, best_cut
 from fire_atlas.timeline.edit_list import loop_edit
 from fire_atlas.vision.loop_figures import LoopFigures, loop_figures
-from tests.support.fires import ALL_CLIPS, kept, real_clip
+from tests.support.clips import ALL_CLIPS, kept, real_clip
 
 HEADS = ("clip", "closed by", "frames", "seam", "step", "flow", "detail", "clip", "light",
          "plan ms", "made ms")  # fmt: skip
@@ -86,7 +86,7 @@ def _figures(read: Callable[[int], Pixels], count: int) -> LoopFigures:
 
 
 def _compared(name: str, clip: Clip) -> list[Row]:
-    """Close a clip by itself, by a hard cut and by a linear cross-fade of the same frames."""
+    """Close a clip by default, by a hard cut and by a linear cross-fade of the same frames."""
     begun = time.process_time()
     with Workers(2) as workers:
         loop = arrange(clip, Timeline(), 0.0, workers, SilentProgress())

@@ -38,7 +38,7 @@ import numpy as np
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.cli import main as fire_atlas
 from fire_atlas.core.clip import Clip
-from tests.support.fires import ALL_CLIPS, real_clip
+from tests.support.clips import ALL_CLIPS, real_clip
 from tests.support.flipbook import ENGINES, Picture, plain, read_flipbook
 
 LEAST = {
@@ -64,7 +64,7 @@ class Row:
         gain: By engine.
         wrong: Of the best wrong signs, by engine.
         seen: Of unity, where the build dropped the frames itself.
-        told: What the build said, of the half clip and of the whole one.
+        measured: What the build said, of the half clip and of the whole one.
         scale: Largest motion, px a frame of the half clip.
     """
 
@@ -72,7 +72,7 @@ class Row:
     gain: dict[str, float]
     wrong: dict[str, float]
     seen: float
-    told: tuple[float | None, float | None]
+    measured: tuple[float | None, float | None]
     scale: float
 
 
@@ -83,11 +83,11 @@ def measure(clips: Path, name: str, work: Path) -> Row:
     half.mkdir(parents=True)
     for frame in frames[::2]:
         shutil.copy(frame, half / frame.name)
-    gain, wrong, told, scale = {}, {}, None, 0.0
+    gain, wrong, measured, scale = {}, {}, None, 0.0
     for engine in ENGINES:
         folder = build(half, engine, clip.fps / 2, clip.matte, work / name / engine)
         gain[engine], wrong[engine] = gains(folder, engine, clip)
-        told = told_by(folder)
+        measured = reported_by(folder)
         scale = max(read_flipbook(folder, "fire").reading["strength"]["pixels"])
     whole = build(clips / name / "frames", "unity", clip.fps, clip.matte, work / name / "whole")
     dropped = build(
@@ -95,7 +95,7 @@ def measure(clips: Path, name: str, work: Path) -> Row:
         timeline={"loop": "none", "fps": clip.fps / 2},
     )  # fmt: skip
     seen, _ = gains(dropped, "unity", clip)
-    return Row((len(frames) - 1) // 2, gain, wrong, seen, (told, told_by(whole)), scale)
+    return Row((len(frames) - 1) // 2, gain, wrong, seen, (measured, reported_by(whole)), scale)
 
 
 def gains(folder: Path, engine: str, clip: Clip) -> tuple[float, float]:
@@ -140,7 +140,7 @@ def trim_of(folder: Path) -> tuple[int, int, int, int]:
     return box["x"], box["y"], box["w"], box["h"]
 
 
-def told_by(folder: Path) -> float | None:
+def reported_by(folder: Path) -> float | None:
     manifest = json.loads((folder / "fire.manifest.json").read_text(encoding="utf-8"))
     motion = manifest["statistics"]["motion"]
     return None if motion is None else float(motion["gain"])
@@ -198,8 +198,8 @@ def main() -> int:
         took = milliseconds(Path(scratch))
     misses = [line for name, row in rows.items() for line in missed(name, row)]
     if "--json" in sys.argv[1:]:
-        told = {name: asdict(row) for name, row in rows.items()}
-        print(json.dumps({"clips": told, "milliseconds": took, "missed": misses}, indent=2))
+        measured = {name: asdict(row) for name, row in rows.items()}
+        print(json.dumps({"clips": measured, "milliseconds": took, "missed": misses}, indent=2))
     else:
         print_table(rows, took)
         print("\n".join(["", *(misses or ["all bounds are kept"])]))
@@ -207,13 +207,17 @@ def main() -> int:
 
 
 def print_table(rows: dict[str, Row], took: tuple[float, float]) -> None:
-    heads = "".join(f"{head:>10}" for head in (*ENGINES, "wrong", "seen", "told", "whole", "px"))
+    heads = "".join(
+        f"{head:>10}" for head in (*ENGINES, "wrong", "seen", "measured", "whole", "px")
+    )
     print(f"{'clip':34}{'frames':>8}{heads}")
     for name, row in rows.items():
-        told = "".join(f"{'-' if each is None else f'{each:.1%}':>10}" for each in row.told)
+        measured = "".join(f"{'-' if each is None else f'{each:.1%}':>10}" for each in row.measured)
         gains = "".join(f"{row.gain[engine]:10.1%}" for engine in ENGINES)
         wrong = max(row.wrong.values())
-        print(f"{name:34}{row.frames:8}{gains}{wrong:10.1%}{row.seen:10.1%}{told}{row.scale:10.1f}")
+        print(
+            f"{name:34}{row.frames:8}{gains}{wrong:10.1%}{row.seen:10.1%}{measured}{row.scale:10.1f}"
+        )
     print(f"\nms a frame at 512 x 512: {took[0]:.1f} without vectors, {took[1]:.1f} with")
 
 

@@ -38,8 +38,8 @@ def peak(recipe: Path, jobs: int) -> int:
 def page_bytes(recipe: Path) -> int:
     """Return the bytes of all pages of a build, uncompressed."""
     manifest = recipe.parent / "build" / f"{recipe.stem}.manifest.json"
-    told = json.loads(manifest.read_text(encoding="utf-8"))
-    return sum(4 * width * height for width, height in told["statistics"]["pages"])
+    document = json.loads(manifest.read_text(encoding="utf-8"))
+    return sum(4 * width * height for width, height in document["statistics"]["pages"])
 
 
 def main() -> int:

@@ -46,7 +46,8 @@ from tests.support.clip_motion import (
     plume_speed,
     share_that_rises,
 )
-from tests.support.fires import ALL_CLIPS, RISING, burn, looped, real_clip
+from tests.support.clips import ALL_CLIPS, RISING, looped, real_clip
+from tests.support.effect import run_effect
 
 Pair = tuple[float, float]
 
@@ -118,9 +119,9 @@ def agreement(clip: Clip) -> Agreement:
     # What is cut or loops otherwise than the clip has no flow to compare with.
     once = {"timeline": {"loop": "none"}}
     still = {"flakes": {"scatter": 1, "rate": MANY}, **once}
-    ours = in_the_flame(burn(clip, still), flows, others)
-    default = in_the_flame(burn(clip, {"flakes": {"rate": MANY}, **once}), flows, flows)
-    papers = in_the_flame(burn(clip, {**PAPER, **once}), flows, others)
+    ours = in_the_flame(run_effect(clip, still), flows, others)
+    default = in_the_flame(run_effect(clip, {"flakes": {"rate": MANY}, **once}), flows, flows)
+    papers = in_the_flame(run_effect(clip, {**PAPER, **once}), flows, others)
     return Agreement(
         len(ours.flow),
         correlation(ours.flakes, ours.flow),
@@ -136,18 +137,20 @@ def plume(clip: Clip) -> Plume:
     """Watch the flakes of the defaults, for as long as the clip is and for longer."""
     buoyancy = Buoyancy()
     assert isinstance(buoyancy.lift, float)
-    long = burn(looped(clip, LONG), {"flakes": {"rate": PLENTY}, "timeline": {"loop": "none"}})
+    long = run_effect(
+        looped(clip, LONG), {"flakes": {"rate": PLENTY}, "timeline": {"loop": "none"}}
+    )
     figures = {figure.name: figure.value for figure in ember_figures(long.tracks)}
-    top, sides, bottom, burnt = (
+    top, sides, bottom, cold = (
         figures.get(name, math.nan)
         for name in ("left by the top", "left by the sides", "fell out of the bottom", "burnt out")
     )
     return Plume(
-        len(burn(clip).tracks.spawns),
-        share_that_rises(burn(clip, {"flakes": {"rate": MANY}})),
+        len(run_effect(clip).tracks.spawns),
+        share_that_rises(run_effect(clip, {"flakes": {"rate": MANY}})),
         plume_speed(long) / (buoyancy.lift / buoyancy.drag),
         *crowding(long),
-        (top, sides, bottom, burnt),
+        (top, sides, bottom, cold),
     )
 
 
@@ -183,22 +186,22 @@ def main() -> int:
     if not clips:
         print("FIRE_ATLAS_CLIPS does not name a folder of real clips")
         return 2
-    told = {name: (agreement(clip), plume(clip)) for name, clip in clips.items()}
-    misses = [line for name, (agrees, does) in told.items() for line in missed(name, agrees, does)]
+    rows = {name: (agreement(clip), plume(clip)) for name, clip in clips.items()}
+    misses = [line for name, (agrees, does) in rows.items() for line in missed(name, agrees, does)]
     if "--json" in sys.argv[1:]:
-        tables = {n: {"agreement": asdict(a), "plume": asdict(p)} for n, (a, p) in told.items()}
+        tables = {n: {"agreement": asdict(a), "plume": asdict(p)} for n, (a, p) in rows.items()}
         print(json.dumps({"clips": tables, "missed": misses}, indent=2))
     else:
-        print_tables(told)
+        print_tables(rows)
         print("\n".join(["", *(misses or ["all bounds are kept"])]))
     return 1 if misses else 0
 
 
-def print_tables(told: dict[str, tuple[Agreement, Plume]]) -> None:
+def print_tables(rows: dict[str, tuple[Agreement, Plume]]) -> None:
     titles = "flow", "others", "ceiling", "default", "paper", "others"
     heads = "".join(f"{title:>14}" for title in titles)
     print(f"{'clip':32}{'rows':>6}{heads}")
-    for name, (agrees, _) in told.items():
+    for name, (agrees, _) in rows.items():
         pairs = (
             agrees.flow, agrees.others, agrees.ceiling, agrees.default, agrees.paper,
             agrees.paper_others,
@@ -207,7 +210,7 @@ def print_tables(told: dict[str, tuple[Agreement, Plume]]) -> None:
     heads = "".join(f"{h:>9}" for h in ("flakes", "rise", "speed", "crowded", "cell"))
     fates = "".join(f"{h:>8}" for h in ("top", "sides", "bottom", "burnt"))
     print(f"\n{'clip':32}{heads}{fates}")
-    for name, (_, does) in told.items():
+    for name, (_, does) in rows.items():
         print(
             f"{name:32}{does.flakes:9}{does.rise:9.3f}{does.speed:9.2f}{does.crowded:9.2f}{does.cell:9.2f}"
             + "".join(f"{share:8.2f}" for share in does.fates)

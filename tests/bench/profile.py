@@ -18,10 +18,8 @@ for all views and is not part of the rates.
 Exits 1 if a bound is missed.
 """
 
-import os
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 
@@ -36,9 +34,9 @@ from tests.generators.profile.likeness import (
     look_at_clip,
     look_at_fire,
     nearest_input,
-    real_clip,
     settings,
 )
+from tests.support.clips import open_clip
 
 FRAMES = 240
 SEEDS = range(9)
@@ -79,9 +77,9 @@ def _detail(look: Look) -> float:
     return float(np.mean([detail(frame) for frame in look.frames[::4]]))
 
 
-def likeness(folder: Path, every: bool) -> bool:
-    """Print how like the clip of ``folder`` generated fire is; return whether it is enough."""
-    clip = real_clip(folder)
+def likeness(name: str, every: bool) -> bool:
+    """Print how like a clip the fire is that is generated of it; return whether it is enough."""
+    clip = open_clip(name)
     profile = learnt(clip)
     seen = look_at_clip(clip)
     found = []
@@ -92,11 +90,11 @@ def likeness(folder: Path, every: bool) -> bool:
             print(line(f"  seed {seed}", found[-1]), flush=True)
     # The worst is what lies nearest to a bound, or furthest beyond it.
     worst = {
-        name: min((each[name] for each in found), key=lambda value: _room(value, *BOUNDS[name]))
-        for name in BOUNDS
+        key: min((each[key] for each in found), key=lambda value: _room(value, *BOUNDS[key]))
+        for key in BOUNDS
     }
-    print(line(folder.name, worst), flush=True)
-    return all(_room(value, *BOUNDS[name]) >= 0 for name, value in worst.items())
+    print(line(name, worst), flush=True)
+    return all(_room(value, *BOUNDS[key]) >= 0 for key, value in worst.items())
 
 
 def _room(value: float, low: float, high: float) -> float:
@@ -108,9 +106,9 @@ def line(name: str, values: dict[str, float]) -> str:
     return f"{name:28}" + "".join(f"{value:9.2f}" for value in values.values())
 
 
-def cost(folder: Path) -> bool:
+def cost(name: str) -> bool:
     """Print processor time against slices; return whether 12 slices are fast enough."""
-    profile = learnt(real_clip(folder))
+    profile = learnt(open_clip(name))
     fast = True
     for slices in SLICES:
         begun = time.process_time()
@@ -132,14 +130,13 @@ def cost(folder: Path) -> bool:
 
 def main() -> int:
     """Print both tables."""
-    clips = Path(os.environ["FIRE_ATLAS_CLIPS"])
     print(f"{'clip':28}" + "".join(f"{name:>9}" for name in BOUNDS))
-    good = [likeness(clips / name, "--seeds" in sys.argv) for name in REAL]
+    good = [likeness(name, "--seeds" in sys.argv) for name in REAL]
     print(
         f"\n{'slices':>6} {'particles':>9} {'calibration':>13} {'ms (cpu)':>9} {'fps (cpu)':>9} "
         f"{'fps (2 jobs)':>12}"
     )
-    good.append(cost(clips / "sim_unity_flame03"))
+    good.append(cost("sim_unity_flame03"))
     return 0 if all(good) else 1
 
 

@@ -1,6 +1,5 @@
 """Every bad recipe: exit code 2, advice on stderr, no traceback, nothing written."""
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 from subprocess import CompletedProcess
@@ -67,9 +66,7 @@ def test_a_bad_recipe_gets_advice_and_writes_nothing(
     bad = campfire.with_name("bad.yaml")
     bad.write_bytes(text)
     before = sorted(campfire.parent.rglob("*"))
-    started = time.perf_counter()
     result = run(*command.split(), "bad.yaml")
-    assert time.perf_counter() - started < 5
     assert result.returncode == 2
     assert message in result.stderr
     assert result.stdout == ""

@@ -106,6 +106,7 @@ def test_recipes_that_would_overwrite_each_other_are_not_built(run: Run, campfir
     assert not (campfire.parent / "build").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_build_exits_with_130_and_leaves_things_as_they_were(

@@ -125,6 +125,7 @@ def program(name: str) -> str:
     pytest.skip(f"needs {name}")
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize("system", ["make", "ninja"])
 @pytest.mark.parametrize("name", AWKWARD)

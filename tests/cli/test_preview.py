@@ -211,6 +211,7 @@ def test_a_recipe_is_built_for_its_preview_and_nothing_else_stays(run: Run, camp
     assert {path.name for path in made} == {"campfire.preview.gif"}
 
 
+@pytest.mark.slow
 def test_a_file_that_is_there_is_replaced_only_when_that_is_asked_for(
     run: Run, campfire: Path
 ) -> None:

@@ -45,6 +45,7 @@ def test_only_what_cannot_be_seen_is_spelled_out(text: str, shown: str) -> None:
     assert printable(text) == shown
 
 
+@pytest.mark.slow
 @posix
 def test_names_of_files_are_printed_harmless(run: Run, campfire: Path) -> None:
     folder = campfire.parent / HOSTILE.replace("/", "")

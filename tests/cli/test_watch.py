@@ -12,7 +12,10 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX"),
+]
 
 
 class Watch:
@@ -97,7 +100,7 @@ def test_what_changes_is_built_again(watch: Start, campfire: Path) -> None:
     assert watched.ends() == 130
 
 
-def test_a_mistake_is_told_and_waited_out(watch: Start, campfire: Path) -> None:
+def test_a_mistake_is_reported_and_waited_out(watch: Start, campfire: Path) -> None:
     good = campfire.read_text()
     campfire.write_text(good + "zzz: 1\n")
     watched = watch(campfire.name)

@@ -12,8 +12,8 @@ _TEMPLATES = "fire_atlas.formats.templates.render_process"
 
 
 def test_a_module_answers_on_what_it_is_given() -> None:
-    asked = {"template": "{{ name }}!", "to": "{{ name }}.txt", "context": {"name": "fire"}}
-    done = run_module(_TEMPLATES, json.dumps(asked).encode())
+    request = {"template": "{{ name }}!", "to": "{{ name }}.txt", "context": {"name": "fire"}}
+    done = run_module(_TEMPLATES, json.dumps(request).encode())
     assert json.loads(done.stdout) == {"name": "fire.txt", "text": "fire!"}
 
 
@@ -24,13 +24,14 @@ def test_nothing_in_the_working_folder_passes_for_a_module(
     """A recipe may come in a folder that holds more than recipes."""
     (tmp_path / f"{name}.py").write_text("open('came here', 'w'); raise SystemExit(3)")
     monkeypatch.chdir(tmp_path)
-    asked = {"template": "", "to": "x", "context": {}}
-    assert run_module(_TEMPLATES, json.dumps(asked).encode()).returncode == 0
+    request = {"template": "", "to": "x", "context": {}}
+    assert run_module(_TEMPLATES, json.dumps(request).encode()).returncode == 0
     assert not (tmp_path / "came here").exists()
 
 
+@pytest.mark.slow
 def test_what_takes_too_long_is_killed() -> None:
     endless = "{% for a in range(9999) %}{% for b in range(99999) %}{% endfor %}{% endfor %}"
-    asked = {"template": endless, "to": "x", "context": {}}
+    request = {"template": endless, "to": "x", "context": {}}
     with pytest.raises(subprocess.TimeoutExpired):
-        run_module(_TEMPLATES, json.dumps(asked).encode(), seconds=1)
+        run_module(_TEMPLATES, json.dumps(request).encode(), seconds=1)

@@ -19,7 +19,8 @@ from fire_atlas.effect.flakes.tracks import COLUMNS
 from fire_atlas.pipeline.layers import RenderSettings, layers_of
 from fire_atlas.recipe.effect import Buoyancy, Composite, Features, Flakes, MotionBlur
 from fire_atlas.recipe.wind import Wind
-from tests.support.fires import SIZE, STRETCH, A, B, Burnt, G, R, burn, clip_of
+from tests.support.clips import clip_of
+from tests.support.effect import SIZE, STRETCH, A, B, EffectRun, G, R, run_effect
 
 Drawn = st.SearchStrategy[Any]
 
@@ -190,33 +191,34 @@ CLIPS = st.builds(
 )
 
 
-def _assert_sound(burnt: Burnt) -> None:
-    field, tracks = burnt.analysis.field, burnt.tracks
+def _assert_sound(effect: EffectRun) -> None:
+    field, tracks = effect.analysis.field, effect.tracks
     assert np.isfinite(field.u).all() and np.isfinite(field.v).all()
     assert np.isfinite(tracks.spawns).all()
-    rows = burnt.rows
+    rows = effect.rows
     assert np.isfinite(rows).all()
-    assert len(tracks.frames) == burnt.clip.count
+    assert len(tracks.frames) == effect.clip.count
     assert (rows[:, [R, G, B, A]] >= 0).all()
-    flakes = burnt.recipe.flakes
+    flakes = effect.recipe.flakes
     assert flakes != "none"
     assert all(len(frame) <= flakes.max for frame in tracks.frames)
     assert (rows[:, SIZE] > 0).all() and (rows[:, STRETCH] >= 1).all()
-    for i in range(burnt.clip.count):
-        pixels = burnt.finished(i)
+    for i in range(effect.clip.count):
+        pixels = effect.finished(i)
         assert np.isfinite(pixels).all()
         assert pixels.min() >= 0
         assert pixels[..., 3].max() <= 1 + 1e-6
-        assert pixels[..., :3].max() <= 1 + _brightest(burnt, i) + 1e-5, "a flake adds 1 at most"
+        assert pixels[..., :3].max() <= 1 + _brightest(effect, i) + 1e-5, "a flake adds 1 at most"
         encode_sprite(pixels, "premultiplied", "srgb")
 
 
-def _brightest(burnt: Burnt, i: int) -> float:
+def _brightest(effect: EffectRun, i: int) -> float:
     """Brightest light of frame ``i`` without its flakes."""
-    bare = layers_of(i, burnt.simulated, RenderSettings.of(burnt.recipe)).flame
+    bare = layers_of(i, effect.simulated, RenderSettings.of(effect.recipe)).flame
     return float(as_light(bare)[..., :3].max())
 
 
+@pytest.mark.slow
 @settings(
     max_examples=100,
     deadline=None,
@@ -225,7 +227,7 @@ def _brightest(burnt: Burnt, i: int) -> float:
 )
 @given(keys=RECIPES, clip=CLIPS)
 def test_any_legal_recipe_works(keys: dict[str, Any], clip: Clip) -> None:
-    _assert_sound(burn(clip, keys, jobs=1))
+    _assert_sound(run_effect(clip, keys, jobs=1))
 
 
 def test_a_recipe_of_only_largest_values_works() -> None:
@@ -243,7 +245,7 @@ def test_a_recipe_of_only_largest_values_works() -> None:
         "motion_blur": {"shutter": 4, "samples": 65, "flame": True},
         "composite": {"intensity": 100},
     }  # fmt: skip
-    _assert_sound(burn(_clip(32, 32, 4, False, "alpha"), keys, jobs=1))
+    _assert_sound(run_effect(_clip(32, 32, 4, False, "alpha"), keys, jobs=1))
 
 
 @pytest.mark.parametrize("samples", [1, 2, 9, 64])

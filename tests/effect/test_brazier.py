@@ -14,7 +14,8 @@ import pytest
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels, decode_bytes, encode_unit, srgb_to_linear
 from fire_atlas.effect.flakes.emission import TICK
-from tests.support.fires import Array, Burnt, Plane, burn, campfire, clip_of
+from tests.support.clips import campfire, clip_of
+from tests.support.effect import Array, EffectRun, Plane, run_effect
 
 FLICKER = 0.15
 FRAMES = 24
@@ -82,10 +83,10 @@ def _brazier(scene: Scene, hides: float = 1.0) -> tuple[Clip, list[Plane]]:
     return clip_of(frames, matte="none"), masks
 
 
-def _born_in(burnt: Burnt, masks: list[Plane]) -> Array:
+def _born_in(effect: EffectRun, masks: list[Plane]) -> Array:
     """Whether each flake was born in its frame's mask."""
-    spawns = burnt.analysis.spawns
-    starts = [round(i / burnt.clip.fps / TICK) for i in range(burnt.clip.count)]
+    spawns = effect.analysis.spawns
+    starts = [round(i / effect.clip.fps / TICK) for i in range(effect.clip.count)]
     frame = np.searchsorted(starts, spawns.tick, side="right") - 1
     at = frame, spawns.y.astype(np.intp), spawns.x.astype(np.intp)
     return np.stack(masks)[at].astype(np.float64)
@@ -102,7 +103,9 @@ def test_sparks_are_born_in_the_flame_not_on_what_it_lights(
     scene: Scene, hides: float, least: float
 ) -> None:
     clip, masks = _brazier(scene, hides)
-    inside = _born_in(burn(clip, {"flakes": {"rate": 1000}, "timeline": {"loop": "none"}}), masks)
+    inside = _born_in(
+        run_effect(clip, {"flakes": {"rate": 1000}, "timeline": {"loop": "none"}}), masks
+    )
     assert len(inside) > 400
     assert inside.mean() >= least
 

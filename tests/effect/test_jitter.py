@@ -13,7 +13,7 @@ from fire_atlas.effect.flakes.flight import (
     fly,
     scatter_rotations,
 )
-from tests.support.fires import Array
+from tests.support.effect import Array
 
 COUNT = 4000
 

@@ -1,6 +1,5 @@
 """How flakes end up in the frames: edges, halo, pixel art, or not at all."""
 
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -17,33 +16,32 @@ from fire_atlas.effect.flame.study import study_flame
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
 from fire_atlas.pipeline.layers import Layers, RenderSettings, compose_layers, draw
 from fire_atlas.recipe.effect import Flakes
-from tests.support.fires import (
+from tests.support.clips import campfire, clip_of, looped, open_clip, real
+from tests.support.effect import (
     ID,
     A,
     Array,
-    Burnt,
+    EffectRun,
     Y,
-    burn,
-    campfire,
-    clip_of,
     context_of,
-    looped,
-    real_clip,
     recipe_of,
+    run_effect,
 )
 from tests.timeline.moving import Notes
 
 
-def _layer(burnt: Burnt, i: int) -> NDArray[np.float32]:
-    assert isinstance(burnt.recipe.flakes, Flakes)
-    return draw(burnt.recipe.flakes, burnt.tracks.frames[i], burnt.clip.height, burnt.clip.width)
+def _layer(effect: EffectRun, i: int) -> NDArray[np.float32]:
+    assert isinstance(effect.recipe.flakes, Flakes)
+    return draw(
+        effect.recipe.flakes, effect.tracks.frames[i], effect.clip.height, effect.clip.width
+    )
 
 
-def _border_light(burnt: Burnt) -> int:
+def _border_light(effect: EffectRun) -> int:
     """Brightest byte that flakes leave in the outermost pixels of any frame."""
     most = 0
-    for i in range(burnt.clip.count):
-        shown = encode_bytes(_layer(burnt, i))
+    for i in range(effect.clip.count):
+        shown = encode_bytes(_layer(effect, i))
         edges = (shown[0], shown[-1], shown[:, 0], shown[:, -1])
         most = max(most, *(int(edge.max()) for edge in edges))
     return most
@@ -53,7 +51,7 @@ def _border_light(burnt: Burnt) -> int:
 def test_flakes_that_leave_fade_at_the_border_or_are_cut_by_it(glow: float) -> None:
     def at_border(edge: str) -> int:
         return _border_light(
-            burn(campfire(160), {"flakes": {"edge": edge, "rate": 400, "glow": glow}})
+            run_effect(campfire(160), {"flakes": {"edge": edge, "rate": 400, "glow": glow}})
         )
 
     assert at_border("crop") > 100
@@ -71,7 +69,7 @@ def test_a_halo_adds_its_share_of_the_light() -> None:
 def test_a_recipes_halo_adds_its_share_of_the_light() -> None:
     clip = campfire(160, 12)
     once = {"timeline": {"loop": "none"}}
-    bare, haloed = (burn(clip, {"flakes": {"glow": glow}, **once}) for glow in (0.0, 0.4))
+    bare, haloed = (run_effect(clip, {"flakes": {"glow": glow}, **once}) for glow in (0.0, 0.4))
     lit = [(_layer(bare, i).sum(), _layer(haloed, i).sum()) for i in range(clip.count)]
     without, with_halo = np.sum(lit, axis=0)
     assert with_halo / without == pytest.approx(1.4, rel=0.02)
@@ -79,7 +77,7 @@ def test_a_recipes_halo_adds_its_share_of_the_light() -> None:
 
 def test_a_halo_is_not_part_of_the_tracks() -> None:
     clip = campfire(96, 8)
-    bare, haloed = (burn(clip, {"flakes": {"glow": glow}}) for glow in (0.0, 2.0))
+    bare, haloed = (run_effect(clip, {"flakes": {"glow": glow}}) for glow in (0.0, 2.0))
     assert all(map(np.array_equal, bare.tracks.frames, haloed.tracks.frames))
 
 
@@ -123,7 +121,7 @@ def _colours(shown: NDArray[np.uint8]) -> set[tuple[int, ...]]:
 
 def _check_palette(clip: Clip, edge: str) -> None:
     keys = {**PIXEL_ART, "flakes": {**PIXEL_ART["flakes"], "edge": edge}}
-    burnt = burn(clip, keys)
+    effect = run_effect(clip, keys)
     own: set[tuple[int, ...]] = set()
     for i in range(clip.count):
         pixels = clip.read(i)
@@ -131,8 +129,8 @@ def _check_palette(clip: Clip, edge: str) -> None:
     seen = 0
     for i in range(clip.count):
         # In few colours nothing fades: a flake is there as long as it is bright enough to be seen.
-        flaked = encode_bytes(_layer(burnt, i)).max(axis=2) >= 64
-        pixels = burnt.finished(i)
+        flaked = encode_bytes(_layer(effect, i)).max(axis=2) >= 64
+        pixels = effect.finished(i)
         assert (pixels[flaked][:, 3] == 1.0).all(), "a flake's pixels cover fully"
         assert _colours(encode_bytes(unpremultiply(pixels))[flaked]) <= own
         assert np.array_equal(pixels[~flaked], clip.read(i)[~flaked])
@@ -143,9 +141,9 @@ def _check_palette(clip: Clip, edge: str) -> None:
 def test_a_halo_in_the_colours_of_the_clip_is_no_patch() -> None:
     """Light too faint to be seen takes no colour of the palette, however far it reaches."""
     clip, keys = campfire(96), {"timeline": {"loop": "none"}, "composite": {"palette": "clip"}}
-    plain, soft = (burn(clip, {**keys, "flakes": {"glow": glow}}) for glow in (0.0, 0.5))
+    plain, soft = (run_effect(clip, {**keys, "flakes": {"glow": glow}}) for glow in (0.0, 0.5))
     for i in (20, 40):
-        covered = [np.mean(burnt.finished(i)[..., 3] == 1) for burnt in (plain, soft)]
+        covered = [np.mean(effect.finished(i)[..., 3] == 1) for effect in (plain, soft)]
         assert covered[1] < covered[0] + 0.05
 
 
@@ -154,18 +152,20 @@ def test_pixel_flakes_of_a_painting_have_only_its_colours(edge: str) -> None:
     _check_palette(_painted(), edge)
 
 
-def test_pixel_flakes_of_real_pixel_art_have_only_its_colours(clips: Path) -> None:
-    _check_palette(real_clip(clips, "cartoon_freedoom_fire"), "fade")
+@pytest.mark.parametrize("name", ["pixel_art", real("cartoon_freedoom_fire")])
+def test_pixel_flakes_of_pixel_art_have_only_its_colours(name: str) -> None:
+    _check_palette(open_clip(name), "fade")
 
 
-def test_pixel_flakes_on_nothing_are_never_near_black(clips: Path) -> None:
+@pytest.mark.parametrize("name", ["pixel_art", real("cartoon_freedoom_fire")])
+def test_pixel_flakes_on_nothing_are_never_near_black(name: str) -> None:
     """A flake that goes out beside the flame must not end as a dark, opaque dot."""
-    clip = real_clip(clips, "cartoon_freedoom_fire")
-    burnt = burn(clip, PIXEL_ART)
+    clip = open_clip(name)
+    effect = run_effect(clip, PIXEL_ART)
     dark, seen = 0, 0
     for i in range(clip.count):
-        alone = (_layer(burnt, i).sum(axis=2) > 0) & (clip.read(i)[..., 3] == 0)
-        finished = burnt.finished(i)
+        alone = (_layer(effect, i).sum(axis=2) > 0) & (clip.read(i)[..., 3] == 0)
+        finished = effect.finished(i)
         alone &= finished[..., 3] > 0
         shown = encode_bytes(unpremultiply(finished))[alone]
         dark += int((shown.max(axis=1) < 40).sum())
@@ -174,27 +174,29 @@ def test_pixel_flakes_on_nothing_are_never_near_black(clips: Path) -> None:
 
 
 def test_pixel_flakes_are_whole_squares() -> None:
-    burnt = burn(_painted(), PIXEL_ART)
-    sizes: Array = burnt.rows[:, 5]
+    effect = run_effect(_painted(), PIXEL_ART)
+    sizes: Array = effect.rows[:, 5]
     assert np.array_equal(sizes, np.rint(sizes)) and sizes.min() >= 1
 
 
 @pytest.mark.parametrize("blend", ["add", "screen", "over"])
 def test_flakes_that_are_not_baked_leave_the_frames_as_they_came(blend: str) -> None:
     clip = campfire(96, 6)
-    burnt = burn(clip, {"flakes": {"bake": False, "rate": 500}, "composite": {"blend": blend}})
-    assert len(burnt.rows) > 50
+    effect = run_effect(
+        clip, {"flakes": {"bake": False, "rate": 500}, "composite": {"blend": blend}}
+    )
+    assert len(effect.rows) > 50
     for i in range(clip.count):
-        assert np.array_equal(burnt.finished(i), clip.read(i))
+        assert np.array_equal(effect.finished(i), clip.read(i))
 
 
 @pytest.mark.parametrize("blend", ["add", "screen", "over"])
 def test_baked_flakes_reach_the_bytes_of_the_sprites(blend: str) -> None:
     clip = campfire(96, 6)
-    burnt = burn(clip, {"flakes": {"rate": 500}, "composite": {"blend": blend}})
+    effect = run_effect(clip, {"flakes": {"rate": 500}, "composite": {"blend": blend}})
     changed = [
         not np.array_equal(
-            encode_sprite(burnt.finished(i), "straight", "srgb").image,
+            encode_sprite(effect.finished(i), "straight", "srgb").image,
             encode_sprite(clip.read(i), "straight", "srgb").image,
         )
         for i in range(clip.count)
@@ -220,7 +222,7 @@ def test_a_loop_that_may_hold_few_flakes_is_as_full_at_its_end_as_at_its_beginni
     most: int,
 ) -> None:
     keys = {"flakes": {"rate": 2000, "max": most, "bursts": 0}}
-    alive = np.array([len(rows) for rows in burn(campfire(96), keys).tracks.frames])
+    alive = np.array([len(rows) for rows in run_effect(campfire(96), keys).tracks.frames])
     assert alive.max() <= most
     assert alive.min() > 0.4 * alive.max()
 
@@ -228,15 +230,15 @@ def test_a_loop_that_may_hold_few_flakes_is_as_full_at_its_end_as_at_its_beginni
 @pytest.mark.parametrize("lift", [1.2, 5.0])
 def test_flakes_are_dim_before_they_leave_however_fast_they_are(lift: float) -> None:
     keys = {"flakes": {"rate": 400}, "buoyancy": {"lift": lift}}
-    burnt = burn(looped(campfire(160), 4.0), {**keys, "timeline": {"loop": "none"}})
-    last_frame = burnt.tracks.frames[-1][:, ID]
-    left = [f for f in burnt.flights(4) if f[-1, Y] < 12 and f[-1, ID] not in last_frame]
+    effect = run_effect(looped(campfire(160), 4.0), {**keys, "timeline": {"loop": "none"}})
+    last_frame = effect.tracks.frames[-1][:, ID]
+    left = [f for f in effect.flights(4) if f[-1, Y] < 12 and f[-1, ID] not in last_frame]
     last = np.array([f[-1, A] / f[:, A].max() for f in left if f[:, A].max() > 0])
     assert len(last) > 100 and np.quantile(last, 0.99) < 0.25
 
 
 def test_flakes_as_large_as_the_frame_are_seen() -> None:
-    rows = burn(campfire(96), {"flakes": {"size": [0.8, 1]}}).rows
+    rows = run_effect(campfire(96), {"flakes": {"size": [0.8, 1]}}).rows
     assert np.mean(rows[:, A] > 0) > 0.3
 
 

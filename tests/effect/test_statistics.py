@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.effect.flakes.statistics import Figure, ember_figures
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, fold_into_loop
-from tests.support.fires import AGE, ID, LIFE, SIZE, STRETCH, VX, VY, Array, X, Y
+from tests.support.effect import AGE, ID, LIFE, SIZE, STRETCH, VX, VY, Array, X, Y
 
 FPS = 10.0
 FRAMES = 12

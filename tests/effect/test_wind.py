@@ -18,7 +18,8 @@ from fire_atlas.effect.field.wind import (
 )
 from fire_atlas.recipe.effect import Buoyancy
 from fire_atlas.recipe.wind import Wind
-from tests.support.fires import Burnt, X, burn, campfire, clip_of
+from tests.support.clips import campfire, clip_of
+from tests.support.effect import EffectRun, X, run_effect
 
 
 def _wind(**keys: Any) -> Wind:
@@ -132,20 +133,21 @@ def test_a_level_is_a_known_speed_of_the_air_around() -> None:
 
 
 @cache
-def _blown(level: float, direction: float) -> Burnt:
+def _blown(level: float, direction: float) -> EffectRun:
     keys = {
         "wind": {"level": level, "direction": direction},
         "flakes": {"rate": 150},
         "timeline": {"loop": "none"},
     }
-    return burn(campfire(128), keys)
+    return run_effect(campfire(128), keys)
 
 
-def _drift(burnt: Burnt) -> float:
+def _drift(effect: EffectRun) -> float:
     """Mean way to the right of flakes from their first row to their last, heights."""
-    return float(np.mean([f[-1, X] - f[0, X] for f in burnt.flights(4)])) / burnt.clip.height
+    return float(np.mean([f[-1, X] - f[0, X] for f in effect.flights(4)])) / effect.clip.height
 
 
+@pytest.mark.slow
 def test_flakes_lean_with_the_wind_and_more_in_a_stronger_one() -> None:
     drifts = [_drift(_blown(level, 0.0)) for level in (0.0, 1.0, 2.5, 5.0)]
     assert drifts == sorted(drifts)

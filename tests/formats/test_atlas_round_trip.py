@@ -138,6 +138,7 @@ def test_a_sheet_comes_back_as_it_was(
     assert read_atlas(path).sheet == rounded(sheet)
 
 
+@pytest.mark.slow
 @given(made=animations, asked=packed | grids)
 def test_frames_come_back_from_the_files_of_their_pages(
     made: list[AnimationFrames], asked: Atlas, tmp_path_factory: pytest.TempPathFactory
@@ -166,6 +167,7 @@ grey = plain.map(lambda image: image[..., [0, 0, 0, 3]])
 opaque = plain.map(lambda image: np.dstack([image[..., :3], np.full(image.shape[:2], 255, "u1")]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", [
     Atlas(format="png", compression="fast"), Atlas(format="png", compression="small"),
     Atlas(format="webp", compression="fast"), Atlas(format="webp", compression="small"),

@@ -82,7 +82,7 @@ spots = st.builds(
 
 
 @given(frames=st.lists(spots, min_size=1, max_size=5))
-def test_the_light_of_every_frame_can_be_told_from_the_file(
+def test_the_light_of_every_frame_can_be_read_from_the_file(
     frames: list[NDArray[np.float32]],
 ) -> None:
     document = stated(*frames)

@@ -1,7 +1,6 @@
 """Formats that are templates: CSS, Unity's tpsheet, and the user's own."""
 
 import re
-import time
 from pathlib import Path
 
 import pytest
@@ -118,6 +117,8 @@ def test_a_hostile_or_broken_template_is_refused_with_advice(
         rendered(text, tmp_path)
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(60)
 @pytest.mark.parametrize(
     "text",
     [
@@ -129,11 +130,9 @@ def test_a_hostile_or_broken_template_is_refused_with_advice(
 def test_a_template_without_end_is_stopped(
     text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(user_template, "MAX_SECONDS", 2)
-    start = time.monotonic()
-    with pytest.raises(OutputError, match=r"stopped after 2 s|too much|[Rr]ecursion"):
+    monkeypatch.setattr(user_template, "MAX_SECONDS", 1)
+    with pytest.raises(OutputError, match=r"stopped after 1 s|too much|[Rr]ecursion"):
         rendered(text, tmp_path)
-    assert time.monotonic() - start < 20
 
 
 @pytest.mark.parametrize(
@@ -161,13 +160,13 @@ def test_a_template_does_not_write_over_another_output(tmp_path: Path) -> None:
             list(exported_files(exports, product_of(sheet_of_fire()), {"mine.j2": template}))  # type: ignore[arg-type]
 
 
-def test_an_export_listed_twice_is_told() -> None:
+def test_an_export_listed_twice_is_reported() -> None:
     with pytest.raises(OutputError, match="list it once"):
         list(exported_files(["json", "json"], product_of(sheet_of_fire()), {}))
 
 
 @pytest.mark.parametrize("content", [None, b"\xff\xfe\x00", b"a" * (1 << 21)])
-def test_a_template_that_is_none_is_told(content: bytes | None, tmp_path: Path) -> None:
+def test_a_template_that_is_none_is_reported(content: bytes | None, tmp_path: Path) -> None:
     path = tmp_path / "mine.j2"
     if content is not None:
         path.write_bytes(content)

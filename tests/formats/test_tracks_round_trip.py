@@ -17,7 +17,8 @@ from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, firs
 from fire_atlas.formats.tracks.columns import DECIMALS
 from fire_atlas.formats.tracks.tracks_json import read_tracks, write_tracks_json
 from tests.support.any_tracks import any_tracks, flights_of
-from tests.support.fires import burn, campfire
+from tests.support.clips import campfire
+from tests.support.effect import run_effect
 
 
 def read_back(file: OutputFile, folder: Path) -> Tracks:
@@ -58,7 +59,7 @@ def test_tracks_come_back_with_all_that_they_know(
 def test_flights_of_a_loop_are_read_as_they_were_flown(count: int, tmp_path: Path) -> None:
     """Loops that are longer and shorter than the flakes live, and one of a single frame."""
     clip = replace(campfire(96), count=count, loop=True)
-    tracks = burn(clip, {"flakes": {"rate": 150, "life": [0.3, 2.6]}}).tracks
+    tracks = run_effect(clip, {"flakes": {"rate": 150, "life": [0.3, 2.6]}}).tracks
     changes_ids = len(tracks.spawns) > len(flights_of(tracks))
     assert changes_ids == (count < 2.6 * clip.fps)
     assert_same(read_back(write_tracks_json("fire", tracks), tmp_path), tracks)
@@ -66,10 +67,10 @@ def test_flights_of_a_loop_are_read_as_they_were_flown(count: int, tmp_path: Pat
 
 def test_flights_of_a_clip_that_plays_once_are_read_as_they_were_flown(tmp_path: Path) -> None:
     """With its tail, and with most of that cut off, so that flights end before they are over."""
-    burnt = burn(campfire(96, 24), {"timeline": {"loop": "none", "tail": True}})
-    cut = first_frames(burnt.tracks, burnt.clip.body + 3)
+    effect = run_effect(campfire(96, 24), {"timeline": {"loop": "none", "tail": True}})
+    cut = first_frames(effect.tracks, effect.clip.body + 3)
     assert cut.flight_frames[-1].any()
-    for tracks in (burnt.tracks, cut):
+    for tracks in (effect.tracks, cut):
         assert_same(read_back(write_tracks_json("fire", tracks), tmp_path), tracks)
 
 

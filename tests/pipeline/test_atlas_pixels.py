@@ -100,7 +100,7 @@ def test_regions_never_overlap_and_keep_their_padding(repo: Repo) -> None:
         assert not picture[owner == 0].any(), "nothing lies between the regions"
 
 
-def test_frames_and_durations_are_told_in_playing_order(repo: Repo) -> None:
+def test_frames_and_durations_are_written_in_playing_order(repo: Repo) -> None:
     repo.clip(count=11)
     repo.built(
         repo.recipe(

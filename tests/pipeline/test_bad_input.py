@@ -1,7 +1,6 @@
 """Broken clips: a message that helps, the previous outputs whole, nothing left lying about."""
 
 import struct
-import time
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -69,12 +68,12 @@ def test_a_broken_frame_is_named_and_nothing_is_touched(
     assert_refused(repo, recipe, "0003.png", *words)
 
 
-def test_a_missing_clip_is_told_with_what_is_there(repo: Repo) -> None:
+def test_a_missing_clip_is_reported_with_what_is_there(repo: Repo) -> None:
     repo.clip(name="campfire")
     assert_refused(repo, repo.recipe(path="campfir"), "campfir: does not exist", "'campfire'")
 
 
-def test_a_clip_that_vanished_after_a_build_is_told(repo: Repo) -> None:
+def test_a_clip_that_vanished_after_a_build_is_reported(repo: Repo) -> None:
     clip = repo.clip()
     recipe = repo.recipe()
     repo.built(recipe)
@@ -82,13 +81,13 @@ def test_a_clip_that_vanished_after_a_build_is_told(repo: Repo) -> None:
     assert_refused(repo, recipe, "clip: does not exist", "'clips'")
 
 
-def test_an_empty_folder_is_told(repo: Repo) -> None:
+def test_an_empty_folder_is_reported(repo: Repo) -> None:
     (repo.folder / "clip").mkdir()
     assert_refused(repo, repo.recipe(), "clip: the folder is empty")
 
 
 def huge_png(side: int) -> bytes:
-    """Return a PNG of side² grey pixels, none of which has to be written down."""
+    """Return a PNG of side² grey pixels by its header, which breaks off after a mebibyte."""
 
     def chunk(name: bytes, body: bytes) -> bytes:
         checksum = zlib.crc32(name + body)
@@ -99,21 +98,19 @@ def huge_png(side: int) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", pixels)
 
 
-def test_a_picture_too_large_is_refused_at_once(repo: Repo) -> None:
+def test_a_picture_too_large_is_refused_by_its_header_alone(repo: Repo) -> None:
     (repo.folder / "clip").mkdir()
     (repo.folder / "clip" / "0000.png").write_bytes(huge_png(30_000))
-    start = time.perf_counter()
     assert_refused(repo, repo.recipe(), "0000.png", "30000x30000", "limits")
-    assert time.perf_counter() - start < 2
 
 
-def test_a_frame_that_fits_no_page_is_told(repo: Repo) -> None:
+def test_a_frame_that_fits_no_page_is_reported(repo: Repo) -> None:
     repo.clip()
     recipe = repo.recipe(atlas={"max_size": 16})
     assert_refused(repo, recipe, "max_size", code=1)
 
 
-def test_an_invalid_recipe_is_told_before_anything_is_made(repo: Repo) -> None:
+def test_an_invalid_recipe_is_reported_before_anything_is_made(repo: Repo) -> None:
     repo.clip()
     assert_refused(repo, repo.recipe(flakes={"rte": 3}), "fire.yaml", "flakes.rte", code=2)
     assert not repo.build.exists()

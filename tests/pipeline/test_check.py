@@ -105,7 +105,9 @@ def test_an_engine_with_options_has_the_same_limits(engine: str, write: Write) -
         ),
     ],
 )
-def test_a_limit_is_told_with_its_file_line_and_key(text: str, advice: str, write: Write) -> None:
+def test_a_limit_is_reported_with_its_file_line_and_key(
+    text: str, advice: str, write: Write
+) -> None:
     assert refused(write(text)) == [f"fire.yaml:{advice}"]
 
 
@@ -126,7 +128,7 @@ def test_all_else_can_be_had(text: str, write: Write) -> None:
     assert load_checked(read_tree(write(text))).recipe.exports
 
 
-def test_all_problems_are_told_at_once_in_the_order_of_their_lines(write: Write) -> None:
+def test_all_problems_are_reported_at_once_in_the_order_of_their_lines(write: Write) -> None:
     path = write(
         "exports:\n  - unity\n  - css\nflakes: none\nmaps:\n  flakes: true\n  flame: true\n"
         "  motion: unity\natlas: {rotate: true, format: webp, max_size: 16384, alpha: additive}"
@@ -145,7 +147,7 @@ def test_all_problems_are_told_at_once_in_the_order_of_their_lines(write: Write)
     ]
 
 
-def test_what_set_asks_for_is_told_of_set(write: Write) -> None:
+def test_what_set_asks_for_is_reported_of_set(write: Write) -> None:
     path = write("atlas: {rotate: true}")
     assert refused(path, "exports=[json, css]") == [f"--set exports.1: css {LIES_AS_ON_THE_PAGE}"]
     path = write("exports: [css]")
@@ -154,7 +156,7 @@ def test_what_set_asks_for_is_told_of_set(write: Write) -> None:
     ]
 
 
-def test_what_is_inherited_is_told_where_it_was_written(write: Write, tmp_path: Path) -> None:
+def test_what_is_inherited_is_reported_where_it_was_written(write: Write, tmp_path: Path) -> None:
     write("\n\nexports: [css]", "base.yaml")
     child = tmp_path / "child.yaml"
     child.write_text("extends: ./base.yaml\natlas: {rotate: true}\n", encoding="utf-8")

@@ -39,9 +39,9 @@ def test_a_second_build_does_nothing_and_says_so(repo: Repo, recipe: Path) -> No
     ran = repo.run("build", recipe)
     assert (ran.code, ran.is_up_to_date) == (0, True)
     assert stamps(repo.build) == before
-    told = repo.run("build", recipe, "--json").out.splitlines()
-    assert [json.loads(line)["event"] for line in told] == ["done"]
-    assert json.loads(told[0])["fresh"] is True
+    events = repo.run("build", recipe, "--json").out.splitlines()
+    assert [json.loads(line)["event"] for line in events] == ["done"]
+    assert json.loads(events[0])["fresh"] is True
 
 
 def test_a_changed_value_of_the_recipe_rebuilds(repo: Repo, recipe: Path) -> None:
@@ -91,7 +91,7 @@ def test_a_removed_output_rebuilds(repo: Repo, recipe: Path, output: str) -> Non
     assert contents(repo.build) == before
 
 
-def test_an_output_that_somebody_edited_is_built_anew_only_when_told(
+def test_an_output_that_somebody_edited_is_built_anew_only_when_forced(
     repo: Repo, recipe: Path
 ) -> None:
     before = contents(repo.build)
@@ -157,6 +157,7 @@ def test_an_input_that_was_another_while_it_was_read_is_not_called_fresh(
     assert_builds_once(repo, recipe)
 
 
+@pytest.mark.slow
 def test_a_clip_that_changes_while_it_is_learnt_from_is_not_called_fresh(
     repo: Repo, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -175,7 +176,7 @@ def test_a_clip_that_changes_while_it_is_learnt_from_is_not_called_fresh(
     assert_builds_once(repo, recipe)
 
 
-def test_a_frame_that_was_there_only_while_frames_were_listed_is_told(
+def test_a_frame_that_was_there_only_while_frames_were_listed_is_reported(
     repo: Repo, recipe: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     frame = repo.folder / "clip" / "0006.png"
@@ -238,9 +239,9 @@ def test_a_manifest_that_climbs_out_of_its_folder_removes_nothing(
     for file in mine:
         file.write_bytes(b"mine")
     manifest = repo.build / "fire.manifest.json"
-    told = json.loads(manifest.read_text(encoding="utf-8"))
-    told["outputs"].append(entry(path, b"mine"))
-    manifest.write_text(json.dumps(told), encoding="utf-8")
+    document = json.loads(manifest.read_text(encoding="utf-8"))
+    document["outputs"].append(entry(path, b"mine"))
+    manifest.write_text(json.dumps(document), encoding="utf-8")
     before = contents_of_files(repo.build)
     ran = repo.run("build", recipe)
     assert ran.code == 1 and "fire.manifest.json: is not a valid manifest" in ran.err
@@ -255,9 +256,9 @@ def test_a_manifest_that_names_an_absolute_path_removes_nothing(repo: Repo, reci
     mine = repo.folder / "mine.png"
     mine.write_bytes(b"mine")
     manifest = repo.build / "fire.manifest.json"
-    told = json.loads(manifest.read_text(encoding="utf-8"))
-    told["outputs"] = [entry(str(mine), b"mine")]
-    manifest.write_text(json.dumps(told), encoding="utf-8")
+    document = json.loads(manifest.read_text(encoding="utf-8"))
+    document["outputs"] = [entry(str(mine), b"mine")]
+    manifest.write_text(json.dumps(document), encoding="utf-8")
     assert repo.run("build", recipe, "--overwrite").code == 0
     assert mine.exists()
 
@@ -275,7 +276,7 @@ def test_a_manifest_that_names_an_absolute_path_removes_nothing(repo: Repo, reci
         '{"format": "fire-atlas/manifest", "version": 1, "asked": 1, "made_by": 2, "inputs": [{}]}',
     ],
 )  # fmt: skip
-def test_a_broken_manifest_vouches_for_nothing_and_is_replaced_when_told(
+def test_a_broken_manifest_vouches_for_nothing_and_is_replaced_when_forced(
     repo: Repo, recipe: Path, text: str
 ) -> None:
     manifest = repo.build / "fire.manifest.json"
@@ -312,6 +313,7 @@ def test_what_another_build_wrote_is_never_written_over(repo: Repo) -> None:
     assert repo.run("build", repo.recipe(), *many).code == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("force", [(), ("--force",)])
 def test_a_build_that_waited_for_another_of_the_same_finds_it_done(
     repo: Repo, force: tuple[str, ...]

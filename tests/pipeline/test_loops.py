@@ -38,6 +38,7 @@ class Player:
         return len(now)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["campfire", "real_firewall_stock"])
 def test_a_hundred_loops_in_a_small_player(clips: Path, repo: Repo, name: str) -> None:
     if name == "campfire":
@@ -72,7 +73,7 @@ def test_no_spark_is_born_in_the_tail_and_it_ends_when_the_last_has_burnt_out(
         assert all(row[age] >= (n - 8) / 24 - 1e-3 for row in frame["rows"])
 
 
-def test_of_sparks_too_dim_to_be_waited_for_no_birth_is_told_without_a_row(
+def test_of_sparks_too_dim_to_be_waited_for_no_birth_is_written_without_a_row(
     repo: Repo,
 ) -> None:
     repo.clip(count=8)
@@ -86,7 +87,7 @@ def test_of_sparks_too_dim_to_be_waited_for_no_birth_is_told_without_a_row(
 _LEFT = "timeline.tail: true lets them burn out"
 
 
-def test_sparks_that_glow_where_a_clip_breaks_off_are_told_of(repo: Repo) -> None:
+def test_sparks_that_glow_where_a_clip_breaks_off_are_reported(repo: Repo) -> None:
     repo.clip(count=7)
     keys: dict[str, Any] = {"flakes": {"rate": 200}}
     plain = repo.run("build", repo.recipe("plain.yaml", **keys))
@@ -103,11 +104,11 @@ def test_sparks_of_a_fire_that_burns_out_are_cold_by_then(repo: Repo) -> None:
     assert all(spawn["t"] + spawn["life"] <= 31 / 24 + 1 / 60 for spawn in tracks["spawns"])
 
 
-def test_inspect_tells_how_well_a_loop_goes_round(repo: Repo) -> None:
+def test_inspect_says_how_well_a_loop_goes_round(repo: Repo) -> None:
     repo.clip(count=48)
     repo.built(repo.recipe(flakes="none", motion_blur="none"))
-    told = repo.run("inspect", repo.build / "fire.json").out
-    assert "seam step" in told and "percentile" in told
+    said = repo.run("inspect", repo.build / "fire.json").out
+    assert "seam step" in said and "percentile" in said
 
 
 def test_inspect_has_no_loop_figures_for_what_plays_once(repo: Repo) -> None:

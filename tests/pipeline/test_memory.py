@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.repo import Repo, run_alone, script
 
-resource = pytest.importorskip("resource", reason="peaks of memory are told by POSIX only")
+resource = pytest.importorskip("resource", reason="peaks of memory are known on POSIX only")
 
 _TELL_PEAK = """
 import atexit, resource
@@ -27,6 +27,7 @@ def peak_without_pages(repo: Repo, recipe: Path) -> float:
     return (peak - sum(4 * int(width) * int(height) for width, height in pages)) / 1e6
 
 
+@pytest.mark.slow
 def test_a_clip_ten_times_as_long_takes_hardly_more(repo: Repo) -> None:
     """Its 360 frames of 320 x 256, kept as floats, would take 470 MB."""
     clip = repo.clip(count=36, height=320)

@@ -99,6 +99,7 @@ def test_names_that_look_like_markup_are_shown_as_they_are(
     assert "[red]a[b" in shown and "[bold" in shown
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="file names that are no text")
 def test_names_that_are_no_text_are_packed_and_printed(repo: Repo) -> None:
     picture = (repo.clip(count=1) / "0000.png").read_bytes()
@@ -113,6 +114,7 @@ def test_names_that_are_no_text_are_packed_and_printed(repo: Repo) -> None:
     assert run_alone(command("check", recipe)).code == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell of POSIX")
 @pytest.mark.parametrize("streams", [">&-", "2>&-", "<&- >&- 2>&-", "> /dev/full"])
 def test_a_command_without_its_streams_writes_the_same_files(

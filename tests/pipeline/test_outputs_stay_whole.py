@@ -23,6 +23,7 @@ from tests.support.repo import (
     script,
 )
 
+pytestmark = pytest.mark.slow
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals and permissions of POSIX")
 
 
@@ -33,7 +34,7 @@ def assert_whole(ran: Ran, before: dict[str, bytes], build: Path, *words: str) -
     assert contents(build) == before
 
 
-def test_a_file_where_the_folder_should_be_is_told(repo: Repo) -> None:
+def test_a_file_where_the_folder_should_be_is_reported(repo: Repo) -> None:
     repo.clip()
     repo.build.write_text("mine", encoding="utf-8")
     recipe = repo.recipe()
@@ -72,7 +73,7 @@ def test_an_output_that_is_a_link_is_not_written_through(repo: Repo, recipe: Pat
     assert precious.read_bytes() == b"precious"
 
 
-def test_a_folder_of_an_outputs_name_is_told(repo: Repo, recipe: Path) -> None:
+def test_a_folder_of_an_outputs_name_is_reported(repo: Repo, recipe: Path) -> None:
     (repo.build / "fire.json").unlink()
     (repo.build / "fire.json").mkdir()
     ran = repo.run("build", recipe)
@@ -120,7 +121,7 @@ if os.geteuid() == 0:
 
 
 @posix
-def test_a_folder_that_may_not_be_written_is_told(open_desk: Repo) -> None:
+def test_a_folder_that_may_not_be_written_is_reported(open_desk: Repo) -> None:
     open_desk.clip()
     recipe = open_desk.recipe()
     before = open_desk.built(recipe)
@@ -205,7 +206,7 @@ def test_a_signal_during_the_commit_waits_for_its_end(
 
 
 def interrupt(line: list[str], moment: tuple[str, int, float], number: signal.Signals) -> Ran:
-    """Run a build and signal it ``pause`` s after it has told of ``done`` steps of ``stage``."""
+    """Run a build and signal it ``pause`` s after it has reported ``done`` steps of ``stage``."""
     stage, done, pause = moment
     with subprocess.Popen(
         line, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

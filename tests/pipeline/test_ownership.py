@@ -54,9 +54,9 @@ def test_every_taken_name_is_listed_before_anything_is_read(repo: Repo) -> None:
     repo.build.mkdir()
     for name in ("fire.png", "fire.json"):
         (repo.build / name).write_bytes(b"mine")
-    told = repo.run("build", recipe).err
-    assert "fire.png: was there before" in told and "fire.json: was there before" in told
-    assert "0001.png" not in told
+    said = repo.run("build", recipe).err
+    assert "fire.png: was there before" in said and "fire.json: was there before" in said
+    assert "0001.png" not in said
 
 
 def test_a_name_that_is_known_late_is_refused_before_the_commit(repo: Repo) -> None:

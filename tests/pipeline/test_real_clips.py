@@ -8,6 +8,8 @@ import pytest
 
 from tests.support.repo import Repo, pages, tracks_of
 
+pytestmark = pytest.mark.slow
+
 FOLDERS = [
     "cartoon_fluent_fire", "cartoon_freedoom_fire", "cartoon_tauran_flame_sheet",
     "cartoon_wesnoth_campfire", "cartoon_wesnoth_fireball_impact", "real_candle_red",

@@ -31,6 +31,7 @@ AS_AN_OLDER_CPU = {
 """The libraries' own switches that turn instruction sets off."""
 
 
+@pytest.mark.slow
 def test_the_number_of_workers_changes_nothing(repo: Repo) -> None:
     repo.clip(count=12)
     recipe = repo.recipe(**KEYS)
@@ -67,6 +68,7 @@ def test_the_folder_a_build_is_started_in_changes_nothing(
     assert repo.built(Path("fire.yaml"), "--force") == away
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [
@@ -85,6 +87,7 @@ def test_the_environment_changes_nothing(repo: Repo, changes: dict[str, str]) ->
     assert contents(repo.build) == here
 
 
+@pytest.mark.slow
 def test_two_fresh_processes_write_the_same_manifest(tmp_path: Path) -> None:
     manifests = []
     for place in ("one", "two"):
@@ -96,13 +99,13 @@ def test_two_fresh_processes_write_the_same_manifest(tmp_path: Path) -> None:
         assert ran.code == 0, ran.err
         manifests.append(contents(recipe.parent / "build")["campfire.manifest.json"])
     assert manifests[0] == manifests[1]
-    told = json.loads(manifests[0])
-    assert told["inputs"][0]["path"] == "../samples/campfire/0000.png"
+    manifest = json.loads(manifests[0])
+    assert manifest["inputs"][0]["path"] == "../samples/campfire/0000.png"
     assert str(tmp_path) not in manifests[0].decode(), "no path of this machine"
 
 
 @dataclass(frozen=True, slots=True)
-class Burning:
+class BuiltOnce:
     """Recipes that pass through every library's numeric kernels, built once."""
 
     recipes: tuple[Path, ...]
@@ -115,10 +118,11 @@ class Burning:
         return contents(self.folder)
 
 
-@pytest.fixture
-def burning(repo: Repo) -> Burning:
+@pytest.fixture(scope="module")
+def built_once(tmp_path_factory: pytest.TempPathFactory) -> BuiltOnce:
     if cpu_class() != "x86-64-v3":
         pytest.skip("nothing is promised of older CPUs and of other architectures")
+    repo = Repo(tmp_path_factory.mktemp("kernels") / "repo")
     repo.clip(count=16, height=120)
     silk = {"kind": "silk", "width": 64, "height": 96}
     # Unity's tracks are float32: they have digits that others round away.
@@ -129,22 +133,24 @@ def burning(repo: Repo) -> Burning:
     )
     ran = run_alone(command("build", *recipes))
     assert ran.code == 0, ran.err
-    return Burning(recipes, repo.build, contents(repo.build))
+    return BuiltOnce(recipes, repo.build, contents(repo.build))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "switches", [{name: value} for name, value in AS_AN_OLDER_CPU.items()], ids=" ".join
 )
 def test_switches_of_instruction_sets_change_nothing(
-    burning: Burning, switches: dict[str, str]
+    built_once: BuiltOnce, switches: dict[str, str]
 ) -> None:
-    assert burning.built_by(command("build", *burning.recipes), switches) == burning.files
+    assert built_once.built_by(command("build", *built_once.recipes), switches) == built_once.files
 
 
-def test_a_cpu_without_avx512_gives_the_same_bytes(burning: Burning) -> None:
+@pytest.mark.slow
+def test_a_cpu_without_avx512_gives_the_same_bytes(built_once: BuiltOnce) -> None:
     """Libraries that are imported first are held to AVX2 by their own switches alone."""
-    line = script("import cv2, numpy, scipy.linalg", "build", *burning.recipes)
-    assert burning.built_by(line, WITHOUT_AVX512) == burning.files
+    line = script("import cv2, numpy, scipy.linalg", "build", *built_once.recipes)
+    assert built_once.built_by(line, WITHOUT_AVX512) == built_once.files
 
 
 def test_another_seed_gives_other_flakes_and_the_same_flame(repo: Repo) -> None:

@@ -23,7 +23,10 @@ from tests.support.repo import (
     script,
 )
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX"),
+]
 
 SOON = 15
 """Seconds: far more than an exit takes on a busy machine, far less than what is interrupted."""

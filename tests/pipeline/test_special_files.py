@@ -122,9 +122,9 @@ def test_what_is_no_regular_file_is_refused_with_its_name(
 ) -> None:
     ran = scene(repo, put)
     assert ran.code in (1, 2), ran
-    told = ran.err[ran.err.index("error: ") :]
-    assert "bug in fire-atlas" not in told
-    assert str(repo.folder) in told or "/dev/zero" in told  # links are resolved
+    message = ran.err[ran.err.index("error: ") :]
+    assert "bug in fire-atlas" not in message
+    assert str(repo.folder) in message or "/dev/zero" in message  # links are resolved
 
 
 @pytest.mark.parametrize("put", [pipe, link_to_zeros])

@@ -78,8 +78,8 @@ def test_every_velocity_leads_to_the_next_frames_place(built: tuple[Path, Tracks
                 continue  # it ended, and the loop bears it again
             for axis in "xy":
                 way = there[number][axis] - here[number][axis]
-                told = here[number][f"v{axis}"] / fps
-                assert abs(told - way) <= max(0.01, 0.01 * abs(way)), (number, axis)
+                stated = here[number][f"v{axis}"] / fps
+                assert abs(stated - way) <= max(0.01, 0.01 * abs(way)), (number, axis)
             pairs += 1
     assert pairs > 1000
 

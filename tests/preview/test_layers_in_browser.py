@@ -88,7 +88,7 @@ OFFER = """[...document.querySelectorAll("[name=layer], [name=between]")]
         ({"motion": "godot", "flame": True}, {"flakes": "maps.flakes: true"}),
     ],
 )  # fmt: skip
-def test_what_a_build_did_not_write_is_not_offered_but_told(
+def test_what_a_build_did_not_write_is_not_offered_but_reported(
     maps: dict[str, Any], missing: dict[str, str], browser: Browser, tmp_path: Path
 ) -> None:
     page = built(tmp_path, maps=maps)

@@ -44,7 +44,7 @@ def test_the_page_of_a_recipe_lies_where_its_atlas_would(
     assert capsys.readouterr() == ("", "")
 
 
-def test_the_page_goes_where_it_is_told_to(recipe: Path, tmp_path: Path) -> None:
+def test_the_page_goes_where_the_command_says(recipe: Path, tmp_path: Path) -> None:
     assert main(["preview", str(recipe), "-q", "-o", str(tmp_path / "look.html")]) == 0
     assert (tmp_path / "look.html").is_file()
     assert not (tmp_path / "build").exists()

@@ -32,7 +32,7 @@ def test_an_engine_is_named_alone_or_with_options(write: Write) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("exports: [{godot: {version: 5}}]", "exports.0.godot.version: must be 4 or 3; got 5"),
         ("exports: [{godot: {version: '4'}}]", "exports.0.godot.version: must be 4 or 3"),
@@ -57,10 +57,10 @@ def test_an_engine_is_named_alone_or_with_options(write: Write) -> None:
         ),
     ],
 )
-def test_mistakes_are_told_where_they_are(text: str, told: str, write: Write) -> None:
+def test_mistakes_are_reported_where_they_are(text: str, message: str, write: Write) -> None:
     with pytest.raises(RecipeError) as caught:
         exports(write, text)
-    assert told in str(caught.value)
+    assert message in str(caught.value)
     assert "<" not in str(caught.value)
 
 

@@ -95,9 +95,10 @@ def test_a_file_named_like_a_preset_is_pointed_out(write: Write, presets: Path) 
 def test_a_circle_is_spelt_out(write: Write) -> None:
     write("extends: ./c.yaml", "b.yaml")
     write("# c\nextends: ./a.yaml", "c.yaml")
-    told = refusal(write("extends: b.yaml", "a.yaml"))
+    refused = refusal(write("extends: b.yaml", "a.yaml"))
     assert (
-        "c.yaml:2: extends: goes round in a circle (a.yaml -> b.yaml -> c.yaml -> a.yaml)" in told
+        "c.yaml:2: extends: goes round in a circle (a.yaml -> b.yaml -> c.yaml -> a.yaml)"
+        in refused
     )
 
 

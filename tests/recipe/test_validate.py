@@ -25,7 +25,7 @@ def advice(path: Path, *overrides: str) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("text", "place", "told"),
+    ("text", "place", "message"),
     [
         ("flakes:\n  alhpa: 1", "3: flakes.alhpa", "unknown key; did you mean flakes.alpha?"),
         ("Seed: 1", "2: Seed", "unknown key; did you mean seed?"),
@@ -176,9 +176,9 @@ def advice(path: Path, *overrides: str) -> list[str]:
     ],
 )
 def test_each_mistake_gets_its_line_of_advice(
-    write: Write, text: str, place: str, told: str
+    write: Write, text: str, place: str, message: str
 ) -> None:
-    assert advice(write(SOURCE + text)) == [f"campfire.yaml:{place}: {told}"]
+    assert advice(write(SOURCE + text)) == [f"campfire.yaml:{place}: {message}"]
 
 
 @pytest.mark.parametrize("name", ["../x", "a/b", "/etc/x", "..", ".x", "x.", "a b", "a\\\\b"])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip
 from fire_atlas.effect.field.forcing import cell_means, grid_shape
 from fire_atlas.effect.flakes.statistics import ember_figures
-from tests.support.fires import VX, VY, Array, Burnt, Plane, X, Y, pixel_of
+from tests.support.effect import VX, VY, Array, EffectRun, Plane, X, Y, pixel_of
 
 Flow = NDArray[np.float32]
 """(H, W, 2), px a frame."""
@@ -74,12 +74,12 @@ class Places:
     other: Array
 
 
-def in_the_flame(burnt: Burnt, flows: list[Flow], others: list[Flow]) -> Places:
+def in_the_flame(effect: EffectRun, flows: list[Flow], others: list[Flow]) -> Places:
     """Collect every row of the tracks that lies in moving flame."""
-    clip = burnt.clip
+    clip = effect.clip
     gathered: list[tuple[Array, Array, Array]] = []
     for i, (flow, other) in enumerate(zip(flows, others, strict=True)):
-        rows = burnt.tracks.frames[i]
+        rows = effect.tracks.frames[i]
         at = pixel_of(rows, clip)
         here = flow[at].astype(np.float64)
         seen = (rows[:, X] >= 0) & (rows[:, X] < clip.width)
@@ -98,14 +98,14 @@ def correlation(one: Array, other: Array) -> tuple[float, float]:
     return x, y
 
 
-def share_that_rises(burnt: Burnt) -> float:
+def share_that_rises(effect: EffectRun) -> float:
     """Share of the flakes seen at least twice that end higher than they began."""
-    return {f.name: f.value for f in ember_figures(burnt.tracks)}["end higher than born"]
+    return {f.name: f.value for f in ember_figures(effect.tracks)}["end higher than born"]
 
 
-def plume_speed(burnt: Burnt) -> float:
+def plume_speed(effect: EffectRun) -> float:
     """Mean speed, heights/s, of the field where the clip is dark."""
-    field, clip = burnt.analysis.field, burnt.clip
+    field, clip = effect.analysis.field, effect.clip
     speeds: list[Plane] = []
     for i in range(clip.count):
         dark = cell_means(clip.brightness(i), field.cell) < DARK
@@ -114,13 +114,13 @@ def plume_speed(burnt: Burnt) -> float:
     return float(np.concatenate(speeds).mean()) / clip.height
 
 
-def crowding(burnt: Burnt) -> tuple[float, float]:
+def crowding(effect: EffectRun) -> tuple[float, float]:
     """Most rows in any 5 % of the plume, and in one of 20 x 20 cells, against the plume's mean.
 
     The plume is where 95 % of the rows are: cells that a stray flake crosses once are none of it
     (counting them would make a plume that spreads look worse than one that does not).
     """
-    fine, coarse = _counted(burnt, 2 * CELLS), _counted(burnt, CELLS)
+    fine, coarse = _counted(effect, 2 * CELLS), _counted(effect, CELLS)
     if not coarse.any():
         return 0.0, 0.0
     plume = _plume(fine)
@@ -129,10 +129,10 @@ def crowding(burnt: Burnt) -> tuple[float, float]:
     return float(squares.max() / plume.mean()), float(coarse.max() / _plume(coarse).mean())
 
 
-def _counted(burnt: Burnt, cells: int) -> Array:
+def _counted(effect: EffectRun, cells: int) -> Array:
     """Rows of the tracks in each of ``cells`` x ``cells`` parts of the frame, where it is dark."""
-    clip, count = burnt.clip, np.zeros((cells, cells))
-    for i, rows in enumerate(burnt.tracks.frames):
+    clip, count = effect.clip, np.zeros((cells, cells))
+    for i, rows in enumerate(effect.tracks.frames):
         at = pixel_of(rows, clip)
         inside = (rows[:, X] >= 0) & (rows[:, X] < clip.width)
         inside &= (rows[:, Y] >= 0) & (rows[:, Y] < clip.height)

@@ -44,7 +44,7 @@ class Repo:
         self.build = folder / "build"
 
     def clip(self, count: int = 6, height: int = 80, name: str = "clip", shuffle: int = 0) -> Path:
-        """Put frames of the sample campfire into the repo, ``height`` px high."""
+        """Write frames of the sample campfire into a folder of the repo, ``height`` px high."""
         folder = self.folder / name
         folder.mkdir()
         frames = list(enumerate(sorted((shipped("samples") / "campfire").glob("*.png"))[:count]))
@@ -59,7 +59,7 @@ class Repo:
         return folder
 
     def frames(self, images: list[NDArray[np.uint8]], name: str = "clip") -> Path:
-        """Put frames of one's own into the repo."""
+        """Write frames of one's own into a folder of the repo."""
         folder = self.folder / name
         folder.mkdir()
         for i, image in enumerate(images):

@@ -1,6 +1,7 @@
 """What tests need besides Python packages: programs and folders that a machine may lack."""
 
 import os
+from pathlib import Path
 from typing import NoReturn
 
 import pytest
@@ -11,3 +12,9 @@ def missing(advice: str) -> NoReturn:
     if os.environ.get("CI"):
         pytest.fail(f"{advice}; on CI it must not be missing")
     pytest.skip(advice)
+
+
+def real_clips() -> Path:
+    """Return the folder of real clips that FIRE_ATLAS_CLIPS names; skip the test without it."""
+    named = os.environ.get("FIRE_ATLAS_CLIPS")
+    return Path(named) if named else missing("FIRE_ATLAS_CLIPS does not name a folder of clips")

@@ -12,7 +12,7 @@ from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.timeline.arrange import arrange
-from tests.support.fires import clip_of
+from tests.support.clips import clip_of
 
 Place = tuple[float, float]
 

@@ -1,20 +1,19 @@
 """Where clips are cut, and which are not."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.pixels import Pixels
-from tests.support.fires import campfire, clip_of, real_clip
+from tests.support.clips import SAMPLES, campfire, clip_of, open_clip, piece, real
 from tests.timeline.moving import Notes, arranged, blob, circling, moving, steps, turbulent
 
-ONE_SHOTS = ("cartoon_freedoom_fire", "cartoon_wesnoth_fireball_impact")
-CLOSED = (
+ONE_SHOTS = ["explosion", *map(real, ("cartoon_freedoom_fire", "cartoon_wesnoth_fireball_impact"))]
+REAL_CLOSED = (
     "sim_unity_flame02", "sim_unity_flame03", "cartoon_fluent_fire", "cartoon_tauran_flame_sheet",
     "cartoon_wesnoth_campfire", "real_fireplace_gif",
 )  # fmt: skip
+CLOSED = [*(name for name in SAMPLES if name != "explosion"), *map(real, REAL_CLOSED)]
 
 
 @pytest.mark.parametrize("period", [17, 24])
@@ -34,21 +33,24 @@ def test_a_short_clip_keeps_at_least_half_of_its_frames(count: int) -> None:
     assert arranged(turbulent(count), frames=4).count == 4, "unless fewer are asked for"
 
 
-@pytest.mark.parametrize("name", ["real_candle_red", "real_firewall_stock", "sim_unity_flame02"])
-def test_short_pieces_of_real_clips_keep_at_least_half_of_their_frames(
-    clips: Path, name: str
-) -> None:
-    whole = real_clip(clips, name)
+@pytest.mark.parametrize(
+    "name",
+    [
+        "campfire", "candle", "torch",
+        *map(real, ("real_candle_red", "real_firewall_stock", "sim_unity_flame02")),
+    ],
+)  # fmt: skip
+def test_short_pieces_of_clips_keep_at_least_half_of_their_frames(name: str) -> None:
     for start in (0, 9, 18):
-        frames = [whole.read(start + i) for i in range(11)]
-        assert arranged(clip_of(frames, whole.fps, whole.matte)).count >= 6
+        assert arranged(piece(open_clip(name), start, 11)).count >= 6
 
 
-def test_a_length_near_the_period_is_exactly_as_long_as_was_asked() -> None:
+def test_a_length_near_the_period_is_exactly_as_long_as_the_recipe_says() -> None:
     for frames in (20, 24, 30):
         assert arranged(circling(24, 60), frames=frames).count == frames
 
 
+@pytest.mark.slow
 def test_a_clip_that_closes_can_be_cut_to_any_length() -> None:
     """Where the best piece of it begins near its end as well."""
     clip = circling(24, 24)
@@ -70,8 +72,8 @@ def test_a_clip_that_closes_is_left_as_it_is() -> None:
 
 
 @pytest.mark.parametrize("name", CLOSED)
-def test_real_clips_that_close_come_through_untouched(clips: Path, name: str) -> None:
-    clip = real_clip(clips, name)
+def test_clips_that_close_come_through_untouched(name: str) -> None:
+    clip = open_clip(name)
     loop = arranged(clip)
     assert loop.loop and loop.count == clip.count
     assert all(np.array_equal(loop.read(i), clip.read(i)) for i in range(clip.count))
@@ -103,14 +105,17 @@ def test_a_lit_room_whose_light_drifts_is_no_one_shot() -> None:
 
 
 @pytest.mark.parametrize("name", ONE_SHOTS)
-def test_real_one_shots_play_once(clips: Path, name: str) -> None:
-    clip = real_clip(clips, name)
-    assert not arranged(clip).loop
+def test_one_shots_play_once(name: str) -> None:
+    assert not arranged(open_clip(name)).loop
 
 
-def test_a_one_shot_cannot_go_on(clips: Path) -> None:
-    with pytest.raises(RecipeError, match="16 frames of this clip, but the fire fades to nothing"):
-        arranged(real_clip(clips, ONE_SHOTS[1]), frames=40)
+@pytest.mark.parametrize(
+    ("name", "count"), [("explosion", 32), real("cartoon_wesnoth_fireball_impact", 16)]
+)
+def test_a_one_shot_cannot_go_on(name: str, count: int) -> None:
+    reason = f"{count} frames of this clip, but the fire fades to nothing"
+    with pytest.raises(RecipeError, match=reason):
+        arranged(open_clip(name), frames=40)
 
 
 def test_pixel_art_gets_no_new_colours() -> None:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from fire_atlas.core.errors import RecipeError
-from tests.support.fires import VY, burn, campfire, clip_of
+from tests.support.clips import campfire, clip_of
+from tests.support.effect import VY, run_effect
 from tests.timeline.moving import arranged, blob, moving, steps
 
 
@@ -37,9 +38,9 @@ def test_a_pingpong_longer_than_there_and_back_is_refused() -> None:
 @pytest.mark.parametrize("fps", [None, 60.0])
 def test_sparks_of_a_pingpong_rise_while_the_flame_runs_backwards(fps: float | None) -> None:
     timeline: dict[str, Any] = {"loop": "pingpong", **({"fps": fps} if fps else {})}
-    burnt = burn(replace(campfire(160, 24), loop=False), {"timeline": timeline})
-    half = burnt.clip.count // 2
-    there, back = (np.concatenate(burnt.tracks.frames[part])[:, VY]
+    effect = run_effect(replace(campfire(160, 24), loop=False), {"timeline": timeline})
+    half = effect.clip.count // 2
+    there, back = (np.concatenate(effect.tracks.frames[part])[:, VY]
                    for part in (slice(0, half), slice(half, None)))  # fmt: skip
     assert np.median(back) < 0.6 * np.median(there) < 0
 

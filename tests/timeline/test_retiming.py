@@ -1,14 +1,14 @@
 """Other frame rates: the fire keeps its speed."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from fire_atlas.core.clip import Clip
-from tests.support.fires import VX, VY, burn, campfire, clip_of, real_clip
+from tests.support.clips import SAMPLES, clip_of, open_clip, piece, real
+from tests.support.effect import VX, VY, run_effect
 from tests.timeline.moving import Notes, arranged, blob, centre, circling, moving, steps, turbulent
 
 
@@ -56,41 +56,42 @@ def test_two_flames_that_have_nothing_in_common_are_not_shown_at_once() -> None:
     assert any("nearest" in note for note in progress.notes)
 
 
-def test_a_clip_whose_rate_is_not_asked_for_keeps_it() -> None:
+def test_a_clip_keeps_its_rate_by_default() -> None:
     clip = circling(24, 24)
     assert arranged(clip).fps == clip.fps
     assert arranged(clip, fps=24.0).picture is clip.picture
 
 
-def _clips(clips: Path, name: str) -> Clip:
-    return campfire(160) if name == "campfire" else real_clip(clips, name)
+LIVELY = ["campfire", "torch", *map(real, ("cartoon_tauran_flame_sheet", "sim_unity_flame03"))]
 
 
-LIVELY = ("campfire", "cartoon_tauran_flame_sheet", "sim_unity_flame03")
+def _clip(name: str) -> Clip:
+    return open_clip(name, 160 if name in SAMPLES else None)
 
 
 @pytest.mark.parametrize("name", LIVELY)
-def test_no_frame_is_shown_twice_at_60_fps(clips: Path, name: str) -> None:
-    made = steps(arranged(_clips(clips, name), fps=60.0))
+def test_no_frame_is_shown_twice_at_60_fps(name: str) -> None:
+    made = steps(arranged(_clip(name), fps=60.0))
     assert made.min() >= 0.3 * np.median(made)
 
 
-@pytest.mark.parametrize("name", ["campfire", "real_fireplace_gif", "real_firewall_stock"])
-def test_no_frame_is_shown_twice_where_32_go_on_for_96(clips: Path, name: str) -> None:
-    clip = _clips(clips, name)
-    frames = [clip.read(i) for i in range(32)]
-    made = arranged(clip_of(frames, clip.fps, clip.matte), frames=96)
+@pytest.mark.parametrize(
+    "name", ["campfire", "torch", real("real_fireplace_gif"), real("real_firewall_stock")]
+)
+def test_no_frame_is_shown_twice_where_32_go_on_for_96(name: str) -> None:
+    made = arranged(piece(_clip(name), 0, 32), frames=96)
     assert made.loop and made.count == 96
     assert steps(made).min() >= 0.3 * np.median(steps(made))
 
 
-@pytest.mark.parametrize("name", [*LIVELY, "real_fireplace_gif"])
-def test_sparks_are_as_fast_as_at_the_rate_of_the_clip(clips: Path, name: str) -> None:
-    clip = _clips(clips, name)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*LIVELY, real("real_fireplace_gif")])
+def test_sparks_are_as_fast_as_at_the_rate_of_the_clip(name: str) -> None:
+    clip = _clip(name)
 
     def speed(**timeline: Any) -> float:
         keys = {"flakes": {"rate": 1200, "bursts": 0}, "timeline": timeline}
-        rows = np.concatenate([burn(clip, {"seed": seed, **keys}).rows for seed in range(3)])
+        rows = np.concatenate([run_effect(clip, {"seed": seed, **keys}).rows for seed in range(3)])
         return float(np.median(np.hypot(rows[:, VX], rows[:, VY])))
 
     own = speed()

@@ -1,17 +1,23 @@
 """What is seen where an end passes into a beginning."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.vision.loop_figures import Figures, LoopFigures, loop_figures
-from tests.support.fires import clip_of, real_clip
+from tests.support.clips import clip_of, open_clip, piece, real
 from tests.timeline.moving import arranged, blob, centre, moving, turbulent
 
-CUT = ("real_candle_red", "real_firewall_stock")
+CUT = [
+    ("torch", 0, 24),
+    ("torch", 4, 24),
+    ("cartoon", 0, 16),
+    real("real_candle_red", 0, 40),
+    real("real_firewall_stock", 0, 40),
+]
+"""Pieces of samples, and whole real clips, that do not close: name, first frame and frames."""
+
 OVERLAP = 8
 
 
@@ -24,9 +30,11 @@ def _in_the_overlap(values: Figures, overlap: int) -> Figures:
     return values[-overlap - 1 :]
 
 
-@pytest.mark.parametrize("name", CUT)
-def test_real_clips_that_do_not_close_get_a_seam_that_is_not_seen(clips: Path, name: str) -> None:
-    clip = real_clip(clips, name)
+@pytest.mark.parametrize(("name", "start", "count"), CUT)
+def test_clips_that_do_not_close_get_a_seam_that_is_not_seen(
+    name: str, start: int, count: int
+) -> None:
+    clip = piece(open_clip(name), start, count)
     assert _figures(clip).seam_ratio > 1.8, "it should need one"
     figures = _figures(arranged(clip))
     assert 0.8 <= figures.seam_ratio <= 1.25

@@ -74,7 +74,7 @@ def test_words_are_never_read_as_something_else(word: str) -> None:
 
 
 @given(st.floats(width=32, allow_nan=False, allow_infinity=False, allow_subnormal=False))
-def test_numbers_are_told_exactly_and_plainly(value: float) -> None:
+def test_numbers_are_written_exactly_and_plainly(value: float) -> None:
     assert re.fullmatch(r"-?\d+(\.\d+)?", single(value))
     assert float(single(value)) == pytest.approx(value, rel=6e-8, abs=0)
 

@@ -1,10 +1,8 @@
 """How like its clip a generated fire is: what tests and the benchmark of profiles measure."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -23,11 +21,11 @@ from fire_atlas.generators.profile.learn.learn import colour_table
 from fire_atlas.generators.profile.model import ColourTable, FeaturePoints, Profile
 from fire_atlas.generators.rendering import rendered_clip
 from fire_atlas.generators.settings import GenerationSettings
-from fire_atlas.recipe.source import FramesSource, Views
+from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
-from fire_atlas.sources.frames import open_frames
 from tests.generators.profile.colour_difference import delta_e, lab_of
 from tests.generators.profile.flames import swaying
+from tests.support.clips import open_clip
 
 Array = NDArray[np.float64]
 
@@ -74,13 +72,6 @@ class Look:
         return np.array([np.sqrt(((b - a) ** 2).sum()) for a, b in pairs])
 
 
-def real_clip(folder: Path) -> Clip:
-    """Open a clip of the collection, as filmed."""
-    about = json.loads((folder / "meta.json").read_text())
-    source = FramesSource(path=str(folder), fps=float(about["fps"]))
-    return open_frames(source, folder / "frames", "srgb")
-
-
 def learnt(*clips: Clip, **options: Any) -> Profile:
     """Learn a profile of one clip, or of two at a right angle."""
     with Workers(2) as workers:
@@ -96,9 +87,9 @@ def learnt_kite() -> Profile:
 
 
 @cache
-def learnt_real(folder: Path) -> Profile:
-    """Learn the profile of a clip of the collection."""
-    return learnt(real_clip(folder))
+def learnt_from(name: str) -> Profile:
+    """Learn the profile of a sample or a real clip."""
+    return learnt(open_clip(name))
 
 
 def settings(

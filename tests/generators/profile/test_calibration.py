@@ -1,7 +1,6 @@
 """What generated fire shows of its clip, and when."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +9,8 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.calibration import calibrate, measure_fire
 from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
 from fire_atlas.generators.profile.model import node_heights
-from tests.generators.profile.likeness import learnt_kite, learnt_real, settings
+from tests.generators.profile.likeness import learnt_from, learnt_kite, settings
+from tests.support.clips import real
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -43,9 +43,11 @@ def test_a_fire_sways_as_far_as_its_clip(seed: int) -> None:
     assert np.abs(np.diff(moved, axis=0)).max() < 1.5 * most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loop", [True, False])
-def test_time_goes_slower_where_a_fire_would_jump_and_never_back(clips: Path, loop: bool) -> None:
-    profile = learnt_real(clips / "cartoon_tauran_flame_sheet")
+@pytest.mark.parametrize("name", ["pixel_art", real("cartoon_tauran_flame_sheet")])
+def test_time_goes_slower_where_a_fire_would_jump_and_never_back(name: str, loop: bool) -> None:
+    profile = learnt_from(name)
     wanted = settings(96, loop=loop)
     with Workers(2) as workers:
         plain = measure_fire(GeneratedFire.of(profile, wanted), workers).steps
@@ -63,6 +65,7 @@ def test_time_goes_slower_where_a_fire_would_jump_and_never_back(clips: Path, lo
     assert fire.time_rate(95) == pytest.approx(np.diff(times)[-1])
 
 
+@pytest.mark.slow
 def test_a_short_fire_need_not_lean_as_all_of_its_clip() -> None:
     profile = learnt_kite()
     with Workers(2) as workers:

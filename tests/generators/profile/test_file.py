@@ -37,6 +37,7 @@ def test_a_profile_read_back_gives_the_same_fire_to_the_last_bit(
     assert (_frame(again) == _frame(profile)).all()
 
 
+@pytest.mark.slow
 def test_two_sides_are_kept() -> None:
     front, side = swaying()[0], swaying(half=30.0)[0]
     profile = learnt(front, side)

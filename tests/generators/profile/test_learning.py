@@ -1,7 +1,5 @@
 """What is learnt of a clip, and which clips nothing can be learnt from."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -26,7 +24,8 @@ from tests.generators.profile.flames import (
     painted,
     swaying,
 )
-from tests.generators.profile.likeness import learnt, real_clip
+from tests.generators.profile.likeness import learnt
+from tests.support.clips import open_clip
 
 
 @pytest.mark.parametrize("size", [2, 5, 8])
@@ -53,8 +52,10 @@ def test_every_frame_of_a_known_clip_gives_its_points_and_its_lean() -> None:
     assert front.statistics.width.median == pytest.approx(40, abs=1)
 
 
-def test_a_lit_prop_is_left_out(clips: Path) -> None:
-    front = learnt(real_clip(clips / "real_candle_red")).front
+@pytest.mark.slow
+@pytest.mark.clips
+def test_a_lit_prop_is_left_out() -> None:
+    front = learnt(open_clip("real_candle_red")).front
     # The wax begins at row 174, and is wider than the flame.
     assert max(points.bottom[1] for points in front.points) < 176
     assert front.statistics.width.median < 32

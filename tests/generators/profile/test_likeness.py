@@ -1,7 +1,5 @@
 """Generated fire is like its clip, and is not its clip."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,31 +8,35 @@ from tests.generators.profile.likeness import (
     colour_error,
     detail,
     generated,
+    learnt_from,
     learnt_kite,
-    learnt_real,
     look_at_clip,
     look_at_fire,
     nearest_input,
-    real_clip,
     settings,
 )
+from tests.support.clips import open_clip, real
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "seed"),
     [
-        ("real_candle_red", 0),
-        ("real_candle_red", 1),
-        ("sim_unity_flame03", 5),
-        ("cartoon_tauran_flame_sheet", 0),
-        ("cartoon_tauran_flame_sheet", 8),
-        ("cartoon_wesnoth_campfire", 0),
-        ("cartoon_wesnoth_campfire", 3),
+        ("candle", 0),
+        ("torch", 0),
+        ("cartoon", 0),
+        ("pixel_art", 0),
+        real("real_candle_red", 0),
+        real("real_candle_red", 1),
+        real("sim_unity_flame03", 5),
+        real("cartoon_tauran_flame_sheet", 0),
+        real("cartoon_tauran_flame_sheet", 8),
+        real("cartoon_wesnoth_campfire", 0),
+        real("cartoon_wesnoth_campfire", 3),
     ],
 )
-def test_ten_seconds_in_still_air_are_like_the_clip(name: str, seed: int, clips: Path) -> None:
-    clip = real_clip(clips / name)
-    profile = learnt_real(clips / name)
+def test_ten_seconds_in_still_air_are_like_the_clip(name: str, seed: int) -> None:
+    clip, profile = open_clip(name), learnt_from(name)
     [fire] = generated(profile, settings(240, clip.fps, seed=seed))
     seen, made = look_at_clip(clip), look_at_fire(fire, profile.front.threshold)
     assert colour_error(seen.table, made.table) <= 10
@@ -61,6 +63,7 @@ def test_the_same_settings_give_the_same_twice_and_another_seed_is_another() -> 
     assert not all(np.array_equal(one.read(i), other.read(i)) for i in order)
 
 
+@pytest.mark.slow
 def test_a_loop_closes_and_what_plays_once_does_not() -> None:
     profile = learnt_kite()
 
@@ -90,6 +93,7 @@ def test_frames_are_sound_pixels() -> None:
         assert edge[:, 3].max() < 0.02, "nothing is cut off"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slices", [1, 2, 64])
 @pytest.mark.parametrize("particles", [4, 300])
 def test_any_number_of_slices_and_particles_gives_a_whole_flame(
@@ -116,14 +120,16 @@ def test_a_bent_fire_leaves_its_base_upright() -> None:
     assert bent[3] == pytest.approx(1) and bent[4] == pytest.approx(1.015)
 
 
-def test_the_flow_is_that_of_the_frames(clips: Path) -> None:
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["torch", real("sim_unity_flame03")])
+def test_the_flow_is_that_of_the_frames(name: str) -> None:
     import cv2
 
     from fire_atlas.core.pixels import brightness
     from fire_atlas.vision.flow import optical_flow
 
     cv2.setNumThreads(1)
-    [clip] = generated(learnt_real(clips / "sim_unity_flame03"), settings(48))
+    [clip] = generated(learnt_from(name), settings(48))
     assert clip.flow is not None
     seen, given = [], []
     for i in range(0, 47, 9):

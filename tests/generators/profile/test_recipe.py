@@ -39,8 +39,8 @@ def save(clip: Clip, folder: Path) -> Path:
 @pytest.fixture
 def repo(tmp_path: Path) -> Path:
     """A folder with the clip of a swaying flame, and one of the same from the right."""
-    save(swaying()[0], tmp_path / "front")
-    save(swaying(half=28.0)[0], tmp_path / "side")
+    save(swaying(16)[0], tmp_path / "front")
+    save(swaying(16, half=28.0)[0], tmp_path / "side")
     return tmp_path
 
 
@@ -68,6 +68,7 @@ def test_a_recipe_builds_new_frames_of_any_length(repo: Path) -> None:
     assert manifest["inputs"][0]["path"] == "front/0000.png"
 
 
+@pytest.mark.slow
 def test_views_are_animations_of_their_own(repo: Path) -> None:
     keys: dict[str, Any] = {"views": {"count": 3, "elevation": 20}, "flakes": {"rate": 20}}
     files = built(recipe(repo, {"side_path": "side"}, **keys))
@@ -76,11 +77,13 @@ def test_views_are_animations_of_their_own(repo: Path) -> None:
     assert "fire.view_1.flakes.json" in files
 
 
+@pytest.mark.slow
 def test_the_same_bytes_at_any_worker_count(repo: Path) -> None:
     path = recipe(repo, views={"count": 2}, flakes={"rate": 20})
     assert built(path, "--jobs", "1") == built(path, "--jobs", "5")
 
 
+@pytest.mark.slow
 def test_a_profile_file_builds_what_its_clip_builds(repo: Path) -> None:
     code, said = run("learn", repo / "front", "-o", repo / "kite.profile.json")
     assert code == 0, said
@@ -92,6 +95,7 @@ def test_a_profile_file_builds_what_its_clip_builds(repo: Path) -> None:
     assert of_file["fire.json"] == of_clip["fire.json"]
 
 
+@pytest.mark.slow
 def test_a_build_is_fresh_until_either_clip_changes(repo: Path) -> None:
     path = recipe(repo, {"side_path": "side"})
     built(path)
@@ -101,6 +105,7 @@ def test_a_build_is_fresh_until_either_clip_changes(repo: Path) -> None:
     assert code == 0 and "up to date" not in said
 
 
+@pytest.mark.slow
 def test_learning_from_two_sides_on_the_command_line(repo: Path) -> None:
     out = repo / "both.profile.json"
     sides = repo / "front", "--side", repo / "side"
@@ -141,8 +146,8 @@ def test_mistakes_in_a_recipe_are_refused_with_advice(
     [
         ({"loop": "pingpong"}, "timeline.loop: pingpong joins the ends of a clip"),
         ({"loop": "crossfade"}, "timeline.loop: crossfade joins the ends of a clip"),
-        ({"overlap": 4}, "timeline.overlap: applies to clips"),
-        ({"loop": "none", "tail": True}, "timeline.tail: applies to clips"),
+        ({"overlap": 4}, "timeline.overlap: applies to clips only"),
+        ({"loop": "none", "tail": True}, "timeline.tail: applies to clips only"),
     ],
 )
 def test_what_is_for_footage_is_refused(repo: Path, timeline: dict[str, Any], message: str) -> None:
@@ -182,6 +187,7 @@ def test_a_profile_file_does_not_take_a_side_view_too(repo: Path) -> None:
     assert code == 1 and "remove source.side_path" in said
 
 
+@pytest.mark.slow
 def test_learn_names_its_output_and_will_not_overwrite_its_input(
     repo: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -192,6 +198,7 @@ def test_learn_names_its_output_and_will_not_overwrite_its_input(
     assert code == 2 and "ends in .json" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("taken", ["kite.profile.json", "kite.profile.png"])
 def test_learn_replaces_a_file_only_when_that_is_asked_for(repo: Path, taken: str) -> None:
     (repo / taken).write_text("mine")

@@ -1,7 +1,6 @@
 """One fire, seen from many sides."""
 
 import itertools
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,16 +11,19 @@ from tests.generators.profile.flames import swaying
 from tests.generators.profile.likeness import (
     generated,
     learnt,
-    learnt_real,
+    learnt_from,
     look_at_fire,
     settings,
     silhouette,
 )
+from tests.support.clips import real
+
+pytestmark = pytest.mark.slow
 
 
-@pytest.fixture(scope="module")
-def profile(clips: Path) -> Profile:
-    return learnt_real(clips / "sim_unity_flame03")
+@pytest.fixture(scope="module", params=["torch", real("sim_unity_flame03")])
+def profile(request: pytest.FixtureRequest) -> Profile:
+    return learnt_from(request.param)
 
 
 def test_eight_silhouettes_of_a_frame_pass_into_one_another(profile: Profile) -> None:

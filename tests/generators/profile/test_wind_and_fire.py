@@ -1,7 +1,6 @@
 """Wind drives the fire: it leans, mirrors, settles, and its gusts close."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,11 +18,12 @@ from fire_atlas.sources.registry import SourceSettings, open_source
 from tests.generators.profile.likeness import (
     Array,
     generated,
+    learnt_from,
     learnt_kite,
-    learnt_real,
     look_at_fire,
     settings,
 )
+from tests.support.clips import real
 
 
 @pytest.fixture(scope="module")
@@ -46,12 +46,14 @@ def leans(profile: Profile, blows: Wind, frames: int = 72, loop: bool = True) ->
     return look_at_fire(clip, profile.front.threshold).leans
 
 
+@pytest.mark.slow
 def test_the_lean_rises_with_every_level(profile: Profile) -> None:
     means = [float(leans(profile, wind(level=float(level))).mean()) for level in range(6)]
     assert (np.diff(means) > 3).all(), means
     assert means[-1] == pytest.approx(LEAN_PER_LEVEL * 5, abs=5)
 
 
+@pytest.mark.slow
 def test_it_mirrors_with_the_direction(profile: Profile) -> None:
     still = float(leans(profile, wind()).mean())
     right, left = (
@@ -62,13 +64,16 @@ def test_it_mirrors_with_the_direction(profile: Profile) -> None:
     assert right > 10
 
 
+@pytest.mark.slow
 def test_wind_along_the_view_does_not_lean_it(profile: Profile) -> None:
     still, away = (leans(profile, wind(**keys)) for keys in ({}, {"level": 4.0, "direction": 90.0}))
     assert float(away.mean()) == pytest.approx(float(still.mean()), abs=2)
 
 
-def test_a_real_fire_leans_and_a_sustained_force_settles(clips: Path) -> None:
-    profile = learnt_real(clips / "real_candle_red")
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["candle", real("real_candle_red")])
+def test_a_fire_leans_and_a_sustained_force_settles(name: str) -> None:
+    profile = learnt_from(name)
     lean = leans(profile, sets_in(2.0, 3.0), frames=216, loop=False)
     onset, sustained = lean[52:84], lean[140:]
     assert sustained.mean() - lean[:48].mean() > 12
@@ -84,6 +89,7 @@ def test_under_a_sustained_force_the_fire_sways_less_and_less() -> None:
     assert (np.diff(gain[start:]) <= 1e-9).all() and gain[-1] < 0.45
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [None, 2, 3])
 @pytest.mark.parametrize("preset", ["windy_torch", "endless_candle"])
 def test_gusts_close_with_the_loop(preset: str, seed: int | None) -> None:

@@ -55,6 +55,7 @@ def test_one_side_has_the_recipes_own_name(tmp_path: Path) -> None:
     assert "torch/0005" in json.loads(files["torch.json"])["frames"]
 
 
+@pytest.mark.slow
 def test_the_same_recipe_gives_the_same_bytes_at_any_worker_count(tmp_path: Path) -> None:
     path = recipe(tmp_path, SILK, views={"count": 2})
     one = built(path, tmp_path / "one", "--jobs", "1")
@@ -149,8 +150,8 @@ def test_each_kind_of_source_is_refused_the_keys_of_the_other(
     assert "views: frames have one side only" in message
     for keys, advice in (
         ({"loop": "pingpong"}, "timeline.loop: pingpong joins the ends of a clip"),
-        ({"overlap": 4}, "timeline.overlap: applies to clips"),
-        ({"tail": True, "loop": "none"}, "timeline.tail: applies to clips"),
+        ({"overlap": 4}, "timeline.overlap: applies to clips only"),
+        ({"tail": True, "loop": "none"}, "timeline.tail: applies to clips only"),
     ):
         assert advice in refused(recipe(tmp_path, SILK, timeline=keys), capsys)
     message = refused(recipe(tmp_path, {"kind": "slik"}), capsys)

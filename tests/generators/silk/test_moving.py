@@ -30,6 +30,7 @@ def blown(level: float) -> SilkRenderer:
 LEVELS = (0.0, 0.6, 1.2, 2.0, 3.0, 4.0, 5.0)
 
 
+@pytest.mark.slow
 def test_the_faster_the_sheets_the_faster_the_rendered_texture_changes() -> None:
     """Eq. 17. The sheets are held still while they are drawn, so that the texture alone moves."""
     energy, change = [], []
@@ -45,6 +46,7 @@ def test_the_faster_the_sheets_the_faster_the_rendered_texture_changes() -> None
     assert np.corrcoef(ranks(energy), ranks(change))[0, 1] >= 0.9
 
 
+@pytest.mark.slow
 def test_a_stronger_wind_leans_the_flame_further_where_it_blows() -> None:
     angles = [float(lean(blown(level).recording.x).mean()) for level in LEVELS]
     assert np.diff(angles).min() > 0
@@ -56,6 +58,7 @@ def test_a_stronger_wind_leans_the_flame_further_where_it_blows() -> None:
     assert y > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "less", "more"), [("lift", 0.5, 2.0), ("pressure", 0.5, 2.0)])
 def test_what_rises_harder_bends_less(key: str, less: float, more: float) -> None:
     keys: list[dict[str, Any]] = [{key: less}, {key: more}]
@@ -74,6 +77,7 @@ def test_oxygen_makes_the_fire_faster_and_brighter() -> None:
     assert red[0] > red[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fuel", ["wood", "candle", "gas"])
 def test_every_side_of_a_loop_closes_to_the_byte(fuel: str) -> None:
     wind = {"gusts": {"mean": 1.0, "strength": 1.0, "period": 0.5}}
@@ -94,6 +98,7 @@ def test_a_loop_has_no_seam() -> None:
     assert np.mean(detail[:13]) > 0.85 * np.median(detail)
 
 
+@pytest.mark.slow
 def test_nothing_repeats_within_a_loop() -> None:
     """No two frames are alike, near neighbours in time apart, and no two sheets show one image."""
     made = fire(36, sheets={"count": 8})
@@ -120,6 +125,7 @@ def test_time_runs_on_where_nothing_loops() -> None:
     assert not np.array_equal(made.draw(0, camera()).light, made.draw(19, camera()).light)
 
 
+@pytest.mark.slow
 def test_the_same_seed_is_the_same_fire_and_another_is_another() -> None:
     keys: dict[str, Any] = {"sheets": {"count": 2}}
     one, same = (fire(4, **keys).draw(2, camera()).light for _ in range(2))
@@ -159,6 +165,7 @@ def match() -> SilkRenderer:
     return generate_silk(small, settings(frames, False, recipe.wind, seed=0, fps=fps))
 
 
+@pytest.mark.slow
 def test_a_match_bends_the_flame_by_five_degrees_catches_fire_and_the_flame_recovers() -> None:
     made = match()
     bent = lean(made.recording.x, slice(0, 3))
@@ -193,6 +200,7 @@ def test_a_ball_in_the_flame_parts_it() -> None:
 KEYFRAMES = [{"t": 0, "at": [1, 0, 0.5]}, {"t": 0.4, "at": [0, 0, 0.3]}]
 
 
+@pytest.mark.slow
 def test_an_intruder_that_never_leaves_a_loop_is_refused_with_the_way_out() -> None:
     stays: dict[str, Any] = {"intruders": [{"shape": "sphere", "keyframes": KEYFRAMES}]}
     with pytest.raises(RecipeError, match=r"intruders\.0: is elsewhere after 1 s.*loop: none"):
@@ -204,6 +212,7 @@ def test_an_intruder_that_never_leaves_a_loop_is_refused_with_the_way_out() -> N
     assert np.array_equal(first, again)
 
 
+@pytest.mark.slow
 def test_springs_too_stiff_are_refused_with_the_limit_and_stable_below_it() -> None:
     with pytest.raises(
         RecipeError, match=r"source\.stiffness.*at most about ([0-9.e+]+)"

@@ -20,7 +20,7 @@ from fire_atlas.generators.silk.motion_synthesis import (
 )
 from fire_atlas.generators.silk.procedural_texture import synthesise_texture
 from fire_atlas.generators.silk.texture import TextureLoop
-from tests.support.fires import real_clip
+from tests.support.clips import real_clip
 
 Array = NDArray[np.float32]
 BURNER = Burner(
@@ -116,6 +116,7 @@ def test_a_known_translation_is_the_most_probable_motion(shift: tuple[int, int])
     assert right[textured].mean() >= 0.8
 
 
+@pytest.mark.slow
 def test_two_hundred_synthesised_images_neither_freeze_nor_blur_away() -> None:
     images = painted().images
     seeds = SeedImages(images[7], images[8], 7)

@@ -1,9 +1,7 @@
-"""Fires to burn, and the effect run on them without files: what the tests of the effect share."""
+"""The effect, run on a clip in memory without any build."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +11,6 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.progress import Progress, SilentProgress
-from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.composition.composite import clip_palette
 from fire_atlas.effect.field.buoyancy import lift_direction
@@ -24,22 +21,10 @@ from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip, compose_layers, layers_of
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.source import FramesSource
-from fire_atlas.sources.frames import open_frames
 from fire_atlas.timeline.arrange import arrange
 
 Array = NDArray[np.float64]
 Plane = NDArray[np.float32]
-
-RISING = (
-    "cartoon_fluent_fire", "cartoon_freedoom_fire", "cartoon_tauran_flame_sheet",
-    "cartoon_wesnoth_campfire", "real_candle_red", "real_fireplace_gif", "real_firewall_stock",
-    "sim_unity_flame02", "sim_unity_flame03",
-)  # fmt: skip
-"""Real clips of a flame that rises."""
-
-ALL_CLIPS = (*RISING, "cartoon_wesnoth_fireball_impact")
-"""Every real clip: the last is a flash that turns into smoke."""
 
 _LIFE = 2.6
 """Seconds a flake lives at most, by default."""
@@ -48,7 +33,7 @@ ID, X, Y, VX, VY, SIZE, STRETCH, ROTATION, R, G, B, A, AGE, LIFE = range(len(COL
 
 
 @dataclass(frozen=True, slots=True)
-class Burnt:
+class EffectRun:
     """The effect, run on a clip."""
 
     clip: Clip
@@ -99,7 +84,7 @@ def context_of(workers: Workers, progress: Progress | None = None) -> BuildConte
     return replace(context, progress=progress) if progress else context
 
 
-def burn(clip: Clip, keys: Mapping[str, Any] | None = None, jobs: int = 2) -> Burnt:
+def run_effect(clip: Clip, keys: Mapping[str, Any] | None = None, jobs: int = 2) -> EffectRun:
     """Run the effect on ``clip`` with a recipe of ``keys``, up to the tracks."""
     recipe = recipe_of(keys or {})
     with Workers(jobs) as workers:
@@ -108,42 +93,7 @@ def burn(clip: Clip, keys: Mapping[str, Any] | None = None, jobs: int = 2) -> Bu
         context = context_of(workers)
         analysis = analyse(clip, study, AnalysisSettings.of(recipe), context)
         tracks = simulate(clip, study, analysis, SimulationSettings.of(recipe), context)
-    return Burnt(clip, recipe, study, analysis, tracks)
-
-
-def clip_of(frames: list[Pixels], fps: float = 24.0, matte: str = "alpha") -> Clip:
-    """Return a clip of frames that are in memory."""
-    height, width = frames[0].shape[:2]
-    return Clip(
-        width, height, fps, len(frames), lambda i: frames[i].copy(), (), "srgb", matte, "made here"
-    )
-
-
-def kept(clip: Clip) -> Clip:
-    """Return ``clip`` with all its frames in memory."""
-    frames = [clip.read(i) for i in range(clip.count)]
-    return replace(clip, picture=lambda i: frames[i].copy())
-
-
-def looped(clip: Clip, seconds: float) -> Clip:
-    """Return ``clip`` played again and again for at least ``seconds``."""
-    count = max(clip.count, round(seconds * clip.fps))
-    return replace(clip, count=count, picture=lambda i: clip.picture(i % clip.count))
-
-
-def real_clip(clips: Path, name: str) -> Clip:
-    """Return a real clip at its own rate, in memory."""
-    meta = json.loads((clips / name / "meta.json").read_text(encoding="utf-8"))
-    folder = clips / name / "frames"
-    source = FramesSource(path=str(folder), fps=float(meta["fps"]))
-    return kept(open_frames(source, folder, "srgb"))
-
-
-def campfire(height: int | None = None, count: int | None = None) -> Clip:
-    """Return the sample campfire, in memory."""
-    folder = shipped("samples") / "campfire"
-    source = FramesSource(path=str(folder), fps=24.0, height=height, count=count)
-    return kept(open_frames(source, folder, "srgb"))
+    return EffectRun(clip, recipe, study, analysis, tracks)
 
 
 def pixel_of(rows: Array, clip: Clip) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

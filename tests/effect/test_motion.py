@@ -1,0 +1,96 @@
+"""Flakes move with the flame of their clip, and leave it as embers do.
+
+``tests/bench/motion.py`` prints the figures behind these bounds.
+"""
+
+from functools import lru_cache
+
+import pytest
+
+from fire_atlas.effect.flakes.statistics import ember_figures
+from tests.support.clip_motion import (
+    correlation,
+    crowding,
+    dis_flow,
+    flows_of,
+    in_the_flame,
+    other_flow,
+    share_that_rises,
+)
+from tests.support.clips import ALL_CLIPS, RISING, RISING_SAMPLES, SAMPLES, looped, open_clip, real
+from tests.support.effect import EffectRun, run_effect
+
+MANY = 600
+"""Births a second, for statistics: flakes do not know of each other."""
+
+CUT = ("real_candle_red", "real_firewall_stock")
+"""Clips that do not close, and are cut by default."""
+
+LEAST_SIDEWAYS = {"campfire": 0.7}
+"""Least correlation in x, where it is not 0.75: the sample campfire rises straight, and moves by a
+quarter of a px a frame sideways, which is near the noise of the flow."""
+
+MOST_IN_A_CELL = {"candle": 5.0, "cartoon_wesnoth_campfire": 5.0, "pixel_art": 5.0}
+"""Most rows in a cell against the plume's mean, where it is not 4: all flakes of the calm candle
+leave by its tip, and the two paintings fill their frame, with the plume in a few cells at the top.
+"""
+
+RISING_CLIPS = [*RISING_SAMPLES, *map(real, RISING)]
+
+
+@lru_cache(maxsize=2)
+def _long(name: str) -> EffectRun:
+    keys = {"flakes": {"rate": 200}, "timeline": {"loop": "none"}}
+    return run_effect(looped(open_clip(name), 5.0), keys)
+
+
+@pytest.mark.parametrize("name", RISING_CLIPS)
+def test_flakes_follow_the_flow_of_the_flame(name: str) -> None:
+    clip = open_clip(name)
+    flows = flows_of(clip, dis_flow)
+    # What is cut has no frames to compare with.
+    loop = "none" if name in CUT else "auto"
+    effect = run_effect(clip, {"flakes": {"scatter": 1, "rate": MANY}, "timeline": {"loop": loop}})
+    places = in_the_flame(effect, flows, flows)
+    x, y = correlation(places.flakes, places.flow)
+    assert x >= LEAST_SIDEWAYS.get(name, 0.75) and y >= 0.6, (
+        f"{x:.2f} {y:.2f} at {len(places.flow)} places"
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["candle", real("cartoon_freedoom_fire"), real("cartoon_tauran_flame_sheet")]
+)
+def test_flakes_follow_the_flow_by_other_methods(name: str) -> None:
+    """On small clips; the others take minutes, in ``tests/bench/motion.py``."""
+    clip = open_clip(name)
+    flows, others = flows_of(clip, dis_flow), flows_of(clip, other_flow)
+    keys = {"flakes": {"scatter": 1, "rate": MANY}, "timeline": {"loop": "none"}}
+    places = in_the_flame(run_effect(clip, keys), flows, others)
+    x, y = correlation(places.flakes, places.other)
+    assert x >= 0.75 and y >= 0.6, f"{x:.2f} {y:.2f} at {len(places.flow)} places"
+
+
+@pytest.mark.parametrize("name", RISING_CLIPS)
+def test_nearly_all_flakes_end_higher_than_they_began(name: str) -> None:
+    assert share_that_rises(run_effect(open_clip(name), {"flakes": {"rate": MANY}})) >= 0.95
+
+
+@pytest.mark.parametrize("name", [*SAMPLES, *map(real, ALL_CLIPS)])
+def test_no_clip_is_without_flakes(name: str) -> None:
+    assert len(run_effect(open_clip(name)).tracks.spawns) > 0
+
+
+@pytest.mark.parametrize("name", RISING_CLIPS)
+def test_flakes_do_not_pile_up_above_the_flame(name: str) -> None:
+    part, cell = crowding(_long(name))
+    assert part <= 4
+    assert cell <= MOST_IN_A_CELL.get(name, 4.0)
+
+
+@pytest.mark.parametrize("name", RISING_CLIPS)
+def test_most_flakes_leave_by_the_top_or_the_sides_or_burn_out(name: str) -> None:
+    fates = {f.name: f.value for f in ember_figures(_long(name).tracks)}
+    assert fates["left by the top"] + fates["left by the sides"] + fates["burnt out"] > 0.5
+    assert fates["fell out of the bottom"] < 0.5

@@ -1,0 +1,95 @@
+"""Fire clips to test on: the samples, which everybody has, and real footage where it is."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+from _pytest.mark import ParameterSet
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import Pixels
+from fire_atlas.core.shipped import shipped
+from fire_atlas.recipe.source import FramesSource
+from fire_atlas.sources.frames import open_frames
+from tests.support.requirements import real_clips
+
+SAMPLES: dict[str, dict[str, Any]] = {
+    "campfire": {"path": "campfire", "fps": 24.0},
+    "candle": {"path": "candle", "fps": 24.0},
+    "torch": {"path": "torch.gif", "matte": "luminance"},
+    "fireball": {"path": "fireball", "fps": 24.0},
+    "explosion": {"path": "explosion", "fps": 24.0},
+    "cartoon": {"path": "cartoon_flame.png", "fps": 12.0, "grid": {"columns": 6, "rows": 4}},
+    "pixel_art": {"path": "pixel_flame.png", "fps": 10.0, "grid": {"columns": 8, "rows": 1}},
+}
+"""Sources of the sample clips, as the ready recipes open them."""
+
+RISING_SAMPLES = ("campfire", "candle", "torch", "cartoon", "pixel_art")
+"""Samples of a flame that rises."""
+
+RISING = (
+    "cartoon_fluent_fire", "cartoon_freedoom_fire", "cartoon_tauran_flame_sheet",
+    "cartoon_wesnoth_campfire", "real_candle_red", "real_fireplace_gif", "real_firewall_stock",
+    "sim_unity_flame02", "sim_unity_flame03",
+)  # fmt: skip
+"""Real clips of a flame that rises."""
+
+ALL_CLIPS = (*RISING, "cartoon_wesnoth_fireball_impact")
+"""Every real clip: the last is a flash that turns into smoke."""
+
+
+def real(name: str, *values: object) -> ParameterSet:
+    """Return parameters of a test for a real clip, which not everybody has and which takes long."""
+    return pytest.param(name, *values, marks=[pytest.mark.clips, pytest.mark.slow])
+
+
+@lru_cache(maxsize=8)  # 65 MB each on average
+def open_clip(name: str, height: int | None = None, count: int | None = None) -> Clip:
+    """Return a sample or a real clip by its name, in memory, at its own rate."""
+    if name not in SAMPLES:
+        return real_clip(real_clips(), name)
+    path = shipped("samples") / str(SAMPLES[name]["path"])
+    source = FramesSource.model_validate({**SAMPLES[name], "height": height, "count": count})
+    return kept(open_frames(source, path, "srgb"))
+
+
+def real_clip(folder: Path, name: str) -> Clip:
+    """Return a real clip in ``folder``, in memory, at its own rate."""
+    meta = json.loads((folder / name / "meta.json").read_text(encoding="utf-8"))
+    frames = folder / name / "frames"
+    return kept(open_frames(FramesSource(path=str(frames), fps=meta["fps"]), frames, "srgb"))
+
+
+def campfire(height: int | None = None, count: int | None = None) -> Clip:
+    """Return the sample campfire, in memory."""
+    return open_clip("campfire", height, count)
+
+
+def clip_of(frames: Sequence[Pixels], fps: float = 24.0, matte: str = "alpha") -> Clip:
+    """Return a clip of frames that are in memory."""
+    height, width = frames[0].shape[:2]
+    return Clip(
+        width, height, fps, len(frames), lambda i: frames[i].copy(), (), "srgb", matte, "made here"
+    )
+
+
+def kept(clip: Clip) -> Clip:
+    """Return ``clip`` with all its frames in memory."""
+    frames = [clip.read(i) for i in range(clip.count)]
+    return replace(clip, picture=lambda i: frames[i].copy())
+
+
+def piece(clip: Clip, start: int, count: int) -> Clip:
+    """Return ``count`` frames of ``clip`` from frame ``start`` on, as a clip that is cut out."""
+    frames = [clip.read(start + i) for i in range(count)]
+    return clip_of(frames, clip.fps, clip.matte)
+
+
+def looped(clip: Clip, seconds: float) -> Clip:
+    """Return ``clip`` played again and again for at least ``seconds``."""
+    count = max(clip.count, round(seconds * clip.fps))
+    return replace(clip, count=count, picture=lambda i: clip.picture(i % clip.count))
