@@ -28,6 +28,16 @@ MOST_ARROWS = 65
 """Pairs of rooms of which one imports the other; rooms within a room count as that one."""
 
 
+OWNERS = {
+    "cv2.DISOpticalFlow.create": "vision.flow",
+    "cv2.remap": "vision.warp",
+    "bytes.fromhex": "core.pixels",
+    "np.random.Generator": "core.chance",
+    "hashlib.file_digest": "outputs.digest",
+}
+"""The one module that calls each of these: the owner of what is computed by it."""
+
+
 class Taken(NamedTuple):
     """A name that a module imports from another one, under its own name for it."""
 
@@ -179,3 +189,16 @@ def test_rooms_know_few_others() -> None:
     within = {(a, b) for a, b in arrows() if a != f"{PACKAGE}.__main__"}
     between = {(outer_room(a), outer_room(b)) for a, b in within}
     assert sum(a != b for a, b in between) <= MOST_ARROWS
+
+
+def test_what_is_computed_in_one_place_is_computed_nowhere_else() -> None:
+    callers = {
+        call: {
+            module.removeprefix(f"{PACKAGE}.")
+            for module, tree in modules().items()
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Call) and ast.unparse(node.func) == call
+        }
+        for call in OWNERS
+    }
+    assert callers == {call: {owner} for call, owner in OWNERS.items()}

@@ -18,6 +18,7 @@ from fire_atlas.sources.images import ANIMATIONS, check_size, decode, detect_for
 from fire_atlas.sources.listing import MAX_PIXELS, frame_range, locate
 from fire_atlas.sources.reader import FrameReader, cached
 from fire_atlas.sources.sheet import open_sheet
+from fire_atlas.vision.sampling import evenly_spread
 
 DEFAULT_FPS = 24.0
 """Frames per second of files that state no rate."""
@@ -91,8 +92,7 @@ def _resized(
 
 def sample_numbers(chosen: range) -> list[int]:
     """Return a few of the frame numbers, evenly spread, with the first and the last."""
-    places = np.linspace(0, len(chosen) - 1, min(_SAMPLES, len(chosen)))
-    return [chosen[round(float(place))] for place in places]
+    return [chosen[i] for i in evenly_spread(0, len(chosen) - 1, _SAMPLES)]
 
 
 def _open_reader(settings: FramesSource, path: Path, max_pixels: int) -> tuple[FrameReader, range]:

@@ -3,9 +3,7 @@
 from functools import partial
 from math import ceil, floor
 from pathlib import Path
-from typing import cast
 
-import cv2
 import numpy as np
 
 from fire_atlas.core.errors import SourceError
@@ -14,6 +12,7 @@ from fire_atlas.recipe.source import Grid
 from fire_atlas.sources.images import decode, read_header
 from fire_atlas.sources.listing import MAX_PIXELS
 from fire_atlas.sources.reader import FrameReader
+from fire_atlas.vision.warp import sample_at
 
 
 def open_sheet(path: Path, grid: Grid, max_pixels: int = MAX_PIXELS) -> FrameReader:
@@ -62,8 +61,7 @@ def _fractional_cell(sheet: Picture, grid: Grid, i: int) -> Picture:
     left, right, x = _sample_positions(column, sheet.shape[1] / grid.columns)
     light = to_light(sheet[top:bottom, left:right])
     across, down = np.meshgrid(x, y)
-    cell = cv2.remap(light, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return cast(Picture, cell)
+    return sample_at(light, across, down)
 
 
 def _sample_positions(
