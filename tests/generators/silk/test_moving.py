@@ -179,6 +179,7 @@ def test_a_match_bends_the_flame_by_five_degrees_catches_fire_and_the_flame_reco
     assert np.all(made.recording.lit[:, :3] == 1)
 
 
+@pytest.mark.slow
 def test_the_burning_match_carries_its_flame_away() -> None:
     eye = camera(width=96, height=96, foot=0.1)
     right = [match().draw(i, eye).light[:40, 60:].max() for i in (10, 75)]
