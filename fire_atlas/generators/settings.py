@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from typing import Self
 
-from fire_atlas.effect.field.wind import fit_gusts
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
@@ -35,6 +34,8 @@ class GenerationSettings:
     @classmethod
     def of(cls, recipe: Recipe) -> Self:
         """Read the settings from a recipe; length and frame rate have defaults."""
+        from fire_atlas.effect.field.wind import fit_gusts  # numpy, which a listing does without
+
         timeline = recipe.timeline
         frames, fps = timeline.frames or _FRAMES, timeline.fps or _FPS
         loop = timeline.loop != "none"

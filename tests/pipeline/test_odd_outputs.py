@@ -104,7 +104,7 @@ def test_a_page_whose_header_is_cut_short_is_refused(repo: Repo, build: Path) ->
 
 
 @pytest.mark.parametrize("name", ["a\0b", "\ud800", "a\nb", "x\x1b[2J"])
-def test_a_manifest_that_names_what_no_file_is_called_is_not_sound(
+def test_a_manifest_that_names_what_no_file_is_called_is_not_valid(
     repo: Repo, build: Path, name: str
 ) -> None:
     manifest = build / "fire.manifest.json"
@@ -112,7 +112,7 @@ def test_a_manifest_that_names_what_no_file_is_called_is_not_sound(
     document["outputs"][0]["path"] = name
     manifest.write_text(json.dumps(document), encoding="utf-8")
     plan = repo.run("build", repo.folder / "fire.yaml", "--dry-run")
-    assert plan.code == 0 and "no sound fire.manifest.json" in plan.out
+    assert plan.code == 0 and "holds no valid fire.manifest.json" in plan.out
     assert repo.run("clean", repo.folder / "fire.yaml").code == 1
     shown = repo.run("inspect", build / "fire.json")
     assert shown.code == 1 and "is not a manifest that fire-atlas wrote" in shown.err

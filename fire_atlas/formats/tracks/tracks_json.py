@@ -94,7 +94,7 @@ def read_tracks(path: Path) -> Tracks | None:
         LookupError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError
     ) as error:  # fmt: skip
         raise SourceError(
-            f"{path}: is not a file of flake tracks written by fire-atlas "
+            f"{path}: is not a file of flake tracks that fire-atlas wrote "
             f"({type(error).__name__}: {error}); build the recipe again"
         ) from error
 
