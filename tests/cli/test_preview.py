@@ -282,4 +282,4 @@ def test_broken_tracks_are_refused(run: Run, atlas: Path) -> None:
     atlas.with_name("fire.flakes.json").write_text('{"columns": []}')
     result = run("inspect", atlas.name)
     assert result.returncode == 1
-    assert "fire.flakes.json: is not a file of flake tracks written by fire-atlas" in result.stderr
+    assert "fire.flakes.json: is not a file of flake tracks that fire-atlas wrote" in result.stderr

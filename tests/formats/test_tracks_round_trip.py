@@ -101,7 +101,7 @@ def test_what_is_no_tracks_is_refused(change: Callable[[str], str], tmp_path: Pa
     text = file.data.decode()
     assert change(text) != text
     with pytest.raises(
-        SourceError, match=r"fire\.flakes\.json: is not a file of flake tracks written by"
+        SourceError, match=r"fire\.flakes\.json: is not a file of flake tracks that"
     ):
         read_back(replace(file, data=change(text).encode()), tmp_path)
 
