@@ -170,9 +170,7 @@ def _add_clean(commands: _Commands) -> _Parser:
 
 
 def _add_preview(commands: _Commands) -> _Parser:
-    parser = commands.add_parser(
-        "preview", help="make an HTML page that plays a result, or a picture"
-    )
+    parser = commands.add_parser("preview", help="make an HTML player of a result, or a picture")
     parser.add_argument("subject", type=_path, metavar="RECIPE|ATLAS.json")
     kinds = parser.add_mutually_exclusive_group()
     for kind, about in (

@@ -63,7 +63,7 @@ def _preview(path: Path, clip: Clip | None, kind: Any, background: Color) -> tup
 
 
 def _default_target(args: Namespace, name: str) -> Path:
-    """Return the default path: a recipe's HTML page beside its atlas, all else beside the subject."""
+    """Return the default path: a recipe's HTML page beside its atlas, else beside the subject."""
     suffix = _SUFFIX[args.kind]
     if args.kind == "page" and _is_recipe(args.subject):
         return default_folder(args.subject) / f"{name}.preview{suffix}"

@@ -39,8 +39,8 @@ class WindKeyframe(Settings):
     level: Level = 0.0
     """Strength, 0-5."""
     direction: Heading = 0.0
-    """Direction the wind blows towards: ``right``, ``left``, or degrees, as seen from above: 0 right,
-    90 away from the viewer, 180 left."""
+    """Direction the wind blows towards: ``right``, ``left``, or degrees, as seen from above: 0
+    right, 90 away from the viewer, 180 left."""
 
 
 class Gusts(Settings):

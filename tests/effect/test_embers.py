@@ -19,7 +19,7 @@ from fire_atlas.effect.flakes.appearance import (
     temperature,
 )
 from fire_atlas.effect.flakes.emission import TICK, EmitterSettings, emit
-from fire_atlas.effect.flakes.statistics import ember_figures
+from fire_atlas.effect.flakes.statistics import flake_figures
 from fire_atlas.pipeline.layers import draw
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
 from fire_atlas.recipe.effect import Flakes
@@ -152,7 +152,7 @@ def test_sizes_are_log_normal(burnt: Burnt) -> None:
 def test_sizes_that_are_seen_spread_too_though_a_pixel_grid_cannot_show_the_smallest(
     burnt: Burnt,
 ) -> None:
-    figures = {figure.name: figure for figure in ember_figures(burnt.tracks)}
+    figures = {figure.name: figure for figure in flake_figures(burnt.tracks)}
     assert figures["size, σ of its logarithm"].is_in_range
 
 
@@ -193,7 +193,7 @@ def test_all_four_ends_of_life_occur_over_long_runs(clips: Path) -> None:
     shares = dict.fromkeys(("left by the top", "left by the sides", "burnt out", "fell back"), 0.0)
     for name in CLIPS:
         burnt = _sparkling(name, clips)
-        for figure in ember_figures(burnt.tracks):
+        for figure in flake_figures(burnt.tracks):
             if figure.name in shares:
                 shares[figure.name] += figure.value / len(CLIPS)
         fallen = [f[-1, Y] > f[:, Y].min() + 0.02 * burnt.clip.height for f in burnt.flights(2)]
