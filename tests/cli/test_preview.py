@@ -239,7 +239,7 @@ def test_a_page_that_an_earlier_preview_made_is_replaced(run: Run, campfire: Pat
     ("arguments", "code", "message"),
     [
         (["fire.json", "--gif", "--background", "fog"], 2, "error: --background fog: must be a"),
-        (["fire.json", "--gif", "--set", "seed=1"], 2, "error: --set changes recipes"),
+        (["fire.json", "--gif", "--set", "seed=1"], 2, "error: --set needs a recipe"),
         (["none.json", "--gif"], 2, "error: none.json: cannot be read"),
         (["fire.json", "--gif", "-o", "no/fire.gif"], 1, "fire.gif: cannot be written"),
         (["fire.json", "--gif", "-o", "."], 1, "error: .: is a folder; name the file in it"),
