@@ -1,4 +1,5 @@
-"""Fill pages by best-fit: place on the lowest ledge the rectangle that suits it best.
+"""Fill pages by best-fit: place on the lowest ledge the rectangle that suits it best. A ledge is a
+horizontal stretch of the edge of the area already taken.
 
 After Burke, Kendall and Whitwell, "A new placement heuristic for the orthogonal stock-cutting
 problem" (2004). A score measures how well a rectangle suits a ledge, as in Leung, Zhang and Sim,
@@ -41,7 +42,8 @@ class Batch(NamedTuple):
         widths, heights: (B, n), the rectangles; x and y may be exchanged on some pages.
         owners: (n,): columns with the same owner are one rectangle, upright and rotated.
         page_widths, page_heights: (B,), room on each page.
-        priorities: (B, n), score of each rectangle on any ledge; -inf leaves it out.
+        priorities: (B, n), added to the score of each rectangle on every ledge, so that those with
+            high ones are placed first; -inf is never placed.
     """
 
     widths: Ints

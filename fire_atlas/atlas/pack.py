@@ -50,7 +50,7 @@ def pack(sizes: Sequence[Size], rules: PageRules, tries: int = QUICK) -> Packing
     fewest = -(-area // room)
     if fewest == 1:
         whole = Search(padded, rules).best(tries)
-        if not whole.missing:
+        if not whole.unplaced_area:
             return _packing([(list(range(len(sizes))), whole)])
     runs = _runs(padded, rules)
     if len(runs) > max(fewest, 2):
@@ -95,7 +95,7 @@ def _in_order(
         run = left.pop(0)
         search = Search([padded[i] for i in run], rules)
         page = search.best(_TRIES_OF_FULL if left else tries)
-        if page.missing:
+        if page.unplaced_area:
             left = [run[:-1], [run[-1], *(left.pop(0) if left else [])], *left]
         else:
             pages.append((run, page))

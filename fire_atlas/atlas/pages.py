@@ -1,4 +1,8 @@
-"""Build the sheet of an atlas: trim, deduplicate and pack the frames of its animations."""
+"""Build the sheets of an atlas: trim, deduplicate and pack the frames of its animations.
+
+An atlas has one sheet for each scale of its pages, and each page a safe mip level: the deepest at
+which no frame is mixed with its neighbours.
+"""
 
 import hashlib
 import math
@@ -51,13 +55,16 @@ def build_sheets(
         margin: Empty px kept around trimmed frames.
         shares: Whether frames with the same pixels may share one place.
     """
-    grid = round(1 / settings.scales[-1])
+    unit = round(1 / settings.scales[-1])  # this many px are 1 px in the smallest scale
     trim = _trim_of(settings)
-    parts = [part for each in animations for part in trim_rects(each.sprites, trim, grid, margin)]
+    parts = [part for each in animations for part in trim_rects(each.sprites, trim, unit, margin)]
     sprites = [sprite for animation in animations for sprite in animation.sprites]
     keeps_all = settings.layout == "grid" or not (settings.dedupe and shares)
     originals = list(range(len(parts))) if keeps_all else _originals(sprites, parts)
-    packing, cells = _packed(parts, originals, settings, grid)
+    listed = _listed(name, animations)
+    names = [frame for animation in listed for frame in animation.frames]
+    _refuse_too_large(names, parts, settings, unit)
+    packing, cells = _packed(parts, originals, settings, unit)
     whole = AtlasSheet(
         name=name,
         title=name,
@@ -67,8 +74,8 @@ def build_sheets(
         blend_space=settings.blend_space,
         image_format=settings.format,
         pages=tuple(Page("", *size) for size in packing.pages),
-        regions=tuple(_regions(name, animations, parts, packing, settings, grid)),
-        animations=_listed(name, animations),
+        regions=tuple(_regions(names, animations, parts, packing, settings, unit)),
+        animations=listed,
         grid=cells,
     )
     return tuple(_variant(whole, scale, settings) for scale in settings.scales)
@@ -98,28 +105,27 @@ def _trim_of(settings: Atlas) -> Trim:
 
 
 def _packed(
-    parts: Sequence[Rect], originals: Sequence[int], settings: Atlas, grid: int
+    parts: Sequence[Rect], originals: Sequence[int], settings: Atlas, unit: int
 ) -> tuple[Packing, CellGrid | None]:
     """Return where each part goes, px; ``originals[i]`` is the part whose place part i uses.
 
-    Packing counts in units of ``grid`` px, so that positions are whole px in smaller scales too.
+    Packing counts in units of ``unit`` px, so that positions are whole px in smaller scales too.
     """
-    rules, edge = _rules(settings, grid), up_to(grid, settings.extrude)
-    _refuse_too_large(parts, 2 * edge, rules, grid)
+    rules, edge = _rules(settings, unit), up_to(unit, settings.extrude)
     kept = sorted(set(originals))
     sizes = [
-        ((parts[i].width + 2 * edge) // grid, (parts[i].height + 2 * edge) // grid) for i in kept
+        ((parts[i].width + 2 * edge) // unit, (parts[i].height + 2 * edge) // unit) for i in kept
     ]
     cells = None
     if settings.layout == "grid":
         packing, cells = pack_grid(sizes, rules)
-        cell = cells.cell_width * grid, cells.cell_height * grid
+        cell = cells.cell_width * unit, cells.cell_height * unit
         cells = CellGrid(cells.columns, cells.rows, *cell)
     else:
         packing = pack(sizes, rules, THOROUGH if settings.compression == "small" else QUICK)
     at = dict(zip(kept, packing.places, strict=True))
-    pages = tuple((width * grid, height * grid) for width, height in packing.pages)
-    places = (at[i]._replace(x=at[i].x * grid + edge, y=at[i].y * grid + edge) for i in originals)
+    pages = tuple((width * unit, height * unit) for width, height in packing.pages)
+    places = (at[i]._replace(x=at[i].x * unit + edge, y=at[i].y * unit + edge) for i in originals)
     return Packing(pages, tuple(places)), cells
 
 
@@ -144,12 +150,12 @@ def _content(sprite: Sprite, rect: Rect) -> _Content:
     return rect.width, rect.height, x + lit.x, y + lit.y, lit.width, lit.height, digest
 
 
-def _rules(settings: Atlas, grid: int) -> PageRules:
-    """Return the limits on pages, in units of ``grid`` px."""
+def _rules(settings: Atlas, unit: int) -> PageRules:
+    """Return the limits on pages, in units of ``unit`` px."""
     return PageRules(
-        max_size=settings.max_size // grid,
-        padding=math.ceil(settings.padding / grid),
-        border=math.ceil(settings.border / grid),
+        max_size=settings.max_size // unit,
+        padding=math.ceil(settings.padding / unit),
+        border=math.ceil(settings.border / unit),
         multiple_of=settings.multiple_of,
         pot=settings.pot,
         square=settings.square,
@@ -157,36 +163,36 @@ def _rules(settings: Atlas, grid: int) -> PageRules:
     )
 
 
-def _refuse_too_large(parts: Sequence[Rect], edges: int, rules: PageRules, grid: int) -> None:
-    edges += 2 * rules.border * grid
-    for i, part in enumerate(parts):
-        needed = max(part.width, part.height) + edges
-        if needed > rules.largest * grid:
-            around = f" and needs {edges} px around it" if edges else ""
+def _refuse_too_large(
+    names: Sequence[str], parts: Sequence[Rect], settings: Atlas, unit: int
+) -> None:
+    rules = _rules(settings, unit)
+    edge = up_to(unit, settings.extrude) + rules.border * unit
+    for name, part in zip(names, parts, strict=True):
+        needed = max(part.width, part.height) + 2 * edge
+        if needed > rules.largest * unit:
+            around = f" plus {edge} px of border on each side" if edge else ""
             raise OutputError(
-                f"frame {i} is {part.width} × {part.height} px{around}, but a page may only be "
-                f"{rules.largest * grid} px wide and high: raise `atlas.max_size` to {needed} or "
+                f"frame {name} is {part.width} × {part.height} px{around}, but a page may only be "
+                f"{rules.largest * unit} px wide and high: raise `atlas.max_size` to {needed} or "
                 f"more, or make the frames smaller with `source.height`"
             )
 
 
 def _regions(
-    title: str,
+    names: Sequence[str],
     animations: Sequence[AnimationFrames],
     parts: Sequence[Rect],
     packing: Packing,
     settings: Atlas,
-    grid: int,
+    unit: int,
 ) -> list[Region]:
-    frames = [
-        (animation, sprite, name)
-        for animation, listed in zip(animations, _listed(title, animations), strict=True)
-        for sprite, name in zip(animation.sprites, listed.frames, strict=True)
-    ]
+    frames = [(animation, sprite) for animation in animations for sprite in animation.sprites]
     regions = []
-    for (animation, sprite, name), part, place in zip(frames, parts, packing.places, strict=True):
-        width, height = up_to(grid, sprite.frame_width), up_to(grid, sprite.frame_height)
-        foot = animation.foot and _snapped(animation.foot, grid)
+    placed = zip(names, frames, parts, packing.places, strict=True)
+    for name, (animation, sprite), part, place in placed:
+        width, height = up_to(unit, sprite.frame_width), up_to(unit, sprite.frame_height)
+        foot = animation.foot and _snapped(animation.foot, unit)
         x, y = _pivot(settings.pivot, sprite.frame_width, sprite.frame_height, foot)
         regions.append(
             Region(
@@ -224,10 +230,10 @@ def _pivot(
     return pivot[0] * width, pivot[1] * height
 
 
-def _snapped(foot: tuple[float, float], grid: int) -> tuple[float, float]:
-    """Return the nearest point on multiples of ``grid`` px: a foot between pixels would blur a
+def _snapped(foot: tuple[float, float], unit: int) -> tuple[float, float]:
+    """Return the nearest point on multiples of ``unit`` px: a foot between pixels would blur a
     sprite that stands on whole pixels."""
-    x, y = (math.floor(length / grid + 0.5) * grid for length in foot)
+    x, y = (math.floor(length / unit + 0.5) * unit for length in foot)
     return x, y
 
 
@@ -298,21 +304,21 @@ def _deepest(sheet: AtlasSheet, page: int, extrude: int) -> int | None:
 
 def _mixes(across: _Spans, down: _Spans, extrude: int, block: int) -> bool:
     """Whether any frame is mixed with another in a mip level whose texels are ``block`` px wide."""
-    reach = [_reach(spans, block) for spans in (across, down)]
-    owned = [_Spans(s.start - extrude, s.end + extrude) for s in (across, down)]
+    read = [_read_by_filter(spans, block) for spans in (across, down)]
+    drawn = [_Spans(s.start - extrude, s.end + extrude) for s in (across, down)]
     count = len(across.start)
     for first in range(0, count, _COMPARED_TOGETHER):
         some = slice(first, first + _COMPARED_TOGETHER)
-        meets = np.ones((len(across.start[some]), count), np.bool_)
-        for reached, own in zip(reach, owned, strict=True):
-            meets &= reached.start[some, None] < own.end
-            meets &= reached.end[some, None] > own.start
-        if np.count_nonzero(meets) > len(meets):  # each frame meets itself
+        overlap = np.ones((len(across.start[some]), count), np.bool_)
+        for axis_read, axis_drawn in zip(read, drawn, strict=True):
+            overlap &= axis_read.start[some, None] < axis_drawn.end
+            overlap &= axis_read.end[some, None] > axis_drawn.start
+        if np.count_nonzero(overlap) > len(overlap):  # each frame overlaps itself
             return True
     return False
 
 
-def _reach(spans: _Spans, block: int) -> _Spans:
+def _read_by_filter(spans: _Spans, block: int) -> _Spans:
     """Return the px that are averaged into the texels read when a whole frame is filtered."""
     half = block / 2
     start = np.floor((spans.start - half) / block).astype(np.int64) * block

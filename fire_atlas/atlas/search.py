@@ -1,7 +1,8 @@
 """Search for the smallest page: best-fit over many page shapes, then variations of the best ones.
 
-The number of rectangles alone limits the search, never a clock, and the random numbers do not
-depend on the recipe: the same sizes are packed the same everywhere.
+A search ends after a number of pages, never by a clock, and its random numbers do not depend on the
+recipe: the same sizes are packed the same everywhere. Rectangles are put on ledges, horizontal
+stretches of the edge of the area already taken (see ``skyline``).
 """
 
 import math
@@ -15,13 +16,18 @@ from fire_atlas.atlas.page_rules import PageRules, Size, effective_area
 from fire_atlas.atlas.skyline import Ints
 from fire_atlas.core.chance import RandomStream, generator
 
-_BATCH_RECTANGLES, _SMALLEST_BATCH, _LARGEST_BATCH = 30_000, 96, 288
-"""Number of rectangles filled into pages in one round, and minimum and maximum number of pages. Few
-rectangles gain most from many page shapes, many from further rounds that vary the best pages."""
+_BATCH_RECTANGLES = 30_000
+"""Number of rectangles placed in one round, over all its pages. With few rectangles, trying many
+page shapes helps most; with many, more rounds of varying the best pages do."""
 
-_EFFORT, _EFFORT_OF_MANY = 300_000, 72_000
-"""Maximum number of rectangles placed in a search, over all the pages it tries: if one page holds
-all, and if several are needed."""
+_SMALLEST_BATCH, _LARGEST_BATCH = 96, 288
+"""Minimum and maximum number of pages tried in one round."""
+
+_EFFORT = 300_000
+"""Maximum number of rectangles placed in a search, over all the pages it tries."""
+
+_EFFORT_OF_MANY = 72_000
+"""The same if one page cannot hold all rectangles."""
 
 _NARROWEST, _WIDEST = 0.6, 1.7
 """Page widths that are tried, in sides of the square with the area of all rectangles."""
@@ -36,7 +42,7 @@ _NEAR = 1.0005
 """A page at most this many times as large as the smallest is as good, and better if squarer."""
 
 _PROBES = 16
-"""Number of run lengths that ``Search.leading`` tries at a time."""
+"""Number of counts n for which ``Search.leading`` tries the first n rectangles at a time."""
 
 
 class Placement(NamedTuple):
@@ -57,7 +63,8 @@ class Candidate(NamedTuple):
     Attributes:
         width: Room for rectangles along x.
         transposed: Whether x and y are exchanged, so that the page is filled from the left.
-        priorities: (n,), score of each rectangle on any ledge; -inf leaves it out.
+        priorities: (n,), added to the score of each rectangle on every ledge, so that those with
+            high ones are placed first; -inf is never placed.
     """
 
     width: int
@@ -69,12 +76,12 @@ class FilledPage(NamedTuple):
     """The best page that a search found.
 
     Attributes:
-        missing: Area of the rectangles that were not placed.
+        unplaced_area: Area of the rectangles that were not placed.
         size: Width and height of the page.
         placements: The rectangles that were placed.
     """
 
-    missing: int
+    unplaced_area: int
     size: Size
     placements: tuple[Placement, ...]
 
@@ -83,7 +90,7 @@ class Trial(NamedTuple):
     """A page that was tried.
 
     Attributes:
-        missing: Area of the rectangles that were not placed.
+        unplaced_area: Area of the rectangles that were not placed.
         area: ``effective_area`` of the page.
         used: Area of the bounding box of the rectangles.
         size: Width and height of the page.
@@ -92,7 +99,7 @@ class Trial(NamedTuple):
             not placed.
     """
 
-    missing: int
+    unplaced_area: int
     area: float
     used: int
     size: Size
@@ -114,10 +121,11 @@ class Search:
         self._sizes = np.concatenate([upright, upright[:, ::-1]]) if rules.rotate else upright
         self._areas = self._sizes.prod(axis=1)
         self._area = int(self._areas[: len(upright)].sum())
-        self._priorities = priorities_of(self._sizes), priorities_of(self._sizes[:, ::-1])
+        self._upright_priorities = priorities_of(self._sizes)
+        self._transposed_priorities = priorities_of(self._sizes[:, ::-1])
 
     def best(self, tries: int) -> FilledPage:
-        """Return the smallest of ``tries`` pages for all rectangles or, if none holds all, the
+        """Return the smallest of ``tries`` pages that holds all rectangles or, if none does, the
         fullest. Fewer are tried if there are very many rectangles."""
         effort = _EFFORT if self._area <= self._limit**2 else _EFFORT_OF_MANY
         count = len(self._sizes)
@@ -130,7 +138,7 @@ class Search:
             varied = self._variations(trials[:_PARENTS], together, generation)
             trials = self._sorted(trials + self._try(varied))
         chosen = self._squarest(trials)
-        return FilledPage(chosen.missing, chosen.size, tuple(self._placements(chosen)))
+        return FilledPage(chosen.unplaced_area, chosen.size, tuple(self._placements(chosen)))
 
     def leading(self) -> int:
         """Return how many rectangles, from the first on, surely fit on one page together."""
@@ -148,7 +156,7 @@ class Search:
 
     def _first_only(self, count: int) -> Candidate:
         later = np.tile(np.array(self._numbers) >= count, len(self._sizes) // len(self._numbers))
-        priorities = np.where(later, np.float32(-np.inf), self._priorities[False])
+        priorities = np.where(later, np.float32(-np.inf), self._upright_priorities)
         return Candidate(self._limit, False, priorities)
 
     def _shapes(self, count: int) -> list[Candidate]:
@@ -160,7 +168,11 @@ class Search:
         for i, shape in enumerate(np.repeat(np.linspace(low, high, -(-count // 2)), 2)[:count]):
             transposed = bool(i % 2)
             width = self._width(round(shape * math.sqrt(self._area)), transposed)
-            candidate = Candidate(width, transposed, self._priorities[transposed])
+            candidate = Candidate(
+                width,
+                transposed,
+                self._transposed_priorities if transposed else self._upright_priorities,
+            )
             if candidates.setdefault((width, transposed), candidate) is not candidate:
                 repeated.append(candidate._replace(priorities=candidate.priorities + noise[i]))
         return [*candidates.values(), *repeated]
@@ -205,12 +217,13 @@ class Search:
         used_width = int((x + self._sizes[:, 0])[placed].max(initial=1))
         used_height = int((y + self._sizes[:, 1])[placed].max(initial=1))
         size = self._rules.page(used_width, used_height)
-        missing = self._area - int(self._areas[placed].sum())
-        return Trial(missing, effective_area(size), used_width * used_height, size, candidate, x, y)
+        unplaced = self._area - int(self._areas[placed].sum())
+        used = used_width * used_height
+        return Trial(unplaced, effective_area(size), used, size, candidate, x, y)
 
     def _sorted(self, trials: list[Trial]) -> list[Trial]:
-        """Return the best trials: fewest missing, then smallest page, then smallest used part."""
-        return sorted(trials, key=lambda t: (t.missing, t.area, t.used, max(t.size)))[:_KEPT]
+        """Return the best trials: least unplaced, then smallest page, then smallest used part."""
+        return sorted(trials, key=lambda t: (t.unplaced_area, t.area, t.used, max(t.size)))[:_KEPT]
 
     def _placements(self, trial: Trial) -> Iterator[Placement]:
         count, border = len(self._numbers), self._rules.border
@@ -220,7 +233,8 @@ class Search:
 
     def _squarest(self, trials: list[Trial]) -> Trial:
         best = trials[0]
-        near = [t for t in trials if t.missing == best.missing and t.area <= _NEAR * best.area]
+        equal = [t for t in trials if t.unplaced_area == best.unplaced_area]
+        near = [t for t in equal if t.area <= _NEAR * best.area]
         return min(near, key=lambda trial: max(trial.size))
 
 

@@ -61,19 +61,19 @@ def trimmed(
     return Sprite(lit, x, y, *frame_size, visible)
 
 
-def trim_rects(sprites: Sequence[Sprite], trim: Trim, grid: int = 1, margin: int = 0) -> list[Rect]:
-    """Return the rectangle of its frame that each sprite's region shows, in multiples of ``grid``.
+def trim_rects(sprites: Sequence[Sprite], trim: Trim, unit: int = 1, margin: int = 0) -> list[Rect]:
+    """Return the rectangle of its frame that each sprite's region shows, in multiples of ``unit``.
 
     Trimming keeps ``margin`` px around the visible part, as far as the frame has them.
     """
     if trim == "none":
         whole = [Rect(0, 0, sprite.frame_width, sprite.frame_height) for sprite in sprites]
-        return [_on_grid(rect, grid) for rect in whole]
+        return [_on_grid(rect, unit) for rect in whole]
     lit = [_grown(sprite, margin) for sprite in sprites]
     if trim == "frame":
-        return [_on_grid(rect or _SINGLE_PIXEL, grid) for rect in lit]
+        return [_on_grid(rect or _SINGLE_PIXEL, unit) for rect in lit]
     some = [rect for rect in lit if rect]
-    return [_on_grid(bounding_rect(some) if some else _SINGLE_PIXEL, grid)] * len(sprites)
+    return [_on_grid(bounding_rect(some) if some else _SINGLE_PIXEL, unit)] * len(sprites)
 
 
 def _grown(sprite: Sprite, margin: int) -> Rect | None:
@@ -118,13 +118,13 @@ def bounding_rect(parts: Sequence[Rect]) -> Rect:
     return Rect(x, y, right - x, bottom - y)
 
 
-def _on_grid(rect: Rect, grid: int) -> Rect:
-    """Return the smallest rectangle around ``rect`` whose corners are on multiples of ``grid``."""
-    x, y = rect.x // grid * grid, rect.y // grid * grid
+def _on_grid(rect: Rect, unit: int) -> Rect:
+    """Return the smallest rectangle around ``rect`` whose corners are on multiples of ``unit``."""
+    x, y = rect.x // unit * unit, rect.y // unit * unit
     right, bottom = rect.x + rect.width, rect.y + rect.height
-    return Rect(x, y, up_to(grid, right) - x, up_to(grid, bottom) - y)
+    return Rect(x, y, up_to(unit, right) - x, up_to(unit, bottom) - y)
 
 
-def up_to(grid: int, length: int) -> int:
-    """Return the smallest multiple of ``grid`` that is at least ``length``."""
-    return -(-length // grid) * grid
+def up_to(unit: int, length: int) -> int:
+    """Return the smallest multiple of ``unit`` that is at least ``length``."""
+    return -(-length // unit) * unit

@@ -1,4 +1,5 @@
-"""Cross-validate motion vectors: predict held-out frames by the engine's formula from the bytes.
+"""Test motion vectors: rebuild known frames from their neighbours and the encoded vectors, as the
+engine would, and compare the error with that of plain blending.
 
 The result goes into the manifest; its figures are written and read here.
 """
@@ -17,12 +18,13 @@ from fire_atlas.core.pixels import Bytes, Plane, as_plane
 from fire_atlas.vision.warp import pixel_centres, sample_at
 
 SIGNS = (1, 1), (1, -1), (-1, 1), (-1, -1)
-"""Signs of R and G that are compared: the right ones, then those that an engine may be set to by
-mistake."""
+"""Signs of R and G to compare: as encoded, then G, R or both flipped, as a wrongly set-up shader
+would read them."""
 
 _MIN_GAIN = 0.005
-"""Minimum gain on source frames between those that are played: a smaller one may be chance and is
-invisible. On steps of twice the length any gain counts, as single steps gain more."""
+"""Minimum gain when testing on skipped source frames; less may be chance and would not be seen. If
+a played frame is predicted from its two neighbours (a step twice as long, harder to predict), any
+gain is enough."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +72,10 @@ def _errors(frame: HeldOutFrame, weight: Plane, encoding: MotionEncoding) -> NDA
     """Return the mean squared error of plain blending, then those with each choice of signs."""
     height, width = weight.shape
     unit = np.array(encoding.unit_pixels((width, height)), np.float32)
-    share = [as_plane(each * weight[..., None] / unit) for each in frame.vectors]
-    scale = max(float(max(np.abs(each).max() for each in share)), 1e-6)
-    maps = [encoding.encode(as_plane(each / np.float32(scale))) for each in share]
+    vectors = [as_plane(each * weight[..., None] / unit) for each in frame.vectors]
+    # The scale of the encoding is this frame's own maximum.
+    scale = max(float(max(np.abs(each).max() for each in vectors)), 1e-6)
+    maps = [encoding.encode(as_plane(each / np.float32(scale))) for each in vectors]
     plain = frame.blended(frame.before.astype(np.float32), frame.after.astype(np.float32))
     errors = [squared_error(plain, frame.actual)]
     for signs in SIGNS:
@@ -153,7 +156,7 @@ def _report(figures: Any) -> ValidationReport | None:
             "held_out": int(held_out),
             "written": bool(helps),
             "gain": float(gain),
-            "other_signs": [float(x), float(y), float(both)],
+            "other_signs": [float(green), float(red), float(both)],
         }:
-            return ValidationReport(held_out, (gain, x, y, both), helps)
+            return ValidationReport(held_out, (gain, green, red, both), helps)
     raise ValueError(f"{figures!r} are no figures of motion vectors")

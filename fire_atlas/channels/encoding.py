@@ -57,9 +57,9 @@ class MotionEncoding:
         assert cell is not None, "recipes with this unit have cells"
         return float(cell[0]), float(cell[1])
 
-    def encode(self, share: Vectors) -> Bytes:
+    def encode(self, fractions: Vectors) -> Bytes:
         """Return R and G, (h, w, 2) uint8, of vectors given as fractions of the scale, y down."""
-        signed = share * np.array([1, self.green_of_down], np.float32)
+        signed = fractions * np.array([1, self.green_of_down], np.float32)
         clipped = np.clip(signed, -1, 1) * np.float32(self.span) + np.float32(self.zero)
         # Halves are rounded up, so that no motion gives the neutral byte.
         return np.asarray(np.clip(np.floor(clipped + np.float32(0.5)), 0, 255), np.uint8)

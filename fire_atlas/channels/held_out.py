@@ -23,18 +23,18 @@ from fire_atlas.vision.warp import warp_by_pixels
 _MAX_HELD_OUT = 8
 """Maximum number of frames of a clip that are held out."""
 
-_BLOCK_SIZE = 1 / 16
-"""Standard deviation over which errors are averaged, as a fraction of the longer side."""
+_ERROR_SIGMA = 1 / 16
+"""Standard deviation of the Gaussian that averages errors, as a fraction of the longer side."""
 
-_SHARES = 5
-"""Number of factors of the vectors that are tried, evenly spread over 0..1."""
+_SCALES = 5
+"""How many scales of the vectors are tried, evenly spread from 0 to 1."""
 
 _PRIOR_WEIGHT = 0.5
 """Weight of the whole picture's mean error beside the local one."""
 
 _HALF_STEP_GAIN = 2.0
-"""Ratio of the reliability of a step's vectors to that of a step twice as long (the result is at
-most 1): the longer a step, the less its two frames of fire have in common."""
+"""Factor that corrects reliability measured over two frames to a step of one: the longer step's two
+frames of fire have less in common. The product is limited to 1."""
 
 
 class HeldOutFrame(NamedTuple):
@@ -101,30 +101,30 @@ def hold_out(
 
 
 def reliability(held_out: Sequence[HeldOutFrame], shape: tuple[int, int]) -> Plane:
-    """Return the factor of vectors, (h, w) in 0..1, that predicts held-out frames best.
+    """Return by what to scale the vectors in each place to predict held-out frames best, (h, w).
 
-    Errors are measured with several factors; the best lies at the minimum of the parabola through
-    the smallest error and its neighbours. Without held-out frames it is 0.
+    Scales lie in 0..1. Errors are measured at several of them; the best lies at the minimum of the
+    parabola through the smallest error and its neighbours. Without held-out frames it is 0.
     """
     if not held_out:
         return np.zeros(shape, np.float32)
-    totals = np.zeros((_SHARES, *shape), np.float32)
+    totals = np.zeros((_SCALES, *shape), np.float32)
     for frame in held_out:
-        for total, share in zip(totals, np.linspace(0, 1, _SHARES, dtype=np.float32), strict=True):
-            vectors = frame.vectors[0] * share, frame.vectors[1] * share
+        for total, scale in zip(totals, np.linspace(0, 1, _SCALES, dtype=np.float32), strict=True):
+            vectors = frame.vectors[0] * scale, frame.vectors[1] * scale
             total += squared_error(frame.predicted(vectors), frame.actual)
-    sigma = _BLOCK_SIZE * max(shape)
+    sigma = _ERROR_SIGMA * max(shape)
     errors = np.stack([
         cv2.GaussianBlur(total, (0, 0), sigma)
         + np.float32(_PRIOR_WEIGHT * total.mean(dtype=np.float64))
         for total in totals
     ])  # fmt: skip
     gain = _HALF_STEP_GAIN if held_out[0].span == 2 else 1.0
-    return as_plane(np.clip(gain * _best_share(errors), 0, 1))
+    return as_plane(np.clip(gain * _best_scale(errors), 0, 1))
 
 
-def _best_share(errors: NDArray[np.float32]) -> Plane:
-    """Return the factor, 0..1, at which ``errors`` (factors, h, w) are smallest in each place."""
+def _best_scale(errors: NDArray[np.float32]) -> Plane:
+    """Return the scale, 0..1, at which ``errors`` (scales, h, w) are smallest in each place."""
     last = len(errors) - 1
     least = np.argmin(errors, axis=0)
     middle = np.clip(least, 1, last - 1)
@@ -165,9 +165,9 @@ def _held_out(
     at = first - span, first, first + span, first + 2 * span
     into, across, out = (step(i) for i in at[:3])
     earlier, before, after, later = (shown(i) for i in at)
-    everywhere = np.ones(actual.shape[:2], np.float32)
+    fully_reliable = np.ones(actual.shape[:2], np.float32)
     vectors = (
-        cell_vectors((into, across), (earlier, before, after), everywhere, pad),
-        cell_vectors((across, out), (before, after, later), everywhere, pad),
+        cell_vectors((into, across), (earlier, before, after), fully_reliable, pad),
+        cell_vectors((across, out), (before, after, later), fully_reliable, pad),
     )
     return HeldOutFrame(before, actual, after, vectors, span, blend)

@@ -14,7 +14,7 @@ def map_limits(maps: Maps, atlas: Atlas, has_flakes: bool) -> Iterator[Problem]:
     if maps.motion in ("unity", "unreal") and atlas.layout != "grid":
         yield Problem(
             ("maps", "motion"),
-            f"{maps.motion} moves one cell into the next, and a packed layout has no equal cells; "
+            f"{maps.motion} motion vectors need a flipbook with cells of equal size; "
             f"set atlas.layout to grid",
         )
     if maps.motion != "none" and atlas.rotate:
@@ -24,8 +24,10 @@ def map_limits(maps: Maps, atlas: Atlas, has_flakes: bool) -> Iterator[Problem]:
         )
     if not has_flakes:
         for layer in maps.layers:
+            content = "a copy of the page" if layer == "flame" else "empty"
             yield Problem(
-                ("maps", layer), "without flakes the page itself is the flame; leave it out"
+                ("maps", layer),
+                f"this effect has no flakes, so this map would be {content}; leave it out",
             )
     if maps != Maps() and atlas.dedupe and "dedupe" in atlas.model_fields_set:
         yield Problem(

@@ -25,7 +25,8 @@ class Motion:
 
     Attributes:
         width, height: Size of a frame, px.
-        cells: Vectors of each frame, (h, w, 2), small but in px of the full-size frame per frame.
+        cells: One array per frame, (h, w, 2), at thumbnail resolution. Vectors are in full-size px
+            per frame.
         longest: Maximum length of vectors along x and along y, px per frame, without outliers.
         validation: Result of the cross-validation; None if the animation is too short for it.
     """

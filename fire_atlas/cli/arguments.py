@@ -91,7 +91,9 @@ def _add_build(commands: _Commands) -> _Parser:
         "--dry-run", action="store_true", help="say what would be built, and why; write nothing"
     )
     parser.add_argument(
-        "--frozen", action="store_true", help="for CI: build nothing, fail if anything would be"
+        "--frozen",
+        action="store_true",
+        help="for CI: build nothing, fail if anything would be built",
     )
     parser.add_argument(
         "--depfile",
@@ -125,9 +127,18 @@ def _add_learn(commands: _Commands) -> _Parser:
     parser = commands.add_parser("learn", help="learn a fire profile from a short clip")
     parser.add_argument("clip", type=_path, metavar="CLIP", help="8-60 frames of one fire")
     parser.add_argument(
-        "-o", "--out", type=_path, metavar="FILE", help="default: CLIP's name .profile.json"
+        "-o",
+        "--out",
+        type=_path,
+        metavar="FILE",
+        help="default: CLIP's name with .profile.json, in this folder",
     )
-    parser.add_argument("--side", type=_path, metavar="CLIP", help="the same fire from the right")
+    parser.add_argument(
+        "--side",
+        type=_path,
+        metavar="CLIP",
+        help="a second clip of the same fire, filmed from its right side",
+    )
     _add_set(parser, "a key of source, like fps=30 or threshold=90")
     _add_jobs(parser)
     _add_overwrite(parser, "replace files that are there")
@@ -159,7 +170,7 @@ def _add_clean(commands: _Commands) -> _Parser:
 
 
 def _add_preview(commands: _Commands) -> _Parser:
-    parser = commands.add_parser("preview", help="make a page that plays a result, or a picture")
+    parser = commands.add_parser("preview", help="make an HTML player of a result, or a picture")
     parser.add_argument("subject", type=_path, metavar="RECIPE|ATLAS.json")
     kinds = parser.add_mutually_exclusive_group()
     for kind, about in (
@@ -170,7 +181,7 @@ def _add_preview(commands: _Commands) -> _Parser:
     ):
         kinds.add_argument(f"--{kind}", dest="kind", action="store_const", const=kind, help=about)
     parser.set_defaults(kind="page")
-    parser.add_argument("-o", "--out", type=_path, metavar="FILE", help="what to write")
+    parser.add_argument("-o", "--out", type=_path, metavar="FILE", help="file to write")
     parser.add_argument(
         "--background", default="#101014", metavar="COLOR", help="colour (default: %(default)s)"
     )
@@ -186,7 +197,7 @@ def _add_inspect(commands: _Commands) -> _Parser:
     parser = commands.add_parser("inspect", help="describe a built atlas in tables")
     parser.add_argument("atlas", type=_path, metavar="ATLAS.json")
     parser.add_argument(
-        "--context", action="store_true", help="print what templates see of it, as JSON"
+        "--context", action="store_true", help="print the data that templates get, as JSON"
     )
     _add_volume(parser)
     return parser
@@ -206,7 +217,11 @@ def _add_recipes(parser: _Parser) -> None:
 
 def _add_out(parser: _Parser) -> None:
     parser.add_argument(
-        "-o", "--out", type=_path, metavar="DIR", help="folder of outputs (default: build/ beside)"
+        "-o",
+        "--out",
+        type=_path,
+        metavar="DIR",
+        help="output folder (default: build/ beside the recipe)",
     )
 
 
@@ -272,7 +287,7 @@ def _no_command(word: str, parsers: dict[str, _Parser]) -> str:
     from fire_atlas.recipe.problem import did_you_mean
 
     if word.startswith("-"):
-        return f"{word} stands before the command; options follow it, like fire-atlas build {word}"
+        return f"{word}: put options after the command, like fire-atlas build {word}"
     if word.endswith((".yaml", ".yml")):
         return f"there is no command {word}; did you mean fire-atlas build {word}?"
     near = did_you_mean(word, parsers)
@@ -288,6 +303,6 @@ def _refuse_rest(parser: _Parser, rest: list[str]) -> None:
     option = rest[0].partition("=")[0]
     if not option.startswith("-"):
         raise RecipeError(f"one argument too many: {option} (see {parser.prog} --help)")
-    known = re.findall(r"(?<![\w-])--?\w+", parser.format_help())
+    known = re.findall(r"(?<![\w-])--?\w[\w-]*", parser.format_help())
     near = did_you_mean(option, known)
     raise RecipeError(f"there is no option {option}{near or f' (see {parser.prog} --help)'}")

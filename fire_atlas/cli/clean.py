@@ -10,7 +10,7 @@ from fire_atlas.cli.progress import view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.interruption import signals_wait
-from fire_atlas.outputs.disk import explained
+from fire_atlas.outputs.disk import readable_errors
 from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
 from fire_atlas.outputs.manifest import Manifest, manifest_name
 from fire_atlas.outputs.ownership import FolderManifests, stale_outputs
@@ -41,7 +41,11 @@ def _cleaned(tree: RecipeTree, out: Path, note: Callable[[str], None]) -> Iterat
     if not listed.is_file():
         yield f"nothing to remove: there is no {listed}"
         return
-    with explained(out), locked(recipe_lock(out, tree.name), note), locked(folder_lock(out), note):
+    with (
+        readable_errors(out),
+        locked(recipe_lock(out, tree.name), note),
+        locked(folder_lock(out), note),
+    ):
         manifests = FolderManifests.read(out, tree.name)
         if manifests.own is None:
             raise OutputError(
@@ -58,7 +62,7 @@ def _remove(paths: Sequence[Path]) -> None:
     """Remove files, the manifest last, so that an interrupted ``clean`` can be run again."""
     with signals_wait():
         for path in paths:
-            with explained(path):
+            with readable_errors(path):
                 path.unlink()
 
 

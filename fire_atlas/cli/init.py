@@ -27,7 +27,8 @@ def run(args: Namespace) -> int:
     _refuse_overwriting(files)
     _write(files, args.quiet)
     if not args.quiet:
-        samples_too = f" and {len(samples)} files of input" if samples else ""
+        files_of_input = f"{len(samples)} file{'s' if len(samples) > 1 else ''} of input"
+        samples_too = f" and {files_of_input}" if samples else ""
         print(printable(f"wrote {target}{samples_too}"))
         print(printable(f"next: fire-atlas build {target}"))
     return 0

@@ -1,4 +1,4 @@
-"""The command ``preview``: make a page that plays a result, or a picture of it."""
+"""The command ``preview``: make an HTML page that plays a result, or a picture of it."""
 
 from argparse import Namespace
 from collections.abc import Iterator, Mapping
@@ -30,7 +30,7 @@ _SUFFIX = {"page": ".html", "gif": ".gif", "webp": ".webp", "apng": ".png", "she
 
 
 def run(args: Namespace) -> int:
-    """Make the page or picture of a recipe or of a built atlas."""
+    """Make the HTML page or picture of a recipe or of a built atlas."""
     background = _color(args.background)
     tree = _tree(args)
     target = args.out or _default_target(args, args.subject.stem if tree is None else tree.name)
@@ -39,17 +39,17 @@ def run(args: Namespace) -> int:
     view = view_for(json_lines=False, quiet=args.quiet, verbose=False)
     view.begin(args.subject)
     with _atlas(tree, args, view) as (path, clip):
-        data, count = _made(path, clip, args.kind, background)
+        data, count = _preview(path, clip, args.kind, background)
     if args.out is None:
         make_folder(target.parent)
     write_whole(target, data, view.note)
     if not args.quiet:
-        print(printable(f"{target}: {count} frames"))
+        print(printable(f"{target}: {count} frame{'s' if count > 1 else ''}"))
     return 0
 
 
-def _made(path: Path, clip: Clip | None, kind: Any, background: Color) -> tuple[bytes, int]:
-    """Return the page or picture of the atlas at ``path``, and the number of its frames."""
+def _preview(path: Path, clip: Clip | None, kind: Any, background: Color) -> tuple[bytes, int]:
+    """Return the HTML page or picture of the atlas at ``path``, and the number of its frames."""
     atlas = read_atlas(path)
     match kind:
         case "page":
@@ -63,7 +63,7 @@ def _made(path: Path, clip: Clip | None, kind: Any, background: Color) -> tuple[
 
 
 def _default_target(args: Namespace, name: str) -> Path:
-    """Return the default path: pictures beside the subject, a recipe's page beside its atlas."""
+    """Return the default path: a recipe's HTML page beside its atlas, else beside the subject."""
     suffix = _SUFFIX[args.kind]
     if args.kind == "page" and _is_recipe(args.subject):
         return default_folder(args.subject) / f"{name}.preview{suffix}"

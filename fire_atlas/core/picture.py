@@ -58,9 +58,9 @@ def has_transparency(picture: Picture) -> bool:
 
 
 def where_covered(picture: Picture) -> tuple[slice, slice]:
-    """Return rows and columns of the bounding box of all pixels of a picture (H, W, 4) with alpha.
+    """Return the rows and columns of the smallest box around all pixels that are not transparent.
 
-    It is empty if there are none. Fire sprites mostly have a wide transparent border.
+    The box is empty if there are none. Fire sprites mostly have a wide transparent border.
     """
     cover = cv2.extractChannel(picture, 3)
     left, top, width, height = cv2.boundingRect(
@@ -98,7 +98,7 @@ def _luminance_tables() -> list[NDArray[np.float32]]:
 
 
 def brightness_of(picture: Picture, blend_space: str) -> Plane:
-    """Return ``pixels.brightness`` (H, W) of a picture (H, W, 4); 8 bits fast, by tables."""
+    """Return ``pixels.brightness`` (H, W) of a picture (H, W, 4); for 8 bits by fast tables."""
     if picture.dtype != np.uint8:
         return brightness(as_light(picture), blend_space)
     shown, part = np.zeros(picture.shape[:2], np.float32), where_covered(picture)

@@ -15,8 +15,8 @@ _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 
 
 @contextmanager
-def explained(path: Path) -> Iterator[None]:
-    """Turn the operating system's errors about ``path`` into an OutputError with advice."""
+def readable_errors(path: Path) -> Iterator[None]:
+    """Turn the operating system's errors about ``path`` into an OutputError that gives advice."""
     try:
         yield
     except PermissionError as error:

@@ -10,7 +10,7 @@ from tempfile import gettempdir
 
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.interruption import if_interrupted
-from fire_atlas.outputs.disk import explained
+from fire_atlas.outputs.disk import readable_errors
 from fire_atlas.outputs.recovery import recover
 
 
@@ -45,7 +45,7 @@ def make_folder(folder: Path) -> None:
     Raises:
         OutputError: It cannot be made.
     """
-    with explained(folder):
+    with readable_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
 
 
@@ -56,7 +56,7 @@ def temporary_folder() -> Iterator[Path]:
     remove = partial(shutil.rmtree, folder, ignore_errors=True)
     with if_interrupted(remove):
         try:
-            with explained(folder):
+            with readable_errors(folder):
                 folder.mkdir(mode=0o700)
             yield folder
         finally:

@@ -19,9 +19,9 @@ from fire_atlas.core.output_file import is_reserved, plain_name
 from fire_atlas.outputs.digest import file_digest
 from fire_atlas.outputs.disk import (
     digest_of,
-    explained,
     is_regular,
     link_or_copy,
+    readable_errors,
     sync_folder,
     write_synced,
 )
@@ -75,16 +75,18 @@ class StagingFolder:
 
 
 def commit(folder: StagingFolder, changes: Sequence[Change]) -> None:
-    """Make all ``changes``. The file of the last, the marker, is removed first and written last.
+    """Make all ``changes``. The last one is the marker (the manifest): its old file is removed
+    before all others change, and its new file put in place after them.
 
     Raises:
-        OSError: A change failed and all were undone. If that failed too, the journal stays.
+        OSError: A change failed, and all were undone. If undoing failed with an error too, the
+            journal stays, so that the next command tries again.
     """
     _keep_previous(folder, changes)
     _write_journal(folder, changes)
     *others, marker = changes
     try:
-        _remove(folder, marker)
+        _remove_marker(folder, marker)
         for change in others:
             _apply(folder, change)
         sync_folder(folder.out)
@@ -112,7 +114,7 @@ def undo_unfinished(folder: StagingFolder) -> None:
 def _keep_previous(folder: StagingFolder, changes: Sequence[Change]) -> None:
     for change in changes:
         if change.before is not None:
-            with explained(folder.out / change.name):
+            with readable_errors(folder.out / change.name):
                 link_or_copy(folder.out / change.name, folder.previous / change.name)
     sync_folder(folder.previous)
 
@@ -151,26 +153,30 @@ def _validated(changes: list[Change]) -> list[Change]:
 
 def _apply(folder: StagingFolder, change: Change) -> None:
     target = folder.out / change.name
-    with explained(target):
+    with readable_errors(target):
         if change.after is None:
             target.unlink(missing_ok=True)
         else:
             (folder.path / change.name).replace(target)
 
 
-def _remove(folder: StagingFolder, marker: Change) -> None:
+def _remove_marker(folder: StagingFolder, marker: Change) -> None:
     """Remove the marker of a commit before any file that it lists changes."""
     target = folder.out / marker.name
-    with explained(target):
+    with readable_errors(target):
         target.unlink(missing_ok=True)
         sync_folder(folder.out)
 
 
 def _undo(folder: StagingFolder, changes: Sequence[Change]) -> None:
-    """Put every file back as it was: remove the marker first, and restore it last."""
+    """Put every file back as it was: remove the marker first, and restore it last.
+
+    If the old bytes of a file are lost, the marker stays away, so that the next build makes all
+    files again. The journal goes then too, as another attempt could do no more.
+    """
     *others, marker = changes
     if digest_of(folder.out / marker.name) == marker.after:
-        _remove(folder, marker)
+        _remove_marker(folder, marker)
     are_restored = [_restore(folder, change) for change in others]
     sync_folder(folder.out)
     if all(are_restored):

@@ -1,11 +1,17 @@
-"""Undo the unfinished commits of builds that were killed, and remove their hidden files."""
+"""Clean up after killed builds: undo their unfinished commits, and remove their hidden files.
+
+A commit moves a build's finished files into the output folder (see ``journal``). ``clear_staging``
+cleans up after one build whose lock is held; ``clear_killed_builds`` after all builds into a folder
+that do not run. Commands call ``recover``, which does so for one build and only if its commit was
+cut off, before they read outputs, or ``tidy``, which cleans up the whole folder too.
+"""
 
 import shutil
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from fire_atlas.outputs.disk import explained
+from fire_atlas.outputs.disk import readable_errors
 from fire_atlas.outputs.journal import StagingFolder, undo_unfinished
 from fire_atlas.outputs.locks import folder_lock, locked, locked_if_free, recipe_lock
 
@@ -18,18 +24,18 @@ def staging_folder(out: Path, name: str) -> StagingFolder:
 
 
 def recover(out: Path, name: str, note: Callable[[str], None]) -> None:
-    """Undo the commit of a build ``name`` into ``out`` that was killed in the middle of it.
+    """If the build ``name`` was killed while it replaced files in ``out``, put the old ones back.
 
-    Without such a commit nothing is written or imported. If the build is still running, it is
-    waited for, and ``note`` is called with a sentence that says so.
+    Otherwise do nothing, which is quick. If the build is still running, it is waited for, and
+    ``note`` is called with a sentence that says so.
 
     Raises:
-        OutputError: It cannot be undone.
+        OutputError: The old files cannot be put back.
     """
     folder = staging_folder(out, name)
     if not folder.journal.exists():
         return
-    with explained(out), locked(recipe_lock(out, name), note):
+    with readable_errors(out), locked(recipe_lock(out, name), note):
         clear_staging(folder, note)
 
 
@@ -40,7 +46,7 @@ def tidy(out: Path, name: str, note: Callable[[str], None]) -> None:
         OutputError: They cannot be removed.
     """
     recover(out, name, note)
-    with explained(out):
+    with readable_errors(out):
         clear_killed_builds(out, note)
 
 

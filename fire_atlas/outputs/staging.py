@@ -11,7 +11,7 @@ from typing import BinaryIO, Self
 
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.interruption import if_interrupted, signals_wait
-from fire_atlas.outputs.disk import explained
+from fire_atlas.outputs.disk import readable_errors
 from fire_atlas.outputs.journal import StagingFolder, commit
 from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
 from fire_atlas.outputs.recovery import clear_killed_builds, clear_staging, staging_folder
@@ -46,7 +46,7 @@ class Staging:
 
     def __enter__(self) -> Self:
         """Make the folders, and remove what killed builds have left."""
-        with self._stack as stack, explained(self.out):
+        with self._stack as stack, readable_errors(self.out):
             _at_the_end(stack, partial(_remove_empty, _missing_folders(self.out)))
             self.out.mkdir(parents=True, exist_ok=True)
             clear_killed_builds(self.out, self._note)
@@ -72,7 +72,7 @@ class Staging:
         """Open the output ``name`` for writing."""
         target = self.out / name
         self.refuse(name)
-        with explained(target), self.path(name).open("wb") as file:
+        with readable_errors(target), self.path(name).open("wb") as file:
             yield file
             file.flush()
             os.fsync(file.fileno())
@@ -82,7 +82,7 @@ class Staging:
         """Return the bytes that the output ``name`` will replace; None if there are none."""
         target = self.out / name
         self.refuse(name)
-        with explained(target):
+        with readable_errors(target):
             return target.read_bytes() if target.is_file() else None
 
     def path(self, name: str) -> Path:
@@ -100,7 +100,7 @@ class Staging:
         fails is undone, so that old and new outputs are never mixed.
         """
         *names, marker = self._names
-        with explained(self.out):
+        with readable_errors(self.out):
             changes = [
                 *(self._folder.change(name) for name in names),
                 *(self._folder.change(path.name, removes=True) for path in stale),
@@ -150,12 +150,13 @@ def write_whole(target: Path, data: bytes, note: Callable[[str], None]) -> None:
     with Staging(target.parent, target.name, note) as staging:
         with staging.open(target.name) as file:
             file.write(data)
-        with explained(target):
+        with readable_errors(target):
             staging.path(target.name).replace(target)
 
 
 def _clear(folder: StagingFolder) -> None:
-    """Remove a staging folder, but keep a journal that could not be undone for the next command."""
+    """Remove a staging folder, unless it has a journal: of a commit that could not be undone, which
+    the next command tries to undo again."""
     if not folder.journal.exists():
         shutil.rmtree(folder.path, ignore_errors=True)
 

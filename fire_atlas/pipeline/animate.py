@@ -14,7 +14,7 @@ from fire_atlas.pipeline.channels import measure_motion
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip
-from fire_atlas.pipeline.render import flames_between, render
+from fire_atlas.pipeline.render import render, thumbnails_of_skipped_frames
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
 from fire_atlas.recipe.effect import MotionBlur
 from fire_atlas.recipe.models import Recipe
@@ -60,8 +60,8 @@ def animate(recipe: Recipe, clip: Clip, azimuth: float, context: BuildContext) -
     simulated, settings = SimulatedClip(clip, study, analysis, tracks), RenderSettings.of(recipe)
     with timer.measure("render"):
         frames = render(simulated, settings, context)
-    between = flames_between(simulated, settings, context)
-    motion = measure_motion(frames, between, clip.loop, recipe.maps, context)
+    skipped = thumbnails_of_skipped_frames(simulated, settings, context)
+    motion = measure_motion(frames, skipped, clip.loop, recipe.maps, context)
     return FinishedAnimation(
         frames=frames,
         fps=clip.fps,

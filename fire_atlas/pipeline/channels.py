@@ -13,7 +13,7 @@ from fire_atlas.recipe.output import Maps
 
 def measure_motion(
     frames: Sequence[RenderedFrame],
-    between: Mapping[int, tuple[float, Bytes]],
+    skipped: Mapping[int, tuple[float, Bytes]],
     loop: bool,
     maps: Maps,
     context: BuildContext,
@@ -22,7 +22,7 @@ def measure_motion(
 
     Args:
         frames: The animation, in playing order.
-        between: Frames of the source between some of them; see ``render.flames_between``.
+        skipped: Source frames it skips, as from ``render.thumbnails_of_skipped_frames``.
         loop: Whether frame 0 follows the last frame.
         maps: The section of the recipe.
         context: Workers, progress and timer.
@@ -43,7 +43,7 @@ def measure_motion(
         context.progress.stage("motion", len(frames))
         return estimate_motion(
             thumbnails,
-            between,
+            skipped,
             sizes.pop(),
             loop,
             motion_encoding(maps.motion),

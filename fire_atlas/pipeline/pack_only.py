@@ -1,4 +1,4 @@
-"""Pack images of any size unchanged into named animations, without the effect."""
+"""Prepare sprites of any size as named animations, without resizing, flakes or blur."""
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.pipeline.channels import measure_motion
@@ -11,15 +11,15 @@ from fire_atlas.sources.sprites import Sprites
 
 
 def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contribution:
-    """Make finished animations from sprites.
+    """Prepare sprites as finished animations, their frames unchanged.
 
     Raises:
         RecipeError: The timeline has settings that need a single clip.
     """
-    if not recipe.timeline.keeps_frames:
+    if not recipe.timeline.keeps_all_frames:
         raise RecipeError(
             "timeline edits a single clip, but these images have several animations or sizes; "
-            "leave out all of timeline except loop: auto or none"
+            "remove every timeline setting (only loop: auto or loop: none may stay)"
         )
     settings = RenderSettings.of(recipe)
     numbers = [i for played in sprites.animations.values() for i in played]
@@ -32,6 +32,7 @@ def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contri
     animations = {}
     for name, played in sprites.animations.items():
         shown = [frames[i] for i in played]
+        # No images are skipped, so frames are held out to test motion vectors.
         motion = measure_motion(shown, {}, loop, recipe.maps, context)
         animations[name] = FinishedAnimation(shown, sprites.fps, loop, motion=motion)
     statistics = {

@@ -32,8 +32,8 @@ class RenderedFrame:
     """A frame, trimmed and encoded.
 
     Attributes:
-        sprites: One for each scale of the pages. The visible box (``lit``) of the first, the
-            largest, contains those of all layers, so that all are trimmed alike.
+        sprites: One per page scale, largest first. The first one's visible box (``lit``) is
+            enlarged to cover every layer, so that all maps get the same trim.
         layers: Sprites of each layer that the recipe writes as a map.
         thumbnail: The flame, small, (h, w, 4) uint8 premultiplied, if motion vectors are made.
         light: The sums of its light, if light is measured.
@@ -119,21 +119,22 @@ def _light_of(
     return light + FrameLight.of(layers.flakes)
 
 
-def flames_between(
+def thumbnails_of_skipped_frames(
     simulated: SimulatedClip, settings: RenderSettings, context: BuildContext
 ) -> dict[int, tuple[float, Bytes]]:
     """Return thumbnails of source frames that the clip skips, on which motion vectors are tested.
 
-    The key is the index of the frame before; the value has the time, as a fraction of the step to
-    the next frame. Empty without motion vectors, or if the clip has all frames of its source.
+    The key is the index of the frame before it; the value has its time, as a fraction of the step
+    to the next frame, and the thumbnail of its flame. Empty without motion vectors, or if the clip
+    has all frames of its source.
     """
     if settings.maps.motion == "none":
         return {}
     skipped = simulated.clip.skipped
 
-    def flame(i: int) -> tuple[float, Bytes]:
+    def thumbnail(i: int) -> tuple[float, Bytes]:
         pixels = flame_of(i, skipped[i].read(), simulated, settings)
         return skipped[i].time, displayed_thumbnail(as_light(pixels), settings.atlas.blend_space)
 
     chosen = choose_held_out(sorted(skipped))
-    return dict(zip(chosen, context.workers.map(flame, chosen), strict=True))
+    return dict(zip(chosen, context.workers.map(thumbnail, chosen), strict=True))

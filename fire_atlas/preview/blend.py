@@ -37,6 +37,6 @@ def _over(
 
 
 def as_seen(frame: Bytes, alpha: str, blend_space: str) -> Pixels:
-    """Return the pixels of a stored frame with the light that a client shows over black."""
+    """Return the frame as an engine shows it over black: linear colour, with the stored alpha."""
     light = decode_bytes(blend(frame, (0, 0, 0), alpha, blend_space))
     return np.dstack([light, frame[..., 3] * np.float32(1 / 255)])

@@ -18,7 +18,7 @@ from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.files import open_file
 from fire_atlas.core.pixels import srgb_to_hex
 from fire_atlas.core.shipped import shipped
-from fire_atlas.effect.flakes.statistics import Figure, ember_figures
+from fire_atlas.effect.flakes.statistics import Figure, flake_figures
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.pages.page_file import read_page_file
@@ -207,7 +207,7 @@ def _animation_text(
     tracks: Tracks | None,
 ) -> dict[str, Any]:
     """Return the text about an animation, and the rows of its flakes as base64."""
-    figures = {"Loop": loop, "Embers": ember_figures(tracks) if tracks else []}
+    figures = {"Loop": loop, "Embers": flake_figures(tracks) if tracks else []}
     seconds = sum(frame.duration for frame in frames) / 1000
     plays = "in a loop" if animation.loop else "once"
     sizes = f"{span(f.frame_width for f in frames)} × {span(f.frame_height for f in frames)} px"

@@ -1,4 +1,9 @@
-"""Draw a picture of a fire profile that shows at a glance whether it was learnt correctly."""
+"""Draw a picture of a fire profile that shows at a glance whether it was learnt correctly.
+
+A profile is all that was learnt of a fire from a clip. It sorts the frames into leaning sets, each
+for a range of leans (a state) and a period: ``swing`` while the lean changes fast, ``rest`` while
+it hardly does.
+"""
 
 import io
 from collections.abc import Sequence

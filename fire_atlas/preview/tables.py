@@ -7,7 +7,7 @@ from rich.table import Table
 
 from fire_atlas.channels.cross_validation import ValidationReport, read_reports
 from fire_atlas.channels.encoding import motion_encoding
-from fire_atlas.effect.flakes.statistics import ember_figures
+from fire_atlas.effect.flakes.statistics import flake_figures
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
@@ -102,8 +102,9 @@ def _loops(atlas: AtlasFile) -> Table | None:
         return None
     heads = [figure.name for figure in next(iter(loops.values()))]
     caption = (
-        "steps against the median step (at the seam, 0.8 to 1.25 is not seen); flow and change of "
-        "light at the seam against the 95th percentile; least detail against the median"
+        "steps: change from frame to frame / its median (at the seam, 0.8 to 1.25 goes unnoticed); "
+        "flow and light at the seam: change there / 95th percentile of the loop's other changes; "
+        "least detail: detail of the blurriest frame / median detail"
     )
     table = Table("loop", *heads, title="loops", caption=caption)
     for name, figures in loops.items():
@@ -130,16 +131,17 @@ def _motion_sentence(animation: str, report: ValidationReport | None) -> str:
         return f"{vectors}: none, the animation is too short to test them"
     if not report.helps:
         return f"{vectors}: none, plain blending is as close to frames that were held out"
-    gain, *wrong = report.gains
-    sign = "right" if report.sign_right else "WRONG"
-    others = ", ".join(f"{100 * each:+.0f} %" for each in wrong)
+    gain, *flipped = report.gains
+    green, red, both = (f"{100 * each:+.0f} %" for each in flipped)
+    verdict = "correct" if report.sign_right else "IN DOUBT, others fit better"
+    others = f"with G flipped {green}, R flipped {red}, both {both}"
     gained = f"{100 * gain:.0f} % closer than plain blending"
-    return f"{vectors}: {gained}; sign {sign} (others {others})"
+    return f"{vectors}: {gained}; signs {verdict} ({others})"
 
 
 def _flakes(tracks: Tracks, title: str) -> Table:
     table = Table("flakes", "", "should be", "", title=title)
-    for figure in ember_figures(tracks):
+    for figure in flake_figures(tracks):
         table.add_row(
             figure.name,
             value_text(figure),

@@ -63,8 +63,8 @@ class Features(Settings):
     beta: float = Field(default=0.02, ge=0, le=10)
     """[β] Weight of the buoyancy direction that is added to each feature vector (eq. 3)."""
     clamp: float = Field(default=0.0, ge=0, le=10000)
-    """Feature vectors shorter than this become 0. The paper's Figure 23 uses 2.0, so that no flakes
-    come from an unmoving drum."""
+    """Edges weaker than this (their feature vectors are shorter) are ignored, so that still objects
+    in the picture give off no sparks: in the paper's Figure 23 a drum, with 2.0."""
 
     @model_validator(mode="before")
     @classmethod
@@ -85,7 +85,8 @@ class Buoyancy(Settings):
     coupling: float = Field(default=250.0, ge=0, le=1000)
     """Rate at which the field adopts the flow inside the flame, 1/s."""
     feature_force: float = Field(default=0.1, ge=0, le=100)
-    """Acceleration by a feature vector [Fv*] of the clip's mean length, heights/s²."""
+    """[Fv*] Push by flame edges, heights/s²: the acceleration at an edge of average strength;
+    stronger edges push more."""
     lift: NumberOrDirection = 1.2
     """[F_buoyancy] Upward acceleration, heights/s²; or [x, y] (y up) for fire that does not
     rise."""
@@ -107,14 +108,15 @@ class Flakes(Settings):
     bake: bool = True
     """Draw the flakes into the frames. ``false``: write only their tracks."""
     alpha: AutoOrNumber = "auto"
-    """[α] Flakes can spawn where feature vectors are longer than this. Lower values give more
-    flakes. ``auto``: measured once for the whole clip. Paper: 0.03."""
+    """[α] Flakes start only at flame edges stronger than this (with longer feature vectors). Lower
+    values give more flakes. ``auto``: measured once for the whole clip. Paper: 0.03."""
     rate: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100000), NUMBER], either("`auto` or a number")
     ] = "auto"
-    """Spawn rate, flakes per second, at the automatic α. ``auto``: by the area in which the fire
-    moves, about 5 for a candle, 30 for a campfire and 90 for a wall of fire; fewer if the frame is
-    too small to show flakes of ``size``."""
+    """Spawn rate, flakes per second. If you set ``alpha``, it is scaled by the area of the edges
+    above it, relative to the automatic α: half the area, half the flakes. ``auto``: by the area in
+    which the fire moves, about 5 for a candle, 30 for a campfire and 90 for a wall of fire; fewer
+    if the frame is too small to show flakes of ``size``."""
     bursts: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100), NUMBER], either("`auto` or a number")
     ] = "auto"
@@ -134,7 +136,8 @@ class Flakes(Settings):
     ] = (0.004, 0.024)
     """[min, max] width of a flake's soft sprite, heights. Sizes between them are log-normal."""
     stretch: float = Field(default=0.0, ge=0, le=10)
-    """Extra length of a flake along its velocity: the distance it travels in so many frames."""
+    """Lengthens each flake along its motion by the distance it travels in this many frames, in
+    addition to motion blur."""
     scatter: float = Field(default=0.998, ge=-1, le=1)
     """[k] Scattering coefficient (eq. 13): 1 no scattering, near 0 erratic, negative backwards."""
     lag: float = Field(default=0.006, ge=0, le=10)

@@ -66,8 +66,8 @@ class Timeline(Settings):
             )
 
     @property
-    def keeps_frames(self) -> bool:
-        """Whether the clip's frames are kept as they are: nothing but ``loop: none`` is set."""
+    def keeps_all_frames(self) -> bool:
+        """Whether all frames are shown as they are: at most ``loop: auto`` or ``none`` is set."""
         return self in (Timeline(), Timeline(loop="none"))
 
     @property

@@ -28,7 +28,7 @@ Heading = Annotated[
         }
     ),
 ]
-"""Direction to which wind blows: ``right``, ``left`` or degrees from above (0 right, 90 away)."""
+"""Direction the wind blows towards: ``right``, ``left`` or degrees, as seen from above."""
 
 
 class WindKeyframe(Settings):
@@ -39,7 +39,8 @@ class WindKeyframe(Settings):
     level: Level = 0.0
     """Strength, 0-5."""
     direction: Heading = 0.0
-    """Direction to which it blows: ``right``, ``left`` or degrees."""
+    """Direction the wind blows towards: ``right``, ``left``, or degrees, as seen from above: 0
+    right, 90 away from the viewer, 180 left."""
 
 
 class Gusts(Settings):
@@ -48,7 +49,8 @@ class Gusts(Settings):
     mean: Level = 1.0
     """Mean strength, 0-5."""
     strength: Level = 1.0
-    """Amplitude: how far it rises above and falls below the mean."""
+    """Amplitude: how far it rises above and falls below the mean. If it exceeds the mean, the wind
+    is calm for a while between gusts."""
     period: float = Field(default=2.0, ge=0.1, le=600)
     """Time from gust to gust, s."""
 
@@ -59,8 +61,8 @@ class Wind(Settings):
     level: Level = 0.0
     """Strength of a steady wind, 0-5; one level is 0.15 frame heights per second."""
     direction: Heading = 0.0
-    """Direction to which a steady wind or gusts blow: ``right``, ``left``, or degrees seen from
-    above (0 right, counter-clockwise)."""
+    """Direction a steady wind or gusts blow towards: ``right``, ``left``, or degrees, as seen from
+    above: 0 right, 90 away from the viewer, 180 left."""
     keyframes: Annotated[tuple[WindKeyframe, ...], LIST] = ()
     """Wind that changes over time, in order of ``t``."""
     gusts: Gusts | None = None

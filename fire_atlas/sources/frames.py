@@ -135,7 +135,7 @@ def _open_images(files: Sequence[Path], chosen: range, max_pixels: int) -> Frame
             raise SourceError(
                 f"{files[i]}: is {header.width}x{header.height}, but {files[chosen[0]].name} is "
                 f"{first.width}x{first.height}; all frames must have one size "
-                "(a recipe that only packs, with flakes: none and no blur, takes any sizes)"
+                "(to pack images of different sizes, set flakes: none and motion_blur: none)"
             )
     return FrameReader(
         width=first.width,

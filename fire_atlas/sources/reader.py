@@ -139,9 +139,10 @@ def resample(delays: Sequence[Fraction], fps: float | None, path: Path) -> tuple
 
 
 def cached(reader: FrameReader) -> FrameReader:
-    """Return ``reader`` with a cache of the frames that are read first, up to ``CACHE_BYTES``.
+    """Return ``reader`` with a cache that keeps frames until it is full and never drops any.
 
-    Frames are read several times: to choose the matte, to analyse the clip and to draw it.
+    It holds ``CACHE_BYTES``. Frames are read several times: to choose the matte (where alpha comes
+    from), to analyse the clip and to draw it.
     """
     kept: dict[int, _CachedPicture] = {}
     room = [CACHE_BYTES]
@@ -162,10 +163,12 @@ def cached(reader: FrameReader) -> FrameReader:
 
 @dataclass(frozen=True, slots=True)
 class _CachedPicture:
-    """A picture without its transparent border, if its colours are straight.
+    """A picture cropped to its visible part to save memory.
+
+    Pictures without alpha, and float pictures (which may glow where alpha is 0), are kept whole.
 
     Attributes:
-        part: The picture without that border.
+        part: The visible part.
         top, left: Place of the part in the picture, px.
         shape: Shape of the picture.
     """
@@ -177,8 +180,8 @@ class _CachedPicture:
 
     @classmethod
     def of(cls, picture: Picture) -> "_CachedPicture":
-        is_stored = picture.dtype.kind == "u"
-        if picture.shape[2] < 4 or not is_stored:  # light may be bright where alpha is 0
+        is_integer = picture.dtype.kind == "u"
+        if picture.shape[2] < 4 or not is_integer:
             return cls(picture, 0, 0, picture.shape)
         part = where_covered(picture)
         return cls(picture[part].copy(), part[0].start, part[1].start, picture.shape)

@@ -29,7 +29,8 @@ def arrange(
         longest_life: Maximum lifetime of a flake, s, which limits the tail.
         workers: Read and compare frames in parallel.
         progress: Receives notes on what was decided, and why.
-        only_packs: Whether frames stay as they are unless the recipe says how to change them.
+        only_packs: Whether the recipe only packs finished frames. They are then kept unchanged
+            unless ``timeline`` sets something.
 
     Raises:
         RecipeError: The timeline does not suit the clip.

@@ -1,7 +1,10 @@
 """Extend a fire beyond its clip: a walk over its frames that jumps between similar ones (Schödl et
 al., "Video Textures", SIGGRAPH 2000, sections 3 and 4).
 
-A beam search finds the cheapest walk of exactly the length wanted. Repeating a transition, or going
+Each jump is a transition: over the frames of the overlap, the stretch of the clip that ends is
+blended into the one that begins (see ``edit_list.Transition``).
+
+A beam search finds the cheapest walk of exactly the wanted length. Repeating a transition, or going
 back to frames that were just shown, costs extra.
 """
 
@@ -37,15 +40,21 @@ _Candidates = list[tuple[float, Transition]]
 
 
 class _PartialWalk(NamedTuple):
-    """The beginning of a walk: its cost, the frame it has reached, and its transitions so far."""
+    """The beginning of a walk.
+
+    Attributes:
+        cost: Cost of its transitions.
+        next_frame: The frame to show next, the first one after the last transition.
+        transitions: The transitions it has made, in order.
+    """
 
     cost: float
-    at: int
+    next_frame: int
     transitions: tuple[Transition, ...]
 
 
 def extend_loop(analysis: CutAnalysis, frames: int) -> list[Transition] | None:
-    """Return the transitions of a loop of ``frames`` frames; the last closes it. None: no loop."""
+    """Return the transitions of a loop of ``frames`` frames, if any; the last closes the loop."""
     costs, overlap = analysis.costs(), analysis.overlap
     candidates = _best_transitions(costs, analysis)
     found: list[tuple[float, tuple[Transition, ...]]] = []
@@ -54,8 +63,8 @@ def extend_loop(analysis: CutAnalysis, frames: int) -> list[Transition] | None:
         start = _wrapped(beginning + overlap, analysis)
         for length, walks in _walks(candidates, analysis, start, frames - overlap).items():
             for walk in walks:
-                ending = walk.at + frames - overlap - length
-                if not _may_play(analysis, walk.at, ending):
+                ending = walk.next_frame + frames - overlap - length
+                if not _can_play(analysis, walk.next_frame, ending):
                     continue
                 last = Transition(_wrapped(ending, analysis), beginning)
                 cost = costs[last] + _extra_cost(last, walk, analysis, _median_cost(candidates))
@@ -71,7 +80,7 @@ def extend_once(analysis: CutAnalysis, frames: int) -> list[Transition] | None:
         (walk.cost, walk.transitions)
         for length, walks in _walks(candidates, analysis, 0, frames).items()
         for walk in walks
-        if walk.transitions and walk.at + frames - length <= analysis.count
+        if walk.transitions and walk.next_frame + frames - length <= analysis.count
     ]
     return list(min(found)[1]) if found else None
 
@@ -79,21 +88,21 @@ def extend_once(analysis: CutAnalysis, frames: int) -> list[Transition] | None:
 def _walks(
     candidates: _Candidates, analysis: CutAnalysis, start: int, frames: int
 ) -> dict[int, list[_PartialWalk]]:
-    """Best partial walks from frame ``start``, by their length, of less than ``frames`` frames."""
+    """Return the best partial walks from frame ``start`` by length, all below ``frames`` frames."""
     median, overlap = _median_cost(candidates), analysis.overlap
     walks: dict[int, list[_PartialWalk]] = defaultdict(list, {0: [_PartialWalk(0.0, start, ())]})
     for length in range(frames):
         walks[length] = _beam(walks[length])
         for walk in walks[length]:
             for cost, transition in candidates:
-                played = _played(analysis, walk.at, transition.ending)
-                then = length + played + overlap
-                if played < _shortest_stretch(analysis) or then >= frames:
+                played = _frames_until(analysis, walk.next_frame, transition.ending)
+                new_length = length + played + overlap
+                if played < _shortest_stretch(analysis) or new_length >= frames:
                     continue
                 cost += _extra_cost(transition, walk, analysis, median)
-                landed = _wrapped(transition.beginning + overlap, analysis)
+                following = _wrapped(transition.beginning + overlap, analysis)
                 made = (*walk.transitions, transition)
-                walks[then].append(_PartialWalk(walk.cost + cost, landed, made))
+                walks[new_length].append(_PartialWalk(walk.cost + cost, following, made))
     return walks
 
 
@@ -136,7 +145,7 @@ def _extra_cost(
         all(abs(a - b) <= _SAME_WITHIN for a, b in zip(transition, other, strict=True))
         for other in walk.transitions
     )
-    back = _played(analysis, transition.beginning, transition.ending)
+    back = _frames_until(analysis, transition.beginning, transition.ending)
     nearness = max(0.0, 1 - 2 * back / analysis.count) if back > 0 else 0.0
     return median * (_REPEAT_COST * repeats + _BACKTRACK_COST * nearness)
 
@@ -155,16 +164,22 @@ def _shortest_stretch(analysis: CutAnalysis) -> int:
     return max(1, min(analysis.overlap, analysis.count // 6))
 
 
-def _may_play(analysis: CutAnalysis, first: int, end: int) -> bool:
-    """Whether frames ``first`` until ``end`` may be played in a row; those of a loop wrap."""
-    last = first + analysis.count - 1 if analysis.closed else analysis.longest
-    return first + _shortest_stretch(analysis) <= end <= last
+def _can_play(analysis: CutAnalysis, first: int, end: int) -> bool:
+    """Whether the clip can play from ``first`` up to (not including) ``end`` without a jump, and
+    then make a transition. A looping clip continues at its start, but plays no frame twice."""
+    # In a clip that does not loop, the frames of the transition must follow ``end``.
+    last_end = first + analysis.count - 1 if analysis.closed else analysis.longest
+    return first + _shortest_stretch(analysis) <= end <= last_end
 
 
-def _played(analysis: CutAnalysis, first: int, end: int) -> int:
-    """Return the number of frames from ``first`` until ``end``, across the end of a loop."""
+def _frames_until(analysis: CutAnalysis, first: int, end: int) -> int:
+    """Return the number of frames from ``first`` up to (not including) ``end``.
+
+    A looping clip continues at its start; else it is negative if ``end`` lies before ``first``.
+    """
     return (end - first) % analysis.count if analysis.closed else end - first
 
 
 def _wrapped(frame: int, analysis: CutAnalysis) -> int:
+    """Return the number of a frame, counted on from 0 past the end of a looping clip."""
     return frame % analysis.count if analysis.closed else frame

@@ -222,9 +222,9 @@ def _seam_details(analysis: CutAnalysis, transition: Transition) -> Iterator[flo
     """Yield the detail of each frame of a seam, interpolated between its two sides."""
     details, overlap = analysis.thumbnails.details, analysis.overlap
     for k in range(overlap):
-        share = (k + 1) / (overlap + 1)
+        weight = (k + 1) / (overlap + 1)
         one, other = (details[(start + k) % analysis.count] for start in transition)
-        yield float(one + (other - one) * share)
+        yield float(one + (other - one) * weight)
 
 
 def _approximate_seam(analysis: CutAnalysis, transition: Transition) -> Iterator[Pixels]:

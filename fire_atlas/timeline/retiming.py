@@ -47,7 +47,8 @@ _HALFWAY = 0.2
 """A frame within this many steps of the middle of a step is about halfway."""
 
 _UNLIKE = 0.25
-"""Where two sides differ by this fraction of their light, they have nothing in common."""
+"""Where the two warped frames differ by this fraction of their brightness, they count as fully
+different."""
 
 
 def retimed(clip: Clip, fps: float, count: int, is_smooth: bool) -> Clip:
@@ -138,7 +139,10 @@ class _Retiming:
         return warp(velocity, to_before if near == before else to_after)
 
     def skipped(self, i: int) -> Skipped | None:
-        """Return a clip frame that is never shown, about halfway between frames ``i`` and i + 1."""
+        """Return a clip frame that is never shown, about halfway between frames ``i`` and i + 1.
+
+        It is used to test motion vectors. None if there is no such frame.
+        """
         middle = round((i + 0.5) * self._pace)
         time = middle / self._pace - i
         if self._pace < _SKIPPING or abs(time - 0.5) > _HALFWAY:
@@ -181,7 +185,7 @@ def _velocity(clip: Clip, before: int, after: int) -> NDArray[np.float32]:
     is_small = clip.width * clip.height <= SMALL
     shown = (clip.brightness(i) for i in (before, after))
     one, other = (thumbnail(plane, is_small) for plane in shown)
-    if before in clip.backwards:
+    if before in clip.backwards:  # played in reverse: find the velocity of the fire as filmed
         one, other = other, one
     scale = clip.width / one.shape[1], clip.height / one.shape[0]
     return optical_flow(one, other, is_small) * np.array(scale, np.float32) * np.float32(clip.fps)
@@ -201,12 +205,12 @@ def _interpolated(before: Pixels, after: Pixels, flow: BidirectionalFlow, time: 
     """
     to_before, to_after = intermediate_flows(flow, time)
     one, other = warp(before, to_before), warp(after, to_after)
-    share = _share(one, other, time)[..., None]
-    return as_plane(one + (other - one) * share)
+    weight = _weight(one, other, time)[..., None]
+    return as_plane(one + (other - one) * weight)
 
 
-def _share(one: Pixels, other: Pixels, time: float) -> Plane:
-    """Weight of ``other`` at each place, (H, W) in 0..1."""
+def _weight(one: Pixels, other: Pixels, time: float) -> Plane:
+    """Return the weight of ``other`` in the mix at each place, (H, W) in 0..1."""
     sigma = max(0.004 * one.shape[0], 0.8)
     difference = blurred(over_channels(cv2.absdiff(one, other)), sigma)
     light = blurred(over_channels(cv2.add(one, other)), sigma)

@@ -52,6 +52,10 @@ _PREFERENCE = 10.0
 _DARK = 1e-5
 """Squared difference of light that 8 bits do not show."""
 
+_WARPING = 1.5
+"""A place is warped by its flow times this times the fraction of the difference between both sides
+that warping removes there, at most by all of its flow."""
+
 _BLUR_SIGMA = 1.0
 """Standard deviation, px, of the Gaussian that separates the detail which warping blurs."""
 
@@ -68,42 +72,44 @@ class BlendPlan:
 
     Attributes:
         flows: Flow by which each side is warped, so that both align.
-        share: (h, w), weight of the second side at each place, 0..1.
-        gain: (h, w), factor of the mix's deviation from the mean that restores its contrast.
+        weight: (h, w), weight of the second side at each place, 0..1.
+        gain: (h, w), how much to raise the contrast of the mix, as a factor on its difference from
+            the clip's mean frame.
     """
 
     flows: tuple[FlowField, FlowField]
-    share: Plane
+    weight: Plane
     gain: Plane
 
     def blend(self, ending: Pixels, beginning: Pixels, mean: Pixels) -> Pixels:
         """Return the frame, (H, W, 4); ``mean`` is the clip's mean frame, of any size."""
         size = ending.shape[1], ending.shape[0]
         one, other = warp(ending, self.flows[0]), warp(beginning, self.flows[1])
-        share, gain = resized(self.share, size), resized(self.gain, size)
-        mixed = as_plane(one + (other - one) * share[..., None])
+        weight, gain = resized(self.weight, size), resized(self.gain, size)
+        mixed = as_plane(one + (other - one) * weight[..., None])
         planes = mixed, resized(mean, size), one, other
         light = _with_contrast([luminance(frame) for frame in planes], gain)
         cover = _with_contrast([as_plane(cv2.extractChannel(frame, 3)) for frame in planes], gain)
-        blended = _with_light(_fire_coloured_mix(one, other, share), light, cover, mixed)
-        whole = float(self.share.mean())
-        wanted = (1 - whole) * detail_energy(ending) + whole * detail_energy(beginning)
-        return _sharpened(blended, wanted)
+        blended = _with_light(_fire_coloured_mix(one, other, weight), light, cover, mixed)
+        mean_weight = float(self.weight.mean())
+        detail_before, detail_after = detail_energy(ending), detail_energy(beginning)
+        return _sharpened(blended, (1 - mean_weight) * detail_before + mean_weight * detail_after)
 
 
-def _with_light(hues: Pixels, light: Plane, cover: Plane, mixed: Pixels) -> Pixels:
-    """Return ``hues``, changed in place, with luminance ``light`` and coverage ``cover``.
+def _with_light(picture: Pixels, light: Plane, cover: Plane, mixed: Pixels) -> Pixels:
+    """Scale the colours of ``picture`` to luminance ``light``, and set its alpha to ``cover``.
 
-    The channels of a pixel get the same factor, so that no hue changes; it is limited so that the
-    brightest is at most the coverage or that of the plain mix, whichever is more.
+    It is changed in place. The channels of a pixel get the same factor, so that no hue changes. No
+    channel exceeds the alpha or the brightest channel of the plain mix, ``mixed``, whichever is
+    larger.
     """
     floor = np.float32(_FAINT)
-    factor = light / np.maximum(luminance(hues), floor)
+    factor = light / np.maximum(luminance(picture), floor)
     limit = np.maximum(cover, brightest(mixed))
-    factor = np.minimum(factor, limit / np.maximum(brightest(hues), floor))
-    hues[..., :3] *= factor[..., None]
-    hues[..., 3] = cover
-    return hues
+    factor = np.minimum(factor, limit / np.maximum(brightest(picture), floor))
+    picture[..., :3] *= factor[..., None]
+    picture[..., 3] = cover
+    return picture
 
 
 def _sharpened(pixels: Pixels, energy: float) -> Pixels:
@@ -127,13 +133,13 @@ def _sharpened(pixels: Pixels, energy: float) -> Pixels:
     return pixels
 
 
-def _fire_coloured_mix(one: Pixels, other: Pixels, share: Plane) -> Pixels:
+def _fire_coloured_mix(one: Pixels, other: Pixels, weight: Plane) -> Pixels:
     """Return a mix with the hues of fire, by mixing the fourth roots of light.
 
     Half-way between white-hot and dark, fire is orange; mixing light would give grey.
     """
     here, there = (as_plane(cv2.sqrt(cv2.sqrt(side))) for side in (one, other))
-    mixed = here + (there - here) * share[..., None]
+    mixed = here + (there - here) * weight[..., None]
     return as_plane(np.square(np.square(mixed)))
 
 
@@ -230,8 +236,8 @@ def _aligned(pair: _Pair, flow: BidirectionalFlow, time: float) -> _AlignedPair:
     before = blurred(_squared_difference(*pair.sides), sigma)
     halves = _both_warped(pair.sides, intermediate_flows(flow, 0.5))
     after = blurred(_squared_difference(*halves), sigma)
-    explained = 1 - np.sqrt(after / (before + np.float32(_DARK)))
-    gate = as_plane(np.clip(1.5 * explained, 0, 1))
+    removed = 1 - np.sqrt(after / (before + np.float32(_DARK)))
+    gate = as_plane(np.clip(_WARPING * removed, 0, 1))
     gated = BidirectionalFlow(flow.forward.scaled(gate), flow.backward.scaled(gate))
     flows = intermediate_flows(gated, time)
     sides = _both_warped(pair.sides, flows)
@@ -276,10 +282,10 @@ def _weights(
     power = (blurred(as_plane(side * side), sigma) + floor for side in (one, other))
     correlation = np.clip(common / np.sqrt(np.multiply(*power)), 0, 1)
     angle = progress * np.float32(np.pi / 2)
-    share = np.sin(angle) / (np.cos(angle) + np.sin(angle))
-    rest = 1 - share
-    gain = 1 / np.sqrt(rest**2 + share**2 + 2 * rest * share * correlation)
-    return resized(as_plane(share), kept), resized(as_plane(gain), kept)
+    weight = np.sin(angle) / (np.cos(angle) + np.sin(angle))
+    rest = 1 - weight
+    gain = 1 / np.sqrt(rest**2 + weight**2 + 2 * rest * weight * correlation)
+    return resized(as_plane(weight), kept), resized(as_plane(gain), kept)
 
 
 def _squared_difference(one: Pixels, other: Pixels) -> Plane:

@@ -1,4 +1,4 @@
-"""Choose frames spread evenly over a clip, and compare a few pairs of neighbours."""
+"""Choose frames spread evenly over a clip, and measure how much neighbouring frames differ."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ _PAIRS = 8
 """Number of pairs of neighbouring frames that are compared."""
 
 _SIDE = 96
-"""Longest side, px, at which these frames are compared."""
+"""Longest side, px, of the small copies of frames that are compared."""
 
 
 def evenly_spread(first: int, last: int, max_count: int) -> list[int]:
@@ -34,22 +34,22 @@ class ClipSamples:
     Attributes:
         count: Number of frames of the clip.
         frames: The copies by frame number, in order, with those of the first and last frame.
-        starts: Numbers of the frames of which ``frames`` holds the next one too.
+        pair_starts: Frame numbers i for which both i and i + 1 are in ``frames``; their distances
+            show how large a step between frames usually is.
     """
 
     count: int
     frames: Mapping[int, Pixels]
-    starts: tuple[int, ...]
+    pair_starts: tuple[int, ...]
 
     @classmethod
     def of(cls, clip: Clip, workers: Workers) -> "ClipSamples":
         """Read and shrink a few frames of ``clip``."""
-        starts = evenly_spread(0, max(clip.count - 2, 0), _PAIRS)
-        needed = {0, clip.count - 1, *starts, *(i + 1 for i in starts)}
-        numbers = sorted(i for i in needed if i < clip.count)
+        starts = evenly_spread(0, clip.count - 2, _PAIRS)
+        numbers = sorted({0, clip.count - 1, *starts, *(i + 1 for i in starts)})
         small = workers.map(lambda i: shrunk(clip.read(i), _SIDE), numbers)
         return cls(clip.count, dict(zip(numbers, small, strict=True)), tuple(starts))
 
     def steps(self) -> list[float]:
-        """Return the distance of each frame in ``starts`` to its next one."""
-        return [distance(self.frames[i], self.frames[i + 1]) for i in self.starts]
+        """Return the distance of each frame in ``pair_starts`` to the next one."""
+        return [distance(self.frames[i], self.frames[i + 1]) for i in self.pair_starts]

@@ -34,7 +34,7 @@ from pathlib import Path
 from typing import Any
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.effect.flakes.statistics import ember_figures
+from fire_atlas.effect.flakes.statistics import flake_figures
 from fire_atlas.recipe.effect import Buoyancy
 from tests.support.clip_motion import (
     correlation,
@@ -140,7 +140,7 @@ def plume(clip: Clip) -> Plume:
     long = run_effect(
         looped(clip, LONG), {"flakes": {"rate": PLENTY}, "timeline": {"loop": "none"}}
     )
-    figures = {figure.name: figure.value for figure in ember_figures(long.tracks)}
+    figures = {figure.name: figure.value for figure in flake_figures(long.tracks)}
     top, sides, bottom, cold = (
         figures.get(name, math.nan)
         for name in ("left by the top", "left by the sides", "fell out of the bottom", "burnt out")

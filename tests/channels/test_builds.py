@@ -150,7 +150,7 @@ def test_inspect_and_templates_know_them(
     atlas = str(books["unity"] / "fire.json")
     assert main(["inspect", atlas]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "% closer than plain blending; sign right (others" in said
+    assert "% closer than plain blending; signs correct (with G flipped" in said
     assert main(["inspect", "--context", atlas]) == 0
     context = json.loads(capsys.readouterr().out)
     assert context["pages"][0]["maps"] == {"motion": "fire.motion.png"}
@@ -167,13 +167,13 @@ FIGURES = {"held_out": 8, "written": True, "gain": 0.3149, "other_signs": [-0.2,
     [
         (
             {"motion": FIGURES},
-            "motion vectors: 31 % closer than plain blending; sign right "
-            "(others -20 %, +5 %, -52 %)",
+            "motion vectors: 31 % closer than plain blending; signs correct "
+            "(with G flipped -20 %, R flipped +5 %, both -52 %)",
         ),
         (
             {"motion": {**FIGURES, "gain": 0.01}},
-            "motion vectors: 1 % closer than plain blending; sign WRONG "
-            "(others -20 %, +5 %, -52 %)",
+            "motion vectors: 1 % closer than plain blending; signs IN DOUBT, others "
+            "fit better (with G flipped -20 %, R flipped +5 %, both -52 %)",
         ),
         (
             {"members": {"a": {"animations": {"left": {"motion": {**FIGURES, "written": False}}}},
@@ -322,8 +322,8 @@ def test_cells_are_needed_where_an_engine_counts_them(tmp_path: Path, engine: st
     [
         ({"motion": "godot"}, {"atlas": {"rotate": True}}, "leave out atlas.rotate"),
         ({"motion": "godot"}, {"atlas": {"dedupe": True}}, "leave out atlas.dedupe"),
-        ({"flakes": True}, {"flakes": "none"}, "maps.flakes: without flakes"),
-        ({"flame": True}, {"flakes": "none"}, "the page itself is the flame"),
+        ({"flakes": True}, {"flakes": "none"}, "maps.flakes: this effect has no flakes"),
+        ({"flame": True}, {"flakes": "none"}, "this map would be a copy of the page"),
         ({"motion": "unrael"}, {}, "did you mean unreal?"),
         ({"flakes": 1}, {}, "must be true or false"),
     ],

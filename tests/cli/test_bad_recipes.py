@@ -52,7 +52,7 @@ BAD = {
     ),
     "beyond a limit of what is written": (
         b"source: {path: clip}\nmaps:\n  motion: unity\n",
-        "error: bad.yaml:3: maps.motion: unity moves one cell into the next",
+        "error: bad.yaml:3: maps.motion: unity motion vectors need a flipbook with cells of equal",
     ),
     "broken yaml": (b"source: {path: clip\n", "error: bad.yaml:2: is no valid YAML"),
 }
@@ -82,7 +82,10 @@ def test_a_bad_recipe_gets_advice_and_writes_nothing(
         ("flakes.rtae=3", "error: --set flakes.rtae: unknown key; did you mean flakes.rate?"),
         ("flakes.rate=[", "error: --set flakes.rate: is no valid YAML"),
         ("name=../x", "error: --set name: must be a plain file name"),
-        ("maps.motion=unity", "error: --set maps.motion: unity moves one cell into the next"),
+        (
+            "maps.motion=unity",
+            "error: --set maps.motion: unity motion vectors need a flipbook",
+        ),
     ],
 )
 def test_a_bad_set_is_named(run: Run, campfire: Path, override: str, message: str) -> None:

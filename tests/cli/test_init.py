@@ -61,8 +61,11 @@ def test_a_recipe_is_copied_with_its_folder_of_frames(
     assert (elsewhere / "samples" / "clip" / "1.png").read_bytes() == b"1.png"
 
 
-def test_a_recipe_is_copied_with_its_file_into_a_new_folder(presets: Path, elsewhere: Path) -> None:
+def test_a_recipe_is_copied_with_its_file_into_a_new_folder(
+    presets: Path, elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["init", "torch", "game/fx"]) == 0
+    assert "torch.yaml and 1 file of input\n" in capsys.readouterr().out
     loaded = load_tree(read_tree(elsewhere / "game" / "fx" / "torch.yaml"))
     (sample,) = loaded.source_files.values()
     assert sample == elsewhere / "game" / "fx" / "samples" / "torch.gif"

@@ -107,7 +107,7 @@ def test_a_mistake_is_reported_and_waited_out(watch: Start, campfire: Path) -> N
     watched.hears("error: campfire.yaml:3: zzz: unknown key")
     watched.hears("watching")
     campfire.write_text(good + "maps: {motion: unity}\n")
-    watched.hears("error: campfire.yaml:3: maps.motion: unity moves one cell into the next")
+    watched.hears("error: campfire.yaml:3: maps.motion: unity motion vectors need a flipbook")
     campfire.write_text(good.replace("path: clip", "path: later"))
     watched.hears("later: does not exist")
     (campfire.parent / "clip").rename(campfire.parent / "later")

@@ -16,7 +16,7 @@ from fire_atlas.effect.flakes.appearance import (
     temperature,
 )
 from fire_atlas.effect.flakes.emission import TICK, EmitterSettings, emit
-from fire_atlas.effect.flakes.statistics import ember_figures
+from fire_atlas.effect.flakes.statistics import flake_figures
 from fire_atlas.pipeline.layers import draw
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
 from fire_atlas.recipe.effect import Flakes
@@ -133,7 +133,7 @@ def test_sizes_are_log_normal(effect: EffectRun) -> None:
 def test_sizes_that_are_seen_spread_too_though_a_pixel_grid_cannot_show_the_smallest(
     effect: EffectRun,
 ) -> None:
-    figures = {figure.name: figure for figure in ember_figures(effect.tracks)}
+    figures = {figure.name: figure for figure in flake_figures(effect.tracks)}
     assert figures["size, σ of its logarithm"].is_in_range
 
 
@@ -179,7 +179,7 @@ def test_all_four_ends_of_life_occur_over_long_runs(names: tuple[str, ...]) -> N
     shares = dict.fromkeys(("left by the top", "left by the sides", "burnt out", "fell back"), 0.0)
     for name in names:
         effect = run_effect(looped(open_clip(name), SECONDS), {"timeline": {"loop": "none"}})
-        for figure in ember_figures(effect.tracks):
+        for figure in flake_figures(effect.tracks):
             if figure.name in shares:
                 shares[figure.name] += figure.value / len(names)
         fallen = [f[-1, Y] > f[:, Y].min() + 0.02 * effect.clip.height for f in effect.flights(2)]

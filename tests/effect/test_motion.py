@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import pytest
 
-from fire_atlas.effect.flakes.statistics import ember_figures
+from fire_atlas.effect.flakes.statistics import flake_figures
 from tests.support.clip_motion import (
     correlation,
     crowding,
@@ -91,6 +91,6 @@ def test_flakes_do_not_pile_up_above_the_flame(name: str) -> None:
 
 @pytest.mark.parametrize("name", RISING_CLIPS)
 def test_most_flakes_leave_by_the_top_or_the_sides_or_burn_out(name: str) -> None:
-    fates = {f.name: f.value for f in ember_figures(_long(name).tracks)}
+    fates = {f.name: f.value for f in flake_figures(_long(name).tracks)}
     assert fates["left by the top"] + fates["left by the sides"] + fates["burnt out"] > 0.5
     assert fates["fell out of the bottom"] < 0.5

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fire_atlas.effect.flakes.statistics import Figure, ember_figures
+from fire_atlas.effect.flakes.statistics import Figure, flake_figures
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, fold_into_loop
 from tests.support.effect import AGE, ID, LIFE, SIZE, STRETCH, VX, VY, Array, X, Y
 
@@ -53,7 +53,7 @@ LASTING = _flight(4, (60, 100), (0, -10), 4, life=9.0, first=FRAMES - 4)  # aliv
 
 
 def _figures(tracks: Tracks) -> dict[str, float]:
-    return {figure.name: figure.value for figure in ember_figures(tracks)}
+    return {figure.name: figure.value for figure in flake_figures(tracks)}
 
 
 def test_every_end_of_life_has_its_figure() -> None:
@@ -107,7 +107,7 @@ def test_size_spread_is_that_of_its_logarithm() -> None:
 def test_the_spread_of_sizes_is_not_judged_where_most_are_as_small_as_can_be_shown() -> None:
     def judged(*sizes: float) -> bool:
         flights = [_flight(i, (50, 100), (0, -9), 2, 9.0, size=s) for i, s in enumerate(sizes)]
-        [spread] = [f for f in ember_figures(_tracks(*flights)) if f.name.startswith("size, σ")]
+        [spread] = [f for f in flake_figures(_tracks(*flights)) if f.name.startswith("size, σ")]
         return not spread.is_in_range
 
     assert not judged(*[2.6] * 25, *[3.0] * 5)
@@ -127,7 +127,7 @@ def test_flakes_seen_once_have_no_direction() -> None:
 
 
 def test_no_flakes_have_no_figures() -> None:
-    assert ember_figures(_tracks()) == []
+    assert flake_figures(_tracks()) == []
 
 
 def test_a_flake_of_a_loop_has_one_end_even_where_its_id_is_split() -> None:

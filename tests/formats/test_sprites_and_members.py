@@ -95,7 +95,10 @@ def test_effects_still_need_frames_of_one_size(
 ) -> None:
     art(tmp_path)
     assert main(["build", str(recipe(tmp_path, "hero", source={"path": "art"}))]) == 1
-    assert "with flakes: none and no blur, takes any sizes" in capsys.readouterr().err
+    assert (
+        "to pack images of different sizes, set flakes: none and motion_blur: none"
+        in capsys.readouterr().err
+    )
 
 
 def test_sprites_of_several_sizes_cannot_have_one_height(

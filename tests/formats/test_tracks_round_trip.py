@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.output_file import OutputFile
-from fire_atlas.effect.flakes.statistics import ember_figures
+from fire_atlas.effect.flakes.statistics import flake_figures
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, first_frames
 from fire_atlas.formats.tracks.columns import DECIMALS
 from fire_atlas.formats.tracks.tracks_json import read_tracks, write_tracks_json
@@ -76,7 +76,7 @@ def test_flights_of_a_clip_that_plays_once_are_read_as_they_were_flown(tmp_path:
 
 @given(tracks=any_tracks())
 def test_as_many_embers_are_born_as_there_are_flights(tracks: Tracks) -> None:
-    born = {figure.name: figure.value for figure in ember_figures(tracks)}.get("born", 0)
+    born = {figure.name: figure.value for figure in flake_figures(tracks)}.get("born", 0)
     assert born == len(flights_of(tracks))
 
 

@@ -18,7 +18,7 @@ LIES_AS_ON_THE_PAGE = (
     "set atlas.rotate to false"
 )
 STRAIGHT_IN_SRGB = "browsers blend images with straight alpha in sRGB"
-NOTHING_BUT_FLAME = "without flakes the page itself is the flame; leave it out"
+NO_FLAKES = "this effect has no flakes, so this map would be"
 
 
 @pytest.fixture
@@ -86,8 +86,8 @@ def test_an_engine_with_options_has_the_same_limits(engine: str, write: Write) -
         *(
             (
                 f"maps:\n  flame: true\n  motion: {engine}",
-                f"4: maps.motion: {engine} moves one cell into the next, and a packed layout has "
-                f"no equal cells; set atlas.layout to grid",
+                f"4: maps.motion: {engine} motion vectors need a flipbook with cells of equal "
+                f"size; set atlas.layout to grid",
             )
             for engine in ("unity", "unreal")
         ),
@@ -96,8 +96,11 @@ def test_an_engine_with_options_has_the_same_limits(engine: str, write: Write) -
             "3: maps.motion: vectors cannot be read from frames that lie rotated; leave out "
             "atlas.rotate",
         ),
-        ("flakes: none\nmaps:\n  flame: true", f"4: maps.flame: {NOTHING_BUT_FLAME}"),
-        ("maps:\n  flakes: true\nflakes: none", f"3: maps.flakes: {NOTHING_BUT_FLAME}"),
+        (
+            "flakes: none\nmaps:\n  flame: true",
+            f"4: maps.flame: {NO_FLAKES} a copy of the page; leave it out",
+        ),
+        ("maps:\n  flakes: true\nflakes: none", f"3: maps.flakes: {NO_FLAKES} empty; leave it out"),
         (
             "atlas:\n  dedupe: true\nmaps:\n  motion: godot",
             "4: maps: frames that look alike may differ in their maps, so each has a place of its "

@@ -23,9 +23,9 @@ from fire_atlas.recipe.tree import read_tree
 
 STEPS = {
     "refuse_taken_names": build, "open_input": build, "arrange": animate, "study_flame": animate,
-    "analyse": animate, "simulate": animate, "render": animate, "flames_between": animate,
-    "measure_motion": animate, "pack_only": build, "pack": build, "write_images": build,
-    "product_of": build,
+    "analyse": animate, "simulate": animate, "render": animate,
+    "thumbnails_of_skipped_frames": animate, "measure_motion": animate, "pack_only": build,
+    "pack": build, "write_images": build, "product_of": build,
 }  # fmt: skip
 """Steps, each in the module that calls it."""
 
@@ -74,7 +74,7 @@ TABLE = {
         *ENCODING, *BLUR, *MAPS, "timeline.loop", "tracks", "composite.blend", "composite.palette",
         "flakes.bake", "flakes.edge", "flakes.glow", "flakes.sprite",
     },
-    "flames_between": {*BLUR, "maps.motion", "atlas.blend_space"},
+    "thumbnails_of_skipped_frames": {*BLUR, "maps.motion", "atlas.blend_space"},
     "measure_motion": {"maps.motion"},
     "pack_only": {
         *ENCODING, *MAPS, "tracks", "flakes", "motion_blur", "name", "timeline.loop",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.effect.field.forcing import cell_means, grid_shape
-from fire_atlas.effect.flakes.statistics import ember_figures
+from fire_atlas.effect.flakes.statistics import flake_figures
 from tests.support.effect import VX, VY, Array, EffectRun, Plane, X, Y, pixel_of
 
 Flow = NDArray[np.float32]
@@ -100,7 +100,7 @@ def correlation(one: Array, other: Array) -> tuple[float, float]:
 
 def share_that_rises(effect: EffectRun) -> float:
     """Share of the flakes seen at least twice that end higher than they began."""
-    return {f.name: f.value for f in ember_figures(effect.tracks)}["end higher than born"]
+    return {f.name: f.value for f in flake_figures(effect.tracks)}["end higher than born"]
 
 
 def plume_speed(effect: EffectRun) -> float:

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import as_plane
+from fire_atlas.core.workers import Workers
 from fire_atlas.vision.flow import optical_flow
-from fire_atlas.vision.sampling import evenly_spread
+from fire_atlas.vision.sampling import ClipSamples, evenly_spread
 from fire_atlas.vision.warp import (
     BidirectionalFlow,
     FlowField,
@@ -63,3 +65,12 @@ def test_numbers_are_spread_evenly_with_both_ends(
     first: int, last: int, most: int, found: list[int]
 ) -> None:
     assert evenly_spread(first, last, most) == found
+
+
+@pytest.mark.parametrize(("count", "steps"), [(1, []), (2, [pytest.approx(0.1)])])
+def test_samples_of_a_clip_hold_both_frames_of_each_step(count: int, steps: list[float]) -> None:
+    frames = [np.full((4, 4, 4), 0.1 * i, np.float32) for i in range(count)]
+    clip = Clip(4, 4, 12.0, count, frames.__getitem__, (), "srgb", "alpha", "")
+    samples = ClipSamples.of(clip, Workers(1))
+    assert sorted(samples.frames) == list(range(count))
+    assert samples.steps() == steps

@@ -16,16 +16,17 @@ def blur_along(
     exposure: float,
     samples: int,
 ) -> Pixels:
-    """Blur each pixel along x_A(δ) = x(tⁿ) + (δ − tⁿ) Bv κ (eq. 17), averaged over the exposure.
+    """Average each pixel along the path it travels while the shutter is open (eq. 17).
 
-    The samples are spread evenly over the exposure, which is centred on the frame, so that nothing
-    shifts. The total light (and coverage) of the picture is kept.
+    The path is velocity · height weight · time, x_A(δ) = x(tⁿ) + (δ − tⁿ) Bv κ. Samples are spread
+    evenly over the exposure, which is centred on the frame, so that nothing shifts. The total light
+    (and coverage) of the picture is kept.
 
     Args:
         pixels: The flame layer.
-        u, v: (rows, columns) Bv at the centre of each cell of its grid, px/s.
+        u, v: (rows, columns) velocity of the buoyancy field [Bv] at the centre of each cell, px/s.
         cell: Side of a cell, px; the last row and column may extend beyond the frame.
-        kappa: (H, W) κ of each pixel.
+        kappa: (H, W) height weight [κ], from 0 at the bottom of the flame to 1 at its top.
         exposure: Time the shutter is open, s.
         samples: Number of samples along the path, at least 1.
     """
@@ -41,9 +42,8 @@ def blur_along(
     )  # fmt: skip
     x, y = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
     total = np.zeros_like(pixels)
-    for step in (np.arange(samples) + 0.5) / samples - 0.5:
-        share = np.float32(step)
-        moved = sample_at(pixels, x - path_x * share, y - path_y * share)
+    for moment in ((np.arange(samples) + 0.5) / samples - 0.5).astype(np.float32):
+        moved = sample_at(pixels, x - path_x * moment, y - path_y * moment)
         cv2.add(total, moved, dst=total)
     return _with_light_of(pixels, total / np.float32(samples))
 

@@ -60,13 +60,13 @@ class FieldRecord:
             self.u[frame], self.v[frame] = field.u, field.v
             self.lit[frame] = np.rint(lit * 255)
             return
-        share = np.float32(1 - past_end / _overlap_frames(self.fps))
+        weight = np.float32(1 - past_end / _overlap_frames(self.fps))
         for plane, now in ((self.u, field.u), (self.v, field.v)):
             began = plane[past_end % len(plane)]
-            began += (now - began) * share
+            began += (now - began) * weight
 
-    def at(self, time: float) -> NDArray[np.float32]:
-        """Interpolate u, v (px/s) and lit (0..1) of each cell at ``time`` s, (rows, columns, 3).
+    def interpolated(self, time: float) -> NDArray[np.float32]:
+        """Return u, v (px/s) and lit (0..1) of each cell at ``time`` s, (rows, columns, 3).
 
         Outside its frames a loop repeats; a one-shot clip holds its first or last field. Optical
         flow leads from one frame to the next, so a frame's field is valid half a frame later. A

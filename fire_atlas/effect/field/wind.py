@@ -119,9 +119,9 @@ def _interpolated(keyframes: Sequence[WindKeyframe], time: float) -> tuple[float
     """Return the velocity at ``time`` s: linear between keyframes, that of the nearest outside."""
     for before, after in pairwise(keyframes):
         if before.t <= time < after.t:
-            share = (time - before.t) / (after.t - before.t)
+            fraction = (time - before.t) / (after.t - before.t)
             right, away = _components(before.level, before.direction)
             to_right, to_away = _components(after.level, after.direction)
-            return right + share * (to_right - right), away + share * (to_away - away)
+            return right + fraction * (to_right - right), away + fraction * (to_away - away)
     nearest = keyframes[0] if time < keyframes[0].t else keyframes[-1]
     return _components(nearest.level, nearest.direction)

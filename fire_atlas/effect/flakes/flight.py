@@ -118,7 +118,7 @@ def fly(
     spawned = np.searchsorted(spawns.tick, np.arange(math.ceil(frames / record.fps / TICK) + 2))
     frame = 0
     for tick in range(len(spawned) - 1):
-        field = _FieldSampler(record.at(tick * TICK), record.cell)
+        field = _FieldSampler(record.interpolated(tick * TICK), record.cell)
         state = model.spawn(state, int(spawned[tick]), int(spawned[tick + 1]), field)
         moved = model.step(state, field, tick)
         while frame < frames and frame / record.fps / TICK < tick + 1:

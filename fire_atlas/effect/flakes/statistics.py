@@ -39,7 +39,7 @@ class Figure:
         )
 
 
-def ember_figures(tracks: Tracks) -> list[Figure]:
+def flake_figures(tracks: Tracks) -> list[Figure]:
     """Return the statistics of all flakes of a build; an empty list if there are no flakes.
 
     The number alive is the spawn rate times the mean time for which a flake is seen. Sizes are as

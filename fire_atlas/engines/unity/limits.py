@@ -8,7 +8,7 @@ from fire_atlas.recipe.problem import Problem
 
 
 def unity_limits(atlas: Atlas, exports: Sequence[Export]) -> Iterator[Problem]:
-    """Yield a problem for each export to Unity that it cannot show or import with such pages."""
+    """Yield a problem for each Unity export whose pages Unity cannot show or import."""
     yield from upright_only(atlas, exports, "unity")
     if atlas.format == "webp":
         for path, _ in exports_called(exports, "unity"):

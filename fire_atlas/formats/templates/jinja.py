@@ -41,6 +41,6 @@ def _shipped_template(name: str, filters: tuple[Filter, ...]) -> Template:
 
 
 def identifier(text: Any) -> str:
-    """Return ``text`` as an identifier valid in CSS and most languages: ``campfire-0000``."""
+    """Return ``text`` as a name that is a valid CSS identifier: ``campfire-0000``."""
     name = re.sub(r"[^\w-]+", "-", str(text))
     return name if re.match(r"[^\W\d]", name) else f"_{name}"

@@ -18,7 +18,8 @@ _DECIMALS = {
 def write_light(name: str, light: ClipLight) -> OutputFile:
     """Return ``name.light.json``: brightness, colour, place and size of the light of each frame.
 
-    Measured in linear light before flakes are clipped to 1; in an opaque scene, of the fire alone.
+    Measured in linear light before flakes are clipped to 1; where the footage has an opaque
+    background, only the light of the flame and of the flakes that are drawn counts.
 
     - ``intensity``: relative to the mean of the animation, 1. Multiply a lamp's energy by it.
     - ``r g b``: linear colour, scaled so that its brightest channel is 1. intensity · (r, g, b) is

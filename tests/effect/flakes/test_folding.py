@@ -138,11 +138,11 @@ def test_a_looping_field_is_continuous_across_its_end() -> None:
     field = FieldRecord.empty(4, (2, 2), 4, FPS, loop=True)
     for i in range(4):
         field.u[i] = float(i)
-    assert field.at(0.05)[0, 0, 0] == 0.0  # half a frame later: flow leads to the next frame
-    assert field.at(0.40)[0, 0, 0] == pytest.approx(1.5)  # between 3 and 0
-    assert field.at(0.45)[0, 0, 0] == pytest.approx(0.0)
+    assert field.interpolated(0.05)[0, 0, 0] == 0.0  # half a frame later: flow leads onwards
+    assert field.interpolated(0.40)[0, 0, 0] == pytest.approx(1.5)  # between 3 and 0
+    assert field.interpolated(0.45)[0, 0, 0] == pytest.approx(0.0)
     for t in (0.0, 0.13, 0.37):
-        assert np.allclose(field.at(t), field.at(t + 0.4), atol=1e-5)
+        assert np.allclose(field.interpolated(t), field.interpolated(t + 0.4), atol=1e-5)
 
 
 def test_eddies_with_a_period_repeat() -> None:
