@@ -1,6 +1,7 @@
 """What tests need besides Python packages: programs and folders that a machine may lack."""
 
 import os
+from pathlib import Path
 from typing import NoReturn
 
 import pytest
@@ -11,3 +12,9 @@ def missing(advice: str) -> NoReturn:
     if os.environ.get("CI"):
         pytest.fail(f"{advice}; on CI it must not be missing")
     pytest.skip(advice)
+
+
+def node_modules() -> Path:
+    """Return the folder of the Node.js packages, which ``FIRE_ATLAS_NODE_MODULES`` can name."""
+    own = Path(__file__).parents[1] / "formats" / "web" / "node_modules"
+    return Path(os.environ.get("FIRE_ATLAS_NODE_MODULES") or own)
