@@ -202,7 +202,8 @@ def spawns_of(count: int) -> Table:
 def flakes_alone(folder: Path, tracks: Tracks, version: int, **atlas: Any) -> None:
     """Write a scene of flakes over black, behind which there is no flame."""
     folder.mkdir(exist_ok=True)
-    sheet = sheet_of_fire(pivot=[0.5, 0.5], **atlas)
+    # Named as its folder, since a project has room for one effect of a name.
+    sheet = replace(sheet_of_fire(pivot=[0.5, 0.5], **atlas), name=folder.name, title=folder.name)
     product = Product((sheet,), {"campfire": tracks}, frozenset(), lambda name: None)
     export = GodotExport.model_validate({"godot": {"version": version}})
     for file in exported_files([export], product, {}):
@@ -215,7 +216,7 @@ def seen_in_godot_3(folder: Path, tracks: Tracks, **atlas: Any) -> NDArray[np.in
     game = Game.at(folder)
     flakes_alone(folder, tracks, 3, **atlas)
     assert game.import_all() == []
-    shot = {"scene": "res://campfire.tscn", "animation": "campfire", "frame": 4, "flakes": 4.0}
+    shot = {"scene": "res://game.tscn", "animation": "campfire", "frame": 4, "flakes": 4.0}
     job = {"at": [30, 30], "background": "000000", "shots": [{**shot, "to": "seen.shot"}]}
     game.ask("draw.gd", job, (60, 60))
     with Image.open(game.folder / "seen.shot") as image:
@@ -230,7 +231,7 @@ def seen_in_godot_4(
         flakes_alone(folder / case, tracks, 4, **atlas)
     shot = {"do": "draw", "animation": "campfire", "frame": 4, "at": [30, 30]}
     jobs = [
-        {**shot, "scene": f"res://{case}/campfire.tscn", "background": "000000"} for case in cases
+        {**shot, "scene": f"res://{case}/{case}.tscn", "background": "000000"} for case in cases
     ]
     shots = [picture(shot)[:60, :60] for shot in godot4.run(folder, jobs)]
     return {case: shot.astype(int) for case, shot in zip(cases, shots, strict=True)}
