@@ -81,7 +81,7 @@ def build(
         with timer.measure("write"):
             drawn = images(sheets, animations.values(), recipe.atlas, recipe.maps)
             outputs = write_images(list(drawn), recipe.atlas, staging, context)
-            product = product_of(sheets, animations, recipe.tracks, staging)
+            product = product_of(sheets, animations, loaded, staging)
             described = exported_files(recipe.exports, product, loaded.templates)
             outputs += write_files(described, staging)
             outputs += write_files(track_files(recipe.tracks, product), staging)

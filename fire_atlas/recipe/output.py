@@ -41,6 +41,9 @@ Pivot = Annotated[
     either("`base`, `bottom`, `center`, `top` or two numbers: [x, y]"),
 ]
 
+GODOT_BLEED = 4
+"""Default of ``atlas.bleed`` for straight pages with ``exports: [godot]``, px."""
+
 _SMALLER = (0.5, 0.25, 0.125)
 
 
@@ -82,7 +85,8 @@ class Atlas(Settings):
     finds the same colour beyond its edge. For tiles and opaque frames."""
     bleed: int = Field(default=0, ge=0, le=64)
     """Give transparent px up to this far from a visible one its colour, so that filters and mips
-    mix no black in. Alpha stays as it is. Only ``alpha: straight`` needs it."""
+    mix no black in. Alpha stays as it is. Only ``alpha: straight`` needs it. With
+    ``exports: [godot]`` the default for straight pages is 4."""
     rotate: bool = False
     """Frames may be rotated by 90° on a page. Not every client can show them."""
     trim: Annotated[Literal["frame", "animation", "none"], OFF] = "frame"

@@ -3,6 +3,7 @@ extends Node
 
 
 func _ready() -> void:
+	await get_tree().process_frame
 	for job: Dictionary in JSON.parse_string(FileAccess.get_file_as_string("res://jobs.json")):
 		_report("answer", JSON.stringify(await call(job["do"], job)))
 	_report("done", "")
@@ -36,25 +37,31 @@ func describe_frames(job: Dictionary) -> Dictionary:
 	return animations
 
 
-# Answers properties of the nodes of `scene`: {"Flakes:visible": ..., ":offset": ...}.
+# Answers properties of the nodes of `scene`, {"Flakes:visible": ..., ":offset": ...}, when it has
+# played for `ticks` of 1/60 s.
 func read(job: Dictionary) -> Dictionary:
 	var node := _staged(job)
-	await get_tree().process_frame
+	for tick in int(job.get("ticks", 1)) + 1:
+		await get_tree().process_frame
 	var seen := {}
 	for path: String in job["read"]:
 		seen[path] = _numbers(_node(node, path).get_indexed(_property(path)))
-	node.free()
+	_clear(node)
 	return seen
 
 
-# Answers a picture of the window that shows `scene`.
+# Answers a picture of the window that shows `scene` before a ground, which lamps light.
 func draw(job: Dictionary) -> String:
-	RenderingServer.set_default_clear_color(Color(job["background"]))
+	var ground := ColorRect.new()
+	ground.size = get_viewport().get_visible_rect().size
+	ground.color = Color(job["background"])
+	add_child(ground)
 	var node := _staged(job)
 	await get_tree().process_frame
 	await RenderingServer.frame_post_draw
 	var image := get_viewport().get_texture().get_image()
-	node.free()
+	ground.free()
+	_clear(node)
 	return Marshalls.raw_to_base64(image.save_png_to_buffer())
 
 
@@ -67,7 +74,7 @@ func seek_flakes(job: Dictionary) -> Array:
 	for time: float in job["times"]:
 		flakes.seek(job["animation"], time)
 		seen.append(_flakes(flakes))
-	node.free()
+	_clear(node)
 	return seen
 
 
@@ -80,8 +87,24 @@ func seek_light(job: Dictionary) -> Array:
 	for time: float in job["times"]:
 		light.seek(job["animation"], time)
 		seen.append([light.energy] + _numbers(light.color) + _numbers(light.position))
-	node.free()
+	_clear(node)
 	return seen
+
+
+# Answers the properties of each node of `scene` that the editor would save.
+func saved(job: Dictionary) -> Dictionary:
+	var node := _staged(job)
+	await get_tree().process_frame
+	var packed := PackedScene.new()
+	packed.pack(node)
+	_clear(node)
+	var state := packed.get_state()
+	var properties := {}
+	for i in state.get_node_count():
+		properties[state.get_node_name(i)] = range(state.get_node_property_count(i)).map(
+			func(j: int) -> StringName: return state.get_node_property_name(i, j)
+		)
+	return properties
 
 
 # Plays `scene` for `ticks` of 1/60 s; answers for each its time in frames and where its flakes are.
@@ -91,18 +114,20 @@ func play(job: Dictionary) -> Array:
 	for tick in int(job["ticks"]):
 		await get_tree().process_frame
 		seen.append([node.frame + node.frame_progress, _flakes(node.get_node_or_null("Flakes"))])
-	node.free()
+	_clear(node)
 	return seen
 
 
-# Stages `scene` as the job says: where and how large (`at`, `zoom`), stopped at a `frame` of an
+# Stages `scene` in a level as the job says: where and how large (`at`, `zoom`), at a `frame` of an
 # `animation`, with properties set to what texts say ({":modulate": "Color(1, 1, 1, 0.5)"}).
 func _staged(job: Dictionary) -> Node2D:
 	var node: Node2D = load(job["scene"]).instantiate()
 	var at: Array = job.get("at", [0, 0])
 	node.position = Vector2(at[0], at[1])
 	node.scale *= job.get("zoom", 1)
-	add_child(node)
+	var level := Node2D.new()
+	level.add_child(node)
+	add_child(level)
 	if job.has("frame"):
 		node.stop()
 		node.animation = job["animation"]
@@ -111,6 +136,10 @@ func _staged(job: Dictionary) -> Node2D:
 	for path: String in changes:
 		_node(node, path).set_indexed(_property(path), str_to_var(changes[path]))
 	return node
+
+
+func _clear(node: Node2D) -> void:
+	node.get_parent().free()
 
 
 # The node that a path like "Flakes:scale" begins with, and the property that it ends with.

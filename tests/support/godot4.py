@@ -162,7 +162,7 @@ class _Session:
             self.answers.append(json.loads(text))
         elif kind == "line":
             self.lines.append(text)
-        else:
+        if kind == "done" or text.startswith("SCRIPT ERROR"):
             self.done.set()
 
 
