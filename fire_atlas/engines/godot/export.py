@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from fire_atlas.atlas.sheet import AtlasSheet
+from fire_atlas.atlas.sheet import AtlasSheet, MotionScale
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.engines.godot.flakes import flake_arrays
@@ -45,7 +45,7 @@ def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile
             yield from _script(product, ending, options)
     if _is_lit(product, options):
         yield from _script(product, _LAMP, options, alpha=product.sheets[0].alpha)
-    if any(_plays_motion(sheet, options) for sheet in product.sheets):
+    if any(_played_motion(sheet, options) for sheet in product.sheets):
         yield from _script(product, _FLIPBOOK, options)
     if "csv" in product.track_formats and options.version == 4:
         for animation in product.tracks:
@@ -81,17 +81,18 @@ def _image_uid(product: Product, file: str) -> str:
     return uid_of(product, file, stated_in=file + IMPORT_ENDING)
 
 
-def _plays_motion(sheet: AtlasSheet, options: GodotOptions) -> bool:
-    """Return whether a shader can play a sheet along its motion vectors: a grid on one page, of
-    one animation."""
+def _played_motion(sheet: AtlasSheet, options: GodotOptions) -> MotionScale | None:
+    """Return the motion vectors along which a shader can play a sheet: those of a grid on one page,
+    of one animation; None without."""
     is_one = len(sheet.pages) == len(sheet.animations) == 1 and sheet.grid is not None
-    has_vectors = sheet.motion is not None and sheet.motion.engine == "godot"
-    return is_one and has_vectors and options.version == 4
+    is_played = is_one and sheet.motion is not None and sheet.motion.engine == "godot"
+    return sheet.motion if is_played and options.version == 4 else None
 
 
 def _flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iterator[OutputFile]:
     """Yield the material that plays a sheet along its motion vectors, and a scene of a sprite."""
-    if not _plays_motion(sheet, options):
+    motion = _played_motion(sheet, options)
+    if motion is None:
         return
     (vectors,), (animation,), first = sheet.map("motion").files, sheet.animations, sheet.regions[0]
     material, count = f"{sheet.name}_motion.tres", len(sheet.regions)
@@ -100,7 +101,7 @@ def _flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Ite
         sheet=sheet,
         shader=_script_reference(product, _FLIPBOOK),
         vectors=(vectors, _image_uid(product, vectors)),
-        scale=sheet.motion.scale if sheet.motion else 0,
+        scale=motion.scale,
     )  # fmt: skip
     last, seconds = count if animation.loop else count - 1, first.duration / 1000
     x, y = pivot(first)
