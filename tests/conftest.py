@@ -8,20 +8,20 @@ import pytest
 from hypothesis import settings
 
 from fire_atlas.core.cpu import pin_kernels
-from tests.support.requirements import missing, real_clips
+from tests.support.requirements import missing, node_modules, real_clips
 
 settings.register_profile("untimed", deadline=None)  # timings live in benchmarks
 settings.load_profile("untimed")
 
 pin_kernels()  # as the command line does, before any test imports numpy
 
-WEB = Path(__file__).parent / "formats" / "web"
 PACKAGES = ("pixi.js", "phaser", "phaser4", "playwright-core")
 
 
 MARKS = {
     "clips": "clips",
     "godot": "engine",
+    "godot4": "engine",
     "mono": "engine",
     "node": "engine",
     "chromium": "browser",
@@ -45,9 +45,8 @@ def clips() -> Path:
 @pytest.fixture(scope="session")
 def node() -> str:
     """Return the Node.js that has the web clients and the browser's driver."""
-    modules = Path(os.environ.get("FIRE_ATLAS_NODE_MODULES") or WEB / "node_modules")
     found = shutil.which("node")
-    if not (found and all((modules / package).is_dir() for package in PACKAGES)):
+    if not (found and all((node_modules() / package).is_dir() for package in PACKAGES)):
         missing("needs Node.js 20 or later and `npm ci --prefix tests/formats/web`")
     return found
 

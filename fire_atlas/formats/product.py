@@ -23,6 +23,7 @@ class Product:
             there is none. Engines and users edit import settings, and their edits are kept.
         track_formats: Formats in which the flake tracks are written.
         lights: The light of each animation whose light was measured, by its name.
+        pixel_art: Whether all is pixel art, whose pixels stay sharp when they are shown larger.
     """
 
     sheets: tuple[AtlasSheet, ...]
@@ -31,6 +32,7 @@ class Product:
     existing: Callable[[str], bytes | None]
     track_formats: tuple[TrackName, ...] = ()
     lights: Mapping[str, ClipLight] = field(default_factory=dict)
+    pixel_art: bool = False
 
     @property
     def name(self) -> str:

@@ -81,7 +81,7 @@ def build(
         with timer.measure("write"):
             drawn = images(sheets, animations.values(), recipe.atlas, recipe.maps)
             outputs = write_images(list(drawn), recipe.atlas, staging, context)
-            product = product_of(sheets, animations, recipe.tracks, staging)
+            product = product_of(sheets, animations, loaded, staging)
             exported = exported_files(recipe.exports, product, loaded.templates)
             outputs += write_files(exported, staging)
             outputs += write_files(track_files(recipe.tracks, product), staging)

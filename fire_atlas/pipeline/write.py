@@ -24,7 +24,7 @@ from fire_atlas.pipeline.expected import expected_outputs
 from fire_atlas.pipeline.pages import Image
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.output import Atlas, TrackName
+from fire_atlas.recipe.output import Atlas
 
 
 def refuse_taken_names(recipe: Recipe, staging: Staging) -> None:
@@ -125,7 +125,7 @@ def _refuse_names_that_differ_in_case(names: Sequence[str]) -> None:
 def product_of(
     sheets: tuple[AtlasSheet, ...],
     animations: Mapping[str, FinishedAnimation],
-    track_formats: tuple[TrackName, ...],
+    loaded: LoadedRecipe,
     staging: Staging,
 ) -> Product:
     """Return the result of a build for exporters and track writers.
@@ -133,10 +133,12 @@ def product_of(
     Args:
         sheets: The atlas in each scale.
         animations: By their names on the pages.
-        track_formats: Formats in which the flake tracks are written.
+        loaded: The recipe, with its members.
         staging: Reads the files that are in the output folder already.
     """
     tracks = {name: each.tracks for name, each in animations.items() if each.tracks is not None}
     lights = {name: each.light for name, each in animations.items() if each.light is not None}
     baked = frozenset(name for name in tracks if animations[name].bakes_flakes)
-    return Product(sheets, tracks, baked, staging.existing, track_formats, lights)
+    pixel_art = all(part.recipe.is_pixel_art for part in loaded.parts)
+    track_formats = loaded.recipe.tracks
+    return Product(sheets, tracks, baked, staging.existing, track_formats, lights, pixel_art)

@@ -16,7 +16,7 @@ from fire_atlas.recipe.effect import (
     MotionBlur,
     MotionBlurOrNone,
 )
-from fire_atlas.recipe.output import Atlas, Export, Maps, TrackName
+from fire_atlas.recipe.output import GODOT_BLEED, Atlas, Export, Maps, TrackName
 from fire_atlas.recipe.problem import ContradictionError, Problem
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource, ProfileSource, Source, Views
@@ -63,6 +63,12 @@ class Recipe(Settings):
     ``csv``), the same as a Niagara cache (``hjson``), or their spawns for Unity's VFX Graph
     (``pcache``). ``light``: the light of the fire, for a lamp in the scene."""
 
+    @property
+    def is_pixel_art(self) -> bool:
+        """Whether frames or flakes are drawn in hard pixels."""
+        nearest = isinstance(self.source, FramesSource) and self.source.sampling == "nearest"
+        return nearest or (self.flakes != "none" and self.flakes.sprite == "pixel")
+
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> Self:
         if problems := tuple(self._contradictions()):
@@ -94,6 +100,25 @@ class Recipe(Settings):
         is_paper = isinstance(features, dict) and features.get("preset") == "paper"
         if is_paper and isinstance(flakes, dict):
             return {**given, "flakes": {"alpha": PAPER_ALPHA, **flakes}}
+        return given
+
+    @model_validator(mode="before")
+    @classmethod
+    def _bleed_for_godot(cls, given: Any) -> Any:
+        """Give ``atlas.bleed`` its default where Godot shows straight pages.
+
+        Its filter mixes in the colour of transparent px, so that enlarged edges would turn dark.
+        """
+        if not isinstance(given, dict):
+            return given
+        exports, atlas = given.get("exports"), given.get("atlas", {})
+        is_for_godot = isinstance(exports, list | tuple) and any(
+            export == "godot" or (isinstance(export, dict) and "godot" in export)
+            for export in exports
+        )
+        is_straight = isinstance(atlas, dict) and atlas.get("alpha", "straight") == "straight"
+        if is_for_godot and is_straight:
+            return {**given, "atlas": {"bleed": GODOT_BLEED, **atlas}}
         return given
 
 

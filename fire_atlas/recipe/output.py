@@ -43,6 +43,9 @@ Pivot = Annotated[
     either("`base`, `bottom`, `center`, `top` or two numbers: [x, y]"),
 ]
 
+GODOT_BLEED = 4
+"""Default of ``atlas.bleed`` for straight pages with ``exports: [godot]``, px."""
+
 _SMALLER = (0.5, 0.25, 0.125)
 
 
@@ -84,7 +87,8 @@ class Atlas(Settings):
     finds the same colour beyond the edge. For tiles and opaque frames."""
     bleed: int = Field(default=0, ge=0, le=64)
     """Give transparent px the colour of a visible one at most this many px away, so that filters
-    and mips mix no black in. Alpha does not change. Only ``alpha: straight`` needs it."""
+    and mips mix no black in. Alpha does not change. Only ``alpha: straight`` needs it; its default
+    is 4 with ``exports: [godot]``."""
     rotate: bool = False
     """Frames may be rotated by 90° on a page. Not every client supports that."""
     trim: Annotated[Literal["frame", "animation", "none"], OFF] = "frame"

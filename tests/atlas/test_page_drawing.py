@@ -228,7 +228,10 @@ def test_files_hold_every_byte_of_the_page(kind: str, image_format: Any, compres
 @pytest.mark.parametrize(
     ("atlas", "advice"),
     [
-        ({"max_size": 64}, r"frame 1 is 70 × 8 px.*only be 64 px.*max_size` to 70.*source\.height"),
+        (
+            {"max_size": 64},
+            r"frame fire/0001 is 70 × 8 px.*be 64 px.*to 70.*source\.height",
+        ),
         ({"max_size": 72, "border": 2}, r"plus 2 px of border on each side.*to 74 or more"),
         ({"max_size": 70, "extrude": 1}, r"plus 1 px of border on each side.*to 72 or more"),
         ({"max_size": 100, "pot": True}, r"only be 64 px"),

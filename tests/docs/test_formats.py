@@ -134,7 +134,7 @@ def test_every_file_of_a_build_is_listed(built: Path) -> None:
     stems = "|".join(RECIPES)
     for path in built.iterdir():
         ending = re.sub(rf"^({stems})(@0\.5x)?(-\d+)?(\.(view_\d|pages))?", "", path.name)
-        companion = re.search(r"\.(meta|import|gd\.uid)$", ending)
+        companion = re.search(r"\.(meta|import|(gd|gdshader)\.uid)$", ending)
         assert (companion[0] if companion else ending) in known, path.name
 
 

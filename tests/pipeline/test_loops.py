@@ -185,4 +185,4 @@ def test_several_animations_cannot_be_cut_or_retimed(repo: Repo) -> None:
     (folder / "0001.png").rename(folder / "run_1.png")
     recipe = repo.recipe(flakes="none", motion_blur="none", timeline={"fps": 60})
     ran = repo.run("build", recipe)
-    assert ran.code == 2 and "loop: auto or none" in ran.err
+    assert ran.code == 2 and "remove every timeline setting" in ran.err

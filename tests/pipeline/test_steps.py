@@ -90,7 +90,8 @@ TABLE = {
         *MAPS, "atlas.bleed", "atlas.compression", "atlas.extrude", "atlas.format",
         "atlas.padding",
     },
-    "product_of": {"tracks"},
+    # Whether it is pixel art, which engines do not filter.
+    "product_of": {"source", "flakes", "flakes.sprite", "tracks"},
 }  # fmt: skip
 
 SHIPPED = shipped("samples")

@@ -170,10 +170,13 @@ def tent(texture: Picture, at: NDArray[np.float64]) -> Picture:
     return total
 
 
-def godot(book: Flipbook, i: int, blend: float, signs: Signs = (1, 1)) -> Picture:
-    """Play as the shader ``flipbook_motion.gdshader`` does: pixels, y down, an exact zero.
+def godot(
+    book: Flipbook, i: int, blend: float, signs: Signs = (1, 1), *, straight: bool = False
+) -> Picture:
+    """Play as the shader ``motion.gdshader`` does: pixels, y down, an exact zero.
 
-    A sample is kept half a pixel inside its cell.
+    A sample is kept half a pixel inside its cell, and that of a ``straight`` page is multiplied by
+    its alpha.
     """
     width, height = book.cell
     columns, rows = np.meshgrid(np.arange(width), np.arange(height))
@@ -184,7 +187,10 @@ def godot(book: Flipbook, i: int, blend: float, signs: Signs = (1, 1)) -> Pictur
         x = np.clip(columns + pixels[..., 0], 0, width - 1).astype(np.float32)
         y = np.clip(rows + pixels[..., 1], 0, height - 1).astype(np.float32)
         image = np.ascontiguousarray(_cut(book, book.pages, j))
-        frames.append(cv2.remap(image, x, y, cv2.INTER_LINEAR))
+        sample = np.asarray(cv2.remap(image, x, y, cv2.INTER_LINEAR), np.float64)
+        if straight:
+            sample[..., :3] *= sample[..., 3:] / 255
+        frames.append(sample)
     return np.asarray(frames[0] * (1 - blend) + frames[1] * blend, np.float64)
 
 

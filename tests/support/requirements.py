@@ -18,3 +18,9 @@ def real_clips() -> Path:
     """Return the folder of real clips that FIRE_ATLAS_CLIPS names; skip the test without it."""
     named = os.environ.get("FIRE_ATLAS_CLIPS")
     return Path(named) if named else missing("FIRE_ATLAS_CLIPS does not name a folder of clips")
+
+
+def node_modules() -> Path:
+    """Return the folder of the Node.js packages, which ``FIRE_ATLAS_NODE_MODULES`` can name."""
+    own = Path(__file__).parents[1] / "formats" / "web" / "node_modules"
+    return Path(os.environ.get("FIRE_ATLAS_NODE_MODULES") or own)

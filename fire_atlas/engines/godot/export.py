@@ -3,9 +3,8 @@
 from collections.abc import Iterator
 from typing import Any
 
-from fire_atlas.atlas.sheet import AtlasSheet
+from fire_atlas.atlas.sheet import AtlasSheet, MotionScale
 from fire_atlas.core.output_file import OutputFile
-from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.engines.godot.flakes import flake_arrays
 from fire_atlas.engines.godot.import_settings import KEEP, import_settings
@@ -45,7 +44,9 @@ def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile
         for ending in (_TRACKS, _PLAYER):
             yield from _script(product, ending, options)
     if _is_lit(product, options):
-        yield from _script(product, _LAMP, options)
+        yield from _script(product, _LAMP, options, alpha=product.sheets[0].alpha)
+    if any(_played_motion(sheet, options) for sheet in product.sheets):
+        yield from _script(product, _FLIPBOOK, options)
     if "csv" in product.track_formats and options.version == 4:
         for animation in product.tracks:
             # Godot would import every CSV as translations.
@@ -80,26 +81,43 @@ def _image_uid(product: Product, file: str) -> str:
     return uid_of(product, file, stated_in=file + IMPORT_ENDING)
 
 
+def _played_motion(sheet: AtlasSheet, options: GodotOptions) -> MotionScale | None:
+    """Return the motion vectors along which a shader can play a sheet: those of a grid on one page,
+    of one animation; None without."""
+    is_one = len(sheet.pages) == len(sheet.animations) == 1 and sheet.grid is not None
+    is_played = is_one and sheet.motion is not None and sheet.motion.engine == "godot"
+    return sheet.motion if is_played and options.version == 4 else None
+
+
 def _flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iterator[OutputFile]:
-    """Yield a material that plays a grid with motion vectors, if it has one page and animation."""
-    if sheet.motion is None or sheet.motion.engine != "godot":
+    """Yield the material that plays a sheet along its motion vectors, and a scene of a sprite."""
+    motion = _played_motion(sheet, options)
+    if motion is None:
         return
-    if options.version == 3 or len(sheet.pages) > 1 or len(sheet.animations) > 1 or not sheet.grid:
-        return
-    vectors = sheet.map("motion").files[0]
+    (vectors,), (animation,), first = sheet.map("motion").files, sheet.animations, sheet.regions[0]
+    material, count = f"{sheet.name}_motion.tres", len(sheet.regions)
     yield _resource(
-        "motion.tres",
-        f"{sheet.name}_motion.tres",
-        product,
-        options,
+        "motion.tres", material, product, options,
         sheet=sheet,
-        shader=f"{product.name}{_FLIPBOOK}",
+        shader=_script_reference(product, _FLIPBOOK),
         vectors=(vectors, _image_uid(product, vectors)),
-        scale=sheet.motion.scale,
-    )
-    if sheet.scale == 1:
-        text = (shipped("templates") / "godot" / "flipbook_motion.gdshader").read_bytes()
-        yield OutputFile(f"{product.name}{_FLIPBOOK}", "script", text)
+        scale=motion.scale,
+    )  # fmt: skip
+    last, seconds = count if animation.loop else count - 1, first.duration / 1000
+    x, y = pivot(first)
+    yield _resource(
+        "motion.tscn", f"{sheet.name}_motion.tscn", product, options,
+        node=node_name(product.name),
+        sheet=sheet,
+        page=(sheet.pages[0].file, _image_uid(product, sheet.pages[0].file)),
+        material=(material, uid_of(product, material)),
+        animation=animation,
+        title=titles([animation.name])[animation.name],
+        length=count * seconds,
+        last=(last * seconds, last),
+        offset=(first.trim_x - first.x - x, first.trim_y - first.y - y),
+        pixel_art=product.pixel_art,
+    )  # fmt: skip
 
 
 def _frames(product: Product, sheet: AtlasSheet, options: GodotOptions) -> OutputFile:
@@ -127,11 +145,13 @@ def _scene(
         frames=(frames, uid_of(product, frames)),
         first=next(iter(titles(animation.name for animation in sheet.animations).values())),
         bounds=FrameBounds.of(sheet.regions),
-        player=f"{product.name}{_PLAYER}",
+        glows=bool(product.tracks or product.lights),
+        pixel_art=product.pixel_art,
+        player=_script_reference(product, _PLAYER),
         tables=(tables, uid_of(product, tables)) if flakes else None,
         hidden=product.baked.issuperset(flakes),
         lamp=_lamp(product, sheet) if _is_lit(product, options) else None,
-        lamp_script=f"{product.name}{_LAMP}",
+        lamp_script=_script_reference(product, _LAMP),
         texture=TEXTURE_SIDE,
         shader=_text("flakes.gdshader", alpha=sheet.alpha, blend_space=sheet.blend_space),
     )
@@ -145,7 +165,7 @@ def _flake_tables(product: Product, flakes: dict[str, Tracks], options: GodotOpt
         f"{product.name}{_TABLES}",
         product,
         options,
-        script=f"{product.name}{_TRACKS}",
+        script=_script_reference(product, _TRACKS),
         animations=[named[animation] for animation in flakes],
         flakes=flake_arrays(flakes, _pivots(sheet)),
     )
@@ -171,14 +191,21 @@ def _lamp(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
     }
 
 
-def _script(product: Product, ending: str, options: GodotOptions) -> Iterator[OutputFile]:
-    """Yield a script, and for Godot 4.4 and later the file of its uid."""
-    name = f"{product.name}{ending}"
-    text = _text(ending.removeprefix("_"), version=options.version)
+def _script(
+    product: Product, ending: str, options: GodotOptions, **context: Any
+) -> Iterator[OutputFile]:
+    """Yield a script or a shader, and for Godot 4.4 and later the file of its uid."""
+    name, uid = _script_reference(product, ending)
+    text = _text(ending.removeprefix("_"), version=options.version, **context)
     yield OutputFile(name, "script", text.encode())
     if options.version == 4:
-        uid = uid_of(product, name, stated_in=f"{name}.uid")
         yield OutputFile(f"{name}.uid", "import", f"{uid}\n".encode())
+
+
+def _script_reference(product: Product, ending: str) -> tuple[str, str]:
+    """Return the name and the uid of a script or a shader, by which resources refer to it."""
+    name = f"{product.name}{ending}"
+    return name, uid_of(product, name, stated_in=f"{name}.uid")
 
 
 def _resource(

@@ -1,13 +1,25 @@
-"""Godot 3, which opens and plays what a build writes."""
+"""Godot 3 and 4, which open and play what a build writes."""
+
+from pathlib import Path
 
 import pytest
 
 from tests.engines.godot.engine import PROGRAMS, missing_programs
-from tests.support.requirements import missing
+from tests.support.godot4 import PACKAGE, Godot4
+from tests.support.requirements import missing, node_modules
 
 
 @pytest.fixture(scope="session")
 def godot() -> None:
-    """Require the engine."""
+    """Require Godot 3."""
     if missing_programs():
         missing(f"needs Godot 3 (Debian: apt-get install {' '.join(PROGRAMS[:2])} xvfb)")
+
+
+@pytest.fixture(scope="session")
+def godot4(chromium: Path) -> Godot4:
+    """Return Godot 4.6, whose web runtime the browser runs."""
+    runtime = node_modules() / PACKAGE / "godot"
+    if not runtime.is_dir():
+        missing("needs Godot 4's web runtime: `npm ci --prefix tests/formats/web`")
+    return Godot4(runtime, chromium)

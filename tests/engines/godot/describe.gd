@@ -53,7 +53,7 @@ func _scene(node):
 		told["flakes"] = {
 			"visible": flakes.visible,
 			"scale": [flakes.scale.x, flakes.scale.y],
-			"rows": flakes.tracks.rows.size() / flakes.tracks.STRIDE,
+			"rows": flakes.tracks.rows.size() / flakes.STRIDE,
 			"animations": Array(flakes.tracks.animations),
 		}
 	node.free()

@@ -22,12 +22,15 @@ from fire_atlas.formats.product import Product
 from fire_atlas.pipeline.writers import exported_files
 from fire_atlas.recipe.output import GodotExport
 from tests.engines.godot.engine import Game
-from tests.engines.godot.godot4 import as_godot_3
 from tests.support.any_tracks import any_tracks, flights_of
+from tests.support.godot4 import Godot4, picture
 from tests.support.marked import marked
 from tests.support.sheets import sheet_of_fire
 
 SIZE, AT = (200, 200), (100, 160)
+HALF_FLOAT = 2e-3
+"""Relative precision of the light of a flake in Godot 4, which keeps it as half floats."""
+
 Table = NDArray[np.float64]
 
 
@@ -50,21 +53,16 @@ def wanted(rows: Table, pivot: tuple[float, float]) -> Table:
     ])  # fmt: skip
 
 
-def assert_alike(seen: Any, rows: Table) -> None:
+def assert_alike(seen: Any, rows: Table, precision: float = 2e-4) -> None:
     """Compare instances with rows, each rounded as it is written; angles are all the same ± 2π."""
     got = np.array(seen, float).reshape(-1, 9)
     assert got.shape == rows.shape
     got[:, 4] = rows[:, 4] + (got[:, 4] - rows[:, 4] + np.pi) % (2 * np.pi) - np.pi
     allowed = [0.002, 0.002, 0.05, 0.002, 0.001, 0.002, 0.002, 0.002, 0]
-    assert (np.abs(got - rows) <= allowed + 2e-4 * np.abs(rows)).all()
+    assert (np.abs(got - rows) <= allowed + precision * np.abs(rows)).all()
 
 
-@pytest.mark.usefixtures("godot")
-@pytest.mark.parametrize(("version", "loop"), [(3, "auto"), (4, "auto"), (3, "none")])
-def test_every_flake_of_every_frame_is_where_the_tracks_have_it(
-    version: int, loop: str, tmp_path: Path
-) -> None:
-    folder = tmp_path / "game"
+def build(folder: Path, version: int, loop: str) -> None:
     folder.mkdir()
     (folder / "fire.yaml").write_text(json.dumps({
         "source": {"path": str(shipped("samples") / "campfire"), "height": 120, "fps": 24},
@@ -72,37 +70,92 @@ def test_every_flake_of_every_frame_is_where_the_tracks_have_it(
         "exports": ["json", {"godot": {"version": version}}],
     }))  # fmt: skip
     assert main(["build", "-q", str(folder / "fire.yaml"), "-o", str(folder)]) == 0
-    if version == 4:
-        as_godot_3(folder)
+
+
+@pytest.mark.parametrize("loop", ["auto", "none"])
+def test_godot_3_flies_every_flake_of_every_frame_as_the_tracks_have_it(
+    loop: str, godot: None, tmp_path: Path
+) -> None:
+    folder = tmp_path / "game"
+    build(folder, 3, loop)
     game = Game.at(folder)
     assert game.import_all() == []
-    tracks, frames, pivot = tracks_of(folder)
-    count = len(frames)
-    halves = [i + 0.5 for i in range(count)]
-    times = [*range(count), *halves, count + 3, -2]
-    shown = [0, 7, count - 1, 7]
-    job = {"scene": "res://fire.tscn", "animation": "fire", "times": times, "frames": shown}
-    answer = game.ask("fly.gd", job, SIZE)
-    sought, followed = answer["sought"], answer["followed"]
-    for i, rows in enumerate(frames):
-        assert_alike(sought[i], wanted(rows, pivot))
-    for i, seen in zip(shown, followed, strict=True):
+    _, frames, pivot = tracks_of(folder)
+    shown = [0, 7, len(frames) - 1, 7]
+    job = {"scene": "res://fire.tscn", "animation": "fire", "times": sought_times(len(frames))}
+    answer = game.ask("fly.gd", {**job, "frames": shown}, SIZE)
+    assert_flown(answer["sought"], folder, loop)
+    for i, seen in zip(shown, answer["followed"], strict=True):
         assert_alike(seen, wanted(frames[i], pivot))
     assert answer["hidden"] == []
+
+
+@pytest.mark.parametrize("loop", ["auto", "none"])
+def test_godot_4_flies_every_flake_of_every_frame_as_the_tracks_have_it(
+    loop: str, godot4: Godot4, tmp_path: Path
+) -> None:
+    folder = tmp_path / "game"
+    build(folder, 4, loop)
+    tracks, frames, pivot = tracks_of(folder)
+    count, scene = len(frames), {"scene": "res://fire.tscn", "animation": "fire"}
+    ticks = round((count + 3) / tracks["fps"] * 60)  # on beyond the end
+    sought, played = godot4.run(
+        folder,
+        [{"do": "seek_flakes", **scene, "times": sought_times(count)},
+         {"do": "play", **scene, "ticks": ticks}],
+    )  # fmt: skip
+    assert_flown(sought, folder, loop, HALF_FLOAT)
+    times = np.array([time for time, _ in played[1:]])
+    ideal = times[0] + np.arange(len(times)) * tracks["fps"] / 60
+    if loop == "auto":
+        assert np.abs((times - ideal + count / 2) % count - count / 2).max() < 0.01
+    else:
+        assert times[-1] == pytest.approx(count, abs=1e-3)
+    for time, seen in played[1:]:
+        assert_near_tracks(np.array(seen, float), time, frames, tracks, pivot)
+
+
+def sought_times(count: int) -> list[float]:
+    """Every frame, half way to the next, beyond the end, and before the beginning."""
+    return [*range(count), *(i + 0.5 for i in range(count)), count + 3, -2]
+
+
+def assert_flown(sought: list[Any], folder: Path, loop: str, precision: float = 2e-4) -> None:
+    """Compare where flakes are at ``sought_times`` with the tracks."""
+    tracks, frames, pivot = tracks_of(folder)
+    count = len(frames)
+    for i, rows in enumerate(frames):
+        assert_alike(sought[i], wanted(rows, pivot), precision)
     for i, seen in enumerate(sought[count : 2 * count]):
-        assert_between(np.array(seen, float), frames, i, tracks, pivot)
+        assert_between(np.array(seen, float), frames, i, tracks, pivot, max(precision, 1e-3))
     assert tracks["loop"] == (loop == "auto")
     beyond = [3, count - 2] if tracks["loop"] else [count - 1, 0]
     for i, seen in zip(beyond, sought[2 * count :], strict=True):
         if i == count - 1:
             assert not np.array(seen, float).reshape(-1, 9)[:, 5:8].any()  # all have gone out
         else:
-            assert_alike(seen, wanted(frames[i], pivot))
+            assert_alike(seen, wanted(frames[i], pivot), precision)
+
+
+def assert_near_tracks(
+    seen: Table, time: float, frames: list[Table], tracks: Any, pivot: tuple[float, float]
+) -> None:
+    """While the sprite plays, every flake is within .1 px of its way between two frames."""
+    i = min(int(time), len(frames) - 1)
+    here = wanted(frames[i], pivot)
+    after = {row[0]: wanted(row[None], pivot)[0] for row in frames[(i + 1) % len(frames)]}
+    assert len(seen) == len(here)
+    for flake, got, start in zip(frames[i], seen, here, strict=True):
+        ends = start[:2] + flake[3:5] / tracks["fps"]
+        if flake[0] in after and (tracks["loop"] or i + 1 < len(frames)):
+            ends = after[flake[0]][:2]
+        assert np.abs(got[:2] - (start[:2] + (ends - start[:2]) * (time - i))).max() < 0.1
 
 
 def assert_between(
-    seen: Table, frames: list[Table], i: int, tracks: Any, pivot: tuple[float, float]
-) -> None:
+    seen: Table, frames: list[Table], i: int, tracks: Any, pivot: tuple[float, float],
+    precision: float,
+) -> None:  # fmt: skip
     """Half way to the next frame a flake is between its two places; one that ends there dims.
 
     The loop is longer than any life, so that flakes keep their ids.
@@ -120,7 +173,7 @@ def assert_between(
             assert got[5:8] == pytest.approx(start[5:8] / 2, abs=1e-3)
         else:
             assert got[:2] == pytest.approx((start[:2] + end[:2]) / 2, abs=0.01)
-            assert got[5:8] == pytest.approx((start[5:8] + end[5:8]) / 2, abs=1e-3, rel=1e-3)
+            assert got[5:8] == pytest.approx((start[5:8] + end[5:8]) / 2, abs=1e-3, rel=precision)
 
 
 def some_tracks(*, hard: bool = False) -> Tracks:
@@ -146,37 +199,74 @@ def spawns_of(count: int) -> Table:
     return spawns
 
 
-def seen_alone(folder: Path, tracks: Tracks, version: int, **atlas: Any) -> NDArray[np.int64]:
-    """Return what the engine shows of flakes over black, behind which there is no flame."""
-    game = Game.at(folder)
-    sheet = sheet_of_fire(pivot=[0.5, 0.5], **atlas)
+def flakes_alone(folder: Path, tracks: Tracks, version: int, **atlas: Any) -> None:
+    """Write a scene of flakes over black, behind which there is no flame."""
+    folder.mkdir(exist_ok=True)
+    # Named as its folder, since a project has room for one effect of a name.
+    sheet = replace(sheet_of_fire(pivot=[0.5, 0.5], **atlas), name=folder.name, title=folder.name)
     product = Product((sheet,), {"campfire": tracks}, frozenset(), lambda name: None)
     export = GodotExport.model_validate({"godot": {"version": version}})
     for file in exported_files([export], product, {}):
-        (game.folder / file.name).write_bytes(file.data)
+        (folder / file.name).write_bytes(file.data)
     for page in sheet.pages:
-        Image.new("RGBA", (page.width, page.height)).save(game.folder / page.file)
-    if version == 4:
-        as_godot_3(game.folder)
+        Image.new("RGBA", (page.width, page.height)).save(folder / page.file)
+
+
+def seen_in_godot_3(folder: Path, tracks: Tracks, **atlas: Any) -> NDArray[np.int64]:
+    game = Game.at(folder)
+    flakes_alone(folder, tracks, 3, **atlas)
     assert game.import_all() == []
-    shot = {"scene": "res://campfire.tscn", "animation": "campfire", "frame": 4, "flakes": 4.0}
+    shot = {"scene": "res://game.tscn", "animation": "campfire", "frame": 4, "flakes": 4.0}
     job = {"at": [30, 30], "background": "000000", "shots": [{**shot, "to": "seen.shot"}]}
     game.ask("draw.gd", job, (60, 60))
     with Image.open(game.folder / "seen.shot") as image:
         return np.asarray(image.convert("RGB")).astype(int)
 
 
+def seen_in_godot_4(
+    godot4: Godot4, folder: Path, cases: dict[str, tuple[Tracks, dict[str, Any]]]
+) -> dict[str, NDArray[np.int64]]:
+    """Return what the engine shows of each case, one folder each."""
+    for case, (tracks, atlas) in cases.items():
+        flakes_alone(folder / case, tracks, 4, **atlas)
+    shot = {"do": "draw", "animation": "campfire", "frame": 4, "at": [30, 30]}
+    jobs = [
+        {**shot, "scene": f"res://{case}/{case}.tscn", "background": "000000"} for case in cases
+    ]
+    shots = [picture(shot)[:60, :60] for shot in godot4.run(folder, jobs)]
+    return {case: shot.astype(int) for case, shot in zip(cases, shots, strict=True)}
+
+
+ALPHAS = ["straight", "premultiplied", "additive"]
+
+
 @pytest.mark.usefixtures("godot")
-@pytest.mark.parametrize("alpha", ["straight", "premultiplied", "additive"])
+@pytest.mark.parametrize("alpha", ALPHAS)
 @pytest.mark.parametrize("hard", [False, True])
-def test_a_flake_looks_as_it_would_in_the_pixels(hard: bool, alpha: str, tmp_path: Path) -> None:
+def test_in_godot_3_a_flake_looks_as_it_would_in_the_pixels(
+    hard: bool, alpha: str, tmp_path: Path
+) -> None:
     tracks = some_tracks(hard=hard)
-    seen = seen_alone(tmp_path / "game", tracks, 3, alpha=alpha)
-    light = (draw_pixels if hard else draw_flakes)(tracks.frames[0], 60, 60)
+    assert_looks_baked(seen_in_godot_3(tmp_path / "game", tracks, alpha=alpha), tracks)
+
+
+def test_in_godot_4_a_flake_looks_as_it_would_in_the_pixels(godot4: Godot4, tmp_path: Path) -> None:
+    cases = {
+        f"{alpha}{hard}": (some_tracks(hard=hard), {"alpha": alpha})
+        for alpha in ALPHAS
+        for hard in (False, True)
+    }
+    for case, seen in seen_in_godot_4(godot4, tmp_path, cases).items():
+        assert_looks_baked(seen, cases[case][0])
+
+
+def assert_looks_baked(seen: NDArray[np.int64], tracks: Tracks) -> None:
+    draw = draw_pixels if tracks.hard else draw_flakes
+    light = draw(tracks.frames[0], 60, 60)
     pixels = compose(np.zeros((3600, 4), np.float32), light.reshape(-1, 3), "add", "srgb")
     baked = encode_frame(pixels.reshape(60, 60, 4), "premultiplied", "srgb")[..., :3]
     difference = np.abs(seen - baked)
-    if hard:
+    if tracks.hard:
         assert difference.max() <= 2
     # Inside; at the rim, where light begins within a px, the pixels hold the mean over it.
     assert np.quantile(difference[baked.any(axis=2)], 0.9) <= 6
@@ -184,11 +274,11 @@ def test_a_flake_looks_as_it_would_in_the_pixels(hard: bool, alpha: str, tmp_pat
     assert baked.max() == 255
 
 
-@pytest.mark.usefixtures("godot")
-def test_where_light_is_blended_a_flake_is_light(tmp_path: Path) -> None:
+def test_where_light_is_blended_a_flake_is_light(godot4: Godot4, tmp_path: Path) -> None:
     """As in a project with HDR 2D, whose screen holds light: there it may exceed white."""
     tracks = some_tracks()
-    seen = seen_alone(tmp_path / "game", tracks, 4, alpha="premultiplied", blend_space="linear")
+    atlas = {"alpha": "premultiplied", "blend_space": "linear"}
+    (seen,) = seen_in_godot_4(godot4, tmp_path, {"linear": (tracks, atlas)}).values()
     light = np.clip(draw_flakes(tracks.frames[0], 60, 60), 0, 1) * 255
     assert np.quantile(np.abs(seen - light)[light.any(axis=2)], 0.9) <= 6
     assert seen.sum() == pytest.approx(light.sum(), rel=0.05)

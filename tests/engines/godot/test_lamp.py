@@ -10,8 +10,7 @@ import pytest
 from fire_atlas.cli import main
 from fire_atlas.core.pixels import linear_to_srgb
 from fire_atlas.core.shipped import shipped
-from tests.engines.godot.engine import Game
-from tests.engines.godot.godot4 import as_godot_3
+from tests.support.godot4 import Godot4
 
 
 def built(folder: Path, **keys: Any) -> Path:
@@ -24,9 +23,8 @@ def built(folder: Path, **keys: Any) -> Path:
     return folder
 
 
-@pytest.mark.usefixtures("godot")
 @pytest.mark.parametrize("scale", ["", "@0.5x"])
-def test_the_lamp_shines_as_the_light_does(tmp_path: Path, scale: str) -> None:
+def test_the_lamp_shines_as_the_light_does(godot4: Godot4, tmp_path: Path, scale: str) -> None:
     folder = built(tmp_path / "game", atlas={"scales": [1, 0.5]})
     light = json.loads((folder / "fire.light.json").read_text())
     (entry, *_) = json.loads((folder / "fire.json").read_text())["frames"].values()
@@ -34,17 +32,14 @@ def test_the_lamp_shines_as_the_light_does(tmp_path: Path, scale: str) -> None:
     pivot = entry["anchor"]["x"] * width, entry["anchor"]["y"] * height
     size = 0.5 if scale else 1.0
     wanted = np.array([
-        [f["intensity"], *linear_to_srgb(np.array([f["r"], f["g"], f["b"]])),
+        [f["intensity"], *linear_to_srgb(np.array([f["r"], f["g"], f["b"]])), 1,
          (f["x"] - pivot[0]) * size, (f["y"] - pivot[1]) * size]
         for f in light["frames"]
     ])  # fmt: skip
-    as_godot_3(folder)
-    game = Game.at(folder)
-    assert game.import_all() == []
     count = len(wanted)
     times = [*range(count), 0.5, count - 0.5, count + 2]
-    job = {"scene": f"res://fire{scale}.tscn", "animation": "fire", "times": times}
-    seen = np.array(game.ask("shine.gd", job)["seen"])
+    job = {"do": "seek_light", "scene": f"res://fire{scale}.tscn", "animation": "fire"}
+    seen = np.array(godot4.run(folder, [{**job, "times": times}])[0])
     between = [(wanted[0] + wanted[1]) / 2, (wanted[-1] + wanted[0]) / 2, wanted[2]]
     assert seen == pytest.approx(np.concatenate([wanted, between]), abs=0.01)
 

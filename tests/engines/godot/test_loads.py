@@ -9,10 +9,8 @@ import pytest
 from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from tests.engines.godot.engine import Game
-from tests.engines.godot.godot4 import as_godot_3, durations
 from tests.formats.test_sprites_and_members import draw
-
-pytestmark = pytest.mark.usefixtures("godot")
+from tests.support.godot4 import Godot4
 
 CLIPS: dict[str, dict[str, Any]] = {
     "real_candle_red": {},
@@ -21,7 +19,8 @@ CLIPS: dict[str, dict[str, Any]] = {
 }
 
 
-def build(folder: Path, clip: Path, version: int, atlas: dict[str, Any]) -> None:
+def build(folder: Path, clip: Path, version: int, atlas: dict[str, Any]) -> list[str]:
+    """Build a scene of a clip; return the names of its scales."""
     recipe = {
         "source": {"path": str(clip / "frames"), "height": 160},
         "atlas": atlas,
@@ -31,40 +30,68 @@ def build(folder: Path, clip: Path, version: int, atlas: dict[str, Any]) -> None
     folder.mkdir()
     (folder / "fire.yaml").write_text(json.dumps(recipe))
     assert main(["build", "-q", str(folder / "fire.yaml"), "-o", str(folder)]) == 0
+    return ["fire", "fire@0.5x"] if "scales" in atlas else ["fire"]
 
 
-@pytest.mark.parametrize("version", [4, 3])
 @pytest.mark.parametrize("clip", CLIPS)
-def test_every_frame_is_understood_as_it_is_on_the_sheet(
-    clips: Path, clip: str, version: int, tmp_path: Path
+def test_godot_3_understands_every_frame_as_it_is_on_the_sheet(
+    clips: Path, clip: str, godot: None, tmp_path: Path
 ) -> None:
-    atlas, folder = CLIPS[clip], tmp_path / "game"
-    build(folder, clips / clip, version, atlas)
-    names = ["fire", "fire@0.5x"] if "scales" in atlas else ["fire"]
-    lasting = {name: durations((folder / f"{name}.tres").read_text()) for name in names}
-    if version == 4:
-        as_godot_3(folder)
+    folder = tmp_path / "game"
+    names = build(folder, clips / clip, 3, CLIPS[clip])
     game = Game.at(folder)
     assert game.import_all() == []
-    stated = game.ask(
-        "describe.gd", [f"res://{name}.{e}" for name in names for e in ("tres", "tscn")]
-    )
+    seen = game.ask("describe.gd", [f"res://{n}.{e}" for n in names for e in ("tres", "tscn")])
     for name in names:
-        pages = sorted(folder.glob(f"{name}.json")) + sorted(folder.glob(f"{name}-*.json"))
-        sheets = [json.loads(page.read_text()) for page in pages]
-        frames = {key: (frame, sheet) for sheet in sheets for key, frame in sheet["frames"].items()}
-        (animation,) = stated[f"res://{name}.tres"].values()
-        assert len(animation["frames"]) == len(frames)
-        for shown, key in zip(animation["frames"], sorted(frames), strict=True):
-            entry, sheet = frames[key]
-            assert_alike(shown, entry, sheet["meta"])
-        about = sheets[0]["meta"]["fireAtlas"]
-        assert animation["speed"] == about["fps"]
-        assert animation["loop"] == about["loops"]["fire"]
-        ticks = lasting[name] if version == 4 else [1.0] * len(frames)
-        seconds = sum(entry["duration"] for entry, _ in frames.values()) / 1000
-        assert sum(ticks) / animation["speed"] == pytest.approx(seconds, abs=1e-4)
-        assert_scene(stated[f"res://{name}.tscn"], folder, name, sheets[0], atlas)
+        scene = seen[f"res://{name}.tscn"]
+        assert (scene.pop("name"), scene.pop("type")) == ("Fire", "AnimatedSprite")
+        assert_sheet(seen[f"res://{name}.tres"], scene, folder, name, CLIPS[clip])
+
+
+@pytest.mark.parametrize("clip", CLIPS)
+def test_godot_4_understands_every_frame_as_it_is_on_the_sheet(
+    clips: Path, clip: str, godot4: Godot4, tmp_path: Path
+) -> None:
+    folder = tmp_path / "game"
+    names = build(folder, clips / clip, 4, CLIPS[clip])
+    read = {
+        "animation": ":animation", "playing": ":autoplay", "offset": ":offset",
+        "centered": ":centered", "blend": ":material:blend_mode", "frames": ":sprite_frames",
+        "visible": "Flakes:visible", "scale": "Flakes:scale", "rows": "Flakes:tracks:rows",
+        "animations": "Flakes:tracks:animations",
+    }  # fmt: skip
+    jobs: list[Any] = [{"do": "describe_frames", "path": f"res://{name}.tres"} for name in names]
+    jobs += [
+        {"do": "read", "scene": f"res://{name}.tscn", "read": [*read.values()]} for name in names
+    ]
+    answers = godot4.run(folder, jobs)
+    for name, frames, values in zip(names, answers, answers[len(names) :], strict=False):
+        scene = {key: values[path] for key, path in read.items()}
+        flakes = {key: scene.pop(key) for key in ("visible", "scale", "rows", "animations")}
+        scene["flakes"] = {**flakes, "rows": len(flakes["rows"]) / 10}
+        scene |= {"playing": scene["playing"] == "fire", "blend": 4 if scene["blend"] == 4 else 0}
+        assert_sheet(frames, scene, folder, name, CLIPS[clip])
+
+
+def assert_sheet(
+    animations: Any, scene: Any, folder: Path, name: str, atlas: dict[str, Any]
+) -> None:
+    """Compare what an engine understood of one scale with its JSON."""
+    pages = sorted(folder.glob(f"{name}.json")) + sorted(folder.glob(f"{name}-*.json"))
+    sheets = [json.loads(page.read_text()) for page in pages]
+    frames = {key: (frame, sheet) for sheet in sheets for key, frame in sheet["frames"].items()}
+    (animation,) = animations.values()
+    assert len(animation["frames"]) == len(frames)
+    for shown, key in zip(animation["frames"], sorted(frames), strict=True):
+        entry, sheet = frames[key]
+        assert_alike(shown, entry, sheet["meta"])
+    about = sheets[0]["meta"]["fireAtlas"]
+    assert animation["speed"] == about["fps"]
+    assert animation["loop"] == about["loops"]["fire"]
+    ticks = [shown.get("duration", 1.0) for shown in animation["frames"]]
+    seconds = sum(entry["duration"] for entry, _ in frames.values()) / 1000
+    assert sum(ticks) / animation["speed"] == pytest.approx(seconds, abs=1e-4)
+    assert_scene(scene, folder, name, sheets[0], atlas)
     if "max_size" in atlas:
         assert len(pages) > 1
 
@@ -84,7 +111,7 @@ def assert_scene(scene: Any, folder: Path, name: str, sheet: Any, atlas: dict[st
         entry["anchor"][axis] * entry["sourceSize"][side] for axis, side in (("x", "w"), ("y", "h"))
     ]
     assert scene["offset"] == pytest.approx([-length for length in pivot], abs=1e-3)
-    assert (scene["type"], scene["centered"]) == ("AnimatedSprite", False)
+    assert not scene["centered"]
     assert (scene["animation"], scene["playing"]) == ("fire", True)
     assert scene["frames"] == f"res://{name}.tres"
     assert scene["blend"] == (4 if "alpha" in atlas else 0)
@@ -98,7 +125,7 @@ def assert_scene(scene: Any, folder: Path, name: str, sheet: Any, atlas: dict[st
     }
 
 
-def test_effects_and_sprites_that_share_pages_are_one_sprite(tmp_path: Path) -> None:
+def test_effects_and_sprites_that_share_pages_are_one_sprite(godot: None, tmp_path: Path) -> None:
     folder = tmp_path / "game"
     folder.mkdir()
     for i, size in enumerate((20, 30)):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -15,8 +16,8 @@ from fire_atlas.cli import main
 from fire_atlas.core.errors import OutputError
 from fire_atlas.engines.godot.names import node_name, number, quoted, real, titles
 from tests.engines.godot.engine import Game
-from tests.engines.godot.godot4 import as_godot_3
 from tests.formats.test_sprites_and_members import draw
+from tests.support.godot4 import Godot4
 
 ANIMATIONS = [
     "walk", "big fire", "fire, big", "Flamme über Öl", "炎", "7th", "semi;colon", 'quo"te',
@@ -24,7 +25,7 @@ ANIMATIONS = [
 ]  # fmt: skip
 
 
-def test_animations_may_be_called_anything(godot: None, tmp_path: Path) -> None:
+def test_animations_may_be_called_anything(godot: None, godot4: Godot4, tmp_path: Path) -> None:
     folder = tmp_path / "game"
     (folder / "art").mkdir(parents=True)
     for i, name in enumerate(ANIMATIONS):
@@ -37,16 +38,19 @@ def test_animations_may_be_called_anything(godot: None, tmp_path: Path) -> None:
         }))  # fmt: skip
         out = folder / f"v{version}"
         assert main(["build", "-q", str(folder / "hero.yaml"), "-o", str(out)]) == 0
-    as_godot_3(folder / "v4")
     for image in (folder / "art").iterdir():
         image.unlink()
+    (in_godot_4,) = godot4.run(
+        folder / "v4", [{"do": "describe_frames", "path": "res://hero.tres"}]
+    )
+    shutil.rmtree(folder / "v4")
     game = Game.at(folder)
     assert game.import_all() == []
-    stated = game.ask("describe.gd", ["res://v3/hero.tres", "res://v4/hero.tres"])
+    in_godot_3 = game.ask("describe.gd", ["res://v3/hero.tres"])["res://v3/hero.tres"]
     sheet = json.loads((folder / "v3/hero.json").read_text())
     wanted = {name.replace(",", " ").replace("/", "_") for name in sheet["animations"]}
     assert len(wanted) == len(ANIMATIONS)
-    for animations in stated.values():
+    for animations in (in_godot_3, in_godot_4):
         assert set(animations) == wanted
         assert all(len(animation["frames"]) == 2 for animation in animations.values())
         for animation in animations.values():

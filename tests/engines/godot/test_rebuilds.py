@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -104,7 +105,8 @@ def test_references_are_those_of_the_files(tmp_path: Path) -> None:
         for uid, file in re.findall(
             r'^\[ext_resource .*uid="(.*?)" path="(.*?)"', path.read_text(), re.M
         ):
-            assert own[f"{file}.import" if file.endswith(".png") else file] == uid
+            stating = {".png": f"{file}.import", ".gd": f"{file}.uid"}.get(Path(file).suffix, file)
+            assert own[stating] == uid
             assert (path.parent / file).is_file()
             referred += 1
     assert referred >= 6
@@ -210,6 +212,39 @@ def test_a_build_that_changes_nothing_stays_one_after_the_engine_was_there(
     assert changed_lines(theirs, page.read_text()) == {
         "process/fix_alpha_border=false", "process/size_limit=0",
     }  # fmt: skip
+
+
+def imported(folder: Path) -> None:
+    """Fill in import settings as Godot 4 does, those of new pictures too."""
+    for path in folder.rglob("*.png"):
+        settings = path.with_name(f"{path.name}.import")
+        own = UID.search(settings.read_text()) if settings.exists() else None
+        text = REWRITTEN.replace("uid://cxjsam1fyjnui", own[0] if own else "uid://b4")
+        text = text.replace("res://art/fire.png", f"res://{path.relative_to(folder).as_posix()}")
+        settings.write_text(text)
+
+
+def test_what_the_engine_imports_makes_nothing_stale(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Neither its changes to the settings of pages, nor settings beside the frames of the clip."""
+    shutil.copytree(shipped("samples") / "campfire", tmp_path / "clip")
+    keys: dict[str, Any] = {
+        "source": {"path": "clip"},
+        "maps": {"motion": "godot"},
+        "atlas": {"layout": "grid"},
+    }
+    build(tmp_path, **keys, tracks=["light", "csv"])
+    before = {path: path.read_bytes() for path in (tmp_path / "art").glob("*.import")}
+    imported(tmp_path)
+    assert any(path.read_bytes() != data for path, data in before.items())
+    recipe, art = str(tmp_path / "fire.yaml"), tmp_path / "art"
+    assert main(["build", "--frozen", recipe, "-o", str(art)]) == 0
+    capsys.readouterr()
+    assert main(["build", recipe, "-o", str(art)]) == 0
+    assert "up to date" in capsys.readouterr().out
+    assert main(["clean", recipe, "-o", str(art)]) == 0
+    assert not art.exists() or not list(art.iterdir())
 
 
 @pytest.mark.usefixtures("godot")

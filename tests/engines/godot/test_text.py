@@ -3,6 +3,7 @@
 import subprocess
 import sysconfig
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from fire_atlas.engines.godot.sprite_frames import (
 )
 from fire_atlas.formats.product import Product
 from fire_atlas.pipeline.writers import exported_files
+from fire_atlas.recipe.models import Recipe
 from tests.engines.godot.test_flakes import some_tracks
 from tests.support.sheets import sheet_of_fire
 
@@ -40,6 +42,21 @@ def test_the_scripts_are_sound(program: str, tmp_path: Path) -> None:
         check=False,
     )
     assert ran.returncode == 0, ran.stdout + ran.stderr
+
+
+@pytest.mark.parametrize(
+    ("exports", "atlas", "bleed"),
+    [
+        (["godot"], {}, 4),
+        ([{"godot": {"version": 3}}], {"alpha": "straight"}, 4),
+        (["godot"], {"bleed": 0}, 0),
+        (["godot"], {"alpha": "premultiplied"}, 0),
+        (["json"], {}, 0),
+    ],
+)
+def test_straight_pages_bleed_by_default(exports: Any, atlas: dict[str, Any], bleed: int) -> None:
+    given = {"source": {"path": "clip"}, "exports": exports, "atlas": atlas}
+    assert Recipe.model_validate(given).atlas.bleed == bleed
 
 
 def region(width: int, height: int, anchor: tuple[float, float], trim: tuple[int, ...]) -> Region:
