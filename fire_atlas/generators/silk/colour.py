@@ -50,7 +50,7 @@ _PLANCK = 1.438777e7
 def blackbody(kelvin: NDArray[np.floating]) -> NDArray[np.float64]:
     """Return linear sRGB (n, 3) of black bodies, brightest channel 1, by Planck's law (eq. 16).
 
-    B(λ) ∝ λ⁻⁵ / (exp(hc/λkT) − 1); the printed eq. 16 lacks the inverse.
+    B(λ) ∝ λ⁻⁵ / (exp(hc/λkT) − 1); eq. 16 up to constants.
     """
     wave = np.arange(380.0, 781.0, 5.0)
     glow = wave**-5 / np.expm1(_PLANCK / (wave * np.asarray(kelvin, np.float64)[:, None]))
