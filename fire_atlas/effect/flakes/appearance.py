@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.easing import smooth_step
-from fire_atlas.core.pixels import Plane, srgb_to_linear
+from fire_atlas.core.pixels import Plane
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flakes.drawing import drawn_width
 from fire_atlas.effect.flakes.emission import TICK, Spawns
@@ -198,12 +198,6 @@ def ember_flicker(
 ) -> NDArray[np.float64]:
     """Factor, at most 1, by which flicker dims embers; ``age`` in s, ``rate`` Hz, ``phase`` rad."""
     return 1 - _FLICKER_DEPTH * (0.5 - 0.5 * np.sin(2 * np.pi * rate * age + phase))
-
-
-def colour_stops(colors: tuple[str, ...]) -> NDArray[np.float64]:
-    """Return the linear light (colours, 3) of sRGB hex colours such as ``#ff5800``."""
-    values = [[int(c[i : i + 2], 16) / 255 for i in (1, 3, 5)] for c in colors]
-    return srgb_to_linear(np.array(values)).astype(np.float64)
 
 
 def colour_by_speed(
