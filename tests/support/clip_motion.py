@@ -39,8 +39,9 @@ def other_flow(clip: Clip, i: int) -> Flow:
     """Flow from frame ``i`` to the next by methods that the effect does not use: their median.
 
     Fire has no texture that lasts, so any one method errs on much of it, each in its own way; of
-    Farneback's expansion, TV-L1, robust local flow and DeepFlow, two or more are right in most
-    places.
+    Farneback's expansion, TV-L1, DeepFlow and Lucas-Kanade filled in along edges, two or more are
+    right in most places. OpenCV's robust local flow is not among them: what it finds depends on
+    what ran before it.
     """
     before, after = _pair(clip, i)
     first, second = (cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR) for picture in (before, after))
@@ -48,11 +49,10 @@ def other_flow(clip: Clip, i: int) -> Flow:
     found = (
         cv2.calcOpticalFlowFarneback(before, after, blank[0], 0.5, 5, 21, 5, 7, 1.5, 0),
         cv2.optflow.createOptFlow_DualTVL1().calc(before, after, blank[1]),
-        cv2.optflow.calcOpticalFlowDenseRLOF(first, second, blank[2]),
-        cv2.optflow.createOptFlow_DeepFlow().calc(before, after, blank[3]),
+        cv2.optflow.createOptFlow_DeepFlow().calc(before, after, blank[2]),
+        cv2.optflow.calcOpticalFlowSparseToDense(first, second, blank[3], 2),
     )
-    # Robust local flow has no answer in some places, not always the same ones.
-    return np.asarray(np.nanmedian(np.stack(found), axis=0), np.float32)
+    return np.asarray(np.median(np.stack(found), axis=0), np.float32)
 
 
 def flows_of(clip: Clip, method: Callable[[Clip, int], Flow]) -> list[Flow]:
