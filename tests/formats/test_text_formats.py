@@ -108,6 +108,7 @@ def test_a_templates_file_name_is_a_template_too(tmp_path: Path) -> None:
         ),
         ("{{ frames | map(attribute='x') }}", "prints <generator object .* from build to build"),
         ("{{ (frames | map(attribute='x')) ~ '' }}", "prints <generator object"),
+        ("{{ '\\ud800' }}", r"mine.j2: the template writes '\\ud800', half of a surrogate pair"),
     ],
 )
 def test_a_hostile_or_broken_template_is_refused_with_advice(
