@@ -58,8 +58,8 @@ def _utf8(text: str, path: Path) -> bytes:
         return text.encode()
     except UnicodeEncodeError as error:
         raise OutputError(
-            f"{path}: the template writes {text[error.start]!r}, half of a surrogate pair, which no "
-            f"text file can hold; write the whole character"
+            f"{path}: the template writes {text[error.start]!r}, half of a surrogate pair, which "
+            f"no text file can hold; write the whole character"
         ) from None
 
 
