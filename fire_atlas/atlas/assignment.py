@@ -14,7 +14,7 @@ Frames = tuple[int, ...]
 _LIKELY = 0.9
 """A page probably holds frames that take at most this part of its area."""
 
-_MAX_MISSES = 8
+_MAX_MISSES = 4
 """Number of runs tried in vain after which a page counts as full."""
 
 

@@ -63,7 +63,7 @@ def _note_split(sheet: AtlasSheet, atlas: Atlas, progress: Progress) -> None:
     advice = (
         f"with atlas.max_size: {size} one could"
         if size
-        else "none that a recipe may ask for could; a smaller source.height or fewer frames help"
+        else "none that a recipe may ask for could; smaller or fewer frames help"
     )
     progress.note(f"no page can hold all frames of {names}{more}: {advice}")
 

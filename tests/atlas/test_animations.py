@@ -155,9 +155,9 @@ def test_an_animation_has_one_page_of_a_grid_if_it_has_enough_cells(
     on_pages = pages_of(packing, animations)
     for frames, on in zip(animations, on_pages, strict=True):
         assert len(on) == 1 or len(frames) > cells
-    split = [len(each) for each, on in zip(animations, on_pages, strict=True) if len(on) > 1]
+    split = [each for each, on in zip(animations, on_pages, strict=True) if len(on) > 1]
     for frames in split:
-        side = sufficient_grid_side(sizes, frames, rules, UNLIMITED)
+        side = sufficient_grid_side(sizes, len(frames), rules, UNLIMITED)
         assert side is not None and side > 128
 
 
