@@ -9,12 +9,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fire_atlas.atlas.drawing import Edges, draw_page
+from fire_atlas.atlas.encode import encode_sprites
 from fire_atlas.atlas.grid import pack_grid, sufficient_grid_side
 from fire_atlas.atlas.pack import Packing, pack, sufficient_side
 from fire_atlas.atlas.page_rules import PageRules, Size
 from fire_atlas.atlas.pages import build_sheets
+from fire_atlas.atlas.sheet import AnimationFrames
 from fire_atlas.atlas.split import max_size_for, split_animations
+from fire_atlas.core.pixels import Pixels
 from fire_atlas.recipe.output import Atlas
+from tests.atlas.frames import cut
+from tests.atlas.frames import frames as clips
 from tests.atlas.test_pack import assert_allowed, assert_sound, rules_of_pages
 from tests.bench.animations import numbered, random_animations
 from tests.support.sheets import animation_of
@@ -140,6 +146,35 @@ def test_a_shared_frame_is_stored_once_on_each_page_that_shows_it() -> None:
     assert {place.page for place in second} == {1}
     assert (third[0], third[1], third[2]) == (first[0], first[1], first[0])
     assert len(set(second)) == 3
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    clip=clips(12),
+    animations=st.lists(
+        st.lists(st.integers(0, 11), min_size=1, max_size=7), min_size=2, max_size=6
+    ),
+    scales=st.sampled_from([(1.0,), (1.0, 0.5)]),
+)
+def test_pages_show_every_frame_of_animations_that_share_some(
+    clip: list[Pixels], animations: list[list[int]], scales: tuple[float, ...]
+) -> None:
+    atlas = Atlas.model_validate({"max_size": 52, "scales": scales})
+    encoded = [encode_sprites(pixels, atlas) for pixels in clip]
+    played = [[encoded[i % len(clip)] for i in each] for each in animations]
+    frames = [
+        AnimationFrames(f"a{i}", tuple(sprites[0] for sprites in each), 40, True, None)
+        for i, each in enumerate(played)
+    ]
+    shown = [sprites for each in played for sprites in each]
+    for scale, sheet in enumerate(build_sheets("all", frames, atlas)):
+        sprites, edges = [each[scale] for each in shown], Edges.of(atlas, sheet.scale)
+        pages = [draw_page(sheet, i, sprites, edges) for i in range(len(sheet.pages))]
+        for region, sprite in zip(sheet.regions, sprites, strict=True):
+            frame = np.zeros((region.frame_height, region.frame_width, 4), np.uint8)
+            height, width = sprite.image.shape[:2]
+            frame[sprite.y : sprite.y + height, sprite.x : sprite.x + width] = sprite.image
+            np.testing.assert_array_equal(cut(region, pages), frame)
 
 
 @settings(deadline=None)
