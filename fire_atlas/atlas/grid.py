@@ -1,9 +1,11 @@
 """Place frames in the equal cells of a grid, row by row in playing order; cells fill the page."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from fire_atlas.atlas.assignment import Assignment, Frames, assign
 from fire_atlas.atlas.pack import Packing, PagePlacement
 from fire_atlas.atlas.page_rules import PageRules, Size, effective_area
 from fire_atlas.atlas.sheet import CellGrid
@@ -12,22 +14,47 @@ _MAX_CELLS = 512
 """Maximum number of columns, and of rows."""
 
 
-def pack_grid(sizes: Sequence[Size], rules: PageRules) -> tuple[Packing, CellGrid]:
-    """Place ``sizes``, none too large for a page, in cells; all pages have the same grid.
+def pack_grid(
+    sizes: Sequence[Size], animations: Sequence[Sequence[int]], rules: PageRules
+) -> tuple[Packing, CellGrid]:
+    """Place frames, none too large for a page, in cells; all pages have the same grid.
 
-    Half the padding lies on each side of a cell, so that the cell size is the page size divided by
-    the number of cells, as flipbook shaders assume.
+    An animation goes on one page if a page can hold it. Half the padding lies on each side of a
+    cell, so that the cell size is the page size divided by the number of cells, as flipbook shaders
+    assume.
+
+    Args:
+        sizes: Width and height of each frame.
+        animations: Of each animation, the indices of its frames: 0, 1, ... over all animations.
+        rules: Limits on pages.
     """
-    shapes = list(_shapes(len(sizes), rules, *_cell(sizes, rules)))
-    pages = math.ceil(len(sizes) / max(shape.cells for shape in shapes))
-    on_page = math.ceil(len(sizes) / pages)
-    shape = min((shape for shape in shapes if shape.cells >= on_page), key=_Shape.cost)
+    shapes = sorted(_shapes(len(sizes), rules, *_cell(sizes, rules)), key=_Shape.cost)
+    shape, assignment = _smallest_pages(shapes, animations)
     grid = CellGrid(
         shape.columns, shape.rows, shape.width // shape.columns, shape.height // shape.rows
     )
     gutters = _gutters(sizes, rules, grid)
-    places = tuple(_placement(i, grid, gutters) for i in range(len(sizes)))
-    return Packing(((shape.width, shape.height),) * pages, places), grid
+    places = {
+        frame: _placement(page, cell, grid, gutters)
+        for page, frames in enumerate(assignment.pages)
+        for cell, frame in enumerate(sorted(frames))
+    }
+    pages = ((shape.width, shape.height),) * len(assignment.pages)
+    return Packing(pages, tuple(places[i] for i in range(len(sizes)))), grid
+
+
+def sufficient_grid_side(
+    sizes: Sequence[Size], frames: int, rules: PageRules, most: int
+) -> int | None:
+    """Return the least maximum side with which a page has cells for so many ``frames``.
+
+    ``sizes`` are those of the frames on all pages, whose cells are equal. None if the side would
+    exceed ``most``.
+    """
+    raised = replace(rules, max_size=most)
+    shapes = _shapes(frames, raised, *_cell(sizes, raised))
+    sides = (max(shape.width, shape.height) for shape in shapes if shape.cells >= frames)
+    return min(sides, default=None)
 
 
 class _Shape(NamedTuple):
@@ -46,6 +73,44 @@ class _Shape(NamedTuple):
     def cost(self) -> tuple[float, int]:
         """Sort key: the smallest page is best, then the squarest."""
         return effective_area((self.width, self.height)), max(self.width, self.height)
+
+
+@dataclass(frozen=True, slots=True)
+class _GridRoom:
+    """The room on a page of a grid; a frame takes an area of one cell."""
+
+    capacity: int
+
+    def area(self, frames: Collection[int]) -> int:
+        """Return the number of frames."""
+        return len(frames)
+
+    def holds(self, frames: frozenset[int]) -> bool:
+        """Whether there are enough cells."""
+        return len(frames) <= self.capacity
+
+    def divided(self, frames: Frames) -> list[Frames]:
+        """Return the frames of each page if only these are placed."""
+        return [frames[i : i + self.capacity] for i in range(0, len(frames), self.capacity)]
+
+
+def _smallest_pages(
+    shapes: Sequence[_Shape], animations: Sequence[Sequence[int]]
+) -> tuple[_Shape, Assignment]:
+    """Return the first of ``shapes`` with which pages are fewest, and the frames on each page.
+
+    It has to hold every animation that the one with the most cells holds.
+    """
+    most = max(shape.cells for shape in shapes)
+    fewest = len(assign(animations, _GridRoom(most)).pages)
+    frames = sum(map(len, animations))
+    least = max((len(each) for each in animations if len(each) <= most), default=1)
+    for shape in shapes:
+        if shape.cells >= max(least, frames / fewest):
+            assignment = assign(animations, _GridRoom(shape.cells))
+            if len(assignment.pages) <= fewest:
+                return shape, assignment
+    raise AssertionError("the shape with the most cells takes the fewest pages")
 
 
 def _cell(sizes: Sequence[Size], rules: PageRules) -> Size:
@@ -76,8 +141,7 @@ def _gutters(sizes: Sequence[Size], rules: PageRules, grid: CellGrid) -> Size:
     return min(rules.padding, room[0]) // 2, min(rules.padding, room[1]) // 2
 
 
-def _placement(i: int, grid: CellGrid, gutters: Size) -> PagePlacement:
-    page, cell = divmod(i, grid.columns * grid.rows)
+def _placement(page: int, cell: int, grid: CellGrid, gutters: Size) -> PagePlacement:
     row, column = divmod(cell, grid.columns)
     return PagePlacement(
         page, column * grid.cell_width + gutters[0], row * grid.cell_height + gutters[1]

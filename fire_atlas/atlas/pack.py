@@ -1,15 +1,17 @@
-"""Pack rectangles onto pages: choose the page of each, and its place there.
+"""Pack the frames of animations onto pages: choose the page of each, and its place there.
 
-The same sizes take the same places in whatever order they are given; rectangles of equal size take
-theirs in the order given.
+Which animations share a page, and the places there, do not depend on the order in which they come.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from fire_atlas.atlas.page_rules import PageRules, Size
-from fire_atlas.atlas.search import FilledPage, Search
+from fire_atlas.atlas.assignment import Assignment, Frames, assign
+from fire_atlas.atlas.page_rules import PageRules, Size, effective_area
+from fire_atlas.atlas.search import FilledPage
+from fire_atlas.atlas.sequence import TRIES_OF_FULL, filled_page, filled_pages
 
 
 class PagePlacement(NamedTuple):
@@ -26,7 +28,7 @@ class PagePlacement(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Packing:
-    """Sizes of the pages, and the placement of each rectangle, in the order they were given."""
+    """Sizes of the pages, and the placement of each frame, one animation after the other."""
 
     pages: tuple[Size, ...]
     places: tuple[PagePlacement, ...]
@@ -35,88 +37,118 @@ class Packing:
 QUICK, THOROUGH = 288, 1152
 """Number of pages to try. Thorough takes four times as long, for about 1 % less to store."""
 
-_TRIES_OF_FULL = 96
-"""Number of pages to try when it is known that the page will be nearly full."""
+_FIRST_TRIES = 16
+"""Number of pages to try first if much of the page will be empty."""
+
+_LOOSE, _NEARLY_FULL = 0.8, 0.9
+"""Parts of a page's area: with at most the first much is left empty, with the second little."""
 
 
-def pack(sizes: Sequence[Size], rules: PageRules, tries: int = QUICK) -> Packing:
-    """Place all ``sizes``, none too large for a page, on as few and as small pages as possible.
+def pack(
+    sizes: Sequence[Size],
+    animations: Sequence[Sequence[int]],
+    rules: PageRules,
+    tries: int = QUICK,
+) -> Packing:
+    """Place the frames of all animations on as few and as small pages as possible.
 
-    If that takes no extra page, each page holds successive rectangles: a client that reads one page
-    at a time can then put an animation together.
+    An animation goes on one page if a page can hold it. If none can, each page holds successive
+    frames of it, unless that takes an extra page.
+
+    Args:
+        sizes: Width and height of each rectangle, none too large for a page.
+        animations: Of each animation, the index in ``sizes`` of each frame. Frames with the same
+            one share a place, on every page that needs it.
+        rules: Limits on pages.
+        tries: Number of pages to try for each page that is written.
     """
     padded = [(width + rules.padding, height + rules.padding) for width, height in sizes]
-    area, room = sum(w * h for w, h in padded), rules.room(rules.largest) ** 2
-    fewest = -(-area // room)
-    if fewest == 1:
-        whole = Search(padded, rules).best(tries)
-        if not whole.unplaced_area:
-            return _packing([(list(range(len(sizes))), whole)])
-    runs = _runs(padded, rules)
-    if len(runs) > max(fewest, 2):
-        by_size = _by_size(padded, rules, tries)
-        if len(by_size) < len(runs):
-            return _packing(by_size)
-    return _packing(_in_order(padded, runs, rules, tries))
+    room, everything = _PackedRoom(padded, rules, tries), range(len(sizes))
+    if room.area(everything) <= room.capacity:
+        page = filled_page(padded, everything, rules, tries)
+        if not page.unplaced_area:
+            on_one = tuple(dict.fromkeys(frames, 0) for frames in animations)
+            return _packing([page], Assignment((frozenset(everything),), on_one), animations)
+    assignment = assign(animations, room)
+    return _packing([room.page(frames) for frames in assignment.pages], assignment, animations)
 
 
-_Page = tuple[list[int], FilledPage]
-"""Indices of the rectangles to place on a page, and the page filled with as many as fitted."""
+def sufficient_side(sizes: Sequence[Size], rules: PageRules, most: int) -> int | None:
+    """Return a maximum side with which a page holds all ``sizes``; None if it exceeds ``most``.
+
+    It is at most 1 % above the smallest with which packing finds room for them.
+    """
+    padded = [(width + rules.padding, height + rules.padding) for width, height in sizes]
+    least = max(math.isqrt(sum(w * h for w, h in padded)), *(max(size) for size in padded))
+    side = max(rules.page(least, least))
+    while side <= most:
+        room = _PackedRoom(padded, replace(rules, max_size=side), QUICK)
+        if room.holds(frozenset(range(len(sizes)))):
+            return side
+        side = rules.side(max(side + 1, math.ceil(side * 1.01)))
+    return None
 
 
-def _packing(pages: list[_Page]) -> Packing:
-    places = {
-        numbers[each.number]: PagePlacement(page, each.x, each.y, each.rotated)
-        for page, (numbers, filled) in enumerate(pages)
-        for each in filled.placements
-    }
-    return Packing(
-        tuple(filled.size for _, filled in pages), tuple(places[i] for i in range(len(places)))
+def _packing(
+    pages: Sequence[FilledPage], assignment: Assignment, animations: Sequence[Sequence[int]]
+) -> Packing:
+    placed = [{each.number: each for each in page.placements} for page in pages]
+    places = tuple(
+        PagePlacement(page_of[i], *placed[page_of[i]][i][1:])
+        for frames, page_of in zip(animations, assignment.page_of, strict=True)
+        for i in frames
     )
+    return Packing(tuple(page.size for page in pages), places)
 
 
-def _by_size(padded: list[Size], rules: PageRules, tries: int) -> list[_Page]:
-    """Fill each page with the rectangles that fit best, in any order."""
-    numbers, pages = list(range(len(padded))), list[_Page]()
-    while numbers:
-        page = Search([padded[i] for i in numbers], rules).best(tries)
-        pages.append((numbers, page))
-        placed = {numbers[each.number] for each in page.placements}
-        numbers = [i for i in numbers if i not in placed]
-    return pages
+class _PackedRoom:
+    """The room on a page for tightly packed rectangles: whether some fit, a trial tells."""
 
+    def __init__(self, padded: Sequence[Size], rules: PageRules, tries: int) -> None:
+        self.capacity = rules.room(rules.largest) ** 2
+        self._padded, self._rules, self._tries = padded, rules, tries
+        self._areas = [width * height for width, height in padded]
+        self._trials: dict[frozenset[int], FilledPage] = {}
+        self._finished: dict[frozenset[int], FilledPage] = {}
 
-def _in_order(
-    padded: list[Size], runs: list[list[int]], rules: PageRules, tries: int
-) -> list[_Page]:
-    """Fill a page with each run; if one does not fit, its last rectangle moves to the next page."""
-    pages, left = list[_Page](), list(runs)
-    while left:
-        run = left.pop(0)
-        search = Search([padded[i] for i in run], rules)
-        page = search.best(_TRIES_OF_FULL if left else tries)
-        if page.unplaced_area:
-            left = [run[:-1], [run[-1], *(left.pop(0) if left else [])], *left]
-        else:
-            pages.append((run, page))
-    return pages
+    def area(self, frames: Collection[int]) -> int:
+        """Return the area that rectangles take with their padding."""
+        return sum(self._areas[i] for i in frames)
 
+    def holds(self, frames: frozenset[int]) -> bool:
+        """Whether a page was found that holds all these rectangles."""
+        if self.area(frames) > self.capacity:
+            return False
+        if frames not in self._trials:
+            self._trials[frames] = self._trial(frames)
+        return not self._trials[frames].unplaced_area
 
-def _runs(padded: list[Size], rules: PageRules) -> list[list[int]]:
-    """Split the rectangles, in order, into runs that each surely fit on one page."""
-    runs, start = list[list[int]](), 0
-    while start < len(padded):
-        runs.append(_run(padded, start, rules))
-        start += len(runs[-1])
-    return runs
+    def divided(self, frames: Frames) -> list[Frames]:
+        """Return the rectangles of each page if only these are packed."""
+        numbers = frozenset(frames)
+        if self.holds(numbers):
+            return [frames]
+        parts = []
+        for page in filled_pages(self._padded, frames, self._rules, self._tries):
+            placed = frozenset(each.number for each in page.placements)
+            self._trials[placed] = self._finished[placed] = page._replace(unplaced_area=0)
+            parts.append(tuple(i for i in frames if i in placed))
+        return parts
 
+    def page(self, frames: frozenset[int]) -> FilledPage:
+        """Return the smallest page found for rectangles that a page holds."""
+        if frames in self._finished:
+            return self._finished[frames]
+        trial = self._trials[frames]
+        if self.area(frames) >= _NEARLY_FULL * self.capacity:
+            return trial
+        page = filled_page(self._padded, sorted(frames), self._rules, self._tries)
+        return min(trial, page, key=lambda page: (page.unplaced_area, effective_area(page.size)))
 
-def _run(padded: list[Size], start: int, rules: PageRules) -> list[int]:
-    """Return the indices of as many rectangles from ``start`` on as surely fit on one page."""
-    room, here = rules.room(rules.largest) ** 2, list[int]()
-    for i in range(start, len(padded)):
-        room -= padded[i][0] * padded[i][1]
-        if room < 0:
-            break
-        here.append(i)
-    return here[: Search([padded[i] for i in here], rules).leading()]
+    def _trial(self, frames: frozenset[int]) -> FilledPage:
+        numbers = sorted(frames)
+        if self.area(frames) <= _LOOSE * self.capacity:
+            page = filled_page(self._padded, numbers, self._rules, _FIRST_TRIES)
+            if not page.unplaced_area:
+                return page
+        return filled_page(self._padded, numbers, self._rules, TRIES_OF_FULL)

@@ -2,6 +2,10 @@
 
 import math
 from dataclasses import dataclass
+from typing import Self
+
+from fire_atlas.atlas.trim import up_to
+from fire_atlas.recipe.output import Atlas
 
 Size = tuple[int, int]
 """Width and height."""
@@ -67,3 +71,37 @@ class PageRules:
         edges = 2 * self.border - self.padding
         size = self.side(width + edges), self.side(height + edges)
         return (max(size), max(size)) if self.square else size
+
+
+@dataclass(frozen=True, slots=True)
+class PackingUnits:
+    """The lengths with which a sheet is packed, so that positions are whole px in every scale.
+
+    Attributes:
+        px: Length of a unit: this many px are 1 px in the smallest scale.
+        edge: Width of the extruded edge of a frame, px, in whole units.
+        rules: Limits on pages, in units.
+    """
+
+    px: int
+    edge: int
+    rules: PageRules
+
+    @classmethod
+    def of(cls, settings: Atlas) -> Self:
+        """Convert the recipe's settings."""
+        px = round(1 / settings.scales[-1])
+        rules = PageRules(
+            max_size=settings.max_size // px,
+            padding=math.ceil(settings.padding / px),
+            border=math.ceil(settings.border / px),
+            multiple_of=settings.multiple_of,
+            pot=settings.pot,
+            square=settings.square,
+            rotate=settings.rotate,
+        )
+        return cls(px, up_to(px, settings.extrude), rules)
+
+    def size(self, width: int, height: int) -> Size:
+        """Return the size, in units, of a trimmed frame of that size in px, with its edges."""
+        return (width + 2 * self.edge) // self.px, (height + 2 * self.edge) // self.px

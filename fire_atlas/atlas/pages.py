@@ -9,6 +9,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import islice
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.atlas.grid import pack_grid
 from fire_atlas.atlas.pack import QUICK, THOROUGH, Packing, pack
-from fire_atlas.atlas.page_rules import PageRules
+from fire_atlas.atlas.page_rules import PackingUnits
 from fire_atlas.atlas.sheet import (
     Animation,
     AnimationFrames,
@@ -55,16 +56,19 @@ def build_sheets(
         margin: Empty px kept around trimmed frames.
         shares: Whether frames with the same pixels may share one place.
     """
-    unit = round(1 / settings.scales[-1])  # this many px are 1 px in the smallest scale
+    units = PackingUnits.of(settings)
     trim = _trim_of(settings)
-    parts = [part for each in animations for part in trim_rects(each.sprites, trim, unit, margin)]
+    parts = [
+        part for each in animations for part in trim_rects(each.sprites, trim, units.px, margin)
+    ]
     sprites = [sprite for animation in animations for sprite in animation.sprites]
     keeps_all = settings.layout == "grid" or not (settings.dedupe and shares)
     originals = list(range(len(parts))) if keeps_all else _originals(sprites, parts)
     listed = _listed(name, animations)
     names = [frame for animation in listed for frame in animation.frames]
-    _refuse_too_large(names, parts, settings, unit)
-    packing, cells = _packed(parts, originals, settings, unit)
+    _refuse_too_large(names, parts, units)
+    counts = [len(each.sprites) for each in animations]
+    packing, cells = _packed(parts, originals, counts, settings, units)
     whole = AtlasSheet(
         name=name,
         title=name,
@@ -74,7 +78,7 @@ def build_sheets(
         blend_space=settings.blend_space,
         image_format=settings.format,
         pages=tuple(Page("", *size) for size in packing.pages),
-        regions=tuple(_regions(names, animations, parts, packing, settings, unit)),
+        regions=tuple(_regions(names, animations, parts, packing, settings, units.px)),
         animations=listed,
         grid=cells,
     )
@@ -105,27 +109,31 @@ def _trim_of(settings: Atlas) -> Trim:
 
 
 def _packed(
-    parts: Sequence[Rect], originals: Sequence[int], settings: Atlas, unit: int
+    parts: Sequence[Rect],
+    originals: Sequence[int],
+    counts: Sequence[int],
+    settings: Atlas,
+    units: PackingUnits,
 ) -> tuple[Packing, CellGrid | None]:
-    """Return where each part goes, px; ``originals[i]`` is the part whose place part i uses.
+    """Return where each part goes, px; ``originals[i]`` is the part whose pixels part i shows.
 
-    Packing counts in units of ``unit`` px, so that positions are whole px in smaller scales too.
+    ``counts`` are the numbers of parts of each animation.
     """
-    rules, edge = _rules(settings, unit), up_to(unit, settings.extrude)
-    kept = sorted(set(originals))
-    sizes = [
-        ((parts[i].width + 2 * edge) // unit, (parts[i].height + 2 * edge) // unit) for i in kept
-    ]
-    cells = None
+    number = {original: i for i, original in enumerate(sorted(set(originals)))}
+    sizes = [units.size(parts[i].width, parts[i].height) for i in number]
+    shown = iter(number[original] for original in originals)
+    animations = [list(islice(shown, count)) for count in counts]
+    cells, px, edge = None, units.px, units.edge
     if settings.layout == "grid":
-        packing, cells = pack_grid(sizes, rules)
-        cell = cells.cell_width * unit, cells.cell_height * unit
-        cells = CellGrid(cells.columns, cells.rows, *cell)
+        packing, cells = pack_grid(sizes, animations, units.rules)
+        cells = CellGrid(cells.columns, cells.rows, cells.cell_width * px, cells.cell_height * px)
     else:
-        packing = pack(sizes, rules, THOROUGH if settings.compression == "small" else QUICK)
-    at = dict(zip(kept, packing.places, strict=True))
-    pages = tuple((width * unit, height * unit) for width, height in packing.pages)
-    places = (at[i]._replace(x=at[i].x * unit + edge, y=at[i].y * unit + edge) for i in originals)
+        tries = THOROUGH if settings.compression == "small" else QUICK
+        packing = pack(sizes, animations, units.rules, tries)
+    pages = tuple((width * px, height * px) for width, height in packing.pages)
+    places = (
+        place._replace(x=place.x * px + edge, y=place.y * px + edge) for place in packing.places
+    )
     return Packing(pages, tuple(places)), cells
 
 
@@ -150,31 +158,15 @@ def _content(sprite: Sprite, rect: Rect) -> _Content:
     return rect.width, rect.height, x + lit.x, y + lit.y, lit.width, lit.height, digest
 
 
-def _rules(settings: Atlas, unit: int) -> PageRules:
-    """Return the limits on pages, in units of ``unit`` px."""
-    return PageRules(
-        max_size=settings.max_size // unit,
-        padding=math.ceil(settings.padding / unit),
-        border=math.ceil(settings.border / unit),
-        multiple_of=settings.multiple_of,
-        pot=settings.pot,
-        square=settings.square,
-        rotate=settings.rotate,
-    )
-
-
-def _refuse_too_large(
-    names: Sequence[str], parts: Sequence[Rect], settings: Atlas, unit: int
-) -> None:
-    rules = _rules(settings, unit)
-    edge = up_to(unit, settings.extrude) + rules.border * unit
+def _refuse_too_large(names: Sequence[str], parts: Sequence[Rect], units: PackingUnits) -> None:
+    edge, largest = units.edge + units.rules.border * units.px, units.rules.largest * units.px
     for name, part in zip(names, parts, strict=True):
         needed = max(part.width, part.height) + 2 * edge
-        if needed > rules.largest * unit:
+        if needed > largest:
             around = f" plus {edge} px of border on each side" if edge else ""
             raise OutputError(
                 f"frame {name} is {part.width} × {part.height} px{around}, but a page may only be "
-                f"{rules.largest * unit} px wide and high: raise `atlas.max_size` to {needed} or "
+                f"{largest} px wide and high: raise `atlas.max_size` to {needed} or "
                 f"more, or make the frames smaller with `source.height`"
             )
 

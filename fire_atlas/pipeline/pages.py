@@ -7,6 +7,7 @@ from typing import TypeAlias
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.atlas.sheet import AtlasSheet, Sprite
+from fire_atlas.atlas.split import max_size_for, split_animations
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.channels.page import draw_motion_page, vector_margin, with_maps
 from fire_atlas.core.output_file import Role
@@ -17,6 +18,9 @@ from fire_atlas.recipe.output import Atlas, Maps
 
 Image: TypeAlias = tuple[str, Role, Callable[[], Bytes]]
 """Name and role of an image, and the function that draws it: (H, W, 4) uint8."""
+
+_MAX_NAMES = 12
+"""Maximum number of animations that a note names."""
 
 
 def pack(
@@ -33,7 +37,7 @@ def pack(
         animations: By their names on the pages.
         atlas: Settings of the pages.
         maps: Settings of the maps beside them.
-        progress: Receives a note if one page is not enough.
+        progress: Receives a note if one page is not enough, for all or for one of the animations.
     """
     motions = [each.motion for each in animations.values() if each.motion is not None]
     packed = [animation.frames_for_pages(title) for title, animation in animations.items()]
@@ -43,8 +47,25 @@ def pack(
             f"needs {len(sheets[0].pages)} pages; a larger atlas.max_size, a smaller source.height "
             f"or fewer frames could make one page enough"
         )
+        _note_split(sheets[0], atlas, progress)
     encoding = None if maps.motion == "none" else motion_encoding(maps.motion)
     return tuple(with_maps(sheet, maps.layers, motions, encoding) for sheet in sheets)
+
+
+def _note_split(sheet: AtlasSheet, atlas: Atlas, progress: Progress) -> None:
+    """Name the animations that no page can hold, and the page size that could."""
+    split = split_animations(sheet)
+    if not split:
+        return
+    names = ", ".join(each.name for each in split[:_MAX_NAMES])
+    more = f" and {len(split) - _MAX_NAMES} more" if len(split) > _MAX_NAMES else ""
+    size = max_size_for(split, sheet, atlas)
+    advice = (
+        f"with atlas.max_size: {size} one could"
+        if size
+        else "none that a recipe may ask for could; smaller or fewer frames help"
+    )
+    progress.note(f"no page can hold all frames of {names}{more}: {advice}")
 
 
 def images(

@@ -43,6 +43,9 @@ Pivot = Annotated[
     either("`base`, `bottom`, `center`, `top` or two numbers: [x, y]"),
 ]
 
+MAX_PAGE_SIDE = 16384
+"""Largest ``atlas.max_size``, px."""
+
 GODOT_BLEED = 4
 """Default of ``atlas.bleed`` for straight pages with ``exports: [godot]``, px."""
 
@@ -70,7 +73,7 @@ class Atlas(Settings):
     layout: Literal["packed", "grid"] = "packed"
     """``packed``: tightly packed. ``grid``: uniform cells in playing order, row by row, that
     divide the page evenly, for engines and shaders that count cells."""
-    max_size: int = Field(default=4096, ge=16, le=16384)
+    max_size: int = Field(default=4096, ge=16, le=MAX_PAGE_SIDE)
     """Maximum width and height of a page, px."""
     pot: bool = False
     """Width and height of pages are powers of two. In a grid, so are those of cells."""

@@ -28,6 +28,11 @@ rules_of_pages = st.builds(
 )
 
 
+def packed(sizes: list[Size], rules: PageRules) -> Packing:
+    """Pack the frames of a single animation."""
+    return pack(sizes, [range(len(sizes))], rules)
+
+
 def extent(place: PagePlacement, size: Size) -> Size:
     return (size[1], size[0]) if place.rotated else size
 
@@ -70,7 +75,7 @@ def occupancy(packing: Packing, sizes: list[Size]) -> float:
 @settings(max_examples=40, deadline=None)
 @given(sizes=sizes_of_sprites, rules=rules_of_pages)
 def test_every_rectangle_has_its_own_place(sizes: list[Size], rules: PageRules) -> None:
-    packing = pack(sizes, rules)
+    packing = packed(sizes, rules)
     assert_sound(packing, sizes, rules)
     for page in packing.pages:
         assert_allowed(page, rules)
@@ -82,7 +87,7 @@ def test_the_order_they_come_in_changes_nothing(
     sizes: list[Size], rules: PageRules, seed: int
 ) -> None:
     shuffled = random.Random(seed).sample(sizes, len(sizes))
-    one, other = pack(sizes, rules), pack(shuffled, rules)
+    one, other = packed(sizes, rules), packed(shuffled, rules)
     if len(one.pages) == 1:  # on several pages frames stay together in the order of play
         assert one.pages == other.pages
         assert sorted(zip(sizes, one.places, strict=True)) == sorted(
@@ -91,61 +96,61 @@ def test_the_order_they_come_in_changes_nothing(
 
 
 def test_equal_frames_take_places_in_playing_order() -> None:
-    one = pack([(10, 10)] * 7 + [(20, 5)], PageRules(64))
-    assert one == pack([(10, 10)] * 7 + [(20, 5)], PageRules(64))
+    one = packed([(10, 10)] * 7 + [(20, 5)], PageRules(64))
+    assert one == packed([(10, 10)] * 7 + [(20, 5)], PageRules(64))
 
 
 def test_padding_is_only_between_neighbours() -> None:
-    assert pack([(10, 20)], PageRules(20, padding=8)).pages == ((10, 20),)
+    assert packed([(10, 20)], PageRules(20, padding=8)).pages == ((10, 20),)
 
 
 def test_a_border_goes_all_around() -> None:
-    packing = pack([(10, 20)], PageRules(64, border=3, padding=8))
+    packing = packed([(10, 20)], PageRules(64, border=3, padding=8))
     assert packing.pages == ((16, 26),)
     assert packing.places == (PagePlacement(0, 3, 3),)
 
 
 def test_equal_sprites_fill_a_page_without_waste() -> None:
-    packing = pack([(30, 50)] * 48, PageRules(4096))
+    packing = packed([(30, 50)] * 48, PageRules(4096))
     assert [width * height for width, height in packing.pages] == [48 * 30 * 50]
 
 
 def test_turning_helps_where_it_is_allowed() -> None:
     bars = [(60, 10)] * 3 + [(10, 30)] * 3
-    assert len(pack(bars, PageRules(60, rotate=True)).pages) == 1
-    packing = pack([(64, 8), (8, 64)], PageRules(64, rotate=True))
+    assert len(packed(bars, PageRules(60, rotate=True)).pages) == 1
+    packing = packed([(64, 8), (8, 64)], PageRules(64, rotate=True))
     assert packing.pages[0][0] * packing.pages[0][1] == 2 * 64 * 8
 
 
 @pytest.mark.parametrize(("padding", "least"), [(0, 0.975), (2, 0.93)])
 def test_varied_sprites_leave_little_empty(padding: int, least: float) -> None:
     sizes = sprites_of_all_sizes(7)
-    packing = pack(sizes, PageRules(2048, padding=padding))
+    packing = packed(sizes, PageRules(2048, padding=padding))
     assert len(packing.pages) == 1
     assert occupancy(packing, sizes) >= least
 
 
 def test_a_page_is_not_a_strip() -> None:
-    width, height = pack(sprites_of_all_sizes(8), PageRules(8192)).pages[0]
+    width, height = packed(sprites_of_all_sizes(8), PageRules(8192)).pages[0]
     assert max(width, height) <= 3 * min(width, height)
 
 
 def test_a_few_frames_do_not_make_a_ribbon() -> None:
-    width, height = pack([(180 + i, 240 - i) for i in range(13)], PageRules(8192, padding=2)).pages[
-        0
-    ]
+    width, height = packed(
+        [(180 + i, 240 - i) for i in range(13)], PageRules(8192, padding=2)
+    ).pages[0]
     assert max(width, height) <= 4 * min(width, height)
 
 
 def test_two_pages_do_where_their_area_nearly_does() -> None:
     sizes = sprites_of_all_sizes(3)
-    packing = pack(sizes, PageRules(1024, padding=2))
+    packing = packed(sizes, PageRules(1024, padding=2))
     assert len(packing.pages) == 2
     assert_sound(packing, sizes, PageRules(1024, padding=2))
 
 
 def test_frames_that_need_several_pages_stay_in_playing_order() -> None:
-    packing = pack([(20, 30), (18, 31), (19, 29)] * 6, PageRules(64, padding=2))
+    packing = packed([(20, 30), (18, 31), (19, 29)] * 6, PageRules(64, padding=2))
     pages = [place.page for place in packing.places]
     assert len(packing.pages) > 1
     assert pages == sorted(pages)
@@ -153,4 +158,4 @@ def test_frames_that_need_several_pages_stay_in_playing_order() -> None:
 
 def test_order_gives_way_to_fewer_pages() -> None:
     halves_and_wholes = [(64, 32), (64, 64), (64, 32), (64, 64)]
-    assert len(pack(halves_and_wholes, PageRules(64)).pages) == 3
+    assert len(packed(halves_and_wholes, PageRules(64)).pages) == 3

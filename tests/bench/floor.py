@@ -31,7 +31,7 @@ def build_least(clip: Path, jobs: int) -> None:
     with Workers(jobs) as workers:
         sprites = list(workers.map(sprite, sorted(clip.glob("*.png"))))
         sizes = [(s.image.shape[1], s.image.shape[0]) for s in sprites]
-        packing = pack(sizes, PageRules(4096, padding=2))
+        packing = pack(sizes, [range(len(sizes))], PageRules(4096, padding=2))
         for number, (width, height) in enumerate(packing.pages):
             page: Bytes = np.zeros((height, width, 4), np.uint8)
             for place, s in zip(packing.places, sprites, strict=True):

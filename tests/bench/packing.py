@@ -92,7 +92,7 @@ class Peers:
 def ours(question: Question) -> Answers:
     rules = PageRules(question.max, padding=question.gap, rotate=question.rotate)
     start = time.perf_counter()
-    pages = pack(question.sizes, rules).pages
+    pages = pack(question.sizes, [range(len(question.sizes))], rules).pages
     return {OURS: {"pages": pages, "seconds": time.perf_counter() - start}}
 
 

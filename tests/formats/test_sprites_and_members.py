@@ -1,6 +1,7 @@
 """Plain sprites in named animations, and several effects on shared pages."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +72,41 @@ def test_images_of_any_size_become_named_animations(
     ):
         image = images[stem]
         np.testing.assert_array_equal(frame, np.where(image[..., 3:] > 0, image, 0))
+
+
+def note_on_split(said: str) -> tuple[str, int]:
+    """Return the animations that a build says no page can hold, and the size that could."""
+    found = re.search(
+        r"no page can hold all frames of (.*):\s+with\s+atlas\.max_size:\s+(\d+)\s+one\s+could",
+        said,
+    )
+    assert found, said
+    return found[1], int(found[2])
+
+
+@pytest.mark.parametrize("atlas", [{}, {"scales": [1, 0.5]}, {"layout": "grid"}])
+def test_what_no_page_can_hold_is_named_and_a_page_of_the_size_advised_holds_it(
+    atlas: dict[str, Any], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, side, count in (("walk", 20, 8), ("run", 22, 7), ("boom", 40, 12)):
+        for i in range(count):
+            draw(tmp_path / f"art/{name}_{i}.png", side, side + i)
+    keys: dict[str, Any] = {"source": {"path": "art"}, **PLAIN}
+    size = 160 if "layout" in atlas else 110
+    sheet = built(recipe(tmp_path, "hero", **keys, atlas={**atlas, "max_size": size}), capsys)
+    names, size = note_on_split(capsys.readouterr().err)
+    assert names == "boom"
+    pages = [sheet, *(json.loads((tmp_path / "build" / each).read_text())
+                      for each in sheet["meta"]["related_multi_packs"])]  # fmt: skip
+    counts = [{name: len(on) for name, on in page["animations"].items()} for page in pages]
+    assert sum("walk" in each for each in counts) == sum("run" in each for each in counts) == 1
+    assert (
+        sum(each.get("boom", 0) for each in counts)
+        == 12
+        > max(each.get("boom", 0) for each in counts)
+    )
+    built(recipe(tmp_path, "hero", **keys, atlas={**atlas, "max_size": size}), capsys)
+    assert "no page can hold" not in capsys.readouterr().err
 
 
 def test_sprites_stand_on_the_middle_of_their_bottom(

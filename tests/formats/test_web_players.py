@@ -37,13 +37,15 @@ class Case:
     ending: str
     atlas: dict[str, Any] = field(default_factory=dict)
     scale: float = 1
+    title: str = "fire"
+    shares_pages: bool = False
 
     @property
     def name(self) -> str:
         settings = "-".join(f"{key}_{value}" for key, value in self.atlas.items())
         return "".join(
             c if c.isalnum() or c in "-_" else "_"
-            for c in f"{self.client}-{self.export}-{settings}-{self.scale}"
+            for c in f"{self.client}-{self.export}-{settings}-{self.scale}-{self.title}"
         )
 
     @property
@@ -53,6 +55,8 @@ class Case:
 
 PAGES: dict[str, Any] = {"max_size": 64}
 HALF: dict[str, Any] = {"scales": [1, 0.5]}
+SHARED = {"torch": 9, "candle": 7, "ember": 5}
+"""Numbers of frames of animations that share pages; one page holds two of them at most."""
 CASES = [
     Case("pixi", "json", ".json"),
     Case("pixi", "json", ".json", {"alpha": "premultiplied"}),
@@ -63,6 +67,11 @@ CASES = [
     Case("pixi", "json", ".json", {"rotate": True}),
     Case("pixi", "json", ".json", {"trim": "animation", "extrude": 2, "border": 3, "bleed": 2}),
     Case("pixi", "json", ".json", {"layout": "grid", "pot": True, "format": "webp"}),
+    *(
+        Case("pixi", "json", ".json", atlas, title=title, shares_pages=True)
+        for atlas in ({"max_size": 112, "dedupe": False}, {"max_size": 200, "layout": "grid"})
+        for title in SHARED
+    ),
     *(
         case
         for client in ("phaser", "phaser4")
@@ -79,10 +88,15 @@ CASES = [
 ]  # fmt: skip
 
 
-def clip() -> list[Pixels]:
+def clip(case: Case) -> list[Pixels]:
+    """Return the frames of the animation of a case."""
+    return frames()[: SHARED.get(case.title)]
+
+
+def frames() -> list[Pixels]:
     """Frames that move, one empty, one of a single px, one that fills the frame, one repeated."""
     chance = np.random.default_rng(12)
-    frames = []
+    made = []
     for _ in range(9):
         pixels = np.zeros((HEIGHT, WIDTH, 4), np.float32)
         x, y = chance.integers(0, 24, 2)
@@ -90,22 +104,27 @@ def clip() -> list[Pixels]:
         patch[..., :3] *= patch[..., 3:]
         room = pixels[y : y + patch.shape[0], x : x + patch.shape[1]]
         room[:] = patch[: room.shape[0], : room.shape[1]]
-        frames.append(pixels)
-    frames[3][:] = 0
-    frames[5][:] = 0
-    frames[5][17, 40] = 1
-    frames[6][:] = np.array([0.1, 0.2, 0.4, 0.8])
-    frames[8] = frames[1].copy()
-    return frames
+        made.append(pixels)
+    made[3][:] = 0
+    made[5][:] = 0
+    made[5][17, 40] = 1
+    made[6][:] = np.array([0.1, 0.2, 0.4, 0.8])
+    made[8] = made[1].copy()
+    return made
 
 
 def write(case: Case, folder: Path) -> list[str]:
-    """Write the atlas of a case as a build does; return the names of its frames."""
+    """Write the atlas of a case as a build does; return the names of the animation's frames."""
     settings = Atlas.model_validate(case.atlas)
-    encoded = [encode_sprites(pixels, settings) for pixels in clip()]
-    animation = AnimationFrames("fire", tuple(each[0] for each in encoded), 1000 / FPS, True, FOOT)
-    sheets = build_sheets("fire", [animation], settings)
-    for sheet, sprites in zip(sheets, zip(*encoded, strict=True), strict=True):
+    encoded = [encode_sprites(pixels, settings) for pixels in frames()]
+    counts = SHARED if case.shares_pages else {case.title: len(encoded)}
+    drawn = [sprites for count in counts.values() for sprites in encoded[:count]]
+    animations = [
+        AnimationFrames(title, tuple(s[0] for s in encoded[:count]), 1000 / FPS, True, FOOT)
+        for title, count in counts.items()
+    ]
+    sheets = build_sheets("fire", animations, settings)
+    for sheet, sprites in zip(sheets, zip(*drawn, strict=True), strict=True):
         for i, page in enumerate(sheet.pages):
             with Workers(1) as workers, (folder / page.file).open("wb") as file:
                 image = draw_page(sheet, i, sprites, Edges.of(settings, sheet.scale))
@@ -113,7 +132,7 @@ def write(case: Case, folder: Path) -> list[str]:
     for description in exported_files([case.export], product_of(*sheets), {}):  # type: ignore[list-item]
         (folder / description.name).write_bytes(description.data)
     assert (len(sheets[0].pages) > 1) == ("max_size" in case.atlas)
-    return [region.name for region in sheets[0].regions]
+    return next(list(each.frames) for each in sheets[0].animations if each.name == case.title)
 
 
 def zoom(case: Case) -> int:
@@ -132,7 +151,7 @@ def drawn(node: str, chromium: Path, tmp_path_factory: pytest.TempPathFactory) -
         names = write(case, root / case.name)
         jobs.append({
             "id": case.name, "client": case.client, "folder": str(root / case.name),
-            "json": case.json, "title": "fire", "size": [CANVAS, CANVAS], "at": AT, "zoom": 1,
+            "json": case.json, "title": case.title, "size": [CANVAS, CANVAS], "at": AT, "zoom": 1,
             "premultiplied": case.atlas.get("alpha") == "premultiplied", "names": names,
         })  # fmt: skip
     (root / "cases.json").write_text(json.dumps(jobs))
@@ -169,16 +188,16 @@ def canvas(pixels: Pixels, case: Case) -> NDArray[np.float64]:
 def test_every_frame_is_drawn_as_it_was_and_where_it_was(case: Case, drawn: Any) -> None:
     result = drawn[case.name]
     assert result["errors"] == []
-    assert result["frames"] == len(clip())
+    assert result["frames"] == len(clip(case))
     allowed = 1 if case.atlas.get("alpha") == "premultiplied" else 2
-    for pixels, shown in zip(clip(), result["pixels"], strict=True):
+    for pixels, shown in zip(clip(case), result["pixels"], strict=True):
         assert np.abs(shown - canvas(pixels, case)).max() <= allowed
     assert result["pixels"][0].any()
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_the_animation_plays_every_frame_in_order_and_starts_over(case: Case, drawn: Any) -> None:
-    result, count = drawn[case.name], len(clip())
+    result, count = drawn[case.name], len(clip(case))
     names = result["expected_names"]
     if case.export == "aseprite":
         names = [str(i) for i in range(count)]
@@ -187,6 +206,16 @@ def test_the_animation_plays_every_frame_in_order_and_starts_over(case: Case, dr
     if "durations" in result:
         assert result["durations"] == pytest.approx([1000 / FPS] * count, abs=1e-3)
         assert result["repeat"] == -1
+
+
+@pytest.mark.parametrize(
+    "case", [each for each in CASES if each.client == "pixi"], ids=lambda case: case.name
+)
+def test_pixi_finds_a_whole_animation_in_one_sheet_unless_no_page_holds_it(
+    case: Case, drawn: Any
+) -> None:
+    needs_several = "max_size" in case.atlas and not case.shares_pages
+    assert (drawn[case.name]["sheets"] > 1) == needs_several
 
 
 def test_the_clients_are_those_that_are_promised(drawn: Any) -> None:

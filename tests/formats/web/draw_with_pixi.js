@@ -24,9 +24,8 @@ window.draw = async ({ id, json, title, premultiplied, size, at, zoom }) => {
   const sheet = await PIXI.Assets.load({ src: `/${id}/${json}`, data: { textureOptions } });
   const sheets = [sheet, ...sheet.linkedSheets];
 
-  const textures = sheets
-    .flatMap((page) => page.animations[title] ?? [])
-    .sort((a, b) => (a.label < b.label ? -1 : 1));
+  const parts = sheets.map((page) => page.animations[title] ?? []).filter((part) => part.length);
+  const textures = parts.flat().sort((a, b) => (a.label < b.label ? -1 : 1));
   const durations = Object.assign({}, ...sheets.map((page) => page.data.frames));
   const sprite = new PIXI.AnimatedSprite(
     textures.map((texture) => ({ texture, time: durations[texture.label].duration })),
@@ -47,5 +46,5 @@ window.draw = async ({ id, json, title, premultiplied, size, at, zoom }) => {
   sprite.onFrameChange = (i) => played.push(textures[i].label);
   const tick = 1000 / 240;
   for (let t = 0; t < 1050 / 24 * (textures.length + 1); t += tick) sprite.update({ deltaTime: tick * 0.06 });
-  return { version: PIXI.VERSION, frames, names: textures.map((t) => t.label), played };
+  return { version: PIXI.VERSION, frames, names: textures.map((t) => t.label), played, sheets: parts.length };
 };

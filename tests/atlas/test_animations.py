@@ -1,0 +1,246 @@
+"""An animation lies on one page if a page can hold it, and pages are few all the same."""
+
+import random
+from itertools import islice
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fire_atlas.atlas.drawing import Edges, draw_page
+from fire_atlas.atlas.encode import encode_sprites
+from fire_atlas.atlas.grid import pack_grid, sufficient_grid_side
+from fire_atlas.atlas.pack import Packing, pack, sufficient_side
+from fire_atlas.atlas.page_rules import PageRules, Size
+from fire_atlas.atlas.pages import build_sheets
+from fire_atlas.atlas.sheet import AnimationFrames
+from fire_atlas.atlas.split import max_size_for, split_animations
+from fire_atlas.core.pixels import Pixels
+from fire_atlas.recipe.output import Atlas
+from tests.atlas.frames import cut
+from tests.atlas.frames import frames as clips
+from tests.atlas.test_pack import assert_allowed, assert_sound, rules_of_pages
+from tests.bench.animations import numbered, random_animations
+from tests.support.sheets import animation_of
+
+FEW_TRIES = 16
+UNLIMITED = 16384
+
+small_animations = st.lists(
+    st.lists(st.tuples(st.integers(1, 40), st.integers(1, 40)), min_size=1, max_size=8),
+    min_size=1,
+    max_size=6,
+)
+
+
+def pages_of(packing: Packing, animations: list[list[Size]]) -> list[set[int]]:
+    """Return the pages that each animation is on."""
+    places = iter(packing.places)
+    return [{place.page for place in islice(places, len(each))} for each in animations]
+
+
+def packed(animations: list[list[Size]], rules: PageRules) -> Packing:
+    sizes = [size for each in animations for size in each]
+    return pack(sizes, numbered(animations), rules, FEW_TRIES)
+
+
+def surely_fits(sizes: list[Size], rules: PageRules) -> bool:
+    """Whether the frames fit on a page in rows, each as high as its highest frame."""
+    side = rules.largest - 2 * rules.border
+    x = y = row = 0
+    for width, height in sorted(sizes, key=lambda size: -size[1]):
+        if x + width > side:
+            x, y, row = 0, y + row + rules.padding, 0
+        x, row = x + width + rules.padding, max(row, height)
+        if y + row > side:
+            return False
+    return True
+
+
+def fits_an_unlimited_page(sizes: list[Size], max_size: int) -> bool:
+    """Whether the smallest page for these frames alone turns out to be small enough."""
+    return any(
+        max(pack(sizes, [range(len(sizes))], rules, FEW_TRIES).pages[0]) <= max_size
+        for rules in (
+            PageRules(UNLIMITED, padding=2),
+            PageRules(UNLIMITED, padding=2, square=True),
+        )
+    )
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_no_animation_that_a_page_could_hold_is_split(seed: int) -> None:
+    animations = random_animations(seed)
+    max_size = (512, 1024, 2048)[seed % 3]
+    on_pages = pages_of(packed(animations, PageRules(max_size, padding=2)), animations)
+    split = [each for each, on in zip(animations, on_pages, strict=True) if len(on) > 1]
+    assert not any(fits_an_unlimited_page(sizes, max_size) for sizes in split)
+
+
+@settings(max_examples=60, deadline=None)
+@given(animations=small_animations, rules=rules_of_pages)
+def test_every_frame_has_its_own_place_under_any_rules(
+    animations: list[list[Size]], rules: PageRules
+) -> None:
+    packing = packed(animations, rules)
+    assert_sound(packing, [size for each in animations for size in each], rules)
+    for page in packing.pages:
+        assert_allowed(page, rules)
+    for sizes, on in zip(animations, pages_of(packing, animations), strict=True):
+        assert len(on) == 1 or not surely_fits(sizes, rules)
+
+
+@settings(max_examples=30, deadline=None)
+@given(animations=small_animations, seed=st.integers(0, 99))
+def test_the_order_of_animations_does_not_decide_which_share_a_page(
+    animations: list[list[Size]], seed: int
+) -> None:
+    animations = [sorted(each) for each in animations]
+    shuffled = random.Random(seed).sample(animations, len(animations))
+    one, other = (packed(each, PageRules(64)) for each in (animations, shuffled))
+    if all(len(on) == 1 for on in pages_of(one, animations)):
+        assert sorted(one.pages) == sorted(other.pages)
+
+
+def test_all_animations_on_one_page_lie_there_as_if_they_were_one() -> None:
+    animations = random_animations(3)[:3]
+    sizes = [size for each in animations for size in each]
+    rules = PageRules(4096, padding=2)
+    assert packed(animations, rules) == pack(sizes, [range(len(sizes))], rules, FEW_TRIES)
+
+
+def test_animations_are_not_divided_to_fill_a_page() -> None:
+    halves = [[(64, 10)] * 3] * 4  # two of them on a page of 64 x 64, and 4 px are left
+    packing = packed(halves, PageRules(64))
+    assert [len(on) for on in pages_of(packing, halves)] == [1, 1, 1, 1]
+    assert packing.pages == ((64, 60), (64, 60))
+
+
+def test_what_no_page_can_hold_stays_in_order_and_fills_the_gaps() -> None:
+    long, short = [(64, 16)] * 5, [(64, 16)] * 2
+    packing = packed([long, short, short], PageRules(64))
+    assert [len(on) for on in pages_of(packing, [long, short, short])] == [2, 1, 1]
+    assert [place.page for place in packing.places[:4]] == [0] * 4
+    assert len(packing.pages) == 3
+    long = [(64, 16)] * 6
+    three = [(64, 16)] * 3
+    packing = packed([long, three, three], PageRules(64))
+    assert len(packing.pages) == 3  # the last two frames fill a gap each
+    assert [len(on) for on in pages_of(packing, [long, three, three])] == [3, 1, 1]
+
+
+def test_sprites_of_one_frame_fill_any_gap() -> None:
+    animations: list[list[Size]] = [[(64, 24)] * 2, *[[(64, 8)]] * 12, [(64, 24)] * 2]
+    packing = packed(animations, PageRules(64))
+    assert packing.pages == ((64, 64), (64, 64), (64, 64))
+
+
+def test_a_shared_frame_is_stored_once_on_each_page_that_shows_it() -> None:
+    sizes = [(64, 20)] * 5
+    packing = pack(sizes, [[0, 1, 2], [0, 3, 4], [0, 1, 0]], PageRules(64))
+    first, second, third = (packing.places[i : i + 3] for i in (0, 3, 6))
+    assert packing.pages == ((64, 60), (64, 60))
+    assert {place.page for place in first} == {place.page for place in third} == {0}
+    assert {place.page for place in second} == {1}
+    assert (third[0], third[1], third[2]) == (first[0], first[1], first[0])
+    assert len(set(second)) == 3
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    clip=clips(12),
+    animations=st.lists(
+        st.lists(st.integers(0, 11), min_size=1, max_size=7), min_size=2, max_size=6
+    ),
+    scales=st.sampled_from([(1.0,), (1.0, 0.5)]),
+)
+def test_pages_show_every_frame_of_animations_that_share_some(
+    clip: list[Pixels], animations: list[list[int]], scales: tuple[float, ...]
+) -> None:
+    atlas = Atlas.model_validate({"max_size": 52, "scales": scales})
+    encoded = [encode_sprites(pixels, atlas) for pixels in clip]
+    played = [[encoded[i % len(clip)] for i in each] for each in animations]
+    frames = [
+        AnimationFrames(f"a{i}", tuple(sprites[0] for sprites in each), 40, True, None)
+        for i, each in enumerate(played)
+    ]
+    shown = [sprites for each in played for sprites in each]
+    for scale, sheet in enumerate(build_sheets("all", frames, atlas)):
+        sprites, edges = [each[scale] for each in shown], Edges.of(atlas, sheet.scale)
+        pages = [draw_page(sheet, i, sprites, edges) for i in range(len(sheet.pages))]
+        for region, sprite in zip(sheet.regions, sprites, strict=True):
+            frame = np.zeros((region.frame_height, region.frame_width, 4), np.uint8)
+            height, width = sprite.image.shape[:2]
+            frame[sprite.y : sprite.y + height, sprite.x : sprite.x + width] = sprite.image
+            np.testing.assert_array_equal(cut(region, pages), frame)
+
+
+@settings(deadline=None)
+@given(animations=small_animations, pot=st.booleans(), padding=st.integers(0, 4))
+def test_an_animation_has_one_page_of_a_grid_if_it_has_enough_cells(
+    animations: list[list[Size]], pot: bool, padding: int
+) -> None:
+    sizes = [size for each in animations for size in each]
+    rules = PageRules(128, pot=pot, padding=padding)
+    packing, grid = pack_grid(sizes, numbered(animations), rules)
+    assert_sound(packing, sizes, PageRules(128, pot=pot))
+    cells = grid.columns * grid.rows
+    on_pages = pages_of(packing, animations)
+    for frames, on in zip(animations, on_pages, strict=True):
+        assert len(on) == 1 or len(frames) > cells
+    split = [each for each, on in zip(animations, on_pages, strict=True) if len(on) > 1]
+    for frames in split:
+        side = sufficient_grid_side(sizes, len(frames), rules, UNLIMITED)
+        assert side is not None and side > 128
+
+
+def test_pages_of_a_grid_are_as_small_as_the_animations_allow() -> None:
+    animations: list[list[Size]] = [[(10, 10)] * 4] * 5
+    packing, grid = pack_grid([(10, 10)] * 20, numbered(animations), PageRules(45))
+    assert len(packing.pages) == 2  # which could have 16 cells, but three animations take 12
+    assert {grid.columns, grid.rows} == {3, 4}
+
+
+@settings(max_examples=40, deadline=None)
+@given(sizes=small_animations.map(lambda each: each[0]), rules=rules_of_pages)
+def test_the_side_that_is_advised_is_enough(sizes: list[Size], rules: PageRules) -> None:
+    side = sufficient_side(sizes, rules, UNLIMITED)
+    assert side is not None
+    raised = PageRules(
+        side, rules.padding, rules.border, rules.multiple_of, rules.pot, rules.square, rules.rotate
+    )
+    assert len(pack(sizes, [range(len(sizes))], raised).pages) == 1
+    assert sufficient_side(sizes, rules, side - 1) is None
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {},
+        {"scales": [1, 0.25]},
+        {"extrude": 2, "border": 3, "padding": 4},
+        {"rotate": True, "trim": "none"},
+        {"pot": True, "square": True},
+        {"multiple_of": 4, "trim": "animation"},
+        {"layout": "grid"},
+    ],
+)
+def test_sheets_keep_animations_together_with_all_settings(keys: dict[str, Any]) -> None:
+    chance = np.random.default_rng(6)
+    sizes = [
+        [(int(w), int(h)) for w, h in chance.integers(8, 50, (count, 2))]
+        for count in (9, 12, 6, 90, 8)
+    ]
+    frames = [animation_of(each, f"a{i}", seed=i) for i, each in enumerate(sizes)]
+    atlas = Atlas.model_validate({"max_size": 256, "dedupe": False, **keys})
+    sheets = build_sheets("all", frames, atlas, margin=2)
+    alone = [build_sheets(each.name, [each], atlas, margin=2)[0] for each in frames]
+    needs_several = [each.title for each in alone if len(each.pages) > 1]
+    for sheet in sheets:
+        assert [each.name for each in split_animations(sheet)] == needs_several == ["a3"]
+    size = max_size_for(split_animations(sheets[0]), sheets[0], atlas)
+    assert size is not None and size > 256
+    larger = Atlas.model_validate({**keys, "max_size": size, "dedupe": False})
+    assert split_animations(build_sheets("all", frames, larger, margin=2)[0]) == []
