@@ -50,6 +50,12 @@ def sprites(seed: int, count: int = 300) -> list[Size]:
     return [(int(w), int(h)) for w, h in np.clip(np.rint(drawn), 8, 300)]
 
 
+def sprites_about(side: int, seed: int) -> list[Size]:
+    """300 sprites of a median width and height, px."""
+    drawn = np.random.default_rng(seed).lognormal(np.log(side), 0.55, (300, 2))
+    return [(int(w), int(h)) for w, h in np.clip(np.rint(drawn), side / 8, side * 4)]
+
+
 def few_large_many_small(seed: int) -> list[Size]:
     """The sizes that ask most of a packer that never goes back."""
     chance = np.random.default_rng(seed)
@@ -142,6 +148,11 @@ def main() -> int:
             run("12 large and 250 small sprites, gap 2", few_large_many_small, 2048, 2),
             run("48 trimmed frames of a fire, gap 2", frames_of_a_fire, 4096, 2),
         ]
+    print("\n300 sprites by their median side, at gaps 0 and 2")
+    for side in (16, 32, 64, 128, 256):
+        questions = (Question(sprites_about(side, seeds[0]), 8192, gap) for gap in (0, 2))
+        bare, apart = (occupancy(question, ours(question)[OURS]) for question in questions)
+        print(f"  {side:4} px: {bare:.3f} {apart:.3f}")
     print("\n3,000 sprites, gap 2")
     times = []
     for most in (2048, 8192):

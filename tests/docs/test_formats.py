@@ -1,5 +1,6 @@
 """What builds write is what docs/formats.md says: real outputs against its schemas and tables."""
 
+import fnmatch
 import json
 import re
 import struct
@@ -17,7 +18,7 @@ from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.templates.context import context_of
-from tests.docs.markdown import code_blocks, page_text, section, table_column
+from tests.docs.markdown import PAGES, code_blocks, page_text, prose, section, table_column
 
 FORMATS = "docs/formats.md"
 
@@ -37,6 +38,9 @@ SCHEMA_OF = {
 
 CAMPFIRE = {"path": str(shipped("samples") / "campfire"), "fps": 24, "count": 6, "height": 80}
 
+MADE_BY_OTHERS = {"campfire.yaml", "campfire.preview.html"}
+"""Files whose names begin like those of outputs: the recipe's, and what ``preview`` writes."""
+
 RECIPES: dict[str, dict[str, Any]] = {
     "everything": {
         "source": {**CAMPFIRE, "count": 12},
@@ -49,8 +53,9 @@ RECIPES: dict[str, dict[str, Any]] = {
     "pages": {
         "source": CAMPFIRE,
         "timeline": {"loop": "none"},
-        "atlas": {"max_size": 128, "rotate": False},
-        "exports": ["json", "json-array", "phaser", "css", "tpsheet"],
+        "atlas": {"max_size": 96},
+        "maps": {"motion": "godot"},
+        "exports": ["json", "json-array", "phaser", "css", "tpsheet", "godot"],
     },
     "sides": {
         "source": {"kind": "silk", "width": 48, "height": 48},
@@ -127,6 +132,22 @@ def test_a_key_more_is_noticed(name: str, built: Path) -> None:
     path = next(path for path in sorted(built.iterdir()) if schema_of(path) == name)
     document = json.loads(path.read_text(encoding="utf-8"))
     assert not validator(name).is_valid({**document, "another": 1})
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_output_that_a_page_names_is_written(page: str, built: Path) -> None:
+    """What pages call ``campfire.json`` is ``everything.json`` here; rows of tables go on with
+    endings: ``.csv``, ``_motion.tres``."""
+    written = [path.name for path in built.iterdir()]
+    for line in prose(page).splitlines():
+        names = [name.removeprefix("build/") for name in re.findall(r"`([^`\s]+)`", line)]
+        outputs = [name for name in names if re.match(r"campfire[-.@_].*\.[a-z*]+$", name)]
+        endings = [f"*{name}" for name in names if outputs and re.match(r"[._][a-z._]+$", name)]
+        for name in set(outputs) - MADE_BY_OTHERS:
+            others = [name.replace("campfire", recipe) for recipe in RECIPES]
+            assert any(fnmatch.filter(written, other) for other in others), f"{page}: {name}"
+        for ending in endings:
+            assert fnmatch.filter(written, ending), f"{page}: {ending}"
 
 
 def test_every_file_of_a_build_is_listed(built: Path) -> None:

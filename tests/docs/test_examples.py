@@ -1,0 +1,111 @@
+"""Scripts and recipes that the pages show are run as they stand there."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import yaml
+
+from fire_atlas.core.shipped import shipped
+from tests.docs.markdown import PAGES, code_blocks, page_text
+from tests.support.repo import PACKAGE
+
+NOT_RUN = "<!-- not run: "
+"""Stands before a block that cannot be run here, with the reason."""
+
+PRELUDE = """set -eu
+pip() { :; }  # the package under test is installed already
+pytest() { :; }  # these tests are being run
+"""
+
+INPUTS = {
+    "clips/torch.gif": "torch.gif",
+    "candle.gif": "torch.gif",
+    "clip.gif": "torch.gif",
+    "samples/campfire": "campfire",
+    "sheets/explosion.png": "cartoon_flame.png",
+}
+"""Inputs that examples name -> the samples that stand in for them."""
+
+TEMPLATE = "return { {% for f in frames %}{{ f.x }}, {% endfor %} }"
+
+SMALL = "--set source.height=64 --set timeline.frames=6"
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """A folder as a page has it in mind: the clips it names, and ``fire-atlas`` on the path."""
+    folder = tmp_path / "project"
+    for name, sample in INPUTS.items():
+        source, target = shipped("samples") / sample, folder / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        (shutil.copytree if source.is_dir() else shutil.copyfile)(source, target)
+    (folder / "my.j2").write_text(TEMPLATE)
+    command = tmp_path / "bin" / "fire-atlas"
+    command.parent.mkdir()
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -P -m fire_atlas "$@"\n')
+    command.chmod(0o755)
+    return folder
+
+
+def run(script: str, project: Path) -> None:
+    """Run a shell script in the folder; it fails at the first command that does."""
+    path = f"{project.parent / 'bin'}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["bash", "-c", PRELUDE + script],
+        cwd=project,
+        env={**os.environ, "PATH": path, "PYTHONPATH": str(PACKAGE.parent)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, f"{script}\n{done.stdout}{done.stderr}"
+
+
+def runnable_blocks(page: str, language: str) -> Iterator[str]:
+    """Yield the blocks of a page that are not marked as ones that cannot be run."""
+    for block in code_blocks(page, language):
+        before = page_text(page).partition(f"```{language}\n{block}")[0].rstrip()
+        if not before.splitlines() or not before.splitlines()[-1].startswith(NOT_RUN):
+            yield block
+
+
+SCRIPTS = [(page, text) for page in PAGES if (text := "\n".join(runnable_blocks(page, "sh")))]
+"""Pages, and all their scripts."""
+
+RECIPES = [(page, block) for page in PAGES for block in runnable_blocks(page, "yaml")]
+
+
+def test_pages_show_scripts() -> None:
+    assert {"README.md", "docs/command-line.md", "docs/silk.md"} <= {page for page, _ in SCRIPTS}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("page", "script"), SCRIPTS)
+def test_every_script_of_a_page_runs(page: str, script: str, project: Path) -> None:
+    """Blocks of a page run one after the other in one folder that has the recipes they name."""
+    named = re.findall(r"(\w+)\.yaml", script)
+    made = re.findall(r"init (\w+)", script)
+    for name in sorted({*named} - {*made}):
+        run(f"fire-atlas init {name}", project)
+    if "recipes/" in script:
+        (project / "recipes").mkdir()
+        (project / "recipes/fire.yaml").write_text("extends: candle")
+        run("fire-atlas build recipes/", project)
+    run(script, project)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("page", "block"), RECIPES)
+def test_every_recipe_of_a_page_builds(page: str, block: str, project: Path) -> None:
+    """A block that names no source is a part of a recipe for a campfire."""
+    keys = yaml.safe_load(block)
+    if "extends" not in keys:
+        keys = {"source": {"path": "samples/campfire"}, **keys}
+    (project / "fire.yaml").write_text(yaml.safe_dump(keys))
+    run(f"fire-atlas build fire.yaml {SMALL}", project)
