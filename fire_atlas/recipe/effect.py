@@ -113,10 +113,10 @@ class Flakes(Settings):
     rate: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100000), NUMBER], either("`auto` or a number")
     ] = "auto"
-    """Spawn rate, flakes per second, the sparks of ``bursts`` included. If you set ``alpha``, it is scaled by the area of the edges
-    above it, relative to the automatic α: half the area, half the flakes. ``auto``: by the area in
-    which the fire moves, about 5 for a candle, 30 for a campfire and 90 for a wall of fire; fewer
-    if the frame is too small to show flakes of ``size``."""
+    """Spawn rate, flakes per second, the sparks of ``bursts`` included. If you set ``alpha``, it is
+    scaled by the area of the edges above it, relative to the automatic α: half the area, half the
+    flakes. ``auto``: by the area in which the fire moves, about 5 for a candle, 30 for a campfire
+    and 90 for a wall of fire; fewer if the frame is too small to show flakes of ``size``."""
     bursts: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100), NUMBER], either("`auto` or a number")
     ] = "auto"

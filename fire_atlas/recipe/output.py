@@ -138,7 +138,7 @@ class Maps(Settings):
     motion: Annotated[Literal["unity", "unreal", "godot", "none"], OFF] = "none"
     """Motion vectors of the flame, ``name.motion.png``, encoded for the shaders of this engine.
     Shaders warp each frame into the next by them, so that a flipbook plays smoothly at any speed.
-    ``unity``, ``unreal`` and the shader for ``godot`` need ``atlas.layout: grid``."""
+    ``unity``, ``unreal`` and the scene for ``godot`` need ``atlas.layout: grid``."""
     flame: bool = False
     """The flame without flakes, ``name.flame.png``."""
     flakes: bool = False

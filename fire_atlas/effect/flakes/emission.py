@@ -300,7 +300,7 @@ def _columns(
     emitter: EmitterSettings,
     in_burst: bool = False,
 ) -> tuple[NDArray[np.float64], ...]:
-    """Return the columns of ``Spawns`` after ``tick``, of flakes at flat pixel indices ``where``."""
+    """Return the columns of ``Spawns`` from ``x`` on, of flakes at flat pixel indices ``where``."""
     count, (row, column) = len(where), np.divmod(where, width)
     inside = chance.random((2, count))
     heading = chance.uniform(0, 2 * np.pi, count)
