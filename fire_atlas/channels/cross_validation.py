@@ -26,6 +26,9 @@ _MIN_GAIN = 0.005
 a played frame is predicted from its two neighbours (a step twice as long, harder to predict), any
 gain is enough."""
 
+_STILL = 1e-12
+"""Squared error of plain blending, summed over frames, up to which nothing moves in a clip."""
+
 
 @dataclass(frozen=True, slots=True)
 class ValidationReport:
@@ -36,11 +39,13 @@ class ValidationReport:
         gains: For each of ``SIGNS``, the fraction of plain blending's error (root mean square) that
             the vectors remove; negative if they add error.
         helps: Whether the gain is more than chance. If not, no vectors are written.
+        still: Whether nothing moves: held-out frames are as their neighbours.
     """
 
     held_out: int
     gains: tuple[float, ...]
     helps: bool
+    still: bool = False
 
     @property
     def sign_right(self) -> bool:
@@ -62,8 +67,9 @@ def cross_validate(
         weight = reliability(others, held_out[0].actual.shape[:2])
         for frame in tested:
             errors += _errors(frame, weight, encoding)
-    plain = max(errors[0], 1e-12)
-    gains = tuple(float(1 - np.sqrt(each / plain)) for each in errors[1:])
+    if errors[0] <= _STILL:
+        return ValidationReport(len(held_out), (0.0,) * len(SIGNS), helps=False, still=True)
+    gains = tuple(float(1 - np.sqrt(each / errors[0])) for each in errors[1:])
     min_gain = _MIN_GAIN if held_out[0].span == 1 else 0.0
     return ValidationReport(len(held_out), gains, gains[0] > min_gain)
 
@@ -121,6 +127,7 @@ def motion_statistics(report: ValidationReport | None) -> dict[str, Any]:
             "gain": gain,
             "other_signs": others,
             "sign_right": report.sign_right,
+            **({"still": True} if report.still else {}),
         }
     }
 
@@ -158,5 +165,6 @@ def _report(figures: Any) -> ValidationReport | None:
             "gain": float(gain),
             "other_signs": [float(green), float(red), float(both)],
         }:
-            return ValidationReport(held_out, (gain, green, red, both), helps)
+            gains = (gain, green, red, both)
+            return ValidationReport(held_out, gains, helps, figures.get("still") is True)
     raise ValueError(f"{figures!r} are no figures of motion vectors")

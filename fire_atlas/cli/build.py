@@ -8,7 +8,7 @@ from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import BuildView, Outcome, shows_interruption, view_for
 from fire_atlas.core.errors import OutputError
 from fire_atlas.outputs.folder import default_folder
-from fire_atlas.outputs.freshness import why_other_bytes, why_stale
+from fire_atlas.outputs.freshness import refresh_time, why_other_bytes, why_stale
 from fire_atlas.outputs.recovery import recover, tidy
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
 from fire_atlas.recipe.tree import RecipeTree, read_tree
@@ -100,6 +100,7 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
     """Build one recipe if it is not up to date; import heavy modules only then."""
     out = folder_of(tree, args)
     if not args.force and why_stale(tree, out) is None:
+        refresh_time(tree, out)
         return Outcome(fresh=True)
 
     from fire_atlas.pipeline.build import build

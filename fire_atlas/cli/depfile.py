@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from fire_atlas.core.errors import OutputError
-from fire_atlas.outputs.dependencies import files_of, folders_of
+from fire_atlas.outputs.dependencies import dependencies_of
 from fire_atlas.outputs.manifest import manifest_name
 from fire_atlas.recipe.tree import RecipeTree
 
@@ -40,8 +40,7 @@ def write_depfile(
 
     rules, known = [], dict[str, None]()
     for tree, out in built:
-        folders = _without_outputs(folders_of(tree), out)
-        needs = [_escaped(path) for path in (*files_of(tree), *folders)]
+        needs = [_escaped(path) for path in dependencies_of(tree, out)]
         target = _escaped(out / manifest_name(tree.name))
         if "%" in target:
             raise OutputError(
@@ -73,11 +72,6 @@ def _is_depfile(path: Path) -> bool:
     with path.open("rb") as file:
         first = file.readline(_MAX_LINE_BYTES).rstrip()
     return not first or first.endswith(_TARGET_END)
-
-
-def _without_outputs(folders: Sequence[Path], out: Path) -> list[Path]:
-    """Return ``folders`` without those that a build changes, which would keep it stale."""
-    return [folder for folder in folders if folder not in (out.resolve(), out.resolve().parent)]
 
 
 def _escaped(path: Path) -> str:

@@ -28,6 +28,7 @@ def run(args: Namespace) -> int:
 
     from fire_atlas.core.workers import Workers, default_jobs
     from fire_atlas.generators.profile.file import write_profile
+    from fire_atlas.generators.profile.learn.measure import length_advice
     from fire_atlas.preview.profile_picture import profile_picture
     from fire_atlas.sources.profile import learn_from_files
 
@@ -45,6 +46,9 @@ def run(args: Namespace) -> int:
             workers,
             args.max_pixels,
         )
+        for count in dict.fromkeys(clip.count for clip in clips):
+            if advice := length_advice(count):
+                view.note(advice)
         staging.protect([path for clip in clips for path in clip.inputs])
         written = {out: write_profile(profile), picture: profile_picture(profile, clips)}
         for path, data in written.items():

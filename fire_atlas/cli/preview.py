@@ -63,11 +63,9 @@ def _preview(path: Path, clip: Clip | None, kind: Any, background: Color) -> tup
 
 
 def _default_target(args: Namespace, name: str) -> Path:
-    """Return the default path: a recipe's HTML page beside its atlas, else beside the subject."""
-    suffix = _SUFFIX[args.kind]
-    if args.kind == "page" and _is_recipe(args.subject):
-        return default_folder(args.subject) / f"{name}.preview{suffix}"
-    return Path(args.subject.with_name(f"{name}.preview{suffix}"))
+    """Return the default path: in the folder of a recipe's outputs, or beside a built atlas."""
+    folder = default_folder(args.subject) if _is_recipe(args.subject) else args.subject.parent
+    return Path(folder / f"{name}.preview{_SUFFIX[args.kind]}")
 
 
 def _color(text: str) -> Color:

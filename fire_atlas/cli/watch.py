@@ -13,6 +13,7 @@ from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import BuildView, shows_interruption, view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.interruption import ends_by_interrupt
 from fire_atlas.outputs.dependencies import files_of, folders_of, recipe_files
 from fire_atlas.outputs.freshness import why_stale
 from fire_atlas.outputs.recovery import tidy
@@ -22,6 +23,9 @@ from fire_atlas.sources.listing import STILLS
 
 _POLL_MILLISECONDS = 500
 """Python handles signals at this interval while it waits for changes."""
+
+_ENDED = "\nwatch has ended; every build's outputs are whole\n"
+"""Message at Ctrl-C, below the ^C that a terminal shows."""
 
 _ENDINGS = {*STILLS, ".yaml", ".yml"}
 """Endings of the files in a watched folder that may be frames or recipes."""
@@ -66,7 +70,7 @@ class _Watched:
 
 
 def run(args: Namespace) -> int:
-    """Build the recipes, and again whenever they change, until interrupted.
+    """Build the recipes, and again whenever they change, until Ctrl-C, which is no error.
 
     Failures are reported; the build is tried again at the next change.
     """
@@ -74,7 +78,7 @@ def run(args: Namespace) -> int:
         if not path.exists():
             read_tree(path)  # raises the error
     view = view_for(False, args.quiet, args.verbose > 0)
-    with shows_interruption(view):
+    with shows_interruption(view), ends_by_interrupt("" if args.quiet else _ENDED):
         watched = _build_all(args, view, _Watched())
         while True:
             if not args.quiet:

@@ -24,6 +24,7 @@ class RandomStream(IntEnum):
     EXCITEMENT = 13
     THINNING = 14
     TRICKLE = 15
+    REPLACED_BY_BURSTS = 16
 
 
 def generator(seed: int, stream: RandomStream, index: int = 0) -> np.random.Generator:

@@ -15,6 +15,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from types import FrameType
 
 EXIT_CODE = 130
@@ -27,10 +28,13 @@ _CLEANUP_SECONDS = 0.5
 """Time limit for all actions together: flushing a pipe that nobody reads would never return."""
 
 _registered: list[Callable[[], object]] = []
+_expected: list[str] = []
+"""Messages of the contexts that SIGINT ends as meant, innermost last."""
 
 
 def end_on_signals() -> None:
-    """Install the handlers: from now on, SIGINT and SIGTERM end the process with ``EXIT_CODE``.
+    """Install the handlers: from now on, SIGINT and SIGTERM end the process with ``EXIT_CODE``,
+    unless it is meant to end so (``ends_by_interrupt``).
 
     Signals that the parent process had ignored (``nohup``) stay ignored.
     """
@@ -60,6 +64,19 @@ def if_interrupted(action: Callable[[], object]) -> Iterator[None]:
 
 
 @contextmanager
+def ends_by_interrupt(message: str) -> Iterator[None]:
+    """Inside this context SIGINT is how the process is meant to end: with ``message`` and code 0.
+
+    SIGTERM, by which others end it, stays an interruption.
+    """
+    _expected.append(message)
+    try:
+        yield
+    finally:
+        _expected.remove(message)
+
+
+@contextmanager
 def signals_wait() -> Iterator[None]:
     """Handle signals that arrive inside this context only after it."""
     import threading
@@ -82,18 +99,21 @@ def signals_wait() -> Iterator[None]:
             signal.raise_signal(received)
 
 
-def _end(_: int, __: FrameType | None) -> None:
+def _end(number: int, _: FrameType | None) -> None:
     ignore_signals()
+    is_meant = number == signal.SIGINT and _expected
+    ending = (0, _expected[-1]) if is_meant else (EXIT_CODE, f"error: {MESSAGE}\n")
+    leave = partial(_leave, *ending)
     if hasattr(signal, "setitimer"):  # not on Windows
-        signal.signal(signal.SIGALRM, _leave)
+        signal.signal(signal.SIGALRM, leave)
         signal.setitimer(signal.ITIMER_REAL, _CLEANUP_SECONDS)
     for action in (*reversed(_registered), sys.stdout.flush):
         with suppress(Exception):
             action()
-    _leave()
+    leave()
 
 
-def _leave(*_: object) -> None:
+def _leave(code: int, message: str, *_: object) -> None:
     with suppress(OSError):
-        os.write(2, f"error: {MESSAGE}\n".encode())
-    os._exit(EXIT_CODE)
+        os.write(2, message.encode())
+    os._exit(code)

@@ -18,6 +18,19 @@ def files_of(tree: RecipeTree) -> list[Path]:
     return list(dict.fromkeys([*recipe_files(tree), *inputs_of(tree)]))
 
 
+def dependencies_of(tree: RecipeTree, out: Path) -> list[Path]:
+    """Return ``files_of`` a recipe, and the folders in which a new file would be a new frame.
+
+    Folders that a build into ``out`` changes are left out: they would keep it stale.
+
+    Raises:
+        SourceError: As in ``files_of``.
+    """
+    changed = out.resolve(), out.resolve().parent
+    folders = [folder for folder in folders_of(tree) if folder not in changed]
+    return [*files_of(tree), *folders]
+
+
 def recipe_files(tree: RecipeTree) -> list[Path]:
     """Return the files of a recipe and its members, with the recipes that these extend."""
     return [file for each in (tree, *tree.members) for file in each.files]

@@ -1,10 +1,12 @@
 """Find out whether the outputs of an earlier build are stale, and why."""
 
+import os
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from fire_atlas.core.cpu import cpu_class
-from fire_atlas.outputs.dependencies import inputs_of
+from fire_atlas.outputs.dependencies import dependencies_of, inputs_of
 from fire_atlas.outputs.digest import file_digest, request_digest, tool_digest
 from fire_atlas.outputs.manifest import (
     InputEntry,
@@ -31,6 +33,21 @@ def why_stale(tree: RecipeTree, out: Path) -> str | None:
         return "fire-atlas or one of its libraries has another version"
     reason = _why_inputs_differ(manifest.inputs, inputs_of(tree), tree.path.parent)
     return reason or _why_outputs_differ(manifest.outputs, out)
+
+
+def refresh_time(tree: RecipeTree, out: Path) -> None:
+    """Give the manifest of up-to-date outputs the time of the newest input, if that is newer.
+
+    make and ninja compare times. Without this, an input that was touched but has the same content
+    would have them run a build that does nothing again and again.
+    """
+    manifest = out / manifest_name(tree.name)
+    # A folder that cannot be written to is no error: nothing has to be built.
+    with suppress(OSError):
+        newest = max(path.stat().st_mtime_ns for path in dependencies_of(tree, out))
+        # An input that changed since it was compared must not seem older than the outputs.
+        if newest > manifest.stat().st_mtime_ns and why_stale(tree, out) is None:
+            os.utime(manifest, ns=(newest, newest))
 
 
 def why_other_bytes(out: Path, name: str) -> str | None:

@@ -22,7 +22,7 @@ from fire_atlas.effect.field.forcing import (
 )
 from fire_atlas.effect.field.record import FieldRecord, forcing_order, record_field
 from fire_atlas.effect.field.wind import wind_in_view
-from fire_atlas.effect.flakes.emission import EmitterSettings, Spawns, emit
+from fire_atlas.effect.flakes.emission import EmitterSettings, Spawns, emit, with_bursts_in_rate
 from fire_atlas.effect.flame.features import feature_vectors, refine
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.context import BuildContext
@@ -113,6 +113,7 @@ def analyse(
 
     field = record_field(forcings(), clip, settings.buoyancy, settings.wind, settings.seed)
     spawns = Spawns.concatenate([spawns_of[i] for i in sorted(spawns_of)])
+    spawns = with_bursts_in_rate(spawns, settings.seed)
     if study.dies_out and not clip.loop and not clip.tail:
         spawns = spawns.cooled_by((clip.count - 1) / clip.fps)
     if not len(spawns.tick) and emitter.rate * clip.body / clip.fps > _SURE_SPAWNS:

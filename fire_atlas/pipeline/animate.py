@@ -128,7 +128,7 @@ def _statistics(clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
     if tracks is not None:
         alive = [len(rows) for rows in tracks.frames]
         statistics["flakes"] = {
-            "born": len(tracks.spawns),
+            "born": len(np.unique(np.concatenate(tracks.flights))),
             "alive_mean": round(float(np.mean(alive)), 2),
             "alive_most": max(alive),
         }

@@ -24,7 +24,7 @@ from fire_atlas.pipeline.write import (
     write_images,
     write_manifest,
 )
-from fire_atlas.pipeline.writers import exported_files, light_files, track_files
+from fire_atlas.pipeline.writers import exported_files, note_what_engines_need, track_files
 from fire_atlas.sources.sprites import Sprites
 
 
@@ -84,8 +84,8 @@ def build(
             product = product_of(sheets, animations, loaded, staging)
             exported = exported_files(recipe.exports, product, loaded.templates)
             outputs += write_files(exported, staging)
+            note_what_engines_need(recipe.exports, product, progress)
             outputs += write_files(track_files(recipe.tracks, product), staging)
-            outputs += write_files(light_files(product), staging)
             statistics = build_statistics(contributions, sheets[0])
             check_inputs(inputs, files, loaded, context)
             outputs.append(

@@ -12,7 +12,9 @@ from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.animate import has_effect
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.load import LoadedRecipe
+from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources.registry import SourceSettings, open_source, open_sprites
+from fire_atlas.sources.sheet import likely_grid
 from fire_atlas.sources.sprites import Sprites
 
 
@@ -28,7 +30,24 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Mapping[str, Clip
     opened = open_source(settings, context.workers) if sprites is None else sprites
     first = _first(opened)
     context.progress.note(f"{first.matte} matte: {first.matte_reason}")
+    if isinstance(first, Clip) and _is_one_picture(loaded, first):
+        _note_likely_sheet(first, context)
     return opened
+
+
+def _is_one_picture(loaded: LoadedRecipe, clip: Clip) -> bool:
+    """Whether a clip is one whole image file, not a frame that was chosen from several."""
+    source = loaded.recipe.source
+    return clip.count == 1 and isinstance(source, FramesSource) and source.grid is None
+
+
+def _note_likely_sheet(clip: Clip, context: BuildContext) -> None:
+    if found := likely_grid(clip.read(0)[..., 3]):
+        columns, rows = found
+        context.progress.note(
+            f"{clip.inputs[0].name} looks like a sheet of {columns} x {rows} frames, but is read "
+            f"as one; if it is a sheet, set source.grid: {{columns: {columns}, rows: {rows}}}"
+        )
 
 
 def open_alone(loaded: LoadedRecipe, max_pixels: int) -> Mapping[str, Clip] | Sprites:

@@ -12,6 +12,7 @@ from typing import TypeAlias, assert_never
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import OutputFile
+from fire_atlas.core.progress import Progress
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.tracks.light import write_light
@@ -27,6 +28,7 @@ from fire_atlas.recipe.output import (
     UnityExport,
     UnityOptions,
     export_name,
+    exports_called,
 )
 
 Exporter: TypeAlias = Callable[[Product], Iterator[OutputFile]]
@@ -61,16 +63,22 @@ def exported_files(
             yield file
 
 
+def note_what_engines_need(exports: Sequence[Export], product: Product, progress: Progress) -> None:
+    """Note what an engine cannot play of the result, and what would let it."""
+    for _, export in exports_called(exports, "godot"):
+        from fire_atlas.engines.godot.export import why_motion_is_not_played
+
+        options = export.godot if isinstance(export, GodotExport) else GodotOptions()
+        if advice := why_motion_is_not_played(product, options):
+            progress.note(advice)
+
+
 def track_files(formats: Sequence[TrackName], product: Product) -> Iterator[OutputFile]:
-    """Yield the flake tracks of each animation in each of ``formats``."""
+    """Yield the flake tracks of each animation in each of ``formats``, then its light."""
     for animation, tracks in product.tracks.items():
         for name in formats:
             if name != "light":
                 yield track_writer(name)(product.stem(animation), tracks)
-
-
-def light_files(product: Product) -> Iterator[OutputFile]:
-    """Yield the light of each animation for which it was measured."""
     for animation, light in product.lights.items():
         yield write_light(product.stem(animation), light)
 

@@ -124,14 +124,23 @@ def _maps(atlas: AtlasFile) -> Table:
     return table
 
 
+_VISIBLE_GAIN = 0.01
+"""Gain of motion vectors below which the choice of signs makes no difference to be seen."""
+
+
 def _motion_sentence(animation: str, report: ValidationReport | None) -> str:
     """Return how much motion vectors improve blending; ``animation`` is empty if it is the only."""
     vectors = f"motion vectors of {animation}" if animation else "motion vectors"
     if report is None:
         return f"{vectors}: none, the animation is too short to test them"
+    if report.still:
+        return f"{vectors}: none, nothing moves: frames that were held out are as their neighbours"
     if not report.helps:
         return f"{vectors}: none, plain blending is as close to frames that were held out"
     gain, *flipped = report.gains
+    if gain < _VISIBLE_GAIN:
+        small = "less than 1 % closer than plain blending"
+        return f"{vectors}: {small}; little of what changes between frames is motion"
     green, red, both = (f"{100 * each:+.0f} %" for each in flipped)
     verdict = "correct" if report.sign_right else "IN DOUBT, others fit better"
     others = f"with G flipped {green}, R flipped {red}, both {both}"

@@ -113,15 +113,17 @@ class Flakes(Settings):
     rate: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100000), NUMBER], either("`auto` or a number")
     ] = "auto"
-    """Spawn rate, flakes per second. If you set ``alpha``, it is scaled by the area of the edges
-    above it, relative to the automatic α: half the area, half the flakes. ``auto``: by the area in
-    which the fire moves, about 5 for a candle, 30 for a campfire and 90 for a wall of fire; fewer
-    if the frame is too small to show flakes of ``size``."""
+    """Spawn rate, flakes per second, the sparks of ``bursts`` included. If you set ``alpha``, it is
+    scaled by the area of the edges above it, relative to the automatic α: half the area, half the
+    flakes. ``auto``: by the area in which the fire moves, about 5 for a candle, 30 for a campfire
+    and 90 for a wall of fire; fewer if the frame is too small to show flakes of ``size``."""
     bursts: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100), NUMBER], either("`auto` or a number")
     ] = "auto"
-    """Bursts per second, each of 3 to 14 small sparks from about one point. ``auto``: 1/40 of the
-    spawn rate above 20 per second, so that a calm fire such as a candle has none."""
+    """Bursts per second, each of 3 to 14 small sparks (8.5 on average) thrown from about one point.
+    Their sparks are part of ``rate``, in place of single flakes, and never more than it allows.
+    ``auto``: 1/40 of the spawn rate above 20 per second, so that a calm fire such as a candle has
+    none."""
     life: Annotated[
         tuple[Annotated[float, Field(gt=0, le=60)], Annotated[float, Field(gt=0, le=60)]],
         LIST,

@@ -33,13 +33,23 @@ Engine = Literal["unity", "unreal", "godot"]
 Layer = Literal["flame", "flakes"]
 PivotName = Literal["base", "bottom", "center", "top"]
 
+_MIN_PIVOT, _MAX_PIVOT = -2.0, 3.0
+"""Limits on a pivot, frame widths and heights: up to two frames beside the frame."""
+
+
+def _near_frame(pivot: tuple[float, float]) -> tuple[float, float]:
+    """Return a pivot in or near the frame; refuse others, which are probably px."""
+    if not all(_MIN_PIVOT <= each <= _MAX_PIVOT for each in pivot):
+        raise ValueError(
+            f"is in frame widths and heights, not px, from {_MIN_PIVOT:g} to {_MAX_PIVOT:g}: "
+            f"[0.5, 1] is the middle of the bottom; got [{pivot[0]:g}, {pivot[1]:g}]"
+        )
+    return pivot
+
+
 Pivot = Annotated[
     Annotated[PivotName, WORD]
-    | Annotated[
-        tuple[Annotated[float, Field(ge=-10, le=10)], Annotated[float, Field(ge=-10, le=10)]],
-        LIST,
-        PAIR,
-    ],
+    | Annotated[tuple[float, float], AfterValidator(_near_frame), LIST, PAIR],
     either("`base`, `bottom`, `center`, `top` or two numbers: [x, y]"),
 ]
 
@@ -105,7 +115,7 @@ class Atlas(Settings):
     pivot: Pivot = "base"
     """The point of the frame that a client places at the position of the effect: the foot of the
     flame (``base``), the ``bottom``, ``center`` or ``top`` of the frame, or [x, y] in frame widths
-    and heights from its top-left corner."""
+    and heights (not px) from its top-left corner, each from -2 to 3."""
     scales: Annotated[
         tuple[Annotated[float, Field(gt=0, le=1)], ...],
         LIST,
@@ -141,7 +151,7 @@ class Maps(Settings):
     motion: Annotated[Literal["unity", "unreal", "godot", "none"], OFF] = "none"
     """Motion vectors of the flame, ``name.motion.png``, encoded for the shaders of this engine.
     Shaders warp each frame into the next by them, so that a flipbook plays smoothly at any speed.
-    ``unity``, ``unreal`` and the shader for ``godot`` need ``atlas.layout: grid``."""
+    ``unity``, ``unreal`` and the scene for ``godot`` need ``atlas.layout: grid``."""
     flame: bool = False
     """The flame without flakes, ``name.flame.png``."""
     flakes: bool = False

@@ -5,14 +5,22 @@ from math import ceil, floor
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture, to_light
+from fire_atlas.core.pixels import Plane
 from fire_atlas.recipe.source import Grid
 from fire_atlas.sources.images import decode, read_header
 from fire_atlas.sources.listing import MAX_PIXELS
 from fire_atlas.sources.reader import FrameReader
 from fire_atlas.vision.warp import sample_at
+
+_MIN_CELLS, _MAX_CELLS = 4, 32
+"""Minimum number of cells of a likely sheet, and maximum along each axis."""
+
+_VISIBLE = 2 / 255
+"""Alpha above which a pixel counts as visible."""
 
 
 def open_sheet(path: Path, grid: Grid, max_pixels: int = MAX_PIXELS) -> FrameReader:
@@ -41,6 +49,33 @@ def open_sheet(path: Path, grid: Grid, max_pixels: int = MAX_PIXELS) -> FrameRea
         read=partial(_whole_cell if whole else _fractional_cell, sheet, grid),
         inputs=(path,),
     )
+
+
+def likely_grid(cover: Plane) -> tuple[int, int] | None:
+    """Return the columns and rows of a picture that looks like a sheet of frames; None if not.
+
+    It does if equal cells, at least ``_MIN_CELLS``, all show something, and nothing crosses the
+    lines between them. ``cover``: (H, W), the picture's alpha.
+    """
+    visible = cover > _VISIBLE
+    columns, rows = (_cells_along(np.asarray(visible.any(axis=axis))) for axis in (0, 1))
+    return (columns, rows) if columns * rows >= _MIN_CELLS else None
+
+
+def _cells_along(visible: NDArray[np.bool_]) -> int:
+    """Return the maximum number of equal cells along an axis that no visible pixel crosses.
+
+    ``visible``: (n,), whether each column, or row, of the picture shows anything.
+    """
+    for count in range(_MAX_CELLS, 1, -1):
+        length = len(visible) // count
+        edges = np.arange(1, count) * length
+        is_even = length * count == len(visible) and length > 1
+        if not is_even or (visible[edges - 1] | visible[edges]).any():
+            continue
+        if visible.reshape(count, length).any(axis=1).all():
+            return count
+    return 1
 
 
 def _nearest(length: float) -> int:

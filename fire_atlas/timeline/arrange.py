@@ -39,7 +39,7 @@ def arrange(
     wanted = timeline.frames and max(1, round(timeline.frames * clip.fps / rate))
     keeps_rate = timeline.fps in (None, clip.fps)
     if only_packs and keeps_rate and timeline.model_copy(update={"fps": None}) == Timeline():
-        return keep_frames(clip, workers)
+        return keep_frames(clip, workers, progress)
     played = _played(clip, timeline, wanted, workers, progress)
     timed = _timed(played, timeline, workers, progress)
     if not timeline.tail:
@@ -59,21 +59,22 @@ def _played(
     """Return the clip cut or looped at its own rate; ``wanted`` is its length, if stated."""
     match timeline.loop:
         case "none":
-            return play_once(clip, timeline, wanted, workers)
+            return play_once(clip, timeline, wanted, workers, progress)
         case "pingpong":
-            return _pingpong(clip, wanted + wanted % 2 if wanted else None)
+            return _pingpong(clip, wanted + wanted % 2 if wanted else None, progress)
         case "crossfade":
-            return crossfade(clip, timeline, wanted, workers)
+            return crossfade(clip, timeline, wanted, workers, progress)
         case "auto":
             return loop_clip(clip, timeline, wanted, workers, progress)
 
 
-def _pingpong(clip: Clip, frames: int | None) -> Clip:
+def _pingpong(clip: Clip, frames: int | None, progress: Progress) -> Clip:
     """Return ``clip`` played forwards, then backwards; neither of its ends is shown twice.
 
     Args:
         clip: The clip, of at least 2 frames.
         frames: Length of the result, even; None plays all of the clip.
+        progress: Receives a note on what was done.
 
     Raises:
         RecipeError: The clip has too few frames.
@@ -85,6 +86,7 @@ def _pingpong(clip: Clip, frames: int | None) -> Clip:
             f"timeline.frames asks for {count} frames, but {clip.count} frames played forwards and "
             f"backwards give at most {longest}; leave timeline.frames out, or use loop: auto"
         )
+    progress.note(f"a loop of {count} frames, forwards and backwards (timeline.loop: pingpong)")
     turn, flow = count // 2, clip.flow
 
     def shown(i: int) -> int:
@@ -109,9 +111,22 @@ def _timed(played: Clip, timeline: Timeline, workers: Workers, progress: Progres
         count = timeline.frames or full
     else:
         count = min(timeline.frames or int((played.count - 1) / pace) + 1, full)
-    if pace == 1 or (played.loop and count == played.count):
+    if pace == 1:
+        return replace(played, count=count)
+    change = f"{played.count} frames at {played.fps:g} fps become {count} at {fps:g}"
+    if played.loop and count == played.count:
+        progress.note(f"{change}: each is shown as it is (timeline.frames)")
         return replace(played, fps=fps, count=count)
-    smooth = not is_pixel_art(played) and flow_helps(played, workers)
-    if not smooth:
-        progress.note("in-between frames cannot be interpolated: the nearest ones are shown")
-    return retimed(played, fps, count, smooth)
+    why = _why_not_interpolated(played, workers)
+    shown = "those between two are interpolated along the optical flow"
+    progress.note(f"{change}: {f'the nearest are shown, as {why}' if why else shown}")
+    return retimed(played, fps, count, why is None)
+
+
+def _why_not_interpolated(clip: Clip, workers: Workers) -> str | None:
+    """Return, as a clause, why frames in between are not interpolated; None if they are."""
+    if is_pixel_art(clip):
+        return "it has too few colours to mix them unseen"
+    if not flow_helps(clip, workers):
+        return "interpolated ones are further from frames that were held out"
+    return None

@@ -31,12 +31,18 @@ _DARK_SCENE = 2 / 3
 """Such a frame also has less than this fraction of the brightest frame's light, scene included."""
 
 
-def keep_frames(clip: Clip, workers: Workers) -> Clip:
+def keep_frames(clip: Clip, workers: Workers, progress: Progress) -> Clip:
     """Return the frames as they are; they loop if the step from the last to the first is small."""
     if clip.loop or clip.count < 3:
         return clip
     samples = ClipSamples.of(clip, workers)
-    return replace(clip, loop=_is_closed(samples) and _why_one_shot(samples) is None)
+    why = _why_one_shot(samples)
+    loop = why is None and _is_closed(samples)
+    played = "loop" if loop else "play once"
+    progress.note(
+        f"the frames are packed as they are, and {played}: {why or _seam_clause(samples)}"
+    )
+    return replace(clip, loop=loop)
 
 
 def loop_clip(
@@ -57,6 +63,7 @@ def loop_clip(
     if clip.loop and wanted in (None, clip.count):
         return clip
     if clip.count < 3:
+        progress.note(f"the clip plays once: a loop has at least 3 frames, and it has {clip.count}")
         return _played_as_it_is(clip, wanted, "it has too few frames to loop")
     samples = ClipSamples.of(clip, workers)
     closed = clip.loop or _is_closed(samples)
@@ -66,18 +73,22 @@ def loop_clip(
     if why:
         return _played_once(clip, wanted, why, progress)
     if closed and wanted in (None, clip.count):
+        progress.note(f"the clip loops as it is: {_seam_clause(samples)}")
         return replace(clip, loop=True)
     analysis = analyse_cuts(clip, timeline, wanted, closed, workers)
     return _cut_to_loop(clip, analysis, wanted, workers, progress)
 
 
-def play_once(clip: Clip, timeline: Timeline, wanted: int | None, workers: Workers) -> Clip:
+def play_once(
+    clip: Clip, timeline: Timeline, wanted: int | None, workers: Workers, progress: Progress
+) -> Clip:
     """Return the clip played once; if more frames are wanted than it has, the fire is extended.
 
     Raises:
         RecipeError: The fire cannot be extended.
     """
     if wanted is None or wanted <= clip.count:
+        progress.note(f"the clip plays once, {wanted or clip.count} frames (timeline.loop: none)")
         return replace(clip, loop=False)
     if clip.count < _MIN_FRAMES:
         return _played_as_it_is(clip, wanted, "it has too few frames to be extended")
@@ -88,11 +99,17 @@ def play_once(clip: Clip, timeline: Timeline, wanted: int | None, workers: Worke
     if transitions is None:
         why = "no two of its moments look alike enough to jump between"
         return _played_as_it_is(clip, wanted, why)
+    progress.note(
+        f"{clip.count} frames go on to {wanted} (timeline.frames), with "
+        f"{_transitions_clause(len(transitions), analysis.overlap)}"
+    )
     edit = one_shot_edit(transitions, analysis.overlap, wanted)
     return apply_edit(clip, edit, analysis.thumbnails, workers)
 
 
-def crossfade(clip: Clip, timeline: Timeline, wanted: int | None, workers: Workers) -> Clip:
+def crossfade(
+    clip: Clip, timeline: Timeline, wanted: int | None, workers: Workers, progress: Progress
+) -> Clip:
     """Return the clip from its first frame on, its end cross-faded into its beginning.
 
     Raises:
@@ -113,6 +130,11 @@ def crossfade(clip: Clip, timeline: Timeline, wanted: int | None, workers: Worke
         )
     edit = loop_edit([Transition(length, 0)], overlap, clip.count)
     thumbnails = Thumbnails.of(clip, range(length + overlap), workers)
+    seam = _step_clause(float(thumbnails.distances[length - 1, 0]), thumbnails.median_step)
+    progress.note(
+        f"a loop of {length} frames, its end cross-faded into its beginning over {overlap} frames "
+        f"(timeline.loop: crossfade); uncut, {seam}"
+    )
     return apply_edit(clip, edit, thumbnails, workers)
 
 
@@ -131,7 +153,8 @@ def _cut_to_loop(
         why = "it has too few colours to mix them unseen, and no end matches a beginning"
         return _played_once(clip, wanted, why, progress)
     edit = loop_edit(transitions, analysis.overlap, analysis.count)
-    progress.note(_described(transitions, analysis, len(edit.frames)))
+    why = "timeline.frames" if wanted else f"uncut, {_uncut_seam(analysis)}"
+    progress.note(f"{_described(transitions, analysis, len(edit.frames))} ({why})")
     return apply_edit(clip, edit, analysis.thumbnails, workers)
 
 
@@ -151,12 +174,24 @@ def _loop_transitions(analysis: CutAnalysis, wanted: int | None) -> list[Transit
 def _described(transitions: list[Transition], analysis: CutAnalysis, length: int) -> str:
     """Return a note on how the clip is cut."""
     overlap = analysis.overlap
-    faded = f"cross-faded over {overlap} frames" if overlap else "cut hard"
     if len(transitions) == 1:
         first = (transitions[0].beginning + overlap) % analysis.count
-        return f"a loop of {length} frames from frame {first} on, {faded} at its end"
-    jumps = f"{len(transitions)} jumps between similar moments"
-    return f"a loop of {length} frames with {jumps}, {faded}"
+        return f"a loop of {length} frames from frame {first} on, {_cut_clause(overlap)} at its end"
+    return f"a loop of {length} frames with {_transitions_clause(len(transitions), overlap)}"
+
+
+def _transitions_clause(count: int, overlap: int) -> str:
+    jumps = "a jump" if count == 1 else f"{count} jumps"
+    return f"{jumps} between similar moments, {_cut_clause(overlap)}"
+
+
+def _cut_clause(overlap: int) -> str:
+    return f"cross-faded over {overlap} frames" if overlap else "cut hard"
+
+
+def _uncut_seam(analysis: CutAnalysis) -> str:
+    thumbnails = analysis.thumbnails
+    return _step_clause(float(thumbnails.distances[-1, 0]), thumbnails.median_step)
 
 
 def _played_once(clip: Clip, wanted: int | None, why: str, progress: Progress) -> Clip:
@@ -183,8 +218,23 @@ def _is_closed(samples: ClipSamples) -> bool:
     """Whether the step from the last frame to the first is about as small as those between."""
     if samples.count < 3:
         return False
-    seam = distance(samples.frames[samples.count - 1], samples.frames[0])
-    return seam <= _UNSEEN_SEAM * float(np.median(samples.steps()))
+    return _seam(samples) <= _UNSEEN_SEAM * float(np.median(samples.steps()))
+
+
+def _seam(samples: ClipSamples) -> float:
+    """Return the distance of the last frame to the first."""
+    return distance(samples.frames[samples.count - 1], samples.frames[0])
+
+
+def _seam_clause(samples: ClipSamples) -> str:
+    return _step_clause(_seam(samples), float(np.median(samples.steps())))
+
+
+def _step_clause(seam: float, median: float) -> str:
+    """Return a clause that compares the step from the last frame to the first with the others."""
+    if median == 0:
+        return "most of its frames are equal"
+    return f"the step from its last frame to its first is {seam / median:.2f} times the median step"
 
 
 def _why_one_shot(samples: ClipSamples) -> str | None:

@@ -158,6 +158,23 @@ def test_inspect_and_templates_know_them(
     assert context["motion"]["green"] == "up"
 
 
+def test_inspect_says_in_words_that_nothing_moves(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    frame = Image.open(next((shipped("samples") / "campfire").glob("*.png"))).convert("RGBA")
+    clip = tmp_path / "clip"
+    clip.mkdir()
+    for i in range(9):
+        frame.resize((64, 80)).save(clip / f"{i}.png")
+    out = build(tmp_path, source={"path": str(clip)}, maps={"motion": "unity"}, atlas=GRID)
+    vectors = np.asarray(Image.open(out / "fire.motion.png"))[..., :2]
+    assert vectors.min() == vectors.max() == 128
+    assert main(["inspect", str(out / "fire.json")]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "motion vectors: none, nothing moves: frames that were held out are as their" in said
+    assert "closer" not in said
+
+
 FIGURES = {"held_out": 8, "written": True, "gain": 0.3149, "other_signs": [-0.2, 0.049, -0.517],
            "sign_right": True}  # fmt: skip
 
@@ -174,6 +191,11 @@ FIGURES = {"held_out": 8, "written": True, "gain": 0.3149, "other_signs": [-0.2,
             {"motion": {**FIGURES, "gain": 0.01}},
             "motion vectors: 1 % closer than plain blending; signs IN DOUBT, others "
             "fit better (with G flipped -20 %, R flipped +5 %, both -52 %)",
+        ),
+        (
+            {"motion": {**FIGURES, "gain": 0.004}},
+            "motion vectors: less than 1 % closer than plain blending; little of what changes "
+            "between frames is motion",
         ),
         (
             {"members": {"a": {"animations": {"left": {"motion": {**FIGURES, "written": False}}}},

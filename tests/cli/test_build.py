@@ -108,6 +108,17 @@ def test_recipes_that_would_overwrite_each_other_are_not_built(run: Run, campfir
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.parametrize("command", ["build", "check", "preview"])
+def test_a_missing_recipe_is_bad_usage_and_a_missing_input_a_failure(
+    run: Run, campfire: Path, command: str
+) -> None:
+    result = run(command, "none.yaml")
+    assert result.returncode == 2 and "there is no such recipe file" in result.stderr
+    (campfire.parent / "clip").rename(campfire.parent / "elsewhere")
+    result = run(command, campfire.name)
+    assert result.returncode == 1 and "clip: does not exist" in result.stderr
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_build_exits_with_130_and_leaves_things_as_they_were(
     run: Run, campfire: Path, environment: dict[str, str], number: signal.Signals

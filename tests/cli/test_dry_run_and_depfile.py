@@ -165,6 +165,55 @@ def test_build_systems_build_again_when_an_input_changes(
         assert built(), "a frame that is gone is no missing file, but another clip"
 
 
+@pytest.mark.slow
+@posix
+@pytest.mark.parametrize("system", ["make", "ninja"])
+@pytest.mark.parametrize("touched", ["clip/0001.png", "campfire.yaml", "clip"])
+def test_build_systems_have_nothing_to_do_after_an_input_was_touched(
+    system: str, touched: str, campfire: Path, tmp_path: Path, environment: dict[str, str]
+) -> None:
+    command = [program(system)]
+    fire = f'"{sys.executable}" -m fire_atlas build {campfire.name} -q --depfile fire.d'
+    target = "build/campfire.manifest.json"
+    if system == "make":
+        (tmp_path / "Makefile").write_text(f"{target}:\n\t{fire}\n\techo ran\n-include fire.d\n")
+    else:
+        rule = f"rule fire\n  command = {fire} && echo ran\n  depfile = fire.d\n"
+        (tmp_path / "build.ninja").write_text(f"{rule}build {target}: fire\n")
+
+    def runs() -> bool:
+        ran = subprocess.run(
+            command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60,
+            check=True,
+        )  # fmt: skip
+        return "\nran" in f"\n{ran.stdout}"
+
+    assert runs() and not runs()
+    before = (tmp_path / target).read_bytes()
+    (tmp_path / touched).touch()
+    assert runs(), "it cannot know yet that the content is the same"
+    assert not runs()
+    assert (tmp_path / target).read_bytes() == before
+
+
+def test_only_a_build_gives_the_manifest_the_time_of_a_touched_input(
+    run: Run, campfire: Path
+) -> None:
+    run("build", campfire.name, "-q")
+    manifest = campfire.parent / "build" / "campfire.manifest.json"
+    first = tree_of(campfire.parent)
+    run("build", campfire.name, "-q")
+    assert tree_of(campfire.parent) == first
+    later = max(first.values()) + 10**9
+    os.utime(campfire.parent / "clip" / "0002.png", ns=(later, later))
+    touched = tree_of(campfire.parent)
+    for option in ("--dry-run", "--frozen"):
+        assert run("build", campfire.name, "-q", option).returncode == 0
+        assert tree_of(campfire.parent) == touched
+    assert "up to date" in run("build", campfire.name).stdout
+    assert tree_of(campfire.parent) == {**touched, manifest: later}
+
+
 @posix
 @pytest.mark.parametrize("name", ["a\tb", "a;b", "a=b", "a|b", "a\nb", "a\\", "a\\ b", "a&", "a:"])
 def test_names_that_no_depfile_can_tell_are_refused(run: Run, campfire: Path, name: str) -> None:

@@ -1,6 +1,7 @@
 """The automatic number of flakes: it suits the size of the fire."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -75,6 +76,30 @@ def test_a_number_is_taken_as_it_is() -> None:
     assert _births_a_second(run_effect(looped(campfire(160), _LONG), keys)) == pytest.approx(
         300, rel=0.1
     )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bursts", [0, 0.8, "auto"])
+@pytest.mark.parametrize("rate", [10, 40, 120])
+@pytest.mark.parametrize("name", ["campfire", "candle", "explosion"])
+def test_the_rate_is_what_is_born_bursts_included(name: str, rate: int, bursts: Any) -> None:
+    clip = open_clip(name, 120)
+    runs = [
+        run_effect(clip, {"seed": seed, "flakes": {"rate": rate, "bursts": bursts}})
+        for seed in range(6)
+    ]
+    assert np.mean([_births_a_second(run) for run in runs]) == pytest.approx(rate, rel=0.1)
+    sparks = sum(run.analysis.spawns.in_burst.sum() for run in runs)
+    assert (sparks > 0) == (bursts == 0.8 or (bursts == "auto" and rate > 20))
+
+
+def test_the_automatic_rate_includes_bursts() -> None:
+    clip, runs = looped(campfire(160), _LONG), list[EffectRun]()
+    for bursts in (0, 1.5):
+        keys = {"flakes": {"bursts": bursts}, "timeline": {"loop": "none"}}
+        runs.append(run_effect(clip, keys))
+    assert len(runs[0].births) == len(runs[1].births)
+    assert runs[1].analysis.spawns.in_burst.any()
 
 
 @pytest.mark.parametrize("fps", [24.0, 60.0])

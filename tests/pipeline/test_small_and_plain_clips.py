@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from PIL import Image
 
 from tests.support.repo import Repo, pages, tracks_of
 
@@ -103,3 +104,20 @@ def test_whatever_a_recipe_may_ask_for_builds(repo: Repo, keys: dict[str, Any]) 
     assert "fire.png" in files and "fire.manifest.json" in files
     if "fire.flakes.json" in files:
         assert_finite(repo)
+
+
+def test_a_picture_that_looks_like_a_sheet_gets_a_hint_unless_it_has_a_grid(repo: Repo) -> None:
+    repo.clip(count=4, height=40)
+    frames = [Image.open(path) for path in sorted((repo.folder / "clip").iterdir())]
+    width, height = frames[0].width + 8, frames[0].height + 8
+    sheet = Image.new("RGBA", (2 * width, 2 * height))
+    for i, frame in enumerate(frames):
+        sheet.paste(frame, (i % 2 * width + 4, i // 2 * height + 4))
+    sheet.save(repo.folder / "sheet.png")
+    grid = {"columns": 2, "rows": 2}
+    said = repo.run("build", repo.recipe(path="sheet.png", flakes="none")).err
+    assert "sheet.png looks like a sheet of 2 x 2 frames" in said
+    assert "set source.grid: {columns: 2, rows: 2}" in said
+    for source in ({"path": "sheet.png", "grid": grid}, {"path": "clip/0001.png"}):
+        ran = repo.run("build", repo.recipe(source=source, flakes="none"))
+        assert ran.code == 0 and "looks like a sheet" not in ran.err

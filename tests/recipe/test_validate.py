@@ -28,6 +28,12 @@ def advice(path: Path, *overrides: str) -> list[str]:
     ("text", "place", "message"),
     [
         ("flakes:\n  alhpa: 1", "3: flakes.alhpa", "unknown key; did you mean flakes.alpha?"),
+        (
+            "atlas: {pivot: [5, 5]}",
+            "2: atlas.pivot",
+            "is in frame widths and heights, not px, from -2 to 3: [0.5, 1] is the middle of the "
+            "bottom; got [5, 5]",
+        ),
         ("Seed: 1", "2: Seed", "unknown key; did you mean seed?"),
         ("rate: 3", "2: rate", "unknown key; did you mean flakes.rate?"),
         ("flakes.rate: 3", "2: flakes.rate", "unknown key; write `rate` inside the block `flakes`"),

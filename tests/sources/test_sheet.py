@@ -11,7 +11,7 @@ from PIL import Image
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.recipe.source import Grid
-from fire_atlas.sources.sheet import open_sheet
+from fire_atlas.sources.sheet import likely_grid, open_sheet
 from tests.support import synthetic_fire as fire
 
 
@@ -22,6 +22,32 @@ def test_whole_cells_are_cut_out_bit_for_bit(tmp_path: Path) -> None:
     assert (reel.width, reel.height, reel.count) == (48, 40, 6)
     for i, frame in enumerate(frames):
         np.testing.assert_array_equal(reel.read(i), frame)
+
+
+def _sheet_of_blobs(columns: int, rows: int, width: int = 24, height: int = 32) -> Pixels:
+    """Return the alpha of a sheet whose frames show a blob that is smaller than their cell."""
+    y, x = np.mgrid[0 : rows * height, 0 : columns * width]
+    away = np.hypot((x % width - width / 2 + 0.5) / width, (y % height - height * 0.6) / height)
+    return np.asarray(np.clip(1 - away / 0.35, 0, 1), np.float32)
+
+
+@pytest.mark.parametrize("grid", [(2, 2), (4, 4), (5, 1), (1, 4), (3, 7), (16, 8)])
+def test_a_sheet_is_recognised_by_the_empty_lines_between_its_frames(grid: tuple[int, int]) -> None:
+    assert likely_grid(_sheet_of_blobs(*grid)) == grid
+
+
+@pytest.mark.parametrize(
+    "cover",
+    [
+        _sheet_of_blobs(1, 1),
+        _sheet_of_blobs(2, 1),
+        np.ones((64, 64), np.float32),
+        np.zeros((64, 64), np.float32),
+        _sheet_of_blobs(4, 4)[:-1, :-1],
+    ],
+)
+def test_other_pictures_are_taken_for_no_sheet(cover: Pixels) -> None:
+    assert likely_grid(cover) is None
 
 
 def blob(x: np.ndarray, y: np.ndarray, at: tuple[float, float]) -> np.ndarray:

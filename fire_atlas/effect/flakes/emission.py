@@ -31,6 +31,8 @@ _GOLDEN = (math.sqrt(5) - 1) / 2
 _BURST_SPARKS = (3, 14)
 """Minimum and maximum number of sparks in a burst."""
 
+_MEAN_BURST_SPARKS = sum(_BURST_SPARKS) / 2
+
 _BURST_SPEED = (0.2, 0.8)
 """Minimum and maximum speed that a burst gives its sparks, heights/s."""
 
@@ -52,10 +54,11 @@ _SIZE_SPREAD = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Spawns:
-    """Spawned flakes, in the order of spawning. All arrays (flakes,) float64, ``tick`` int64.
+    """Spawned flakes, in the order of spawning. All arrays (flakes,) float64 but the first two.
 
     Attributes:
-        tick: Time step in which the flake is spawned, in units of ``TICK``.
+        in_burst: Whether the flake is a spark of a burst, bool.
+        tick: Time step in which the flake is spawned, in units of ``TICK``, int64.
         x, y: Place where it is spawned, px.
         impulse_x, impulse_y: Initial velocity in addition to the field's, px/s.
         terminal_velocity: Speed at which the flake falls through still air, px/s.
@@ -68,6 +71,7 @@ class Spawns:
         turbulence_phase_x, turbulence_phase_y: Its phases, rad.
     """
 
+    in_burst: NDArray[np.bool_]
     tick: NDArray[np.int64]
     x: NDArray[np.float64]
     y: NDArray[np.float64]
@@ -87,9 +91,9 @@ class Spawns:
         """Return the same flakes, spawned ``x`` px further right and ``y`` px further down."""
         return replace(self, x=self.x + x, y=self.y + y)
 
-    def take(self, places: NDArray[np.intp]) -> "Spawns":
+    def take(self, places: NDArray[np.intp]) -> Self:
         """Return the flakes at the given indices."""
-        return Spawns(*(getattr(self, f.name).take(places) for f in fields(self)))
+        return replace(self, **{f.name: getattr(self, f.name).take(places) for f in fields(self)})
 
     def cooled_by(self, end: float) -> Self:
         """Return the same flakes, lifetimes shortened to end half a tick before ``end``, s."""
@@ -99,14 +103,14 @@ class Spawns:
     @classmethod
     def empty(cls) -> Self:
         """Return no flakes."""
-        return cls(np.empty(0, np.int64), *(np.empty(0) for _ in fields(cls)[1:]))
+        rest = (np.empty(0) for _ in fields(cls)[2:])
+        return cls(np.empty(0, np.bool_), np.empty(0, np.int64), *rest)
 
     @classmethod
     def concatenate(cls, parts: list[Self]) -> Self:
         """Return the flakes of all parts, in the order of spawning."""
-        together = [np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)]
-        order = np.argsort(together[0], kind="stable")
-        return cls(*(column[order] for column in together))
+        together = cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
+        return together.take(np.argsort(together.tick, kind="stable"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +119,8 @@ class EmitterSettings:
 
     Attributes:
         seed: The recipe's seed.
-        rate, burst_rate: Flakes, and bursts, per second at the automatic α.
+        rate: Flakes per second at the automatic α, those of bursts included.
+        burst_rate: Bursts per second at the automatic α.
         candidate_count: Mean number of candidates per frame at the automatic α: N(α_auto).
         alpha: α, the recipe's or the automatic one: pixels with ‖Fv*‖ > α are candidates.
         life, size: (min, max), s and px.
@@ -160,10 +165,11 @@ class EmitterSettings:
         duration = math.inf if clip.loop else clip.body / clip.fps
         automatic = automatic_rate(moving_area, width_ratio, duration)
         rate = automatic if flakes.rate == "auto" else flakes.rate
+        bursts = automatic_burst_rate(rate) if flakes.bursts == "auto" else flakes.bursts
         return cls(
             seed=seed,
             rate=rate,
-            burst_rate=automatic_burst_rate(rate) if flakes.bursts == "auto" else flakes.bursts,
+            burst_rate=min(bursts, rate / _MEAN_BURST_SPARKS),
             candidate_count=candidate_count,
             alpha=automatic_alpha if flakes.alpha == "auto" else flakes.alpha,
             life=flakes.life,
@@ -196,7 +202,10 @@ def automatic_burst_rate(rate: float) -> float:
 
 
 def emit(frame: int, strength: Plane, emitter: EmitterSettings) -> Spawns:
-    """Spawn the flakes of one frame.
+    """Spawn the flakes of one frame: as many as ``rate`` says, and bursts in addition to them.
+
+    ``with_bursts_in_rate`` takes the sparks of bursts out of the number again, which needs the
+    births of all frames.
 
     Candidates C_pos are the pixels whose strength ‖Fv*‖ exceeds α. The spawns of a frame are
     Poisson distributed with λ = rate · N(α) / N(α_auto) a second, so a lower α gives more flakes
@@ -214,7 +223,8 @@ def emit(frame: int, strength: Plane, emitter: EmitterSettings) -> Spawns:
     chance = generator(emitter.seed, RandomStream.EMISSION, frame)
     count = _steady_poisson(emitter.rate * duration, frame, emitter.seed)
     columns = _columns(chance, candidates.choose(chance, count), candidates.width, emitter)
-    spawned = [Spawns(first + chance.integers(ticks, size=count), *columns)]
+    when = first + chance.integers(ticks, size=count)
+    spawned = [Spawns(np.zeros(count, np.bool_), when, *columns)]
     chance = generator(emitter.seed, RandomStream.BURSTS, frame)
     if bursts := int(chance.poisson(emitter.burst_rate * duration)):
         sizes = chance.integers(*_BURST_SPARKS, bursts, endpoint=True)
@@ -223,7 +233,7 @@ def emit(frame: int, strength: Plane, emitter: EmitterSettings) -> Spawns:
         where = [each.choose(chance, sparks) for each, sparks in zip(near, sizes, strict=True)]
         columns = _columns(chance, np.concatenate(where), candidates.width, emitter, in_burst=True)
         when = np.repeat(first + chance.integers(ticks, size=bursts), sizes)
-        spawned.append(Spawns(when, *columns))
+        spawned.append(Spawns(np.ones(len(when), np.bool_), when, *columns))
     return Spawns.concatenate(spawned)
 
 
@@ -290,7 +300,7 @@ def _columns(
     emitter: EmitterSettings,
     in_burst: bool = False,
 ) -> tuple[NDArray[np.float64], ...]:
-    """Return all columns of ``Spawns`` but ``tick``, of flakes at flat pixel indices ``where``."""
+    """Return the columns of ``Spawns`` from ``x`` on, of flakes at flat pixel indices ``where``."""
     count, (row, column) = len(where), np.divmod(where, width)
     inside = chance.random((2, count))
     heading = chance.uniform(0, 2 * np.pi, count)
@@ -316,6 +326,17 @@ def _columns(
         chance.uniform(0, 2 * math.pi, count),
         chance.uniform(0, 2 * math.pi, count),
     )
+
+
+def with_bursts_in_rate(spawns: Spawns, seed: int) -> Spawns:
+    """Remove as many flakes as bursts have sparks, so that as many are left as the rate says.
+
+    Single flakes are removed at random over the whole clip; sparks only where bursts alone are more
+    than the rate.
+    """
+    rank = generator(seed, RandomStream.REPLACED_BY_BURSTS).permutation(len(spawns.tick))
+    order = np.lexsort((rank, ~spawns.in_burst))
+    return spawns.take(np.sort(order[: np.count_nonzero(~spawns.in_burst)]))
 
 
 def limit_alive(spawns: Spawns, limit: int, count: int, fps: float, seed: int) -> Spawns:

@@ -89,6 +89,25 @@ def _played_motion(sheet: AtlasSheet, options: GodotOptions) -> MotionScale | No
     return sheet.motion if is_played and options.version == 4 else None
 
 
+def why_motion_is_not_played(product: Product, options: GodotOptions) -> str | None:
+    """Return advice if there are motion vectors for Godot, but no scene that plays along them."""
+    sheet = product.sheets[0]
+    if sheet.motion is None or sheet.motion.engine != "godot" or _played_motion(sheet, options):
+        return None
+    if options.version != 4:
+        reason = "only Godot 4 has a shader for them; set version: 4"
+    elif sheet.grid is None:
+        reason = "its frames are packed, and it needs cells of one size; set atlas.layout: grid"
+    elif len(sheet.animations) > 1:
+        reason = f"it plays one animation of {len(sheet.animations)}; give each its own recipe"
+    else:
+        reason = (
+            f"it plays one page of {len(sheet.pages)}; set a larger atlas.max_size or a smaller "
+            "source.height"
+        )
+    return f"maps.motion: no {sheet.name}_motion.tscn plays along the vectors: {reason}"
+
+
 def _flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iterator[OutputFile]:
     """Yield the material that plays a sheet along its motion vectors, and a scene of a sprite."""
     motion = _played_motion(sheet, options)

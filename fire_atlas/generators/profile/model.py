@@ -15,7 +15,10 @@ from scipy.interpolate import CubicSpline
 from fire_atlas.core.pixels import Bytes, Pixels, decode_bytes
 
 MIN_FRAMES, MAX_FRAMES = 4, 160
-"""Limits on the frames of a clip to learn from; 8 to 60 are best."""
+"""Limits on the frames of a clip to learn from."""
+
+FEW_FRAMES, MANY_FRAMES = 8, 60
+"""Fewer frames than these show too few poses of the fire; more mostly make the profile larger."""
 
 NODES = 16
 """Number of heights at which pose curves are stored; cubic splines run between them."""

@@ -12,6 +12,7 @@ from fire_atlas.effect.flakes.emission import (
     automatic_burst_rate,
     automatic_rate,
     emit,
+    with_bursts_in_rate,
 )
 
 EMITTER = EmitterSettings(
@@ -81,6 +82,26 @@ def test_a_burst_throws_three_to_fourteen_small_sparks_from_about_one_place() ->
         assert np.ptp(born.x) <= 0.05 * EMITTER.height + 1 >= np.ptp(born.y)
         assert np.all(born.size <= 4.0)
         assert np.hypot(born.impulse_x, born.impulse_y).max() > 0
+
+
+def test_sparks_of_bursts_take_the_place_of_single_flakes() -> None:
+    single, crackling = _all(600, EMITTER), _all(600, replace(EMITTER, burst_rate=4.0))
+    both = with_bursts_in_rate(crackling, EMITTER.seed)
+    assert len(both.x) == len(single.x) < len(crackling.x)
+    assert both.in_burst.sum() == crackling.in_burst.sum() > 0.2 * len(single.x)
+    assert np.isin(both.x, crackling.x).all() and (np.diff(both.tick) >= 0).all()
+
+
+def test_single_flakes_make_way_for_bursts_evenly_over_the_clip() -> None:
+    both = with_bursts_in_rate(_all(2400, replace(EMITTER, burst_rate=4.0)), EMITTER.seed)
+    quarters = np.histogram(both.tick[~both.in_burst], 4, (0, 6000))[0]
+    assert quarters.min() > 0.9 * quarters.max()
+
+
+def test_bursts_alone_are_never_more_than_the_rate() -> None:
+    crackling = _all(600, replace(EMITTER, rate=10.0, burst_rate=4.0))
+    both = with_bursts_in_rate(crackling, EMITTER.seed)
+    assert both.in_burst.all() and len(both.x) == pytest.approx(250, rel=0.05)
 
 
 def test_the_sparks_of_a_burst_are_born_on_candidates() -> None:

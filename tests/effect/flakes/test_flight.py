@@ -18,8 +18,9 @@ FPS = 24.0
 def _spawns(count: int, x: float = 100.0, y: float = 200.0, life: float = 10.0) -> Spawns:
     ones = np.ones(count)
     return Spawns(
-        np.zeros(count, np.int64), ones * x, ones * y, 0 * ones, 0 * ones, 0 * ones, life * ones,
-        2 * ones, 0 * ones, ones, 0 * ones, ones, 0 * ones, 0 * ones,
+        np.zeros(count, np.bool_), np.zeros(count, np.int64), ones * x, ones * y, 0 * ones,
+        0 * ones, 0 * ones, life * ones, 2 * ones, 0 * ones,
+        ones, 0 * ones, ones, 0 * ones, 0 * ones,
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
+from tests.support.repo import Repo
 
 
 def built(folder: Path, motion: str = "godot", **atlas: Any) -> Path:
@@ -48,6 +49,33 @@ def test_vectors_are_imported_as_data_and_found_by_their_uid(tmp_path: Path) -> 
     assert "process/fix_alpha_border=false" in settings
     (uid,) = re.findall(r'^uid="(.*)"$', settings, re.MULTILINE)
     assert f'uid="{uid}" path="fire.motion.png"' in (folder / "fire_motion.tres").read_text()
+
+
+_CLIP = {"path": str(shipped("samples") / "campfire"), "height": 120, "fps": 24}
+
+
+@pytest.mark.parametrize(
+    ("keys", "advice"),
+    [
+        ({}, "set atlas.layout: grid"),
+        ({"atlas": {"layout": "grid"}, "exports": [{"godot": {"version": 3}}]}, "version: 4"),
+        ({"atlas": {"layout": "grid", "max_size": 320}}, "a larger atlas.max_size"),
+        ({"atlas": {"layout": "grid"}}, None),
+        ({"exports": ["json"]}, None),
+        ({"maps": {"motion": "none"}}, None),
+    ],
+)
+def test_the_build_says_what_a_scene_for_the_vectors_needs(
+    tmp_path: Path, keys: dict[str, Any], advice: str | None
+) -> None:
+    repo = Repo(tmp_path / "repo")
+    keys = {"flakes": "none", "exports": ["godot"], "maps": {"motion": "godot"}, **keys}
+    ran = repo.run("build", repo.recipe(source=_CLIP, **keys))
+    assert ran.code == 0
+    assert ("maps.motion: no fire_motion.tscn" in ran.err) == (advice is not None)
+    assert advice is None or advice in ran.err
+    is_played = advice is None and keys["exports"] == ["godot"] and keys["maps"]["motion"] != "none"
+    assert (repo.build / "fire_motion.tscn").exists() == is_played
 
 
 def test_other_engines_vectors_have_no_material(tmp_path: Path) -> None:

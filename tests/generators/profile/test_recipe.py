@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -196,6 +197,25 @@ def test_learn_names_its_output_and_will_not_overwrite_its_input(
     assert (repo / "front.profile.json").is_file() and (repo / "front.profile.png").is_file()
     code, said = run("learn", "front", "-o", "front.png")
     assert code == 2 and "ends in .json" in said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("count", "advice"),
+    [(6, "8 to 60 are best; 6 show few poses"), (8, None), (60, None), (72, "of 72, those beyond")],
+)
+def test_learn_says_when_a_clip_is_short_or_long(
+    repo: Path, tmp_path: Path, count: int, advice: str | None
+) -> None:
+    frames = sorted((repo / "front").glob("*.png"))
+    clip = tmp_path / "clip"
+    clip.mkdir()
+    for i in range(count):
+        shutil.copy(frames[i % len(frames)], clip / f"{i:03}.png")
+    code, said = run("learn", clip, "-o", tmp_path / "x.profile.json")
+    assert code == 0
+    assert ("are best" in said) == (advice is not None)
+    assert advice is None or advice in said
 
 
 @pytest.mark.slow

@@ -11,7 +11,13 @@ from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Pixels, luminance
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.learn.features import FireMask, feature_points, largest_flame
-from fire_atlas.generators.profile.model import MAX_FRAMES, MIN_FRAMES, FeaturePoints
+from fire_atlas.generators.profile.model import (
+    FEW_FRAMES,
+    MANY_FRAMES,
+    MAX_FRAMES,
+    MIN_FRAMES,
+    FeaturePoints,
+)
 
 _MAX_SEAM_RATIO = 1.1
 """Maximum seam of a clip that loops, relative to its 90th percentile step."""
@@ -218,16 +224,30 @@ def _no_fire(name: str, mask: FireMask, seen: int, count: int) -> str:
     )
 
 
+def length_advice(count: int) -> str | None:
+    """Return advice on a clip of ``count`` frames that is shorter or longer than is best."""
+    if FEW_FRAMES <= count <= MANY_FRAMES:
+        return None
+    best = f"{FEW_FRAMES} to {MANY_FRAMES} are best"
+    if count < FEW_FRAMES:
+        return f"{best}; {count} show few poses of the fire, so that what is generated repeats them"
+    return (
+        f"{best}; of {count}, those beyond mostly make the profile larger and slower to learn: "
+        "--set start=N and --set count=N choose some"
+    )
+
+
 def _refuse_length(name: str, count: int) -> None:
+    best = f"{FEW_FRAMES} to {MANY_FRAMES}"
     if count < MIN_FRAMES:
         raise SourceError(
             f"{name}: has {count} frame{'s' * (count > 1)}; a profile is learnt from at "
-            f"least {MIN_FRAMES}, best from 8 to 60"
+            f"least {MIN_FRAMES}, best from {best}"
         )
     if count > MAX_FRAMES:
         raise SourceError(
             f"{name}: has {count} frames; a profile is learnt from at most {MAX_FRAMES}, and "
-            f"8 to 60 are enough: choose some with source.start and source.count"
+            f"{best} are enough: choose some with source.start and source.count"
         )
 
 
