@@ -2,22 +2,16 @@
 
 from argparse import Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fire_atlas.cli.depfile import refuse_overwriting, write_depfile
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import BuildView, Outcome, shows_interruption, view_for
 from fire_atlas.core.errors import OutputError
-from fire_atlas.core.progress import StageTimer
 from fire_atlas.outputs.folder import default_folder
 from fire_atlas.outputs.freshness import why_other_bytes, why_stale
 from fire_atlas.outputs.recovery import recover, tidy
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
 from fire_atlas.recipe.tree import RecipeTree, read_tree
-
-if TYPE_CHECKING:
-    from fire_atlas.outputs.cache.build_cache import BuildCache
-    from fire_atlas.pipeline.check import CheckedRecipe
 
 
 def run(args: Namespace) -> int:
@@ -108,12 +102,12 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
     if not args.force and why_stale(tree, out) is None:
         return Outcome(fresh=True)
 
-    from fire_atlas.cli.cache import cache_of
+    from fire_atlas.cli.cached import cache_of, restored
     from fire_atlas.pipeline.check import load_checked
 
     loaded, cache = load_checked(tree), cache_of(args)
-    if cache and not args.force and (restored := _restore(loaded, cache, args, view)):
-        return restored
+    if cache and not args.force and (outcome := restored(loaded, cache, out, args, view)):
+        return outcome
 
     from fire_atlas.pipeline.build import build
     from fire_atlas.pipeline.context import BuildOptions
@@ -125,23 +119,3 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
     if cache and cache.writes:
         view.cache(*cache.store(out, tree.name, report.merged, view.note))
     return Outcome(list(report.files), report.timings, report.statistics)
-
-
-def _restore(
-    loaded: "CheckedRecipe", cache: "BuildCache", args: Namespace, view: BuildView
-) -> Outcome | None:
-    """Take the outputs of a recipe from a cache; return None if they are not there."""
-    from fire_atlas.outputs.cache.archive import CacheMissError
-    from fire_atlas.outputs.cache.key import CacheKey
-    from fire_atlas.pipeline.restore import restore
-
-    timer, out = StageTimer(), folder_of(loaded.tree, args)
-    key = CacheKey.of_tree(loaded.tree)
-    try:
-        with timer.measure("cache"):
-            restored = restore(loaded, key, cache, out, args.overwrite, view.note)
-    except CacheMissError as miss:
-        view.cache("miss", f"{miss}: {key}")
-        return None
-    view.cache("hit", str(key))
-    return Outcome(list(restored.files), timer.seconds, restored.statistics)

@@ -1,48 +1,23 @@
-"""The command ``cache``, and the cache that builds use: its options and environment variables."""
+"""The command ``cache``: describe a cache of builds, or remove entries from it."""
 
 import os
 import re
 import time
 from argparse import Namespace
-from functools import cache
 
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import OutputError, RecipeError
-from fire_atlas.outputs.cache.build_cache import BuildCache
 from fire_atlas.outputs.cache.store import Store, StoredEntry, StoreError, open_store
 
-LOCATION, MODE, SECRET = "FIRE_ATLAS_CACHE", "FIRE_ATLAS_CACHE_MODE", "FIRE_ATLAS_CACHE_KEY"
-"""Environment variables: where the cache is, whether it is written, the key that signs entries."""
-
-_MODES = ("read", "read-write")
 _BYTES = {"": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}
 _SECONDS = {"h": 3600, "d": 24 * 3600, "w": 7 * 24 * 3600}
 
 
-def cache_of(args: Namespace) -> BuildCache | None:
-    """Return the cache that the options of a build, or else the environment, name; None without.
-
-    Raises:
-        RecipeError: The mode is invalid.
-    """
-    location = os.environ.get(LOCATION, "") if args.cache is None else args.cache
-    mode = args.cache_mode or os.environ.get(MODE) or "read-write"
-    if mode not in _MODES:
-        raise RecipeError(f"{MODE}: must be {' or '.join(_MODES)}; got {mode}")
-    return _opened(location, mode, os.environ.get(SECRET, "")) if location else None
-
-
-@cache
-def _opened(location: str, mode: str, secret: str) -> BuildCache:
-    """Return the one cache of this process with these settings; it remembers what has failed."""
-    return BuildCache(location, mode == "read-write", secret.encode() or None)
-
-
 def run(args: Namespace) -> int:
     """Describe a cache, or remove entries from it."""
-    location = args.location or os.environ.get(LOCATION)
+    location = args.location or os.environ.get("FIRE_ATLAS_CACHE")
     if not location:
-        raise RecipeError(f"name the cache, a folder or a URL, or set {LOCATION}")
+        raise RecipeError("name the cache, a folder or a URL, or set FIRE_ATLAS_CACHE")
     limits = _size(args.max_size), _age(args.older_than)
     if (args.action == "prune") == (limits == (None, None)):
         wrong = "needs" if args.action == "prune" else "removes nothing, and takes no"

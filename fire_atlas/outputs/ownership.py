@@ -137,8 +137,11 @@ def stale_outputs(manifests: FolderManifests, written: Collection[str]) -> list[
     return [manifests.out / name for name in old if name in stale]
 
 
-def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> None:
+def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> tuple[Path, ...]:
     """Move all outputs of the build ``name`` into place, and remove those it no longer writes.
+
+    Returns:
+        The outputs in their places.
 
     Raises:
         OutputError: An output would replace a file of another build or of the user, or another
@@ -150,6 +153,7 @@ def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> None:
         changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
         refuse_replacing(manifests, changed, staging.overwrite)
         staging.commit(stale_outputs(manifests, [output.name for output in outputs]))
+    return tuple(staging.out / output.name for output in outputs)
 
 
 def _refuse_names_that_differ_in_case(names: Sequence[str]) -> None:

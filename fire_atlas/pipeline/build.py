@@ -93,6 +93,5 @@ def build(
             outputs.append(
                 write_manifest(loaded, tool.result(), inputs, outputs, statistics, staging)
             )
-            commit(recipe.name, outputs, staging)
-    written = tuple(out / each.name for each in outputs)
+            written = commit(recipe.name, outputs, staging)
     return BuildReport(written, timer.seconds, statistics, staging.has_merged)

@@ -59,8 +59,8 @@ def restore(
         data, manifest = archive.read_manifest(name, may_write_it)
         _refuse_merging(manifest, out)
         outputs = [*_extract(archive, manifest, staging), _write_manifest(name, data, staging)]
-        commit(name, outputs, staging)
-    return RestoredBuild(tuple(out / each.name for each in outputs), manifest.statistics)
+        written = commit(name, outputs, staging)
+    return RestoredBuild(written, manifest.statistics)
 
 
 def _refuse_merging(manifest: Manifest, out: Path) -> None:
