@@ -3,6 +3,8 @@
 import hashlib
 import io
 import json
+import os
+import sys
 import tarfile
 import threading
 import tracemalloc
@@ -309,6 +311,31 @@ def test_who_reads_while_others_write_sees_whole_entries(tmp_path: Path) -> None
             assert source is not None
             assert len(set(read(source.read())["fire.png"])) == 1
     assert [path.name for path in folder.iterdir()] == [f"{KEY.digest}.tar"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="files that are open can be removed")
+def test_an_entry_that_is_removed_while_it_is_read_is_read(tmp_path: Path) -> None:
+    store, data = open_store(str(tmp_path / "cache")), archive(tmp_path / "out", FILES)
+    (tmp_path / "cache").mkdir()
+    (tmp_path / "cache" / f"{KEY.digest}.tar").write_bytes(data)
+    with store.open(KEY.digest) as source:
+        assert source is not None
+        store.remove(KEY.digest)
+        assert read(source.read()) == FILES
+    with store.open(KEY.digest) as source:
+        assert source is None
+    store.remove(KEY.digest)  # another process was quicker
+
+
+def test_drafts_of_killed_processes_are_removed_when_they_are_old(tmp_path: Path) -> None:
+    store = open_store(str(tmp_path))
+    draft, old = (tmp_path / f".{KEY.digest}.tar.{each * 8}.tmp" for each in ("ab", "cd"))
+    for path in (draft, old):
+        path.write_bytes(b"half")
+    os.utime(old, (0, 0))
+    store.remove_drafts()
+    assert list(tmp_path.iterdir()) == [draft]
+    assert store.entries() == []
 
 
 def test_a_store_that_fails_is_tried_once(tmp_path: Path) -> None:
