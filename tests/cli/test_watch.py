@@ -107,7 +107,7 @@ def test_what_a_cache_has_is_taken_from_it(watch: Start, campfire: Path) -> None
     text = campfire.read_text()
     campfire.write_text(text + "seed: 4\n")
     watched.hears("cache: stored")
-    watched.hears("watching")
+    watched.hears("campfire.yaml: 4 files in build")
     campfire.write_text(text)
     watched.hears("cache: hit")
     assert watched.ends() == 130
