@@ -17,8 +17,8 @@ from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.check import CheckedRecipe
 from fire_atlas.pipeline.expected import may_write
 
-_MERGED_ROLES = {"engine", "scene", "script", "import"}
-"""Roles of the files that engines and people edit, and that builds therefore merge: engines'."""
+_MERGED_ROLES = {"import", "scene"}
+"""Roles of the files in which a build keeps what an engine or a person has written."""
 
 
 @dataclass(frozen=True, slots=True)

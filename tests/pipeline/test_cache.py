@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from fire_atlas.outputs.staging import Staging
 from tests.support.repo import Ran, Repo, command, contents, environment, run_alone, script
 
 pytestmark = pytest.mark.slow
@@ -254,6 +255,30 @@ def test_a_hit_removes_what_the_earlier_build_wrote(repo: Repo, filled: dict[str
     assert "fire.css" in contents(repo.build)
     assert results(repo, recipe) == ["hit"]
     assert contents(repo.build) == filled
+
+
+def test_only_scenes_and_import_settings_are_merged_with_those_that_are_there(
+    repo: Repo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A hit looks for changes in outputs of these roles alone."""
+    repo.clip()
+    (repo.folder / "list.j2").write_text("{{ name }}", encoding="utf-8")
+    recipe, read, existing = repo.recipe(**EVERYTHING), set[str](), Staging.existing
+
+    def recorded(staging: Staging, name: str) -> bytes | None:
+        read.add(name)
+        return existing(staging, name)
+
+    monkeypatch.setattr(Staging, "existing", recorded)
+    outputs = repo.built(recipe)
+    roles = {
+        each["path"]: each["role"] for each in json.loads(outputs["fire.manifest.json"])["outputs"]
+    }
+    assert {roles[name] for name in read & roles.keys()} == {"import", "scene"}
+    others = read - roles.keys()
+    for name in others:  # looked at, but of no consequence
+        (repo.build / name).write_text(f"fileFormatVersion: 2\nguid: {'7' * 32}\n", "utf-8")
+    assert {**repo.built(recipe, "--force"), **outputs} == repo.built(recipe, "--force")
 
 
 @pytest.mark.usefixtures("cache")
