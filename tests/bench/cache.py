@@ -13,6 +13,7 @@ Exits 1 too if any byte of any output differs from the one that the first build 
 """
 
 import hashlib
+import os
 import random
 import shutil
 import subprocess
@@ -52,13 +53,15 @@ def built(recipes: Path, out: Path, cache: Path) -> float:
         "2",
         "-v",
     ]
-    start = time.perf_counter()
+    start, before = time.perf_counter(), os.times()
     done = subprocess.run(line, capture_output=True, text=True, check=False)
-    seconds = time.perf_counter() - start
+    seconds, after = time.perf_counter() - start, os.times()
+    processor = sum(after[2:4]) - sum(before[2:4])  # of children, user and system
     if done.returncode:
         raise SystemExit(done.stderr)
     hits, misses = (done.stderr.count(f"cache: {result}") for result in ("hit", "miss"))
-    print(f"{seconds:8.2f} s  {hits} hits, {misses} misses", flush=True)
+    took = f"{seconds:8.2f} s, {processor:.2f} s of processor time"
+    print(f"{took}: {hits} hits, {misses} misses", flush=True)
     return seconds
 
 

@@ -99,7 +99,7 @@ class _FolderStore:
 
     @contextmanager
     def open(self, digest: str) -> Iterator[Readable | None]:
-        path = self._folder / (digest + _ENDING)
+        path = self._path(digest)
         try:
             file = open_file(path)
         except FileNotFoundError:
@@ -111,21 +111,21 @@ class _FolderStore:
             yield _StoreStream(file, str(path))
 
     def write(self, digest: str, write: Callable[[BinaryIO], None]) -> None:
-        name = digest + _ENDING
-        draft = self._folder / f".{name}.{os.urandom(8).hex()}.tmp"
+        path = self._path(digest)
+        draft = path.with_name(f".{path.name}.{os.urandom(8).hex()}.tmp")
         remove = partial(_remove_draft, draft)
         with _errors_of(self._folder), if_interrupted(remove):
             try:
                 self._folder.mkdir(parents=True, exist_ok=True)
                 with draft.open("xb") as file:
                     write(file)
-                draft.replace(self._folder / name)
+                draft.replace(path)
             finally:
                 remove()
 
     def touch(self, digest: str) -> None:
         with suppress(OSError):  # another user's file
-            os.utime(self._folder / (digest + _ENDING))
+            os.utime(self._path(digest))
 
     def entries(self) -> list[StoredEntry]:
         with _errors_of(self._folder):
@@ -133,13 +133,16 @@ class _FolderStore:
 
     def remove(self, digest: str) -> None:
         with _errors_of(self._folder):
-            (self._folder / (digest + _ENDING)).unlink(missing_ok=True)
+            self._path(digest).unlink(missing_ok=True)
 
     def remove_drafts(self) -> None:
         with _errors_of(self._folder):
             for path in self._folder.iterdir():
                 if _DRAFT.fullmatch(path.name) and _is_old(path):
                     path.unlink(missing_ok=True)
+
+    def _path(self, digest: str) -> Path:
+        return self._folder / (digest + _ENDING)
 
 
 def _is_old(draft: Path) -> bool:
@@ -243,7 +246,7 @@ def _file_system(url: str) -> "tuple[AbstractFileSystem, str]":
         from fsspec.core import url_to_fs
     except ModuleNotFoundError:
         raise StoreError(
-            f"{without_password(url)}: needs a package that is not installed; "
+            f"{_without_password(url)}: needs a package that is not installed; "
             f"pip install 'fire-atlas[cache]'"
         ) from None
     files, root = url_to_fs(url)
@@ -274,11 +277,14 @@ def _errors_of(where: str | Path) -> Iterator[None]:
 
 
 def _store_error(where: str | Path, error: Exception) -> StoreError:
-    text = " ".join(str(error).split()) or type(error).__name__
-    reason = error.strerror if isinstance(error, OSError) and error.strerror else text
-    return StoreError(without_password(f"{where}: {reason}"))
+    reason = " ".join(str(error).split()) or type(error).__name__
+    if isinstance(error, OSError) and error.strerror:
+        reason = error.strerror
+    elif isinstance(error, FileNotFoundError):  # which names no reason in fsspec
+        reason = "not found, or this store cannot list what it has"
+    return StoreError(_without_password(f"{where}: {reason}"))
 
 
-def without_password(text: str) -> str:
+def _without_password(text: str) -> str:
     """Return ``text`` without the user names, passwords and queries of the URLs in it."""
     return re.sub(r"(?<=://)[^/@\s]*@|\?[^\s:]*", "", text)
