@@ -28,8 +28,8 @@ def run(args: Namespace) -> int:
         lines = _describe(entries) if args.action == "info" else _prune(store, entries, *limits)
     except StoreError as error:
         raise OutputError(str(error)) from error
-    if not args.quiet:
-        print(*map(printable, lines), sep="\n")
+    for line in lines if not args.quiet else ():
+        print(printable(line))
     return 0
 
 
