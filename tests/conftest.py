@@ -15,6 +15,8 @@ settings.load_profile("untimed")
 
 pin_kernels()  # as the command line does, before any test imports numpy
 
+os.environ.pop("FIRE_ATLAS_CACHE", None)  # what a test builds is built
+
 PACKAGES = ("pixi.js", "phaser", "phaser4", "playwright-core")
 
 

@@ -58,6 +58,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         "learn": _add_learn(commands),
         "watch": _add_watch(commands),
         "clean": _add_clean(commands),
+        "cache": _add_cache_command(commands),
         "preview": _add_preview(commands),
         "inspect": _add_inspect(commands),
         "schema": _add_schema(commands),
@@ -86,6 +87,7 @@ def _add_build(commands: _Commands) -> _Parser:
     _add_jobs(parser)
     _add_overwrite(parser)
     _add_limits(parser)
+    _add_cache(parser)
     parser.add_argument("--force", action="store_true", help="build even if up to date")
     parser.add_argument(
         "--dry-run", action="store_true", help="say what would be built, and why; write nothing"
@@ -155,6 +157,7 @@ def _add_watch(commands: _Commands) -> _Parser:
     _add_jobs(parser)
     _add_overwrite(parser)
     _add_limits(parser)
+    _add_cache(parser)
     parser.set_defaults(force=False)
     _add_volume(parser)
     return parser
@@ -165,6 +168,25 @@ def _add_clean(commands: _Commands) -> _Parser:
     _add_recipes(parser)
     _add_out(parser)
     _add_set(parser)
+    _add_volume(parser)
+    return parser
+
+
+def _add_cache_command(commands: _Commands) -> _Parser:
+    parser = commands.add_parser("cache", help="describe a cache of builds, or make it smaller")
+    parser.add_argument("action", choices=["info", "prune"], metavar="info|prune")
+    parser.add_argument(
+        "location",
+        nargs="?",
+        metavar="DIR|URL",
+        help="default: FIRE_ATLAS_CACHE of the environment",
+    )
+    parser.add_argument(
+        "--max-size", metavar="SIZE", help="prune: remove the oldest beyond this size, like 2G"
+    )
+    parser.add_argument(
+        "--older-than", metavar="AGE", help="prune: remove what was not used for, like 30d"
+    )
     _add_volume(parser)
     return parser
 
@@ -233,6 +255,20 @@ def _add_overwrite(
 
 def _add_jobs(parser: _Parser) -> None:
     parser.add_argument("--jobs", type=_positive, metavar="N", help="workers (default: all cores)")
+
+
+def _add_cache(parser: _Parser) -> None:
+    parser.add_argument(
+        "--cache",
+        metavar="DIR|URL",
+        help="take from there what others have built, and store it (default: FIRE_ATLAS_CACHE)",
+    )
+    parser.add_argument(
+        "--cache-mode",
+        choices=["read", "read-write"],
+        metavar="MODE",
+        help="read, or read-write (default: FIRE_ATLAS_CACHE_MODE, or read-write)",
+    )
 
 
 def _add_limits(parser: _Parser) -> None:

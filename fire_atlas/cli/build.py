@@ -103,12 +103,20 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
         refresh_time(tree, out)
         return Outcome(fresh=True)
 
-    from fire_atlas.pipeline.build import build
+    from fire_atlas.cli.cached import cache_of, restored
     from fire_atlas.pipeline.check import load_checked
+
+    loaded, cache = load_checked(tree), cache_of(args)
+    if cache and not args.force and (outcome := restored(loaded, cache, out, args, view)):
+        return outcome
+
+    from fire_atlas.pipeline.build import build
     from fire_atlas.pipeline.context import BuildOptions
 
     options = BuildOptions.of(args.jobs, args.max_pixels, args.overwrite, args.force)
-    report = build(load_checked(tree), out, options, view)
+    report = build(loaded, out, options, view)
     if report is None:
         return Outcome(fresh=True)
+    if cache and cache.writes:
+        view.cache(*cache.store(out, tree.name, report.merged, view.note))
     return Outcome(list(report.files), report.timings, report.statistics)

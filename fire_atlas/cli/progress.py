@@ -46,6 +46,9 @@ class BuildView(SilentProgress):
     def planned(self, why: str | None) -> None:
         """Show why the recipe would be built; None if it is up to date."""
 
+    def cache(self, result: str, why: str) -> None:
+        """Show what the cache did: a "hit", a "miss", "stored" or "not stored"."""
+
     def done(self, outcome: Outcome) -> None:
         """Show that the build succeeded."""
 
@@ -80,6 +83,11 @@ class LineView(BuildView):
         """Print whether and why the recipe would be built."""
         plan = f"would be built: {why}" if why else "up to date"
         print(printable(f"{self._recipe}: {plan}"))
+
+    def cache(self, result: str, why: str) -> None:
+        """Print what the cache did, if ``verbose``."""
+        if self.verbose:
+            self.note(f"cache: {result}: {why}")
 
     def done(self, outcome: Outcome) -> None:
         """Print how many files were written where."""
@@ -164,6 +172,10 @@ class JsonView(BuildView):
     def planned(self, why: str | None) -> None:
         """Print whether and why the recipe would be built."""
         self._print("plan", fresh=why is None, why=why)
+
+    def cache(self, result: str, why: str) -> None:
+        """Print what the cache did."""
+        self._print("cache", result=result, why=why)
 
     def done(self, outcome: Outcome) -> None:
         """Print files, timings and statistics."""

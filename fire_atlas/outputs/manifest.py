@@ -178,6 +178,11 @@ def _decode_input(entry: Any) -> InputEntry:
 
 def _decode_output(entry: Any) -> OutputEntry:
     match entry:
-        case {"path": str(name), "role": str(role), "bytes": int(size), "sha256": str(sha256)}:
+        case {
+            "path": str(name),
+            "role": str(role),
+            "bytes": int(size),
+            "sha256": str(sha256),
+        } if size >= 0:
             return OutputEntry(plain_name(name), role, size, sha256)
     raise ValueError(f"{entry!r} is not an output")

@@ -7,7 +7,7 @@ content instead.
 
 import hashlib
 import re
-from collections.abc import Collection, Iterable, Mapping, Set
+from collections.abc import Collection, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -16,6 +16,7 @@ from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import is_reserved
 from fire_atlas.outputs.disk import is_regular
 from fire_atlas.outputs.manifest import Manifest, OutputEntry, manifest_name, read_manifest
+from fire_atlas.outputs.staging import Staging
 
 _GUID = re.compile(rb"^guid: [0-9a-f]{32}\s*$", re.MULTILINE)
 _REMAP = re.compile(rb"^\[remap\]", re.MULTILINE)
@@ -134,6 +135,36 @@ def stale_outputs(manifests: FolderManifests, written: Collection[str]) -> list[
         if entry.role == "import" and Path(name).stem in listed:
             stale = _with_settings(manifests.out, name, stale)
     return [manifests.out / name for name in old if name in stale]
+
+
+def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> tuple[Path, ...]:
+    """Move all outputs of the build ``name`` into place, and remove those it no longer writes.
+
+    Returns:
+        The outputs in their places.
+
+    Raises:
+        OutputError: An output would replace a file of another build or of the user, or another
+            output on a file system that ignores case.
+    """
+    _refuse_names_that_differ_in_case([output.name for output in outputs])
+    with staging.folder_locked():
+        manifests = FolderManifests.read(staging.out, name)
+        changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
+        refuse_replacing(manifests, changed, staging.overwrite)
+        staging.commit(stale_outputs(manifests, [output.name for output in outputs]))
+    return tuple(staging.out / output.name for output in outputs)
+
+
+def _refuse_names_that_differ_in_case(names: Sequence[str]) -> None:
+    known: dict[str, str] = {}
+    for name in names:
+        other = known.setdefault(name.casefold(), name)
+        if other != name:
+            raise OutputError(
+                f"{name}: would be the same file as {other} on systems that ignore case; give one "
+                f"of them another name"
+            )
 
 
 def _with_settings(out: Path, name: str, stale: Set[str]) -> Set[str]:

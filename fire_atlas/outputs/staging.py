@@ -38,6 +38,7 @@ class Staging:
         self.out = out
         self.name = name
         self.overwrite = overwrite
+        self.has_merged = False
         self._note = note
         self._folder = staging_folder(out, name)
         self._stack = ExitStack()
@@ -79,11 +80,17 @@ class Staging:
         self._names.append(name)
 
     def existing(self, name: str) -> bytes | None:
-        """Return the bytes that the output ``name`` will replace; None if there are none."""
+        """Return the bytes that the output ``name`` will replace; None if there are none.
+
+        If there are any, ``has_merged`` is True from now on: the outputs depend on the folder.
+        """
         target = self.out / name
         self.refuse(name)
         with readable_errors(target):
-            return target.read_bytes() if target.is_file() else None
+            if not target.is_file():
+                return None
+            self.has_merged = True
+            return target.read_bytes()
 
     def path(self, name: str) -> Path:
         """Return the path of the output ``name`` until it is committed."""

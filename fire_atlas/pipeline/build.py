@@ -8,6 +8,7 @@ from fire_atlas.core.progress import Progress, StageTimer
 from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.digest import tool_digest
 from fire_atlas.outputs.freshness import why_stale
+from fire_atlas.outputs.ownership import commit
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.animate import animate_views
 from fire_atlas.pipeline.check import CheckedRecipe
@@ -17,7 +18,6 @@ from fire_atlas.pipeline.open import check_inputs, hash_inputs, input_files, ope
 from fire_atlas.pipeline.pack_only import pack_only
 from fire_atlas.pipeline.pages import images, pack
 from fire_atlas.pipeline.write import (
-    commit,
     product_of,
     refuse_taken_names,
     write_files,
@@ -36,11 +36,13 @@ class BuildReport:
         files: The outputs, in the order they were written.
         timings: Seconds spent in each stage.
         statistics: Figures about the result, as in the manifest.
+        merged: Whether an engine's files that were there before have shaped any of these.
     """
 
     files: tuple[Path, ...]
     timings: dict[str, float]
     statistics: dict[str, Any]
+    merged: bool
 
 
 def build(
@@ -91,5 +93,5 @@ def build(
             outputs.append(
                 write_manifest(loaded, tool.result(), inputs, outputs, statistics, staging)
             )
-            commit(recipe.name, outputs, staging)
-    return BuildReport(tuple(out / each.name for each in outputs), timer.seconds, statistics)
+            written = commit(recipe.name, outputs, staging)
+    return BuildReport(written, timer.seconds, statistics, staging.has_merged)

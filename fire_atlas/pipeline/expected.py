@@ -1,5 +1,6 @@
-"""Predict files that a build will certainly write, to refuse taken names before it starts."""
+"""Predict the files of a build: those it will certainly write, and those it may write."""
 
+import re
 from collections.abc import Iterator
 
 from fire_atlas.core.output_file import Role
@@ -8,7 +9,7 @@ from fire_atlas.engines.unity import names as unity
 from fire_atlas.formats.names import ENDINGS, flakes_file
 from fire_atlas.outputs.manifest import manifest_name
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.output import export_name
+from fire_atlas.recipe.output import TemplateExport, UnityExport, export_name
 
 _ENGINE_FILES: dict[str, tuple[tuple[str, Role], ...]] = {
     "godot": ((godot.FRAMES_ENDING, "scene"), (godot.SCENE_ENDING, "scene")),
@@ -56,3 +57,23 @@ def _images(recipe: Recipe, sheet: str) -> Iterator[tuple[str, Role]]:
     motion = () if recipe.maps.motion == "none" else ("motion",)
     for kind in (*motion, *recipe.maps.layers):
         yield f"{sheet}.{kind}{ending}", "map"
+
+
+def may_write(recipe: Recipe, file: str) -> bool:
+    """Return whether a build of ``recipe`` may write a file of this name.
+
+    All outputs are named after the recipe, but for a few of Unity's and those of users' templates.
+    """
+    if any(isinstance(export, TemplateExport) for export in recipe.exports):
+        return True  # only the template knows its file's name
+    plain = file.removesuffix(unity.META_ENDING)
+    return re.match(rf"{re.escape(recipe.name)}[.@_-]", file) is not None or plain in _special(
+        recipe
+    )
+
+
+def _special(recipe: Recipe) -> set[str]:
+    """Return the names of Unity's files that do not begin with the recipe's name."""
+    options = [export.unity for export in recipe.exports if isinstance(export, UnityExport)]
+    assemblies = {f"{each.namespace}.asmdef" for each in options if each.assembly}
+    return {f"{unity.player_name(recipe.name)}.cs"} | assemblies

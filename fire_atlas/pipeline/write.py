@@ -4,7 +4,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from fire_atlas.atlas.sheet import AtlasSheet
-from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.formats.pages.page_file import write_page
 from fire_atlas.formats.product import Product
@@ -16,7 +15,7 @@ from fire_atlas.outputs.manifest import (
     encode_manifest,
     manifest_name,
 )
-from fire_atlas.outputs.ownership import FolderManifests, refuse_replacing, stale_outputs
+from fire_atlas.outputs.ownership import FolderManifests, refuse_replacing
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import FinishedAnimation
@@ -94,32 +93,6 @@ def write_manifest(
     )
     name = manifest_name(loaded.recipe.name)
     return _write(OutputFile(name, "manifest", encode_manifest(manifest)), staging)
-
-
-def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> None:
-    """Move all outputs of the build ``name`` into place, and remove those it no longer writes.
-
-    Raises:
-        OutputError: An output would replace a file of another build or of the user, or another
-            output on a file system that ignores case.
-    """
-    _refuse_names_that_differ_in_case([output.name for output in outputs])
-    with staging.folder_locked():
-        manifests = FolderManifests.read(staging.out, name)
-        changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
-        refuse_replacing(manifests, changed, staging.overwrite)
-        staging.commit(stale_outputs(manifests, [output.name for output in outputs]))
-
-
-def _refuse_names_that_differ_in_case(names: Sequence[str]) -> None:
-    known: dict[str, str] = {}
-    for name in names:
-        other = known.setdefault(name.casefold(), name)
-        if other != name:
-            raise OutputError(
-                f"{name}: would be the same file as {other} on systems that ignore case; give one "
-                f"of them another name"
-            )
 
 
 def product_of(

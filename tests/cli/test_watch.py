@@ -122,6 +122,19 @@ def test_ctrl_c_is_how_watch_ends_and_no_error(
     assert said in rest and "error" not in rest and "Traceback" not in rest
 
 
+def test_what_a_cache_has_is_taken_from_it(watch: Start, campfire: Path) -> None:
+    watched = watch(campfire.name, "--cache", "cache", "-v")
+    watched.hears("cache: stored")
+    watched.hears("watching")
+    text = campfire.read_text()
+    campfire.write_text(text + "seed: 4\n")
+    watched.hears("cache: stored")
+    watched.hears("campfire.yaml: 4 files in build")
+    campfire.write_text(text)
+    watched.hears("cache: hit")
+    assert watched.ends() == 130
+
+
 def test_a_mistake_is_reported_and_waited_out(watch: Start, campfire: Path) -> None:
     good = campfire.read_text()
     campfire.write_text(good + "zzz: 1\n")

@@ -41,7 +41,17 @@ def test_every_command_parses(page: str) -> None:
 
 def test_the_docs_show_commands() -> None:
     shown = {command.split()[1] for page in PAGES for command in commands(page)}
-    assert {"build", "check", "init", "learn", "watch", "clean", "preview", "inspect"} <= shown
+    assert {
+        "build",
+        "check",
+        "init",
+        "learn",
+        "watch",
+        "clean",
+        "preview",
+        "inspect",
+        "cache",
+    } <= shown
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -59,8 +69,8 @@ def test_json_lines_have_the_keys_of_their_table(
     keys = {event: {"event", "recipe", *known} for event, *known in rows}
     recipe = tmp_path / "fire.yaml"
     recipe.write_text("{extends: candle, timeline: {frames: 4}, source: {height: 64}}")
-    for option in ("--dry-run", "--force"):
-        main(["build", str(recipe), "--json", option])
+    for options in (["--dry-run"], ["--force", "--cache", str(tmp_path / "cache")]):
+        main(["build", str(recipe), "--json", *options])
     main(["build", str(recipe), "--json", "--set", "flakes.rate=much"])
     said = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert {line["event"] for line in said} == set(keys)

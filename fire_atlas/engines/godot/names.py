@@ -8,9 +8,12 @@ that is in a file already is kept.
 import hashlib
 import re
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from fire_atlas.core.errors import OutputError
-from fire_atlas.formats.product import Product
+
+if TYPE_CHECKING:  # names are needed where a build is taken from a cache, and pixels are not
+    from fire_atlas.formats.product import Product
 
 FRAMES_ENDING, SCENE_ENDING, IMPORT_ENDING = ".tres", ".tscn", ".import"
 """Of the SpriteFrames and the scene of each scale, and of the import settings of a file."""
@@ -63,7 +66,7 @@ def titles(animations: Iterable[str]) -> dict[str, str]:
     return made
 
 
-def uid_of(product: Product, file: str, stated_in: str | None = None) -> str:
+def uid_of(product: "Product", file: str, stated_in: str | None = None) -> str:
     """Return the uid of an output: the one stated already, or one derived from its name.
 
     Args:
