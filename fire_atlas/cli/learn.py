@@ -30,6 +30,7 @@ def run(args: Namespace) -> int:
     from fire_atlas.generators.profile.file import write_profile
     from fire_atlas.preview.profile_picture import profile_picture
     from fire_atlas.sources.profile import learn_from_files
+    from fire_atlas.sources.reader import OpeningContext
 
     view = view_for(False, args.quiet, args.verbose > 0)
     view.begin(out)
@@ -41,9 +42,7 @@ def run(args: Namespace) -> int:
         profile, clips = learn_from_files(
             loaded.recipe.source,
             tuple(loaded.source_files.values()),
-            "srgb",
-            workers,
-            args.max_pixels,
+            OpeningContext("srgb", workers, max_pixels=args.max_pixels),
         )
         staging.protect([path for clip in clips for path in clip.inputs])
         written = {out: write_profile(profile), picture: profile_picture(profile, clips)}

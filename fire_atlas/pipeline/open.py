@@ -28,6 +28,8 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Mapping[str, Clip
     opened = open_source(settings, context.workers) if sprites is None else sprites
     first = _first(opened)
     context.progress.note(f"{first.matte} matte: {first.matte_reason}")
+    for note in () if isinstance(first, Sprites) else first.notes:
+        context.progress.note(note)
     return opened
 
 

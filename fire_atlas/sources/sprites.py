@@ -63,10 +63,13 @@ def open_sprites(
     headers = [read_header(file, max_pixels) for file in files]
     if len(animations) == 1 and len({(h.width, h.height) for h in headers}) == 1:
         return None
-    if settings.height is not None:
+    if settings.crop != "none" or isinstance(settings.height, int):
+        key, instead = (
+            ("height", ", or use atlas.scales") if settings.crop == "none" else ("crop", "")
+        )
         raise SourceError(
-            f"{path}: source.height is for the frames of one clip, but these are several "
-            f"animations or sizes; leave it out, or use atlas.scales"
+            f"{path}: source.{key} is for the frames of one clip, but these are several "
+            f"animations or sizes; leave it out{instead}"
         )
     choice = _matte(settings, files, headers, path)
     return Sprites(
