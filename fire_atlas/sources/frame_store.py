@@ -10,7 +10,7 @@ import numpy as np
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture
 
-MEMORY_BYTES = 64 << 20
+MEMORY_BYTES = 32 << 20
 """Limit on the frames that are kept in memory, bytes, whatever the length of a clip."""
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.picture import Picture, brightest, light_of
-from fire_atlas.core.pixels import Pixels
+from fire_atlas.core.pixels import Pixels, as_plane
 
 _BAND = 4
 """Rows of a reduced frame that are made at a time: the light of those that they average still fits
@@ -70,12 +70,12 @@ def _row_weights(count: int, means: int) -> NDArray[np.float32]:
     """
     edges, rows = np.linspace(0, count, means + 1), np.arange(count)
     shared = np.minimum(edges[1:, None], rows + 1) - np.maximum(edges[:-1, None], rows)
-    return (np.maximum(shared, 0) * (means / count)).astype(np.float32)
+    return as_plane(np.maximum(shared, 0) * (means / count))
 
 
-def _area_average(light: Picture, width: int, height: int) -> Picture:
-    shrunk = cv2.resize(light, (width, height), interpolation=cv2.INTER_AREA)
+def _area_average(light: Pixels, width: int, height: int) -> Pixels:
+    shrunk = cast(Pixels, cv2.resize(light, (width, height), interpolation=cv2.INTER_AREA))
     if shrunk.shape[2] == 4:
         # By rounding, the weights of an average may sum to slightly more than 1.
         np.minimum(shrunk[..., 3], 1, out=shrunk[..., 3])
-    return np.asarray(shrunk)
+    return shrunk

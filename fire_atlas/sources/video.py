@@ -113,13 +113,14 @@ class _Video:
         path: The file.
         settings: The recipe's ``source``.
         context: Workers, limits and the page.
-        decode: Yields all its frames in the order in which they are shown.
+        decode: Yields all frames of a file in the order in which they are shown, decoded by this
+            number of threads.
     """
 
     path: Path
     settings: FramesSource
     context: OpeningContext
-    decode: Callable[[Path], Generator[DecodedFrame]]
+    decode: Callable[[Path, int], Generator[DecodedFrame]]
 
 
 def open_video(path: Path, settings: FramesSource, context: OpeningContext) -> FrameReader:
@@ -213,7 +214,7 @@ def _pictures(
     """
     path = video.path
     last = len(scan.stamps) - 1 if kept is None else max(kept)
-    for i, frame in enumerate(video.decode(path)):
+    for i, frame in enumerate(video.decode(path, video.context.workers.jobs)):
         stamps.append(frame.stamp)
         if kept is None or i in kept:
             picture = frame.picture()
@@ -249,9 +250,9 @@ def _checked(path: Path, scan: VideoScan) -> VideoScan:
     return replace(scan, stamps=tuple(sorted(scan.stamps)))
 
 
-def _capture(path: Path) -> cv2.VideoCapture:
+def _capture(path: Path, threads: int) -> cv2.VideoCapture:
     # Only this backend: others would take digits in the file name for a numbered sequence.
-    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG, [cv2.CAP_PROP_N_THREADS, threads])
     if not capture.isOpened():
         raise SourceError(
             f"{path}: is not a video that can be read, or it is truncated; "
@@ -261,7 +262,7 @@ def _capture(path: Path) -> cv2.VideoCapture:
 
 
 def _scan_opencv(path: Path, max_pixels: int) -> VideoScan:
-    capture = _capture(path)
+    capture = _capture(path, threads=1)
     try:
         width = int(capture.get(cv2.CAP_PROP_FRAME_WIDTH))
         height = int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT))
@@ -278,8 +279,8 @@ def _scan_opencv(path: Path, max_pixels: int) -> VideoScan:
     return _checked(path, VideoScan(width, height, rate, tuple(stamps), promised))
 
 
-def _decode_opencv(path: Path) -> Generator[DecodedFrame]:
-    capture = _capture(path)
+def _decode_opencv(path: Path, threads: int) -> Generator[DecodedFrame]:
+    capture = _capture(path, threads)
     try:
         while capture.grab():
             yield DecodedFrame(_stamp(capture), lambda: from_opencv(capture.retrieve()[1]))
@@ -308,11 +309,12 @@ def _open_stream(path: Path) -> Generator[tuple[Any, Any]]:
         raise SourceError(f"{path}: cannot be decoded ({error}); export it again") from error
 
 
-def _decoded(container: Any, stream: Any) -> Generator[Any]:
+def _decoded(container: Any, stream: Any, threads: int) -> Generator[Any]:
     """Yield every frame, with its alpha if it has any."""
     context = stream.codec_context
     name = _ALPHA_DECODERS.get(context.codec.canonical_name)
     decoder = type(context).create(name, "r") if name else context
+    decoder.thread_count, decoder.thread_type = threads, "AUTO"
     for packet in container.demux(stream):
         if packet.size:
             yield from decoder.decode(packet)
@@ -329,9 +331,9 @@ def _scan_pyav(path: Path, max_pixels: int) -> VideoScan:
     return _checked(path, VideoScan(width, height, fps, stamps))
 
 
-def _decode_pyav(path: Path) -> Generator[DecodedFrame]:
+def _decode_pyav(path: Path, threads: int) -> Generator[DecodedFrame]:
     with _open_stream(path) as (container, stream):
-        for frame in _decoded(container, stream):
+        for frame in _decoded(container, stream, threads):
             yield DecodedFrame(_time(frame, stream), partial(_picture, frame))
 
 
