@@ -23,12 +23,9 @@ from fire_atlas.sources.listing import frame_range, locate
 from fire_atlas.sources.reader import FrameReader, OpeningContext, cached, check_frame_size
 from fire_atlas.sources.resize import nearest, resize, width_for
 from fire_atlas.sources.sheet import open_sheet
-from fire_atlas.vision.sampling import evenly_spread
 
 DEFAULT_FPS = 24.0
 """Frames per second of files that state no rate."""
-_SAMPLES = 5
-"""Number of frames that are decoded to choose a matte."""
 
 
 def open_frames(settings: FramesSource, path: Path, context: OpeningContext) -> Clip:
@@ -44,7 +41,8 @@ def open_frames(settings: FramesSource, path: Path, context: OpeningContext) -> 
     """
     reader, chosen = _open_reader(settings, path, context)
     inputs = reader.inputs if len(reader.inputs) == 1 else tuple(reader.inputs[i] for i in chosen)
-    choice = matte.choose(settings.matte, map(reader.read, sample_numbers(chosen)), str(path))
+    samples = reader.samples or map(reader.read, matte.sample_numbers(chosen))
+    choice = matte.choose(settings.matte, samples, str(path))
     height = reader.height if isinstance(settings.height, str) else settings.height
     width = width_for(height, (reader.width, reader.height))
     check_size(f"{path} at height {height}", width, height, context.max_pixels)
@@ -81,11 +79,6 @@ def _resized(
     if kind == "luminance":
         return matte.luminance_of_light(pixels, blend_space)
     return matte.over_black(pixels) if kind == "none" else pixels
-
-
-def sample_numbers(chosen: range) -> list[int]:
-    """Return a few of the frame numbers, evenly spread, with the first and the last."""
-    return [chosen[i] for i in evenly_spread(0, len(chosen) - 1, _SAMPLES)]
 
 
 def _open_reader(
@@ -130,15 +123,17 @@ def _cropped(
 ) -> FrameReader:
     """Return a reader of the part of the frames that ``source.crop`` states, or of the flame's."""
     size = reader.width, reader.height
-    box, notes = stated_box(settings, size, path), reader.notes
+    box = stated_box(settings, size, path)
     if settings.crop == "auto":
-        extent = FlameExtent()
-        for small in workers.map(lambda i: small_copy(reader.read(i)), chosen):
-            extent.add(small)
+        extent = FlameExtent(matte.sample_numbers(chosen))
+        copies = workers.map(lambda i: small_copy(reader.read(i)), chosen)
+        for i, small in zip(chosen, copies, strict=True):
+            extent.add(i, small)
         box = extent.box(size)
-        notes = (*notes, describe_crop(box, size))
+        notes = (*reader.notes, describe_crop(box, size))
+        reader = replace(reader, samples=extent.samples(), notes=notes)
     if box == Window(0, 0, *size):
-        return replace(reader, notes=notes)
+        return reader
 
     def part(i: int) -> Picture:
         picture = reader.read(i)
@@ -146,7 +141,7 @@ def _cropped(
         return picture[box.slices]
 
     width, height = box.right - box.left, box.bottom - box.top
-    return replace(reader, width=width, height=height, read=part, notes=notes)
+    return replace(reader, width=width, height=height, read=part)
 
 
 def _open_images(files: Sequence[Path], chosen: range, max_pixels: int) -> FrameReader:

@@ -1,5 +1,6 @@
 """Decide which part of the frames of a file is used (``source.crop``), and at which size."""
 
+from collections.abc import Container
 from dataclasses import dataclass
 from math import ceil, floor
 from pathlib import Path
@@ -156,19 +157,11 @@ def stated_box(settings: FramesSource, size: tuple[int, int], path: Path) -> Win
     return Window(left, top, left + width, top + height)
 
 
-def small_copy(picture: Picture) -> Bytes:
-    """Return a copy, at most ``LARGE`` px high, in which ``FlameExtent`` looks for flame.
-
-    Returns:
-        (h, w, 2) uint8: the brightest channel, 0..255, and the coverage.
-    """
+def small_copy(picture: Picture) -> Picture:
+    """Return a copy, at most ``LARGE`` px high, in which ``FlameExtent`` looks for flame."""
     height = min(LARGE, picture.shape[0])
     size = width_for(height, (picture.shape[1], picture.shape[0])), height
-    small = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
-    unit = small.astype(np.float32) / white(small.dtype)
-    shown = encode_unit(brightest(unit)) if small.dtype == np.float32 else brightest(unit)
-    cover = unit[..., 3] if small.shape[2] == 4 else np.ones_like(shown)
-    return np.dstack([np.rint(255 * shown), np.ceil(255 * cover)]).astype(np.uint8)
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
 
 
 class FlameExtent:
@@ -178,16 +171,25 @@ class FlameExtent:
     Otherwise it holds what changes, and what is bright enough to be a steady flame.
     """
 
-    def __init__(self) -> None:
-        """Start without a frame."""
+    def __init__(self, samples: Container[int]) -> None:
+        """Start without a frame; copies of the frames numbered ``samples`` are kept."""
+        self._numbers = samples
+        self._samples = list[Picture]()
         self._highest = self._lowest = np.zeros((0, 0, 2), np.uint8)
 
-    def add(self, small: Bytes) -> None:
-        """Add a frame's ``small_copy``; all must have the same size."""
+    def add(self, i: int, small: Picture) -> None:
+        """Add the ``small_copy`` of frame i; all must have the same size."""
+        if i in self._numbers:
+            self._samples.append(small)
+        measured = _brightness_and_coverage(small)
         if not self._highest.size:
-            self._highest = self._lowest = small
-        self._highest = np.maximum(self._highest, small)
-        self._lowest = np.minimum(self._lowest, small)
+            self._highest = self._lowest = measured
+        self._highest = np.maximum(self._highest, measured)
+        self._lowest = np.minimum(self._lowest, measured)
+
+    def samples(self) -> tuple[Picture, ...]:
+        """Return the copies that were kept, in order."""
+        return tuple(self._samples)
 
     def box(self, size: tuple[int, int]) -> Window:
         """Return the box with a margin, px of frames of ``size`` (width, height).
@@ -214,6 +216,14 @@ class FlameExtent:
         if least_cover.min() < 255:
             return np.ascontiguousarray(cover > 0)
         return (shown - darkest > _MOVES) | (shown > _GLOWS)
+
+
+def _brightness_and_coverage(picture: Picture) -> Bytes:
+    """Return the brightest channel as sRGB, and the coverage, 0..255, (h, w, 2)."""
+    unit = picture.astype(np.float32) / white(picture.dtype)
+    shown = encode_unit(brightest(unit)) if picture.dtype == np.float32 else brightest(unit)
+    cover = unit[..., 3] if picture.shape[2] == 4 else np.ones_like(shown)
+    return np.dstack([np.rint(255 * shown), np.ceil(255 * cover)]).astype(np.uint8)
 
 
 def describe_crop(box: Window, size: tuple[int, int]) -> str:

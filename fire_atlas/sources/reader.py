@@ -54,6 +54,8 @@ class FrameReader:
         read: ``read(i)`` returns frame i. Several threads may call it at once.
         inputs: The files, in order: one per frame, or one for all.
         notes: What was decided about the frames, and why, for the user.
+        samples: Small copies of a few whole frames, if the frames are cropped to their flame, which
+            leaves nothing of the background by which a matte is chosen.
     """
 
     width: int
@@ -63,6 +65,7 @@ class FrameReader:
     read: Callable[[int], Picture]
     inputs: tuple[Path, ...]
     notes: tuple[str, ...] = ()
+    samples: tuple[Picture, ...] = ()
 
 
 def check_frame_size(path: Path, i: int, picture: Picture, size: tuple[int, int]) -> None:

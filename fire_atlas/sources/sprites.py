@@ -10,7 +10,7 @@ from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
-from fire_atlas.sources.frames import DEFAULT_FPS, sample_numbers
+from fire_atlas.sources.frames import DEFAULT_FPS
 from fire_atlas.sources.images import Header, decode, read_header
 from fire_atlas.sources.listing import MAX_PIXELS, frame_range, locate
 
@@ -89,7 +89,7 @@ def _matte(
     samples = (
         []
         if is_stated
-        else [decode(files[i], headers[i]) for i in sample_numbers(range(len(files)))]
+        else [decode(files[i], headers[i]) for i in matte.sample_numbers(range(len(files)))]
     )
     return matte.choose(settings.matte, samples, str(path))
 

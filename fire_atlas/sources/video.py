@@ -34,6 +34,7 @@ from fire_atlas.sources.framing import (
 )
 from fire_atlas.sources.images import check_size, from_opencv, read_bytes
 from fire_atlas.sources.listing import MAX_FRAMES, frame_range
+from fire_atlas.sources.matte import sample_numbers
 from fire_atlas.sources.reader import FrameReader, OpeningContext, check_frame_size, resample
 from fire_atlas.sources.truncation import check_whole
 
@@ -138,11 +139,12 @@ def open_video(path: Path, settings: FramesSource, context: OpeningContext) -> F
     with_pyav = head[:4] == b"\x1aE\xdf\xa3" or head[4:12] == b"ftypqt  "
     scan = (_scan_pyav if with_pyav else _scan_opencv)(path, context.max_pixels)
     video = _Video(path, settings, context, _decode_pyav if with_pyav else _decode_opencv)
-    box = stated_box(settings, (scan.width, scan.height), path)
-    notes = []
+    size = scan.width, scan.height
+    box, notes, samples = stated_box(settings, size, path), list[str](), tuple[Picture, ...]()
     if settings.crop == "auto":
-        scan, box = _find_flame(video, scan)
-        notes.append(describe_crop(box, (scan.width, scan.height)))
+        scan, extent = _find_flame(video, scan)
+        box, samples = extent.box(size), extent.samples()
+        notes.append(describe_crop(box, size))
     plan = _plan(video, scan, box)
     frames, decoded = _keep(video, scan, plan)
     if (correct := _plan(video, decoded, box)) != plan:
@@ -158,6 +160,7 @@ def open_video(path: Path, settings: FramesSource, context: OpeningContext) -> F
         read=lambda i: frames.read(plan.shown[i]),
         inputs=(path,),
         notes=tuple(notes),
+        samples=samples,
     )
 
 
@@ -186,13 +189,14 @@ def _keep(video: _Video, scan: VideoScan, plan: _Plan) -> tuple[FrameStore, Vide
     return frames, replace(scan, stamps=tuple(stamps))
 
 
-def _find_flame(video: _Video, scan: VideoScan) -> tuple[VideoScan, Window]:
-    """Decode a video, and return ``scan`` as the decoder sees it, and the box around its flame."""
-    extent, stamps = FlameExtent(), list[Fraction]()
+def _find_flame(video: _Video, scan: VideoScan) -> tuple[VideoScan, FlameExtent]:
+    """Decode a video, and return ``scan`` as the decoder sees it, and where its flame is."""
+    extent, stamps = FlameExtent(sample_numbers(range(len(scan.stamps)))), list[Fraction]()
     pictures = _pictures(video, scan, None, stamps)
-    for small in video.context.workers.map(small_copy, pictures, _ahead(video, scan)):
-        extent.add(small)
-    return replace(scan, stamps=tuple(stamps)), extent.box((scan.width, scan.height))
+    copies = video.context.workers.map(small_copy, pictures, _ahead(video, scan))
+    for i, small in enumerate(copies):
+        extent.add(i, small)
+    return replace(scan, stamps=tuple(stamps)), extent
 
 
 def _ahead(video: _Video, scan: VideoScan) -> int:

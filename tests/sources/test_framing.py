@@ -180,6 +180,22 @@ def test_crop_auto_holds_the_flame_of_every_frame(form: str, tmp_path: Path) -> 
     assert width * height < 0.8 * 600 * 900
 
 
+@pytest.mark.parametrize("form", ["mp4", "folder"])
+def test_crop_auto_leaves_the_choice_of_the_matte_to_the_whole_frame(
+    form: str, tmp_path: Path
+) -> None:
+    frames = flames(4, (300, 500))
+    for frame in frames:
+        frame[60:, 100:420, :3] = np.maximum(frame[60:, 100:420, :3], (200, 90, 10))
+    if form == "folder":
+        path = fire.write_folder(tmp_path / "f", frames)
+    else:
+        path = fire.write_video(tmp_path / "a.mp4", frames, "libx264", "yuv420p")
+    whole, part = opened(path), opened(path, crop="auto")
+    assert part.width < 400
+    assert part.matte == whole.matte
+
+
 def stated(note: str) -> list[int]:
     """Left, top, width and height in a note on ``crop: auto``."""
     return [int(word) for word in note.split("[")[1].split("]")[0].split(",")]
@@ -205,11 +221,11 @@ def test_without_flame_crop_auto_keeps_the_frame(tmp_path: Path) -> None:
 
 @given(st.integers(0, 50), st.integers(0, 70), st.integers(0, 9))
 def test_one_lit_pixel_is_within_the_box(y: int, x: int, i: int) -> None:
-    extent = FlameExtent()
+    extent = FlameExtent(())
     for k in range(10):
         frame = np.zeros((51, 71, 3), np.uint8)
         frame[y, x] = 200 * (k == i)
-        extent.add(small_copy(frame))
+        extent.add(k, small_copy(frame))
     box = extent.box((71, 51))
     assert box.left <= x < box.right
     assert box.top <= y < box.bottom
