@@ -77,7 +77,7 @@ class FramesSource(ClipInput):
     height: FrameHeight = "auto"
     """Resize frames to this height, px, in proportion. ``source``: no resizing. ``auto``: images,
     sheets and animations keep their size; a video taller than 512 px is reduced to 512, and
-    further, at most to 256, until all its frames fit one page of ``atlas.max_size``."""
+    further until its frames fit one page of ``atlas.max_size``, but never below 256."""
     sampling: Literal["smooth", "nearest"] = "smooth"
     """Filter for resizing: ``smooth``, or ``nearest`` for pixel art."""
 
