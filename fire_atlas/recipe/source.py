@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from fire_atlas.recipe.base import (
+    AS_SOURCE,
     BY_KIND,
     FRAMES,
     LIST,
@@ -13,7 +14,6 @@ from fire_atlas.recipe.base import (
     PAIR,
     PROFILE,
     SILK,
-    WORD,
     Auto,
     Off,
     Settings,
@@ -30,7 +30,7 @@ Crop = Annotated[
     OFF,
 ]
 FrameHeight = Annotated[
-    Auto | Annotated[Literal["source"], WORD] | Annotated[_Length, NUMBER],
+    Auto | Annotated[Literal["source"], AS_SOURCE] | Annotated[_Length, NUMBER],
     either("`auto`, `source` or a whole number"),
 ]
 

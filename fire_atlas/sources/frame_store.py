@@ -28,10 +28,6 @@ class FrameStore:
         self._lock = threading.Lock()
         weakref.finalize(self, self._file.close)
 
-    def __contains__(self, i: int) -> bool:
-        """Return whether frame i was added."""
-        return i in self._places
-
     def add(self, i: int, picture: Picture) -> None:
         """Keep ``picture`` as frame i.
 
