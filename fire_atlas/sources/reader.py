@@ -101,7 +101,8 @@ class SequentialDecoder:
         with self._lock:
             while self._next <= i:
                 self._decode_next()
-        return self._frames.read(i)
+            frames = self._frames
+        return frames.read(i)
 
     def _decode_next(self) -> None:
         try:

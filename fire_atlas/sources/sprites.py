@@ -64,12 +64,10 @@ def open_sprites(
     if len(animations) == 1 and len({(h.width, h.height) for h in headers}) == 1:
         return None
     if settings.crop != "none" or isinstance(settings.height, int):
-        key, instead = (
-            ("height", ", or use atlas.scales") if settings.crop == "none" else ("crop", "")
-        )
+        key = "height" if settings.crop == "none" else "crop"
         raise SourceError(
             f"{path}: source.{key} is for the frames of one clip, but these are several "
-            f"animations or sizes; leave it out{instead}"
+            f"animations or sizes; leave it out, or use atlas.scales for smaller pages"
         )
     choice = _matte(settings, files, headers, path)
     return Sprites(

@@ -287,9 +287,17 @@ def _decode_opencv(path: Path, threads: int) -> Generator[DecodedFrame]:
     capture = _capture(path, threads)
     try:
         while capture.grab():
-            yield DecodedFrame(_stamp(capture), lambda: from_opencv(capture.retrieve()[1]))
+            yield DecodedFrame(_stamp(capture), partial(_retrieved, path, capture))
     finally:
         capture.release()
+
+
+def _retrieved(path: Path, capture: cv2.VideoCapture) -> Picture:
+    """Return the frame that was decoded last."""
+    found, raw = capture.retrieve()
+    if not found:
+        raise SourceError(f"{path}: a frame cannot be converted to pixels; export it again")
+    return from_opencv(raw)
 
 
 def _stamp(capture: cv2.VideoCapture) -> Fraction:
