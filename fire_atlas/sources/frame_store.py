@@ -17,7 +17,8 @@ MEMORY_BYTES = 32 << 20
 class FrameStore:
     """Frames by their number, in memory while they are few, else in a temporary file.
 
-    The temporary file has no name: however the program ends, nothing is left of it.
+    The operating system removes the temporary file however the program ends: on POSIX it has no
+    name.
     """
 
     def __init__(self, path: Path) -> None:

@@ -130,10 +130,11 @@ def _why_reduced(size: tuple[int, int], height: int, shown: int, page: PageLimit
     if page is None:
         return reason
     if (pages := shown * width * height / page.area) > 1:
+        fitting = int(page.area / (width * height))
+        fewer = f"timeline.frames: {fitting} or " if fitting else ""
         return (
             f"{reason}, yet {shown} of them need about {ceil(pages)} pages of {page.max_size} px; "
-            f"timeline.frames: {int(page.area / (width * height))} or a larger atlas.max_size "
-            f"would make one page enough"
+            f"{fewer}a larger atlas.max_size would make one page enough"
         )
     why = "" if height == LARGE else f", so that {shown} of them fit one page"
     return f"{reason}{why}; source.height: source keeps their size"
