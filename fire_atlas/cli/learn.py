@@ -31,6 +31,7 @@ def run(args: Namespace) -> int:
     from fire_atlas.generators.profile.learn.measure import length_advice
     from fire_atlas.preview.profile_picture import profile_picture
     from fire_atlas.sources.profile import learn_from_files
+    from fire_atlas.sources.reader import OpeningContext
 
     view = view_for(False, args.quiet, args.verbose > 0)
     view.begin(out)
@@ -42,9 +43,7 @@ def run(args: Namespace) -> int:
         profile, clips = learn_from_files(
             loaded.recipe.source,
             tuple(loaded.source_files.values()),
-            "srgb",
-            workers,
-            args.max_pixels,
+            OpeningContext("srgb", workers, max_pixels=args.max_pixels),
         )
         for count in dict.fromkeys(clip.count for clip in clips):
             if advice := length_advice(count):

@@ -59,6 +59,7 @@ class Clip:
         blend_space: Encoding in which the client blends frames, ``srgb`` or ``linear``.
         matte: Where the coverage comes from: ``alpha``, ``luminance`` or ``none``.
         matte_reason: Why that matte was chosen, for the user.
+        notes: What else was decided about the frames of its files, and why, for the user.
         flow: ``flow(i)`` returns the velocity of each pixel of frame i, (height, width, 2) float32,
             x and y in px/s. Set for generated clips; None means that it has to be estimated.
         skipped: If the source has more frames than the clip: by the number of a frame, a source
@@ -74,6 +75,7 @@ class Clip:
     blend_space: str
     matte: str
     matte_reason: str
+    notes: tuple[str, ...] = ()
     loop: bool = False
     backwards: frozenset[int] = frozenset()
     tail: int = 0

@@ -86,6 +86,19 @@ def to_light(picture: Picture) -> Pixels:
     return pixels
 
 
+def light_of(picture: Picture) -> Picture:
+    """Return the light of a picture with as many channels as it has, (H, W, 3 or 4) float32.
+
+    Half as expensive as ``to_light`` for a picture without alpha.
+    """
+    if picture.shape[2] == 4:
+        return to_light(picture)
+    if picture.dtype == np.float32:
+        return picture
+    table = _light_of_steps(white(picture.dtype) + 1)
+    return cast(Picture, cv2.LUT(np.ascontiguousarray(picture), table))
+
+
 def as_light(picture: Picture) -> Pixels:
     """Return ``picture`` (H, W, 4) as ``Pixels``; float32 pictures are returned without a copy."""
     return picture if picture.dtype == np.float32 else to_light(picture)

@@ -37,18 +37,24 @@ class Workers:
         """
         return self._pool.submit(work)
 
-    def map(self, work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
-        """Yield ``work(item)`` for each item, in order; compute at most ``2 * jobs`` in advance."""
-        ahead: deque[Future[Result]] = deque()
+    def map(
+        self, work: Callable[[Item], Result], items: Iterable[Item], ahead: int | None = None
+    ) -> Iterator[Result]:
+        """Yield ``work(item)`` for each item, in order.
+
+        At most ``ahead`` items wait or are computed in advance, by default ``2 * jobs``.
+        """
+        most = 2 * self.jobs if ahead is None else ahead
+        begun: deque[Future[Result]] = deque()
         try:
             for item in items:
-                ahead.append(self._pool.submit(work, item))
-                if len(ahead) > 2 * self.jobs:
-                    yield ahead.popleft().result()
-            while ahead:
-                yield ahead.popleft().result()
+                begun.append(self._pool.submit(work, item))
+                if len(begun) > most:
+                    yield begun.popleft().result()
+            while begun:
+                yield begun.popleft().result()
         finally:
-            for future in ahead:
+            for future in begun:
                 future.cancel()
 
     def __enter__(self) -> Self:

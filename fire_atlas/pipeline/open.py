@@ -30,8 +30,11 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Mapping[str, Clip
     opened = open_source(settings, context.workers) if sprites is None else sprites
     first = _first(opened)
     context.progress.note(f"{first.matte} matte: {first.matte_reason}")
-    if isinstance(first, Clip) and _is_one_picture(loaded, first):
-        _note_likely_sheet(first, context)
+    if isinstance(first, Clip):
+        for note in first.notes:
+            context.progress.note(note)
+        if _is_one_picture(loaded, first):
+            _note_likely_sheet(first, context)
     return opened
 
 

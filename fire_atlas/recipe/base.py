@@ -54,13 +54,14 @@ Direction = Annotated[
 
 NONE, BLOCK = Tag("<none>"), Tag("<block>")
 AUTO, NUMBER, PAIR = Tag("<auto>"), Tag("<number>"), Tag("<pair>")
-WORD, SWITCH = Tag("<word>"), Tag("<switch>")
+WORD, SWITCH, AS_SOURCE = Tag("<word>"), Tag("<switch>"), Tag("<source>")
 TEMPLATE, GODOT, UNITY = Tag("<template>"), Tag("<godot>"), Tag("<unity>")
 FRAMES, PROFILE, SILK = Tag("<frames>"), Tag("<profile>"), Tag("<silk>")
 KINDS = frozenset(tag.tag for tag in (FRAMES, PROFILE, SILK))
 """Tags of the kinds of source."""
 BRANCHES = KINDS | {
-    tag.tag for tag in (NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, SWITCH, TEMPLATE, GODOT, UNITY)
+    tag.tag
+    for tag in (NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, SWITCH, AS_SOURCE, TEMPLATE, GODOT, UNITY)
 }
 """All tags, as they appear in the paths of pydantic's errors."""
 
@@ -83,6 +84,8 @@ def _branch(value: Any) -> str | None:
             return NONE.tag
         case "auto":
             return AUTO.tag
+        case "source":
+            return AS_SOURCE.tag
         case str():
             return WORD.tag
         case bool():

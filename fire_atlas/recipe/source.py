@@ -4,8 +4,35 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fire_atlas.recipe.base import BY_KIND, FRAMES, OFF, PROFILE, SILK, Settings
+from fire_atlas.recipe.base import (
+    AS_SOURCE,
+    BY_KIND,
+    FRAMES,
+    LIST,
+    NUMBER,
+    OFF,
+    PAIR,
+    PROFILE,
+    SILK,
+    Auto,
+    Off,
+    Settings,
+    either,
+)
 from fire_atlas.recipe.silk import SilkSource
+
+_Place = Annotated[int, Field(ge=0, le=16384)]
+_Length = Annotated[int, Field(ge=1, le=16384)]
+
+Crop = Annotated[
+    Off | Auto | Annotated[tuple[_Place, _Place, _Length, _Length], LIST, PAIR],
+    either("`none`, `auto` or four whole numbers: [x, y, width, height]"),
+    OFF,
+]
+FrameHeight = Annotated[
+    Auto | Annotated[Literal["source"], AS_SOURCE] | Annotated[_Length, NUMBER],
+    either("`auto`, `source` or a whole number"),
+]
 
 
 class Grid(Settings):
@@ -43,8 +70,14 @@ class FramesSource(ClipInput):
 
     kind: Literal["frames"] = "frames"
     """Frames or sprites that exist already."""
-    height: int | None = Field(default=None, ge=1, le=16384)
-    """Resize frames to this height, px, in proportion. Default: no resizing."""
+    crop: Crop = "none"
+    """Use only a part of the frames: ``[x, y, width, height]``, px of the file, from the top-left
+    corner. ``auto``: the box around all that is ever flame, with a margin; it looks at every frame,
+    so a video is decoded twice."""
+    height: FrameHeight = "auto"
+    """Resize frames to this height, px, in proportion. ``source``: no resizing. ``auto``: images,
+    sheets and animations keep their size; a video taller than 512 px is reduced to 512, and
+    further until its frames fit one page of ``atlas.max_size``, but never below 256."""
     sampling: Literal["smooth", "nearest"] = "smooth"
     """Filter for resizing: ``smooth``, or ``nearest`` for pixel art."""
 
@@ -71,7 +104,8 @@ class ProfileSource(ClipInput):
     particles: int = Field(default=100, ge=4, le=2000)
     """Number of particles alive in each slice."""
     height: int | None = Field(default=None, ge=16, le=4096)
-    """Height of the frames, px. Default: the fire is as large as in the clip."""
+    """Height of the frames, px. Default: the fire is as large as in the clip; a video taller than
+    512 px counts as one of 512 px."""
 
 
 Source = Annotated[

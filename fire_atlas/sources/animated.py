@@ -24,7 +24,7 @@ from fire_atlas.sources.broken import BrokenFileError
 from fire_atlas.sources.images import check_size, decode_bytes, read_bytes
 from fire_atlas.sources.listing import MAX_FRAMES, MAX_PIXELS
 from fire_atlas.sources.patches import Disposal, EncodedAnimation, Patch
-from fire_atlas.sources.reader import FrameReader, resample, sequential_reader
+from fire_atlas.sources.reader import FrameReader, SequentialDecoder, resample
 
 _DEFAULT_DELAY = Fraction(1, 10)
 """Delay, s, of a frame whose file states 0, as in browsers."""
@@ -47,8 +47,15 @@ def open_animation(
         rate, shown = fps, [0]
     else:
         rate, shown = resample([p.delay or _DEFAULT_DELAY for p in patches], fps, path)
-    size = animation.width, animation.height
-    return sequential_reader(path, size, partial(_play, path, animation), rate, shown)
+    frames = SequentialDecoder(path, partial(_play, path, animation))
+    return FrameReader(
+        width=animation.width,
+        height=animation.height,
+        fps=rate,
+        count=len(shown),
+        read=lambda i: frames.read(shown[i]),
+        inputs=(path,),
+    )
 
 
 def _parse(path: Path, kind: str) -> EncodedAnimation:

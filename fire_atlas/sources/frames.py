@@ -1,61 +1,61 @@
 """Source ``frames``: open images, a sprite sheet, an animation or a video as a clip."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import cast
 
-import cv2
-import numpy as np
-
-from fire_atlas.core.clip import Clip
+from fire_atlas.core.clip import Clip, Window
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.picture import Picture, brightest, to_light
+from fire_atlas.core.picture import Picture, to_light
 from fire_atlas.core.pixels import Pixels
+from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
 from fire_atlas.sources.animated import open_animation
+from fire_atlas.sources.framing import (
+    FlameExtent,
+    describe_crop,
+    small_copy,
+    stated_box,
+)
 from fire_atlas.sources.images import ANIMATIONS, check_size, decode, detect_format, read_header
-from fire_atlas.sources.listing import MAX_PIXELS, frame_range, locate
-from fire_atlas.sources.reader import FrameReader, cached
+from fire_atlas.sources.listing import frame_range, locate
+from fire_atlas.sources.reader import FrameReader, OpeningContext, cached, check_frame_size
+from fire_atlas.sources.resize import nearest, resize, width_for
 from fire_atlas.sources.sheet import open_sheet
-from fire_atlas.vision.sampling import evenly_spread
 
 DEFAULT_FPS = 24.0
 """Frames per second of files that state no rate."""
-_SAMPLES = 5
-"""Number of frames that are decoded to choose a matte."""
 
 
-def open_frames(
-    settings: FramesSource, path: Path, blend_space: str, max_pixels: int = MAX_PIXELS
-) -> Clip:
-    """Open the frames at ``path``; only headers and a few sample frames are read now.
+def open_frames(settings: FramesSource, path: Path, context: OpeningContext) -> Clip:
+    """Open the frames at ``path``: those of a video are decoded, of others a few samples.
 
     Args:
         settings: The recipe's ``source``.
         path: Absolute path or glob.
-        blend_space: Encoding in which the client blends, for the luminance matte.
-        max_pixels: Limit on the pixels of a picture.
+        context: Workers, limits, and how frames will be used.
 
     Raises:
         SourceError: The input is missing, broken, too large, or does not fit the settings.
     """
-    reader, chosen = _open_reader(settings, path, max_pixels)
-    reader = cached(reader)
+    reader, chosen = _open_reader(settings, path, context)
     inputs = reader.inputs if len(reader.inputs) == 1 else tuple(reader.inputs[i] for i in chosen)
-    choice = matte.choose(settings.matte, map(reader.read, sample_numbers(chosen)), str(path))
-    height = settings.height or reader.height
+    samples = reader.samples or map(reader.read, matte.sample_numbers(chosen))
+    choice = matte.choose(settings.matte, samples, str(path))
+    height = reader.height if isinstance(settings.height, str) else settings.height
     width = width_for(height, (reader.width, reader.height))
-    check_size(f"{path} at height {height}", width, height, max_pixels)
-    keeps_pixels = settings.sampling == "nearest"
+    check_size(f"{path} at height {height}", width, height, context.max_pixels)
+    keeps_pixels, space = settings.sampling == "nearest", context.blend_space
 
     def shown(i: int) -> Picture:
-        picture = _read_checked(reader, path, chosen[i])
+        picture = reader.read(chosen[i])
+        check_frame_size(path, chosen[i], picture, (reader.width, reader.height))
         if (width, height) == (reader.width, reader.height):
-            return matte.apply(choice.matte, picture, blend_space)
+            return matte.apply(choice.matte, picture, space)
         if keeps_pixels:
-            return nearest(matte.apply(choice.matte, picture, blend_space), width, height)
-        return _resized(choice.matte, picture, (width, height), blend_space)
+            return nearest(matte.apply(choice.matte, picture, space), width, height)
+        return _resized(choice.matte, picture, (width, height), space)
 
     return Clip(
         width=width,
@@ -64,20 +64,11 @@ def open_frames(
         count=len(chosen),
         picture=shown,
         inputs=inputs,
-        blend_space=blend_space,
+        blend_space=space,
         matte=choice.matte,
         matte_reason=choice.reason,
+        notes=reader.notes,
     )
-
-
-def _read_checked(reader: FrameReader, path: Path, i: int) -> Picture:
-    picture = reader.read(i)
-    if picture.shape[:2] != (reader.height, reader.width):
-        raise SourceError(
-            f"{path}: frame {i} is {picture.shape[1]}x{picture.shape[0]}, but the others are "
-            f"{reader.width}x{reader.height}; all frames must have one size"
-        )
-    return picture
 
 
 def _resized(
@@ -90,40 +81,67 @@ def _resized(
     return matte.over_black(pixels) if kind == "none" else pixels
 
 
-def sample_numbers(chosen: range) -> list[int]:
-    """Return a few of the frame numbers, evenly spread, with the first and the last."""
-    return [chosen[i] for i in evenly_spread(0, len(chosen) - 1, _SAMPLES)]
-
-
-def _open_reader(settings: FramesSource, path: Path, max_pixels: int) -> tuple[FrameReader, range]:
-    """Return a reader of the frames at ``path``, and the numbers of those to use."""
+def _open_reader(
+    settings: FramesSource, path: Path, context: OpeningContext
+) -> tuple[FrameReader, range]:
+    """Return a reader of the cropped frames at ``path``, and the numbers of those to use."""
     located = locate(path)
-    if not located.single:
+    if located.single:
+        file = located.files[0]
+        kind = detect_format(file)
+        if settings.grid is not None and kind in ("video", "gif"):
+            raise SourceError(f"{file}: grid cuts one still image into cells; leave it out here")
+        if kind == "video":
+            from fire_atlas.sources.video import open_video
+
+            reader = open_video(file, settings, context)
+            return reader, frame_range(settings, reader.count, path)
+        reader = _open_file(settings, file, kind, context.max_pixels)
+        chosen = frame_range(settings, reader.count, path)
+    else:
         if settings.grid is not None:
             raise SourceError(
                 f"{path}: grid cuts one image into cells, but this is {len(located.files)} "
                 "images; leave grid out, or give one sheet as path"
             )
         chosen = frame_range(settings, len(located.files), path)
-        return _open_images(located.files, chosen, max_pixels), chosen
-    reader = _open_file(settings, located.files[0], max_pixels)
-    return reader, frame_range(settings, reader.count, path)
+        reader = cached(_open_images(located.files, chosen, context.max_pixels))
+    return _cropped(reader, chosen, settings, path, context.workers), chosen
 
 
-def _open_file(settings: FramesSource, path: Path, max_pixels: int) -> FrameReader:
-    kind = detect_format(path)
+def _open_file(settings: FramesSource, path: Path, kind: str, max_pixels: int) -> FrameReader:
     if settings.grid is not None:
-        if kind in ("video", "gif"):
-            raise SourceError(f"{path}: grid cuts one still image into cells; leave it out here")
-        return open_sheet(path, settings.grid, max_pixels)
-    if kind == "video":
-        from fire_atlas.sources.video import open_video
-
-        return open_video(path, settings.fps, max_pixels)
+        return cached(open_sheet(path, settings.grid, max_pixels))
     if kind in ANIMATIONS:
         read_header(path, max_pixels)
         return open_animation(path, kind, settings.fps, max_pixels)
-    return _open_images((path,), range(1), max_pixels)
+    return cached(_open_images((path,), range(1), max_pixels))
+
+
+def _cropped(
+    reader: FrameReader, chosen: range, settings: FramesSource, path: Path, workers: Workers
+) -> FrameReader:
+    """Return a reader of the part of the frames that ``source.crop`` states, or of the flame's."""
+    size = reader.width, reader.height
+    box = stated_box(settings, size, path)
+    if settings.crop == "auto":
+        extent = FlameExtent(matte.sample_numbers(chosen))
+        copies = workers.map(lambda i: small_copy(reader.read(i)), chosen)
+        for i, small in zip(chosen, copies, strict=True):
+            extent.add(i, small)
+        box = extent.box(size)
+        notes = (*reader.notes, describe_crop(box, size))
+        reader = replace(reader, samples=extent.samples(), notes=notes)
+    if box == Window(0, 0, *size):
+        return reader
+
+    def part(i: int) -> Picture:
+        picture = reader.read(i)
+        check_frame_size(path, i, picture, size)
+        return picture[box.slices]
+
+    width, height = box.right - box.left, box.bottom - box.top
+    return replace(reader, width=width, height=height, read=part)
 
 
 def _open_images(files: Sequence[Path], chosen: range, max_pixels: int) -> FrameReader:
@@ -145,35 +163,3 @@ def _open_images(files: Sequence[Path], chosen: range, max_pixels: int) -> Frame
         read=lambda i: decode(files[i], headers[i]),
         inputs=tuple(files),
     )
-
-
-def width_for(height: int, size: tuple[int, int]) -> int:
-    """Return the width, px, at ``height`` with the aspect ratio of ``size`` (width, height)."""
-    return max(1, int(size[0] * height / size[1] + 0.5))
-
-
-def nearest(picture: Picture, width: int, height: int) -> Picture:
-    """Resize by nearest neighbour to (height, width, 4), which makes no new colours."""
-    return np.asarray(cv2.resize(picture, (width, height), interpolation=cv2.INTER_NEAREST_EXACT))
-
-
-def resize(pixels: Pixels, width: int, height: int) -> Pixels:
-    """Resize to (height, width, 4): by area averages when shrinking, bicubic when growing.
-
-    Bicubic interpolation overshoots at edges; the result is clipped to valid premultiplied light.
-    """
-    if pixels.shape[:2] == (height, width):
-        return pixels
-    if height <= pixels.shape[0] and width <= pixels.shape[1]:
-        shrunk = cast(Pixels, cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA))
-        # By rounding, the weights of an average may sum to slightly more than 1.
-        np.minimum(shrunk[..., 3], 1, out=shrunk[..., 3])
-        return shrunk
-    grown = cast(Pixels, cv2.resize(pixels, (width, height), interpolation=cv2.INTER_CUBIC))
-    rgb, alpha = grown[..., :3], np.clip(grown[..., 3], 0, 1)
-    np.maximum(rgb, 0, out=rgb)
-    if bool((brightest(pixels) <= pixels[..., 3]).all()):
-        # Not HDR: no light exceeded its coverage before, so none may afterwards.
-        np.minimum(rgb, alpha[..., None], out=rgb)
-    grown[..., 3] = alpha
-    return grown

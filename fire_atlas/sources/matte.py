@@ -19,6 +19,7 @@ from fire_atlas.core.picture import (
     with_alpha,
 )
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, encode_unit
+from fire_atlas.vision.sampling import evenly_spread
 
 Matte = Literal["alpha", "luminance", "none"]
 
@@ -31,6 +32,10 @@ _DARK = 16
 """A pixel looks black if no channel exceeds this, of 255."""
 _THUMB_HEIGHT = 128
 """Height, px, at which frames are judged: grain and dither are averaged away, bricks are not."""
+
+
+_SAMPLES = 5
+"""Number of frames by which a matte is chosen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +62,11 @@ class BorderStatistics:
     darkest_edge: float
     detail: float
     cool: float
+
+
+def sample_numbers(chosen: range) -> list[int]:
+    """Return a few of the frame numbers, evenly spread, with the first and the last."""
+    return [chosen[i] for i in evenly_spread(0, len(chosen) - 1, _SAMPLES)]
 
 
 def choose(setting: str, frames: Iterable[Picture], name: str) -> MatteChoice:

@@ -6,7 +6,6 @@ from pathlib import Path
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MAX_JSON_BYTES, read_file
-from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.file import SUFFIX, read_profile
 from fire_atlas.generators.profile.fire import generate_clips, learn_profile
 from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
@@ -14,15 +13,14 @@ from fire_atlas.generators.profile.model import Profile
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.source import ClipInput, FramesSource, ProfileSource
 from fire_atlas.sources.frames import open_frames
+from fire_atlas.sources.reader import OpeningContext
 
 
 def open_profile(
     source: ProfileSource,
     paths: Sequence[Path],
     generation: GenerationSettings,
-    blend_space: str,
-    workers: Workers,
-    max_pixels: int,
+    context: OpeningContext,
 ) -> list[Clip]:
     """Generate new fire, as a clip for each view.
 
@@ -30,9 +28,7 @@ def open_profile(
         source: The recipe's ``source``.
         paths: The clip and perhaps the clip from the side, or a profile file. Absolute.
         generation: Seed, wind, timing and views.
-        blend_space: Encoding in which the client blends, ``srgb`` or ``linear``.
-        workers: Pool that reads and measures frames.
-        max_pixels: Limit on the pixels of a picture of a clip.
+        context: Workers, limits, and the encoding in which the client blends.
 
     Raises:
         SourceError: A file is missing or damaged, or a clip shows no fire to learn from.
@@ -40,18 +36,16 @@ def open_profile(
     if paths[0].suffix == SUFFIX:
         profile, inputs = _read(paths), tuple(paths)
     else:
-        profile, clips = learn_from_files(source, paths, blend_space, workers, max_pixels)
+        profile, clips = learn_from_files(source, paths, context)
         inputs = tuple(file for clip in clips for file in clip.inputs)
     settings = ProfileFireSettings(generation, source.slices, source.particles)
-    return generate_clips(profile, settings, source.height, blend_space, inputs, workers)
+    return generate_clips(
+        profile, settings, source.height, context.blend_space, inputs, context.workers
+    )
 
 
 def learn_from_files(
-    source: ProfileSource,
-    paths: Sequence[Path],
-    blend_space: str,
-    workers: Workers,
-    max_pixels: int,
+    source: ProfileSource, paths: Sequence[Path], context: OpeningContext
 ) -> tuple[Profile, tuple[Clip, ...]]:
     """Learn a profile from the clips at ``paths``; return it and the clips.
 
@@ -59,8 +53,8 @@ def learn_from_files(
         SourceError: As in ``open_profile``.
     """
     footage = FramesSource(**{key: getattr(source, key) for key in ClipInput.model_fields})
-    clips = {str(path): open_frames(footage, path, blend_space, max_pixels) for path in paths}
-    profile = learn_profile(clips, workers, source.threshold, source.cells)
+    clips = {str(path): open_frames(footage, path, context) for path in paths}
+    profile = learn_profile(clips, context.workers, source.threshold, source.cells)
     return profile, tuple(clips.values())
 
 

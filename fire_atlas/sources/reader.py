@@ -4,9 +4,7 @@ The reader of each format returns a ``FrameReader``. This module has the parts t
 random access to formats that decode only forwards, a constant frame rate, and a cache.
 """
 
-import os
 import threading
-from collections import OrderedDict
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -16,16 +14,33 @@ import numpy as np
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture, where_covered
-from fire_atlas.sources.listing import MAX_FRAMES
+from fire_atlas.core.workers import Workers
+from fire_atlas.sources.frame_store import FrameStore
+from fire_atlas.sources.framing import PageLimit
+from fire_atlas.sources.listing import MAX_FRAMES, MAX_PIXELS
 
 CACHE_BYTES = 64 << 20
 """Limit on the cache of decoded frames, bytes, whatever the length of a clip."""
 
-_BUFFER_BYTES = 64 << 20
-"""Limit on the frames that ``SequentialDecoder`` keeps, bytes."""
-
 Player = Callable[[], Generator[Picture]]
 """Yields the frames of a file in order, from the first one."""
+
+
+@dataclass(frozen=True, slots=True)
+class OpeningContext:
+    """What opening frames needs besides their path and settings.
+
+    Attributes:
+        blend_space: Encoding in which the client blends, for the luminance matte.
+        workers: Pool that crops and reduces the frames of videos, and looks for flame.
+        page: The page that the frames should fit; None if they are not packed themselves.
+        max_pixels: Limit on the pixels of a picture.
+    """
+
+    blend_space: str
+    workers: Workers
+    page: PageLimit | None = None
+    max_pixels: int = MAX_PIXELS
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +53,9 @@ class FrameReader:
         count: Number of frames.
         read: ``read(i)`` returns frame i. Several threads may call it at once.
         inputs: The files, in order: one per frame, or one for all.
+        notes: What was decided about the frames, and why, for the user.
+        samples: Small copies of a few whole frames, if the frames are cropped to their flame, which
+            leaves nothing of the background by which a matte is chosen.
     """
 
     width: int
@@ -46,64 +64,54 @@ class FrameReader:
     count: int
     read: Callable[[int], Picture]
     inputs: tuple[Path, ...]
+    notes: tuple[str, ...] = ()
+    samples: tuple[Picture, ...] = ()
 
 
-def sequential_reader(
-    path: Path, size: tuple[int, int], play: Player, fps: float | None, shown: Sequence[int]
-) -> FrameReader:
-    """Return a reader of a file that can only be decoded forwards.
+def check_frame_size(path: Path, i: int, picture: Picture, size: tuple[int, int]) -> None:
+    """Refuse a frame of another size than ``size`` (width, height), px.
 
-    Args:
-        path: The file.
-        size: (width, height) of its frames, px.
-        play: Decodes its frames in order.
-        fps: Frames per second of the reader.
-        shown: For each frame of the reader, the number of the frame of the file that it shows.
+    Raises:
+        SourceError: With both sizes.
     """
-    frames = SequentialDecoder(play, size[0] * size[1] * 4)
-    return FrameReader(*size, fps, len(shown), lambda i: frames.read(shown[i]), (path,))
+    if picture.shape[:2] != size[::-1]:
+        raise SourceError(
+            f"{path}: frame {i} is {picture.shape[1]}x{picture.shape[0]}, but the others are "
+            f"{size[0]}x{size[1]}; all frames must have one size"
+        )
 
 
 class SequentialDecoder:
-    """Random access to the frames of a format that can only be decoded forwards.
+    """Random access to the frames of a format that can only be decoded forwards, and only once.
 
-    It keeps the frames decoded last, up to ``_BUFFER_BYTES``. So a short clip is decoded only once,
-    and threads may read a longer one a little out of order. To read an older frame, it decodes the
-    file again from the start.
+    Frames are decoded up to the one that is read, and kept in a ``FrameStore``.
     """
 
-    def __init__(self, play: Player, frame_bytes: int) -> None:
-        """Decode nothing yet; the number of frames to keep depends on ``frame_bytes``."""
-        self._play = play
-        self._capacity = max((os.cpu_count() or 1) + 2, _BUFFER_BYTES // max(1, frame_bytes))
-        self._buffer: OrderedDict[int, Picture] = OrderedDict()
+    def __init__(self, path: Path, play: Player) -> None:
+        """Decode nothing yet; ``path`` is the file, for error messages."""
+        self._path, self._play = path, play
         self._lock = threading.Lock()
-        self._playing: Generator[Picture] | None = None
-        self._next = 0
+        self._begin()
+
+    def _begin(self) -> None:
+        self._frames, self._playing, self._next = FrameStore(self._path), self._play(), 0
 
     def read(self, i: int) -> Picture:
-        """Return frame i, which is shared and must not be written to."""
+        """Return frame i, read-only. Several threads may call this at once."""
         with self._lock:
-            if i not in self._buffer:
-                self._play_to(i)
-            return self._buffer[i]
+            while self._next <= i:
+                self._decode_next()
+            frames = self._frames
+        return frames.read(i)
 
-    def _play_to(self, i: int) -> None:
-        if self._playing is None or i < self._next:
-            if self._playing is not None:
-                self._playing.close()
-            self._playing, self._next = self._play(), 0
-            self._buffer.clear()
-        while self._next <= i:
-            try:
-                self._buffer[self._next] = next(self._playing)
-            except BaseException:
-                # Whatever stopped the decoder, a later call must start from the first frame.
-                self._playing = None
-                raise
-            self._next += 1
-            if len(self._buffer) > self._capacity:
-                self._buffer.popitem(last=False)
+    def _decode_next(self) -> None:
+        try:
+            self._frames.add(self._next, next(self._playing))
+        except BaseException:
+            # Whatever stopped the decoder, a later call must start from the first frame.
+            self._begin()
+            raise
+        self._next += 1
 
 
 def resample(delays: Sequence[Fraction], fps: float | None, path: Path) -> tuple[float, list[int]]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, assert_never
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource, ProfileSource
+from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.sources.listing import MAX_PIXELS
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ class SourceSettings:
         files: Absolute path (or glob) of each file of the source, by its key.
         generation: Settings of generated fire.
         blend_space: Encoding in which the client blends, for the luminance matte.
+        timeline, max_page: How many frames are shown, and the size of a page, px: a large video is
+            reduced until its frames fit.
         max_pixels: Limit on the pixels of a picture.
     """
 
@@ -38,6 +41,8 @@ class SourceSettings:
     files: Mapping[tuple[str, ...], Path]
     generation: GenerationSettings
     blend_space: str
+    timeline: Timeline
+    max_page: int
     max_pixels: int
 
     @classmethod
@@ -47,8 +52,16 @@ class SourceSettings:
         if recipe.source is None:
             raise ValueError("only a recipe with a source brings clips")
         generation = GenerationSettings.of(recipe)
-        space = recipe.atlas.blend_space
-        return cls(recipe.name, recipe.source, loaded.source_files, generation, space, max_pixels)
+        return cls(
+            recipe.name,
+            recipe.source,
+            loaded.source_files,
+            generation,
+            recipe.atlas.blend_space,
+            recipe.timeline,
+            recipe.atlas.max_size,
+            max_pixels,
+        )
 
 
 def open_source(settings: SourceSettings, workers: Workers) -> dict[str, Clip]:
@@ -66,29 +79,27 @@ def open_source(settings: SourceSettings, workers: Workers) -> dict[str, Clip]:
         SourceError: The input is missing, broken, too large, or does not fit the settings.
         RecipeError: The settings of a generated fire exceed a limit.
     """
-    source, files, limit = settings.source, settings.files, settings.max_pixels
+    from fire_atlas.sources.framing import PageLimit
+    from fire_atlas.sources.reader import OpeningContext
+
+    source, files = settings.source, settings.files
+    context = OpeningContext(settings.blend_space, workers, max_pixels=settings.max_pixels)
     match source:
         case FramesSource():
             from fire_atlas.sources.frames import open_frames
 
+            page = PageLimit(settings.max_page, settings.timeline)
             path = files[("source", "path")]
-            return {settings.name: open_frames(source, path, settings.blend_space, limit)}
+            return {settings.name: open_frames(source, path, replace(context, page=page))}
         case ProfileSource():
             from fire_atlas.sources.profile import open_profile
 
-            clips = open_profile(
-                source,
-                tuple(files.values()),
-                settings.generation,
-                settings.blend_space,
-                workers,
-                limit,
-            )
+            clips = open_profile(source, tuple(files.values()), settings.generation, context)
         case SilkSource():
             from fire_atlas.sources.silk import open_silk
 
             texture = files.get(("source", "texture", "path"))
-            clips = open_silk(source, texture, settings.generation, settings.blend_space, limit)
+            clips = open_silk(source, texture, settings.generation, context)
         case _:
             assert_never(source)
     from fire_atlas.core.clip import cached

@@ -1,5 +1,6 @@
 """Source ``silk``: simulated cloths of fire, rendered as a clip for each view."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,14 +15,14 @@ from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
 from fire_atlas.sources.frames import open_frames
+from fire_atlas.sources.reader import OpeningContext
 
 
 def open_silk(
     source: SilkSource,
     texture: Path | None,
     generation: GenerationSettings,
-    blend_space: str,
-    max_pixels: int,
+    context: OpeningContext,
 ) -> list[Clip]:
     """Simulate the fire once, and return a clip for each view.
 
@@ -29,8 +30,7 @@ def open_silk(
         source: The recipe's ``source``.
         texture: Absolute path of the clip for the textures; None if they are procedural.
         generation: Seed, wind, timing and views.
-        blend_space: Encoding in which the client blends, ``srgb`` or ``linear``.
-        max_pixels: Limit on the pixels of a picture of that clip.
+        context: Workers, limits, and the encoding in which the client blends.
 
     Raises:
         SourceError: The clip is missing, broken, or shows no fire.
@@ -38,14 +38,15 @@ def open_silk(
     """
     footage = None
     if texture is not None:
-        footage = open_frames(FramesSource(path=str(texture)), texture, "linear", max_pixels)
+        linear = replace(context, blend_space="linear")
+        footage = open_frames(FramesSource(path=str(texture)), texture, linear)
     renderer = generate_silk(source, generation, footage)
     elevation = generation.views.elevation
     inputs = footage.inputs if footage else ()
 
     def luminance_matte(light: NDArray[np.float32]) -> Pixels:
-        return matte.luminance_of_light(light, blend_space)
+        return matte.luminance_of_light(light, context.blend_space)
 
     cameras = [silk_camera(source, azimuth, elevation) for azimuth in generation.azimuths()]
     views = [SilkView(renderer, camera, luminance_matte) for camera in cameras]
-    return [rendered_clip(view, generation, blend_space, inputs) for view in views]
+    return [rendered_clip(view, generation, context.blend_space, inputs) for view in views]

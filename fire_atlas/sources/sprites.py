@@ -10,7 +10,7 @@ from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
-from fire_atlas.sources.frames import DEFAULT_FPS, sample_numbers
+from fire_atlas.sources.frames import DEFAULT_FPS
 from fire_atlas.sources.images import Header, decode, read_header
 from fire_atlas.sources.listing import MAX_PIXELS, frame_range, locate
 
@@ -63,10 +63,11 @@ def open_sprites(
     headers = [read_header(file, max_pixels) for file in files]
     if len(animations) == 1 and len({(h.width, h.height) for h in headers}) == 1:
         return None
-    if settings.height is not None:
+    if settings.crop != "none" or isinstance(settings.height, int):
+        key = "height" if settings.crop == "none" else "crop"
         raise SourceError(
-            f"{path}: source.height is for the frames of one clip, but these are several "
-            f"animations or sizes; leave it out, or use atlas.scales"
+            f"{path}: source.{key} is for the frames of one clip, but these are several "
+            f"animations or sizes; leave it out, or use atlas.scales for smaller pages"
         )
     choice = _matte(settings, files, headers, path)
     return Sprites(
@@ -86,7 +87,7 @@ def _matte(
     samples = (
         []
         if is_stated
-        else [decode(files[i], headers[i]) for i in sample_numbers(range(len(files)))]
+        else [decode(files[i], headers[i]) for i in matte.sample_numbers(range(len(files)))]
     )
     return matte.choose(settings.matte, samples, str(path))
 

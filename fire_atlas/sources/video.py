@@ -6,26 +6,37 @@ installed, decodes MP4 and all other formats.
 """
 
 import os
-import struct
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from itertools import pairwise
+from itertools import islice, pairwise
 from math import isfinite
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import cv2
 import numpy as np
 
+from fire_atlas.core.clip import Window
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.files import open_file
 from fire_atlas.core.picture import Picture
+from fire_atlas.recipe.source import FramesSource
+from fire_atlas.sources.frame_store import FrameStore
+from fire_atlas.sources.framing import (
+    FlameExtent,
+    Framing,
+    describe_crop,
+    frame_video,
+    small_copy,
+    stated_box,
+)
 from fire_atlas.sources.images import check_size, from_opencv, read_bytes
-from fire_atlas.sources.listing import MAX_FRAMES, MAX_PIXELS
-from fire_atlas.sources.reader import FrameReader, resample, sequential_reader
+from fire_atlas.sources.listing import MAX_FRAMES, frame_range
+from fire_atlas.sources.matte import sample_numbers
+from fire_atlas.sources.reader import FrameReader, OpeningContext, check_frame_size, resample
+from fire_atlas.sources.truncation import check_whole
 
 # Silences OpenCV's FFmpeg, whose messages only repeat our errors; read at the first video.
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
@@ -36,43 +47,193 @@ file name, and would open any file or URL in them."""
 
 os.environ["OPENCV_FFMPEG_CAPTURE_OPTIONS"] = f"format_whitelist;{_CONTAINERS}"
 
+_WAITING_BYTES = 48 << 20
+"""Limit on the decoded frames that wait to be reduced, bytes."""
+
 _ALPHA_DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
 
 
 @dataclass(frozen=True, slots=True)
 class VideoScan:
-    """Size, rate and times of all frames, found by decoding the video once.
+    """Size, rate and times of all frames of a video.
 
     Attributes:
         width, height: Size, px.
         fps: Frames per second that the file states; None if it states none.
         stamps: Time at which each frame is shown, s, as the file states it.
+        promised: Number of frames that the file states; 0 if it states none.
     """
 
     width: int
     height: int
     fps: float | None
-    stamps: list[Fraction]
+    stamps: tuple[Fraction, ...]
+    promised: int = 0
 
 
-def open_video(path: Path, fps: float | None, max_pixels: int = MAX_PIXELS) -> FrameReader:
-    """Open the frames of a video at a constant rate.
+@dataclass(frozen=True, slots=True)
+class DecodedFrame:
+    """A frame as a decoder returns it.
 
-    The video is decoded once to count its frames, since the number in the file is often wrong.
+    Attributes:
+        stamp: Time at which it is shown, s, as the file states it.
+        picture: Converts it to a picture; only before the next frame is decoded.
+    """
+
+    stamp: Fraction
+    picture: Callable[[], Picture]
+
+
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    """What is kept of a video.
+
+    Attributes:
+        rate: Frames per second.
+        shown: For each frame at this rate, the number of the frame of the file that it shows.
+        chosen: Numbers of those that the recipe uses.
+        framing: The part of each frame that is kept, and its size.
+    """
+
+    rate: float
+    shown: tuple[int, ...]
+    chosen: range
+    framing: Framing
+
+    @property
+    def kept(self) -> frozenset[int]:
+        """Numbers of the frames of the file that are kept."""
+        return frozenset(self.shown[i] for i in self.chosen)
+
+
+@dataclass(frozen=True, slots=True)
+class _Video:
+    """A video to open, and how it is used.
+
+    Attributes:
+        path: The file.
+        settings: The recipe's ``source``.
+        context: Workers, limits and the page.
+        decode: Yields all frames of a file in the order in which they are shown, decoded by this
+            number of threads.
+    """
+
+    path: Path
+    settings: FramesSource
+    context: OpeningContext
+    decode: Callable[[Path, int], Generator[DecodedFrame]]
+
+
+def open_video(path: Path, settings: FramesSource, context: OpeningContext) -> FrameReader:
+    """Open the frames of a video at a constant rate, as ``source.crop`` and ``height`` say.
+
+    Only those that the recipe uses are kept. The packets of the file tell which, without decoding.
+    If the decoder contradicts them, for some files hide frames, the video is decoded once more.
 
     Raises:
-        SourceError: The file is cut short, cannot be decoded, is too large, or needs PyAV.
+        SourceError: The file is cut short, cannot be decoded, is too large, or needs PyAV; or the
+            settings do not suit it.
     """
     head = read_bytes(path, 16)
-    _check_whole(path, head)
+    check_whole(path, head)
     with_pyav = head[:4] == b"\x1aE\xdf\xa3" or head[4:12] == b"ftypqt  "
-    scan = (_scan_pyav if with_pyav else _scan_opencv)(path, max_pixels)
-    play = _play_pyav if with_pyav else _play_opencv
-    delays = _delays(scan)
-    stated = scan.fps if scan.fps and abs(sum(delays) * scan.fps - len(delays)) < 0.5 else None
-    rate, shown = resample(delays, fps or stated, path)
+    scan = (_scan_pyav if with_pyav else _scan_opencv)(path, context.max_pixels)
+    video = _Video(path, settings, context, _decode_pyav if with_pyav else _decode_opencv)
     size = scan.width, scan.height
-    return sequential_reader(path, size, partial(play, path, len(scan.stamps)), rate, shown)
+    box, notes, samples = stated_box(settings, size, path), list[str](), tuple[Picture, ...]()
+    if settings.crop == "auto":
+        scan, extent = _find_flame(video, scan)
+        box, samples = extent.box(size), extent.samples()
+        notes.append(describe_crop(box, size))
+    plan = _plan(video, scan, box)
+    frames, decoded = _keep(video, scan, plan)
+    if (correct := _plan(video, decoded, box)) != plan:
+        plan = correct
+        frames, _ = _keep(video, decoded, plan)
+    framing = plan.framing
+    notes += [framing.reason] if framing.reason else []
+    return FrameReader(
+        width=framing.width,
+        height=framing.height,
+        fps=plan.rate,
+        count=len(plan.shown),
+        read=lambda i: frames.read(plan.shown[i]),
+        inputs=(path,),
+        notes=tuple(notes),
+        samples=samples,
+    )
+
+
+def _plan(video: _Video, scan: VideoScan, box: Window) -> _Plan:
+    """Return what to keep of a video that has the frames of ``scan``."""
+    settings, delays = video.settings, _delays(scan)
+    stated = scan.fps if scan.fps and abs(sum(delays) * scan.fps - len(delays)) < 0.5 else None
+    rate, shown = resample(delays, settings.fps or stated, video.path)
+    chosen = frame_range(settings, len(shown), video.path)
+    return _Plan(
+        rate,
+        tuple(shown),
+        chosen,
+        frame_video(settings, box, len(chosen), rate, video.context.page),
+    )
+
+
+def _keep(video: _Video, scan: VideoScan, plan: _Plan) -> tuple[FrameStore, VideoScan]:
+    """Decode a video, and return what ``plan`` keeps of it, and ``scan`` as the decoder sees it."""
+    frames, stamps = FrameStore(video.path), list[Fraction]()
+    pictures = _pictures(video, scan, plan.kept, stamps)
+    kept = video.context.workers.map(plan.framing.apply, pictures, _ahead(video, scan))
+    # A decoder that contradicts the packets may have fewer frames than are to be kept.
+    for picture, i in zip(kept, sorted(plan.kept), strict=False):
+        frames.add(i, picture)
+    return frames, replace(scan, stamps=tuple(stamps))
+
+
+def _find_flame(video: _Video, scan: VideoScan) -> tuple[VideoScan, FlameExtent]:
+    """Decode a video, and return ``scan`` as the decoder sees it, and where its flame is."""
+    extent, stamps = FlameExtent(sample_numbers(range(len(scan.stamps)))), list[Fraction]()
+    pictures = _pictures(video, scan, None, stamps)
+    copies = video.context.workers.map(small_copy, pictures, _ahead(video, scan))
+    for i, small in enumerate(copies):
+        extent.add(i, small)
+    return replace(scan, stamps=tuple(stamps)), extent
+
+
+def _ahead(video: _Video, scan: VideoScan) -> int:
+    """Return how many frames may wait for a worker: few, if they are large."""
+    return max(
+        1, min(2 * video.context.workers.jobs, _WAITING_BYTES // (3 * scan.width * scan.height))
+    )
+
+
+def _pictures(
+    video: _Video, scan: VideoScan, kept: frozenset[int] | None, stamps: list[Fraction]
+) -> Generator[Picture]:
+    """Yield the frames that are ``kept`` (None: all), and append the time of each to ``stamps``.
+
+    After the last one that is kept, decoding stops if the file's packets were right so far.
+
+    Raises:
+        SourceError: The video ends early, or a frame has another size than the file states.
+    """
+    path = video.path
+    last = len(scan.stamps) - 1 if kept is None else max(kept)
+    for i, frame in enumerate(video.decode(path, video.context.workers.jobs)):
+        stamps.append(frame.stamp)
+        if kept is None or i in kept:
+            picture = frame.picture()
+            check_frame_size(path, i, picture, (scan.width, scan.height))
+            yield picture
+        if i == last and tuple(stamps) == scan.stamps[: i + 1]:
+            stamps += scan.stamps[i + 1 :]
+            return
+    if not stamps:
+        raise SourceError(f"{path}: no frame of this video can be decoded; export it again")
+    # Edit lists may hide a frame or two at the ends. If more are missing, the file is damaged.
+    if len(stamps) + 2 < scan.promised <= MAX_FRAMES:
+        raise SourceError(
+            f"{path}: frame {len(stamps)} of {scan.promised} cannot be decoded; export it again"
+        )
 
 
 def _delays(scan: VideoScan) -> list[Fraction]:
@@ -85,23 +246,17 @@ def _delays(scan: VideoScan) -> list[Fraction]:
 
 
 def _checked(path: Path, scan: VideoScan) -> VideoScan:
+    """Return ``scan`` of a file's packets with its times in order, as frames are shown."""
     if not scan.stamps:
         raise SourceError(f"{path}: no frame of this video can be decoded; export it again")
-    return scan
-
-
-def _check_count(path: Path, count: int) -> None:
-    if count > MAX_FRAMES:
+    if len(scan.stamps) > MAX_FRAMES:
         raise SourceError(f"{path}: more than {MAX_FRAMES} frames; cut the video first")
+    return replace(scan, stamps=tuple(sorted(scan.stamps)))
 
 
-def _ended(path: Path, frame: int, count: int) -> SourceError:
-    return SourceError(f"{path}: frame {frame} of {count} cannot be decoded; export it again")
-
-
-def _capture(path: Path) -> cv2.VideoCapture:
+def _capture(path: Path, threads: int) -> cv2.VideoCapture:
     # Only this backend: others would take digits in the file name for a numbered sequence.
-    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG, [cv2.CAP_PROP_N_THREADS, threads])
     if not capture.isOpened():
         raise SourceError(
             f"{path}: is not a video that can be read, or it is truncated; "
@@ -111,37 +266,42 @@ def _capture(path: Path) -> cv2.VideoCapture:
 
 
 def _scan_opencv(path: Path, max_pixels: int) -> VideoScan:
-    capture = _capture(path)
+    capture = _capture(path, threads=1)
     try:
         width = int(capture.get(cv2.CAP_PROP_FRAME_WIDTH))
         height = int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT))
         check_size(path, width, height, max_pixels)
         fps = capture.get(cv2.CAP_PROP_FPS)
-        stamps: list[Fraction] = []
-        while capture.grab():
-            micros = round(capture.get(cv2.CAP_PROP_POS_MSEC) * 1000)
-            stamps.append(Fraction(micros, 1_000_000))
-            _check_count(path, len(stamps))
         promised = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+        capture.set(cv2.CAP_PROP_FORMAT, -1)  # from now on, grab() reads packets
+        stamps = list[Fraction]()
+        while capture.grab() and len(stamps) <= MAX_FRAMES:
+            stamps.append(_stamp(capture))
     finally:
         capture.release()
-    # Edit lists may hide a frame or two at the ends. If more are missing, the file is damaged.
-    if len(stamps) + 2 < promised <= MAX_FRAMES:
-        raise _ended(path, len(stamps), promised)
     rate = fps if isfinite(fps) and fps > 0 else None
-    return _checked(path, VideoScan(width, height, rate, stamps))
+    return _checked(path, VideoScan(width, height, rate, tuple(stamps), promised))
 
 
-def _play_opencv(path: Path, count: int) -> Generator[Picture]:
-    capture = _capture(path)
+def _decode_opencv(path: Path, threads: int) -> Generator[DecodedFrame]:
+    capture = _capture(path, threads)
     try:
-        for i in range(count):
-            found, raw = capture.read()
-            if not found:
-                raise _ended(path, i, count)
-            yield from_opencv(raw)
+        while capture.grab():
+            yield DecodedFrame(_stamp(capture), partial(_retrieved, path, capture))
     finally:
         capture.release()
+
+
+def _retrieved(path: Path, capture: cv2.VideoCapture) -> Picture:
+    """Return the frame that was decoded last."""
+    found, raw = capture.retrieve()
+    if not found:
+        raise SourceError(f"{path}: a frame cannot be converted to pixels; export it again")
+    return from_opencv(raw)
+
+
+def _stamp(capture: cv2.VideoCapture) -> Fraction:
+    return Fraction(round(capture.get(cv2.CAP_PROP_POS_MSEC) * 1000), 1_000_000)
 
 
 @contextmanager
@@ -161,11 +321,12 @@ def _open_stream(path: Path) -> Generator[tuple[Any, Any]]:
         raise SourceError(f"{path}: cannot be decoded ({error}); export it again") from error
 
 
-def _decoded(container: Any, stream: Any) -> Generator[Any]:
+def _decoded(container: Any, stream: Any, threads: int) -> Generator[Any]:
     """Yield every frame, with its alpha if it has any."""
     context = stream.codec_context
     name = _ALPHA_DECODERS.get(context.codec.canonical_name)
     decoder = type(context).create(name, "r") if name else context
+    decoder.thread_count, decoder.thread_type = threads, "AUTO"
     for packet in container.demux(stream):
         if packet.size:
             yield from decoder.decode(packet)
@@ -173,26 +334,24 @@ def _decoded(container: Any, stream: Any) -> Generator[Any]:
 
 
 def _scan_pyav(path: Path, max_pixels: int) -> VideoScan:
-    stamps: list[Fraction] = []
-    width = height = 0
     with _open_stream(path) as (container, stream):
-        check_size(path, stream.codec_context.width, stream.codec_context.height, max_pixels)
+        width, height = stream.codec_context.width, stream.codec_context.height
+        check_size(path, width, height, max_pixels)
         fps = float(stream.average_rate) if stream.average_rate else None
-        for frame in _decoded(container, stream):
-            width, height = frame.width, frame.height
-            stamps.append((frame.pts or 0) * Fraction(stream.time_base))
-            _check_count(path, len(stamps))
+        packets = (each for each in container.demux(stream) if each.size and not each.is_discard)
+        stamps = tuple(_time(each, stream) for each in islice(packets, MAX_FRAMES + 1))
     return _checked(path, VideoScan(width, height, fps, stamps))
 
 
-def _play_pyav(path: Path, count: int) -> Generator[Picture]:
+def _decode_pyav(path: Path, threads: int) -> Generator[DecodedFrame]:
     with _open_stream(path) as (container, stream):
-        frames = _decoded(container, stream)
-        for i in range(count):
-            frame = next(frames, None)
-            if frame is None:
-                raise _ended(path, i, count)
-            yield _picture(frame)
+        for frame in _decoded(container, stream, threads):
+            yield DecodedFrame(_time(frame, stream), partial(_picture, frame))
+
+
+def _time(timed: Any, stream: Any) -> Fraction:
+    """Return the time of a packet or frame, s."""
+    return (timed.pts or 0) * Fraction(stream.time_base)
 
 
 def _picture(frame: Any) -> Picture:
@@ -220,72 +379,3 @@ def _load_pyav(path: Path) -> Any:
         ) from error
     av.logging.set_level(None)
     return av
-
-
-_UNKNOWN = -1
-
-
-def _check_whole(path: Path, head: bytes) -> None:
-    """Refuse an MP4, QuickTime, WebM, Matroska or AVI file that is shorter than its headers state.
-
-    Decoders play a truncated file up to its end without an error.
-
-    Raises:
-        SourceError: The file is truncated; the message gives both lengths.
-    """
-    actual = path.stat().st_size
-    with open_file(path) as file:
-        if head[4:8] == b"ftyp":
-            promised = _mp4_length(path, file, actual)
-        elif head[:4] == b"\x1aE\xdf\xa3":
-            promised = _matroska_length(file)
-        elif head[:4] == b"RIFF":
-            promised = 8 + struct.unpack_from("<I", head, 4)[0]
-        else:
-            promised = _UNKNOWN
-    if promised > actual:
-        raise SourceError(
-            f"{path}: the video is truncated: it has {actual} of the {promised} bytes it "
-            "promises; copy or export it again"
-        )
-
-
-def _mp4_length(path: Path, file: BinaryIO, actual: int) -> int:
-    """Return the end of the last box, bytes; refuse a file without a box for the frame index."""
-    at, names = 0, set()
-    while at + 8 <= actual:
-        file.seek(at)
-        length, name = struct.unpack(">I4s", file.read(8))
-        names.add(name)
-        if length == 1:
-            large = file.read(8)
-            length = struct.unpack(">Q", large)[0] if len(large) == 8 else 16
-        elif length == 0:
-            length = actual - at
-        at += max(8, length)
-    if at <= actual and b"moov" not in names:
-        raise SourceError(
-            f"{path}: the video is truncated: its index (moov) is missing; copy or export it again"
-        )
-    return at
-
-
-def _matroska_length(file: BinaryIO) -> int:
-    """Return the end of the segment, bytes; unknown for files written as a live stream."""
-    file.seek(4)
-    header = _variable_length(file)
-    file.seek(header, 1)
-    file.seek(4, 1)
-    segment = _variable_length(file)
-    return _UNKNOWN if segment == _UNKNOWN else file.tell() + segment
-
-
-def _variable_length(file: BinaryIO) -> int:
-    """Read one EBML length: the first byte's leading zeros are the number of bytes that follow."""
-    first = file.read(1)
-    if not first or not first[0]:
-        return _UNKNOWN
-    extra = 8 - first[0].bit_length()
-    mask = (1 << 7 - extra) - 1
-    value = int.from_bytes(bytes([first[0] & mask]) + file.read(extra), "big")
-    return _UNKNOWN if value == (1 << 7 * (extra + 1)) - 1 else value

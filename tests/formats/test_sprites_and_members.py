@@ -137,13 +137,14 @@ def test_effects_still_need_frames_of_one_size(
     )
 
 
-def test_sprites_of_several_sizes_cannot_have_one_height(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(("key", "value"), [("height", 10), ("crop", [0, 0, 4, 4])])
+def test_sprites_of_several_sizes_cannot_have_one_height_or_part(
+    key: str, value: object, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     art(tmp_path)
-    path = recipe(tmp_path, "hero", source={"path": "art", "height": 10}, **PLAIN)
+    path = recipe(tmp_path, "hero", source={"path": "art", key: value}, **PLAIN)
     assert main(["build", str(path)]) == 1
-    assert "source.height is for the frames of one clip" in capsys.readouterr().err
+    assert f"source.{key} is for the frames of one clip" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

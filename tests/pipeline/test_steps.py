@@ -45,7 +45,7 @@ TABLE = {
     # Whether a recipe only packs decides what its source may be.
     "open_input": {
         "name", "seed", "source", "views", "wind", "flakes", "motion_blur", "motion_blur.flame",
-        "timeline.frames", "timeline.fps", "timeline.loop", "atlas.blend_space",
+        "timeline.frames", "timeline.fps", "timeline.loop", "atlas.blend_space", "atlas.max_size",
     },
     "arrange": {
         "timeline.loop", "timeline.frames", "timeline.fps", "timeline.overlap", "timeline.tail",

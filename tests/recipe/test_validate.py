@@ -187,6 +187,27 @@ def test_each_mistake_gets_its_line_of_advice(
     assert advice(write(SOURCE + text)) == [f"campfire.yaml:{place}: {message}"]
 
 
+@pytest.mark.parametrize(
+    ("keys", "place", "message"),
+    [
+        ("height: tall", "height", 'must be `auto`, `source` or a whole number; got "tall"'),
+        ("height: 0", "height", "must be at least 1; got 0"),
+        ("crop: [1, 2, 3]", "crop.3", "is missing: the list needs 4 items"),
+        ("crop: [1, 2, 0, 4]", "crop.2", "must be at least 1; got 0"),
+        (
+            "crop: left",
+            "crop",
+            'must be `none`, `auto` or four whole numbers: [x, y, width, height]; got "left"',
+        ),
+    ],
+)
+def test_a_wrong_part_or_size_of_frames_gets_advice(
+    write: Write, keys: str, place: str, message: str
+) -> None:
+    text = f"source:\n  path: clip\n  {keys}\n"
+    assert advice(write(text)) == [f"campfire.yaml:3: source.{place}: {message}"]
+
+
 @pytest.mark.parametrize("name", ["../x", "a/b", "/etc/x", "..", ".x", "x.", "a b", "a\\\\b"])
 def test_a_name_that_is_no_plain_file_name_is_refused(write: Write, name: str) -> None:
     [line] = advice(write(f'{SOURCE}name: "{name}"'))

@@ -1,4 +1,4 @@
-"""Formats that only play forwards: each pass decodes once, and little is kept."""
+"""Formats that only play forwards: they are decoded once, and little is kept in memory."""
 
 import tracemalloc
 from collections.abc import Generator
@@ -11,8 +11,7 @@ from fire_atlas.core.picture import Picture
 from fire_atlas.sources.reader import SequentialDecoder
 from tests.support import synthetic_fire as fire
 
-LARGE = 8 << 20
-"""Bytes of a frame of which there is room for a few."""
+FILE = Path("fire.gif")
 
 
 class Counter:
@@ -27,34 +26,19 @@ class Counter:
             yield np.full((1, 1, 3), i, np.uint8)
 
 
-def test_a_clip_that_there_is_room_for_is_decoded_once() -> None:
+def test_each_frame_is_decoded_once_and_only_when_it_is_needed() -> None:
     counter = Counter(200)
-    frames = SequentialDecoder(counter.play, 3)
+    frames = SequentialDecoder(FILE, counter.play)
+    assert frames.read(99)[0, 0, 0] == 99
+    assert counter.decoded == [1] * 100 + [0] * 100
     for i in [0, 199, *range(200), *reversed(range(200))]:
         assert frames.read(i)[0, 0, 0] == i
-    assert set(counter.decoded) == {1}
-
-
-def test_samples_and_two_passes_decode_three_times_at_most() -> None:
-    counter = Counter(200)
-    frames = SequentialDecoder(counter.play, LARGE)
-    for i in [0, 50, 100, 199, *range(200), *range(200)]:
-        assert frames.read(i)[0, 0, 0] == i
-    assert max(counter.decoded) == 3
-
-
-def test_a_little_disorder_decodes_nothing_again() -> None:
-    counter = Counter(200)
-    frames = SequentialDecoder(counter.play, LARGE)
-    for i in range(0, 200, 2):
-        assert frames.read(i + 1)[0, 0, 0] == i + 1
-        assert frames.read(i)[0, 0, 0] == i
-    assert max(counter.decoded) == 1
+    assert counter.decoded == [1] * 200
 
 
 def test_a_decoder_that_failed_starts_afresh() -> None:
     counter = Counter(3)
-    frames = SequentialDecoder(counter.play, 3)
+    frames = SequentialDecoder(FILE, counter.play)
     with pytest.raises(StopIteration):
         frames.read(3)
     assert frames.read(2)[0, 0, 0] == 2
@@ -65,8 +49,7 @@ def test_memory_does_not_grow_with_the_clip(
     ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Of these little frames there would be room for hundreds.
-    monkeypatch.setattr("fire_atlas.sources.reader._BUFFER_BYTES", 2 << 20)
-    monkeypatch.setattr("fire_atlas.sources.reader.CACHE_BYTES", 1 << 18)
+    monkeypatch.setattr("fire_atlas.sources.frame_store.MEMORY_BYTES", 2 << 20)
 
     def peak(count: int) -> int:
         frames = fire.fires(count, 160, 160, hard=True)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from PIL import Image
 
 from fire_atlas.core.pixels import linear_to_srgb, unpremultiply
@@ -102,3 +103,30 @@ def test_the_sheets_are_cut_where_their_cells_lie(
     assert clip.count == frames.count
     for i in range(clip.count):
         assert np.abs(clip.read(i) - frames.read(i)).mean() < 0.004
+
+
+@pytest.mark.parametrize(
+    ("name", "spared"),
+    [
+        ("real_candle_red", 0.6), ("cartoon_tauran_flame_sheet", 0.3),
+        ("cartoon_fluent_fire", 0.15), ("cartoon_wesnoth_fireball_impact", 0.1),
+        ("real_fireplace_gif", 0.0), ("real_firewall_stock", 0.0),
+    ],
+)  # fmt: skip
+def test_crop_auto_cuts_off_no_flame(name: str, spared: float, clips: Path) -> None:
+    folder = clips / name / "frames"
+    whole, part = fire.open_clip(folder), fire.open_clip(folder, crop="auto")
+    left, top, width, height = json.loads(part.notes[0].partition(": ")[2].partition(" holds")[0])
+    assert (part.width, part.height, part.matte) == (width, height, whole.matte)
+    for file in whole.inputs:
+        rows, columns = np.nonzero(flame_colours(np.asarray(Image.open(file).convert("RGBA"))))
+        assert not rows.size or (top <= rows.min() and rows.max() < top + height), file
+        assert not columns.size or (left <= columns.min() and columns.max() < left + width), file
+    assert 1 - width * height / (whole.width * whole.height) >= spared
+
+
+def flame_colours(picture: fire.Rgba) -> NDArray[np.bool_]:
+    """Pixels of the colours of flame, by the rule of Chen et al. (2004), or white-hot, (H, W)."""
+    red, green, blue, alpha = (picture[..., channel].astype(int) for channel in range(4))
+    coloured = (red > 125) & (red >= green) & (green > blue)
+    return np.asarray((alpha > 0) & (coloured | (np.minimum(green, red) > 220)), np.bool_)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fire_atlas.core.pixels import unpremultiply
-from fire_atlas.sources.frames import resize, width_for
+from fire_atlas.sources.resize import resize, width_for
 from tests.support import synthetic_fire as fire
 
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from fire_atlas.core.errors import SourceError
-from fire_atlas.sources.video import open_video
 from tests.support import synthetic_fire as fire
 
 
@@ -107,7 +106,7 @@ def test_a_playlist_that_is_called_a_video_leads_to_no_other_file(
     other = mp4(tmp_path / "other.mp4")
     (tmp_path / name).write_text(PLAYLISTS[playlist].format(other.name))
     with pytest.raises(SourceError, match=r"not a video that can be read|cannot be decoded"):
-        open_video(tmp_path / name, None)
+        fire.open_clip(tmp_path / name)
 
 
 def test_without_pyav_mp4_is_read_and_webm_says_what_to_install(

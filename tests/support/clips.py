@@ -13,8 +13,10 @@ from _pytest.mark import ParameterSet
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.shipped import shipped
+from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources.frames import open_frames
+from fire_atlas.sources.reader import OpeningContext
 from tests.support.requirements import real_clips
 
 SAMPLES: dict[str, dict[str, Any]] = {
@@ -53,15 +55,20 @@ def open_clip(name: str, height: int | None = None, count: int | None = None) ->
     if name not in SAMPLES:
         return real_clip(real_clips(), name)
     path = shipped("samples") / str(SAMPLES[name]["path"])
-    source = FramesSource.model_validate({**SAMPLES[name], "height": height, "count": count})
-    return kept(open_frames(source, path, "srgb"))
+    settings = {**SAMPLES[name], "height": height or "source", "count": count}
+    return kept(_opened(FramesSource.model_validate(settings), path))
 
 
 def real_clip(folder: Path, name: str) -> Clip:
     """Return a real clip in ``folder``, in memory, at its own rate."""
     meta = json.loads((folder / name / "meta.json").read_text(encoding="utf-8"))
     frames = folder / name / "frames"
-    return kept(open_frames(FramesSource(path=str(frames), fps=meta["fps"]), frames, "srgb"))
+    return kept(_opened(FramesSource(path=str(frames), fps=meta["fps"]), frames))
+
+
+def _opened(source: FramesSource, path: Path) -> Clip:
+    with Workers(1) as workers:
+        return open_frames(source, path, OpeningContext("srgb", workers))
 
 
 def campfire(height: int | None = None, count: int | None = None) -> Clip:

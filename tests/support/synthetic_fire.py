@@ -14,8 +14,10 @@ from PIL import Image
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels, premultiply, srgb_to_linear
+from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources.frames import open_frames
+from fire_atlas.sources.reader import OpeningContext
 
 Rgba = NDArray[np.uint8]
 
@@ -44,7 +46,9 @@ def light(frame: NDArray[Any]) -> Pixels:
 
 def open_clip(path: Path, blend_space: str = "srgb", **settings: Any) -> Clip:
     """Open ``path`` as a recipe with these settings would."""
-    return open_frames(FramesSource(path=str(path), **settings), path, blend_space)
+    with Workers(1) as workers:
+        context = OpeningContext(blend_space, workers)
+        return open_frames(FramesSource(path=str(path), **settings), path, context)
 
 
 def all_frames(clip: Clip) -> list[Pixels]:

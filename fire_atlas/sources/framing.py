@@ -1,0 +1,237 @@
+"""Decide which part of the frames of a file is used (``source.crop``), and at which size."""
+
+from collections.abc import Container
+from dataclasses import dataclass
+from math import ceil, floor
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.clip import Window
+from fire_atlas.core.errors import SourceError
+from fire_atlas.core.picture import Picture, brightest, white
+from fire_atlas.core.pixels import Bytes, encode_unit
+from fire_atlas.recipe.source import FramesSource
+from fire_atlas.recipe.timeline import Timeline
+from fire_atlas.sources.resize import nearest, reduce, width_for
+
+LARGE = 512
+"""Height, px, to which ``height: auto`` reduces taller videos. Frames of this size are kept whole
+while a clip is built; taller ones are reduced as they are decoded."""
+
+_SMALLEST = 256
+"""Height, px, below which ``height: auto`` adds pages instead of reducing a video further."""
+
+_FILLED = 0.9
+"""Fraction of a page that frames can be expected to fill."""
+
+_MOVES = 20
+"""A pixel whose brightest channel changes by more than this over the clip, of 255, may be flame:
+less is the noise of cameras and codecs."""
+
+_GLOWS = 128
+"""A pixel whose brightest channel exceeds this, of 255, may be a flame that does not move."""
+
+_MARGIN = 0.04
+"""Margin around the flame, as a fraction of the longer side of its box."""
+
+
+@dataclass(frozen=True, slots=True)
+class PageLimit:
+    """How much fits one page of an atlas, and how many frames a clip puts there.
+
+    Attributes:
+        max_size: Maximum width and height of a page, px.
+        timeline: The recipe's section.
+    """
+
+    max_size: int
+    timeline: Timeline
+
+    @property
+    def area(self) -> float:
+        """Pixels of a page that frames can be expected to fill."""
+        return _FILLED * self.max_size**2
+
+    def frames(self, count: int, fps: float) -> int:
+        """Return how many frames of a clip of ``count`` frames are shown, if none are cut off."""
+        if self.timeline.frames is not None:
+            return self.timeline.frames
+        shown = round(count * (self.timeline.fps or fps) / fps)
+        return max(1, 2 * shown - 2 if self.timeline.loop == "pingpong" else shown)
+
+
+@dataclass(frozen=True, slots=True)
+class Framing:
+    """The part of a video's frames that is used, and the size at which it is kept.
+
+    Attributes:
+        box: The part, px of the file.
+        width, height: Size of the frames that are kept, px: at most that of the box.
+        keeps_pixels: Whether they are reduced by nearest neighbour.
+        reason: Why the size is not that of the box, for the user; empty if it is.
+    """
+
+    box: Window
+    width: int
+    height: int
+    keeps_pixels: bool
+    reason: str = ""
+
+    def apply(self, picture: Picture) -> Picture:
+        """Return a frame of the file as it is kept."""
+        part = picture[self.box.slices]
+        if part.shape[:2] == (self.height, self.width):
+            return part
+        return (nearest if self.keeps_pixels else reduce)(part, self.width, self.height)
+
+
+def frame_video(
+    settings: FramesSource, box: Window, count: int, fps: float, page: PageLimit | None
+) -> Framing:
+    """Return the framing of a video.
+
+    Args:
+        settings: The recipe's ``source``.
+        box: The part of the frames that is used, px of the file.
+        count: Number of frames that are used.
+        fps: Their rate.
+        page: The page that the frames should fit; None if they are not packed themselves.
+    """
+    size = box.right - box.left, box.bottom - box.top
+    height, reason = size[1], ""
+    if height > LARGE and settings.height == "auto":
+        shown = 0 if page is None else page.frames(count, fps)
+        height = _height_on_page(size, shown, page)
+        reason = _why_reduced(size, height, shown, page)
+    elif height > LARGE and isinstance(settings.height, int):
+        height = min(height, settings.height)
+    width = width_for(height, size)
+    return Framing(box, width, height, settings.sampling == "nearest", reason)
+
+
+def _height_on_page(size: tuple[int, int], shown: int, page: PageLimit | None) -> int:
+    """Return the largest height at which ``shown`` frames of this (width, height) fit a page."""
+    if page is None:
+        return LARGE
+    fitting = (
+        height
+        for height in range(LARGE, _SMALLEST, -1)
+        if shown * height * width_for(height, size) <= page.area
+    )
+    return next(fitting, _SMALLEST)
+
+
+def _why_reduced(size: tuple[int, int], height: int, shown: int, page: PageLimit | None) -> str:
+    width = width_for(height, size)
+    reason = f"frames of {size[0]}x{size[1]} are reduced to {width}x{height}"
+    if page is None:
+        return reason
+    if (pages := shown * width * height / page.area) > 1:
+        fitting = int(page.area / (width * height))
+        fewer = f"timeline.frames: {fitting} or " if fitting else ""
+        return (
+            f"{reason}, yet {shown} of them need about {ceil(pages)} pages of {page.max_size} px; "
+            f"{fewer}a larger atlas.max_size would make one page enough"
+        )
+    why = "" if height == LARGE else f", so that {shown} of them fit one page"
+    return f"{reason}{why}; source.height: source keeps their size"
+
+
+def stated_box(settings: FramesSource, size: tuple[int, int], path: Path) -> Window:
+    """Return the part of frames of ``size`` (width, height) that ``source.crop`` states, if any.
+
+    Raises:
+        SourceError: It reaches beyond the frames.
+    """
+    if isinstance(settings.crop, str):
+        return Window(0, 0, *size)
+    left, top, width, height = settings.crop
+    if left + width > size[0] or top + height > size[1]:
+        raise SourceError(
+            f"{path}: source.crop [{left}, {top}, {width}, {height}] reaches beyond the frames, "
+            f"which are {size[0]}x{size[1]}: x + width can be at most {size[0]} and y + height "
+            f"at most {size[1]}"
+        )
+    return Window(left, top, left + width, top + height)
+
+
+def small_copy(picture: Picture) -> Picture:
+    """Return a copy, at most ``LARGE`` px high, in which ``FlameExtent`` looks for flame."""
+    height = min(LARGE, picture.shape[0])
+    size = width_for(height, (picture.shape[1], picture.shape[0])), height
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
+
+
+class FlameExtent:
+    """The box that is ever flame, from small copies of all frames.
+
+    It is rather too large than too small. If anything is transparent, it holds all that is not.
+    Otherwise it holds what changes, and what is bright enough to be a steady flame.
+    """
+
+    def __init__(self, samples: Container[int]) -> None:
+        """Start without a frame; copies of the frames numbered ``samples`` are kept."""
+        self._numbers = samples
+        self._samples = list[Picture]()
+        self._highest = self._lowest = np.zeros((0, 0, 2), np.uint8)
+
+    def add(self, i: int, small: Picture) -> None:
+        """Add the ``small_copy`` of frame i; all must have the same size."""
+        if i in self._numbers:
+            self._samples.append(small)
+        measured = _brightness_and_coverage(small)
+        if not self._highest.size:
+            self._highest = self._lowest = measured
+        self._highest = np.maximum(self._highest, measured)
+        self._lowest = np.minimum(self._lowest, measured)
+
+    def samples(self) -> tuple[Picture, ...]:
+        """Return the copies that were kept, in order."""
+        return tuple(self._samples)
+
+    def box(self, size: tuple[int, int]) -> Window:
+        """Return the box with a margin, px of frames of ``size`` (width, height).
+
+        The box is the whole frame if there is no flame.
+        """
+        left, top, width, height = cv2.boundingRect(self._flame().view(np.uint8))
+        if not width:
+            return Window(0, 0, *size)
+        rows, columns = self._highest.shape[:2]
+        margin = _MARGIN * max(width / columns * size[0], height / rows * size[1])
+        return Window(
+            max(0, floor(left * size[0] / columns - margin)),
+            max(0, floor(top * size[1] / rows - margin)),
+            min(size[0], ceil((left + width) * size[0] / columns + margin)),
+            min(size[1], ceil((top + height) * size[1] / rows + margin)),
+        )
+
+    def _flame(self) -> NDArray[np.bool_]:
+        """Return where flame may be in any of the frames, (h, w)."""
+        (shown, cover), (darkest, least_cover) = (
+            np.moveaxis(each, 2, 0) for each in (self._highest, self._lowest)
+        )
+        if least_cover.min() < 255:
+            return np.ascontiguousarray(cover > 0)
+        return (shown - darkest > _MOVES) | (shown > _GLOWS)
+
+
+def _brightness_and_coverage(picture: Picture) -> Bytes:
+    """Return the brightest channel as sRGB, and the coverage, 0..255, (h, w, 2)."""
+    unit = picture.astype(np.float32) / white(picture.dtype)
+    shown = encode_unit(brightest(unit)) if picture.dtype == np.float32 else brightest(unit)
+    cover = unit[..., 3] if picture.shape[2] == 4 else np.ones_like(shown)
+    return np.dstack([np.rint(255 * shown), np.ceil(255 * cover)]).astype(np.uint8)
+
+
+def describe_crop(box: Window, size: tuple[int, int]) -> str:
+    """Return, for the user, which part of frames of this (width, height) ``crop: auto`` chose."""
+    width, height = box.right - box.left, box.bottom - box.top
+    spared = 100 * (1 - width * height / (size[0] * size[1]))
+    return (
+        f"source.crop: [{box.left}, {box.top}, {width}, {height}] holds all flame of the "
+        f"{size[0]}x{size[1]} frames ({spared:.0f} % of their area is cut off)"
+    )
