@@ -5,6 +5,7 @@ Import settings are the one exception: engines and people edit them, so they are
 content instead.
 """
 
+import errno
 import hashlib
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence, Set
@@ -13,9 +14,16 @@ from pathlib import Path
 from typing import Self
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.files import MAX_JSON_BYTES, read_file
 from fire_atlas.core.output_file import is_reserved
 from fire_atlas.outputs.disk import is_regular
-from fire_atlas.outputs.manifest import Manifest, OutputEntry, manifest_name, read_manifest
+from fire_atlas.outputs.manifest import (
+    Manifest,
+    OutputEntry,
+    decode_manifest,
+    manifest_name,
+    read_manifest,
+)
 from fire_atlas.outputs.staging import Staging
 
 _GUID = re.compile(rb"^guid: [0-9a-f]{32}\s*$", re.MULTILINE)
@@ -27,6 +35,9 @@ _ADVICE = (
     "nothing was built, so that nothing is lost: move it away, choose another `name` or folder "
     "(-o), or replace it with --overwrite"
 )
+
+_NOT_A_FILE = {errno.ENOENT, errno.EINVAL, errno.EISDIR, errno.EFBIG, errno.ELOOP}
+"""Errors of ``read_file`` where there is no file, none that is regular, or one too large."""
 
 _MAX_SETTINGS_BYTES = 1 << 24
 """Maximum size of import settings; those of a page of thousands of sprites take some MiB."""
@@ -50,10 +61,15 @@ class FolderManifests:
 
     @classmethod
     def read(cls, out: Path, name: str) -> Self:
-        """Read all manifests in ``out``."""
+        """Read all manifests in ``out``.
+
+        Raises:
+            OutputError: One of another build cannot be read, so that its files are unknown.
+        """
         suffix = manifest_name("")
-        names = {path.name.removesuffix(suffix) for path in out.glob(f"*{suffix}")} - {name}
-        found = {other: read_manifest(out, other) for other in sorted(names)}
+        files = [file for file in _files_in(out) if file.endswith(suffix)]
+        names = {file.removesuffix(suffix) for file in files} - {name}
+        found = {other: _manifest_of_another(out, other) for other in sorted(names)}
         others = {other: manifest for other, manifest in found.items() if manifest is not None}
         return cls(out, name, read_manifest(out, name), others)
 
@@ -77,6 +93,34 @@ class FolderManifests:
         manifests = [self.own, *self.others.values()]
         entries = [entry for each in manifests if each for entry in each.outputs]
         return any(entry.name == file and _describes(entry, path) for entry in entries)
+
+
+def _files_in(out: Path) -> list[str]:
+    try:
+        return [path.name for path in out.iterdir()]
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise OutputError(
+            f"{out}: cannot be listed ({error.strerror}), so it is unknown which files belong to "
+            f"other builds; change its permissions, or choose another folder with -o"
+        ) from error
+
+
+def _manifest_of_another(out: Path, name: str) -> Manifest | None:
+    """Return the manifest of another build; None if what bears its name is no manifest."""
+    path = out / manifest_name(name)
+    try:
+        return decode_manifest(read_file(path, MAX_JSON_BYTES))
+    except ValueError:
+        return None
+    except OSError as error:
+        if error.errno in _NOT_A_FILE:
+            return None
+        raise OutputError(
+            f"{path}: cannot be read ({error.strerror}), so it is unknown which files belong to "
+            f"that build; make it readable, or move it away"
+        ) from error
 
 
 def refuse_replacing(

@@ -1,5 +1,6 @@
 """Only what a manifest vouches for is ever replaced or removed: all else is somebody's work."""
 
+import errno
 import hashlib
 import json
 import sys
@@ -8,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from fire_atlas.core.files import read_file
 from fire_atlas.core.output_file import Role
 from fire_atlas.pipeline.expected import expected_outputs
 from fire_atlas.recipe.load import load_tree
@@ -153,6 +155,30 @@ def test_a_file_that_two_builds_wrote_stays_until_both_are_cleaned(repo: Repo) -
     assert "shared.txt" in repo.built(fire), "it is no longer fire's, but still torch's"
     repo.run("clean", torch)
     assert not (repo.build / "shared.txt").exists()
+
+
+@pytest.mark.parametrize("reason", [errno.EACCES, errno.EIO])
+def test_a_manifest_that_cannot_be_read_stops_a_build_from_removing_what_it_may_list(
+    repo: Repo, reason: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    repo.clip()
+    (repo.folder / "shared.j2").write_text("the same for all")
+    exports = [{"template": "shared.j2", "to": "shared.txt"}]
+    fire, torch = (repo.recipe(f"{name}.yaml", exports=exports) for name in ("fire", "torch"))
+    repo.built(fire)
+    repo.built(torch)
+    before = contents(repo.build)
+    repo.recipe("fire.yaml")  # writes shared.txt no more
+
+    def unreadable(path: Path, max_bytes: int) -> bytes:
+        if path.name == "torch.manifest.json":
+            raise OSError(reason, "the device failed", str(path))
+        return read_file(path, max_bytes)
+
+    monkeypatch.setattr("fire_atlas.outputs.ownership.read_file", unreadable)
+    ran = repo.run("build", fire)
+    assert ran.code == 1 and "torch.manifest.json: cannot be read (the device failed)" in ran.err
+    assert contents(repo.build) == before
 
 
 def test_overwriting_spares_what_belongs_to_another_build(repo: Repo) -> None:
