@@ -24,7 +24,7 @@ from fire_atlas.core.shipped import shipped
 from tests.support.repo import command, environment
 
 SINGLE_THREADED, ALL_THREADS, FRESH_SECONDS = 0.6, 0.85, 1.0
-"""Most wall time: as a share of that of single builds with ``--jobs 1``, with all threads, and s."""
+"""Most wall time: shares of those of single builds with ``--jobs 1`` and by default, and s."""
 
 
 @dataclass
@@ -55,7 +55,7 @@ def write_recipes(folder: Path, count: int) -> list[Path]:
     for preset in shipped("recipes").glob("*.yaml"):
         run(Spent(), "init", preset.stem, folder)
     ready = sorted(folder.glob("*.yaml"))
-    recipes = []
+    recipes = list[Path]()
     for seed in range(-(-count // len(ready))):
         for path in ready[: count - len(recipes)]:
             recipe = folder / "many" / f"{path.stem}_{seed}.yaml"
@@ -122,7 +122,7 @@ def report(count: int, rows: dict[str, Spent], different: list[str]) -> int:
     for name, spent in rows.items():
         print(
             f"{name:24}{spent.wall:8.1f} s wall {spent.cpu:8.1f} s cpu"
-            f"{spent.wall / single.wall:6.2f} of --jobs 1{spent.wall / default.wall:6.2f} of default"
+            f"{spent.wall / single.wall:6.2f} of --jobs 1{spent.wall / default.wall:6.2f} of all"
         )
     print(f"{len(different)} files differ {' '.join(different)}")
     passed = (
