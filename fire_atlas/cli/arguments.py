@@ -249,6 +249,11 @@ def _add_batch(parser: _Parser) -> None:
         metavar="I/N",
         help="build only every N-th recipe, from the I-th: on each of N machines another I",
     )
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="build on the Dask cluster of this scheduler, like tcp://10.0.0.5:8786",
+    )
 
 
 def _add_limits(parser: _Parser) -> None:

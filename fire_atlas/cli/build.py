@@ -4,17 +4,22 @@ from argparse import Namespace
 from collections.abc import Container, Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fire_atlas.cli.depfile import refuse_overwriting, write_depfile
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.plan import Plan, refuse_unbuilt, shard
 from fire_atlas.cli.progress import BuildView, Outcome, shows_interruption, view_for
-from fire_atlas.core.errors import OutputError
+from fire_atlas.core.errors import OutputError, RecipeError
 from fire_atlas.outputs.folder import default_folder
 from fire_atlas.outputs.freshness import why_other_bytes, why_stale
 from fire_atlas.outputs.recovery import recover, tidy
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
 from fire_atlas.recipe.tree import RecipeTree, read_tree
+
+if TYPE_CHECKING:
+    from fire_atlas.cli.cluster import ClusterBuilder
+    from fire_atlas.cli.processes import BuildProcesses
 
 
 def run(args: Namespace) -> int:
@@ -76,19 +81,36 @@ def _build_all(
     fresh, stale = _sorted_by_freshness(plan, args, view, failures)
     if failures.must_stop or not stale:
         return fresh
-    if len(stale) == 1:
+    if len(stale) == 1 and not args.scheduler:
         view.begin(stale[0].path)
         with failures.caught():
             view.done(build_recipe(stale[0], args, view))
             fresh += stale
         return fresh
 
-    from fire_atlas.cli.processes import BuildProcesses
     from fire_atlas.cli.side_by_side import build_side_by_side
 
     view.plan(len(stale))
-    with BuildProcesses(args) as builder:
+    with _builder(args, view) as builder:
         return fresh + build_side_by_side(stale, plan, builder, view, failures)
+
+
+def _builder(args: Namespace, view: BuildView) -> "BuildProcesses | ClusterBuilder":
+    """Return what builds several recipes: processes of this machine, or a cluster."""
+    if not args.scheduler:
+        from fire_atlas.cli.processes import BuildProcesses
+
+        return BuildProcesses(args)
+    if args.jobs:
+        raise RecipeError("--jobs: not with --scheduler, whose workers have threads of their own")
+    try:
+        from fire_atlas.cli.cluster import ClusterBuilder
+    except ModuleNotFoundError as error:
+        raise OutputError(
+            f"--scheduler: needs Dask ({error.name} is not installed): "
+            f"pip install 'fire-atlas[cluster]'"
+        ) from error
+    return ClusterBuilder(args.scheduler, args, view)
 
 
 def _sorted_by_freshness(

@@ -110,11 +110,11 @@ class BuildProcesses:
             for line in lines:
                 if line.endswith(b"\n"):  # else it died while it wrote
                     self._events.put((process, json.loads(line)))
-        message = _how_it_ended(process.wait())
+        message = how_it_ended(process.wait())
         self._events.put((process, {"event": "lost", "message": message}))
 
 
-def _how_it_ended(code: int) -> str:
+def how_it_ended(code: int) -> str:
     """Return what the exit code of a process that ended unexpectedly means."""
     if code >= 0:
         return f"the process that built it has ended with exit code {code}"

@@ -46,6 +46,9 @@ class BuildView(SilentProgress):
     def begin(self, recipe: Path) -> None:
         """Begin, or continue, the build of ``recipe``: all that follows is about it."""
 
+    def remark(self, message: str) -> None:
+        """Show a sentence that is about no recipe."""
+
     def planned(self, why: str | None) -> None:
         """Show why the recipe would be built; None if it is up to date."""
 
@@ -86,6 +89,10 @@ class LineView(BuildView):
     def note(self, message: str) -> None:
         """Print the message."""
         print(printable(f"{self._recipe}: {message}"), file=sys.stderr)
+
+    def remark(self, message: str) -> None:
+        """Print the message."""
+        print(printable(message), file=sys.stderr)
 
     def planned(self, why: str | None) -> None:
         """Print whether and why the recipe would be built."""
@@ -262,6 +269,10 @@ class JsonView(BuildView):
     def note(self, message: str) -> None:
         """Print the message."""
         self._print("note", message=message)
+
+    def remark(self, message: str) -> None:
+        """Print the message, without a recipe."""
+        print(json.dumps({"event": "note", "message": message}), flush=True)
 
     def planned(self, why: str | None) -> None:
         """Print whether and why the recipe would be built."""

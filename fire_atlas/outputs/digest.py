@@ -19,8 +19,8 @@ _PROJECT = "fire-atlas"
 _CHECKOUT = Path(__file__).resolve().parents[2] / "pyproject.toml"
 """Lists the requirements if the tool runs from a checkout without being installed."""
 
-_DEVELOPMENT = "extra == 'test'"
-"""Marks requirements that only developers of the tool need."""
+_WITHOUT_BYTES = ("extra == 'cluster'", "extra == 'test'")
+"""Marks requirements that compute no byte of an output."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,11 +102,13 @@ def tool_digest() -> str:
 
 
 def libraries() -> list[str]:
-    """Return the names of the distributions that the tool and its extras need.
+    """Return the names of the distributions that the tool and its extras need to write outputs.
 
     The version of any of them may change the bytes of an output.
     """
-    needed = [each for each in _requirements() if _DEVELOPMENT not in each.replace('"', "'")]
+    needed = [
+        each for each in _requirements() if not each.replace('"', "'").endswith(_WITHOUT_BYTES)
+    ]
     return sorted({re.split(r"[^\w.-]", each, maxsplit=1)[0].lower() for each in needed})
 
 
