@@ -3,6 +3,7 @@
 import logging
 import os
 from argparse import Namespace
+from collections.abc import Mapping
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Self
@@ -11,7 +12,12 @@ import cloudpickle
 from distributed import Client, Future
 
 from fire_atlas.cli import cluster_worker
-from fire_atlas.cli.cluster_worker import WorkerCheck, build_on_worker
+from fire_atlas.cli.cluster_worker import (
+    WorkerCheck,
+    build_on_worker,
+    refusal,
+    schedule_again,
+)
 from fire_atlas.cli.progress import BuildView
 from fire_atlas.cli.side_by_side import BuildEvent, build_arguments
 from fire_atlas.core.cpu import cpu_class
@@ -51,6 +57,7 @@ class ClusterBuilder:
         identity = f"{tool_digest()} {cpu_class()}"
         self._resource = f"fire-atlas {identity}"
         self._client.register_plugin(WorkerCheck(identity, self._resource, self._topic))
+        _require_worker(self._client.run(refusal))
 
     def start(self, recipe: Path, unfinished: int) -> None:
         """Hand a recipe to the scheduler, to be built with one thread."""
@@ -64,6 +71,7 @@ class ClusterBuilder:
             lambda: build_on_worker(key, arguments, topic),
             key=key,
             resources={self._resource: 1},
+            priority=-len(self._recipes),  # in their order
         )
         self._futures[key].add_done_callback(self._report_loss)
 
@@ -73,6 +81,8 @@ class ClusterBuilder:
             key, event = self._events.get()
             if event["event"] == "refused":
                 self._view.remark(event["message"])
+            elif event["event"] == "accepted":
+                self._client.run_on_scheduler(schedule_again)
             elif key in self._futures:
                 break
         if event["event"] in {"exit", "lost"}:
@@ -94,6 +104,14 @@ class ClusterBuilder:
         if future.status != "finished":
             message = f"the cluster has given it up: {future.exception() or future.status}"
             self._events.put((str(future.key), {"event": "lost", "message": message}))
+
+
+def _require_worker(refusals: Mapping[str, str | None]) -> None:
+    """Raise ``OutputError`` if each worker, by its address, was refused for a reason."""
+    if not refusals:
+        raise OutputError("--scheduler: it has no workers; start some with `dask worker ADDRESS`")
+    if None not in refusals.values():
+        raise OutputError("\n".join(sorted(filter(None, refusals.values()))))
 
 
 def _connected(address: str) -> "Client":

@@ -8,8 +8,9 @@ import asyncio
 import json
 import subprocess
 import sys
+from typing import cast
 
-from distributed import Worker, WorkerPlugin, get_worker
+from distributed import Scheduler, Worker, WorkerPlugin, get_worker
 
 _IDENTITY = """
 from fire_atlas.core.cpu import cpu_class
@@ -32,6 +33,7 @@ class WorkerCheck(WorkerPlugin):
         self._identity = identity
         self._resource = resource
         self._topic = topic
+        self.refusal: str | None = None
 
     async def setup(self, worker: Worker) -> None:
         """Check one worker."""
@@ -39,8 +41,26 @@ class WorkerCheck(WorkerPlugin):
         threads = worker.state.nthreads
         await worker.set_resources(**{self._resource: 0 if reason else threads})
         if reason:
-            message = f"worker {worker.name} gets no recipes: {reason}"
-            worker.log_event(self._topic, ("", {"event": "refused", "message": message}))
+            self.refusal = f"worker {worker.name} gets no recipes: {reason}"
+            worker.log_event(self._topic, ("", {"event": "refused", "message": self.refusal}))
+        else:
+            worker.log_event(self._topic, ("", {"event": "accepted"}))
+
+
+def schedule_again(dask_scheduler: Scheduler) -> None:
+    """Let a scheduler look again for workers for the recipes that had none.
+
+    It does so when a worker comes, but not when that gets its resource, a moment later.
+    """
+    for worker in dask_scheduler.workers.values():
+        found = dask_scheduler.bulk_schedule_unrunnable_after_adding_worker(worker)
+        dask_scheduler.transitions(found, stimulus_id="fire-atlas")
+
+
+def refusal(dask_worker: Worker) -> str | None:
+    """Return why the worker that runs this gets no recipes; None if it gets some."""
+    check = cast(WorkerCheck, dask_worker.plugins[WorkerCheck.name])
+    return check.refusal
 
 
 def why_refused(identity: str) -> str | None:
