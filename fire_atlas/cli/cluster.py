@@ -4,6 +4,7 @@ import logging
 import os
 from argparse import Namespace
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Self
@@ -38,10 +39,10 @@ class ClusterBuilder:
     has_room = True
 
     def __init__(self, address: str, args: Namespace, view: BuildView) -> None:
-        """Connect to the scheduler at ``address``, and check its workers.
+        """Connect to the scheduler at ``address``.
 
         Raises:
-            OutputError: No scheduler answers, or none of its workers can build.
+            OutputError: No scheduler answers.
         """
         logging.getLogger("distributed").setLevel(logging.CRITICAL)  # errors are reported by us
         cloudpickle.register_pickle_by_value(cluster_worker)
@@ -52,12 +53,11 @@ class ClusterBuilder:
         self._events: SimpleQueue[tuple[str, BuildEvent]] = SimpleQueue()
         self._recipes: dict[str, Path] = {}
         self._futures: dict[str, Future[None]] = {}
+        self._stack = ExitStack()
         self._client = _connected(address)
         self._client.subscribe_topic(self._topic, lambda event: self._events.put(event[1]))
-        identity = f"{tool_digest()} {cpu_class()}"
-        self._resource = f"fire-atlas {identity}"
-        self._client.register_plugin(WorkerCheck(identity, self._resource, self._topic))
-        _require_worker(self._client.run(refusal))
+        self._identity = f"{tool_digest()} {cpu_class()}"
+        self._resource = f"fire-atlas {self._identity}"
 
     def start(self, recipe: Path, unfinished: int) -> None:
         """Hand a recipe to the scheduler, to be built with one thread."""
@@ -90,14 +90,23 @@ class ClusterBuilder:
         return self._recipes[key], event
 
     def __enter__(self) -> Self:
-        """Return the builder; leaving the context ends its builds and the connection."""
+        """Check the workers; leaving the context ends the builds and the connection.
+
+        Raises:
+            OutputError: None of the workers can build.
+        """
+        with ExitStack() as stack:
+            stack.callback(self._client.close)
+            self._client.register_plugin(WorkerCheck(self._identity, self._resource, self._topic))
+            stack.callback(self._client.unregister_worker_plugin, self._topic)
+            _require_worker(self._client.run(refusal, self._topic))
+            self._stack = stack.pop_all()
         return self
 
     def __exit__(self, *_: object) -> None:
         """Forget unfinished recipes, and disconnect."""
         self._futures.clear()
-        self._client.unregister_worker_plugin(WorkerCheck.name)
-        self._client.close()
+        self._stack.close()
 
     def _report_loss(self, future: "Future[None]") -> None:
         """Report a build that the cluster has given up."""

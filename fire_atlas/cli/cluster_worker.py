@@ -26,10 +26,9 @@ class WorkerCheck(WorkerPlugin):
     Recipes need this resource, so Dask hands them to no other worker.
     """
 
-    name = "fire-atlas"
-
     def __init__(self, identity: str, resource: str, topic: str) -> None:
         """Give ``resource`` to workers with this ``identity``; report the others to ``topic``."""
+        self.name = topic  # of this command alone, as others may use the cluster too
         self._identity = identity
         self._resource = resource
         self._topic = topic
@@ -57,9 +56,9 @@ def schedule_again(dask_scheduler: Scheduler) -> None:
         dask_scheduler.transitions(found, stimulus_id="fire-atlas")
 
 
-def refusal(dask_worker: Worker) -> str | None:
+def refusal(topic: str, dask_worker: Worker) -> str | None:
     """Return why the worker that runs this gets no recipes; None if it gets some."""
-    check = cast(WorkerCheck, dask_worker.plugins[WorkerCheck.name])
+    check = cast(WorkerCheck, dask_worker.plugins[topic])
     return check.refusal
 
 
