@@ -104,6 +104,7 @@ def _add_build(commands: _Commands) -> _Parser:
         help="write what outputs depend on, for make, ninja",
     )
     parser.add_argument("--json", action="store_true", help="report as JSON lines on stdout")
+    _add_batch(parser)
     _add_volume(parser)
     return parser
 
@@ -254,7 +255,27 @@ def _add_overwrite(
 
 
 def _add_jobs(parser: _Parser) -> None:
-    parser.add_argument("--jobs", type=_positive, metavar="N", help="workers (default: all cores)")
+    parser.add_argument(
+        "--jobs", type=_positive, metavar="N", help="threads in all (default: all cores)"
+    )
+
+
+def _add_batch(parser: _Parser) -> None:
+    """Add the options about several recipes."""
+    parser.add_argument(
+        "--fail-fast", action="store_true", help="start no other recipe once one has failed"
+    )
+    parser.add_argument(
+        "--shard",
+        type=_shard,
+        metavar="I/N",
+        help="build only every N-th recipe, from the I-th: on each of N machines another I",
+    )
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="build on the Dask cluster of this scheduler, like tcp://10.0.0.5:8786",
+    )
 
 
 def _add_cache(parser: _Parser) -> None:
@@ -317,6 +338,13 @@ def _positive(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"must be a whole number from 1; got {text}")
     return int(text)
+
+
+def _shard(text: str) -> tuple[int, int]:
+    number, _, count = text.partition("/")
+    if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
+        raise argparse.ArgumentTypeError(f"must be like 1/4, from 1/4 to 4/4; got {text}")
+    return int(number), int(count)
 
 
 def _no_command(word: str, parsers: dict[str, _Parser]) -> str:

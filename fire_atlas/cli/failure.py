@@ -13,12 +13,27 @@ class Failures:
     """Reports the failures of single recipes and lets the others continue."""
 
     def __init__(
-        self, with_traceback: bool, report: Callable[[str], None] = lambda message: None
+        self,
+        with_traceback: bool,
+        report: Callable[[str], None] = lambda message: None,
+        fail_fast: bool = False,
     ) -> None:
         """Call ``report`` with the message of every failure, besides printing it on stderr."""
         self.worst_code = 0
+        self._fail_fast = fail_fast
         self._with_traceback = with_traceback
         self._report = report
+
+    @property
+    def must_stop(self) -> bool:
+        """Whether there was a failure and the others may not continue: ``--fail-fast``."""
+        return self._fail_fast and self.worst_code > 0
+
+    def add(self, code: int, printed: str) -> None:
+        """Add a build that another process has reported: its exit code, and what it printed."""
+        for line in printed.splitlines():
+            print(printable(line), file=sys.stderr)
+        self.worst_code = max(self.worst_code, code)
 
     @contextmanager
     def caught(self) -> Iterator[None]:

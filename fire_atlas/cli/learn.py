@@ -26,7 +26,8 @@ def run(args: Namespace) -> int:
         refuse_existing([out, picture])
     loaded = _as_recipe(args.clip, args.side, args.overrides)
 
-    from fire_atlas.core.workers import Workers, default_jobs
+    from fire_atlas.core.cpu import default_jobs
+    from fire_atlas.core.workers import Workers
     from fire_atlas.generators.profile.file import write_profile
     from fire_atlas.generators.profile.learn.measure import length_advice
     from fire_atlas.preview.profile_picture import profile_picture

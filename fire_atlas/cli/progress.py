@@ -3,9 +3,9 @@
 import json
 import sys
 import time
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from fire_atlas.core.interruption import MESSAGE, if_interrupted
 from fire_atlas.core.progress import SilentProgress
 
 if TYPE_CHECKING:
-    from fire_atlas.cli.console import ProgressBars
+    from fire_atlas.cli.console import ProgressBars, RecipeBars
 
 _JSON_INTERVAL = 0.1
 """Minimum seconds between two JSON lines of a stage, except its first and its last."""
@@ -40,8 +40,14 @@ class Outcome:
 class BuildView(SilentProgress):
     """A ``Progress`` that shows nothing: the base of all views, and the one for ``--quiet``."""
 
+    def plan(self, count: int) -> None:
+        """Show that ``count`` recipes will be built at the same time."""
+
     def begin(self, recipe: Path) -> None:
-        """Begin the build of ``recipe``."""
+        """Begin, or continue, the build of ``recipe``: all that follows is about it."""
+
+    def remark(self, message: str) -> None:
+        """Show a sentence that is about no recipe."""
 
     def planned(self, why: str | None) -> None:
         """Show why the recipe would be built; None if it is up to date."""
@@ -53,10 +59,17 @@ class BuildView(SilentProgress):
         """Show that the build succeeded."""
 
     def failed(self, message: str) -> None:
-        """Show that the build failed or was interrupted; the caller prints ``message``."""
+        """Show that the build failed; the caller prints ``message``."""
 
     def close(self) -> None:
-        """End the view of this build."""
+        """Stop redrawing."""
+
+    def interrupted(self) -> None:
+        """Show that a signal ends the command; the caller prints a message."""
+        self.close()
+
+    def finish(self, count: int) -> None:
+        """Show what became of all ``count`` recipes."""
 
 
 class LineView(BuildView):
@@ -66,6 +79,7 @@ class LineView(BuildView):
         """With ``verbose``, also list files and timings."""
         self.verbose = verbose
         self._recipe = Path()
+        self._results: dict[Path, Outcome | None] = {}
 
     def begin(self, recipe: Path) -> None:
         """Name the recipe in the lines that follow."""
@@ -79,6 +93,10 @@ class LineView(BuildView):
         """Print the message."""
         print(printable(f"{self._recipe}: {message}"), file=sys.stderr)
 
+    def remark(self, message: str) -> None:
+        """Print the message."""
+        print(printable(message), file=sys.stderr)
+
     def planned(self, why: str | None) -> None:
         """Print whether and why the recipe would be built."""
         plan = f"would be built: {why}" if why else "up to date"
@@ -91,7 +109,20 @@ class LineView(BuildView):
 
     def done(self, outcome: Outcome) -> None:
         """Print how many files were written where."""
-        print(printable(f"{self._recipe}: {_summary(outcome)}"))
+        self._results[self._recipe] = outcome
+        self._print(self._recipe, outcome)
+
+    def failed(self, message: str) -> None:
+        """Count the recipe as failed."""
+        self._results[self._recipe] = None
+
+    def finish(self, count: int) -> None:
+        """Print a line with totals if there are several recipes."""
+        if count > 1:
+            print(printable(_totals(list(self._results.values()), count)))
+
+    def _print(self, recipe: Path, outcome: Outcome) -> None:
+        print(printable(f"{recipe}: {_summary(outcome)}"))
         if self.verbose:
             for path in outcome.files:
                 print(printable(f"  {path}"))
@@ -100,7 +131,7 @@ class LineView(BuildView):
 
 
 class BarView(LineView):
-    """Moving bars on stderr instead of lines, for a terminal."""
+    """Moving bars on stderr instead of lines, for one recipe at a terminal."""
 
     _bars: "ProgressBars | None" = None
 
@@ -132,6 +163,7 @@ class BarView(LineView):
     def failed(self, message: str) -> None:
         """Leave the bars as they are."""
         self.close()
+        super().failed(message)
 
     def close(self) -> None:
         """Stop redrawing the bars."""
@@ -140,38 +172,119 @@ class BarView(LineView):
         self._bars = None
 
 
+class TableView(LineView):
+    """A bar on stderr for each recipe that is being built, and at last a table, for a terminal."""
+
+    _bars: "RecipeBars | None" = None
+
+    def plan(self, count: int) -> None:
+        """Show a bar for the recipes that are done."""
+        from fire_atlas.cli.console import RecipeBars
+
+        self._bars = RecipeBars(count)
+
+    def stage(self, name: str, total: int) -> None:
+        """Show the stage in the bar of the recipe."""
+        if self._bars is not None:
+            self._bars.stage(self._recipe, name, total)
+
+    def advance(self, done: int = 1) -> None:
+        """Move the bar of the recipe."""
+        if self._bars is not None:
+            self._bars.advance(self._recipe, done)
+
+    def note(self, message: str) -> None:
+        """Print the sentence above the bars."""
+        if self._bars is None:
+            super().note(message)
+        else:
+            self._bars.note(f"{self._recipe}: {message}")
+
+    def done(self, outcome: Outcome) -> None:
+        """Remove the bar of the recipe."""
+        self._results[self._recipe] = outcome
+        self._remove_bar()
+
+    def failed(self, message: str) -> None:
+        """Remove the bar of the recipe."""
+        super().failed(message)
+        self._remove_bar()
+
+    def close(self) -> None:
+        """Stop redrawing the bars."""
+        if self._bars is not None:
+            self._bars.close()
+
+    def finish(self, count: int) -> None:
+        """Print a table of all recipes that were not up to date."""
+        self.close()
+        stale = {
+            recipe: outcome
+            for recipe, outcome in self._results.items()
+            if outcome is None or not outcome.fresh
+        }
+        if self.verbose:
+            for recipe, outcome in stale.items():
+                if outcome is not None:
+                    self._print(recipe, outcome)
+        if stale:
+            from fire_atlas.cli.console import print_results
+
+            print_results({path: _cells(outcome) for path, outcome in stale.items()})
+        print(printable(_totals(list(self._results.values()), count)))
+
+    def _remove_bar(self) -> None:
+        if self._bars is not None:
+            self._bars.remove(self._recipe)
+
+
+@dataclass(slots=True)
+class _Stage:
+    """A stage of a build, and when it was last printed."""
+
+    name: str = ""
+    total: int = 0
+    done: int = 0
+    printed: float = 0.0
+
+
 class JsonView(BuildView):
     """JSON lines on stdout: one object for each event."""
 
     def __init__(self) -> None:
-        """Start outside of any stage."""
-        self._recipe, self._stage = "", ""
-        self._done = self._total = 0
-        self._last = 0.0
+        """Begin no recipe yet."""
+        self._recipe = ""
+        self._unfinished: dict[str, _Stage] = {}
 
     def begin(self, recipe: Path) -> None:
         """Name the recipe in every line that follows."""
         self._recipe = str(recipe)
+        self._unfinished.setdefault(self._recipe, _Stage())
 
     def stage(self, name: str, total: int) -> None:
         """Print the first line of the stage."""
-        self._stage, self._done, self._total = name, 0, total
+        self._unfinished[self._recipe] = _Stage(name, total)
         self._print_stage()
 
     def advance(self, done: int = 1) -> None:
         """Print a line if the last one was some time ago or the stage is complete."""
-        self._done += done
-        is_due = time.monotonic() - self._last >= _JSON_INTERVAL
-        if is_due or self._done >= self._total:
+        stage = self._unfinished[self._recipe]
+        stage.done += done
+        is_due = time.monotonic() - stage.printed >= _JSON_INTERVAL
+        if is_due or stage.done >= stage.total:
             self._print_stage()
 
     def note(self, message: str) -> None:
         """Print the message."""
         self._print("note", message=message)
 
+    def remark(self, message: str) -> None:
+        """Print the message, without a recipe."""
+        print(json.dumps({"event": "note", "message": message}), flush=True)
+
     def planned(self, why: str | None) -> None:
         """Print whether and why the recipe would be built."""
-        self._print("plan", fresh=why is None, why=why)
+        self._print_last("plan", fresh=why is None, why=why)
 
     def cache(self, result: str, why: str) -> None:
         """Print what the cache did."""
@@ -179,7 +292,7 @@ class JsonView(BuildView):
 
     def done(self, outcome: Outcome) -> None:
         """Print files, timings and statistics."""
-        self._print(
+        self._print_last(
             "done",
             fresh=outcome.fresh,
             files=[str(path) for path in outcome.files],
@@ -189,11 +302,22 @@ class JsonView(BuildView):
 
     def failed(self, message: str) -> None:
         """Print the message."""
-        self._print("error", message=message)
+        self._print_last("error", message=message)
+
+    def interrupted(self) -> None:
+        """Print for each recipe that is not finished that it was interrupted."""
+        for recipe in list(self._unfinished) or [self._recipe]:
+            self._recipe = recipe
+            self.failed(MESSAGE)
 
     def _print_stage(self) -> None:
-        self._last = time.monotonic()
-        self._print("stage", stage=self._stage, done=self._done, total=self._total)
+        stage = self._unfinished[self._recipe]
+        stage.printed = time.monotonic()
+        self._print("stage", stage=stage.name, done=stage.done, total=stage.total)
+
+    def _print_last(self, event: str, **values: Any) -> None:
+        self._unfinished.pop(self._recipe, None)
+        self._print(event, **values)
 
     def _print(self, event: str, **values: Any) -> None:
         print(json.dumps({"event": event, "recipe": self._recipe, **values}), flush=True)
@@ -201,16 +325,41 @@ class JsonView(BuildView):
 
 def shows_interruption(view: BuildView) -> AbstractContextManager[None]:
     """Let ``view`` show it if a signal ends the process inside this context."""
-    return if_interrupted(partial(view.failed, MESSAGE))
+    return if_interrupted(view.interrupted)
 
 
-def view_for(json_lines: bool, quiet: bool, verbose: bool) -> BuildView:
-    """Return the view for these options; bars only if stderr is a terminal."""
+def view_for(json_lines: bool, quiet: bool, verbose: bool, several: bool = False) -> BuildView:
+    """Return the view for these options and one recipe or ``several``.
+
+    Bars are shown only if stderr is a terminal.
+    """
     if json_lines:
         return JsonView()
     if quiet:
         return BuildView()
-    return BarView(verbose) if sys.stderr.isatty() else LineView(verbose)
+    if not sys.stderr.isatty():
+        return LineView(verbose)
+    return TableView(verbose) if several else BarView(verbose)
+
+
+def _totals(outcomes: Sequence[Outcome | None], count: int) -> str:
+    """Return how many of ``count`` recipes were built, up to date or failed (None)."""
+    fresh = [outcome.fresh for outcome in outcomes if outcome is not None]
+    numbers = {
+        "built": fresh.count(False),
+        "up to date": fresh.count(True),
+        "failed": outcomes.count(None),
+        "not built": count - len(outcomes),
+    }
+    parts = [f"{number} {result}" for result, number in numbers.items() if number]
+    return f"{count} recipes: {', '.join(parts)}"
+
+
+def _cells(outcome: Outcome | None) -> tuple[str, str, str]:
+    """Return result, number of files and seconds of a recipe in the table."""
+    if outcome is None:
+        return "failed", "", ""
+    return "built", str(len(outcome.files)), f"{sum(outcome.timings.values()):.1f}"
 
 
 def _summary(outcome: Outcome) -> str:

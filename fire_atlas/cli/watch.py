@@ -133,7 +133,7 @@ def _build_all(args: Namespace, view: BuildView, before: _Watched) -> _Watched:
         {path for path in named if not path.is_dir()}, {path for path in named if path.is_dir()}
     )
     with failures.caught():
-        for tree in read_recipes(args, view, failures):
+        for tree in read_recipes(find_recipes(args.recipes), args, view, failures):
             view.begin(tree.path)
             with failures.caught():
                 _add_inputs(tree, watched)

@@ -1,4 +1,4 @@
-"""Make numpy, OpenBLAS and OpenCV compute the same bytes on every CPU of a class.
+"""What CPUs there are; make numpy, OpenBLAS and OpenCV compute the same bytes on each of a class.
 
 On import, these libraries (and the IPP in OpenCV) pick the kernels for the CPU's newest instruction
 set. Kernels of different sets round the last bits differently and sort equal keys in another order:
@@ -21,6 +21,11 @@ _SETTINGS = {
     "OPENCV_IPP": "avx2",
 }
 """Environment variables that restrict each library to the kernels of level x86-64-v3."""
+
+
+def default_jobs() -> int:
+    """Return the default number of workers: the number of CPUs that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def cpu_class() -> str:

@@ -13,29 +13,35 @@ from fire_atlas.core.interruption import if_interrupted
 _IMPORT_ROOT = str(Path(__file__).resolve().parents[2])
 
 
+def start_module(
+    module: str, *arguments: str, stderr: int | None = None
+) -> "subprocess.Popen[bytes]":
+    """Start a module of this tool, with pipes to its stdin and from its stdout.
+
+    Files in the working folder cannot shadow modules (``-P``). Ctrl-C does not reach the process.
+    """
+    search = os.pathsep.join(filter(None, [_IMPORT_ROOT, os.environ.get("PYTHONPATH")]))
+    return subprocess.Popen(
+        [sys.executable, "-P", "-m", module, *arguments],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=stderr,
+        env={**os.environ, "PYTHONPATH": search},
+        start_new_session=True,
+    )
+
+
 def run_module(
     module: str, data: bytes, seconds: float | None = None
 ) -> "subprocess.CompletedProcess[bytes]":
     """Run a module of this tool with ``data`` as its stdin, and return its exit code and output.
 
-    Files in the working folder cannot shadow modules (``-P``). Ctrl-C does not reach the process;
-    if a signal ends the build, the process is killed.
+    If a signal ends the build, the process is killed.
 
     Raises:
         subprocess.TimeoutExpired: It took longer than ``seconds``, and was killed.
     """
-    search = os.pathsep.join(filter(None, [_IMPORT_ROOT, os.environ.get("PYTHONPATH")]))
-    with (
-        subprocess.Popen(
-            [sys.executable, "-P", "-m", module],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": search},
-            start_new_session=True,
-        ) as process,
-        if_interrupted(process.kill),
-    ):
+    with start_module(module, stderr=subprocess.PIPE) as process, if_interrupted(process.kill):
         try:
             out, err = process.communicate(data, seconds)
         except BaseException:

@@ -3,7 +3,6 @@
 Threads suffice: OpenCV, zlib and numpy release the interpreter lock while they work.
 """
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -13,11 +12,6 @@ import cv2
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-
-
-def default_jobs() -> int:
-    """Return the default number of workers: the number of CPUs that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class Workers:

@@ -19,8 +19,8 @@ _PROJECT = "fire-atlas"
 _CHECKOUT = Path(__file__).resolve().parents[2] / "pyproject.toml"
 """Lists the requirements if the tool runs from a checkout without being installed."""
 
-_BESIDE_THE_BYTES = ("extra == 'test'", "extra == 'cache'")
-"""Mark requirements that make no output: those of the tool's developers, and of caches."""
+_WITHOUT_BYTES = ("extra == 'cache'", "extra == 'cluster'", "extra == 'test'")
+"""Marks requirements that compute no byte of an output."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,12 +102,13 @@ def tool_digest() -> str:
 
 
 def libraries() -> list[str]:
-    """Return the names of the distributions that the tool and its extras need to make outputs.
+    """Return the names of the distributions that the tool and its extras need to write outputs.
 
     The version of any of them may change the bytes of an output.
     """
-    stated = [each.replace('"', "'") for each in _requirements()]
-    needed = [each for each in stated if not any(mark in each for mark in _BESIDE_THE_BYTES)]
+    needed = [
+        each for each in _requirements() if not each.replace('"', "'").endswith(_WITHOUT_BYTES)
+    ]
     return sorted({re.split(r"[^\w.-]", each, maxsplit=1)[0].lower() for each in needed})
 
 

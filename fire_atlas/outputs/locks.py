@@ -21,6 +21,9 @@ _NOT_SUPPORTED = {errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP}
 _INTERVAL = 0.05
 """Seconds between two attempts to take a lock."""
 
+_SHORT_WAIT = 0.3
+"""Seconds of waiting that are not worth a note: recipes built side by side commit in turns."""
+
 
 def folder_lock(out: Path) -> Path:
     """Return the lock file for commits into ``out``."""
@@ -38,16 +41,16 @@ def locked(path: Path, note: Callable[[str], None]) -> Iterator[None]:
 
     Args:
         path: The lock file. Its folder is made again if a build that failed has removed it.
-        note: Called with a sentence if another process is waited for, or if the file system has no
-            locks.
+        note: Called with a sentence if another process is waited for longer than a commit takes,
+            or if the file system has no locks.
     """
     lock = _lock(path)
-    is_noted = False
+    is_noted, began = False, time.monotonic()
     try:
         while not _try_to_take(lock, path):
-            if not is_noted:
+            if not is_noted and time.monotonic() - began > _SHORT_WAIT:
                 note(f"waits for {_holder(path)}, which writes into {path.parent} too")
-            is_noted = True
+                is_noted = True
             time.sleep(_INTERVAL)
     except OSError as error:
         if error.errno not in _NOT_SUPPORTED:

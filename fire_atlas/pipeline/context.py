@@ -3,8 +3,9 @@
 from dataclasses import dataclass, field
 from typing import Self
 
+from fire_atlas.core.cpu import default_jobs
 from fire_atlas.core.progress import Progress, SilentProgress, StageTimer
-from fire_atlas.core.workers import Workers, default_jobs
+from fire_atlas.core.workers import Workers
 from fire_atlas.sources.listing import MAX_PIXELS
 
 

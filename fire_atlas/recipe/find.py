@@ -19,18 +19,21 @@ def find_recipes(arguments: Sequence[Path]) -> list[Path]:
     return list(found.values())
 
 
-def refuse_same_outputs(trees: Iterable[RecipeTree], folder_of: Callable[[Path], Path]) -> None:
+def refuse_same_outputs(
+    trees: Iterable[RecipeTree], folder_of: Callable[[RecipeTree], Path]
+) -> None:
     """Raise ``RecipeError`` if two recipes would write the same files.
 
     ``folder_of`` gives a recipe's output folder. Case is ignored, as many file systems do.
     """
     owners: dict[tuple[Path, str], Path] = {}
     for tree in trees:
-        key = folder_of(tree.path).resolve(), tree.name.casefold()
+        folder = folder_of(tree)
+        key = folder.resolve(), tree.name.casefold()
         other = owners.setdefault(key, tree.path)
         if other != tree.path:
             raise RecipeError(
-                f"{tree.path}: would write the same files ({folder_of(tree.path) / tree.name}.*) "
+                f"{tree.path}: would write the same files ({folder / tree.name}.*) "
                 f"as {other}; give one of them another `name`"
             )
 

@@ -128,7 +128,7 @@ def main() -> int:
             # In another process: what this one takes would count as the peak of those it starts.
             with ProcessPoolExecutor(1, get_context("spawn")) as pool:
                 pool.submit(write_fire, given[-1], *size).result()
-    from fire_atlas.core.workers import default_jobs
+    from fire_atlas.core.cpu import default_jobs
 
     within = [compare(video, folder, default_jobs()) for video in given]
     return 0 if all(within) else 1

@@ -13,7 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from fire_atlas.core.workers import default_jobs
+from fire_atlas.core.cpu import default_jobs
 from tests.bench.scene import Scene, argument, make_clip, make_recipe
 
 BOUND = 400e6

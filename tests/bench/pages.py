@@ -28,8 +28,9 @@ from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.atlas.sheet import AnimationFrames
 from fire_atlas.atlas.trim import trimmed
+from fire_atlas.core.cpu import default_jobs
 from fire_atlas.core.pixels import Bytes
-from fire_atlas.core.workers import Workers, default_jobs
+from fire_atlas.core.workers import Workers
 from fire_atlas.formats.pages.page_file import write_page
 from fire_atlas.recipe.output import Atlas
 from tests.bench.scene import argument

@@ -26,7 +26,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-from fire_atlas.core.workers import default_jobs
+from fire_atlas.core.cpu import default_jobs
 from tests.bench.floor import build_least
 from tests.bench.scene import TABLE_1, Scene, alive, argument, make_clip, make_recipe, rate_for, run
 

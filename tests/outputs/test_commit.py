@@ -250,7 +250,7 @@ def another_build(out: Path, name: str, seconds: float) -> Iterator[subprocess.P
 @pytest.mark.slow
 def test_a_build_waits_for_another_of_its_name_and_says_for_whom(out: Path) -> None:
     messages = list[str]()
-    with another_build(out, "x", 1) as other, Staging(out, "x", messages.append):
+    with another_build(out, "x", 3) as other, Staging(out, "x", messages.append):
         assert other.wait() == 0
     assert len(messages) == 1 and f"waits for process {other.pid} on " in messages[0]
 

@@ -76,5 +76,5 @@ def test_a_folder_without_recipes_is_an_error(tmp_path: Path) -> None:
 def test_two_recipes_cannot_write_the_same_files(write: Write) -> None:
     trees = [read_tree(write(SOURCE, "A.yaml")), read_tree(write(SOURCE + "name: a", "b.yaml"))]
     with pytest.raises(RecipeError, match=r"b\.yaml: would write the same files .* as .*A\.yaml"):
-        refuse_same_outputs(trees, lambda recipe: recipe.parent / "build")
-    refuse_same_outputs(trees, lambda recipe: recipe.parent / recipe.stem)
+        refuse_same_outputs(trees, lambda tree: tree.path.parent / "build")
+    refuse_same_outputs(trees, lambda tree: tree.path.parent / tree.path.stem)
