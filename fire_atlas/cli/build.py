@@ -6,12 +6,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fire_atlas.cli.build_one import build_recipe, folder_of
 from fire_atlas.cli.depfile import refuse_overwriting, write_depfile
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.plan import Plan, refuse_unbuilt, shard
 from fire_atlas.cli.progress import BuildView, Outcome, shows_interruption, view_for
 from fire_atlas.core.errors import OutputError, RecipeError
-from fire_atlas.outputs.folder import default_folder
 from fire_atlas.outputs.freshness import refresh_time, why_other_bytes, why_stale
 from fire_atlas.outputs.recovery import recover, tidy
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
@@ -64,11 +64,6 @@ def read_recipes(
             trees.append(tree)
     refuse_same_outputs(trees, partial(folder_of, args=args))
     return trees
-
-
-def folder_of(tree: RecipeTree, args: Namespace) -> Path:
-    """Return the folder for the outputs of a recipe."""
-    return args.out or default_folder(tree.path)
 
 
 def _build_all(
@@ -204,29 +199,3 @@ def _confirm(tree: RecipeTree, reason: str | None, args: Namespace) -> Outcome:
             " way; build and check it on CPUs of one class, or without --frozen"
         )
     return Outcome(fresh=True)
-
-
-def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
-    """Build one recipe if it is not up to date; import heavy modules only then."""
-    out = folder_of(tree, args)
-    if not args.force and why_stale(tree, out) is None:
-        refresh_time(tree, out)
-        return Outcome(fresh=True)
-
-    from fire_atlas.cli.cached import cache_of, restored
-    from fire_atlas.pipeline.check import load_checked
-
-    loaded, cache = load_checked(tree), cache_of(args)
-    if cache and not args.force and (outcome := restored(loaded, cache, out, args, view)):
-        return outcome
-
-    from fire_atlas.pipeline.build import build
-    from fire_atlas.pipeline.context import BuildOptions
-
-    options = BuildOptions.of(args.jobs, args.max_pixels, args.overwrite, args.force)
-    report = build(loaded, out, options, view)
-    if report is None:
-        return Outcome(fresh=True)
-    if cache and cache.writes:
-        view.cache(*cache.store(out, tree.name, report.merged, view.note))
-    return Outcome(list(report.files), report.timings, report.statistics)

@@ -4,7 +4,7 @@ from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from fire_atlas.cli.build import folder_of
+from fire_atlas.cli.build_one import folder_of
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import view_for
 from fire_atlas.cli.text import printable

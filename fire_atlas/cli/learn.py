@@ -26,7 +26,6 @@ def run(args: Namespace) -> int:
         refuse_existing([out, picture])
     loaded = _as_recipe(args.clip, args.side, args.overrides)
 
-    from fire_atlas.core.cpu import default_jobs
     from fire_atlas.core.workers import Workers
     from fire_atlas.generators.profile.file import write_profile
     from fire_atlas.generators.profile.learn.measure import length_advice
@@ -38,7 +37,7 @@ def run(args: Namespace) -> int:
     view.begin(out)
     assert isinstance(loaded.recipe.source, ProfileSource), "_as_recipe makes one"
     with (
-        Workers(args.jobs or default_jobs()) as workers,
+        Workers(args.jobs) as workers,
         Staging(out.parent, out.name, view.note) as staging,
     ):
         profile, clips = learn_from_files(

@@ -8,7 +8,8 @@ from pathlib import Path
 from stat import S_ISDIR
 from typing import TypeAlias
 
-from fire_atlas.cli.build import build_recipe, folder_of, read_recipes
+from fire_atlas.cli.build import read_recipes
+from fire_atlas.cli.build_one import build_recipe, folder_of
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import BuildView, shows_interruption, view_for
 from fire_atlas.cli.text import printable

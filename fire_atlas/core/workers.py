@@ -10,6 +10,8 @@ from typing import Self, TypeVar
 
 import cv2
 
+from fire_atlas.core.cpu import default_jobs
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -17,11 +19,14 @@ Result = TypeVar("Result")
 class Workers:
     """A pool of ``jobs`` threads whose results come back in the order of their inputs."""
 
-    def __init__(self, jobs: int) -> None:
-        """Start the pool, and turn off OpenCV's own threads, on which results might depend."""
+    def __init__(self, jobs: int | None) -> None:
+        """Start the pool, by default with a worker for each CPU.
+
+        Turns off OpenCV's own threads, on which results might depend.
+        """
         cv2.setNumThreads(1)
-        self.jobs = jobs
-        self._pool = ThreadPoolExecutor(jobs, thread_name_prefix="fire-atlas")
+        self.jobs = jobs or default_jobs()
+        self._pool = ThreadPoolExecutor(self.jobs, thread_name_prefix="fire-atlas")
 
     def start(self, work: Callable[[], Result]) -> Future[Result]:
         """Start ``work`` in the pool.

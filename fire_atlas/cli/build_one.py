@@ -1,0 +1,40 @@
+"""Build one recipe in this process, or take its outputs from the cache."""
+
+from argparse import Namespace
+from pathlib import Path
+
+from fire_atlas.cli.progress import BuildView, Outcome
+from fire_atlas.outputs.folder import default_folder
+from fire_atlas.outputs.freshness import refresh_time, why_stale
+from fire_atlas.recipe.tree import RecipeTree
+
+
+def folder_of(tree: RecipeTree, args: Namespace) -> Path:
+    """Return the folder for the outputs of a recipe."""
+    return args.out or default_folder(tree.path)
+
+
+def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
+    """Build one recipe if it is not up to date; import heavy modules only then."""
+    out = folder_of(tree, args)
+    if not args.force and why_stale(tree, out) is None:
+        refresh_time(tree, out)
+        return Outcome(fresh=True)
+
+    from fire_atlas.cli.cached import cache_of, restored
+    from fire_atlas.pipeline.check import load_checked
+
+    loaded, cache = load_checked(tree), cache_of(args)
+    if cache and not args.force and (outcome := restored(loaded, cache, out, args, view)):
+        return outcome
+
+    from fire_atlas.pipeline.build import build
+    from fire_atlas.pipeline.context import BuildOptions
+
+    options = BuildOptions.of(args.jobs, args.max_pixels, args.overwrite, args.force)
+    report = build(loaded, out, options, view)
+    if report is None:
+        return Outcome(fresh=True)
+    if cache and cache.writes:
+        view.cache(*cache.store(out, tree.name, report.merged, view.note))
+    return Outcome(list(report.files), report.timings, report.statistics)
