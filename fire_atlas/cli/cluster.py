@@ -55,7 +55,7 @@ class ClusterBuilder:
         self._topic = f"fire-atlas-{os.urandom(8).hex()}"
         self._events: SimpleQueue[tuple[str, BuildEvent]] = SimpleQueue()
         self._recipes: dict[str, Path] = {}
-        self._futures: dict[str, Future[None]] = {}
+        self._futures: dict[str, Future[list[BuildEvent]]] = {}
         self._stack = ExitStack()
         self._client = _connected(address)
         self._client.subscribe_topic(self._topic, lambda event: self._events.put(event[1]))
@@ -76,7 +76,7 @@ class ClusterBuilder:
             resources={self._resource: 1},
             priority=-len(self._recipes),  # in their order
         )
-        self._futures[key].add_done_callback(self._report_loss)
+        self._futures[key].add_done_callback(self._report_end)
 
     def receive(self) -> tuple[Path, BuildEvent]:
         """Wait for the next event of any build, and return it with the recipe."""
@@ -111,11 +111,15 @@ class ClusterBuilder:
         self._futures.clear()
         self._stack.close()
 
-    def _report_loss(self, future: "Future[None]") -> None:
-        """Report a build that the cluster has given up."""
-        if future.status != "finished":
+    def _report_end(self, future: "Future[list[BuildEvent]]") -> None:
+        """Report how a build has ended, or that the cluster has given it up."""
+        if future.status == "finished":
+            events = future.result()
+        else:
             message = f"the cluster has given it up: {future.exception() or future.status}"
-            self._events.put((str(future.key), {"event": "lost", "message": message}))
+            events = [{"event": "lost", "message": message}]
+        for event in events:
+            self._events.put((str(future.key), event))
 
 
 def _require_worker(refusals: Mapping[str, str | None]) -> None:

@@ -8,9 +8,12 @@ import asyncio
 import json
 import subprocess
 import sys
-from typing import cast
+from typing import Any, TypeAlias, cast
 
 from distributed import Scheduler, Worker, WorkerPlugin, get_worker
+
+BuildEvent: TypeAlias = dict[str, Any]
+"""As in ``cli.side_by_side``."""
 
 _IDENTITY = """
 from fire_atlas.core.cpu import cpu_class
@@ -79,10 +82,11 @@ def why_refused(identity: str) -> str | None:
     return None if cpu == own_cpu else f"its CPU is of class {own_cpu}, not {cpu}"
 
 
-def build_on_worker(recipe: str, arguments: list[str], topic: str) -> None:
-    """Build a recipe in a process of its own, whose events are sent to ``topic``.
+def build_on_worker(recipe: str, arguments: list[str], topic: str) -> list[BuildEvent]:
+    """Build a recipe in a process of its own; return its events but for the stages it reaches.
 
-    The process ends with the worker, and at its next event if the client has gone.
+    These are sent to ``topic`` as they come. The process ends with the worker, and at its next
+    event if the client has gone.
     """
     from fire_atlas.cli.processes import how_it_ended
     from fire_atlas.core.process import start_module
@@ -94,10 +98,15 @@ def build_on_worker(recipe: str, arguments: list[str], topic: str) -> None:
         assert process.stdout is not None
         process.stdin.write(json.dumps(arguments).encode() + b"\n")
         process.stdin.flush()
+        events = list[BuildEvent]()
         for line in process.stdout:
             event = json.loads(line)
-            worker.log_event(topic, (recipe, event))
+            if event["event"] == "stage":
+                worker.log_event(topic, (recipe, event))
+            else:
+                events.append(event)
             if event["event"] == "exit" or worker.state.tasks[task].state == "cancelled":
-                return
+                process.kill()  # it would only wait for more recipes
+                return events
         message = f"{how_it_ended(process.wait())} (on worker {worker.name})"
-        worker.log_event(topic, (recipe, {"event": "lost", "message": message}))
+        return [*events, {"event": "lost", "message": message}]

@@ -21,6 +21,9 @@ _MODULE = "fire_atlas.cli.build_process"
 _EXIT_SECONDS = 0.3
 """Seconds that processes get to remove their temporary files when a signal ends the command."""
 
+_LAST_SECONDS = 5
+"""Seconds that idle processes get to end by themselves."""
+
 
 class BuildProcesses:
     """A ``Builder`` with up to ``--jobs`` processes.
@@ -96,7 +99,10 @@ class BuildProcesses:
             with suppress(OSError):
                 process.stdin.close()
         for process in processes:
-            process.wait()
+            try:
+                process.wait(_LAST_SECONDS)
+            except subprocess.TimeoutExpired:
+                process.kill()
 
     def _new_process(self) -> "subprocess.Popen[bytes]":
         process = start_module(_MODULE)
