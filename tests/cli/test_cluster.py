@@ -71,9 +71,10 @@ def other_version(tmp_path: Path) -> Path:
     """Return a folder with a copy of the tool in which one line differs."""
     folder = tmp_path / "other version"
     folder.mkdir()
-    for name in ("fire_atlas", "templates"):
-        shutil.copytree(PACKAGE.parent / name, folder / name)
-    shutil.copy(PACKAGE.parent / "pyproject.toml", folder)
+    shutil.copytree(PACKAGE, folder / "fire_atlas")
+    if (checkout := PACKAGE.parent / "pyproject.toml").exists():  # else it is installed
+        shutil.copytree(PACKAGE.parent / "templates", folder / "templates")
+        shutil.copy(checkout, folder)
     with (folder / "fire_atlas" / "core" / "easing.py").open("a", encoding="utf-8") as file:
         file.write("# another version\n")
     return folder
