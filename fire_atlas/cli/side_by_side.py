@@ -13,6 +13,7 @@ from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.plan import Plan, refuse_unbuilt
 from fire_atlas.cli.progress import BuildView, Outcome
 from fire_atlas.core.errors import OutputError
+from fire_atlas.outputs.cache.build_cache import NOT_READ, NOT_WRITTEN
 from fire_atlas.recipe.tree import RecipeTree
 
 BuildEvent: TypeAlias = dict[str, Any]
@@ -59,10 +60,18 @@ def build_arguments(recipe: Path, args: Namespace, jobs: int) -> list[str]:
 
 @dataclass(slots=True)
 class _Playback:
-    """Shows the JSON events of one build that runs elsewhere."""
+    """Shows the JSON events of one build that runs elsewhere.
+
+    Attributes:
+        view: Shows the builds.
+        recipe: The recipe that is built.
+        told: What the user has read of a cache that failed; each process of builds says it anew.
+        steps: Number of steps done of the stage.
+    """
 
     view: BuildView
     recipe: Path
+    told: set[str]
     steps: int = 0
 
     def show(self, event: BuildEvent) -> None:
@@ -76,7 +85,7 @@ class _Playback:
                 self.view.advance(event["done"] - self.steps)
                 self.steps = event["done"]
             case {"event": "note"}:
-                self.view.note(event["message"])
+                self._note(event["message"])
             case {"event": "cache"}:
                 self.view.cache(event["result"], event["why"])
             case {"event": "done"}:
@@ -85,6 +94,13 @@ class _Playback:
                 self.view.done(Outcome(files, timings, statistics, event["fresh"]))
             case {"event": "error"}:
                 self.view.failed(event["message"])
+
+    def _note(self, message: str) -> None:
+        end = message.rpartition("; ")[2]
+        if end not in self.told:
+            self.view.note(message)
+        if end in (NOT_READ, NOT_WRITTEN):
+            self.told.add(end)
 
 
 def build_side_by_side(
@@ -101,13 +117,13 @@ def build_side_by_side(
     left = {tree.path: tree for tree in stale}
     order = TopologicalSorter({path: left.keys() & plan.before[path] for path in left})
     order.prepare()
-    waiting, running = deque[Path](), dict[Path, _Playback]()
+    waiting, running, told = deque[Path](), dict[Path, _Playback](), set[str]()
     built = []
     while True:
         waiting.extend(order.get_ready())
         while waiting and builder.has_room and not failures.must_stop:
             path = waiting.popleft()
-            running[path] = _Playback(view, path)
+            running[path] = _Playback(view, path, told)
             builder.start(path, len(running) + len(waiting))
         if not running:
             break

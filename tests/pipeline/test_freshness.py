@@ -296,7 +296,7 @@ def test_two_recipes_share_a_folder_without_touching_each_other(repo: Repo) -> N
     both = repo.built(repo.recipe("torch.yaml", seed=2))
     assert both.keys() - fire.keys() == {name.replace("fire", "torch") for name in fire}
     assert fire.items() <= both.items()
-    assert repo.run("build", repo.folder).out.count("up to date") == 2
+    assert repo.run("build", repo.folder).out.count("yaml: up to date") == 2
 
 
 def test_what_another_build_wrote_is_never_written_over(repo: Repo) -> None:

@@ -15,6 +15,9 @@ from fire_atlas.outputs.cache.key import CacheKey
 from fire_atlas.outputs.cache.store import StoreError, open_store
 from fire_atlas.outputs.manifest import Manifest, read_manifest
 
+NOT_READ, NOT_WRITTEN = "building without it", "builds are not stored"
+"""Ends of the notes about a store that has failed and is not tried again."""
+
 
 @dataclass(slots=True)
 class BuildCache:
@@ -58,7 +61,7 @@ class BuildCache:
             raise
         except StoreError as error:
             self.reads = self.writes = False
-            note(f"cache: {error}; building without it")
+            note(f"cache: {error}; {NOT_READ}")
             raise CacheMissError("the cache cannot be read") from error
 
     def store(
@@ -88,7 +91,7 @@ class BuildCache:
             )
         except StoreError as error:
             self.writes = False
-            note(f"cache: {error}; builds are not stored")
+            note(f"cache: {error}; {NOT_WRITTEN}")
             return "not stored", str(error)
         return "stored", str(key)
 
