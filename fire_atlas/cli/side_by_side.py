@@ -65,13 +65,13 @@ class _Playback:
     Attributes:
         view: Shows the builds.
         recipe: The recipe that is built.
-        told: What the user has read of a cache that failed; each process of builds says it anew.
+        reported: What the user has read of a cache that failed; each process of builds says it anew.
         steps: Number of steps done of the stage.
     """
 
     view: BuildView
     recipe: Path
-    told: set[str]
+    reported: set[str]
     steps: int = 0
 
     def show(self, event: BuildEvent) -> None:
@@ -97,10 +97,10 @@ class _Playback:
 
     def _note(self, message: str) -> None:
         end = message.rpartition("; ")[2]
-        if end not in self.told:
+        if end not in self.reported:
             self.view.note(message)
         if end in (NOT_READ, NOT_WRITTEN):
-            self.told.add(end)
+            self.reported.add(end)
 
 
 def build_side_by_side(
@@ -117,13 +117,13 @@ def build_side_by_side(
     left = {tree.path: tree for tree in stale}
     order = TopologicalSorter({path: left.keys() & plan.before[path] for path in left})
     order.prepare()
-    waiting, running, told = deque[Path](), dict[Path, _Playback](), set[str]()
+    waiting, running, reported = deque[Path](), dict[Path, _Playback](), set[str]()
     built = []
     while True:
         waiting.extend(order.get_ready())
         while waiting and builder.has_room and not failures.must_stop:
             path = waiting.popleft()
-            running[path] = _Playback(view, path, told)
+            running[path] = _Playback(view, path, reported)
             builder.start(path, len(running) + len(waiting))
         if not running:
             break
