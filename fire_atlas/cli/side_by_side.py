@@ -65,7 +65,7 @@ class _Playback:
     Attributes:
         view: Shows the builds.
         recipe: The recipe that is built.
-        reported: What the user has read of a cache that failed; each process of builds says it anew.
+        reported: What was said of a cache that failed; each process that builds says it anew.
         steps: Number of steps done of the stage.
     """
 
