@@ -5,7 +5,6 @@ from pathlib import Path
 
 from fire_atlas.cli.progress import BuildView, Outcome
 from fire_atlas.outputs.folder import default_folder
-from fire_atlas.outputs.freshness import refresh_time, why_stale
 from fire_atlas.recipe.tree import RecipeTree
 
 
@@ -15,16 +14,11 @@ def folder_of(tree: RecipeTree, args: Namespace) -> Path:
 
 
 def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
-    """Build one recipe if it is not up to date; import heavy modules only then."""
-    out = folder_of(tree, args)
-    if not args.force and why_stale(tree, out) is None:
-        refresh_time(tree, out)
-        return Outcome(fresh=True)
-
+    """Build a recipe that is not up to date; import heavy modules only if the cache lacks it."""
     from fire_atlas.cli.cached import cache_of, restored
     from fire_atlas.pipeline.check import load_checked
 
-    loaded, cache = load_checked(tree), cache_of(args)
+    loaded, cache, out = load_checked(tree), cache_of(args), folder_of(tree, args)
     if cache and not args.force and (outcome := restored(loaded, cache, out, args, view)):
         return outcome
 

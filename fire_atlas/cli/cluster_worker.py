@@ -8,12 +8,12 @@ import asyncio
 import json
 import subprocess
 import sys
-from typing import Any, TypeAlias, cast
+from typing import TYPE_CHECKING, cast
 
 from distributed import Scheduler, Worker, WorkerPlugin, get_worker
 
-BuildEvent: TypeAlias = dict[str, Any]
-"""As in ``cli.side_by_side``."""
+if TYPE_CHECKING:
+    from fire_atlas.cli.side_by_side import BuildEvent
 
 _IDENTITY = """
 from fire_atlas.core.cpu import cpu_class
@@ -82,7 +82,7 @@ def why_refused(identity: str) -> str | None:
     return None if cpu == own_cpu else f"its CPU is of class {own_cpu}, not {cpu}"
 
 
-def build_on_worker(recipe: str, arguments: list[str], topic: str) -> list[BuildEvent]:
+def build_on_worker(recipe: str, arguments: list[str], topic: str) -> "list[BuildEvent]":
     """Build a recipe in a process of its own; return its events but for the stages it reaches.
 
     These are sent to ``topic`` as they come. The process ends with the worker, and at its next
@@ -98,7 +98,7 @@ def build_on_worker(recipe: str, arguments: list[str], topic: str) -> list[Build
         assert process.stdout is not None
         process.stdin.write(json.dumps(arguments).encode() + b"\n")
         process.stdin.flush()
-        events = list[BuildEvent]()
+        events: list[BuildEvent] = []
         for line in process.stdout:
             event = json.loads(line)
             if event["event"] == "stage":

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Self, TypeAlias
 
 from fire_atlas.core.errors import FireAtlasError, OutputError, RecipeError
+from fire_atlas.core.output_file import is_named_after
 from fire_atlas.recipe.find import refuse_same_outputs
 from fire_atlas.recipe.tree import RecipeTree, read_tree, source_files
 
@@ -82,7 +83,7 @@ def _may_write(name: str, path: Path) -> bool:
     literal, *wildcards = re.split(r"(?=[*?\[])", path.name, maxsplit=1)
     if wildcards:
         return name.startswith(literal) or literal.startswith(name)
-    return re.match(re.escape(name) + "[-_.@]", path.name) is not None
+    return is_named_after(name, path.name)
 
 
 def shard(

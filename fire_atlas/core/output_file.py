@@ -67,6 +67,12 @@ def is_portable(name: str) -> bool:
     )
 
 
+def is_named_after(name: str, file: str) -> bool:
+    """Return whether ``file`` begins as the files of the build ``name`` do: with its name, then a
+    scale, a page's number, an animation or an ending."""
+    return re.match(rf"{re.escape(name)}[.@_-]", file) is not None
+
+
 MANIFEST_ENDING = ".manifest.json"
 """Ending of the file names of manifests. A manifest lists the files of a build."""
 

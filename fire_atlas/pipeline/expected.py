@@ -1,9 +1,8 @@
 """Predict the files of a build: those it will certainly write, and those it may write."""
 
-import re
 from collections.abc import Iterator
 
-from fire_atlas.core.output_file import Role
+from fire_atlas.core.output_file import Role, is_named_after
 from fire_atlas.engines.godot import names as godot
 from fire_atlas.engines.unity import names as unity
 from fire_atlas.formats.names import ENDINGS, flakes_file
@@ -67,9 +66,7 @@ def may_write(recipe: Recipe, file: str) -> bool:
     if any(isinstance(export, TemplateExport) for export in recipe.exports):
         return True  # only the template knows its file's name
     plain = file.removesuffix(unity.META_ENDING)
-    return re.match(rf"{re.escape(recipe.name)}[.@_-]", file) is not None or plain in _special(
-        recipe
-    )
+    return is_named_after(recipe.name, file) or plain in _special(recipe)
 
 
 def _special(recipe: Recipe) -> set[str]:

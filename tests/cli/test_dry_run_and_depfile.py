@@ -125,6 +125,34 @@ def program(name: str) -> str:
     pytest.skip(f"needs {name}")
 
 
+def build_system(
+    system: str, folder: Path, environment: dict[str, str], out: str
+) -> Callable[[], bool]:
+    """Let make or ninja build ``campfire.yaml`` of a folder into ``out``.
+
+    Returns a function that runs it, and returns whether it had anything to do.
+    """
+    command = program(system)
+    fire = f'"{sys.executable}" -m fire_atlas build campfire.yaml -q -o {out} --depfile fire.d'
+    target = f"{out}/campfire.manifest.json"
+    if system == "make":
+        rule = f"{target}:\n\t{fire}\n\techo built\n-include fire.d\n"
+        (folder / "Makefile").write_text(rule)
+    else:
+        rule = f"rule fire\n  command = {fire} && echo built\n  depfile = fire.d\n"
+        (folder / "build.ninja").write_text(f"{rule}build {target}: fire\n")
+
+    def built() -> bool:
+        ran = subprocess.run(
+            [command], cwd=folder, env=environment, capture_output=True, text=True, timeout=60,
+            check=False,
+        )  # fmt: skip
+        assert ran.returncode == 0, ran.stdout + ran.stderr
+        return "\nbuilt" in f"\n{ran.stdout}"
+
+    return built
+
+
 @pytest.mark.slow
 @posix
 @pytest.mark.parametrize("system", ["make", "ninja"])
@@ -133,28 +161,11 @@ def test_build_systems_build_again_when_an_input_changes(
     system: str, name: str, campfire: Path, tmp_path: Path, environment: dict[str, str]
 ) -> None:
     """make and ninja read the depfile, with names that only escapes can tell."""
-    command = [program(system)]
     if system == "ninja":
         name = name.replace("'", "")
     clip = (campfire.parent / "clip").rename(campfire.parent / name)
     campfire.write_text(campfire.read_text().replace("path: clip", f"path: {json.dumps(name)}"))
-    fire = f'"{sys.executable}" -m fire_atlas build campfire.yaml -q -o out --depfile fire.d'
-    target = "out/campfire.manifest.json"
-    if system == "make":
-        rule = f"{target}:\n\t{fire}\n\techo built\n-include fire.d\n"
-        (tmp_path / "Makefile").write_text(rule)
-    else:
-        rule = f"rule fire\n  command = {fire} && echo built\n  depfile = fire.d\n"
-        (tmp_path / "build.ninja").write_text(f"{rule}build {target}: fire\n")
-
-    def built() -> bool:
-        ran = subprocess.run(
-            command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60,
-            check=False,
-        )  # fmt: skip
-        assert ran.returncode == 0, ran.stdout + ran.stderr
-        return "\nbuilt" in f"\n{ran.stdout}"
-
+    built = build_system(system, tmp_path, environment, "out")
     assert built()
     assert not built()
     (clip / "0001.png").write_bytes((clip / "0002.png").read_bytes())
@@ -172,28 +183,14 @@ def test_build_systems_build_again_when_an_input_changes(
 def test_build_systems_have_nothing_to_do_after_an_input_was_touched(
     system: str, touched: str, campfire: Path, tmp_path: Path, environment: dict[str, str]
 ) -> None:
-    command = [program(system)]
-    fire = f'"{sys.executable}" -m fire_atlas build {campfire.name} -q --depfile fire.d'
-    target = "build/campfire.manifest.json"
-    if system == "make":
-        (tmp_path / "Makefile").write_text(f"{target}:\n\t{fire}\n\techo ran\n-include fire.d\n")
-    else:
-        rule = f"rule fire\n  command = {fire} && echo ran\n  depfile = fire.d\n"
-        (tmp_path / "build.ninja").write_text(f"{rule}build {target}: fire\n")
-
-    def runs() -> bool:
-        ran = subprocess.run(
-            command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60,
-            check=True,
-        )  # fmt: skip
-        return "\nran" in f"\n{ran.stdout}"
-
+    runs = build_system(system, tmp_path, environment, "build")
     assert runs() and not runs()
-    before = (tmp_path / target).read_bytes()
+    manifest = tmp_path / "build/campfire.manifest.json"
+    before = manifest.read_bytes()
     (tmp_path / touched).touch()
     assert runs(), "it cannot know yet that the content is the same"
     assert not runs()
-    assert (tmp_path / target).read_bytes() == before
+    assert manifest.read_bytes() == before
 
 
 def test_only_a_build_gives_the_manifest_the_time_of_a_touched_input(

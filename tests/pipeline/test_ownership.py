@@ -140,13 +140,19 @@ def test_a_template_writes_no_name_that_builds_keep_for_themselves(repo: Repo, t
     assert not repo.build.exists()
 
 
-def test_a_file_that_two_builds_wrote_stays_until_both_are_cleaned(repo: Repo) -> None:
+def built_with_a_shared_file(repo: Repo) -> tuple[Path, Path]:
+    """Build two recipes into one folder, both of which write ``shared.txt``."""
     repo.clip()
     (repo.folder / "shared.j2").write_text("the same for all")
     exports = [{"template": "shared.j2", "to": "shared.txt"}]
     fire, torch = (repo.recipe(f"{name}.yaml", exports=exports) for name in ("fire", "torch"))
     repo.built(fire)
     repo.built(torch)
+    return fire, torch
+
+
+def test_a_file_that_two_builds_wrote_stays_until_both_are_cleaned(repo: Repo) -> None:
+    fire, torch = built_with_a_shared_file(repo)
     ran = repo.run("clean", fire)
     assert "shared.txt: the build of torch wrote it too" in ran.out
     assert (repo.build / "shared.txt").exists() and not (repo.build / "fire.png").exists()
@@ -161,12 +167,7 @@ def test_a_file_that_two_builds_wrote_stays_until_both_are_cleaned(repo: Repo) -
 def test_a_manifest_that_cannot_be_read_stops_a_build_from_removing_what_it_may_list(
     repo: Repo, reason: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    repo.clip()
-    (repo.folder / "shared.j2").write_text("the same for all")
-    exports = [{"template": "shared.j2", "to": "shared.txt"}]
-    fire, torch = (repo.recipe(f"{name}.yaml", exports=exports) for name in ("fire", "torch"))
-    repo.built(fire)
-    repo.built(torch)
+    fire, _ = built_with_a_shared_file(repo)
     before = contents(repo.build)
     repo.recipe("fire.yaml")  # writes shared.txt no more
 
