@@ -38,6 +38,9 @@ PAPER_FEATURES: dict[str, Any] = {"epsilon": 40.0, "n": 5.0, "kappa_over": "imag
 PAPER_ALPHA = 0.03
 """The paper's candidate threshold [α], section III-B."""
 
+MAX_ROUNDS = 64
+"""Maximum number of rounds of a loop after which its flakes repeat."""
+
 
 class Features(Settings):
     """Feature vectors: strength and direction of the edges of the flame (eq. 1-3)."""
@@ -137,6 +140,14 @@ class Flakes(Settings):
         AfterValidator(ordered),
     ] = (0.004, 0.024)
     """[min, max] width of a flake's soft sprite, heights. Sizes between them are log-normal."""
+    rounds: Annotated[
+        Auto | Annotated[int, Field(ge=1, le=MAX_ROUNDS), NUMBER],
+        either("`auto` or a number of rounds"),
+    ] = "auto"
+    """Rounds of a loop after which the flakes repeat: the tracks are this many times as long as the
+    animation, so that flakes which outlive a short loop are no conveyor belt. ``auto``: as many as
+    the longest ``life`` needs; 1 where pages show flakes (``bake``, ``maps.flakes``), which have
+    one round."""
     stretch: float = Field(default=0.0, ge=0, le=10)
     """Lengthens each flake along its motion by the distance it travels in this many frames, in
     addition to motion blur."""
