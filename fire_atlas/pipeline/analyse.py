@@ -123,7 +123,9 @@ def analyse(
             context.progress.advance()
             yield forcing
 
-    field = record_field(forcings(), clip, settings.buoyancy, settings.wind, settings.seed)
+    field = record_field(
+        forcings(), clip, settings.buoyancy, study.buoyancy, settings.wind, settings.seed
+    )
     spawns = Spawns.concatenate([spawns_of[i] for i in sorted(spawns_of)])
     spawns = with_bursts_in_rate(spawns, settings.seed)
     if study.dies_out and not clip.loop and not clip.tail:

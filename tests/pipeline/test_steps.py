@@ -53,6 +53,7 @@ TABLE = {
     },
     "study_flame": {
         "features.sigma", "features.epsilon", "features.n", "features.kappa_over", "buoyancy.lift",
+        "motion_blur.flame",
     },
     "analyse": {
         "seed", "wind", "motion_blur.flame",

@@ -97,7 +97,11 @@ def advice(path: Path, *overrides: str) -> list[str]:
         ("flakes: nnoe", "2: flakes", 'must be `none` or a block of settings; got "nnoe"'),
         ("flakes: {alpha: fast}", "2: flakes.alpha", 'must be `auto` or a number; got "fast"'),
         ("features: {epsilon: -1}", "2: features.epsilon", "must be at least 0; got -1"),
-        ("buoyancy: {lift: up}", "2: buoyancy.lift", 'must be a number, or two: [x, y]; got "up"'),
+        (
+            "buoyancy: {lift: up}",
+            "2: buoyancy.lift",
+            'must be `auto`, a number, or two: [x, y]; got "up"',
+        ),
         ("buoyancy: {lift: [1, up]}", "2: buoyancy.lift.1", 'must be a number; got "up"'),
         ("buoyancy: {cell: 2.5}", "2: buoyancy.cell", "must be a whole number; got 2.5"),
         ("features: ~", "2: features", "must be a block of settings; got null"),
