@@ -106,7 +106,7 @@ def contact_sheet(
 
 def _flakes(tracks: Tracks, i: int) -> Bytes:
     light = draw_flakes(tracks.frames[i], tracks.height, tracks.width)
-    return _fit(encode_bytes(expose(light.reshape(-1, 3)).reshape(light.shape)))
+    return _fit(encode_bytes(expose(light.rgb())))
 
 
 def _input(clip: Clip, i: int, background: Color) -> Bytes:
