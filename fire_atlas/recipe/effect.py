@@ -27,9 +27,9 @@ from fire_atlas.recipe.base import (
 AutoOrNumber = Annotated[
     Auto | Annotated[float, Field(ge=0, le=10000), NUMBER], either("`auto` or a number")
 ]
-NumberOrDirection = Annotated[
-    Annotated[float, Field(ge=-100, le=100), NUMBER] | Annotated[Direction, PAIR],
-    either("a number, or two: [x, y]"),
+Lift = Annotated[
+    Auto | Annotated[float, Field(ge=-100, le=100), NUMBER] | Annotated[Direction, PAIR],
+    either("`auto`, a number, or two: [x, y]"),
 ]
 
 PAPER_FEATURES: dict[str, Any] = {"epsilon": 40.0, "n": 5.0, "kappa_over": "image"}
@@ -37,6 +37,9 @@ PAPER_FEATURES: dict[str, Any] = {"epsilon": 40.0, "n": 5.0, "kappa_over": "imag
 
 PAPER_ALPHA = 0.03
 """The paper's candidate threshold [α], section III-B."""
+
+MAX_ROUNDS = 64
+"""Maximum number of rounds of a loop after which its flakes repeat."""
 
 
 class Features(Settings):
@@ -58,7 +61,7 @@ class Features(Settings):
     """[n] Exponent of the height weight κ: larger values favour the top of the fire over its base
     (eq. 2). Paper: 5."""
     kappa_over: Literal["flame", "image"] = "flame"
-    """κ rises from 0 at the bottom to 1 at the top (or in the direction of a sideways ``lift``) of
+    """κ rises from 0 at the bottom to 1 at the top (or in the direction of ``lift``) of
     the flame's bounding box, or of the whole image (paper)."""
     beta: float = Field(default=0.02, ge=0, le=10)
     """[β] Weight of the buoyancy direction that is added to each feature vector (eq. 3)."""
@@ -87,9 +90,10 @@ class Buoyancy(Settings):
     feature_force: float = Field(default=0.1, ge=0, le=100)
     """[Fv*] Push by flame edges, heights/s²: the acceleration at an edge of average strength;
     stronger edges push more."""
-    lift: NumberOrDirection = 1.2
-    """[F_buoyancy] Upward acceleration, heights/s²; or [x, y] (y up) for fire that does not
-    rise."""
+    lift: Lift = "auto"
+    """[F_buoyancy] Upward acceleration, heights/s²; or [x, y] (y up) for fire that does not rise.
+    ``auto``: 1.2, up, or in the direction in which the flame of the clip moves: a comet's flies
+    sideways."""
     gravity: float = Field(default=0.0, ge=-100, le=100)
     """[g] Downward acceleration of field and flakes, heights/s²."""
     drag: float = Field(default=2.0, ge=0, le=1000)
@@ -137,6 +141,14 @@ class Flakes(Settings):
         AfterValidator(ordered),
     ] = (0.004, 0.024)
     """[min, max] width of a flake's soft sprite, heights. Sizes between them are log-normal."""
+    rounds: Annotated[
+        Auto | Annotated[int, Field(ge=1, le=MAX_ROUNDS), NUMBER],
+        either("`auto` or a number of rounds"),
+    ] = "auto"
+    """Rounds of a loop after which the flakes repeat: the tracks are this many times as long as the
+    animation, so that flakes which outlive a short loop are no conveyor belt. ``auto``: as many as
+    the longest ``life`` needs; 1 where pages show flakes (``bake``, ``maps.flakes``), which have
+    one round."""
     stretch: float = Field(default=0.0, ge=0, le=10)
     """Lengthens each flake along its motion by the distance it travels in this many frames, in
     addition to motion blur."""
