@@ -59,10 +59,11 @@ def simulate(
 ) -> Tracks:
     """Move the flakes through the recorded field, and return what each does in every frame."""
     flakes, spawns, progress = settings.flakes, analysis.spawns, context.progress
+    shown = clip.count * analysis.rounds
     if clip.loop:
-        spawns = limit_alive(spawns, flakes.max, clip.count, clip.fps, settings.seed)
+        spawns = limit_alive(spawns, flakes.max, shown, clip.fps, settings.seed)
     # The flakes of a loop fly on past its end, until the last one has burnt out.
-    count = clip.count + (math.ceil(flakes.life[1] * clip.fps) + 1 if clip.loop else 0)
+    count = shown + (math.ceil(flakes.life[1] * clip.fps) + 1 if clip.loop else 0)
     progress.stage("fly", count)
     states = list[ParticleState]()
 
@@ -76,7 +77,7 @@ def simulate(
     frames = list(track_rows(flying(), spawns, look, context.workers))
     table, size = spawn_table(states, spawns, frames), (clip.width, clip.height)
     tracks = Tracks.one_shot(clip.fps, size, settings.seed, table, frames, look.pixel)
-    return fold_into_loop(tracks, clip.count) if clip.loop else tracks
+    return fold_into_loop(tracks, shown, analysis.rounds) if clip.loop else tracks
 
 
 def _flight(clip: Clip, settings: SimulationSettings) -> FlightSettings:

@@ -91,7 +91,7 @@ def contact_sheet(
     rows = []
     if clip is not None and clip.count == count:
         rows.append([_input(clip, i, background) for i in chosen])
-    if tracks is not None and len(tracks.frames) == count:
+    if tracks is not None and tracks.round_frames == count:
         rows.append([_flakes(tracks, i) for i in chosen])
     pictures = [
         _fit(blend(frame, background, atlas.sheet.alpha, atlas.sheet.blend_space))

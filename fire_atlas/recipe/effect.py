@@ -27,9 +27,9 @@ from fire_atlas.recipe.base import (
 AutoOrNumber = Annotated[
     Auto | Annotated[float, Field(ge=0, le=10000), NUMBER], either("`auto` or a number")
 ]
-NumberOrDirection = Annotated[
-    Annotated[float, Field(ge=-100, le=100), NUMBER] | Annotated[Direction, PAIR],
-    either("a number, or two: [x, y]"),
+Lift = Annotated[
+    Auto | Annotated[float, Field(ge=-100, le=100), NUMBER] | Annotated[Direction, PAIR],
+    either("`auto`, a number, or two: [x, y]"),
 ]
 
 PAPER_FEATURES: dict[str, Any] = {"epsilon": 40.0, "n": 5.0, "kappa_over": "image"}
@@ -38,6 +38,9 @@ PAPER_FEATURES: dict[str, Any] = {"epsilon": 40.0, "n": 5.0, "kappa_over": "imag
 PAPER_FLAKES: dict[str, Any] = {"alpha": 0.03, "colors": ("#ff3000", "#ff5800", "#ff7300")}
 """What the paper states of flakes: the threshold of candidates [α], section III-B, and colours by
 speed, Figure 9."""
+
+MAX_ROUNDS = 64
+"""Maximum number of rounds of a loop after which its flakes repeat."""
 
 
 class Features(Settings):
@@ -59,7 +62,7 @@ class Features(Settings):
     """[n] Exponent of the height weight κ: larger values favour the top of the fire over its base
     (eq. 2). Paper: 5."""
     kappa_over: Literal["flame", "image"] = "flame"
-    """κ rises from 0 at the bottom to 1 at the top (or in the direction of a sideways ``lift``) of
+    """κ rises from 0 at the bottom to 1 at the top (or in the direction of ``lift``) of
     the flame's bounding box, or of the whole image (paper)."""
     beta: float = Field(default=0.02, ge=0, le=10)
     """[β] Weight of the buoyancy direction that is added to each feature vector (eq. 3)."""
@@ -88,9 +91,10 @@ class Buoyancy(Settings):
     feature_force: float = Field(default=0.1, ge=0, le=100)
     """[Fv*] Push by flame edges, heights/s²: the acceleration at an edge of average strength;
     stronger edges push more."""
-    lift: NumberOrDirection = 1.2
-    """[F_buoyancy] Upward acceleration, heights/s²; or [x, y] (y up) for fire that does not
-    rise."""
+    lift: Lift = "auto"
+    """[F_buoyancy] Upward acceleration, heights/s²; or [x, y] (y up) for fire that does not rise.
+    ``auto``: 1.2, up, or in the direction in which the flame of the clip moves: a comet's flies
+    sideways."""
     gravity: float = Field(default=0.0, ge=-100, le=100)
     """[g] Downward acceleration of field and flakes, heights/s²."""
     drag: float = Field(default=2.0, ge=0, le=1000)
@@ -139,6 +143,14 @@ class Flakes(Settings):
     ] = (0.0028, 0.0145)
     """[min, max] width of a flake, heights; sizes between them are log-normal. A soft flake thinner
     than a pixel is dimmer, not wider."""
+    rounds: Annotated[
+        Auto | Annotated[int, Field(ge=1, le=MAX_ROUNDS), NUMBER],
+        either("`auto` or a number of rounds"),
+    ] = "auto"
+    """Rounds of a loop after which the flakes repeat: the tracks are this many times as long as the
+    animation, so that flakes which outlive a short loop are no conveyor belt. ``auto``: as many as
+    the longest ``life`` needs; 1 where pages show flakes (``bake``, ``maps.flakes``), which have
+    one round."""
     stretch: float = Field(default=0.0, ge=0, le=10)
     """Lengthens each flake along its motion by the distance it travels in this many frames, in
     addition to motion blur."""

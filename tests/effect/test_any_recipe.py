@@ -75,7 +75,7 @@ BUOYANCY: dict[str, Drawn] = {
     "cell": st.one_of(st.sampled_from([1, 64, 4]), st.integers(1, 64)),
     "coupling": _number(0, 1000, 90.0),
     "feature_force": _number(0, 100, 0.1),
-    "lift": st.one_of(_lift, st.tuples(_lift, _lift).map(list)),
+    "lift": st.one_of(st.just("auto"), _lift, st.tuples(_lift, _lift).map(list)),
     "gravity": _number(-100, 100, 0.1),
     "drag": _number(0, 1000, 2.0),
     "viscosity": _number(0, 10, 0.0005),

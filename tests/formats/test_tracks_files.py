@@ -59,6 +59,7 @@ def test_the_json_tells_what_it_is() -> None:
         "fps": 24,
         "frame_count": 3,
         "loop": True,
+        "rounds": 1,
         "seed": 7,
         "size": [640, 480],
         "space": "source pixels, x right, y down, (0,0) top-left corner",

@@ -248,6 +248,33 @@ def test_flakes_can_be_drawn_from_the_tracks(browser: Browser, tmp_path: Path) -
     assert np.abs(shown - expected)[lit].mean() < 6
 
 
+def test_the_flakes_of_all_rounds_are_played(browser: Browser, tmp_path: Path) -> None:
+    keys = {"flakes": {"bake": False, "rounds": 3}, "timeline": {"loop": "crossfade"}}
+    page = built(tmp_path, count=20, **keys)
+    tracks = read_tracks(page.with_name("fire.flakes.json"))
+    assert tracks is not None and tracks.rounds == 3
+    count, total = tracks.round_frames, len(tracks.frames)
+
+    def told(*steps: tuple[Any, ...], moves: bool = False) -> list[int]:
+        """Return the frame of the tracks that the page shows at first and after each step."""
+        looks = [each for step in steps for each in (step, LOOK)]
+        seen = browser.visit(page, ("press", "f"), LOOK, *looks, moves=moves)
+        assert_quiet(seen, page)
+        frames = []
+        for look in seen.results:
+            alive, stated = look["caption"].partition(" · ")[2].split(" flakes, round ")
+            frames.append((int(stated[0]) - 1) * count + look["frame"] - 1)
+            assert int(alive) == len(tracks.frames[frames[-1]])
+        return frames
+
+    assert told(*[("press", "ArrowRight")] * total) == [*range(total), 0]
+    assert told(*[("press", "ArrowLeft")] * 2) == [0, total - 1, total - 2]
+    played = np.array(told(*[("wait", 50)] * 60, moves=True))
+    steps = np.diff(played) % total
+    assert steps.max() < count / 2, "no round is skipped or repeated"
+    assert steps.sum() > total, "all rounds, and the first again"
+
+
 def test_an_animation_that_plays_once_stops_at_its_end(browser: Browser, tmp_path: Path) -> None:
     page = built(tmp_path, timeline={"loop": "none"})
     seen = browser.visit(page, LOOK, ("wait", 900), LOOK, ("press", "Space"), LOOK, moves=True)

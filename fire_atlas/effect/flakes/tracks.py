@@ -62,6 +62,8 @@ class Tracks:
         flights: Flight of each row of each frame, identified by the first id of its flake.
         flight_frames: For each row of each frame, number of frames since its flight began.
         hard: Whether flakes are hard squares.
+        rounds: Number of rounds of the animation that the frames cover: flakes of a short loop
+            repeat after several of its rounds.
     """
 
     fps: float
@@ -74,6 +76,7 @@ class Tracks:
     flights: RowNumbers
     flight_frames: RowNumbers
     hard: bool = False
+    rounds: int = 1
 
     @classmethod
     def one_shot(
@@ -91,7 +94,7 @@ class Tracks:
     @classmethod
     def of_tables(
         cls, fps: float, size: tuple[int, int], loop: bool, seed: int, spawns: Table,
-        frames: Sequence[Table],
+        frames: Sequence[Table], rounds: int = 1,
     ) -> Self:  # fmt: skip
         """Return tracks of tables read from a file; flights are recomputed from spawns and ages.
 
@@ -112,8 +115,13 @@ class Tracks:
         since_first = np.asarray(np.rint(ages - youngest[which]), np.int64)
         return cls(
             fps, *size, loop, seed, spawns, tuple(frames),
-            tuple(np.split(flights, ends)), tuple(np.split(since_first, ends)),
+            tuple(np.split(flights, ends)), tuple(np.split(since_first, ends)), rounds=rounds,
         )  # fmt: skip
+
+    @property
+    def round_frames(self) -> int:
+        """Number of frames of the animation, which is one round."""
+        return len(self.frames) // self.rounds
 
     @property
     def frame_numbers(self) -> NDArray[np.intp]:
@@ -160,8 +168,9 @@ def _frames_since_first(flights: RowNumbers) -> RowNumbers:
     return tuple(np.split(frame - frame[first][flight], np.cumsum(counts)[:-1]))
 
 
-def fold_into_loop(tracks: Tracks, count: int) -> Tracks:
-    """Fold one-shot tracks of more than ``count`` frames into a loop of ``count`` frames.
+def fold_into_loop(tracks: Tracks, count: int, rounds: int = 1) -> Tracks:
+    """Fold one-shot tracks of more than ``count`` frames into a loop of ``count`` frames, which are
+    ``rounds`` rounds of the animation.
 
     A flake keeps its id across the end of the loop. One that is seen in as many frames as the loop
     has, or more, would be in a frame twice; it changes its id every ``count - 1`` frames, so that
@@ -180,6 +189,7 @@ def fold_into_loop(tracks: Tracks, count: int) -> Tracks:
     return replace(
         tracks,
         loop=True,
+        rounds=rounds,
         spawns=spawns[np.isin(spawns[:, 0], rows[:, _ID])],
         frames=tuple(np.split(rows[order], bounds)),
         flights=tuple(np.split(np.concatenate(tracks.flights)[order], bounds)),

@@ -47,6 +47,7 @@ def _head(name: str, tracks: Tracks) -> dict[str, Any]:
         "fps": plain(tracks.fps, 6),
         "frame_count": len(tracks.frames),
         "loop": tracks.loop,
+        "rounds": tracks.rounds,
         "seed": tracks.seed,
         "size": [tracks.width, tracks.height],
         "space": "source pixels, x right, y down, (0,0) top-left corner",
@@ -110,8 +111,11 @@ def _tracks(document: dict[str, Any]) -> Tracks:
     frames = [_table(frame["rows"], len(COLUMNS))[:, order] for frame in document["frames"]]
     if any((rows[:, _SIZE] < 0).any() for rows in frames):
         raise ValueError("a flake has a negative size")
-    seed = whole(document["seed"], 0, 2**64)
-    return Tracks.of_tables(fps, (width, height), bool(document["loop"]), seed, spawns, frames)
+    seed, loop = whole(document["seed"], 0, 2**64), bool(document["loop"])
+    rounds = whole(document["rounds"], 1, len(frames))
+    if len(frames) % rounds:
+        raise ValueError(f"{len(frames)} frames are not {rounds} rounds")
+    return Tracks.of_tables(fps, (width, height), loop, seed, spawns, frames, rounds)
 
 
 def _table(rows: Sequence[Any], columns: int) -> NDArray[np.float64]:
