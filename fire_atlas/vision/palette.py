@@ -22,7 +22,7 @@ _FRAMES = 12
 _SAMPLES = 1 << 14
 """About this many pixels of each of these are used."""
 
-_STEPS = 64
+_STEPS = 128
 """Number of steps of light for which a colour is learnt."""
 
 _FINE_STEPS = 1024
@@ -77,13 +77,14 @@ class Palette:
 
         Each pixel has the colour of its light. Where both frames deviate from that in the same
         direction, the mix does, too. What only one of them deviates fades out towards the middle.
-        No channel exceeds the coverage by more than those of both frames do.
+        No channel exceeds the coverage by more than those of both frames do: colours that need
+        more coverage get it.
 
         Args:
             one, other: (H, W, 4) the frames.
             weight: (H, W) weight of ``other``, 0..1.
             light: (H, W) luminance of the mix.
-            cover: (H, W) its alpha.
+            cover: (H, W) the least alpha of the mix.
         """
         root, here, there = self._index(light), self._deviation(one), self._deviation(other)
         smaller = np.minimum(np.abs(here), np.abs(there))
@@ -93,12 +94,13 @@ class Palette:
         most = np.maximum(self.spread[root], _length(common))
         deviation *= np.minimum(1, most / np.maximum(_length(deviation), _TINY))[..., None]
         colour = np.square(np.square(np.maximum(self.colours[root] + deviation, 0)))
-        pixels = np.dstack([colour, cover])
         beyond = [np.maximum(brightest(frame) - frame[..., 3], 0) for frame in (one, other)]
-        limit = cover + beyond[0] + (beyond[1] - beyond[0]) * weight
+        extra = beyond[0] + (beyond[1] - beyond[0]) * weight
+        pixels = np.dstack([colour, cover])
         factor = light / np.maximum(luminance(pixels), _TINY)
-        factor = np.minimum(factor, limit / np.maximum(brightest(pixels), _TINY))
+        factor = np.minimum(factor, (1 + extra) / np.maximum(brightest(pixels), _TINY))
         pixels[..., :3] *= factor[..., None]
+        np.clip(brightest(pixels) - extra, cover, 1, out=pixels[..., 3])
         return pixels
 
     def _index(self, light: Plane) -> NDArray[np.intp]:
