@@ -61,7 +61,7 @@ TABLE = {
         "buoyancy.lift", "buoyancy.gravity", "buoyancy.drag", "buoyancy.viscosity",
         "buoyancy.turbulence", "buoyancy.projection",
         "flakes.rate", "flakes.bursts", "flakes.alpha", "flakes.life", "flakes.size",
-        "flakes.sprite",
+        "flakes.sparks", "flakes.sprite",
     },
     "simulate": {
         "seed", "buoyancy.gravity", "buoyancy.turbulence", "composite.intensity",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.effect.field.forcing import cell_means, grid_shape
-from fire_atlas.effect.flakes.statistics import flake_figures
+from fire_atlas.effect.flakes.emission import EMBER
 from tests.support.effect import VX, VY, Array, EffectRun, Plane, X, Y, pixel_of
 
 Flow = NDArray[np.float32]
@@ -75,7 +75,7 @@ class Places:
 
 
 def in_the_flame(effect: EffectRun, flows: list[Flow], others: list[Flow]) -> Places:
-    """Collect every row of the tracks that lies in moving flame."""
+    """Collect every row of the tracks of an ember in moving flame; sparks do not follow the gas."""
     clip = effect.clip
     gathered: list[tuple[Array, Array, Array]] = []
     for i, (flow, other) in enumerate(zip(flows, others, strict=True)):
@@ -85,6 +85,7 @@ def in_the_flame(effect: EffectRun, flows: list[Flow], others: list[Flow]) -> Pl
         seen = (rows[:, X] >= 0) & (rows[:, X] < clip.width)
         seen &= (rows[:, Y] >= 0) & (rows[:, Y] < clip.height)
         seen &= (clip.brightness(i)[at] > FLAME) & (np.hypot(*here.T) > MOVES)
+        seen &= carried(effect, i)
         velocity = rows[:, [VX, VY]] / clip.fps
         gathered.append((velocity[seen], here[seen], other[at].astype(np.float64)[seen]))
     return Places(*(np.concatenate(parts) for parts in zip(*gathered, strict=True)))
@@ -98,9 +99,21 @@ def correlation(one: Array, other: Array) -> tuple[float, float]:
     return x, y
 
 
+def carried(effect: EffectRun, frame: int) -> NDArray[np.bool_]:
+    """Which rows of a frame are those of embers, (rows,)."""
+    return np.asarray(effect.analysis.spawns.kind[effect.tracks.flights[frame]] == EMBER)
+
+
 def share_that_rises(effect: EffectRun) -> float:
-    """Share of the flakes seen at least twice that end higher than they began."""
-    return {f.name: f.value for f in flake_figures(effect.tracks)}["end higher than born"]
+    """Share of the embers seen at least twice that end higher than they began."""
+    tracks = effect.tracks
+    rows, flight = np.concatenate(tracks.frames), np.concatenate(tracks.flights)
+    flight = np.where(effect.analysis.spawns.kind[flight] == EMBER, flight, -1)
+    order = np.lexsort((np.concatenate(tracks.flight_frames), flight))
+    flights = np.split(rows[order], np.flatnonzero(np.diff(flight[order])) + 1)
+    if flight.min(initial=0) < 0:
+        flights = flights[1:]
+    return float(np.mean([f[-1, Y] < f[0, Y] for f in flights if len(f) > 1]))
 
 
 def plume_speed(effect: EffectRun) -> float:

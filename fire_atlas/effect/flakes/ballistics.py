@@ -1,59 +1,52 @@
 """Sparks: thrown once, then slowed by still air and pulled down by gravity. No gas carries them."""
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.effect.flakes.emission import Spawns
+
 Column = NDArray[np.float64]
 
-_GRAVITY = 1.0
-"""Acceleration at which sparks fall, heights/s²: a frame shows a few metres."""
+_WEIGHT = 0.6
+"""Acceleration at which sparks fall, heights/s²."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ballistics:
-    """Constants of the flight dv/dt = gravity − drag · v. Columns (flakes,).
+    """The flight dv/dt = g − drag · v of sparks, solved exactly.
 
     Attributes:
-        launch_x, launch_y: Velocity at age 0, px/s.
-        drag: Rate at which the air stops each spark, 1/s.
-        gravity: Downward acceleration, px/s².
+        spawns: All flakes that are ever spawned.
+        weight: Acceleration against which drag holds a spark at its terminal velocity, px/s².
+        gravity: The recipe's gravity in addition, px/s².
     """
 
-    launch_x: Column
-    launch_y: Column
-    drag: Column
+    spawns: Spawns
+    weight: float
     gravity: float
 
     @classmethod
-    def of(
-        cls, launch_x: Column, launch_y: Column, fall: Column, height: int, gravity: float
-    ) -> Self:
-        """Return the constants of sparks that fall through still air at ``fall`` px/s.
+    def of(cls, spawns: Spawns, height: int, gravity: float) -> "Ballistics":
+        """Return the flight of sparks in frames of ``height`` px."""
+        return cls(spawns, _WEIGHT * height, gravity)
 
-        ``gravity``, px/s², is that of the recipe, in addition to a spark's weight in a frame of
-        ``height`` px.
-        """
-        weight = _GRAVITY * height
-        return cls(launch_x, launch_y, weight / fall, weight + gravity)
-
-    def way(self, which: NDArray[np.int64], age: Column) -> tuple[Column, Column]:
-        """Return how far some have flown at an age, s, since they were thrown: x and y, px."""
-        drag = self.drag.take(which)
-        stopped = -np.expm1(-drag * age) / drag
-        fall = self.gravity / drag
+    def at(self, ids: NDArray[np.int64], age: Column) -> tuple[Column, Column, Column, Column]:
+        """Return x, y (px), vx and vy (px/s) of sparks at an age, s, each (sparks,)."""
+        spawns = self.spawns
+        x, y, launch_x, launch_y, terminal = (
+            column.take(ids)
+            for column in (
+                spawns.x, spawns.y, spawns.launch_x, spawns.launch_y, spawns.terminal_velocity
+            )
+        )  # fmt: skip
+        drag = self.weight / terminal
+        fall = (self.weight + self.gravity) / drag
+        left, way = np.exp(-drag * age), -np.expm1(-drag * age) / drag
         return (
-            self.launch_x.take(which) * stopped,
-            fall * age + (self.launch_y.take(which) - fall) * stopped,
-        )
-
-    def velocity(self, which: NDArray[np.int64], age: Column) -> tuple[Column, Column]:
-        """Return the velocity of some at an age, s: x and y, px/s."""
-        drag = self.drag.take(which)
-        left, fall = np.exp(-drag * age), self.gravity / drag
-        return (
-            self.launch_x.take(which) * left,
-            fall + (self.launch_y.take(which) - fall) * left,
+            x + launch_x * way,
+            y + (launch_y - fall) * way + fall * age,
+            launch_x * left,
+            (launch_y - fall) * left + fall,
         )

@@ -23,19 +23,19 @@ than the area, because a small fire is calmer as well."""
 _MIN_RATE, _MIN_SPAWNS = 4.0, 6.0
 """Minimum automatic spawn rate, 1/s, and minimum number of flakes of a one-shot clip."""
 
-_CALM_RATE, _BURSTS_PER_FLAKE = 20.0, 1 / 40
-"""Spawn rate, 1/s, up to which a fire is too calm for bursts; bursts per flake beyond it."""
+_CALM_RATE, _BURSTS_PER_FLAKE = 20.0, 1 / 60
+"""Spawn rate, 1/s, up to which a fire is too calm for bursts; bursts per flake from twice that."""
 
 _GOLDEN = (math.sqrt(5) - 1) / 2
 
 EMBER, SPARK = 0, 1
 """Kinds of flakes: embers are carried by the gas, sparks are thrown and fly on their own."""
 
-_BURST_SPARKS = 12.0
+_BURST_SPARKS = 16.0
 """Mean number of sparks in a burst where the recipe does not say how many sparks there are."""
 
-_BURST_SHAPE = 2.0
-"""Shape of the gamma distribution of burst sizes: most bursts are small, a few large."""
+_BURST_SHAPE = 4.0
+"""Shape of the gamma distribution of burst sizes: a few bursts are several times as large."""
 
 _LAUNCH_SPEED, _LAUNCH_SPREAD = 0.9, 0.6
 """Median speed at which a spark is thrown, heights/s, and standard deviation of its logarithm."""
@@ -47,7 +47,7 @@ down."""
 _SPARK_LIFE = 0.5
 """Lifetime of a spark relative to that of an ember: it is small, and the air cools it."""
 
-_FALL_SPEED, _FALL_SPREAD = (0.12, 0.35), (0.8, 0.35)
+_FALL_SPEED, _FALL_SPREAD = (0.16, 0.25), (0.9, 0.35)
 """Median terminal velocity of an ember and of a spark, heights/s, and standard deviations of their
 logarithms."""
 
@@ -226,7 +226,7 @@ def _bursts_of(flakes: Flakes, rate: float) -> tuple[float, float]:
 
 def automatic_burst_rate(rate: float) -> float:
     """Return how many bursts a second suit a fire that sheds ``rate`` flakes a second."""
-    return max(rate - _CALM_RATE, 0.0) * _BURSTS_PER_FLAKE
+    return rate * _BURSTS_PER_FLAKE * min(max(rate / _CALM_RATE - 1, 0.0), 1.0)
 
 
 def emit(frame: int, strength: Plane, emitter: EmitterSettings) -> Spawns:
@@ -318,7 +318,7 @@ def _flakes(
     emitter: EmitterSettings,
 ) -> Spawns:
     """Return flakes of one kind, spawned at the given time steps and ``places``, (2, flakes) px."""
-    count, height = len(tick), emitter.height
+    count, height, (x, y) = len(tick), emitter.height, places
     heading = chance.uniform(0, 2 * np.pi, count)
     speed = _LAUNCH_SPEED * height * np.exp(_LAUNCH_SPREAD * chance.standard_normal(count))
     speed *= kind == SPARK
@@ -332,7 +332,8 @@ def _flakes(
     return Spawns(
         np.full(count, kind),
         tick,
-        *places,
+        x,
+        y,
         speed * np.cos(heading),
         speed * (np.sin(heading) - _LAUNCH_RISE),
         fall * height,

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.chance import RandomStream, generator
-from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.effect.field.record import FieldRecord
 from fire_atlas.effect.flakes.ballistics import Ballistics
@@ -33,8 +32,11 @@ _COLOUR_LAG = 0.2
 _COLOUR_GAIN = 1 - math.exp(-TICK / _COLOUR_LAG)
 """Fraction of the change in a flake's speed that ``smoothed_speed`` follows in a tick."""
 
-_ONSET = 0.6
-"""Age, s, from which an ember moves in its own way, beside the gas, at full strength."""
+_EXPOSURE_LAG = 0.2
+"""Time constant with which an ember that has left the flame begins to move in its own way, s."""
+
+_EXPOSURE_GAIN = 1 - math.exp(-TICK / _EXPOSURE_LAG)
+"""Fraction of the change of its surroundings that ``exposure`` follows in a tick."""
 
 _ANGLES = 1 << 13
 """Number of jitter angles drawn per tick. Flakes whose ids are this far apart share one, unseen."""
@@ -77,6 +79,7 @@ class ParticleState:
         x, y: Place, px.
         vx, vy: Velocity, px/s.
         smoothed_speed: Speed, px/s, exponentially smoothed over time.
+        exposure: How far outside the flame it has been of late, 0..1.
         age: Seconds since the flake was spawned.
     """
 
@@ -86,6 +89,7 @@ class ParticleState:
     vx: Column
     vy: Column
     smoothed_speed: Column
+    exposure: Column
     age: Column
 
     @classmethod
@@ -170,13 +174,7 @@ class _FlightModel:
         """Compute the constants of each flake; larger flakes lag longer behind the field."""
         lag = settings.lag * np.exp(_LAG_PER_SCORE * spawns.size_score)
         retained = np.exp(-TICK / np.maximum(lag, 1e-6))
-        ballistics = Ballistics.of(
-            spawns.launch_x,
-            spawns.launch_y,
-            spawns.terminal_velocity,
-            settings.height,
-            settings.gravity,
-        )
+        ballistics = Ballistics.of(spawns, settings.height, settings.gravity)
         thrown = spawns.kind == SPARK
         return cls(spawns, settings, retained, settings.gravity * lag, thrown, ballistics)
 
@@ -190,7 +188,7 @@ class _FlightModel:
         x, y = self.spawns.x[first:last], self.spawns.y[first:last]
         vx, vy, _ = field.at(x, y)
         ids, age = np.arange(first, last, dtype=np.int64), np.zeros(last - first)
-        spawned = self._with_sparks(ParticleState(ids, x, y, vx, vy, age, age))
+        spawned = self._with_sparks(ParticleState(ids, x, y, vx, vy, age, age, age))
         spawned = replace(spawned, smoothed_speed=np.hypot(spawned.vx, spawned.vy))
         return ParticleState.concatenate([state, spawned])
 
@@ -208,7 +206,8 @@ class _FlightModel:
             vy = target + (state.vy - target) * retained
         cos, sin = scatter_rotations(self.settings.seed, tick, state.id, self.settings.scatter)
         vx, vy = vx * cos - vy * sin, vx * sin + vy * cos
-        own_x, own_y = self._own_velocity(state, np.square(np.square(1 - lit)))
+        outside = np.square(np.square(np.square(1 - lit)))
+        own_x, own_y = self._own_velocity(state, outside)
         ticks = tick + 1 - self.spawns.tick.take(state.id)  # counted, as summed ages would drift
         moved = self._with_sparks(
             replace(
@@ -217,6 +216,7 @@ class _FlightModel:
                 y=state.y + (vy + own_y) * TICK,
                 vx=vx,
                 vy=vy,
+                exposure=state.exposure + (outside - state.exposure) * _EXPOSURE_GAIN,
                 age=np.multiply(ticks, TICK, dtype=np.float64),
             )
         )
@@ -229,27 +229,25 @@ class _FlightModel:
         sparks = np.flatnonzero(self.thrown.take(state.id))
         if not len(sparks):
             return state
-        ids, age = state.id.take(sparks), state.age.take(sparks)
-        way_x, way_y = self.ballistics.way(ids, age)
-        x, y, vx, vy = (c.copy() for c in (state.x, state.y, state.vx, state.vy))
-        x[sparks] = self.spawns.x.take(ids) + way_x
-        y[sparks] = self.spawns.y.take(ids) + way_y
-        vx[sparks], vy[sparks] = self.ballistics.velocity(ids, age)
+        columns = [c.copy() for c in (state.x, state.y, state.vx, state.vy)]
+        flown = self.ballistics.at(state.id.take(sparks), state.age.take(sparks))
+        for column, now in zip(columns, flown, strict=True):
+            column[sparks] = now
+        x, y, vx, vy = columns
         return replace(state, x=x, y=y, vx=vx, vy=vy)
 
     def _own_velocity(self, state: ParticleState, outside: Column) -> tuple[Column, Column]:
         """Velocity of each ember relative to the field, px/s, that its neighbours do not share.
 
         It is the fall at terminal velocity, and turbulence, so that neighbours do not fly in a
-        line. Both are scaled by ``outside`` (0..1: how far the ember is outside the flame) and
-        begin slowly.
+        line. Both begin slowly ``outside`` the flame (0..1), and end at once inside.
         """
         ids, spawns = state.id, self.spawns
-        own = outside * smooth_step(state.age / _ONSET)
         speed = math.sqrt(2) * self.settings.turbulence
         turn = 2 * math.pi * spawns.turbulence_rate.take(ids) * state.age
         aside = speed * _sine(turn + spawns.turbulence_phase_x.take(ids))
         down = 0.5 * speed * _sine(turn + spawns.turbulence_phase_y.take(ids))
+        own = state.exposure * outside
         return own * aside, own * (down + spawns.terminal_velocity.take(ids))
 
     def between(self, before: ParticleState, after: ParticleState, part: float) -> ParticleState:
