@@ -41,7 +41,7 @@ def _spawns(count: int = COUNT) -> Spawns:
     one, none = np.ones(count), np.zeros(count)
     return Spawns(
         kind=np.zeros(count, np.int64), tick=np.zeros(count, np.int64), x=200 * one, y=200 * one,
-        launch_x=none, launch_y=none, terminal_velocity=none, life=9 * one, size=one,
+        launch_x=none, launch_y=none, terminal_velocity=none, drift=one, life=9 * one, size=one,
         size_score=none, flicker_rate=one, flicker_phase=none, turbulence_rate=one,
         turbulence_phase_x=none, turbulence_phase_y=none,
     )  # fmt: skip

@@ -47,9 +47,12 @@ down."""
 _SPARK_LIFE = 0.5
 """Lifetime of a spark relative to that of an ember: it is small, and the air cools it."""
 
-_FALL_SPEED, _FALL_SPREAD = (0.16, 0.25), (0.9, 0.35)
-"""Median terminal velocity of an ember and of a spark, heights/s, and standard deviations of their
-logarithms."""
+_FALL_SPEED, _FALL_SPREAD = (0.02, 0.25), 0.35
+"""Median terminal velocity of an ember and of a spark, heights/s, and standard deviation of its
+logarithm."""
+
+_DRIFT_SPREAD = 0.45
+"""Standard deviation of the logarithm of an ember's speed relative to that of the gas."""
 
 _FLICKER_RATE = (0.5, 6.0)
 """Minimum and maximum rate of the flicker, Hz."""
@@ -71,6 +74,7 @@ class Spawns:
         x, y: Place where it is spawned, px.
         launch_x, launch_y: Velocity at which a spark is thrown, px/s; of an ember 0.
         terminal_velocity: Speed at which the flake falls through still air, px/s.
+        drift: Velocity of an ember outside the flame relative to that of the gas.
         life: Lifetime until cooled, s.
         size: Width, px.
         size_score: Standard score of the size's logarithm: standard deviations above the mean.
@@ -87,6 +91,7 @@ class Spawns:
     launch_x: NDArray[np.float64]
     launch_y: NDArray[np.float64]
     terminal_velocity: NDArray[np.float64]
+    drift: NDArray[np.float64]
     life: NDArray[np.float64]
     size: NDArray[np.float64]
     size_score: NDArray[np.float64]
@@ -327,7 +332,7 @@ def _flakes(
         score = -np.abs(score)
     smallest, largest = np.log(emitter.size)
     size = np.exp((smallest + largest) / 2 + score * (largest - smallest) / (2 * _SIZE_SPREAD))
-    fall = _FALL_SPEED[kind] * np.exp(_FALL_SPREAD[kind] * chance.standard_normal(count))
+    fall = _FALL_SPEED[kind] * np.exp(_FALL_SPREAD * chance.standard_normal(count))
     slow, fast = np.log(_FLICKER_RATE)
     return Spawns(
         np.full(count, kind),
@@ -337,6 +342,7 @@ def _flakes(
         speed * np.cos(heading),
         speed * (np.sin(heading) - _LAUNCH_RISE),
         fall * height,
+        np.exp(_DRIFT_SPREAD * np.clip(chance.standard_normal(count), -2, 2)),
         chance.uniform(*emitter.life, count) * (_SPARK_LIFE if kind == SPARK else 1.0),
         size,
         score,

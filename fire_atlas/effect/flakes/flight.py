@@ -207,7 +207,7 @@ class _FlightModel:
         cos, sin = scatter_rotations(self.settings.seed, tick, state.id, self.settings.scatter)
         vx, vy = vx * cos - vy * sin, vx * sin + vy * cos
         outside = np.square(np.square(np.square(1 - lit)))
-        own_x, own_y = self._own_velocity(state, outside)
+        own_x, own_y = self._own_velocity(state, u[0], u[1], outside)
         ticks = tick + 1 - self.spawns.tick.take(state.id)  # counted, as summed ages would drift
         moved = self._with_sparks(
             replace(
@@ -236,11 +236,14 @@ class _FlightModel:
         x, y, vx, vy = columns
         return replace(state, x=x, y=y, vx=vx, vy=vy)
 
-    def _own_velocity(self, state: ParticleState, outside: Column) -> tuple[Column, Column]:
+    def _own_velocity(
+        self, state: ParticleState, u: Column, v: Column, outside: Column
+    ) -> tuple[Column, Column]:
         """Velocity of each ember relative to the field, px/s, that its neighbours do not share.
 
-        It is the fall at terminal velocity, and turbulence, so that neighbours do not fly in a
-        line. Both begin slowly ``outside`` the flame (0..1), and end at once inside.
+        It is the fall at terminal velocity, the drift that is faster or slower than the gas, and
+        turbulence, so that neighbours do not fly in a line. All begin slowly ``outside`` the flame
+        (0..1), and end at once inside.
         """
         ids, spawns = state.id, self.spawns
         speed = math.sqrt(2) * self.settings.turbulence
@@ -248,7 +251,8 @@ class _FlightModel:
         aside = speed * _sine(turn + spawns.turbulence_phase_x.take(ids))
         down = 0.5 * speed * _sine(turn + spawns.turbulence_phase_y.take(ids))
         own = state.exposure * outside
-        return own * aside, own * (down + spawns.terminal_velocity.take(ids))
+        drift, fall = spawns.drift.take(ids) - 1, spawns.terminal_velocity.take(ids)
+        return own * (aside + drift * u), own * (down + drift * v + fall)
 
     def between(self, before: ParticleState, after: ParticleState, part: float) -> ParticleState:
         """Return the flakes at ``part`` (0..1) of a tick, without those that have cooled.
