@@ -9,7 +9,7 @@ from fire_atlas.effect.flakes.emission import Spawns
 
 Column = NDArray[np.float64]
 
-_WEIGHT = 0.6
+_WEIGHT = 0.4
 """Acceleration at which sparks fall, heights/s²."""
 
 

@@ -47,17 +47,17 @@ down."""
 _SPARK_LIFE = 0.5
 """Lifetime of a spark relative to that of an ember: it is small, and the air cools it."""
 
-_FALL_SPEED, _FALL_SPREAD = (0.02, 0.25), 0.35
+_FALL_SPEED, _FALL_SPREAD = (0.02, 0.18), 0.35
 """Median terminal velocity of an ember and of a spark, heights/s, and standard deviation of its
 logarithm."""
 
-_DRIFT_SPREAD = 0.45
+_DRIFT_SPREAD = 0.5
 """Standard deviation of the logarithm of an ember's speed relative to that of the gas."""
 
 _FLICKER_RATE = (0.5, 6.0)
 """Minimum and maximum rate of the flicker, Hz."""
 
-_TURBULENCE_RATE = (0.1, 0.6)
+_TURBULENCE_RATE = (0.2, 1.0)
 """Minimum and maximum rate of a flake's own turbulent motion, Hz."""
 
 _SIZE_SPREAD = 2.0

@@ -32,7 +32,7 @@ _COLOUR_LAG = 0.2
 _COLOUR_GAIN = 1 - math.exp(-TICK / _COLOUR_LAG)
 """Fraction of the change in a flake's speed that ``smoothed_speed`` follows in a tick."""
 
-_EXPOSURE_LAG = 0.2
+_EXPOSURE_LAG = 0.12
 """Time constant with which an ember that has left the flame begins to move in its own way, s."""
 
 _EXPOSURE_GAIN = 1 - math.exp(-TICK / _EXPOSURE_LAG)
@@ -206,7 +206,7 @@ class _FlightModel:
             vy = target + (state.vy - target) * retained
         cos, sin = scatter_rotations(self.settings.seed, tick, state.id, self.settings.scatter)
         vx, vy = vx * cos - vy * sin, vx * sin + vy * cos
-        outside = np.square(np.square(np.square(1 - lit)))
+        outside = np.square(np.square(1 - lit))
         own_x, own_y = self._own_velocity(state, u[0], u[1], outside)
         ticks = tick + 1 - self.spawns.tick.take(state.id)  # counted, as summed ages would drift
         moved = self._with_sparks(
