@@ -42,8 +42,7 @@ def _spawns(count: int = COUNT) -> Spawns:
     return Spawns(
         kind=np.zeros(count, np.int64), tick=np.zeros(count, np.int64), x=200 * one, y=200 * one,
         launch_x=none, launch_y=none, terminal_velocity=none, drift=one, life=9 * one, size=one,
-        size_score=none, flicker_rate=one, flicker_phase=none, turbulence_rate=one,
-        turbulence_phase_x=none, turbulence_phase_y=none,
+        size_score=none, turbulence_rate=one, turbulence_phase_x=none, turbulence_phase_y=none,
     )  # fmt: skip
 
 

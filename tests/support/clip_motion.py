@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip
 from fire_atlas.effect.field.forcing import cell_means, grid_shape
 from fire_atlas.effect.flakes.emission import EMBER
-from tests.support.effect import VX, VY, Array, EffectRun, Plane, X, Y, pixel_of
+from tests.support.effect import KIND, VX, VY, Array, EffectRun, Plane, X, Y, pixel_of
 
 Flow = NDArray[np.float32]
 """(H, W, 2), px a frame."""
@@ -85,7 +85,7 @@ def in_the_flame(effect: EffectRun, flows: list[Flow], others: list[Flow]) -> Pl
         seen = (rows[:, X] >= 0) & (rows[:, X] < clip.width)
         seen &= (rows[:, Y] >= 0) & (rows[:, Y] < clip.height)
         seen &= (clip.brightness(i)[at] > FLAME) & (np.hypot(*here.T) > MOVES)
-        seen &= carried(effect, i)
+        seen &= rows[:, KIND] == EMBER
         velocity = rows[:, [VX, VY]] / clip.fps
         gathered.append((velocity[seen], here[seen], other[at].astype(np.float64)[seen]))
     return Places(*(np.concatenate(parts) for parts in zip(*gathered, strict=True)))
@@ -99,21 +99,10 @@ def correlation(one: Array, other: Array) -> tuple[float, float]:
     return x, y
 
 
-def carried(effect: EffectRun, frame: int) -> NDArray[np.bool_]:
-    """Which rows of a frame are those of embers, (rows,)."""
-    return np.asarray(effect.analysis.spawns.kind[effect.tracks.flights[frame]] == EMBER)
-
-
 def share_that_rises(effect: EffectRun) -> float:
     """Share of the embers seen at least twice that end higher than they began."""
-    tracks = effect.tracks
-    rows, flight = np.concatenate(tracks.frames), np.concatenate(tracks.flights)
-    flight = np.where(effect.analysis.spawns.kind[flight] == EMBER, flight, -1)
-    order = np.lexsort((np.concatenate(tracks.flight_frames), flight))
-    flights = np.split(rows[order], np.flatnonzero(np.diff(flight[order])) + 1)
-    if flight.min(initial=0) < 0:
-        flights = flights[1:]
-    return float(np.mean([f[-1, Y] < f[0, Y] for f in flights if len(f) > 1]))
+    flights = [f for f in effect.flights(2) if f[0, KIND] == EMBER]
+    return float(np.mean([f[-1, Y] < f[0, Y] for f in flights]))
 
 
 def plume_speed(effect: EffectRun) -> float:

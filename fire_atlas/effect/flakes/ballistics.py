@@ -9,7 +9,7 @@ from fire_atlas.effect.flakes.emission import Spawns
 
 Column = NDArray[np.float64]
 
-_WEIGHT = 0.4
+WEIGHT = 0.4
 """Acceleration at which sparks fall, heights/s²."""
 
 
@@ -30,7 +30,7 @@ class Ballistics:
     @classmethod
     def of(cls, spawns: Spawns, height: int, gravity: float) -> "Ballistics":
         """Return the flight of sparks in frames of ``height`` px."""
-        return cls(spawns, _WEIGHT * height, gravity)
+        return cls(spawns, WEIGHT * height, gravity)
 
     def at(self, ids: NDArray[np.int64], age: Column) -> tuple[Column, Column, Column, Column]:
         """Return x, y (px), vx and vy (px/s) of sparks at an age, s, each (sparks,)."""

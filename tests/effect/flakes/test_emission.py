@@ -95,7 +95,13 @@ def test_a_burst_throws_small_sparks_from_one_point_at_one_moment(mean: float) -
     # 1 + a negative binomial number of shape 4
     assert np.var(sizes) == pytest.approx(mean - 1 + (mean - 1) ** 2 / 4, rel=0.4, abs=1e-9)
     for born in bursts:
-        assert (born.kind == SPARK).all() and np.all(born.size <= 4.0)
+        assert (born.kind == SPARK).all()
+
+
+def test_sparks_are_half_a_standard_deviation_smaller_than_embers() -> None:
+    sparks = Spawns.concatenate(_bursts(3.0))
+    smaller = np.log(np.median(sparks.size) / 4)
+    assert smaller / (np.log(4) / 4) == pytest.approx(-0.5, abs=0.1)
 
 
 def test_sparks_of_a_burst_fly_apart_at_widely_spread_speeds() -> None:

@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fire_atlas.effect.field.record import FieldRecord
+from fire_atlas.effect.flakes.ballistics import WEIGHT
 from fire_atlas.effect.flakes.emission import SPARK, Spawns
 from fire_atlas.effect.flakes.flight import FlightSettings, ParticleState, fly
 
@@ -22,7 +23,7 @@ def _spawns(count: int, x: float = 100.0, y: float = 200.0, life: float = 10.0) 
     return Spawns(
         np.zeros(count, np.int64), np.zeros(count, np.int64), ones * x, ones * y, 0 * ones,
         0 * ones, 0 * ones, ones, life * ones, 2 * ones, 0 * ones,
-        ones, 0 * ones, ones, 0 * ones, 0 * ones,
+        ones, 0 * ones, 0 * ones,
     )  # fmt: skip
 
 
@@ -140,7 +141,7 @@ def test_a_spark_flies_as_drag_and_gravity_say_whatever_the_gas_does(
     fps: float, gravity: float
 ) -> None:
     """Against dv/dt = g − d v, integrated by another method (Runge-Kutta, 8th order)."""
-    launch, weight = (180.0, -260.0), 0.6 * 400
+    launch, weight = (180.0, -260.0), WEIGHT * 400
     drag = weight / 80
 
     def change(_: float, state: Sequence[float]) -> list[float]:
