@@ -8,6 +8,7 @@ import numpy as np
 from fire_atlas.core.clip import Clip
 from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flakes.tracks import Tracks, first_frames, visible_count
+from fire_atlas.effect.flame.direction import UP
 from fire_atlas.effect.flame.study import study_flame
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
 from fire_atlas.pipeline.channels import measure_motion
@@ -47,7 +48,8 @@ def animate(recipe: Recipe, clip: Clip, azimuth: float, context: BuildContext) -
     timer = context.timer
     with timer.measure("study"):
         clip = _arranged(clip, recipe, context)
-        study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), context.workers)
+        direction = lift_direction(recipe.buoyancy) if has_effect(recipe) else UP
+        study = study_flame(clip, recipe.features, direction, context.workers)
     analysis = tracks = None
     with timer.measure("analyse"):
         if has_effect(recipe):
@@ -131,5 +133,6 @@ def _statistics(clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
             "born": len(np.unique(np.concatenate(tracks.flights))),
             "alive_mean": round(float(np.mean(alive)), 2),
             "alive_most": max(alive),
+            "rounds": tracks.rounds,
         }
     return statistics

@@ -27,16 +27,20 @@ from fire_atlas.recipe.base import (
 AutoOrNumber = Annotated[
     Auto | Annotated[float, Field(ge=0, le=10000), NUMBER], either("`auto` or a number")
 ]
-NumberOrDirection = Annotated[
-    Annotated[float, Field(ge=-100, le=100), NUMBER] | Annotated[Direction, PAIR],
-    either("a number, or two: [x, y]"),
+Lift = Annotated[
+    Auto | Annotated[float, Field(ge=-100, le=100), NUMBER] | Annotated[Direction, PAIR],
+    either("`auto`, a number, or two: [x, y]"),
 ]
 
 PAPER_FEATURES: dict[str, Any] = {"epsilon": 40.0, "n": 5.0, "kappa_over": "image"}
 """The paper's constants (section III-A) that differ from the defaults."""
 
-PAPER_ALPHA = 0.03
-"""The paper's candidate threshold [α], section III-B."""
+PAPER_FLAKES: dict[str, Any] = {"alpha": 0.03, "colors": ("#ff3000", "#ff5800", "#ff7300")}
+"""What the paper states of flakes: the threshold of candidates [α], section III-B, and colours by
+speed, Figure 9."""
+
+MAX_ROUNDS = 64
+"""Maximum number of rounds of a loop after which its flakes repeat."""
 
 
 class Features(Settings):
@@ -58,7 +62,7 @@ class Features(Settings):
     """[n] Exponent of the height weight κ: larger values favour the top of the fire over its base
     (eq. 2). Paper: 5."""
     kappa_over: Literal["flame", "image"] = "flame"
-    """κ rises from 0 at the bottom to 1 at the top (or in the direction of a sideways ``lift``) of
+    """κ rises from 0 at the bottom to 1 at the top (or in the direction of ``lift``) of
     the flame's bounding box, or of the whole image (paper)."""
     beta: float = Field(default=0.02, ge=0, le=10)
     """[β] Weight of the buoyancy direction that is added to each feature vector (eq. 3)."""
@@ -87,9 +91,10 @@ class Buoyancy(Settings):
     feature_force: float = Field(default=0.1, ge=0, le=100)
     """[Fv*] Push by flame edges, heights/s²: the acceleration at an edge of average strength;
     stronger edges push more."""
-    lift: NumberOrDirection = 1.2
-    """[F_buoyancy] Upward acceleration, heights/s²; or [x, y] (y up) for fire that does not
-    rise."""
+    lift: Lift = "auto"
+    """[F_buoyancy] Upward acceleration, heights/s²; or [x, y] (y up) for fire that does not rise.
+    ``auto``: 1.2, up, or in the direction in which the flame of the clip moves: a comet's flies
+    sideways."""
     gravity: float = Field(default=0.0, ge=-100, le=100)
     """[g] Downward acceleration of field and flakes, heights/s²."""
     drag: float = Field(default=2.0, ge=0, le=1000)
@@ -135,8 +140,17 @@ class Flakes(Settings):
         tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
         LIST,
         AfterValidator(ordered),
-    ] = (0.004, 0.024)
-    """[min, max] width of a flake's soft sprite, heights. Sizes between them are log-normal."""
+    ] = (0.0018, 0.0095)
+    """[min, max] width of a flake, heights; sizes between them are log-normal. A soft flake thinner
+    than a pixel is dimmer, not wider."""
+    rounds: Annotated[
+        Auto | Annotated[int, Field(ge=1, le=MAX_ROUNDS), NUMBER],
+        either("`auto` or a number of rounds"),
+    ] = "auto"
+    """Rounds of a loop after which the flakes repeat: the tracks are this many times as long as the
+    animation, so that flakes which outlive a short loop are no conveyor belt. ``auto``: as many as
+    the longest ``life`` needs; 1 where pages show flakes (``bake``, ``maps.flakes``), which have
+    one round."""
     stretch: float = Field(default=0.0, ge=0, le=10)
     """Lengthens each flake along its motion by the distance it travels in this many frames, in
     addition to motion blur."""
@@ -145,18 +159,21 @@ class Flakes(Settings):
     lag: float = Field(default=0.006, ge=0, le=10)
     """Inertia: time, s, in which a flake of medium size adopts the field's velocity. Larger flakes
     lag more. 0: no inertia."""
-    colors: Annotated[tuple[Color, ...], LIST, Field(min_length=1, max_length=16)] = (
-        "#ff3000",
-        "#ff5800",
-        "#ff7300",
-    )
-    """Colours from slow to fast flakes, sRGB hex (Figure 9)."""
-    intensity: float = Field(default=6.0, ge=0, le=1000)
-    """Light of a new flake; above 1 is HDR."""
+    colors: Annotated[
+        Auto | Annotated[tuple[Color, ...], LIST, PAIR, Field(min_length=1, max_length=16)],
+        either("`auto` or a list of colours"),
+    ] = "auto"
+    """``auto``: the one colour of glowing embers, which film shows as dark red where they are dim,
+    and as orange, yellow and nearly white the brighter they are. Or colours from slow to fast
+    flakes, sRGB hex (Figure 9); that is the default of ``features.preset: paper``."""
+    intensity: float = Field(default=0.55, ge=0, le=1000)
+    """Light of a medium flake at its brightest, linear; others are many times as bright or as dim.
+    Film shows x as x / (1 + x)."""
     edge: Literal["fade", "crop"] = "fade"
     """Flakes that leave the frame ``fade`` out near its border, or are cut off by it (``crop``)."""
     glow: float = Field(default=0.0, ge=0, le=10)
-    """Light of the soft halo around each flake, relative to the flake's. Not in the tracks."""
+    """Light of a wide, soft glow around each flake, relative to the flake's, in addition to the
+    faint halo of a lens. Not in the tracks."""
     sprite: Literal["soft", "pixel"] = "soft"
     """``soft``: round sprites. ``pixel``: hard squares of whole pixels, for pixel art."""
     max: int = Field(default=20000, ge=0, le=60000)
@@ -166,7 +183,7 @@ class Flakes(Settings):
 class MotionBlur(Settings):
     """Blur along the buoyancy field (eq. 14-17)."""
 
-    shutter: float = Field(default=0.5, ge=0, le=4)
+    shutter: float = Field(default=0.7, ge=0, le=4)
     """Time for which the shutter is open, frames."""
     samples: int = Field(default=9, ge=1, le=65)
     """Samples along the path of a flame pixel. Flakes are drawn as exact streaks."""

@@ -34,6 +34,7 @@ from pathlib import Path
 from typing import Any
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.effect.field.buoyancy import LIFT
 from fire_atlas.effect.flakes.statistics import flake_figures
 from fire_atlas.recipe.effect import Buoyancy
 from tests.support.clip_motion import (
@@ -136,7 +137,6 @@ def agreement(clip: Clip) -> Agreement:
 def plume(clip: Clip) -> Plume:
     """Watch the flakes of the defaults, for as long as the clip is and for longer."""
     buoyancy = Buoyancy()
-    assert isinstance(buoyancy.lift, float)
     long = run_effect(
         looped(clip, LONG), {"flakes": {"rate": PLENTY}, "timeline": {"loop": "none"}}
     )
@@ -148,7 +148,7 @@ def plume(clip: Clip) -> Plume:
     return Plume(
         len(run_effect(clip).tracks.spawns),
         share_that_rises(run_effect(clip, {"flakes": {"rate": MANY}})),
-        plume_speed(long) / (buoyancy.lift / buoyancy.drag),
+        plume_speed(long) / (LIFT / buoyancy.drag),
         *crowding(long),
         (top, sides, bottom, cold),
     )

@@ -42,7 +42,7 @@ def _spawns(count: int = COUNT) -> Spawns:
     return Spawns(
         in_burst=none > 0, tick=np.zeros(count, np.int64), x=200 * one, y=200 * one, impulse_x=none,
         impulse_y=none, terminal_velocity=none, life=9 * one, size=one, size_score=none,
-        flicker_rate=one, flicker_phase=none, turbulence_rate=one, turbulence_phase_x=none,
+        turbulence_rate=one, turbulence_phase_x=none,
         turbulence_phase_y=none,
     )  # fmt: skip
 

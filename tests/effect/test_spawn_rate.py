@@ -107,7 +107,7 @@ def test_a_short_loop_is_not_crowded(fps: float) -> None:
     """Its flakes fly round and round: as many are alive as in a long one."""
     short = replace(campfire(160), fps=fps, count=6, loop=True)
     alive = np.mean([len(rows) for rows in run_effect(short).tracks.frames])
-    assert alive < 60
+    assert alive < 100
 
 
 def test_a_tail_changes_nothing_about_what_is_born() -> None:
@@ -148,7 +148,7 @@ def test_in_a_frame_of_few_pixels_sparks_can_be_seen(name: str) -> None:
     effect = run_effect(open_clip(name))
     assert isinstance(effect.recipe.flakes, Flakes)
     brightest = [
-        draw(effect.recipe.flakes, rows, effect.clip.height, effect.clip.width).max()
+        draw(effect.recipe.flakes, rows, effect.clip.height, effect.clip.width).rgb().max()
         for rows in effect.tracks.frames
     ]
     assert np.median(brightest) > 0.2

@@ -53,6 +53,7 @@ TABLE = {
     },
     "study_flame": {
         "features.sigma", "features.epsilon", "features.n", "features.kappa_over", "buoyancy.lift",
+        "motion_blur.flame",
     },
     "analyse": {
         "seed", "wind", "motion_blur.flame",
@@ -61,7 +62,7 @@ TABLE = {
         "buoyancy.lift", "buoyancy.gravity", "buoyancy.drag", "buoyancy.viscosity",
         "buoyancy.turbulence", "buoyancy.projection",
         "flakes.rate", "flakes.bursts", "flakes.alpha", "flakes.life", "flakes.size",
-        "flakes.sprite",
+        "flakes.sprite", "flakes.bake", "flakes.rounds", "maps.flakes",
     },
     "simulate": {
         "seed", "buoyancy.gravity", "buoyancy.turbulence", "composite.intensity",
@@ -110,6 +111,12 @@ RECIPES: dict[str, dict[str, Any]] = {
         "tracks": ["light", "json"],
     },
     "crossfaded": {"source": CLIP, "timeline": {"loop": "crossfade"}, "wind": {"gusts": {}}},
+    "tracks": {
+        "source": CLIP,
+        "timeline": {"loop": "crossfade"},
+        "flakes": {"bake": False},
+        "seed": 3,
+    },
     "silk": {
         "source": {"kind": "silk", "width": 48, "height": 64},
         "views": {"count": 2},

@@ -97,7 +97,11 @@ def advice(path: Path, *overrides: str) -> list[str]:
         ("flakes: nnoe", "2: flakes", 'must be `none` or a block of settings; got "nnoe"'),
         ("flakes: {alpha: fast}", "2: flakes.alpha", 'must be `auto` or a number; got "fast"'),
         ("features: {epsilon: -1}", "2: features.epsilon", "must be at least 0; got -1"),
-        ("buoyancy: {lift: up}", "2: buoyancy.lift", 'must be a number, or two: [x, y]; got "up"'),
+        (
+            "buoyancy: {lift: up}",
+            "2: buoyancy.lift",
+            'must be `auto`, a number, or two: [x, y]; got "up"',
+        ),
         ("buoyancy: {lift: [1, up]}", "2: buoyancy.lift.1", 'must be a number; got "up"'),
         ("buoyancy: {cell: 2.5}", "2: buoyancy.cell", "must be a whole number; got 2.5"),
         ("features: ~", "2: features", "must be a block of settings; got null"),
@@ -163,6 +167,17 @@ def advice(path: Path, *overrides: str) -> list[str]:
             "flakes: none\ntimeline:\n  tail: true",
             "4: timeline.tail",
             "waits for flakes to burn out, but flakes is none; remove one of them",
+        ),
+        (
+            "flakes: {rounds: 3}",
+            "2: flakes.rounds",
+            "the pages show the flakes of one round of the loop; use auto, or flakes.bake: false "
+            "plays the flakes from their tracks instead",
+        ),
+        (
+            "flakes: {bake: false, rounds: 3}\nmaps: {flakes: true}",
+            "2: flakes.rounds",
+            "the pages show the flakes of one round of the loop; use auto, or remove maps.flakes",
         ),
         (
             "seed: 1\nviews: {count: 2}",

@@ -27,6 +27,9 @@ _MAX_STEP = 1 / 20
 _SPIN_UP, _SPIN_UP_STEPS = 2.5, 12
 """How long the first frame acts on still air before the clip begins, s, and in how many steps."""
 
+LIFT = 1.2
+"""Automatic lift of fully hot air, heights/s²."""
+
 _UPDRAFT = 0.15
 """Gas rises faster than optical flow shows, by its lift times this, s: a steady flame looks still
 while its gas rises."""
@@ -81,17 +84,26 @@ class BuoyancySolver:
     ambient: AmbientFlow
 
     @classmethod
-    def of(cls, buoyancy: Buoyancy, clip: Clip, wind: Wind, seed: int) -> Self:
-        """Convert the recipe's section from heights to px; ``seed`` is the eddies' random seed."""
-        height = clip.height
-        x, y = _lift(buoyancy)
+    def of(
+        cls, buoyancy: Buoyancy, direction: tuple[float, float], clip: Clip, wind: Wind, seed: int
+    ) -> Self:
+        """Convert the recipe's section from heights to px.
+
+        Args:
+            buoyancy: The recipe's section.
+            direction: Of the lift, a unit vector in image axes.
+            clip: The clip; only its length, rate and size are used.
+            wind: The recipe's wind in the clip's view.
+            seed: Random seed of the eddies.
+        """
+        height, lift = clip.height, _lift_strength(buoyancy)
         return cls(
             shape=grid_shape(clip.width, height, buoyancy.cell),
             cell=buoyancy.cell,
             coupling=buoyancy.coupling if buoyancy.motion == "flow" else 0.0,
             drag=buoyancy.drag,
             feature_force=buoyancy.feature_force * height,
-            lift=(x * height, -y * height),
+            lift=(direction[0] * lift * height, direction[1] * lift * height),
             gravity=buoyancy.gravity * height,
             viscosity=buoyancy.viscosity * height**2,
             projection=buoyancy.projection,
@@ -146,16 +158,24 @@ class BuoyancySolver:
         return BuoyancyField(u, v, as_plane(heat))
 
 
-def lift_direction(buoyancy: Buoyancy) -> tuple[float, float]:
-    """F_buoyancy of eq. 3: the unit vector of the lift in image axes; up where there is none."""
-    x, y = _lift(buoyancy)
+def lift_direction(buoyancy: Buoyancy) -> tuple[float, float] | None:
+    """F_buoyancy of eq. 3: the unit vector of the lift in image axes; up where there is none.
+
+    None if the recipe leaves it to the clip.
+    """
+    if buoyancy.lift == "auto":
+        return None
+    x, y = buoyancy.lift if isinstance(buoyancy.lift, tuple) else (0.0, buoyancy.lift)
     length = math.hypot(x, y)
     return (x / length, -y / length) if length > 0 else (0.0, -1.0)
 
 
-def _lift(buoyancy: Buoyancy) -> tuple[float, float]:
-    """Return the recipe's lift as (x, y), y up, heights/s²."""
-    return buoyancy.lift if isinstance(buoyancy.lift, tuple) else (0.0, buoyancy.lift)
+def _lift_strength(buoyancy: Buoyancy) -> float:
+    """Length of the recipe's lift, heights/s²."""
+    lift = buoyancy.lift
+    if lift == "auto":
+        return LIFT
+    return math.hypot(*lift) if isinstance(lift, tuple) else abs(lift)
 
 
 def advect(field: BuoyancyField, dt: float, cell: int) -> BuoyancyField:

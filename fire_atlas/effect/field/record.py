@@ -98,7 +98,12 @@ def forcing_order(clip: Clip) -> list[int]:
 
 
 def record_field(
-    forcings: Iterator[Forcing], clip: Clip, buoyancy: Buoyancy, wind: Wind, seed: int
+    forcings: Iterator[Forcing],
+    clip: Clip,
+    buoyancy: Buoyancy,
+    direction: tuple[float, float],
+    wind: Wind,
+    seed: int,
 ) -> FieldRecord:
     """Solve eq. 12 through all frames of a clip and record the field of each.
 
@@ -106,10 +111,11 @@ def record_field(
         forcings: The forcing of each frame, in the order of ``forcing_order(clip)``.
         clip: The clip; only its length, rate and size are used.
         buoyancy: The recipe's section.
+        direction: Of the lift, a unit vector in image axes.
         wind: The recipe's wind in the clip's view.
         seed: Random seed of the eddies.
     """
-    solver = BuoyancySolver.of(buoyancy, clip, wind, seed)
+    solver = BuoyancySolver.of(buoyancy, direction, clip, wind, seed)
     record = FieldRecord.empty(clip.count, solver.shape, solver.cell, clip.fps, clip.loop)
     field = None
     for n, forcing in _steps(forcings, clip):

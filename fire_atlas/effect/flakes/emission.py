@@ -16,7 +16,7 @@ from fire_atlas.recipe.effect import Flakes
 TICK = 1 / 60
 """Time step, s, in which flakes are spawned and fly, whatever the frame rate."""
 
-_RATE_PER_AREA, _SMALL_AREA = 180.0, 0.15
+_RATE_PER_AREA, _SMALL_AREA = 280.0, 0.15
 """Automatic spawn rate per heights² of moving fire, and the area below which the rate falls faster
 than the area, because a small fire is calmer as well."""
 
@@ -42,11 +42,11 @@ _BURST_WIDTH = 0.05
 _MAX_TERMINAL_VELOCITY = (0.03, 0.2)
 """Maximum terminal velocity of a flake, and of a spark of a burst, heights/s."""
 
-_FLICKER_RATE = (0.5, 6.0)
-"""Minimum and maximum rate of the flicker, Hz."""
-
 _TURBULENCE_RATE = (0.3, 1.3)
 """Minimum and maximum rate of a flake's own turbulent motion, Hz."""
+
+_SPARK_SMALLER = 0.5
+"""Number of standard deviations by which sparks of a burst are smaller than other flakes."""
 
 _SIZE_SPREAD = 2.0
 """Number of standard deviations from the mean log size to that of a recipe's minimum or maximum."""
@@ -65,8 +65,6 @@ class Spawns:
         life: Lifetime until cooled, s.
         size: Width, px.
         size_score: Standard score of the size's logarithm: standard deviations above the mean.
-        flicker_rate: Hz.
-        flicker_phase: rad.
         turbulence_rate: Rate of the flake's own turbulent motion, Hz.
         turbulence_phase_x, turbulence_phase_y: Its phases, rad.
     """
@@ -81,8 +79,6 @@ class Spawns:
     life: NDArray[np.float64]
     size: NDArray[np.float64]
     size_score: NDArray[np.float64]
-    flicker_rate: NDArray[np.float64]
-    flicker_phase: NDArray[np.float64]
     turbulence_rate: NDArray[np.float64]
     turbulence_phase_x: NDArray[np.float64]
     turbulence_phase_y: NDArray[np.float64]
@@ -161,7 +157,8 @@ class EmitterSettings:
         """
         size = (flakes.size[0] * clip.height, flakes.size[1] * clip.height)
         median = np.sqrt(size[0] * size[1])
-        width_ratio = float(median / drawn_width(median, flakes.sprite == "pixel"))
+        # Soft flakes thinner than a pixel are dimmer, but hard ones are drawn wider.
+        width_ratio = float(median / drawn_width(median, True)) if flakes.sprite == "pixel" else 1.0
         duration = math.inf if clip.loop else clip.body / clip.fps
         automatic = automatic_rate(moving_area, width_ratio, duration)
         rate = automatic if flakes.rate == "auto" else flakes.rate
@@ -183,7 +180,7 @@ def automatic_rate(moving_area: float, width_ratio: float, duration: float) -> f
     """Return the spawn rate, 1/s, that suits a fire.
 
     Sparks tear off where fire moves, so the rate is proportional to that area; in a small, calm
-    fire, to its square. Flakes too small to show are drawn wider, and are fewer in proportion. Any
+    fire, to its square. Flakes that are drawn wider than they are, are fewer in proportion. Any
     clip gets a few, however short.
 
     Args:
@@ -305,12 +302,11 @@ def _columns(
     inside = chance.random((2, count))
     heading = chance.uniform(0, 2 * np.pi, count)
     speed = chance.uniform(*_BURST_SPEED, count) * emitter.height * (1.0 if in_burst else 0.0)
-    score = np.clip(chance.standard_normal(count), -_SIZE_SPREAD, _SIZE_SPREAD)
-    if in_burst:  # sparks of a burst are small
-        score = -np.abs(score)
+    # Sparks of a burst are small.
+    score = chance.standard_normal(count) - (_SPARK_SMALLER if in_burst else 0.0)
+    score = np.clip(score, -_SIZE_SPREAD, _SIZE_SPREAD)
     smallest, largest = np.log(emitter.size)
     size = np.exp((smallest + largest) / 2 + score * (largest - smallest) / (2 * _SIZE_SPREAD))
-    slow, fast = np.log(_FLICKER_RATE)
     return (
         column + inside[0],
         row + inside[1],
@@ -320,8 +316,6 @@ def _columns(
         chance.uniform(*emitter.life, count),
         size,
         score,
-        np.exp(chance.uniform(slow, fast, count)),
-        chance.uniform(0, 2 * math.pi, count),
         chance.uniform(*_TURBULENCE_RATE, count),
         chance.uniform(0, 2 * math.pi, count),
         chance.uniform(0, 2 * math.pi, count),

@@ -79,7 +79,7 @@ def flake_figures(tracks: Tracks) -> list[Figure]:
 
 
 def _flights(tracks: Tracks) -> list[NDArray[np.float64]]:
-    """Return all rows of each flight, (rows, 14), in the order of its frames."""
+    """Return all rows of each flight, (rows, 17), in the order of its frames."""
     rows, flight = np.concatenate(tracks.frames), np.concatenate(tracks.flights)
     if not len(rows):
         return []

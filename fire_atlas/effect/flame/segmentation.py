@@ -10,6 +10,7 @@ import numpy as np
 from fire_atlas.core.clip import Window
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.vision.activity import activity, flicker, mean_of
+from fire_atlas.vision.flow import resized
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +39,10 @@ class Background:
     def cropped(self, window: Window) -> "Background":
         """Return the background in a window of the frame."""
         return replace(self, mean=self.mean[window.slices], lowest=self.lowest[window.slices])
+
+    def resized(self, size: tuple[int, int]) -> "Background":
+        """Return the background of frames resized to ``size`` (width, height)."""
+        return replace(self, mean=resized(self.mean, size), lowest=resized(self.lowest, size))
 
     def foreground(self, brightness: Plane, pixels: Pixels) -> Plane:
         """Confidence (H, W), 0..1, that each pixel of a frame is flame, by colour and brightness.
@@ -94,6 +99,11 @@ class FlameSegmentation:
         """Return the segmentation in a window of the frame."""
         background = self.background.cropped(window) if self.background is not None else None
         return replace(self, activity=self.activity[window.slices], background=background)
+
+    def resized(self, size: tuple[int, int]) -> "FlameSegmentation":
+        """Return the segmentation of frames resized to ``size`` (width, height)."""
+        background = self.background.resized(size) if self.background is not None else None
+        return replace(self, activity=resized(self.activity, size), background=background)
 
 
 def linear_step(plane: Plane, low: float, high: float) -> Plane:

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip, Window
 from fire_atlas.core.pixels import Plane
 from fire_atlas.core.workers import Workers
+from fire_atlas.effect.flame.direction import UP, flame_direction
 from fire_atlas.effect.flame.features import Box, gradient_magnitude, kappa
+from fire_atlas.effect.flame.samples import FlameSamples
 from fire_atlas.effect.flame.segmentation import FlameSegmentation
 from fire_atlas.recipe.effect import Features
 from fire_atlas.vision.sampling import evenly_spread
@@ -50,6 +52,7 @@ class FlameStudy:
         candidate_count: Mean number of candidates per frame at the automatic α.
         mean_feature: Mean ‖Fv‖ of the features, the unit of the feature force.
         dies_out: Whether almost nothing of the flame is left in the last frame.
+        samples: Small copies of a few frames; None if no step needs them.
     """
 
     buoyancy: tuple[float, float]
@@ -63,6 +66,7 @@ class FlameStudy:
     candidate_count: float
     mean_feature: float
     dies_out: bool
+    samples: FlameSamples | None = None
 
     def active_window(self, step: int) -> Window:
         """Return the window in which anything ever moves, its edges on multiples of ``step`` px."""
@@ -88,22 +92,38 @@ class FlameStudy:
 
 
 def study_flame(
-    clip: Clip, features: Features, buoyancy: tuple[float, float], workers: Workers
+    clip: Clip,
+    features: Features,
+    buoyancy: tuple[float, float] | None,
+    workers: Workers,
+    *,
+    takes_samples: bool = False,
 ) -> FlameStudy:
     """Measure a few frames of a clip and return the values that hold for all of it.
 
-    ``buoyancy`` is F_buoyancy, a unit vector in image axes, along which κ grows.
+    Args:
+        clip: The clip as it is played.
+        features: The recipe's section.
+        buoyancy: F_buoyancy, a unit vector in image axes, along which κ grows; None for the
+            direction in which the flame moves.
+        workers: Read and measure frames.
+        takes_samples: Whether samples are needed for more than this direction.
     """
     count = min(max(clip.body // 2, _MIN_SAMPLES), _MAX_SAMPLES)
-    samples = evenly_spread(0, clip.body - 1, count)
-    planes = list(workers.map(clip.brightness, samples))
+    numbers = evenly_spread(0, clip.body - 1, count)
+    planes = list(workers.map(clip.brightness, numbers))
     # Needed last, but started now: the segmentation in between keeps only one thread busy.
     slopes = [workers.start(partial(gradient_magnitude, each, features.sigma)) for each in planes]
     segmentation = FlameSegmentation.estimate(planes, is_opaque=clip.matte == "none")
-    readers = [partial(clip.read, sample) for sample in samples]
+    readers = [partial(clip.read, number) for number in numbers]
     masks = list(
         workers.map(lambda pair: segmentation.mask(*pair), zip(planes, readers, strict=True))
     )
+    samples = None
+    if takes_samples or buoyancy is None:
+        samples = FlameSamples.of(clip, segmentation, workers)
+        # Generated fire rises, and its recipe states the wind that bends it.
+        buoyancy = buoyancy or (flame_direction(samples) if clip.flow is None else UP)
     box, base = _flame_box(masks)
     spanned = box if features.kappa_over == "flame" else Box(0, 0, clip.width - 1, clip.height - 1)
     weight = kappa((clip.height, clip.width), spanned, buoyancy, features.n)
@@ -113,7 +133,7 @@ def study_flame(
     alpha, candidate_count, mean_feature = _automatic_alpha(list(lengths))
     return FlameStudy(
         buoyancy, box, base, _moving_area(segmentation.activity, box), segmentation, weight,
-        epsilon, alpha, candidate_count, mean_feature, _dies_out(planes, masks),
+        epsilon, alpha, candidate_count, mean_feature, _dies_out(planes, masks), samples,
     )  # fmt: skip
 
 

@@ -20,7 +20,7 @@ def _spawns(count: int, x: float = 100.0, y: float = 200.0, life: float = 10.0) 
     return Spawns(
         np.zeros(count, np.bool_), np.zeros(count, np.int64), ones * x, ones * y, 0 * ones,
         0 * ones, 0 * ones, life * ones, 2 * ones, 0 * ones,
-        ones, 0 * ones, ones, 0 * ones, 0 * ones,
+        ones, 0 * ones, 0 * ones,
     )  # fmt: skip
 
 
