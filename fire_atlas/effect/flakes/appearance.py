@@ -216,7 +216,7 @@ def _table(
     return np.stack([
         ids, state.x, state.y, state.vx, state.vy, size, stretch,
         np.arctan2(state.vy, state.vx), *colour, light, state.age, life,
-        spawns.in_burst.take(ids), embers.blur.take(ids), tail,
+        spawns.kind.take(ids), embers.blur.take(ids), tail,
     ]).T  # fmt: skip
 
 

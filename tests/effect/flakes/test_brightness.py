@@ -64,12 +64,13 @@ def _rows(size: float, speed: float = 0.0, **look: object) -> dict[str, NDArray[
     count = 2000
     one, none = np.ones(count), np.zeros(count)
     spawns = Spawns(
-        in_burst=none > 0, tick=np.zeros(count, np.int64), x=one, y=one, impulse_x=none,
-        impulse_y=none, terminal_velocity=none, life=one, size=one * size, size_score=none,
-        turbulence_rate=one, turbulence_phase_x=none, turbulence_phase_y=none,
+        kind=np.zeros(count, np.int64), tick=np.zeros(count, np.int64), x=one, y=one,
+        launch_x=none, launch_y=none, terminal_velocity=none, drift=one, life=one,
+        size=one * size, size_score=none, turbulence_rate=one, turbulence_phase_x=none,
+        turbulence_phase_y=none,
     )  # fmt: skip
     state = ParticleState(
-        np.arange(count), 200 * one, 200 * one, speed * 24 * one, none, none, 0.25 * one
+        np.arange(count), 200 * one, 200 * one, speed * 24 * one, none, none, none, 0.25 * one
     )
     keys = {
         "seed": 1, "colours": np.array([[1.0, 0.5, 0.25]]), "intensity": 0.5, "stretch": 0.0,
