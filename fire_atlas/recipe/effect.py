@@ -125,10 +125,17 @@ class Flakes(Settings):
     bursts: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100), NUMBER], either("`auto` or a number")
     ] = "auto"
-    """Bursts per second, each of 3 to 14 small sparks (8.5 on average) thrown from about one point.
-    Their sparks are part of ``rate``, in place of single flakes, and never more than it allows.
-    ``auto``: 1/40 of the spawn rate above 20 per second, so that a calm fire such as a candle has
-    none."""
+    """Bursts per second, each of a few to dozens of small sparks (16 on average, unless ``sparks``
+    is given) thrown from one point. Their sparks are part of ``rate``, in place of embers, and
+    never more than it allows. ``auto``: 1/60 of the spawn rate, so that a quarter of all flakes are
+    sparks; fewer below 40 flakes per second and none below 20, as of a candle. If ``sparks`` is
+    given, as many as they need."""
+    sparks: Annotated[
+        Auto | Annotated[float, Field(ge=0, le=1), NUMBER], either("`auto` or a number")
+    ] = "auto"
+    """Share of the flakes that are sparks: thrown by ``bursts``, they fly on their own, slowed by
+    the air and pulled down by gravity, and burn out in half the time. All others are embers, which
+    the hot gas carries. ``auto``: what the bursts throw."""
     life: Annotated[
         tuple[Annotated[float, Field(gt=0, le=60)], Annotated[float, Field(gt=0, le=60)]],
         LIST,
@@ -140,7 +147,7 @@ class Flakes(Settings):
         tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
         LIST,
         AfterValidator(ordered),
-    ] = (0.0018, 0.0095)
+    ] = (0.0028, 0.0145)
     """[min, max] width of a flake, heights; sizes between them are log-normal. A soft flake thinner
     than a pixel is dimmer, not wider."""
     rounds: Annotated[
@@ -154,7 +161,7 @@ class Flakes(Settings):
     stretch: float = Field(default=0.0, ge=0, le=10)
     """Lengthens each flake along its motion by the distance it travels in this many frames, in
     addition to motion blur."""
-    scatter: float = Field(default=0.998, ge=-1, le=1)
+    scatter: float = Field(default=0.9998, ge=-1, le=1)
     """[k] Scattering coefficient (eq. 13): 1 no scattering, near 0 erratic, negative backwards."""
     lag: float = Field(default=0.006, ge=0, le=10)
     """Inertia: time, s, in which a flake of medium size adopts the field's velocity. Larger flakes
@@ -166,7 +173,7 @@ class Flakes(Settings):
     """``auto``: the one colour of glowing embers, which film shows as dark red where they are dim,
     and as orange, yellow and nearly white the brighter they are. Or colours from slow to fast
     flakes, sRGB hex (Figure 9); that is the default of ``features.preset: paper``."""
-    intensity: float = Field(default=0.55, ge=0, le=1000)
+    intensity: float = Field(default=1.0, ge=0, le=1000)
     """Light of a medium flake at its brightest, linear; others are many times as bright or as dim.
     Film shows x as x / (1 + x)."""
     edge: Literal["fade", "crop"] = "fade"
@@ -183,7 +190,7 @@ class Flakes(Settings):
 class MotionBlur(Settings):
     """Blur along the buoyancy field (eq. 14-17)."""
 
-    shutter: float = Field(default=0.7, ge=0, le=4)
+    shutter: float = Field(default=0.65, ge=0, le=4)
     """Time for which the shutter is open, frames."""
     samples: int = Field(default=9, ge=1, le=65)
     """Samples along the path of a flame pixel. Flakes are drawn as exact streaks."""

@@ -87,6 +87,7 @@ FLAKES: dict[str, Drawn] = {
     "alpha": _auto_or(_gate(10000, 0.06)),
     "rate": _number(0, 100000, 600.0),
     "bursts": _number(0, 100, 0.8),
+    "sparks": _auto_or(_number(0, 1, 0.3)),
     "life": _ordered(_positive(60, 1.0)),
     "size": _ordered(_positive(1, 0.02)),
     "stretch": _number(0, 10, 0.5),

@@ -89,7 +89,7 @@ def test_the_rate_is_what_is_born_bursts_included(name: str, rate: int, bursts: 
         for seed in range(6)
     ]
     assert np.mean([_births_a_second(run) for run in runs]) == pytest.approx(rate, rel=0.1)
-    sparks = sum(run.analysis.spawns.in_burst.sum() for run in runs)
+    sparks = sum(run.analysis.spawns.kind.sum() for run in runs)
     assert (sparks > 0) == (bursts == 0.8 or (bursts == "auto" and rate > 20))
 
 
@@ -99,7 +99,7 @@ def test_the_automatic_rate_includes_bursts() -> None:
         keys = {"flakes": {"bursts": bursts}, "timeline": {"loop": "none"}}
         runs.append(run_effect(clip, keys))
     assert len(runs[0].births) == len(runs[1].births)
-    assert runs[1].analysis.spawns.in_burst.any()
+    assert runs[1].analysis.spawns.kind.any()
 
 
 @pytest.mark.parametrize("fps", [24.0, 60.0])

@@ -62,7 +62,7 @@ TABLE = {
         "buoyancy.lift", "buoyancy.gravity", "buoyancy.drag", "buoyancy.viscosity",
         "buoyancy.turbulence", "buoyancy.projection",
         "flakes.rate", "flakes.bursts", "flakes.alpha", "flakes.life", "flakes.size",
-        "flakes.sprite", "flakes.bake", "flakes.rounds", "maps.flakes",
+        "flakes.sparks", "flakes.sprite", "flakes.bake", "flakes.rounds", "maps.flakes",
     },
     "simulate": {
         "seed", "buoyancy.gravity", "buoyancy.turbulence", "composite.intensity",
