@@ -19,6 +19,9 @@ from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.effect import Buoyancy, Composite, Flakes, MotionBlur, MotionBlurOrNone
 from fire_atlas.recipe.models import Recipe
 
+_EMBERS = ("#ff3000", "#ff5800", "#ff7300")
+"""Colours of embers from slow to fast."""
+
 
 @dataclass(frozen=True, slots=True)
 class SimulationSettings:
@@ -94,8 +97,9 @@ def _flight(clip: Clip, settings: SimulationSettings) -> FlightSettings:
 def _appearance(clip: Clip, study: FlameStudy, settings: SimulationSettings) -> Appearance:
     """Return how flakes look in a clip."""
     flakes = settings.flakes
+    colours = _EMBERS if flakes.colors == "auto" else flakes.colors
     return Appearance(
-        colours=hex_to_linear(flakes.colors).astype(np.float64),
+        colours=hex_to_linear(colours).astype(np.float64),
         intensity=flakes.intensity * settings.composite.intensity,
         stretch=flakes.stretch,
         shutter=settings.shutter,

@@ -32,11 +32,27 @@ Lift = Annotated[
     either("`auto`, a number, or two: [x, y]"),
 ]
 
+FireClass = Literal[
+    "none",
+    "gas",
+    "candle",
+    "campfire",
+    "torch",
+    "wall",
+    "explosion",
+    "flat",
+    "pixel",
+    "grey",
+    "art",
+]
+"""Kinds of fire, which decide the defaults of flakes."""
+
 PAPER_FEATURES: dict[str, Any] = {"epsilon": 40.0, "n": 5.0, "kappa_over": "image"}
 """The paper's constants (section III-A) that differ from the defaults."""
 
-PAPER_ALPHA = 0.03
-"""The paper's candidate threshold [α], section III-B."""
+PAPER_FLAKES: dict[str, Any] = {"alpha": 0.03, "colors": ("#ff3000", "#ff5800", "#ff7300")}
+"""What the paper states of flakes: the threshold of candidates [α], section III-B, and colours by
+speed, Figure 9."""
 
 
 class Features(Settings):
@@ -106,6 +122,13 @@ class Buoyancy(Settings):
 class Flakes(Settings):
     """Fire-flakes (sparks): they spawn at flame edges and follow the field (section III-C)."""
 
+    fire_class: Annotated[Literal["auto", FireClass], OFF] = Field(default="auto", alias="class")
+    """The kind of fire, which decides ``rate``, ``bursts``, ``colors``, ``sprite`` and
+    ``composite.palette`` wherever these are ``auto``. ``none`` and ``gas`` shed no flakes, a
+    ``candle`` next to none; ``campfire``, ``torch``, ``wall`` and ``explosion`` shed embers.
+    ``flat`` and ``pixel`` art have few flakes, hard ones in colours of the clip; coloured ``art``
+    has flakes of its own colours, and a ``grey`` sheet that is meant to be tinted grey ones.
+    ``auto``: by the clip's colours, shape and motion; the build says which, and why."""
     bake: bool = True
     """Draw the flakes into the frames. ``false``: write only their tracks."""
     alpha: AutoOrNumber = "auto"
@@ -116,8 +139,9 @@ class Flakes(Settings):
     ] = "auto"
     """Spawn rate, flakes per second, the sparks of ``bursts`` included. If you set ``alpha``, it is
     scaled by the area of the edges above it, relative to the automatic α: half the area, half the
-    flakes. ``auto``: by the area in which the fire moves, about 5 for a candle, 30 for a campfire
-    and 90 for a wall of fire; fewer if the frame is too small to show flakes of ``size``."""
+    flakes. ``auto``: by ``class`` and the area in which the fire moves, about 1 for a candle, 30
+    for a campfire and 90 for a wall of fire; fewer if the frame is too small to show flakes of
+    ``size``."""
     bursts: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100), NUMBER], either("`auto` or a number")
     ] = "auto"
@@ -146,20 +170,22 @@ class Flakes(Settings):
     lag: float = Field(default=0.006, ge=0, le=10)
     """Inertia: time, s, in which a flake of medium size adopts the field's velocity. Larger flakes
     lag more. 0: no inertia."""
-    colors: Annotated[tuple[Color, ...], LIST, Field(min_length=1, max_length=16)] = (
-        "#ff3000",
-        "#ff5800",
-        "#ff7300",
-    )
-    """Colours from slow to fast flakes, sRGB hex (Figure 9)."""
+    colors: Annotated[
+        Auto | Annotated[tuple[Color, ...], LIST, PAIR, Field(min_length=1, max_length=16)],
+        either("`auto` or a list of colours"),
+    ] = "auto"
+    """``auto``: those of glowing embers; by ``class`` also the flame's own, or greys. Or colours
+    from slow to fast flakes, sRGB hex (Figure 9); that is the default of ``features.preset:
+    paper``."""
     intensity: float = Field(default=6.0, ge=0, le=1000)
     """Light of a new flake; above 1 is HDR."""
     edge: Literal["fade", "crop"] = "fade"
     """Flakes that leave the frame ``fade`` out near its border, or are cut off by it (``crop``)."""
     glow: float = Field(default=0.0, ge=0, le=10)
     """Light of the soft halo around each flake, relative to the flake's. Not in the tracks."""
-    sprite: Literal["soft", "pixel"] = "soft"
-    """``soft``: round sprites. ``pixel``: hard squares of whole pixels, for pixel art."""
+    sprite: Literal["auto", "soft", "pixel"] = "auto"
+    """``soft``: round sprites. ``pixel``: hard squares of whole pixels, for pixel art. ``auto``: by
+    ``class``."""
     max: int = Field(default=20000, ge=0, le=60000)
     """Maximum number of flakes alive at once."""
 
@@ -182,8 +208,9 @@ class Composite(Settings):
     """``add`` the light, ``screen`` it (never above 1), or draw flakes ``over`` the flame."""
     intensity: float = Field(default=1.0, ge=0, le=100)
     """Multiplier of the flakes' light, in the pixels and in the tracks."""
-    palette: Literal["none", "clip"] = "none"
-    """``clip``: flakes are opaque, in the nearest colours that occur in the clip (pixel art)."""
+    palette: Annotated[Literal["auto", "none", "clip"], OFF] = "auto"
+    """``clip``: flakes are opaque, in the nearest colours that occur in the clip. ``auto``: so for
+    flat art and pixel art (``flakes.class``), else ``none``."""
 
 
 _NONE_OR_BLOCK = either("`none` or a block of settings")
