@@ -50,6 +50,13 @@ def with_alpha(picture: Picture) -> Picture:
     return full
 
 
+def srgb_unit(picture: Picture) -> NDArray[np.float32]:
+    """Return R, G, B as sRGB in 0..1, (H, W, 3) float32, as if the picture were opaque."""
+    if picture.dtype == np.float32:
+        return encode_unit(np.ascontiguousarray(picture[..., :3]))
+    return picture[..., :3].astype(np.float32) / np.float32(white(picture.dtype))
+
+
 def has_transparency(picture: Picture) -> bool:
     """Return whether any pixel is not fully opaque."""
     if picture.shape[2] < 4:

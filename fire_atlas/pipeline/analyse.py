@@ -23,6 +23,7 @@ from fire_atlas.effect.field.forcing import (
 from fire_atlas.effect.field.record import FieldRecord, forcing_order, record_field
 from fire_atlas.effect.field.wind import wind_in_view
 from fire_atlas.effect.flakes.emission import EmitterSettings, Spawns, emit, with_bursts_in_rate
+from fire_atlas.effect.flakes.rounds import rounds_of
 from fire_atlas.effect.flame.features import feature_vectors, refine
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.context import BuildContext
@@ -41,6 +42,7 @@ class AnalysisSettings:
 
     Attributes:
         wind: The wind as seen from the direction of the clip's view.
+        flakes_in_pages: Whether flakes are drawn into pages or maps.
     """
 
     seed: int
@@ -48,6 +50,7 @@ class AnalysisSettings:
     buoyancy: Buoyancy
     flakes: FlakesOrNone
     wind: Wind
+    flakes_in_pages: bool
 
     @classmethod
     def of(cls, recipe: Recipe, azimuth: float = 0.0) -> Self:
@@ -55,8 +58,15 @@ class AnalysisSettings:
 
         ``azimuth`` is the direction of the clip's view, degrees counter-clockwise from above.
         """
-        wind = wind_in_view(recipe.wind, azimuth)
-        return cls(recipe.seed, recipe.features, recipe.buoyancy, recipe.flakes, wind)
+        wind, flakes = wind_in_view(recipe.wind, azimuth), recipe.flakes
+        in_pages = flakes != "none" and (flakes.bake or recipe.maps.flakes)
+        return cls(recipe.seed, recipe.features, recipe.buoyancy, flakes, wind, in_pages)
+
+    def rounds(self, clip: Clip) -> int:
+        """Return how many rounds of a clip its flakes are simulated for."""
+        if self.flakes == "none":
+            return 1
+        return rounds_of(self.flakes, clip, in_pages=self.flakes_in_pages)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,12 +74,14 @@ class Analysis:
     """Result of the analysis of a clip.
 
     Attributes:
-        field: The recorded buoyancy field.
-        spawns: Spawns of all flakes.
+        field: The recorded buoyancy field, of one round of a loop.
+        spawns: Spawns of all flakes, in all rounds.
+        rounds: Number of rounds of a loop after which its flakes repeat.
     """
 
     field: FieldRecord
     spawns: Spawns
+    rounds: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +95,7 @@ class _FrameAnalysis:
         lit: (rows, columns), brightness of each cell, 0..1.
         feature_x, feature_y: (rows, columns), mean of Fv* in each cell, in units of its mean length
             in the clip.
-        spawns: Flakes born in this frame.
+        spawns: Flakes born in this frame, in all rounds of the clip.
         is_reversed: Whether the clip runs backwards from this frame to the next.
     """
 
@@ -123,7 +135,7 @@ def analyse(
             "no flake is born: no flame in the clip moves, or features.epsilon, "
             "features.clamp or flakes.alpha is too high for its edges"
         )
-    return Analysis(field, spawns)
+    return Analysis(field, spawns, settings.rounds(clip))
 
 
 def _emitter(clip: Clip, study: FlameStudy, settings: AnalysisSettings) -> EmitterSettings:
@@ -157,6 +169,7 @@ def _frames(
         settings,
         emitter,
         is_small=clip.width * clip.height <= SMALL,
+        rounds=settings.rounds(clip),
     )
     order = forcing_order(clip)
     pairs = _pairs(context.workers.map(analyser.frame, order), clip.loop)
@@ -176,6 +189,7 @@ class _FrameAnalyser:
         settings: Sections of the recipe.
         emitter: How flakes are spawned.
         is_small: Whether frames are so small that flow is computed at a finer scale.
+        rounds: Number of rounds of the clip, each with flakes of its own.
     """
 
     clip: Clip
@@ -183,6 +197,7 @@ class _FrameAnalyser:
     settings: AnalysisSettings
     emitter: EmitterSettings
     is_small: bool
+    rounds: int
 
     def frame(self, i: int) -> _FrameAnalysis:
         """Return the analysis of frame ``i`` on its own."""
@@ -207,9 +222,16 @@ class _FrameAnalyser:
             cell_means(study.segmentation.lit(bright), cell),
             cell_means(fx, cell) * unit,
             cell_means(fy, cell) * unit,
-            emit(i, strength, self.emitter) if i < clip.body else Spawns.empty(),
+            self._spawns(i, strength),
             i in clip.backwards,
         )
+
+    def _spawns(self, i: int, strength: Plane) -> Spawns:
+        """Return the flakes born in frame ``i``: in each round others, by its random numbers."""
+        if i >= self.clip.body:
+            return Spawns.empty()
+        times = [i + each * self.clip.count for each in range(self.rounds)]
+        return Spawns.concatenate([emit(time, strength, self.emitter) for time in times])
 
     def forcing(self, here: _FrameAnalysis, other: _FrameAnalysis, is_last: bool) -> Forcing:
         """Return the forcing of the velocity field by ``here``, given the neighbour ``other``."""

@@ -153,5 +153,6 @@ def _statistics(clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
             "born": len(np.unique(np.concatenate(tracks.flights))),
             "alive_mean": round(float(np.mean(alive)), 2),
             "alive_most": max(alive),
+            "rounds": tracks.rounds,
         }
     return statistics

@@ -18,7 +18,7 @@ def has_undecided_flakes(recipe: Recipe) -> bool:
     flakes = recipe.flakes
     if flakes == "none" or recipe.features.preset == "paper":
         return False
-    decided = (flakes.rate, flakes.bursts, flakes.colors, flakes.sprite, recipe.composite.palette)
+    decided = (flakes.rate, flakes.sparks, flakes.colors, flakes.sprite, recipe.composite.palette)
     return "auto" in decided
 
 
@@ -43,8 +43,8 @@ def classify(recipe: Recipe, clip: Clip, study: FlameStudy, context: BuildContex
         found["sprite"] = "pixel" if defaults.pixel else "soft"
     if flakes.colors == "auto":
         found["colors"] = _colours(defaults, study)
-    if flakes.bursts == "auto" and not defaults.bursts:
-        found["bursts"] = 0.0
+    if flakes.bursts == flakes.sparks == "auto" and defaults.sparks is not None:
+        found["sparks"] = defaults.sparks
     flakes = flakes.model_copy(update=found)
     if flakes.rate == "auto":
         rate = _automatic_rate(flakes, clip, study, recipe.seed) * defaults.rate

@@ -9,7 +9,12 @@ import numpy as np
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import hex_to_linear
-from fire_atlas.effect.flakes.appearance import Appearance, spawn_table, track_rows
+from fire_atlas.effect.flakes.appearance import (
+    EMBER_LIGHT,
+    Appearance,
+    spawn_table,
+    track_rows,
+)
 from fire_atlas.effect.flakes.emission import limit_alive
 from fire_atlas.effect.flakes.flight import FlightSettings, ParticleState, fly
 from fire_atlas.effect.flakes.tracks import Tracks, fold_into_loop
@@ -18,9 +23,6 @@ from fire_atlas.pipeline.analyse import Analysis
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.effect import Buoyancy, Composite, Flakes, MotionBlur, MotionBlurOrNone
 from fire_atlas.recipe.models import Recipe
-
-_EMBERS = ("#ff3000", "#ff5800", "#ff7300")
-"""Colours of embers from slow to fast."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,10 +59,11 @@ def simulate(
 ) -> Tracks:
     """Move the flakes through the recorded field, and return what each does in every frame."""
     flakes, spawns, progress = settings.flakes, analysis.spawns, context.progress
+    shown = clip.count * analysis.rounds
     if clip.loop:
-        spawns = limit_alive(spawns, flakes.max, clip.count, clip.fps, settings.seed)
+        spawns = limit_alive(spawns, flakes.max, shown, clip.fps, settings.seed)
     # The flakes of a loop fly on past its end, until the last one has burnt out.
-    count = clip.count + (math.ceil(flakes.life[1] * clip.fps) + 1 if clip.loop else 0)
+    count = shown + (math.ceil(flakes.life[1] * clip.fps) + 1 if clip.loop else 0)
     progress.stage("fly", count)
     states = list[ParticleState]()
 
@@ -72,9 +75,9 @@ def simulate(
 
     look = _appearance(clip, study, settings)
     frames = list(track_rows(flying(), spawns, look, context.workers))
-    table, size = spawn_table(states, spawns, look.pixel), (clip.width, clip.height)
+    table, size = spawn_table(states, spawns, frames), (clip.width, clip.height)
     tracks = Tracks.one_shot(clip.fps, size, settings.seed, table, frames, look.pixel)
-    return fold_into_loop(tracks, clip.count) if clip.loop else tracks
+    return fold_into_loop(tracks, shown, analysis.rounds) if clip.loop else tracks
 
 
 def _flight(clip: Clip, settings: SimulationSettings) -> FlightSettings:
@@ -97,9 +100,11 @@ def _flight(clip: Clip, settings: SimulationSettings) -> FlightSettings:
 def _appearance(clip: Clip, study: FlameStudy, settings: SimulationSettings) -> Appearance:
     """Return how flakes look in a clip."""
     flakes = settings.flakes
-    colours = _EMBERS if flakes.colors == "auto" else flakes.colors
+    is_ember = flakes.colors == "auto"
+    colours = np.array([EMBER_LIGHT]) if is_ember else hex_to_linear(flakes.colors)
     return Appearance(
-        colours=hex_to_linear(colours).astype(np.float64),
+        seed=settings.seed,
+        colours=colours.astype(np.float64),
         intensity=flakes.intensity * settings.composite.intensity,
         stretch=flakes.stretch,
         shutter=settings.shutter,

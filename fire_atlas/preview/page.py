@@ -196,7 +196,11 @@ def _animation_data(
             }
             for frame, place in zip(frames, places, strict=True)
         ],
-        "flakes": tracks and {"counts": [len(rows) for rows in tracks.frames]},
+        "flakes": tracks
+        and {
+            "rounds": tracks.rounds,
+            "counts": [len(rows) for rows in tracks.frames],
+        },
     }
 
 

@@ -91,7 +91,7 @@ def contact_sheet(
     rows = []
     if clip is not None and clip.count == count:
         rows.append([_input(clip, i, background) for i in chosen])
-    if tracks is not None and len(tracks.frames) == count:
+    if tracks is not None and tracks.round_frames == count:
         rows.append([_flakes(tracks, i) for i in chosen])
     pictures = [
         _fit(blend(frame, background, atlas.sheet.alpha, atlas.sheet.blend_space))
@@ -106,7 +106,7 @@ def contact_sheet(
 
 def _flakes(tracks: Tracks, i: int) -> Bytes:
     light = draw_flakes(tracks.frames[i], tracks.height, tracks.width)
-    return _fit(encode_bytes(expose(light.reshape(-1, 3)).reshape(light.shape)))
+    return _fit(encode_bytes(expose(light.rgb())))
 
 
 def _input(clip: Clip, i: int, background: Color) -> Bytes:

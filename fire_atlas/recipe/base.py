@@ -57,11 +57,15 @@ AUTO, NUMBER, PAIR = Tag("<auto>"), Tag("<number>"), Tag("<pair>")
 WORD, SWITCH, AS_SOURCE = Tag("<word>"), Tag("<switch>"), Tag("<source>")
 TEMPLATE, GODOT, UNITY = Tag("<template>"), Tag("<godot>"), Tag("<unity>")
 FRAMES, PROFILE, SILK = Tag("<frames>"), Tag("<profile>"), Tag("<silk>")
+SHEET, ARRANGEMENT = Tag("<sheet>"), Tag("<arrangement>")
 KINDS = frozenset(tag.tag for tag in (FRAMES, PROFILE, SILK))
 """Tags of the kinds of source."""
 BRANCHES = KINDS | {
     tag.tag
-    for tag in (NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, SWITCH, AS_SOURCE, TEMPLATE, GODOT, UNITY)
+    for tag in (
+        *(NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, SWITCH, AS_SOURCE, SHEET, ARRANGEMENT),
+        *(TEMPLATE, GODOT, UNITY),
+    )
 }
 """All tags, as they appear in the paths of pydantic's errors."""
 
@@ -119,3 +123,14 @@ BY_KIND = Discriminator(
     custom_error_message=", ".join(f"'{tag.strip('<>')}'" for tag in sorted(KINDS)),
 )
 """Picks the branch of a union of blocks by their ``kind``."""
+
+
+def _sheets_kind(value: Any) -> str:
+    """Return the tag of an entry of a list of sheets: an arrangement has the key of that name."""
+    if isinstance(value, dict):
+        return ARRANGEMENT.tag if "arrangement" in value else SHEET.tag
+    return ARRANGEMENT.tag if hasattr(value, "arrangement") else SHEET.tag
+
+
+BY_ARRANGEMENT = Discriminator(_sheets_kind)
+"""Picks the branch of a union of single sheets and arrangements of several."""

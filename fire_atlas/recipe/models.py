@@ -81,6 +81,7 @@ class Recipe(Settings):
                 ("timeline", "tail"),
                 "waits for flakes to burn out, but flakes is none; remove one of them",
             )
+        yield from _rounds_in_pages(self.flakes, self.maps)
         if isinstance(self.source, FramesSource) and self.views != Views():
             yield Problem(
                 ("views",),
@@ -120,6 +121,21 @@ class Recipe(Settings):
         if is_for_godot and is_straight:
             return {**given, "atlas": {"bleed": GODOT_BLEED, **atlas}}
         return given
+
+
+def _rounds_in_pages(flakes: FlakesOrNone, maps: Maps) -> Iterator[Problem]:
+    """Yield a problem if flakes of several rounds are to be drawn into pages, which have one."""
+    if flakes == "none" or flakes.rounds in ("auto", 1):
+        return
+    for shows, remedy in (
+        (flakes.bake, "flakes.bake: false plays the flakes from their tracks instead"),
+        (maps.flakes, "remove maps.flakes"),
+    ):
+        if shows:
+            yield Problem(
+                ("flakes", "rounds"),
+                f"the pages show the flakes of one round of the loop; use auto, or {remedy}",
+            )
 
 
 def _clip_only_keys(timeline: Timeline) -> Iterator[Problem]:

@@ -10,9 +10,12 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fire_atlas.recipe.base import (
+    ARRANGEMENT,
     BLOCK,
+    BY_ARRANGEMENT,
     LIST,
     PAIR,
+    SHEET,
     Auto,
     Settings,
     either,
@@ -24,6 +27,8 @@ Place = Annotated[tuple[Coordinate, Coordinate, Coordinate], LIST]
 
 Factor = Annotated[float, Field(gt=0, le=1000)]
 """A multiple of the fuel's default."""
+
+FuelName = Literal["wood", "candle", "gas"]
 
 _MAX_SHEETS = 10_000
 
@@ -39,6 +44,8 @@ class Sheet(Settings):
     """Height, heights."""
     angle: float = Field(default=0.0, ge=-360, le=360)
     """Direction of its width seen from above, degrees: 0 to the right, counter-clockwise."""
+    fuel: FuelName | None = None
+    """What burns on it. Default: ``source.fuel``. Sheets of one fuel are one fire."""
 
 
 class Arrangement(Settings):
@@ -58,6 +65,8 @@ class Arrangement(Settings):
     radius (``ring``), or the length (``line``)."""
     at: Place = (0.0, 0.0, 0.0)
     """[x, y, z] of the middle of the arrangement on the ground, heights."""
+    fuel: FuelName | None = None
+    """What burns on them. Default: ``source.fuel``."""
 
 
 class Moment(Settings):
@@ -119,7 +128,17 @@ class Texture(Settings):
 
 
 SheetsOrArrangement = Annotated[
-    Annotated[tuple[Sheet, ...], LIST, Field(min_length=1, max_length=_MAX_SHEETS), PAIR]
+    Annotated[
+        tuple[
+            Annotated[
+                Annotated[Sheet, SHEET] | Annotated[Arrangement, ARRANGEMENT], BY_ARRANGEMENT
+            ],
+            ...,
+        ],
+        LIST,
+        Field(min_length=1, max_length=_MAX_SHEETS),
+        PAIR,
+    ]
     | Annotated[Arrangement, BLOCK],
     either("an arrangement ({arrangement: crossed, count: 4}) or a list of sheets"),
 ]
@@ -137,14 +156,15 @@ class SilkSource(Settings):
     """Height of a frame, px."""
     foot: float = Field(default=0.06, ge=0, le=0.9)
     """Height of the ground above the lower edge of the frame, heights."""
-    fuel: Literal["wood", "candle", "gas"] = "wood"
+    fuel: FuelName = "wood"
     """The fuel, which sets stiffness, lift, speed and colours."""
     pressure: float = Field(default=1.0, ge=0.2, le=5)
     """Pressure of the fuel, 1: the fuel's default. More gives a higher, stiffer flame."""
     oxygen: float = Field(default=1.0, ge=0.2, le=3)
     """Oxygen, 1: the fuel's default. More burns faster, hotter and whiter; less, slow and red."""
     sheets: SheetsOrArrangement = Arrangement()
-    """The sheets: an arrangement, or a list of single ones."""
+    """The sheets: an arrangement, or a list of single ones and of arrangements, each of which may
+    have a ``fuel`` of its own."""
     rows: int = Field(default=24, ge=2, le=256)
     """Nodes from the base of a sheet to its top."""
     columns: int = Field(default=16, ge=2, le=256)

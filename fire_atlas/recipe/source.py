@@ -29,6 +29,10 @@ Crop = Annotated[
     either("`none`, `auto` or four whole numbers: [x, y, width, height]"),
     OFF,
 ]
+Black = Annotated[
+    Auto | Annotated[float, Field(ge=0, lt=255), NUMBER],
+    either("`auto` or a number from 0 up to 255"),
+]
 FrameHeight = Annotated[
     Auto | Annotated[Literal["source"], AS_SOURCE] | Annotated[_Length, NUMBER],
     either("`auto`, `source` or a whole number"),
@@ -62,7 +66,11 @@ class ClipInput(Settings):
     matte: Annotated[Literal["auto", "alpha", "luminance", "none"], OFF] = "auto"
     """Source of the frames' transparency: their own ``alpha``, their ``luminance`` (fire on black:
     light becomes alpha, colour is un-multiplied), or ``none`` (an opaque scene). ``auto`` chooses
-    by a few frames and reports why."""
+    by a few frames of the whole clip, ``start`` and ``count`` aside, and reports why."""
+    black: Black = "auto"
+    """Level of the footage's black for ``matte: luminance``, 0-255. It is taken off, and what is
+    above stretched, so that white stays white. ``auto``: found in the same few frames, for each
+    channel, with its noise; 0 if nothing dark is flat enough to be a background."""
 
 
 class FramesSource(ClipInput):
@@ -93,7 +101,8 @@ class ProfileSource(ClipInput):
     file."""
     side_path: str | None = Field(default=None, min_length=1, pattern=r"^[^\x00]+$")
     """A clip of the same fire seen from its right, at a right angle to ``path``. ``grid``, ``fps``,
-    ``start``, ``count`` and ``matte`` apply to both. Default: all sides look like ``path``."""
+    ``start``, ``count``, ``matte`` and ``black`` apply to both. Default: all sides look like
+    ``path``."""
     threshold: float | None = Field(default=None, gt=0, lt=255)
     """Pixels of the clip that are brighter than this, 0-255, are flame. Default: found from the
     clip."""

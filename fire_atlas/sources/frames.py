@@ -19,7 +19,7 @@ from fire_atlas.sources.framing import (
     stated_box,
 )
 from fire_atlas.sources.images import ANIMATIONS, check_size, decode, detect_format, read_header
-from fire_atlas.sources.listing import frame_range, locate
+from fire_atlas.sources.listing import frame_range, locate, sample_numbers, with_samples
 from fire_atlas.sources.reader import FrameReader, OpeningContext, cached, check_frame_size
 from fire_atlas.sources.resize import nearest, resize, width_for
 from fire_atlas.sources.sheet import open_sheet
@@ -40,9 +40,8 @@ def open_frames(settings: FramesSource, path: Path, context: OpeningContext) -> 
         SourceError: The input is missing, broken, too large, or does not fit the settings.
     """
     reader, chosen = _open_reader(settings, path, context)
-    inputs = reader.inputs if len(reader.inputs) == 1 else tuple(reader.inputs[i] for i in chosen)
-    samples = reader.samples or map(reader.read, matte.sample_numbers(chosen))
-    choice = matte.choose(settings.matte, samples, str(path))
+    samples = reader.samples or map(reader.read, sample_numbers(reader.count))
+    choice = matte.choose(settings.matte, settings.black, samples, str(path))
     height = reader.height if isinstance(settings.height, str) else settings.height
     width = width_for(height, (reader.width, reader.height))
     check_size(f"{path} at height {height}", width, height, context.max_pixels)
@@ -52,10 +51,11 @@ def open_frames(settings: FramesSource, path: Path, context: OpeningContext) -> 
         picture = reader.read(chosen[i])
         check_frame_size(path, chosen[i], picture, (reader.width, reader.height))
         if (width, height) == (reader.width, reader.height):
-            return matte.apply(choice.matte, picture, space)
+            return matte.apply(choice.matte, picture, space, choice.black)
         if keeps_pixels:
-            return nearest(matte.apply(choice.matte, picture, space), width, height)
-        return _resized(choice.matte, picture, (width, height), space)
+            matted = matte.apply(choice.matte, picture, space, choice.black)
+            return nearest(matted, width, height)
+        return _resized(choice, picture, (width, height), space)
 
     return Clip(
         width=width,
@@ -63,7 +63,7 @@ def open_frames(settings: FramesSource, path: Path, context: OpeningContext) -> 
         fps=settings.fps or reader.fps or DEFAULT_FPS,
         count=len(chosen),
         picture=shown,
-        inputs=inputs,
+        inputs=_inputs(reader, chosen),
         blend_space=space,
         matte=choice.matte,
         matte_reason=choice.reason,
@@ -71,14 +71,21 @@ def open_frames(settings: FramesSource, path: Path, context: OpeningContext) -> 
     )
 
 
+def _inputs(reader: FrameReader, chosen: range) -> tuple[Path, ...]:
+    """Return the files that are read: the one of all frames, or of frames used and samples."""
+    if len(reader.inputs) == 1:
+        return reader.inputs
+    return tuple(reader.inputs[i] for i in with_samples(chosen, reader.count))
+
+
 def _resized(
-    kind: matte.Matte, picture: Picture, size: tuple[int, int], blend_space: str
+    choice: matte.MatteChoice, picture: Picture, size: tuple[int, int], blend_space: str
 ) -> Pixels:
     """Resize in linear light, then apply the matte: so it is exact for the resized pixels."""
     pixels = resize(to_light(picture), *size)
-    if kind == "luminance":
-        return matte.luminance_of_light(pixels, blend_space)
-    return matte.over_black(pixels) if kind == "none" else pixels
+    if choice.matte == "luminance":
+        return matte.luminance_of_light(pixels, blend_space, choice.black)
+    return matte.over_black(pixels) if choice.matte == "none" else pixels
 
 
 def _open_reader(
@@ -125,13 +132,14 @@ def _cropped(
     size = reader.width, reader.height
     box = stated_box(settings, size, path)
     if settings.crop == "auto":
-        extent = FlameExtent(matte.sample_numbers(chosen))
+        extent = FlameExtent()
         copies = workers.map(lambda i: small_copy(reader.read(i)), chosen)
         for i, small in zip(chosen, copies, strict=True):
             extent.add(i, small)
         box = extent.box(size)
         notes = (*reader.notes, describe_crop(box, size))
-        reader = replace(reader, samples=extent.samples(), notes=notes)
+        samples = tuple(small_copy(reader.read(i)) for i in sample_numbers(reader.count))
+        reader = replace(reader, samples=samples, notes=notes)
     if box == Window(0, 0, *size):
         return reader
 
@@ -160,6 +168,6 @@ def _open_images(files: Sequence[Path], chosen: range, max_pixels: int) -> Frame
         height=first.height,
         fps=None,
         count=len(files),
-        read=lambda i: decode(files[i], headers[i]),
+        read=lambda i: decode(files[i], headers.get(i) or read_header(files[i], max_pixels)),
         inputs=tuple(files),
     )

@@ -172,7 +172,7 @@ class FlameExtent:
     Otherwise it holds what changes, and what is bright enough to be a steady flame.
     """
 
-    def __init__(self, samples: Container[int]) -> None:
+    def __init__(self, samples: Container[int] = ()) -> None:
         """Start without a frame; copies of the frames numbered ``samples`` are kept."""
         self._numbers = samples
         self._samples = list[Picture]()

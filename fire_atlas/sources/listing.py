@@ -25,6 +25,10 @@ MAX_PIXELS = 8192 * 8192
 MAX_FRAMES = 10_000
 """Limit on the number of frames; no atlas can hold more."""
 
+_SAMPLES, _SAMPLED_FRAMES = 5, 1500
+"""Number of frames by which a matte is chosen, and among how many of a clip's first ones they are
+spread: a minute of film at most has to be decoded for them."""
+
 MAX_ENTRIES = 200_000
 """Limit on the directory entries read in one search, so that a pattern such as ``/**/*.png`` does
 not read a whole disk. With ``**`` each entry counts twice."""
@@ -83,7 +87,8 @@ def list_inputs(settings: FrameRange, path: Path) -> list[Path]:
     located = locate(path)
     if located.single:
         return list(located.files)
-    return [located.files[i] for i in frame_range(settings, len(located.files), path)]
+    chosen = frame_range(settings, len(located.files), path)
+    return [located.files[i] for i in with_samples(chosen, len(located.files))]
 
 
 def locate(path: Path) -> Located:
@@ -120,6 +125,20 @@ def frame_range(settings: FrameRange, available: int, path: Path) -> range:
             f"are only {frames}; count can be at most {available - settings.start}, or leave it out"
         )
     return range(settings.start, stop)
+
+
+def sample_numbers(available: int) -> list[int]:
+    """Return the numbers of the frames by which the matte of ``available`` frames is chosen.
+
+    They are spread over all, whichever of them a recipe uses: all cuts of one clip get one matte.
+    """
+    last = min(available, _SAMPLED_FRAMES) - 1
+    return sorted({round(i * last / (_SAMPLES - 1)) for i in range(_SAMPLES)})
+
+
+def with_samples(chosen: range, available: int) -> list[int]:
+    """Return the numbers of the frames that are read: the chosen ones and the samples."""
+    return sorted({*chosen, *sample_numbers(available)})
 
 
 def _images_of_folder(folder: Path) -> tuple[Path, ...]:

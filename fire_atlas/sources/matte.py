@@ -14,36 +14,38 @@ from fire_atlas.core.picture import (
     Picture,
     has_transparency,
     light_of_unit,
+    srgb_unit,
     to_light,
     white,
     with_alpha,
 )
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, encode_unit
-from fire_atlas.vision.sampling import evenly_spread
+from fire_atlas.sources.black import TRUE_BLACK, BlackLevel, find_black
 
 Matte = Literal["alpha", "luminance", "none"]
 
-NOISE = 2 / 255 + 1e-6
-"""Pixels with no sRGB channel above this, 0..1, count as the black background."""
-
 _ROUNDING = 1e-4
 """Maximum error of the darkest values when light is encoded with a 16-bit table."""
+_AS_STATED = "the recipe asks for it"
 _DARK = 16
 """A pixel looks black if no channel exceeds this, of 255."""
 _THUMB_HEIGHT = 128
 """Height, px, at which frames are judged: grain and dither are averaged away, bricks are not."""
 
 
-_SAMPLES = 5
-"""Number of frames by which a matte is chosen."""
-
-
 @dataclass(frozen=True, slots=True)
 class MatteChoice:
-    """The matte of a clip, and the reason for it, for the user."""
+    """The matte of a clip.
+
+    Attributes:
+        matte: Where its transparency comes from.
+        reason: Why, for the user.
+        black: What is taken off its frames, for ``luminance``.
+    """
 
     matte: Matte
     reason: str
+    black: BlackLevel = TRUE_BLACK
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,31 +66,64 @@ class BorderStatistics:
     cool: float
 
 
-def sample_numbers(chosen: range) -> list[int]:
-    """Return a few of the frame numbers, evenly spread, with the first and the last."""
-    return [chosen[i] for i in evenly_spread(0, len(chosen) - 1, _SAMPLES)]
+def choose(setting: str, black: str | float, frames: Iterable[Picture], name: str) -> MatteChoice:
+    """Return the matte for a clip.
 
-
-def choose(setting: str, frames: Iterable[Picture], name: str) -> MatteChoice:
-    """Return the matte for a clip by the sample ``frames``, which are read only as needed.
+    Args:
+        setting: ``source.matte``.
+        black: ``source.black``.
+        frames: A few frames of the whole clip, which are read only as needed.
+        name: The clip, for error messages.
 
     Raises:
-        SourceError: ``setting`` is ``alpha``, but nothing is transparent.
+        SourceError: ``matte`` is ``alpha``, but nothing is transparent; or a black is stated, but
+            the frames are not fire on black.
     """
-    if setting in ("luminance", "none"):
-        return MatteChoice(cast(Matte, setting), "the recipe asks for it")
+    choice = _choose(setting, black, frames, name)
+    if choice.matte != "luminance" and black not in ("auto", 0):
+        raise SourceError(
+            f"{name}: source.black is the background of fire on black, but the matte is "
+            f"{choice.matte} ({choice.reason}); remove black, or set matte: luminance"
+        )
+    return choice
+
+
+def _choose(setting: str, black: str | float, frames: Iterable[Picture], name: str) -> MatteChoice:
+    if setting == "none":
+        return MatteChoice("none", _AS_STATED)
+    if setting == "luminance":
+        level = _black_of(black, frames)
+        return MatteChoice("luminance", _AS_STATED + _describe(level), level)
     opaque = []
     for frame in frames:
         if has_transparency(frame):
             why = "the frames have transparent pixels, so their alpha is the coverage"
-            return MatteChoice("alpha", why if setting == "auto" else "the recipe asks for it")
+            return MatteChoice("alpha", why if setting == "auto" else _AS_STATED)
         opaque.append(frame)
     if setting == "alpha":
         raise SourceError(
             f"{name}: matte is alpha, but these frames have no transparent pixel; use "
             "matte: luminance for fire on black, or matte: none for an opaque scene"
         )
-    return classify(measure_border(opaque))
+    level = _black_of(black, opaque)
+    choice = classify(measure_border(opaque, level))
+    if choice.matte == "none":
+        return choice
+    return MatteChoice(choice.matte, choice.reason + _describe(level), level)
+
+
+def _black_of(setting: str | float, frames: Iterable[Picture]) -> BlackLevel:
+    """Return the black that ``source.black`` states, or that is found in sample frames."""
+    return find_black(frames) if isinstance(setting, str) else BlackLevel.stated(setting)
+
+
+def _describe(black: BlackLevel) -> str:
+    """Return what is taken off, to be appended to a reason; empty if it is nothing."""
+    if max(black.level) == 0:
+        return ""
+    red, green, blue = (f"{255 * level:.3g}" for level in black.level)
+    shown = red if red == green == blue else f"R {red}, G {green}, B {blue}"
+    return f"; its black, {shown} of 255, is taken off (source.black: 0 keeps it)"
 
 
 def classify(border: BorderStatistics) -> MatteChoice:
@@ -112,11 +147,11 @@ def classify(border: BorderStatistics) -> MatteChoice:
     )
 
 
-def measure_border(frames: Sequence[Picture]) -> BorderStatistics:
-    """Measure the border of opaque sample frames."""
+def measure_border(frames: Sequence[Picture], black: BlackLevel = TRUE_BLACK) -> BorderStatistics:
+    """Measure the border of opaque sample frames from which ``black`` is taken off."""
     # Sprites may differ in size: all are scaled to the size of the first, to compare pixels.
     size = _thumb_size(frames[0])
-    thumbs = np.stack([_thumbnail(frame, size) for frame in frames])
+    thumbs = np.stack([_thumbnail(frame, size, black) for frame in frames])
     peak = thumbs.max(axis=3)
     height, width = peak.shape[1:]
     band = max(1, round(0.08 * min(height, width)))
@@ -140,13 +175,11 @@ def _thumb_size(frame: Picture) -> tuple[int, int]:
     return min(width, 2048), height
 
 
-def _thumbnail(frame: Picture, size: tuple[int, int]) -> Picture:
+def _thumbnail(frame: Picture, size: tuple[int, int], black: BlackLevel) -> Picture:
     """Return a small sRGB copy (h, w, 3), float32, 0..255; ``size`` is (width, height)."""
-    if frame.dtype == np.float32:
-        rgb = encode_unit(np.ascontiguousarray(frame[..., :3])) * 255
-    else:
-        rgb = frame[..., :3].astype(np.float32) * (255 / white(frame.dtype))
-    return cast(Picture, cv2.resize(rgb, size, interpolation=cv2.INTER_AREA))
+    small = cv2.resize(srgb_unit(frame) * 255, size, interpolation=cv2.INTER_AREA)
+    unit = black.taken_off([as_plane(plane) / np.float32(255) for plane in cv2.split(small)])
+    return cast(Picture, 255 * cv2.merge(unit))
 
 
 def _static_detail(peak: Picture, border: NDArray[np.bool_]) -> float:
@@ -164,8 +197,10 @@ def _static_detail(peak: Picture, border: NDArray[np.bool_]) -> float:
     return float((contrast * unmoving)[border].mean())
 
 
-def apply(matte: Matte, picture: Picture, blend_space: str) -> Picture:
-    """Return a frame (H, W, 4) with the coverage of ``matte``.
+def apply(
+    matte: Matte, picture: Picture, blend_space: str, black: BlackLevel = TRUE_BLACK
+) -> Picture:
+    """Return a frame (H, W, 4) with the coverage of ``matte``; ``black`` is for ``luminance``.
 
     If the coverage is the stored alpha, the frame keeps its number format; else it becomes light.
     """
@@ -179,8 +214,8 @@ def apply(matte: Matte, picture: Picture, blend_space: str) -> Picture:
         # Computed from the stored values, because noise is recognised by its exact value.
         scale = np.float32(1 / white(picture.dtype))
         coded = [as_plane(plane) * scale for plane in cv2.split(picture)[:3]]
-        return _by_luminance(coded, None, blend_space, NOISE)
-    return luminance_of_light(to_light(picture), blend_space)
+        return _by_luminance(black.taken_off(coded), None, blend_space, black.noise_above)
+    return luminance_of_light(to_light(picture), blend_space, black)
 
 
 def over_black(pixels: Pixels) -> Pixels:
@@ -189,11 +224,19 @@ def over_black(pixels: Pixels) -> Pixels:
     return pixels
 
 
-def luminance_of_light(pixels: Pixels, blend_space: str) -> Pixels:
-    """Return pixels whose coverage is their luminance; over black they look the same."""
+def luminance_of_light(pixels: Pixels, blend_space: str, black: BlackLevel = TRUE_BLACK) -> Pixels:
+    """Return pixels whose coverage is their luminance; over black they look the same.
+
+    Light above 1 stays as it is, whatever the level of ``black``.
+    """
     light = [as_plane(plane) for plane in cv2.split(pixels)[:3]]
-    coded = [encode_unit(plane) for plane in light]
-    return _by_luminance(coded, light, blend_space, NOISE + _ROUNDING)
+    coded = black.taken_off([encode_unit(plane) for plane in light])
+    if max(black.level) > 0:
+        light = [
+            np.where(plane > 1, plane, light_of_unit(code))
+            for plane, code in zip(light, coded, strict=True)
+        ]
+    return _by_luminance(coded, light, blend_space, black.noise_above + _ROUNDING)
 
 
 def _by_luminance(

@@ -11,8 +11,14 @@ from fire_atlas.core.picture import Picture
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
 from fire_atlas.sources.frames import DEFAULT_FPS
-from fire_atlas.sources.images import Header, decode, read_header
-from fire_atlas.sources.listing import MAX_PIXELS, frame_range, locate
+from fire_atlas.sources.images import decode, read_header
+from fire_atlas.sources.listing import (
+    MAX_PIXELS,
+    frame_range,
+    locate,
+    sample_numbers,
+    with_samples,
+)
 
 _NUMBER = re.compile(r"[ _.\-(]*[0-9]+\)?$")
 _NOT_IN_NAMES = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff\"'\\;:/]+")
@@ -28,7 +34,7 @@ class Sprites:
         animations: By name of the animation, the numbers of its images in playing order.
         fps: Frames per second of all animations.
         picture: ``picture(i)`` returns image i, like ``Clip.picture``.
-        inputs: The files, in order.
+        inputs: The files that are read, in order: the images, and those that decided the matte.
         matte, matte_reason: Where the coverage comes from, and why, for the user.
     """
 
@@ -58,7 +64,9 @@ def open_sprites(
     located = locate(path)
     if located.single or settings.grid is not None:
         return None
-    files = [located.files[i] for i in frame_range(settings, len(located.files), path)]
+    everything = located.files
+    chosen = frame_range(settings, len(everything), path)
+    files = [everything[i] for i in chosen]
     animations = group_by_name(files, name)
     headers = [read_header(file, max_pixels) for file in files]
     if len(animations) == 1 and len({(h.width, h.height) for h in headers}) == 1:
@@ -69,27 +77,19 @@ def open_sprites(
             f"{path}: source.{key} is for the frames of one clip, but these are several "
             f"animations or sizes; leave it out, or use atlas.scales for smaller pages"
         )
-    choice = _matte(settings, files, headers, path)
+    samples = [everything[i] for i in sample_numbers(len(everything))]
+    pictures = (decode(file, read_header(file, max_pixels)) for file in samples)
+    choice = matte.choose(settings.matte, settings.black, pictures, str(path))
     return Sprites(
         animations=animations,
         fps=settings.fps or DEFAULT_FPS,
-        picture=lambda i: matte.apply(choice.matte, decode(files[i], headers[i]), blend_space),
-        inputs=tuple(files),
+        picture=lambda i: matte.apply(
+            choice.matte, decode(files[i], headers[i]), blend_space, choice.black
+        ),
+        inputs=tuple(everything[i] for i in with_samples(chosen, len(everything))),
         matte=choice.matte,
         matte_reason=choice.reason,
     )
-
-
-def _matte(
-    settings: FramesSource, files: Sequence[Path], headers: Sequence[Header], path: Path
-) -> matte.MatteChoice:
-    is_stated = settings.matte in ("luminance", "none")
-    samples = (
-        []
-        if is_stated
-        else [decode(files[i], headers[i]) for i in matte.sample_numbers(range(len(files)))]
-    )
-    return matte.choose(settings.matte, samples, str(path))
 
 
 def group_by_name(files: Sequence[Path], default: str) -> dict[str, tuple[int, ...]]:

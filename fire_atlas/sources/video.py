@@ -33,8 +33,7 @@ from fire_atlas.sources.framing import (
     stated_box,
 )
 from fire_atlas.sources.images import check_size, from_opencv, read_bytes
-from fire_atlas.sources.listing import MAX_FRAMES, frame_range
-from fire_atlas.sources.matte import sample_numbers
+from fire_atlas.sources.listing import MAX_FRAMES, frame_range, sample_numbers
 from fire_atlas.sources.reader import FrameReader, OpeningContext, check_frame_size, resample
 from fire_atlas.sources.truncation import check_whole
 
@@ -92,18 +91,20 @@ class _Plan:
         rate: Frames per second.
         shown: For each frame at this rate, the number of the frame of the file that it shows.
         chosen: Numbers of those that the recipe uses.
+        samples: Numbers of those by which the matte is chosen.
         framing: The part of each frame that is kept, and its size.
     """
 
     rate: float
     shown: tuple[int, ...]
     chosen: range
+    samples: tuple[int, ...]
     framing: Framing
 
     @property
     def kept(self) -> frozenset[int]:
         """Numbers of the frames of the file that are kept."""
-        return frozenset(self.shown[i] for i in self.chosen)
+        return frozenset(self.shown[i] for i in (*self.chosen, *self.samples))
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,10 +171,14 @@ def _plan(video: _Video, scan: VideoScan, box: Window) -> _Plan:
     stated = scan.fps if scan.fps and abs(sum(delays) * scan.fps - len(delays)) < 0.5 else None
     rate, shown = resample(delays, settings.fps or stated, video.path)
     chosen = frame_range(settings, len(shown), video.path)
+    is_matte_stated = settings.matte == "none" or (
+        settings.matte == "luminance" and settings.black != "auto"
+    )
     return _Plan(
         rate,
         tuple(shown),
         chosen,
+        () if is_matte_stated else tuple(sample_numbers(len(shown))),
         frame_video(settings, box, len(chosen), rate, video.context.page),
     )
 
@@ -191,7 +196,7 @@ def _keep(video: _Video, scan: VideoScan, plan: _Plan) -> tuple[FrameStore, Vide
 
 def _find_flame(video: _Video, scan: VideoScan) -> tuple[VideoScan, FlameExtent]:
     """Decode a video, and return ``scan`` as the decoder sees it, and where its flame is."""
-    extent, stamps = FlameExtent(sample_numbers(range(len(scan.stamps)))), list[Fraction]()
+    extent, stamps = FlameExtent(sample_numbers(len(scan.stamps))), list[Fraction]()
     pictures = _pictures(video, scan, None, stamps)
     copies = video.context.workers.map(small_copy, pictures, _ahead(video, scan))
     for i, small in enumerate(copies):

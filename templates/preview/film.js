@@ -7,6 +7,7 @@ class Film {
     this.playing = false;
     this.speed = 1;
     this.time = 0;
+    this.round = 0; // rounds that have passed: flakes repeat after several
     let end = 0;
     this.ends = animation.frames.map((frame) => (end += frame.duration));
     this.duration = end;
@@ -37,13 +38,21 @@ class Film {
     return loop && this.repeat && this.count > 1 ? frames[0] : null;
   }
 
+  /** The frame of the tracks that goes with this one. */
+  get flakeFrame() {
+    const { rounds } = this.animation.flakes;
+    return (((this.round % rounds) + rounds) % rounds) * this.count + this.index;
+  }
+
   start(index) {
     return index ? this.ends[index - 1] : 0;
   }
 
-  /** Go to a position; those beyond the ends are counted from the other end. */
+  /** Go to a position; those beyond the ends are of the next round, or of the one before. */
   seek(position) {
-    const wrapped = ((position % this.count) + this.count) % this.count;
+    const passed = Math.floor(position / this.count);
+    const wrapped = position - passed * this.count;
+    this.round += passed;
     const index = Math.floor(wrapped);
     this.time = this.start(index) + (wrapped - index) * this.animation.frames[index].duration;
   }
@@ -63,6 +72,7 @@ class Film {
     this.time += elapsed * this.speed;
     if (this.time < this.duration) return;
     if (this.repeat) {
+      this.round += Math.floor(this.time / this.duration);
       this.time %= this.duration;
     } else {
       this.seek(this.count - 1);

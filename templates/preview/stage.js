@@ -53,11 +53,12 @@ function drawSeam(scale) {
 }
 
 function drawFrame(scale) {
-  const { index, frame, part, following } = film;
+  const { frame, part, following } = film;
   const { flakes } = film.animation;
   const how = flakes ? chosen("flakes") : "off";
+  const at = flakes && film.flakeFrame;
   const light = how === "light" && {
-    rows: flakes.rows, first: flakes.firsts[index], count: flakes.counts[index],
+    rows: flakes.rows, first: flakes.firsts[at], count: flakes.counts[at],
     offset: frame.stage, scale: data.scale,
   };
   const ground = backdrop(scale);
@@ -67,7 +68,7 @@ function drawFrame(scale) {
   } else {
     painter.draw([cellOf(frame)], "frame", size(), ground, light || null);
   }
-  if (how === "marks") marks.flakes(trail(flakes, index), frame.stage, data.scale);
+  if (how === "marks") marks.flakes(trail(flakes, at), frame.stage, data.scale);
   if ($("outline").checked) {
     const cell = cellOf(frame);
     marks.box(...frame.stage, ...frame.source, "rgb(255 255 255 / 0.35)");
@@ -93,15 +94,15 @@ function drawPage(scale, picture) {
   if (film.frame.page === sheetPage) outline(film.frame, "#ff9b45", 2);
 }
 
-/** The flakes of frame `index` and of those before it, the last first, by id. */
+/** The flakes of frame `index` of the tracks and of those before it, the last first, by id. */
 function trail(flakes, index) {
   const frames = [];
+  const all = flakes.counts.length;
   for (let back = 0; back <= Marks.TRAIL; back++) {
     const i = index - back;
     if (i < 0 && !film.animation.loop) break;
-    const at = (i + film.count) % film.count;
-    frames.push(flakesOf(flakes, at));
-    if (film.count <= back + 1) break;
+    frames.push(flakesOf(flakes, (i + all) % all));
+    if (all <= back + 1) break;
   }
   return frames;
 }

@@ -15,9 +15,8 @@ function tell() {
   $("scrub").setAttribute("aria-valuetext", place);
   const longest = Number($("scrub").max);
   $("scrub").style.setProperty("--done", longest ? Number($("scrub").value) / longest : 1);
-  const flakes = animation.flakes && chosen("flakes") !== "off" ? animation.flakes.counts[index] : null;
   $("caption").textContent = {
-    play: flakes === null ? frame.name : `${frame.name} · ${flakes} flakes`,
+    play: animation.flakes && chosen("flakes") !== "off" ? `${frame.name} · ${flakesTold()}` : frame.name,
     seam: chosen("seam") === "overlay"
       ? "Last frame in red, first in cyan: what is grey meets"
       : "Last frame against the first, four times the difference: what is black meets",
@@ -31,6 +30,14 @@ function tell() {
   const alone = chosen("layer") === "composed" ? "" : `, ${word("layer")} alone`;
   $("picture").setAttribute("aria-label", `${shown}${alone}`);
   $("zoom").textContent = `${+(scaleNow() * 100).toFixed(scaleNow() < 0.1 ? 1 : 0)} %`;
+}
+
+/** How many flakes are shown, and in which of the rounds after which they repeat. */
+function flakesTold() {
+  const { counts, rounds } = film.animation.flakes;
+  const at = film.flakeFrame;
+  const round = rounds > 1 ? `, round ${Math.floor(at / film.count) + 1} of ${rounds}` : "";
+  return `${counts[at]} flakes${round}`;
 }
 
 function say(text) {

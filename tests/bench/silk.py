@@ -42,7 +42,7 @@ def cpu(work: Callable[[], object], times: int = 3) -> float:
 
 def model_of(sheets: int, rows: int = 24, columns: int = 16) -> SheetModel:
     places = [SheetPlacement((0.0, 0.0, 0.0), 0.4, 0.8, 180.0 * n / sheets) for n in range(sheets)]
-    return build_model(places, rows, columns, Elasticity(8e-4, 8.0, 3.0, 1.0, 1e-3))
+    return build_model(places, rows, columns, [Elasticity(8e-4, 8.0, 3.0, 1.0, 1e-3)] * sheets)
 
 
 def plain_force(model: SheetModel, x: list[Any], v: list[Any]) -> list[Any]:

@@ -217,14 +217,14 @@ def test_unitys_bytes_are_as_their_tables_say(built: Path) -> None:
         for part in re.split(r"\n\n(?=then of|and after)", section(FORMATS, "Unity"))
     )
     data = (built / "everything.flakes.bytes").read_bytes()
-    assert struct.unpack_from(magic, data) == (b"FAFL", 1, 1)
+    assert struct.unpack_from(magic, data) == (b"FAFL", 2, 1)
     at = struct.calcsize(magic)
     (length,) = struct.unpack_from("<i", data, at)
     assert data[at + 4 : at + 4 + length] == b"everything"
-    fps, loop, hard, _, _, frames = struct.unpack_from(
+    fps, loop, hard, rounds, _, _, frames = struct.unpack_from(
         animation.replace("i", "", 1), data, at + 4 + length
     )
-    assert (fps, loop, hard, frames) == (24, 1, 0, 6)
+    assert (fps, loop, hard, rounds, frames) == (24, 1, 0, 1, 6)
     at += 4 + length + struct.calcsize(animation) - 4
     counts = struct.unpack_from(f"<{frames}i", data, at)
     assert at + 4 * frames + sum(counts) * struct.calcsize(row) == len(data)

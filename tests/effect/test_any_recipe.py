@@ -20,7 +20,7 @@ from fire_atlas.pipeline.layers import RenderSettings, layers_of
 from fire_atlas.recipe.effect import Buoyancy, Composite, Features, FireClass, Flakes, MotionBlur
 from fire_atlas.recipe.wind import Wind
 from tests.support.clips import clip_of
-from tests.support.effect import SIZE, STRETCH, A, B, EffectRun, G, R, run_effect
+from tests.support.effect import SIZE, STRETCH, TAIL, A, B, EffectRun, G, R, run_effect
 
 Drawn = st.SearchStrategy[Any]
 
@@ -88,6 +88,7 @@ FLAKES: dict[str, Drawn] = {
     "alpha": _auto_or(_gate(10000, 0.06)),
     "rate": _number(0, 100000, 600.0),
     "bursts": _number(0, 100, 0.8),
+    "sparks": _auto_or(_number(0, 1, 0.3)),
     "life": _ordered(_positive(60, 1.0)),
     "size": _ordered(_positive(1, 0.02)),
     "stretch": _number(0, 10, 0.5),
@@ -265,9 +266,9 @@ def test_blur_never_makes_a_flame_brighter_than_it_was(samples: int, speed: floa
 def test_many_large_flakes_take_little_memory() -> None:
     """500 flakes as large as a frame of 256 px, drawn at once, are 26 million pixels."""
     rows = np.zeros((500, len(COLUMNS)))
-    rows[:, [1, 2, SIZE, STRETCH, R, A]] = 128, 128, 256, 1, 1, 1
+    rows[:, [1, 2, SIZE, STRETCH, R, A, TAIL]] = 128, 128, 256, 1, 1, 1, 1
     tracemalloc.start()
-    light = draw_flakes(rows, 256, 256)
+    light = draw_flakes(rows, 256, 256).rgb()
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert light[128, 128, 0] == pytest.approx(500, rel=0.01)

@@ -36,8 +36,8 @@ def assert_near(read: NDArray[np.float64], stated: NDArray[np.float64], *columns
 
 
 def assert_same(read: Tracks, stated: Tracks) -> None:
-    assert (read.width, read.height, read.loop, read.seed) == (
-        stated.width, stated.height, stated.loop, stated.seed,
+    assert (read.width, read.height, read.loop, read.seed, read.rounds) == (
+        stated.width, stated.height, stated.loop, stated.seed, stated.rounds,
     )  # fmt: skip
     assert read.fps == pytest.approx(stated.fps, abs=5e-7)
     assert_near(read.spawns, stated.spawns, *SPAWN_COLUMNS)
@@ -62,6 +62,13 @@ def test_flights_of_a_loop_are_read_as_they_were_flown(count: int, tmp_path: Pat
     tracks = run_effect(clip, {"flakes": {"rate": 150, "life": [0.3, 2.6]}}).tracks
     changes_ids = len(tracks.spawns) > len(flights_of(tracks))
     assert changes_ids == (count < 2.6 * clip.fps)
+    assert_same(read_back(write_tracks_json("fire", tracks), tmp_path), tracks)
+
+
+def test_tracks_of_several_rounds_come_back(tmp_path: Path) -> None:
+    clip = replace(campfire(96), count=8, loop=True)
+    tracks = run_effect(clip, {"flakes": {"bake": False, "rate": 150, "rounds": 5}}).tracks
+    assert (tracks.rounds, len(tracks.frames)) == (5, 40)
     assert_same(read_back(write_tracks_json("fire", tracks), tmp_path), tracks)
 
 
@@ -90,6 +97,7 @@ def test_as_many_embers_are_born_as_there_are_flights(tracks: Tracks) -> None:
         lambda text: text.replace("[0,", "[1e999,", 1),
         lambda text: text.replace("[0,", "[NaN,", 1),
         lambda text: text.replace('"fps": 24', '"fps": "fast"', 1),
+        lambda text: text.replace('"rounds": 1', '"rounds": 2', 1),
         lambda text: f"[{text}]",
     ],
 )

@@ -382,7 +382,7 @@ def test_a_cache_that_may_not_be_written_is_read(
     repo: Repo, filled: dict[str, bytes], cache: Path, tmp_path: Path
 ) -> None:
     cache.chmod(0o555)
-    for folder in (tmp_path, *tmp_path.parents[:2]):
+    for folder in (tmp_path, *tmp_path.parents[:3]):
         folder.chmod(folder.stat().st_mode | 0o555)
     out = tmp_path / "out"
     out.mkdir()

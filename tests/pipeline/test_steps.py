@@ -37,7 +37,7 @@ BLUR = {"motion_blur.flame", "motion_blur.shutter", "motion_blur.samples"}
 MAPS = {"maps.motion", "maps.flame", "maps.flakes"}
 
 DECIDED = {
-    "features.preset", "flakes.rate", "flakes.bursts", "flakes.colors", "flakes.sprite",
+    "features.preset", "flakes.rate", "flakes.sparks", "flakes.colors", "flakes.sprite",
     "composite.palette",
 }  # fmt: skip
 """What the class of a fire decides, and whether it does."""
@@ -63,7 +63,8 @@ TABLE = {
     },
     # What the automatic rate depends on, too.
     "classify": {
-        *DECIDED, "seed", "flakes.fire_class", "flakes.alpha", "flakes.life", "flakes.size",
+        *DECIDED, "seed", "flakes.fire_class", "flakes.alpha", "flakes.bursts", "flakes.life",
+        "flakes.size",
     },
     "analyse": {
         "seed", "wind", "motion_blur.flame",
@@ -72,7 +73,7 @@ TABLE = {
         "buoyancy.lift", "buoyancy.gravity", "buoyancy.drag", "buoyancy.viscosity",
         "buoyancy.turbulence", "buoyancy.projection",
         "flakes.rate", "flakes.bursts", "flakes.alpha", "flakes.life", "flakes.size",
-        "flakes.sprite",
+        "flakes.sparks", "flakes.sprite", "flakes.bake", "flakes.rounds", "maps.flakes",
     },
     "simulate": {
         "seed", "buoyancy.gravity", "buoyancy.turbulence", "composite.intensity",
@@ -121,6 +122,12 @@ RECIPES: dict[str, dict[str, Any]] = {
         "tracks": ["light", "json"],
     },
     "crossfaded": {"source": CLIP, "timeline": {"loop": "crossfade"}, "wind": {"gusts": {}}},
+    "tracks": {
+        "source": CLIP,
+        "timeline": {"loop": "crossfade"},
+        "flakes": {"bake": False},
+        "seed": 3,
+    },
     "silk": {
         "source": {"kind": "silk", "width": 48, "height": 64},
         "views": {"count": 2},

@@ -169,6 +169,17 @@ def advice(path: Path, *overrides: str) -> list[str]:
             "waits for flakes to burn out, but flakes is none; remove one of them",
         ),
         (
+            "flakes: {rounds: 3}",
+            "2: flakes.rounds",
+            "the pages show the flakes of one round of the loop; use auto, or flakes.bake: false "
+            "plays the flakes from their tracks instead",
+        ),
+        (
+            "flakes: {bake: false, rounds: 3}\nmaps: {flakes: true}",
+            "2: flakes.rounds",
+            "the pages show the flakes of one round of the loop; use auto, or remove maps.flakes",
+        ),
+        (
             "seed: 1\nviews: {count: 2}",
             "3: views",
             "frames have one side only; leave views out, or make 3D fire with source.kind: "

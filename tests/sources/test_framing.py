@@ -21,7 +21,7 @@ from fire_atlas.core.picture import to_light
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.recipe.timeline import Timeline
-from fire_atlas.sources import frame_store, video
+from fire_atlas.sources import frame_store, listing, video
 from fire_atlas.sources.frame_store import FrameStore
 from fire_atlas.sources.frames import open_frames
 from fire_atlas.sources.framing import FlameExtent, PageLimit, frame_video, small_copy
@@ -222,7 +222,7 @@ def test_without_flame_crop_auto_keeps_the_frame(tmp_path: Path) -> None:
 
 @given(st.integers(0, 50), st.integers(0, 70), st.integers(0, 9))
 def test_one_lit_pixel_is_within_the_box(y: int, x: int, i: int) -> None:
-    extent = FlameExtent(())
+    extent = FlameExtent()
     for k in range(10):
         frame = np.zeros((51, 71, 3), np.uint8)
         frame[y, x] = 200 * (k == i)
@@ -261,9 +261,20 @@ def test_decoding_stops_after_the_last_frame_that_is_used(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     decoded = counted(monkeypatch)
-    clip = opened(film(tmp_path / "a.mp4", 12), start=2, count=3)
-    assert clip.count == 3
-    assert decoded == [0, 1, 2, 3, 4]
+    path = film(tmp_path / "a.mp4", 12)
+    for stated in ({"matte": "none"}, {"matte": "luminance", "black": 16}):
+        decoded.clear()
+        assert opened(path, start=2, count=3, **stated).count == 3
+        assert decoded == [0, 1, 2, 3, 4]
+
+
+def test_for_the_matte_decoding_goes_on_to_the_last_sample_and_not_beyond(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(listing, "_SAMPLED_FRAMES", 9)
+    decoded = counted(monkeypatch)
+    assert opened(film(tmp_path / "a.mp4", 12), start=2, count=3).count == 3
+    assert decoded == list(range(9))
 
 
 def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:

@@ -30,7 +30,9 @@ Plane = NDArray[np.float32]
 _LIFE = 2.6
 """Seconds a flake lives at most, by default."""
 
-ID, X, Y, VX, VY, SIZE, STRETCH, ROTATION, R, G, B, A, AGE, LIFE = range(len(COLUMNS))
+ID, X, Y, VX, VY, SIZE, STRETCH, ROTATION, R, G, B, A, AGE, LIFE, KIND, BLUR, TAIL = range(
+    len(COLUMNS)
+)
 
 
 @dataclass(frozen=True, slots=True)

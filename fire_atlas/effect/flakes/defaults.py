@@ -15,7 +15,7 @@ class FlakeDefaults:
 
     Attributes:
         rate: Factor of the automatic spawn rate; 0: no flakes.
-        bursts: Whether it crackles; else it has no bursts.
+        sparks: Share of sparks among its flakes; None: as many as the automatic bursts throw.
         colours: Of its flakes: those of ``embers``, its ``own`` ramp, its own few ``flat`` colours,
             or ``grey``.
         hard: Whether flakes are opaque, painted on in colours that occur in the clip.
@@ -23,23 +23,23 @@ class FlakeDefaults:
     """
 
     rate: float
-    bursts: bool = True
+    sparks: float | None = None
     colours: Literal["embers", "own", "flat", "grey"] = "embers"
     hard: bool = False
     pixel: bool = False
 
 
 DEFAULTS: dict[FireClass, FlakeDefaults] = {
-    "none": FlakeDefaults(rate=0.0, bursts=False),
-    "gas": FlakeDefaults(rate=0.0, bursts=False),
-    "candle": FlakeDefaults(rate=0.12, bursts=False),
+    "none": FlakeDefaults(rate=0.0, sparks=0.0),
+    "gas": FlakeDefaults(rate=0.0, sparks=0.0),
+    "candle": FlakeDefaults(rate=0.12, sparks=0.0),
     "campfire": FlakeDefaults(rate=1.0),
     "torch": FlakeDefaults(rate=0.8),
     "wall": FlakeDefaults(rate=1.0),
-    "explosion": FlakeDefaults(rate=1.3),
-    "flat": FlakeDefaults(rate=0.3, bursts=False, colours="flat", hard=True),
-    "pixel": FlakeDefaults(rate=0.4, bursts=False, colours="flat", hard=True, pixel=True),
-    "grey": FlakeDefaults(rate=0.7, colours="grey"),
-    "art": FlakeDefaults(rate=0.7, colours="own"),
+    "explosion": FlakeDefaults(rate=1.0, sparks=0.6),
+    "flat": FlakeDefaults(rate=0.15, sparks=0.0, colours="flat", hard=True),
+    "pixel": FlakeDefaults(rate=0.4, sparks=0.0, colours="flat", hard=True, pixel=True),
+    "grey": FlakeDefaults(rate=0.5, colours="grey"),
+    "art": FlakeDefaults(rate=0.6, colours="own"),
 }
 """By class."""

@@ -23,6 +23,7 @@ class FlakeArrays:
     Attributes:
         begins: Number of the first frame of each animation, and last the number of all frames.
         loops: Whether frame 0 of an animation follows its last one, 1 or 0.
+        rounds: Number of rounds of each animation that its frames cover.
         hard: Whether the flakes of an animation are squares that move once a frame, 1 or 0.
         first: Index of the first row of each frame, and last the number of all rows.
         next: Index of the row of the same flake in the following frame, -1 if there is none.
@@ -35,6 +36,7 @@ class FlakeArrays:
 
     begins: list[int]
     loops: list[int]
+    rounds: list[int]
     hard: list[int]
     first: list[int]
     next: list[int]
@@ -66,6 +68,7 @@ def flake_arrays(
     return FlakeArrays(
         begins=begins,
         loops=[int(each.loop) for each in tracks.values()],
+        rounds=[each.rounds for each in tracks.values()],
         hard=[int(each.hard) for each in tracks.values()],
         first=first,
         next=following,

@@ -3,12 +3,13 @@
 Little-endian; int32 unless float32 is stated:
 
 ====================  =====================================================================
-``FAFL``, 1           magic bytes, version
+``FAFL``, 2           magic bytes, version
 animations            their number; then for each
 · bytes, UTF-8        number, then the name of its state in the Animator
 · fps (float32)       frames per second
 · loop                1 if frame 0 follows the last frame
 · hard                1 if its flakes are squares of uniform brightness
+· rounds              number of rounds of the animation that the frames cover
 · x, y (float32)      pivot, px
 · frames              their number; then the number of flakes in each
 rows                  24 bytes for each flake in each frame, of all animations in turn
@@ -28,7 +29,7 @@ from numpy.typing import NDArray
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks, as_drawn
 from fire_atlas.formats.tracks.columns import assert_finite
 
-_VERSION = 1
+_VERSION = 2
 
 ROW = np.dtype(
     [("x", "<f4"), ("y", "<f4")]
@@ -67,7 +68,7 @@ def _head(animation: AnimationFlakes) -> bytes:
     return b"".join([
         _ints(len(state)), state,
         _floats(tracks.fps),
-        _ints(tracks.loop, tracks.hard),
+        _ints(tracks.loop, tracks.hard, tracks.rounds),
         _floats(*animation.pivot),
         _ints(len(tracks.frames), *map(len, tracks.frames)),
     ])  # fmt: skip

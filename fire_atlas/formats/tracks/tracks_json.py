@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MAX_JSON_BYTES, read_file
 from fire_atlas.core.output_file import OutputFile
+from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.checks import number, whole
@@ -41,15 +42,17 @@ def write_tracks_json(name: str, tracks: Tracks) -> OutputFile:
 def _head(name: str, tracks: Tracks) -> dict[str, Any]:
     return {
         "format": "fire-atlas/tracks",
-        "version": 1,
+        "version": 2,
         "name": name,
         "fps": plain(tracks.fps, 6),
         "frame_count": len(tracks.frames),
         "loop": tracks.loop,
+        "rounds": tracks.rounds,
         "seed": tracks.seed,
         "size": [tracks.width, tracks.height],
         "space": "source pixels, x right, y down, (0,0) top-left corner",
         "units": "px, px/s, s, rad",
+        "light": {"sum": "linear", "curve": "x/(1+x)", "halo": [HALO_LIGHT, HALO_WIDTH]},
     }
 
 
@@ -108,8 +111,11 @@ def _tracks(document: dict[str, Any]) -> Tracks:
     frames = [_table(frame["rows"], len(COLUMNS))[:, order] for frame in document["frames"]]
     if any((rows[:, _SIZE] < 0).any() for rows in frames):
         raise ValueError("a flake has a negative size")
-    seed = whole(document["seed"], 0, 2**64)
-    return Tracks.of_tables(fps, (width, height), bool(document["loop"]), seed, spawns, frames)
+    seed, loop = whole(document["seed"], 0, 2**64), bool(document["loop"])
+    rounds = whole(document["rounds"], 1, len(frames))
+    if len(frames) % rounds:
+        raise ValueError(f"{len(frames)} frames are not {rounds} rounds")
+    return Tracks.of_tables(fps, (width, height), loop, seed, spawns, frames, rounds)
 
 
 def _table(rows: Sequence[Any], columns: int) -> NDArray[np.float64]:

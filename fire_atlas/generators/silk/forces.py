@@ -1,6 +1,7 @@
 """External forces on the sheets: wind, slow sway, lift by heat, gravity and flutter."""
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -31,39 +32,50 @@ class SheetForces:
     """All forces on the sheets other than their springs and the intruders.
 
     Attributes:
-        fuel: The fuel.
         wind: The recipe's wind.
-        gravity: Acceleration downwards, heights/s².
-        lift: Acceleration upwards by heat at the base, heights/s².
+        drag: (sheets, 1, 1, 1) rate at which a node takes on the velocity of the air, 1/s.
+        sway: (sheets, 1, 1) speed (rms) of the slow oscillation of the air, heights/s.
+        gravity: (sheets, 1, 1) acceleration downwards, heights/s².
+        lift: (sheets, 1, 1) acceleration upwards by heat at the base, heights/s².
         lift_decay: (sheets, 1, 1) distance above the base where lift falls to 1/e, heights.
         base: (sheets, 1, 1) z of the base of each sheet, heights.
         row_phase: (sheets, rows, waves) phase of the flutter by row, rad.
         column_phase: (sheets, columns, waves) phase added by column, rad.
         flutter_frequency: (sheets, waves) angular frequency, rad/s.
-        sway: (3, waves) phase (rad), frequency (rad/s) and heading (rad) of the sway.
-        flutter: Acceleration (rms) at the top of a sheet in still air, heights/s².
+        sway_waves: (3, waves) phase (rad), frequency (rad/s) and heading (rad) of the sway.
+        flutter: (sheets, 1, 1) acceleration (rms) at the top of a sheet in still air, heights/s².
     """
 
-    fuel: Fuel
     wind: Wind
-    gravity: float
-    lift: float
+    drag: NDArray[np.float64]
+    sway: NDArray[np.float64]
+    gravity: NDArray[np.float64]
+    lift: NDArray[np.float64]
     lift_decay: NDArray[np.float64]
     base: NDArray[np.float64]
     row_phase: NDArray[np.float64]
     column_phase: NDArray[np.float64]
     flutter_frequency: NDArray[np.float64]
-    sway: NDArray[np.float64]
-    flutter: float
+    sway_waves: NDArray[np.float64]
+    flutter: NDArray[np.float64]
 
     @classmethod
     def of(
-        cls, rest: Vectors, fuel: Fuel, wind: Wind, seed: int, factors: tuple[float, float, float]
+        cls,
+        rest: Vectors,
+        fuels: Sequence[Fuel],
+        wind: Wind,
+        seed: int,
+        factors: tuple[float, float, float],
     ) -> Self:
-        """Return the forces on sheets whose nodes rest at ``rest``.
+        """Return the forces on sheets whose nodes rest at ``rest`` and that burn ``fuels``.
 
-        ``factors`` are multiples of the fuel's lift, gravity and turbulence.
+        ``factors`` are multiples of the fuels' lift, gravity and turbulence.
         """
+
+        def each(value: Callable[[Fuel], float]) -> NDArray[np.float64]:
+            return np.array([value(fuel) for fuel in fuels])[:, None, None]
+
         sheets, rows, columns = rest.shape[:3]
         height = rest[:, -1, 0, 2] - rest[:, 0, 0, 2]
         size = (sheets, 1, _WAVES)
@@ -72,24 +84,25 @@ class SheetForces:
         up = chance.uniform(0.4, 1.6, size)
         across = chance.uniform(-0.7, 0.7, size)
         phase = chance.uniform(0, 2 * np.pi, size)
-        hertz = up[:, 0] * fuel.gas_speed * 0.7 + chance.normal(0, 0.2, size)[:, 0]
+        gas_speed = each(lambda fuel: fuel.gas_speed)[..., 0]
+        hertz = up[:, 0] * gas_speed * 0.7 + chance.normal(0, 0.2, size)[:, 0]
         share = np.linspace(0, 1, rows)[None, :, None]
         along = np.linspace(-0.5, 0.5, columns)[None, :, None]
         lift, gravity, turbulence = factors
-        column = (slice(None), None, None)
         return cls(
-            fuel=fuel,
             wind=wind,
-            gravity=fuel.gravity * gravity,
-            lift=fuel.lift * lift,
-            lift_decay=(fuel.lift_height * height)[column],
-            base=rest[:, 0, 0, 2][column],
+            drag=each(lambda fuel: fuel.drag)[..., None],
+            sway=each(lambda fuel: fuel.sway),
+            gravity=each(lambda fuel: fuel.gravity * gravity),
+            lift=each(lambda fuel: fuel.lift * lift),
+            lift_decay=each(lambda fuel: fuel.lift_height) * height[:, None, None],
+            base=rest[:, 0, 0, 2][:, None, None],
             row_phase=2 * np.pi * up * share + phase,
             column_phase=2 * np.pi * across * along,
             # A minimum, because a wave at rest would bend its sheet to one side all the time.
             flutter_frequency=2 * np.pi * np.maximum(hertz, _MIN_FLUTTER),
-            sway=_random_sway(chance),
-            flutter=fuel.flutter * turbulence,
+            sway_waves=_random_sway(chance),
+            flutter=each(lambda fuel: fuel.flutter * turbulence),
         )
 
     def air_velocity(self, time: float, x: Vectors) -> Vectors:
@@ -98,11 +111,11 @@ class SheetForces:
         gust = 1 + _GUST_GAIN * np.hypot(right, away)
         above = np.maximum(x[..., 2], 0.0)
         profile = above / (above + _BOUNDARY_LAYER)
-        phase, frequency, heading = self.sway
+        phase, frequency, heading = self.sway_waves
         # Waves travel upwards (0.35 s per height), so the top follows the base.
         delay = frequency * 0.35
         sway = np.sin(phase + frequency * time - delay * above[..., None])
-        sway *= self.fuel.sway * gust * np.sqrt(2 / len(phase))
+        sway *= (self.sway * gust * np.sqrt(2 / len(phase)))[..., None]
         u = np.zeros_like(x)
         for axis, wind, part in ((0, right, np.cos(heading)), (1, away, np.sin(heading))):
             u[..., axis] = profile * (wind * LEVEL_SPEED + np.einsum("srcw,w->src", sway, part))
@@ -110,7 +123,7 @@ class SheetForces:
 
     def acceleration(self, time: float, x: Vectors, v: Vectors) -> Vectors:
         """Return the acceleration of every node, heights/s²."""
-        a = (self.air_velocity(time, x) - v) * self.fuel.drag
+        a = (self.air_velocity(time, x) - v) * self.drag
         risen = np.maximum(x[..., 2] - self.base, 0.0)
         a[..., 2] += self.lift * np.exp(-risen / self.lift_decay) - self.gravity
         return a + self._flutter(time) * normals(x)

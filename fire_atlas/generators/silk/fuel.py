@@ -4,9 +4,8 @@ Units: lengths are frame heights, times seconds; mass 1 is that of a square shee
 """
 
 from dataclasses import dataclass, replace
-from typing import Literal
 
-FuelName = Literal["wood", "candle", "gas"]
+from fire_atlas.recipe.silk import FuelName
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +49,7 @@ class Fuel:
         sway: Speed (rms) of the slow horizontal oscillation of the air, heights/s.
         image_rate: Texture images per second at ``reference_speed``.
         reference_speed: v_rms of the nodes at which textures play at that rate, heights/s.
+        thin_speed: v_rms at which a sheet is half as opaque as at rest, heights/s.
         gas_speed: Speed of the gas in the texture at that rate, sheet heights/s.
         burner: Constants of the texture; its ``gas_speed`` is replaced, from the one above.
         ramp: sRGB hex colours from the coolest visible part of the flame to the hottest.
@@ -73,6 +73,7 @@ class Fuel:
     sway: float
     image_rate: float
     reference_speed: float
+    thin_speed: float
     gas_speed: float
     burner: Burner
     ramp: tuple[str, ...]
@@ -87,7 +88,7 @@ FUELS: dict[FuelName, Fuel] = {
     "wood": Fuel(
         mass=1.0, structural=26.0, shear=9.0, bending=3.0, damping=6.0,
         lift=9.0, lift_height=0.9, gravity=1.5, drag=6.0, flutter=5.0, sway=0.10,
-        image_rate=24.0, reference_speed=0.28, gas_speed=1.5,
+        image_rate=24.0, reference_speed=0.28, thin_speed=0.42, gas_speed=1.5,
         burner=Burner(0.0, eddy_strength=0.5, flame_height=0.8, width=0.75, flicker=0.5,
                       tongue_width=0.14, entrainment=0.6),
         ramp=("#a80c00", "#ff3404", "#ff660a", "#ff8c1a", "#ffb044"), ramp_end=1.0, blue_light=0.0,
@@ -96,7 +97,7 @@ FUELS: dict[FuelName, Fuel] = {
     "candle": Fuel(
         mass=1.0, structural=20.0, shear=7.0, bending=3.0, damping=8.0,
         lift=6.0, lift_height=1.2, gravity=1.0, drag=6.0, flutter=0.9, sway=0.03,
-        image_rate=24.0, reference_speed=0.06, gas_speed=1.3,
+        image_rate=24.0, reference_speed=0.06, thin_speed=0.17, gas_speed=1.3,
         burner=Burner(0.0, eddy_strength=0.035, flame_height=0.72, width=0.22, flicker=0.03,
                       tongue_width=0.5, entrainment=1.7, widening_height=0.26),
         ramp=("#c84006", "#ff8a20", "#ffb848", "#ffe09a"), ramp_end=1.0, blue_light=0.22,
@@ -105,7 +106,7 @@ FUELS: dict[FuelName, Fuel] = {
     "gas": Fuel(
         mass=1.0, structural=40.0, shear=14.0, bending=6.0, damping=6.0,
         lift=13.0, lift_height=1.2, gravity=1.0, drag=6.0, flutter=3.0, sway=0.05,
-        image_rate=30.0, reference_speed=0.15, gas_speed=2.6,
+        image_rate=30.0, reference_speed=0.15, thin_speed=0.36, gas_speed=2.6,
         burner=Burner(0.0, eddy_strength=0.4, flame_height=0.8, width=0.6, flicker=0.3,
                       tongue_width=0.1, entrainment=0.7),
         ramp=("#1430d0", "#2a6cff", "#64b0ff", "#d8f0ff"), ramp_end=1.0, blue_light=0.6,

@@ -56,13 +56,13 @@ class SpringFamily:
 
     Attributes:
         down, right: Steps of rows and columns; ``right`` may be negative.
-        stiffness: Force per length.
+        stiffness: (sheets, 1, 1) force per length.
         rest: (sheets, rows', columns') rest lengths.
     """
 
     down: int
     right: int
-    stiffness: float
+    stiffness: NDArray[np.float64]
     rest: NDArray[np.float64]
 
     def ends(self, nodes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -81,15 +81,15 @@ class SheetModel:
     Attributes:
         rest: Positions of the nodes at rest, heights.
         springs: All springs, by family.
-        damping: Damping of every spring; force per speed.
-        mass: Mass of a node.
+        damping: (sheets, 1, 1) damping of every spring; force per speed.
+        mass: (sheets, 1, 1, 1) mass of a node.
         free: (1, rows, 1, 1) 1 where nodes move, 0 where they are pinned.
     """
 
     rest: Vectors
     springs: tuple[SpringFamily, ...]
-    damping: float
-    mass: float
+    damping: NDArray[np.float64]
+    mass: NDArray[np.float64]
     free: NDArray[np.float64]
 
     @property
@@ -102,23 +102,25 @@ def build_model(
     placements: Sequence[SheetPlacement],
     rows: int,
     columns: int,
-    elasticity: Elasticity,
+    elasticities: Sequence[Elasticity],
     pinned_rows: int = 1,
 ) -> SheetModel:
-    """Build the mesh of flat, upright sheets whose lowest ``pinned_rows`` are pinned.
+    """Build the mesh of flat, upright sheets, each with its elasticity, whose lowest
+    ``pinned_rows`` are pinned.
 
     Raises:
         ValueError: Fewer than 2 rows or columns, or a mass that is not positive.
     """
     if rows < 2 or columns < 2:
         raise ValueError(f"a sheet needs at least 2 rows and 2 columns; got {rows} and {columns}")
-    if not elasticity.mass > 0:
-        raise ValueError(f"a node's mass must be more than 0; got {elasticity.mass:g}")
+    mass = np.array([each.mass for each in elasticities])
+    if not (mass > 0).all():
+        raise ValueError(f"a node's mass must be more than 0; got {mass.min():g}")
     rest = np.stack([_flat_sheet(each, rows, columns) for each in placements])
     free = (np.arange(rows) >= pinned_rows).astype(np.float64)[None, :, None, None]
-    return SheetModel(
-        rest, tuple(_springs(rest, elasticity)), elasticity.damping, elasticity.mass, free
-    )
+    damping = np.array([each.damping for each in elasticities])
+    springs = tuple(_springs(rest, elasticities))
+    return SheetModel(rest, springs, damping[:, None, None], mass[:, None, None, None], free)
 
 
 def _flat_sheet(placement: SheetPlacement, rows: int, columns: int) -> NDArray[np.float64]:
@@ -136,13 +138,14 @@ _FAMILIES = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 0), (0, 2))
 """(down, right) of the structural, shear and bending springs (Figure 2)."""
 
 
-def _springs(rest: Vectors, elasticity: Elasticity) -> list[SpringFamily]:
-    stiffness = (elasticity.structural,) * 2 + (elasticity.shear,) * 2 + (elasticity.bending,) * 2
+def _springs(rest: Vectors, elasticities: Sequence[Elasticity]) -> list[SpringFamily]:
+    stiffness = np.array([(e.structural, e.shear, e.bending) for e in elasticities]).T
     families = []
-    for (down, right), k in zip(_FAMILIES, stiffness, strict=True):
-        if k > 0 and down < rest.shape[1] and right < rest.shape[2]:
-            start, end = SpringFamily(down, right, k, np.empty(0)).ends(rest)
-            families.append(SpringFamily(down, right, k, lengths(end - start)))
+    for (down, right), k in zip(_FAMILIES, np.repeat(stiffness, 2, axis=0), strict=True):
+        if k.any() and down < rest.shape[1] and right < rest.shape[2]:
+            column = k[:, None, None]
+            start, end = SpringFamily(down, right, column, np.empty(0)).ends(rest)
+            families.append(SpringFamily(down, right, column, lengths(end - start)))
     return families
 
 
@@ -201,7 +204,7 @@ def spring_force(model: SheetModel, x: Vectors, v: Vectors) -> Vectors:
         along = end - start
         extent = np.maximum(lengths(along), 1e-9)
         tension = springs.stiffness * (1 - springs.rest / extent)
-        if model.damping > 0:
+        if model.damping.any():
             v_start, v_end = springs.ends(v)
             rate = np.einsum("srcd,srcd->src", v_end - v_start, along)
             tension = tension + model.damping * rate / (extent * extent)
@@ -225,8 +228,9 @@ def longest_step(model: SheetModel, drag: float) -> float:
             end += family.stiffness
         for end in family.ends(springs):
             end += 1
-    square = 2 * float(stiffness.max()) / model.mass
-    rate = 2 * model.damping * float(springs.max()) / model.mass + drag
+    mass = model.mass[..., 0]
+    square = float((2 * stiffness / mass).max())
+    rate = float((2 * model.damping * springs / mass).max()) + drag
     if square == 0:
         return _SAFETY * 2 / max(rate, 1e-9)
     return _SAFETY * (math.sqrt(rate * rate + 4 * square) - rate) / square

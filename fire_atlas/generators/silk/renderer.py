@@ -17,10 +17,10 @@ from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk import raster
 from fire_atlas.generators.silk.colour import expose
 from fire_atlas.generators.silk.intruders import IntruderBuffers, draw_intruders
-from fire_atlas.generators.silk.mechanics import lengths, normals
+from fire_atlas.generators.silk.mechanics import normals
 from fire_atlas.generators.silk.scene import SilkScene, build_scene, check_length, check_loop
 from fire_atlas.generators.silk.sheet_textures import SheetTextures, cull_dark, make_textures
-from fire_atlas.generators.silk.simulation import Recording, simulate
+from fire_atlas.generators.silk.simulation import Recording, simulate, velocity_of
 from fire_atlas.recipe.silk import SilkSource
 
 _SUPERSAMPLING = 2
@@ -35,6 +35,12 @@ cosine until it is fully visible."""
 
 _MIN_COSINE = 0.25
 """Minimum cosine of the elevation that is compensated: from higher up all sheets fade."""
+
+_THINNING = 0.35
+"""Part of a sheet's opacity that is missing at its top."""
+
+_MAX_THINNING = 4.0
+"""Limit of how much thinner fast gas is, so that a flame that is carried along does not vanish."""
 
 _MAX_DARK = 1e-4
 """Weight of light up to which a pixel counts as dark and has no motion."""
@@ -62,14 +68,12 @@ class SilkRenderer:
         recording: Positions of the sheets in every frame.
         textures: Textures of the sheets.
         frames: Number of frames.
-        loops: Whether the first frame follows the last.
     """
 
     scene: SilkScene
     recording: Recording
     textures: SheetTextures
     frames: int
-    loops: bool
 
     def draw(self, i: int, camera: Camera) -> SilkFrame:
         """Draw frame ``i`` as seen by ``camera``. In a loop, frame ``frames`` equals frame 0."""
@@ -98,7 +102,7 @@ class SilkRenderer:
         total = np.zeros((height, width, 3), np.float32)
         for sheets in self._batches():
             position, opacity = self.project_nodes(i, sheets, camera)
-            velocity = camera.project_vectors(self._velocity(i)[sheets])[..., :2]
+            velocity = camera.project_vectors(self._velocity(i, sheets))[..., :2]
             texel = self.textures.texel_grid(sheets, *position.shape[1:3])
             # Displacement in the frame per texel, along the texture's x and y.
             along, down = np.gradient(position, axis=2), np.gradient(position, axis=1)
@@ -124,16 +128,18 @@ class SilkRenderer:
         (sheets, rows, columns), 0..1.
 
         Seen edge-on, a sheet would be a bright line. The flame it represents has depth, so the
-        sheet fades and those that cross it are seen instead. Fast gas and high gas are thinner.
+        sheet fades and those that cross it are seen instead. Gas that moves faster (v_rms², as in
+        eq. 17) is thinner, and so is high gas.
         """
         x = np.asarray(self.recording.x[i, sheets], np.float64)
         facing = np.abs(np.einsum("srcd,d->src", normals(x), camera.axes()[2]))
         # From above no upright sheet faces the camera, so divide by the best possible cosine.
         facing /= max(math.cos(camera.elevation), _MIN_COSINE)
         share = smooth_step((facing - _VANISHING_COSINE) / _FADE_RANGE)
-        speed = lengths(self._velocity(i)[sheets]) / (self.scene.fuel.reference_speed * 4)
+        thin = self.scene.of_fuels(lambda fuel: fuel.thin_speed)
+        energy = ((self.recording.v_rms[i] / thin) ** 2)[sheets, None, None]
         up = np.linspace(0.0, 1.0, x.shape[1])[None, :, None]
-        density = (1 - 0.35 * up) / (1 + 0.25 * speed * speed)
+        density = (1 - _THINNING * up) / (1 + np.minimum(energy * energy, _MAX_THINNING))
         lit = self.recording.lit[i, sheets, None, None]
         return camera.project(x)[..., :2], share * density * lit
 
@@ -154,7 +160,7 @@ class SilkRenderer:
         texture = self.textures.light(i, sheets)
         position, opacity = self.project_nodes(i, sheets, camera)
         texel = self.textures.texel_grid(sheets, *position.shape[1:3])
-        shown = opacity[..., None] ** self.textures.colours.opacity_exponents
+        shown = opacity[..., None] ** self.textures.opacity_exponents(sheets)
         attributes = np.concatenate([texel, shown], axis=-1)
         if not intruders.is_empty:
             depth = camera.project(self.recording.x[i, sheets])[..., 2:]
@@ -166,15 +172,10 @@ class SilkRenderer:
             found *= ~intruders.hides(fragments.pixel, fragments.attributes[:, 5])[:, None]
         light += raster.accumulate(fragments.pixel, found, width, height)
 
-    def _velocity(self, i: int) -> NDArray[np.float64]:
+    def _velocity(self, i: int, sheets: slice) -> NDArray[np.float64]:
         """Return the velocity (sheets, rows, columns, 3) of the nodes in frame ``i``, heights/s."""
-        x = self.recording.x
-        if self.loops:
-            before, after = (i - 1) % self.frames, (i + 1) % self.frames
-        else:
-            before, after = max(i - 1, 0), min(i + 1, self.frames - 1)
-        steps = 2 if self.loops else max(after - before, 1)
-        return np.asarray((x[after] - x[before]) * (self.scene.fps / steps), np.float64)
+        recording = self.recording
+        return velocity_of(recording.x[:, sheets], self.scene.fps, recording.loops, i)
 
     def _light_centre(self, i: int, camera: Camera) -> NDArray[np.float64]:
         """Return the centre of the fire's light: px right, px down, depth in heights."""
@@ -231,7 +232,7 @@ def generate_silk(
         check_loop(scene, settings.frames / settings.fps)
     recording = simulate(scene, settings.frames, settings.loop)
     textures = make_textures(source, settings, footage, scene, recording)
-    return SilkRenderer(scene, recording, textures, settings.frames, settings.loop)
+    return SilkRenderer(scene, recording, textures, settings.frames)
 
 
 def silk_camera(source: SilkSource, azimuth: float, elevation: float) -> Camera:

@@ -1,10 +1,11 @@
 """Build the scene to simulate from a recipe: sheets, forces, intruders, in heights and seconds."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.errors import RecipeError
@@ -18,7 +19,7 @@ from fire_atlas.generators.silk.mechanics import (
     build_model,
     longest_step,
 )
-from fire_atlas.recipe.silk import Arrangement, Sheet, SilkSource
+from fire_atlas.recipe.silk import Arrangement, FuelName, SilkSource
 from fire_atlas.recipe.wind import Wind
 
 _MAX_STEP_RATE = 6000
@@ -42,7 +43,8 @@ class SilkScene:
     """The scene to simulate: the sheets and everything that moves them.
 
     Attributes:
-        fuel: The fuel.
+        fuels: The fuel of each sheet.
+        fires: (sheets,) number of the fire that each sheet is part of.
         model: The mesh of the sheets.
         forces: Forces on the sheets other than their springs and the intruders.
         intruders: Objects in the flame.
@@ -52,7 +54,8 @@ class SilkScene:
         fps: Frames per second.
     """
 
-    fuel: Fuel
+    fuels: tuple[Fuel, ...]
+    fires: tuple[int, ...]
     model: SheetModel
     forces: SheetForces
     intruders: tuple[IntruderBody, ...]
@@ -61,6 +64,27 @@ class SilkScene:
     steps: int
     fps: float
 
+    def of_fuels(self, value: Callable[[Fuel], float]) -> NDArray[np.float64]:
+        """Return a constant of each sheet's fuel: (sheets,)."""
+        return np.array([value(fuel) for fuel in self.fuels])
+
+
+@dataclass(frozen=True, slots=True)
+class _PlacedSheet:
+    """Where a sheet stands and what burns on it: the parts of a ``SilkScene`` that are per sheet.
+
+    Attributes:
+        placement: Position and size.
+        fuel: Name of its fuel.
+        fire: Number of the fire that it is part of.
+        attached_to: Index of the intruder that carries it; -1 for none.
+    """
+
+    placement: SheetPlacement
+    fuel: FuelName
+    fire: int
+    attached_to: int = -1
+
 
 def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> SilkScene:
     """Build the scene that a recipe describes.
@@ -68,28 +92,40 @@ def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> SilkSc
     Raises:
         RecipeError: It needs more nodes or time steps than are allowed.
     """
-    fuel = fuel_of(source.fuel, source.pressure, source.oxygen)
     intruders = tuple(IntruderBody.of(intruder) for intruder in source.intruders)
-    placements = _sheet_placements(source.sheets, seed)
-    attached_to = [-1] * len(placements)
+    sheets = _place_sheets(source, seed)
     for i, body in enumerate(intruders):
         if body.is_match:
-            flames = _match_flames(body)
-            placements += flames
-            attached_to += [i] * len(flames)
-    nodes = len(placements) * source.rows * source.columns
+            fire = sheets[-1].fire + 1
+            sheets += [_PlacedSheet(each, source.fuel, fire, i) for each in _match_flames(body)]
+    nodes = len(sheets) * source.rows * source.columns
     if nodes > _MAX_NODES:
         raise RecipeError(
-            f"source.sheets: {len(placements)} sheets of {source.rows} x {source.columns} have "
+            f"source.sheets: {len(sheets)} sheets of {source.rows} x {source.columns} have "
             f"{nodes} nodes; at most {_MAX_NODES} can be simulated, which is "
             f"{_MAX_NODES // (source.rows * source.columns)} sheets of this mesh"
         )
-    elasticity = _elasticity(source, fuel, placements)
-    model = build_model(placements, source.rows, source.columns, elasticity, pinned_rows=2)
-    dt, steps = _time_step(source, model, fuel, fps)
+    known = {
+        name: fuel_of(name, source.pressure, source.oxygen)
+        for name in {sheet.fuel for sheet in sheets}
+    }
+    fuels = tuple(known[sheet.fuel] for sheet in sheets)
+    placements = [sheet.placement for sheet in sheets]
+    elasticities = _elasticities(source, fuels, placements)
+    model = build_model(placements, source.rows, source.columns, elasticities, pinned_rows=2)
+    dt, steps = _time_step(source, model, max(fuel.drag for fuel in fuels), fps)
     factors = source.lift, source.gravity, source.turbulence
-    forces = SheetForces.of(model.rest, fuel, wind, seed, factors)
-    return SilkScene(fuel, model, forces, intruders, tuple(attached_to), dt, steps, fps)
+    return SilkScene(
+        fuels=fuels,
+        fires=tuple(sheet.fire for sheet in sheets),
+        model=model,
+        forces=SheetForces.of(model.rest, fuels, wind, seed, factors),
+        intruders=intruders,
+        attached_to=tuple(sheet.attached_to for sheet in sheets),
+        dt=dt,
+        steps=steps,
+        fps=fps,
+    )
 
 
 def check_length(scene: SilkScene, frames: int) -> None:
@@ -121,27 +157,32 @@ def check_loop(scene: SilkScene, duration: float) -> None:
             )
 
 
-def _elasticity(source: SilkSource, fuel: Fuel, placements: Sequence[SheetPlacement]) -> Elasticity:
-    """Return mass and stiffness for the nodes of all sheets: those for the sheets' mean area."""
+def _elasticities(
+    source: SilkSource, fuels: Sequence[Fuel], placements: Sequence[SheetPlacement]
+) -> list[Elasticity]:
+    """Return mass and stiffness for the nodes of each sheet: those for the sheets' mean area."""
     area = sum(p.width * p.height for p in placements) / len(placements)
-    mass = fuel.mass * source.mass * area / (source.rows * source.columns)
-    stiff = source.stiffness
-    return Elasticity(
-        mass,
-        fuel.structural * stiff * area,
-        fuel.shear * stiff * area,
-        fuel.bending * stiff * area,
-        fuel.damping * source.damping * mass,
-    )
+    stiff = source.stiffness * area
+    node = source.mass * area / (source.rows * source.columns)
+    return [
+        Elasticity(
+            fuel.mass * node,
+            fuel.structural * stiff,
+            fuel.shear * stiff,
+            fuel.bending * stiff,
+            fuel.damping * source.damping * fuel.mass * node,
+        )
+        for fuel in fuels
+    ]
 
 
-def _time_step(source: SilkSource, model: SheetModel, fuel: Fuel, fps: float) -> tuple[float, int]:
+def _time_step(source: SilkSource, model: SheetModel, drag: float, fps: float) -> tuple[float, int]:
     """Return the time step, s, and the number of steps per frame.
 
     Raises:
         RecipeError: The springs are so stiff, or the nodes so light, that it takes too many.
     """
-    longest = longest_step(model, fuel.drag)
+    longest = longest_step(model, drag)
     steps = math.ceil(1 / fps / longest)
     if 1 / longest > _MAX_STEP_RATE:
         # Frequencies are proportional to the root of stiffness over mass.
@@ -155,12 +196,26 @@ def _time_step(source: SilkSource, model: SheetModel, fuel: Fuel, fps: float) ->
     return 1 / fps / steps, steps
 
 
-def _sheet_placements(sheets: tuple[Sheet, ...] | Arrangement, seed: int) -> list[SheetPlacement]:
-    """Place the sheets of a recipe; sheets of an arrangement vary a little in size and angle."""
-    if not isinstance(sheets, Arrangement):
-        return [SheetPlacement(s.at, s.width, s.height, s.angle) for s in sheets]
-    count = sheets.count
+def _place_sheets(source: SilkSource, seed: int) -> list[_PlacedSheet]:
+    """Place the sheets of a recipe. Each arrangement is a fire; so are single sheets of a fuel."""
+    sheets = source.sheets
+    entries = (sheets,) if isinstance(sheets, Arrangement) else sheets
     chance = generator(seed, RandomStream.SHEETS)
+    placed: list[_PlacedSheet] = []
+    single: dict[FuelName, int] = {}
+    for fire, entry in enumerate(entries):
+        fuel = entry.fuel or source.fuel
+        if isinstance(entry, Arrangement):
+            placed += [_PlacedSheet(each, fuel, fire) for each in _arrange(entry, chance)]
+        else:
+            placement = SheetPlacement(entry.at, entry.width, entry.height, entry.angle)
+            placed.append(_PlacedSheet(placement, fuel, single.setdefault(fuel, fire)))
+    return placed
+
+
+def _arrange(sheets: Arrangement, chance: np.random.Generator) -> list[SheetPlacement]:
+    """Place the sheets of an arrangement, which vary a little in size and angle."""
+    count = sheets.count
     heights = sheets.height * chance.uniform(0.88, 1.0, count)
     widths = sheets.width * chance.uniform(0.9, 1.08, count)
     jitter = chance.uniform(-0.5, 0.5, (3, count))

@@ -20,9 +20,9 @@ from fire_atlas.generators.silk.texture import TextureLoop
 from fire_atlas.recipe.silk import SilkSource, Texture
 
 _MAX_LOOPS = 6
-"""Maximum number of distinct loops; further sheets reuse them from another image on."""
+"""Maximum number of loops of a fuel; further sheets share them, from another image on."""
 
-_IMAGES = 8, 96
+_IMAGES = 4, 96
 """Minimum and maximum number of images of a synthesised loop."""
 
 _IMAGE_HEIGHT = 48, 320
@@ -42,7 +42,7 @@ class SheetTextures:
         mirrored: (sheets,) whether it is mirrored left to right.
         phase: (frames, sheets) position in the loop, in images; fractions blend two images.
         rate: (frames, sheets) speed of playing, images per second.
-        colours: Converts images to light.
+        colours: (sheets,) conversion of images to light.
         v_rms: (frames, sheets) root mean square speed of the nodes, heights/s.
     """
 
@@ -51,7 +51,7 @@ class SheetTextures:
     mirrored: NDArray[np.bool_]
     phase: NDArray[np.float64]
     rate: NDArray[np.float64]
-    colours: ColourMap
+    colours: tuple[ColourMap, ...]
     v_rms: NDArray[np.float64]
 
     def light(self, i: int, sheets: slice) -> NDArray[np.float32]:
@@ -71,11 +71,16 @@ class SheetTextures:
         grid[..., 1] += (np.arange(len(grid)) * height)[:, None, None]
         return grid
 
+    def opacity_exponents(self, sheets: slice) -> NDArray[np.float64]:
+        """Return exponents (sheets, 1, 1, 3) of the sheets' opacity for red, green and blue."""
+        exponents = np.stack([each.opacity_exponents for each in self.colours[sheets]])
+        return exponents[:, None, None]
+
     def _light(self, i: int, sheet: int) -> NDArray[np.float32]:
         image = self.loops[self.texture_index[sheet]].image_at(float(self.phase[i, sheet]))
         if self.mirrored[sheet]:
             image = np.ascontiguousarray(image[:, ::-1])
-        return self.colours.light(image, float(self.v_rms[i, sheet]))
+        return self.colours[sheet].light(image, float(self.v_rms[i, sheet]))
 
     def _motion(self, i: int, sheet: int) -> NDArray[np.float32]:
         loop, phase = self.loops[self.texture_index[sheet]], float(self.phase[i, sheet])
@@ -120,24 +125,38 @@ def make_textures(
     if isinstance(source.texture, Texture) and footage is not None:
         shape, _ = _image_shape(source, scene)
         loops = [_from_clip(source.texture, footage, shape, settings.seed, scene, recording)]
+        texture_index = np.zeros(scene.model.sheets, np.intp)
     else:
-        loops = _procedural(source, settings, scene, recording)
-    colours = ColourMap.of(scene.fuel, source.grading, source.intensity / _light_divisor(scene))
-    return _assign(loops, recording, colours, settings)
+        loops, texture_index = _procedural(source, settings, scene, recording)
+    return _play(loops, texture_index, recording, _colours(source, scene), settings)
 
 
-def _assign(
+def _colours(source: SilkSource, scene: SilkScene) -> tuple[ColourMap, ...]:
+    """Return the colours of every sheet: those of its fuel, as bright as its fire is sparse."""
+    fires = list(zip(scene.fuels, scene.fires, strict=True))
+    maps = {
+        (fuel, fire): ColourMap.of(
+            fuel, source.grading, source.intensity / _light_divisor(scene, fire)
+        )
+        for fuel, fire in set(fires)
+    }
+    return tuple(maps[each] for each in fires)
+
+
+def _play(
     loops: Sequence[TextureLoop],
+    texture_index: NDArray[np.intp],
     recording: Recording,
-    colours: ColourMap,
+    colours: tuple[ColourMap, ...],
     settings: GenerationSettings,
 ) -> SheetTextures:
-    """Assign to every sheet a loop and a random image to start from (section 4).
+    """Play on every sheet its loop, from a random image on (section 4).
 
     If the result loops, rates are adjusted by as little as possible so that each sheet plays its
     texture a whole number of times.
     """
-    sheets, images = recording.rate.shape[1], len(loops[0])
+    sheets = recording.rate.shape[1]
+    images = np.array([len(loops[k]) for k in texture_index])
     chance = generator(settings.seed, RandomStream.SHEETS, 1)
     # Starts are spread evenly over the loop and then shuffled, so that no two are alike.
     start = (chance.permutation(sheets) + chance.uniform(0, 0.8, sheets)) / sheets * images
@@ -152,7 +171,7 @@ def _assign(
         phase[-1] = phase[0]
     return SheetTextures(
         loops=tuple(loops),
-        texture_index=np.arange(sheets) % len(loops),
+        texture_index=texture_index,
         mirrored=np.asarray(chance.random(sheets) < 0.5),
         phase=phase,
         rate=rate,
@@ -173,25 +192,38 @@ def _from_clip(
         return cut_texture(clip, texture.images, shape, texture.path)
     middle = max(clip.count // 2 - 1, 0)
     seeds = texture.seeds or (middle, min(middle + 1, clip.count - 1))
-    energy = float((recording.v_rms**2).mean()) / scene.fuel.reference_speed**2
-    energy = float(np.clip(energy, 0.25, 4))
+    reference = scene.of_fuels(lambda fuel: fuel.reference_speed)
+    energy = float(np.clip(((recording.v_rms / reference) ** 2).mean(), 0.25, 4))
     return synthesise_from_clip(clip, seeds, texture.images, shape, texture.path, seed, energy)
 
 
 def _procedural(
     source: SilkSource, settings: GenerationSettings, scene: SilkScene, recording: Recording
-) -> list[TextureLoop]:
-    """Synthesise loops with as many images as a sheet plays in all frames, on average."""
+) -> tuple[list[TextureLoop], NDArray[np.intp]]:
+    """Synthesise loops, and assign one to every sheet: (loops, index of each sheet's loop).
+
+    A loop has as many images as its sheets play in all frames. Sheets that play about as many share
+    one, so that all can play theirs a whole number of times without a change of their speeds.
+    """
     shape, aspect = _image_shape(source, scene)
     # In a loop the last entry repeats the first.
     frames = len(recording.rate) - 1 if settings.loop else len(recording.rate)
-    played = float(recording.rate[:frames].sum(axis=0).mean()) / scene.fps
-    images = int(np.clip(round(played), *_IMAGES))
-    burner = replace(scene.fuel.burner, gas_speed=scene.fuel.gas_speed / scene.fuel.image_rate)
-    count = min(scene.model.sheets, _MAX_LOOPS)
-    return [
-        synthesise_texture(burner, images, shape, aspect, settings.seed, n) for n in range(count)
-    ]
+    played = recording.rate[:frames].sum(axis=0) / scene.fps
+    least, most = _IMAGES
+    loops: list[TextureLoop] = []
+    texture_index = np.empty(scene.model.sheets, np.intp)
+    for fuel in dict.fromkeys(scene.fuels):
+        burner = replace(fuel.burner, gas_speed=fuel.gas_speed / fuel.image_rate)
+        sheets = np.flatnonzero([each == fuel for each in scene.fuels])
+        slow_to_fast = sheets[np.argsort(played[sheets], kind="stable")]
+        for group in np.array_split(slow_to_fast, min(len(sheets), _MAX_LOOPS)):
+            number = float(played[group].mean())
+            images = max(round(number / np.ceil(number / most)), least)
+            texture_index[group] = len(loops)
+            loops.append(
+                synthesise_texture(burner, images, shape, aspect, settings.seed, len(loops))
+            )
+    return loops, texture_index
 
 
 def _image_shape(source: SilkSource, scene: SilkScene) -> tuple[tuple[int, int], float]:
@@ -210,14 +242,14 @@ def _sheet_sizes(scene: SilkScene) -> tuple[NDArray[np.float64], NDArray[np.floa
     return np.sqrt((up * up).sum(axis=-1)), np.sqrt((across * across).sum(axis=-1))
 
 
-def _light_divisor(scene: SilkScene) -> float:
-    """Return the divisor of each sheet's light that keeps overlapping sheets from being too bright;
-    the power 0.75 of the mean overlap leaves a fire of more sheets somewhat brighter."""
-    # Sheets carried by matches count only if there are no others.
-    on_ground = [sheet for sheet, i in enumerate(scene.attached_to) if i < 0] or slice(None)
+def _light_divisor(scene: SilkScene, fire: int) -> float:
+    """Return the divisor of the light of each sheet of a fire that keeps overlapping sheets from
+    being too bright; the power 0.75 of the mean overlap leaves a fire of more sheets somewhat
+    brighter."""
+    of_fire = np.equal(scene.fires, fire)
     _, widths = _sheet_sizes(scene)
-    ground = scene.model.rest[on_ground][:, 0, :, :2].reshape(-1, 2)
+    ground = scene.model.rest[of_fire][:, 0, :, :2].reshape(-1, 2)
     extent = float(np.ptp(ground, axis=0).max())
     # 0.64 is 2/π, the mean of |cos|: the apparent width of a sheet seen from a random side.
-    overlap = 0.64 * float(widths[on_ground].sum()) / max(extent, 1e-6)
+    overlap = 0.64 * float(widths[of_fire].sum()) / max(extent, 1e-6)
     return float(max(1.0, overlap) ** 0.75)

@@ -40,13 +40,16 @@ class Recording:
     """The simulated sheets, one entry per frame.
 
     Attributes:
-        x: (frames, sheets, rows, columns, 3) float32 positions, heights.
-        v_rms: (frames, sheets) root mean square speed of the nodes, heights/s.
+        x: (frames, sheets, rows, columns, 3) float32 positions, heights. In a loop there is one
+            more entry, equal to entry 0.
+        loops: Whether the first frame follows the last.
+        v_rms: (frames, sheets) root mean square speed of the nodes relative to the base, heights/s.
         rate: (frames, sheets) texture images per second.
         lit: (frames, sheets) 0 where a sheet does not burn yet, 1 where it burns fully.
     """
 
     x: NDArray[np.float32]
+    loops: bool
     v_rms: NDArray[np.float64]
     rate: NDArray[np.float64]
     lit: NDArray[np.float64]
@@ -55,28 +58,40 @@ class Recording:
 def simulate(scene: SilkScene, frames: int, loops: bool) -> Recording:
     """Simulate and record ``frames`` frames of a fire that is already burning.
 
-    A recording that ``loops`` has one more entry, equal to entry 0. Even if the forces are periodic
-    the motion of the sheets is not, so the frames that would follow the end are blended into the
-    beginning, node by node.
+    Even if the forces of a loop are periodic the motion of the sheets is not, so the frames that
+    would follow the end are blended into the beginning, node by node.
     """
     overlap = _overlap(frames, scene.fps) if loops else 0
     total = frames + overlap + 1 if loops else frames
     warm_up = math.ceil(_WARM_UP * scene.fps)
     shape = scene.model.rest.shape
     x = np.empty((total, *shape), np.float32)
-    v_rms = np.empty((total, shape[0]))
     lit = np.empty((total, shape[0]))
     ignition = _Ignition(scene)
     state = SheetState.resting(scene.model.rest.copy())
     for n in range(-warm_up, total):
         if n >= 0:
             x[n] = state.x
-            v_rms[n] = _rms(state.velocity(scene.dt))
             lit[n] = ignition.lit
         state = _next_frame(scene, state, n / scene.fps)
         ignition.update(scene, state, (n + 1) / scene.fps)
-    recording = Recording(x, v_rms, texture_rate(scene, v_rms), lit)
-    return _close_loop(recording, frames, overlap) if loops else recording
+    if loops:
+        x, lit = _closed(x, frames, overlap), _closed(lit, frames, overlap)
+    # Of the sheets as they are shown: where a loop is closed they move otherwise than simulated.
+    v_rms = np.stack([_v_rms(velocity_of(x, scene.fps, loops, n)) for n in range(len(x))])
+    return Recording(x, loops, v_rms, texture_rate(scene, v_rms), lit)
+
+
+def velocity_of(x: NDArray[np.float32], fps: float, loops: bool, i: int) -> NDArray[np.float64]:
+    """Return the velocity (sheets, rows, columns, 3) of the nodes in frame ``i``, heights/s, from
+    the frames before and after."""
+    frames = len(x) - 1 if loops else len(x)
+    if loops:
+        before, after, steps = (i - 1) % frames, (i + 1) % frames, 2
+    else:
+        before, after = max(i - 1, 0), min(i + 1, frames - 1)
+        steps = max(after - before, 1)
+    return np.asarray((x[after] - x[before]) * (fps / steps), np.float64)
 
 
 def texture_rate(scene: SilkScene, v_rms: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -84,10 +99,11 @@ def texture_rate(scene: SilkScene, v_rms: NDArray[np.float64]) -> NDArray[np.flo
 
     It levels off for fast sheets, because frames cannot show faster textures.
     """
-    energy = (v_rms / scene.fuel.reference_speed) ** 2
+    energy = (v_rms / scene.of_fuels(lambda fuel: fuel.reference_speed)) ** 2
     limit = (_MAX_SPEED_UP - 1) / 0.5
     limited = limit * -np.expm1(-energy / limit)
-    return np.asarray(scene.fuel.image_rate * (0.5 + 0.5 * limited))
+    image_rate = scene.of_fuels(lambda fuel: fuel.image_rate)
+    return np.asarray(image_rate * (0.5 + 0.5 * limited))
 
 
 def _overlap(frames: int, fps: float) -> int:
@@ -142,7 +158,8 @@ class _Ignition:
         self._heated = [0.0] * len(scene.intruders)
         # Columns that the flame covers: it is narrower than its sheet.
         across = np.abs(np.linspace(-1, 1, scene.model.rest.shape[2]))
-        self._flame = across <= max(scene.fuel.burner.width, float(across.min()))
+        widest = max(fuel.burner.width for fuel in scene.fuels)
+        self._flame = across <= max(widest, float(across.min()))
 
     def update(self, scene: SilkScene, state: SheetState, time: float) -> None:
         """Heat the matches that are in a flame at ``time``; call this once per frame."""
@@ -159,26 +176,22 @@ class _Ignition:
             self.lit[~others] = min(max(share, 0.0), 1.0)
 
 
-def _rms(v: Vectors) -> NDArray[np.float64]:
+def _v_rms(v: Vectors) -> NDArray[np.float64]:
+    """Return the root mean square speed of each sheet's nodes, relative to its base."""
+    v = v - v[:, :1]
     return np.asarray(np.sqrt((v * v).sum(axis=-1).mean(axis=(1, 2))))
 
 
-def _close_loop(recording: Recording, frames: int, overlap: int) -> Recording:
+def _closed(values: NDArray[Real], frames: int, overlap: int) -> NDArray[Real]:
     """Return the first ``frames`` entries and one more that equals the first.
 
     The first ``overlap`` entries fade from those recorded after the end to their own.
     """
     weight = smooth_step(np.linspace(0.0, 1.0, overlap + 1))
-
-    def closed(values: NDArray[Real]) -> NDArray[Real]:
-        w = weight.reshape(-1, *[1] * (values.ndim - 1)).astype(values.dtype)
-        loop = values[: frames + 1].copy()
-        blend = (1 - w) * values[frames : frames + overlap + 1] + w * values[: overlap + 1]
-        blended = min(overlap + 1, frames)
-        loop[:blended] = blend[:blended]
-        loop[frames] = loop[0]
-        return loop
-
-    return Recording(
-        closed(recording.x), closed(recording.v_rms), closed(recording.rate), closed(recording.lit)
-    )
+    w = weight.reshape(-1, *[1] * (values.ndim - 1)).astype(values.dtype)
+    loop = values[: frames + 1].copy()
+    blend = (1 - w) * values[frames : frames + overlap + 1] + w * values[: overlap + 1]
+    blended = min(overlap + 1, frames)
+    loop[:blended] = blend[:blended]
+    loop[frames] = loop[0]
+    return loop

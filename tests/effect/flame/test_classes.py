@@ -115,7 +115,7 @@ def test_a_stated_class_is_neither_measured_nor_noted() -> None:
 
 
 def test_what_the_recipe_states_wins() -> None:
-    stated = {"rate": 44.0, "bursts": 0.5, "colors": ("#ff0000",), "sprite": "soft"}
+    stated = {"rate": 44.0, "bursts": 0.5, "sparks": 0.1, "colors": ("#ff0000",), "sprite": "soft"}
     flakes = flakes_of(KINDS["pixel torch"](), {"flakes": stated})
     assert {key: getattr(flakes, key) for key in stated} == stated
     keys = {"composite": {"palette": "none"}}

@@ -1,5 +1,6 @@
-# Answers where the player puts flakes: at given times in frames, and while the sprite plays.
-# Job: {"scene", "animation", "times": [...], "frames": [...]}
+# Answers where the player puts flakes: at given times in frames, while the sprite is set to frames,
+# and while it plays for `seconds`, with its frame.
+# Job: {"scene", "animation", "times": [...], "frames": [...], "seconds"}
 extends "res://job.gd"
 
 
@@ -23,13 +24,21 @@ func run(job):
 		yield(self, "idle_frame")
 		yield(self, "idle_frame")
 		followed.append(_seen(flakes.multimesh))
+	node.frame = 0
+	node.play(job["animation"])
+	var played = []
+	var end = OS.get_ticks_msec() + 1000 * job["seconds"]
+	while OS.get_ticks_msec() < end:
+		yield(self, "idle_frame")
+		played.append([node.frame, _seen(flakes.multimesh)])
+	node.stop()
 	flakes.visible = false
 	flakes.multimesh.visible_instance_count = 0
 	node.frame = int(job["frames"][0])
 	yield(self, "idle_frame")
 	yield(self, "idle_frame")
 	answer({
-		"sought": sought, "followed": followed, "hidden": _seen(flakes.multimesh)
+		"sought": sought, "followed": followed, "played": played, "hidden": _seen(flakes.multimesh)
 	})
 
 

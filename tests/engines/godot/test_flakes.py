@@ -83,7 +83,7 @@ def test_godot_3_flies_every_flake_of_every_frame_as_the_tracks_have_it(
     _, frames, pivot = tracks_of(folder)
     shown = [0, 7, len(frames) - 1, 7]
     job = {"scene": "res://fire.tscn", "animation": "fire", "times": sought_times(len(frames))}
-    answer = game.ask("fly.gd", {**job, "frames": shown}, SIZE)
+    answer = game.ask("fly.gd", {**job, "frames": shown, "seconds": 0}, SIZE)
     assert_flown(answer["sought"], folder, loop)
     for i, seen in zip(shown, answer["followed"], strict=True):
         assert_alike(seen, wanted(frames[i], pivot))
@@ -237,6 +237,55 @@ def seen_in_godot_4(
     return {case: shot.astype(int) for case, shot in zip(cases, shots, strict=True)}
 
 
+def tracks_of_three_rounds() -> Tracks:
+    """A flake at x = frame for all three rounds of nine frames, which flies on in between."""
+    rows = dict.fromkeys(COLUMNS, 1.0) | {"id": 0.0, "y": 0.0, "vx": 24.0, "vy": 0.0}
+    frames = [np.array([list((rows | {"x": float(i)}).values())]) for i in range(27)]
+    return replace(Tracks.one_shot(24, (60, 60), 0, spawns_of(1), frames), loop=True, rounds=3)
+
+
+def assert_goes_through_all_rounds(played: list[Any], frames: int = 27) -> None:
+    """Compare the place of the flake with the sprite's time, which is of one round."""
+    times = np.array([time for time, _ in played], float)
+    places = np.array([seen[0][0] for _, seen in played]) - places_of_pivot()
+    assert np.abs((places - times + 4.5) % 9 - 4.5).max() < 1.01, "in step with the sprite"
+    steps = (np.diff(places) + frames / 2) % frames - frames / 2
+    assert np.abs(steps).max() < 4, "no round is skipped or repeated"
+    assert abs(steps.sum()) > frames, "all rounds, and the first again"
+
+
+def places_of_pivot() -> float:
+    """Where x = 0 is, from the pivot of ``flakes_alone``."""
+    return -30.0
+
+
+def test_godot_3_plays_all_rounds_of_the_tracks(godot: None, tmp_path: Path) -> None:
+    game = Game.at(tmp_path / "game")
+    flakes_alone(game.folder, tracks_of_three_rounds(), 3)
+    assert game.import_all() == []
+    job = {"scene": "res://game.tscn", "animation": "campfire", "times": [], "frames": [0]}
+    played = game.ask("fly.gd", {**job, "seconds": 1.6}, (60, 60))["played"]
+    assert_goes_through_all_rounds(played[2:])
+
+
+@pytest.mark.parametrize("speed", [1.0, -1.0])
+def test_godot_4_plays_all_rounds_of_the_tracks(
+    speed: float, godot4: Godot4, tmp_path: Path
+) -> None:
+    flakes_alone(tmp_path / "game", tracks_of_three_rounds(), 4)
+    job = {"do": "play", "scene": "res://game.tscn", "animation": "campfire", "ticks": 90}
+    changed = {":speed_scale": str(speed)}
+    (played,) = godot4.run(tmp_path / "game", [{**job, "set": changed}])
+    assert_goes_through_all_rounds(played[1:])
+
+
+def test_a_round_is_sought_by_its_number(godot4: Godot4, tmp_path: Path) -> None:
+    flakes_alone(tmp_path / "game", tracks_of_three_rounds(), 4)
+    job = {"do": "seek_flakes", "scene": "res://game.tscn", "animation": "campfire"}
+    (seen,) = godot4.run(tmp_path / "game", [{**job, "times": [2.5, 11.5, 26, 28, -1]}])
+    assert [round(row[0][0] + 30, 3) for row in seen] == [2.5, 11.5, 26, 1, 26]
+
+
 ALPHAS = ["straight", "premultiplied", "additive"]
 
 
@@ -262,9 +311,9 @@ def test_in_godot_4_a_flake_looks_as_it_would_in_the_pixels(godot4: Godot4, tmp_
 
 def assert_looks_baked(seen: NDArray[np.int64], tracks: Tracks) -> None:
     draw = draw_pixels if tracks.hard else draw_flakes
-    light = draw(tracks.frames[0], 60, 60)
-    pixels = compose(np.zeros((3600, 4), np.float32), light.reshape(-1, 3), "add", "srgb")
-    baked = encode_frame(pixels.reshape(60, 60, 4), "premultiplied", "srgb")[..., :3]
+    light = draw(tracks.frames[0], 60, 60).rgb().reshape(-1, 3).T
+    pixels = compose(np.zeros((4, 3600), np.float32), light, "add", "srgb")
+    baked = encode_frame(pixels.T.reshape(60, 60, 4), "premultiplied", "srgb")[..., :3]
     difference = np.abs(seen - baked)
     if tracks.hard:
         assert difference.max() <= 2
@@ -279,7 +328,7 @@ def test_where_light_is_blended_a_flake_is_light(godot4: Godot4, tmp_path: Path)
     tracks = some_tracks()
     atlas = {"alpha": "premultiplied", "blend_space": "linear"}
     (seen,) = seen_in_godot_4(godot4, tmp_path, {"linear": (tracks, atlas)}).values()
-    light = np.clip(draw_flakes(tracks.frames[0], 60, 60), 0, 1) * 255
+    light = np.clip(draw_flakes(tracks.frames[0], 60, 60).rgb(), 0, 1) * 255
     assert np.quantile(np.abs(seen - light)[light.any(axis=2)], 0.9) <= 6
     assert seen.sum() == pytest.approx(light.sum(), rel=0.05)
 

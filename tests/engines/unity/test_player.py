@@ -179,7 +179,7 @@ def test_quads_draw_the_baked_flake_layer(tmp_path: Path) -> None:
     tracks = some_tracks(4)
     player = player_of(Fire({"fire": 4}), tmp_path)
     for rows, quads in zip(tracks.frames, player.flakes("show", "fire", range(4)), strict=True):
-        baked = draw_flakes(rows, tracks.height, tracks.width)
+        baked = draw_flakes(rows, tracks.height, tracks.width).rgb()
         assert np.abs(picture_of(quads, tracks) - baked).sum() <= 0.03 * baked.sum()
 
 
@@ -195,7 +195,7 @@ def test_hard_flakes_are_squares_on_whole_pixels_for_a_frame(tmp_path: Path) -> 
     tracks = replace(some_tracks(2), frames=(frame, frame), hard=True)
     player = player_of(Fire({"fire": 2}), tmp_path)
     player.tracks.write_bytes(flake_bytes([AnimationFlakes("fire", (30, 54), tracks)]))
-    baked = draw_pixels(frame, tracks.height, tracks.width)
+    baked = draw_pixels(frame, tracks.height, tracks.width).rgb()
     for quads in player.flakes("show", "fire", [0, 0.7]):
         np.testing.assert_allclose(picture_of(quads, tracks), baked, rtol=2e-3, atol=1e-6)
 
@@ -209,6 +209,21 @@ def test_flakes_fly_on_between_frames_and_over_the_end_of_a_loop(tmp_path: Path)
         np.testing.assert_allclose(
             quads[:, :2], expected(tracks, moment, (30, 54))[:, :2], atol=0.02
         )
+
+
+def test_the_flakes_of_all_rounds_are_played(tmp_path: Path) -> None:
+    """Five frames of tracks and one more are three rounds of an animation of two."""
+    player = player_of(Fire({"fire": 2}), tmp_path)
+    tracks = some_tracks(5)
+    tracks = replace(tracks, frames=(*tracks.frames, tracks.frames[0]), rounds=3)
+    player.tracks.write_bytes(flake_bytes([AnimationFlakes("fire", (30, 54), tracks)]))
+    moments = [0.0, 1.5, 2.0, 4.5, 5.0, 6.0, 9.5]
+    assert player.lines("show", "fire", [0])[0].split()[0] == "2"
+    shown, followed = (player.flakes(how, "fire", moments) for how in ("show", "play"))
+    for alone, in_step, moment in zip(shown, followed, moments, strict=True):
+        wanted = expected(tracks, moment, (30, 54))
+        np.testing.assert_allclose(alone[:, :2], wanted[:, :2], atol=0.02)
+        np.testing.assert_allclose(in_step[:, :2], wanted[:, :2] / 50, atol=1e-3)
 
 
 def test_the_component_keeps_step_and_allocates_nothing(tmp_path: Path) -> None:
@@ -233,7 +248,7 @@ def test_a_state_without_flakes_shows_none(tmp_path: Path) -> None:
 def test_other_bytes_are_refused(tmp_path: Path) -> None:
     player = player_of(Fire({"fire": 3}), tmp_path)
     sound = player.tracks.read_bytes()
-    for bytes_ in (b"", b"FAFL", b"PK" + sound[2:], sound[:4] + b"\2" + sound[5:]):
+    for bytes_ in (b"", b"FAFL", b"PK" + sound[2:], sound[:4] + b"\1" + sound[5:]):
         player.tracks.write_bytes(bytes_)
         assert player.lines("show", "fire", [0]) == ["no tracks"]
         assert player.lines("play", "fire", [0]) == [

@@ -15,8 +15,8 @@ _TO_XYZ = np.array([
 _WHITE = _TO_XYZ.sum(axis=1)
 
 
-def lab_of(srgb: NDArray[np.uint8]) -> Array:
-    """CIE L*a*b* (D65) of 8-bit sRGB colours (..., 3)."""
+def lab_of(srgb: NDArray[np.uint8] | Array) -> Array:
+    """CIE L*a*b* (D65) of sRGB colours (..., 3), 0..255."""
     xyz = srgb_to_linear(srgb / 255.0).astype(np.float64) @ _TO_XYZ.T / _WHITE
     f = np.where(xyz > (6 / 29) ** 3, np.cbrt(xyz), xyz / (3 * (6 / 29) ** 2) + 4 / 29)
     x, y, z = np.moveaxis(f, -1, 0)

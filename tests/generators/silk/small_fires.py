@@ -49,3 +49,13 @@ def lean(recorded: NDArray[np.float32], sheets: slice = slice(None)) -> NDArray[
     middle, foot = x[:, :, x.shape[2] // 2], x[:, :, 0]
     away = (middle - foot).mean(axis=(1, 2))
     return np.asarray(np.degrees(np.arctan2(away[:, 0], away[:, 2])))
+
+
+def spearman(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
+    """Rank correlation of two series; equal values have their mean rank."""
+
+    def ranks(values: NDArray[np.floating]) -> NDArray[np.float64]:
+        _, group, count = np.unique(values, return_inverse=True, return_counts=True)
+        return np.asarray((np.cumsum(count) - (count - 1) / 2)[group], np.float64)
+
+    return float(np.corrcoef(ranks(one), ranks(other))[0, 1])

@@ -43,7 +43,7 @@ def test_a_view_is_what_a_plain_rasteriser_draws(
     place, opacity = made.project_nodes(frame, slice(0, 3), eye)
     texel = made.textures.texel_grid(slice(0, 3), 8, 6)
     values = np.concatenate(
-        [texel, opacity[..., None] ** made.textures.colours.opacity_exponents], axis=-1
+        [texel, opacity[..., None] ** made.textures.opacity_exponents(slice(0, 3))], axis=-1
     )
     cells = raster.mesh_triangles(place * 2, values)
     texture = made.textures.light(frame, slice(0, 3))
@@ -70,7 +70,7 @@ def test_sides_differ_but_are_as_bright() -> None:
     seen = [torch().draw(5, camera(azimuth)).light for azimuth in (0.0, 30.0, 60.0, 90.0, 120.0)]
     totals = [float(light.sum()) for light in seen]
     assert max(totals) < 2 * min(totals)
-    assert all(np.abs(a - b).mean() > 0.01 for a, b in pairwise(seen))
+    assert all(np.abs(a - b).mean() > 0.2 * a.mean() for a, b in pairwise(seen))
 
 
 def test_from_above_the_fire_is_foreshortened() -> None:

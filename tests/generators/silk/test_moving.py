@@ -15,7 +15,8 @@ from fire_atlas.generators.silk.renderer import SilkRenderer, generate_silk
 from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.tree import read_tree
-from tests.generators.silk.small_fires import camera, fire, lean, settings
+from fire_atlas.sources.matte import luminance_of_light
+from tests.generators.silk.small_fires import camera, fire, lean, settings, spearman
 
 
 def ranks(values: list[float]) -> list[int]:
@@ -44,6 +45,52 @@ def test_the_faster_the_sheets_the_faster_the_rendered_texture_changes() -> None
         change.append(float(np.mean(steps)))
     assert ranks(energy) == sorted(ranks(energy)), "wind stirs the sheets"
     assert np.corrcoef(ranks(energy), ranks(change))[0, 1] >= 0.9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fuel", ["wood", "candle", "gas"])
+def test_in_a_loop_too_each_texture_is_as_fast_as_its_sheet(fuel: str) -> None:
+    """Eq. 17, with the speed of the nodes taken from the positions that are drawn."""
+    gusts = {"gusts": {"mean": 1.0, "strength": 1.0, "period": 2.0}}
+    line = {"arrangement": "line", "count": 11, "spread": 1.6}
+    made = fire(48, wind=gusts, fuel=fuel, sheets=line)
+    x = made.recording.x[:-1].astype(np.float64)
+    energy = ((np.roll(x, -1, axis=0) - np.roll(x, 1, axis=0)) ** 2).sum(axis=-1).mean(axis=(2, 3))
+    rate = made.textures.rate[:-1]
+    assert min(spearman(energy[:, s], rate[:, s]) for s in range(11)) >= 0.9
+    assert spearman(energy.ravel(), rate.ravel()) >= 0.9, "from sheet to sheet as well"
+    assert np.ptp(rate.mean(axis=0)) > 0.15 * rate.mean(), "no two sheets need to be as fast"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fuel", ["wood", "candle", "gas"])
+def test_a_flame_that_is_blown_at_is_thinner(fuel: str) -> None:
+    coverage = []
+    for level in (0.0, 2.0, 5.0):
+        made = fire(
+            24, loops=False, wind={"level": level}, fuel=fuel, sheets={"count": 5}, width=160
+        )
+        eye = camera(width=160)
+        seen = [luminance_of_light(made.draw(i, eye).light, "srgb") for i in range(0, 24, 4)]
+        assert max(float(pixels[:, [0, -1], 3].max()) for pixels in seen) < 0.02, "all in the frame"
+        coverage.append(float(np.mean([pixels[..., 3] for pixels in seen])))
+    assert coverage[0] > coverage[1] > coverage[2]
+    assert coverage[2] < 0.7 * coverage[0]
+
+
+def test_two_fires_of_two_fuels_have_each_its_own_colours_and_pace() -> None:
+    left = {"arrangement": "crossed", "count": 2, "width": 0.3, "at": [-0.3, 0, 0], "fuel": "wood"}
+    right = {"at": [0.3, 0, 0], "width": 0.3, "fuel": "gas"}
+    made = fire(12, sheets=[left, right], width=120)
+    light = made.draw(3, camera(width=120)).light
+    wood, gas = (half.sum(axis=(0, 1)) for half in (light[:, :60], light[:, 60:]))
+    assert wood[0] > 3 * wood[2] and gas[2] > 1.5 * gas[0]
+    alone = fire(12, sheets=[{**left, "fuel": None}, {**right, "fuel": None}], width=120)
+    pace = [each.recording.rate.mean(axis=0) for each in (made, alone)]
+    assert np.allclose(pace[0][:2], pace[1][:2], rtol=0.01), (
+        "a fire does not depend on its neighbour's fuel"
+    )
+    assert pace[0][2] != pytest.approx(pace[1][2], rel=0.05)
 
 
 @pytest.mark.slow
@@ -109,10 +156,10 @@ def test_nothing_repeats_within_a_loop() -> None:
     apart = np.minimum(apart, 36 - apart)
     assert alike[apart >= 6].max() < 0.75
     textures = made.textures
-    images = len(textures.loops[0])
-    assert np.all(np.rint(np.diff(np.unwrap(textures.phase, period=images, axis=0), axis=0).sum(0)
-                          / images) == 1), "each sequence is played once"  # fmt: skip
     for a in range(8):
+        images = len(textures.loops[textures.texture_index[a]])
+        steps = np.diff(np.unwrap(textures.phase[:, a], period=images))
+        assert round(steps.sum() / images) == 1, "each sequence is played once"
         for b in range(a):
             if textures.texture_index[a] == textures.texture_index[b]:
                 gap = np.abs(textures.phase[:, a] - textures.phase[:, b])
@@ -182,8 +229,8 @@ def test_a_match_bends_the_flame_by_five_degrees_catches_fire_and_the_flame_reco
 @pytest.mark.slow
 def test_the_burning_match_carries_its_flame_away() -> None:
     eye = camera(width=96, height=96, foot=0.1)
-    right = [match().draw(i, eye).light[:40, 60:].max() for i in (10, 75)]
-    assert right[0] < 0.1 < 0.4 < right[1]
+    right = [match().draw(i, eye).light[:40, 60:].max() for i in (10, 70)]
+    assert right[0] < 0.05 < 0.2 < right[1]
 
 
 def test_a_ball_in_the_flame_parts_it() -> None:
