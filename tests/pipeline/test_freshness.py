@@ -165,7 +165,7 @@ def test_a_clip_that_changes_while_it_is_learnt_from_is_not_called_fresh(
     source = {"kind": "profile", "path": "clip", "slices": 2, "particles": 8, "height": 32}
     recipe = repo.recipe(source=source, timeline={"frames": 4}, flakes="none", motion_blur="none")
 
-    def saved_meanwhile(*arguments: Any, is_sampled: bool) -> Profile:
+    def saved_meanwhile(*arguments: Any) -> Profile:
         profile = learn_profile(*arguments)
         shutil.copy(clip / "0000.png", clip / "0005.png")
         return profile
