@@ -177,7 +177,7 @@ class Flakes(Settings):
         either("`auto` or two numbers: [min, max]"),
     ] = "auto"
     """[min, max] width of a flake, heights; sizes between them are log-normal. A soft flake thinner
-    than a pixel is dimmer, not wider. ``auto``: [0.0018, 0.0095], and large dots for flat art and
+    than a pixel is dimmer, not wider. ``auto``: [0.0028, 0.0145], and large dots for flat art and
     pixel art (``class``)."""
     rounds: Annotated[
         Auto | Annotated[int, Field(ge=1, le=MAX_ROUNDS), NUMBER],
@@ -203,7 +203,7 @@ class Flakes(Settings):
     and as orange, yellow and nearly white the brighter they are; by ``class`` also the flame's own
     colours, or greys. Or colours from slow to fast flakes, sRGB hex (Figure 9); that is the default
     of ``features.preset: paper``."""
-    intensity: float = Field(default=0.55, ge=0, le=1000)
+    intensity: float = Field(default=1.0, ge=0, le=1000)
     """Light of a medium flake at its brightest, linear; others are many times as bright or as dim.
     Film shows x as x / (1 + x)."""
     edge: Literal["fade", "crop"] = "fade"
@@ -221,7 +221,7 @@ class Flakes(Settings):
 class MotionBlur(Settings):
     """Blur along the buoyancy field (eq. 14-17)."""
 
-    shutter: float = Field(default=0.7, ge=0, le=4)
+    shutter: float = Field(default=0.65, ge=0, le=4)
     """Time for which the shutter is open, frames."""
     samples: int = Field(default=9, ge=1, le=65)
     """Samples along the path of a flame pixel. Flakes are drawn as exact streaks."""

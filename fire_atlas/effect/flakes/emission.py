@@ -26,7 +26,7 @@ _MIN_SPAWNS = 6.0
 _CALM_RATE, _BURSTS_PER_FLAKE = 20.0, 1 / 60
 """Spawn rate, 1/s, up to which a fire is too calm for bursts; bursts per flake from twice that."""
 
-EMBER_SIZE = (0.0018, 0.0095)
+EMBER_SIZE = (0.0028, 0.0145)
 """Minimum and maximum width of an ember, heights."""
 
 _GOLDEN = (math.sqrt(5) - 1) / 2
