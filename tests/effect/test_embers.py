@@ -69,11 +69,10 @@ def test_as_many_are_born_as_the_rate_says(effect: EffectRun) -> None:
 
 def test_an_ember_holds_its_light_and_then_dies() -> None:
     light = light_over_life(np.linspace(0, 1, 1001))
-    assert light[0] == pytest.approx(0.65) and light[-1] == 0
-    assert light[200:251] == pytest.approx(1)
-    assert (np.diff(light[:200]) > 0).all() and (np.diff(light[250:]) < 0).all()
-    thirds = [light[:333].mean(), light[333:667].mean(), light[667:].mean()]
-    assert 0.85 <= thirds[0] <= 0.95 and 0.75 <= thirds[1] <= 0.95 and 0.4 <= thirds[2] <= 0.65
+    assert light[0] == pytest.approx(0.85) and light[-1] == 0
+    assert light[150:201] == pytest.approx(1)
+    assert (np.diff(light[:150]) > 0).all() and (np.diff(light[200:]) < 0).all()
+    assert light[500] > 0.6 and light[800] < 0.3
 
 
 def test_burnt_out_embers_were_already_dim_in_their_last_frame(effect: EffectRun) -> None:
@@ -110,7 +109,7 @@ def test_streaks_are_as_long_as_the_way_in_the_open_shutter(effect: EffectRun) -
     rows = effect.rows
     streak = (rows[:, STRETCH] - 1) * rows[:, SIZE]
     weight = effect.study.kappa[pixel_of(rows, effect.clip)]
-    way = np.hypot(rows[:, VX], rows[:, VY]) / effect.clip.fps * 0.7 * weight
+    way = np.hypot(rows[:, VX], rows[:, VY]) / effect.clip.fps * 0.65 * weight
     moves = way > 0.05
     assert np.allclose(streak[moves], way[moves], rtol=0.05)
 
@@ -150,12 +149,12 @@ def _bursts(rate: float, frames: int) -> list[tuple[float, int]]:
     """Time and number of sparks of every burst of a steady fire at 24 fps."""
     plane = np.zeros((120, 120), np.float32)
     plane[10::20, 10::20] = 1  # too far apart for one burst to reach two of them
-    emitter = EmitterSettings(1, 0.0, rate, 36.0, 0.5, (1.0, 2.0), (1.0, 2.0), 100, 24.0)
+    emitter = EmitterSettings(1, 0.0, rate, 16.0, 36.0, 0.5, (1.0, 2.0), (1.0, 2.0), 100, 24.0)
     chance = np.random.default_rng(0)
     bursts: list[tuple[float, int]] = []
     for frame in range(frames):
         born = emit(frame, plane, emitter)
-        assert (np.hypot(born.impulse_x, born.impulse_y) > 0).all()
+        assert (np.hypot(born.launch_x, born.launch_y) > 0).all()
         places = np.column_stack([born.tick, np.floor(born.x), np.floor(born.y)])
         for place, sparks in zip(*np.unique(places, axis=0, return_counts=True), strict=True):
             bursts.append(((place[0] + chance.random()) * TICK, int(sparks)))
@@ -163,12 +162,11 @@ def _bursts(rate: float, frames: int) -> list[tuple[float, int]]:
 
 
 @pytest.mark.slow
-def test_bursts_of_3_to_14_sparks_come_at_exponential_intervals() -> None:
+def test_bursts_of_16_sparks_on_average_come_at_exponential_intervals() -> None:
     bursts = _bursts(rate=1.0, frames=12000)
     assert len(bursts) == pytest.approx(500, rel=0.15)
     sparks = np.array([n for _, n in bursts])
-    assert sparks.min() == 3 and sparks.max() == 14
-    assert sparks.mean() == pytest.approx(8.5, abs=0.5)
+    assert sparks.mean() == pytest.approx(16, abs=1.2)
     waits = np.sort(np.diff([time for time, _ in bursts]))
     found = (np.arange(len(waits)) + 0.5) / len(waits)
     assert np.abs(found - (1 - np.exp(-waits))).max() < 1.63 / math.sqrt(len(waits))

@@ -382,6 +382,6 @@ def test_figures_of_embers_are_those_that_inspect_prints(browser: Browser, page:
     tracks = read_tracks(page.with_name("fire.flakes.json"))
     assert tracks is not None
     assert stated["born"] == [str(len(tracks.spawns))]
-    assert stated["end higher than born"][1].endswith("at least 0.95")
+    assert stated["end higher than born"][1].endswith("at least 0.7")
     first = read_atlas(page.with_name("fire.json")).sheet.pages[0]
     assert stated["fire.png"] == [f"{first.width} × {first.height}"]

@@ -65,7 +65,7 @@ def flake_figures(tracks: Tracks) -> list[Figure]:
         Figure("born, rate", len(flights) * tracks.fps / len(tracks.frames), "a second"),
         Figure("seen for, mean", len(rows) / len(flights) / tracks.fps, "s"),
         Figure("alive, mean", float(alive.mean())),
-        Figure("end higher than born", float(rise), "", 0.95),
+        Figure("end higher than born", float(rise), "", 0.7),
         Figure("speed, median", float(np.median(speed)), "heights/s", 0.1, 1.5),
         Figure("size, median", float(np.median(sizes)), "px", 1.0),
         Figure(
