@@ -3,16 +3,16 @@
 from dataclasses import dataclass
 from typing import Self
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import encode_frame, is_page_ready
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.picture import Picture, as_light, to_light
+from fire_atlas.core.picture import Picture, as_light
 from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.composition.composite import compose
-from fire_atlas.effect.flakes.drawing import add_halo, draw_flakes, draw_pixels
+from fire_atlas.effect.flakes.drawing import add_glow, draw_frame
+from fire_atlas.effect.flakes.layer import FlakeLight
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.analyse import Analysis
@@ -48,6 +48,7 @@ class RenderSettings:
     Attributes:
         bakes_flakes: Whether flakes are drawn into the pixels of the pages.
         measures_light: Whether the light of each frame is measured.
+        pixel_art: Whether frames or flakes are drawn in hard pixels.
     """
 
     motion_blur: MotionBlurOrNone
@@ -57,6 +58,7 @@ class RenderSettings:
     maps: Maps
     bakes_flakes: bool
     measures_light: bool
+    pixel_art: bool
 
     @classmethod
     def of(cls, recipe: Recipe) -> Self:
@@ -69,6 +71,7 @@ class RenderSettings:
             maps=recipe.maps,
             bakes_flakes=recipe.flakes != "none" and recipe.flakes.bake,
             measures_light="light" in recipe.tracks,
+            pixel_art=recipe.is_pixel_art,
         )
 
 
@@ -78,12 +81,12 @@ class Layers:
 
     Attributes:
         flame: (H, W, 4), as from ``Clip.picture``; blurred if the recipe has motion blur.
-        flakes: (H, W, 3) linear light on black, may exceed 1; None if not needed.
+        flakes: Their light on black, before it is exposed; None if not needed.
         bakes: Whether flakes are drawn into the page.
     """
 
     flame: Picture
-    flakes: NDArray[np.float32] | None = None
+    flakes: FlakeLight | None = None
     bakes: bool = True
 
 
@@ -112,18 +115,17 @@ def flame_of(
     )  # fmt: skip
 
 
-def draw(flakes: Flakes, rows: NDArray[np.float64], height: int, width: int) -> NDArray[np.float32]:
-    """Return the flake layer (height, width, 3) of one frame, drawn as the recipe states.
+def draw(flakes: Flakes, rows: NDArray[np.float64], height: int, width: int) -> FlakeLight:
+    """Return the flake layer of one frame, drawn as the recipe states.
 
     Args:
         flakes: The recipe's section.
         rows: (flakes, columns) of the frame, as in ``Tracks.frames``.
         height, width: Size of the frame, px.
     """
-    if flakes.sprite == "pixel":
-        return draw_pixels(rows, height, width)
-    light = draw_flakes(rows, height, width)
-    return add_halo(light, flakes.glow, flakes.edge == "fade") if flakes.glow > 0 else light
+    light = draw_frame(rows, height, width, flakes.sprite == "pixel")
+    glows = flakes.glow > 0 and flakes.sprite == "soft"
+    return add_glow(light, flakes.glow, flakes.edge == "fade") if glows else light
 
 
 def compose_layers(layers: Layers, settings: RenderSettings, palette: Palette | None) -> Picture:
@@ -142,27 +144,23 @@ def flakes_alone(layers: Layers, settings: RenderSettings, palette: Palette | No
 
 
 def _with_flakes(
-    flame: Picture, flakes: NDArray[np.float32], settings: RenderSettings, palette: Palette | None
+    flame: Picture, flakes: FlakeLight, settings: RenderSettings, palette: Palette | None
 ) -> Picture:
     """Return the flame with flakes; only pixels that flakes touch are computed.
 
     All others are unchanged: they keep the exact bytes of the source if the page encodes alike.
     """
-    lit = np.flatnonzero(cv2.transform(flakes, np.ones((1, 3), np.float32)) > 0)
+    lit = flakes.lit()
     if not lit.size:
         return flame
     blend, space = settings.composite.blend, settings.atlas.blend_space
     is_ready = is_page_ready(flame, settings.atlas)
     whole = flame.copy() if is_ready else np.ascontiguousarray(as_light(flame))
-    under = to_light(_pixels_at(whole, lit)[None])[0] if is_ready else _pixels_at(whole, lit)
-    pixels = compose(under, _pixels_at(flakes, lit), blend, space, palette)
-    pixels = encode_frame(pixels[None], "straight", space)[0] if is_ready else pixels
-    # Four channels as one value, of 32 bits (uint8) or 128 (float32), are assigned much faster.
-    pixel = np.uint32 if is_ready else np.complex128
-    whole.view(pixel).reshape(-1)[lit] = pixels.view(pixel).reshape(-1)
+    # Four channels as one value, of 32 bits (uint8) or 128 (float32), are copied much faster.
+    values = whole.view(np.uint32 if is_ready else np.complex128).reshape(-1)
+    behind = values.take(lit).view(whole.dtype).reshape(1, -1, 4)
+    under = np.ascontiguousarray(as_light(behind)[0].T)
+    pixels = np.ascontiguousarray(compose(under, flakes.at(lit), blend, space, palette).T)[None]
+    finished: Picture = encode_frame(pixels, "straight", space) if is_ready else pixels
+    values[lit] = finished.view(values.dtype).reshape(-1)
     return whole
-
-
-def _pixels_at(picture: Picture, indices: NDArray[np.intp]) -> Picture:
-    """Return the pixels (n, channels) of a picture at flat ``indices``, row by row."""
-    return np.take(picture.reshape(-1, picture.shape[2]), indices, axis=0)

@@ -10,7 +10,7 @@ from fire_atlas.channels.flow import displayed_thumbnail
 from fire_atlas.channels.held_out import choose_held_out
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Bytes, brightness
-from fire_atlas.effect.composition.composite import clip_palette
+from fire_atlas.effect.composition.composite import clip_palette, exposed_together
 from fire_atlas.effect.composition.light import FrameLight
 from fire_atlas.effect.flame.segmentation import Background
 from fire_atlas.pipeline.context import BuildContext
@@ -81,7 +81,7 @@ def render_frame(
     palette: Palette | None = None,
     background: Background | None = None,
 ) -> RenderedFrame:
-    """Render a frame: measure its light before it is clipped, compose and encode its layers.
+    """Render a frame: measure its light as shown, compose and encode its layers.
 
     Args:
         layers: The layers of the frame.
@@ -108,15 +108,14 @@ def render_frame(
 def _light_of(
     layers: Layers, settings: RenderSettings, background: Background | None
 ) -> FrameLight:
-    """Return the light of a frame; in an opaque scene, only that of the flame and flakes."""
+    """Return the light of a frame as shown; in an opaque scene, only that of flame and flakes."""
     flame = as_light(layers.flame)
     if background is not None:
         bright = brightness(flame, settings.atlas.blend_space)
         flame = flame * background.foreground(bright, flame)[..., None]
-    light = FrameLight.of(flame)
-    if layers.flakes is None or not layers.bakes:
-        return light
-    return light + FrameLight.of(layers.flakes)
+    if layers.flakes is not None and layers.bakes:
+        flame = exposed_together(flame[..., :3], layers.flakes.rgb())
+    return FrameLight.of(flame)
 
 
 def thumbnails_of_skipped_frames(

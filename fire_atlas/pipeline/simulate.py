@@ -9,7 +9,12 @@ import numpy as np
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import hex_to_linear
-from fire_atlas.effect.flakes.appearance import Appearance, spawn_table, track_rows
+from fire_atlas.effect.flakes.appearance import (
+    EMBER_LIGHT,
+    Appearance,
+    spawn_table,
+    track_rows,
+)
 from fire_atlas.effect.flakes.emission import limit_alive
 from fire_atlas.effect.flakes.flight import FlightSettings, ParticleState, fly
 from fire_atlas.effect.flakes.tracks import Tracks, fold_into_loop
@@ -70,7 +75,7 @@ def simulate(
 
     look = _appearance(clip, study, settings)
     frames = list(track_rows(flying(), spawns, look, context.workers))
-    table, size = spawn_table(states, spawns, look.pixel), (clip.width, clip.height)
+    table, size = spawn_table(states, spawns, frames), (clip.width, clip.height)
     tracks = Tracks.one_shot(clip.fps, size, settings.seed, table, frames, look.pixel)
     return fold_into_loop(tracks, shown, analysis.rounds) if clip.loop else tracks
 
@@ -95,8 +100,11 @@ def _flight(clip: Clip, settings: SimulationSettings) -> FlightSettings:
 def _appearance(clip: Clip, study: FlameStudy, settings: SimulationSettings) -> Appearance:
     """Return how flakes look in a clip."""
     flakes = settings.flakes
+    is_ember = flakes.colors == "auto"
+    colours = np.array([EMBER_LIGHT]) if is_ember else hex_to_linear(flakes.colors)
     return Appearance(
-        colours=hex_to_linear(flakes.colors).astype(np.float64),
+        seed=settings.seed,
+        colours=colours.astype(np.float64),
         intensity=flakes.intensity * settings.composite.intensity,
         stretch=flakes.stretch,
         shutter=settings.shutter,

@@ -32,11 +32,27 @@ Lift = Annotated[
     either("`auto`, a number, or two: [x, y]"),
 ]
 
+FireClass = Literal[
+    "none",
+    "gas",
+    "candle",
+    "campfire",
+    "torch",
+    "wall",
+    "explosion",
+    "flat",
+    "pixel",
+    "grey",
+    "art",
+]
+"""Kinds of fire, which decide the defaults of flakes."""
+
 PAPER_FEATURES: dict[str, Any] = {"epsilon": 40.0, "n": 5.0, "kappa_over": "image"}
 """The paper's constants (section III-A) that differ from the defaults."""
 
-PAPER_ALPHA = 0.03
-"""The paper's candidate threshold [α], section III-B."""
+PAPER_FLAKES: dict[str, Any] = {"alpha": 0.03, "colors": ("#ff3000", "#ff5800", "#ff7300")}
+"""What the paper states of flakes: the threshold of candidates [α], section III-B, and colours by
+speed, Figure 9."""
 
 MAX_ROUNDS = 64
 """Maximum number of rounds of a loop after which its flakes repeat."""
@@ -109,6 +125,13 @@ class Buoyancy(Settings):
 class Flakes(Settings):
     """Fire-flakes (sparks): they spawn at flame edges and follow the field (section III-C)."""
 
+    fire_class: Annotated[Literal["auto", FireClass], OFF] = Field(default="auto", alias="class")
+    """The kind of fire, which decides ``rate``, ``sparks``, ``colors``, ``sprite`` and
+    ``composite.palette`` wherever these are ``auto``. ``none`` and ``gas`` shed no flakes, a
+    ``candle`` next to none; ``campfire``, ``torch``, ``wall`` and ``explosion`` shed embers.
+    ``flat`` and ``pixel`` art have few flakes, hard ones in colours of the clip; coloured ``art``
+    has flakes of its own colours, and a ``grey`` sheet that is meant to be tinted grey ones.
+    ``auto``: by the clip's colours, shape and motion; the build says which, and why."""
     bake: bool = True
     """Draw the flakes into the frames. ``false``: write only their tracks."""
     alpha: AutoOrNumber = "auto"
@@ -119,15 +142,23 @@ class Flakes(Settings):
     ] = "auto"
     """Spawn rate, flakes per second, the sparks of ``bursts`` included. If you set ``alpha``, it is
     scaled by the area of the edges above it, relative to the automatic α: half the area, half the
-    flakes. ``auto``: by the area in which the fire moves, about 5 for a candle, 30 for a campfire
-    and 90 for a wall of fire; fewer if the frame is too small to show flakes of ``size``."""
+    flakes. ``auto``: by ``class`` and the area in which the fire moves, about 1 for a candle, 30
+    for a campfire and 90 for a wall of fire; fewer if the frame is too small to show flakes of
+    ``size``."""
     bursts: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100), NUMBER], either("`auto` or a number")
     ] = "auto"
-    """Bursts per second, each of 3 to 14 small sparks (8.5 on average) thrown from about one point.
-    Their sparks are part of ``rate``, in place of single flakes, and never more than it allows.
-    ``auto``: 1/40 of the spawn rate above 20 per second, so that a calm fire such as a candle has
-    none."""
+    """Bursts per second, each of a few to dozens of small sparks (16 on average, unless ``sparks``
+    is given) thrown from one point. Their sparks are part of ``rate``, in place of embers, and
+    never more than it allows. ``auto``: 1/60 of the spawn rate, so that a quarter of all flakes are
+    sparks; fewer below 40 flakes per second and none below 20, as of a candle. If ``sparks`` is
+    given, as many as they need."""
+    sparks: Annotated[
+        Auto | Annotated[float, Field(ge=0, le=1), NUMBER], either("`auto` or a number")
+    ] = "auto"
+    """Share of the flakes that are sparks: thrown by ``bursts``, they fly on their own, slowed by
+    the air and pulled down by gravity, and burn out in half the time. All others are embers, which
+    the hot gas carries. ``auto``: what the bursts throw."""
     life: Annotated[
         tuple[Annotated[float, Field(gt=0, le=60)], Annotated[float, Field(gt=0, le=60)]],
         LIST,
@@ -139,8 +170,9 @@ class Flakes(Settings):
         tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
         LIST,
         AfterValidator(ordered),
-    ] = (0.004, 0.024)
-    """[min, max] width of a flake's soft sprite, heights. Sizes between them are log-normal."""
+    ] = (0.0028, 0.0145)
+    """[min, max] width of a flake, heights; sizes between them are log-normal. A soft flake thinner
+    than a pixel is dimmer, not wider."""
     rounds: Annotated[
         Auto | Annotated[int, Field(ge=1, le=MAX_ROUNDS), NUMBER],
         either("`auto` or a number of rounds"),
@@ -152,25 +184,30 @@ class Flakes(Settings):
     stretch: float = Field(default=0.0, ge=0, le=10)
     """Lengthens each flake along its motion by the distance it travels in this many frames, in
     addition to motion blur."""
-    scatter: float = Field(default=0.998, ge=-1, le=1)
+    scatter: float = Field(default=0.9998, ge=-1, le=1)
     """[k] Scattering coefficient (eq. 13): 1 no scattering, near 0 erratic, negative backwards."""
     lag: float = Field(default=0.006, ge=0, le=10)
     """Inertia: time, s, in which a flake of medium size adopts the field's velocity. Larger flakes
     lag more. 0: no inertia."""
-    colors: Annotated[tuple[Color, ...], LIST, Field(min_length=1, max_length=16)] = (
-        "#ff3000",
-        "#ff5800",
-        "#ff7300",
-    )
-    """Colours from slow to fast flakes, sRGB hex (Figure 9)."""
-    intensity: float = Field(default=6.0, ge=0, le=1000)
-    """Light of a new flake; above 1 is HDR."""
+    colors: Annotated[
+        Auto | Annotated[tuple[Color, ...], LIST, PAIR, Field(min_length=1, max_length=16)],
+        either("`auto` or a list of colours"),
+    ] = "auto"
+    """``auto``: the one colour of glowing embers, which film shows as dark red where they are dim,
+    and as orange, yellow and nearly white the brighter they are; by ``class`` also the flame's own
+    colours, or greys. Or colours from slow to fast flakes, sRGB hex (Figure 9); that is the default
+    of ``features.preset: paper``."""
+    intensity: float = Field(default=1.0, ge=0, le=1000)
+    """Light of a medium flake at its brightest, linear; others are many times as bright or as dim.
+    Film shows x as x / (1 + x)."""
     edge: Literal["fade", "crop"] = "fade"
     """Flakes that leave the frame ``fade`` out near its border, or are cut off by it (``crop``)."""
     glow: float = Field(default=0.0, ge=0, le=10)
-    """Light of the soft halo around each flake, relative to the flake's. Not in the tracks."""
-    sprite: Literal["soft", "pixel"] = "soft"
-    """``soft``: round sprites. ``pixel``: hard squares of whole pixels, for pixel art."""
+    """Light of a wide, soft glow around each flake, relative to the flake's, in addition to the
+    faint halo of a lens. Not in the tracks."""
+    sprite: Literal["auto", "soft", "pixel"] = "auto"
+    """``soft``: round sprites. ``pixel``: hard squares of whole pixels, for pixel art. ``auto``: by
+    ``class``."""
     max: int = Field(default=20000, ge=0, le=60000)
     """Maximum number of flakes alive at once."""
 
@@ -178,7 +215,7 @@ class Flakes(Settings):
 class MotionBlur(Settings):
     """Blur along the buoyancy field (eq. 14-17)."""
 
-    shutter: float = Field(default=0.5, ge=0, le=4)
+    shutter: float = Field(default=0.65, ge=0, le=4)
     """Time for which the shutter is open, frames."""
     samples: int = Field(default=9, ge=1, le=65)
     """Samples along the path of a flame pixel. Flakes are drawn as exact streaks."""
@@ -193,8 +230,9 @@ class Composite(Settings):
     """``add`` the light, ``screen`` it (never above 1), or draw flakes ``over`` the flame."""
     intensity: float = Field(default=1.0, ge=0, le=100)
     """Multiplier of the flakes' light, in the pixels and in the tracks."""
-    palette: Literal["none", "clip"] = "none"
-    """``clip``: flakes are opaque, in the nearest colours that occur in the clip (pixel art)."""
+    palette: Annotated[Literal["auto", "none", "clip"], OFF] = "auto"
+    """``clip``: flakes are opaque, in the nearest colours that occur in the clip. ``auto``: so for
+    flat art and pixel art (``flakes.class``), else ``none``."""
 
 
 _NONE_OR_BLOCK = either("`none` or a block of settings")

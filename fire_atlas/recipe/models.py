@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from fire_atlas.recipe.base import LIST, Settings
 from fire_atlas.recipe.effect import (
-    PAPER_ALPHA,
+    PAPER_FLAKES,
     Buoyancy,
     Composite,
     Features,
@@ -99,14 +99,14 @@ class Recipe(Settings):
 
     @model_validator(mode="before")
     @classmethod
-    def _paper_alpha(cls, given: Any) -> Any:
-        """Set the default of ``flakes.alpha`` to the paper's value if ``preset`` is ``paper``."""
+    def _paper_flakes(cls, given: Any) -> Any:
+        """Set the defaults of flakes that the paper states, if ``preset`` is ``paper``."""
         if not isinstance(given, dict):
             return given
         features, flakes = given.get("features"), given.get("flakes", {})
         is_paper = isinstance(features, dict) and features.get("preset") == "paper"
         if is_paper and isinstance(flakes, dict):
-            return {**given, "flakes": {"alpha": PAPER_ALPHA, **flakes}}
+            return {**given, "flakes": {**PAPER_FLAKES, **flakes}}
         return given
 
     @model_validator(mode="before")

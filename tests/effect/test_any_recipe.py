@@ -1,7 +1,7 @@
 """Any recipe that is legal works: finite flakes, bounded light, no warning, whatever the values."""
 
 import tracemalloc
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -17,10 +17,10 @@ from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.effect.flakes.tracks import COLUMNS
 from fire_atlas.pipeline.layers import RenderSettings, layers_of
-from fire_atlas.recipe.effect import Buoyancy, Composite, Features, Flakes, MotionBlur
+from fire_atlas.recipe.effect import Buoyancy, Composite, Features, FireClass, Flakes, MotionBlur
 from fire_atlas.recipe.wind import Wind
 from tests.support.clips import clip_of
-from tests.support.effect import SIZE, STRETCH, A, B, EffectRun, G, R, run_effect
+from tests.support.effect import SIZE, STRETCH, TAIL, A, B, EffectRun, G, R, run_effect
 
 Drawn = st.SearchStrategy[Any]
 
@@ -83,20 +83,22 @@ BUOYANCY: dict[str, Drawn] = {
     "projection": st.booleans(),
 }
 FLAKES: dict[str, Drawn] = {
+    "class": st.sampled_from(["auto", *get_args(FireClass)]),
     "bake": st.booleans(),
     "alpha": _auto_or(_gate(10000, 0.06)),
     "rate": _number(0, 100000, 600.0),
     "bursts": _number(0, 100, 0.8),
+    "sparks": _auto_or(_number(0, 1, 0.3)),
     "life": _ordered(_positive(60, 1.0)),
     "size": _ordered(_positive(1, 0.02)),
     "stretch": _number(0, 10, 0.5),
     "scatter": _number(-1, 1, 0.99),
     "lag": st.one_of(_number(0, 10, 0.012), st.just(1e-300)),
-    "colors": st.lists(_colour(), min_size=1, max_size=16),
+    "colors": _auto_or(st.lists(_colour(), min_size=1, max_size=16)),
     "intensity": _number(0, 1000, 6.0),
     "edge": st.sampled_from(["fade", "crop"]),
     "glow": _number(0, 10, 0.5),
-    "sprite": st.sampled_from(["soft", "pixel"]),
+    "sprite": st.sampled_from(["auto", "soft", "pixel"]),
     "max": st.sampled_from([0, 20000, 60000, 1, 200, 2000]),
 }
 MOTION_BLUR: dict[str, Drawn] = {
@@ -107,7 +109,7 @@ MOTION_BLUR: dict[str, Drawn] = {
 COMPOSITE: dict[str, Drawn] = {
     "blend": st.sampled_from(["add", "screen", "over"]),
     "intensity": _number(0, 100, 1.0),
-    "palette": st.sampled_from(["none", "clip"]),
+    "palette": st.sampled_from(["auto", "none", "clip"]),
 }
 _level, _heading = _number(0, 5, 1.0), _number(-360, 360, 30.0)
 WIND: dict[str, dict[str, Drawn]] = {
@@ -161,7 +163,8 @@ def test_every_key_of_the_effect_is_tried() -> None:
         (Wind, set().union(*WIND.values())),
     ]  # fmt: skip
     for model, tried in blocks:
-        assert set(model.model_fields) == tried
+        keys = {field.alias or name for name, field in model.model_fields.items()}
+        assert keys == tried
 
 
 def _clip(width: int, height: int, count: int, closed: bool, matte: str) -> Clip:
@@ -263,9 +266,9 @@ def test_blur_never_makes_a_flame_brighter_than_it_was(samples: int, speed: floa
 def test_many_large_flakes_take_little_memory() -> None:
     """500 flakes as large as a frame of 256 px, drawn at once, are 26 million pixels."""
     rows = np.zeros((500, len(COLUMNS)))
-    rows[:, [1, 2, SIZE, STRETCH, R, A]] = 128, 128, 256, 1, 1, 1
+    rows[:, [1, 2, SIZE, STRETCH, R, A, TAIL]] = 128, 128, 256, 1, 1, 1, 1
     tracemalloc.start()
-    light = draw_flakes(rows, 256, 256)
+    light = draw_flakes(rows, 256, 256).rgb()
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert light[128, 128, 0] == pytest.approx(500, rel=0.01)

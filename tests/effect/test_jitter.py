@@ -40,10 +40,9 @@ def test_scatter_rotations_are_those_of_the_closed_form(k: float) -> None:
 def _spawns(count: int = COUNT) -> Spawns:
     one, none = np.ones(count), np.zeros(count)
     return Spawns(
-        in_burst=none > 0, tick=np.zeros(count, np.int64), x=200 * one, y=200 * one, impulse_x=none,
-        impulse_y=none, terminal_velocity=none, life=9 * one, size=one, size_score=none,
-        flicker_rate=one, flicker_phase=none, turbulence_rate=one, turbulence_phase_x=none,
-        turbulence_phase_y=none,
+        kind=np.zeros(count, np.int64), tick=np.zeros(count, np.int64), x=200 * one, y=200 * one,
+        launch_x=none, launch_y=none, terminal_velocity=none, drift=one, life=9 * one, size=one,
+        size_score=none, turbulence_rate=one, turbulence_phase_x=none, turbulence_phase_y=none,
     )  # fmt: skip
 
 

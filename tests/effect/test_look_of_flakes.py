@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import encode_sprite
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.pixels import decode_bytes, encode_bytes, unpremultiply
+from fire_atlas.core.pixels import decode_bytes, encode_bytes, expose, unpremultiply
 from fire_atlas.core.workers import Workers
-from fire_atlas.effect.flakes.drawing import add_halo
+from fire_atlas.effect.flakes.drawing import add_glow
+from fire_atlas.effect.flakes.layer import FlakeLight
 from fire_atlas.effect.flame.study import study_flame
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
 from fire_atlas.pipeline.layers import Layers, RenderSettings, compose_layers, draw
@@ -32,16 +33,19 @@ from tests.timeline.moving import Notes
 
 def _layer(effect: EffectRun, i: int) -> NDArray[np.float32]:
     assert isinstance(effect.recipe.flakes, Flakes)
-    return draw(
-        effect.recipe.flakes, effect.tracks.frames[i], effect.clip.height, effect.clip.width
-    )
+    rows, clip = effect.tracks.frames[i], effect.clip
+    return draw(effect.recipe.flakes, rows, clip.height, clip.width).rgb()
+
+
+def _shown(effect: EffectRun, i: int) -> NDArray[np.uint8]:
+    return encode_bytes(expose(_layer(effect, i)))
 
 
 def _border_light(effect: EffectRun) -> int:
     """Brightest byte that flakes leave in the outermost pixels of any frame."""
     most = 0
     for i in range(effect.clip.count):
-        shown = encode_bytes(_layer(effect, i))
+        shown = _shown(effect, i)
         edges = (shown[0], shown[-1], shown[:, 0], shown[:, -1])
         most = max(most, *(int(edge.max()) for edge in edges))
     return most
@@ -58,15 +62,17 @@ def test_flakes_that_leave_fade_at_the_border_or_are_cut_by_it(glow: float) -> N
     assert at_border("fade") <= 2
 
 
-def test_a_halo_adds_its_share_of_the_light() -> None:
-    light = np.zeros((200, 200, 3), np.float32)
-    light[95:105, 90:112] = [3.0, 1.0, 0.2]
+def test_a_glow_adds_its_share_of_the_light() -> None:
+    plane = np.zeros((1, 200, 200), np.float32)
+    plane[:, 95:105, 90:112] = 3
+    light = FlakeLight(plane, np.array([[1.0, 0.3, 0.1]], np.float32))
     for share in (0.25, 1.0, 3.0):
-        total = add_halo(light, share, fades=False).sum(axis=(0, 1)) / light.sum(axis=(0, 1))
+        glowing = add_glow(light, share, fades=False).rgb()
+        total = glowing.sum(axis=(0, 1)) / light.rgb().sum(axis=(0, 1))
         assert total == pytest.approx(1 + share, rel=1e-3)
 
 
-def test_a_recipes_halo_adds_its_share_of_the_light() -> None:
+def test_a_recipes_glow_adds_its_share_of_the_light() -> None:
     clip = campfire(160, 12)
     once = {"timeline": {"loop": "none"}}
     bare, haloed = (run_effect(clip, {"flakes": {"glow": glow}, **once}) for glow in (0.0, 0.4))
@@ -75,7 +81,7 @@ def test_a_recipes_halo_adds_its_share_of_the_light() -> None:
     assert with_halo / without == pytest.approx(1.4, rel=0.02)
 
 
-def test_a_halo_is_not_part_of_the_tracks() -> None:
+def test_a_glow_is_not_part_of_the_tracks() -> None:
     clip = campfire(96, 8)
     bare, haloed = (run_effect(clip, {"flakes": {"glow": glow}}) for glow in (0.0, 2.0))
     assert all(map(np.array_equal, bare.tracks.frames, haloed.tracks.frames))
@@ -129,7 +135,7 @@ def _check_palette(clip: Clip, edge: str) -> None:
     seen = 0
     for i in range(clip.count):
         # In few colours nothing fades: a flake is there as long as it is bright enough to be seen.
-        flaked = encode_bytes(_layer(effect, i)).max(axis=2) >= 64
+        flaked = _shown(effect, i).max(axis=2) >= 64
         pixels = effect.finished(i)
         assert (pixels[flaked][:, 3] == 1.0).all(), "a flake's pixels cover fully"
         assert _colours(encode_bytes(unpremultiply(pixels))[flaked]) <= own
@@ -138,7 +144,7 @@ def _check_palette(clip: Clip, edge: str) -> None:
     assert seen > 20
 
 
-def test_a_halo_in_the_colours_of_the_clip_is_no_patch() -> None:
+def test_a_glow_in_the_colours_of_the_clip_is_no_patch() -> None:
     """Light too faint to be seen takes no colour of the palette, however far it reaches."""
     clip, keys = campfire(96), {"timeline": {"loop": "none"}, "composite": {"palette": "clip"}}
     plain, soft = (run_effect(clip, {**keys, "flakes": {"glow": glow}}) for glow in (0.0, 0.5))
@@ -209,8 +215,8 @@ def test_pixels_without_flakes_stay_bit_for_bit_as_they_were(stored: bool) -> No
     chance = np.random.default_rng(3)
     flame = chance.integers(0, 256, (4, 5, 4)) if stored else chance.random((4, 5, 4)) / 2
     before = flame.astype(np.uint8 if stored else np.float32)
-    flakes = np.zeros((4, 5, 3), np.float32)
-    flakes[1, 2] = 1.0
+    flakes = FlakeLight(np.zeros((1, 4, 5), np.float32), np.ones((1, 3), np.float32))
+    flakes.planes[0, 1, 2] = 1.0
     after = compose_layers(Layers(before.copy(), flakes), RenderSettings.of(recipe_of({})), None)
     assert after.dtype == before.dtype and not np.array_equal(after[1, 2], before[1, 2])
     after[1, 2] = before[1, 2]

@@ -29,10 +29,10 @@ def _shed(clip: Clip) -> float:
 @pytest.mark.parametrize(
     ("candle", "large"), [("candle", "campfire"), real("real_candle_red", "real_firewall_stock")]
 )
-def test_a_candle_sheds_a_few_and_a_large_fire_many(candle: str, large: str) -> None:
+def test_a_candle_sheds_next_to_nothing_and_a_large_fire_much(candle: str, large: str) -> None:
     few, many = _shed(open_clip(candle)), _shed(open_clip(large))
-    assert 3 <= few <= 12
-    assert many > 8 * few
+    assert 0 < few < 2
+    assert many > 20
 
 
 SMALL = ["pixel_art", real("cartoon_tauran_flame_sheet")]
@@ -89,8 +89,9 @@ def test_the_rate_is_what_is_born_bursts_included(name: str, rate: int, bursts: 
         for seed in range(6)
     ]
     assert np.mean([_births_a_second(run) for run in runs]) == pytest.approx(rate, rel=0.1)
-    sparks = sum(run.analysis.spawns.in_burst.sum() for run in runs)
-    assert (sparks > 0) == (bursts == 0.8 or (bursts == "auto" and rate > 20))
+    sparks = sum(run.analysis.spawns.kind.sum() for run in runs)
+    crackles = bursts == "auto" and rate > 20 and name != "candle"
+    assert (sparks > 0) == (bursts == 0.8 or crackles)
 
 
 def test_the_automatic_rate_includes_bursts() -> None:
@@ -99,7 +100,7 @@ def test_the_automatic_rate_includes_bursts() -> None:
         keys = {"flakes": {"bursts": bursts}, "timeline": {"loop": "none"}}
         runs.append(run_effect(clip, keys))
     assert len(runs[0].births) == len(runs[1].births)
-    assert runs[1].analysis.spawns.in_burst.any()
+    assert runs[1].analysis.spawns.kind.any()
 
 
 @pytest.mark.parametrize("fps", [24.0, 60.0])
@@ -107,7 +108,7 @@ def test_a_short_loop_is_not_crowded(fps: float) -> None:
     """Its flakes fly round and round: as many are alive as in a long one."""
     short = replace(campfire(160), fps=fps, count=6, loop=True)
     alive = np.mean([len(rows) for rows in run_effect(short).tracks.frames])
-    assert alive < 60
+    assert alive < 100
 
 
 def test_a_tail_changes_nothing_about_what_is_born() -> None:
@@ -148,7 +149,7 @@ def test_in_a_frame_of_few_pixels_sparks_can_be_seen(name: str) -> None:
     effect = run_effect(open_clip(name))
     assert isinstance(effect.recipe.flakes, Flakes)
     brightest = [
-        draw(effect.recipe.flakes, rows, effect.clip.height, effect.clip.width).max()
+        draw(effect.recipe.flakes, rows, effect.clip.height, effect.clip.width).rgb().max()
         for rows in effect.tracks.frames
     ]
     assert np.median(brightest) > 0.2

@@ -94,7 +94,7 @@ def test_the_light_of_every_frame_can_be_read_from_the_file(
         assert (frame["x"], frame["y"]) == pytest.approx((x.mean() + 0.5, y.mean() + 0.5), abs=6e-3)
 
 
-def test_light_of_layers_adds_up() -> None:
+def test_light_of_frames_adds_up() -> None:
     flame, flakes = spot(0, 0, 9, (0.5, 0.2, 0.1)), spot(20, 8, 3, (9, 5, 0))
     both, sums = FrameLight.of(flame + flakes), FrameLight.of(flame) + FrameLight.of(flakes)
     assert sums.rgb == pytest.approx(both.rgb)
@@ -147,16 +147,17 @@ def test_a_recipe_that_only_packs_tells_the_light_of_its_images(
     assert lamp == pytest.approx(sums / sums.mean(axis=0).max(), rel=2e-3)
 
 
-def test_flakes_add_light_that_no_page_can_show(
+def test_flakes_add_the_light_that_film_shows_of_them(
     tmp_path: Path, images: list[NDArray[np.uint8]]
 ) -> None:
     def light_of(**flakes: Any) -> float:
-        build = built(tmp_path, flakes={"rate": 300, "alpha": 0.01, **flakes})
+        build = built(tmp_path, flakes={"rate": 300, "bursts": 0, "alpha": 0.01, **flakes})
         return float(json.loads((build / "fire.light.json").read_bytes())["mean"]["light"])
 
-    without, dim, bright = light_of(bake=False), light_of(intensity=6), light_of(intensity=60)
-    assert bright - without == pytest.approx(10 * (dim - without), rel=0.01)
-    assert dim > 1.02 * without
+    without, dark = light_of(bake=False), light_of(intensity=0)
+    dim, bright = light_of(intensity=6), light_of(intensity=60)
+    assert dark == without
+    assert without < 0.99 * dim < dim < bright < without + 10 * (dim - without)
 
 
 def test_sprites_of_several_animations_have_a_light_each(

@@ -36,7 +36,7 @@ def flying(births: list[tuple[float, float]], *, loop: bool = True, first_id: in
                 light = 1 - abs(2 * age / life - 1)
                 tables[frame].append([
                     first_id + i, x + vx * age, y + vy * age, vx, vy, size, 2.0,
-                    np.arctan2(vy, vx), 6.0, 0.5, 0.1, light, age, life,
+                    np.arctan2(vy, vx), 6.0, 0.5, 0.1, light, age, life, 0, 0.0, 0.6,
                 ])  # fmt: skip
     frames = [np.array(table).reshape(-1, len(COLUMNS)) for table in tables]
     table = np.array(spawns).reshape(-1, len(SPAWN_COLUMNS))
@@ -202,7 +202,7 @@ def test_a_flake_that_flies_into_the_next_round_has_a_second_id() -> None:
 def test_a_flake_that_meets_itself_flies_on_under_ids_of_its_own() -> None:
     row = [0.0, 300, 400, 0, -50, 3, 1, 0, 1, 1, 1, 1, 0.0, 3.0]
     ages = np.arange(3 * FPS) / FPS
-    rows = [np.array([[*row[:12], age, 3.0]]) for age in ages]
+    rows = [np.array([[*row[:12], age, 3.0, 0, 0, 1]]) for age in ages]
     spawns = np.array([[0, 0.0, 3.0, 300, 400, 0, -50, 3, 0.0]])
     tracks = fold_into_loop(Tracks.one_shot(FPS, (WIDTH, HEIGHT), 7, spawns, rows), FRAMES)
     assert [len(each) for each in hjson(tracks)] == [6] * FRAMES + [0]

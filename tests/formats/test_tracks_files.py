@@ -54,7 +54,7 @@ def test_the_json_tells_what_it_is() -> None:
     assert (len(frames), len(spawns)) == (3, 5)
     assert written == {
         "format": "fire-atlas/tracks",
-        "version": 1,
+        "version": 2,
         "name": "campfire",
         "fps": 24,
         "frame_count": 3,
@@ -64,6 +64,7 @@ def test_the_json_tells_what_it_is() -> None:
         "size": [640, 480],
         "space": "source pixels, x right, y down, (0,0) top-left corner",
         "units": "px, px/s, s, rad",
+        "light": {"sum": "linear", "curve": "x/(1+x)", "halo": [0.004, 4]},
         "columns": list(COLUMNS),
     }
 

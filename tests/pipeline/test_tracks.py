@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fire_atlas.core.pixels import expose
 from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.effect.flakes.tracks import Tracks
@@ -17,10 +18,10 @@ from fire_atlas.pipeline.simulate import simulate
 from tests.support.repo import Repo, tracks_of
 
 KEYS = ["format", "version", "name", "fps", "frame_count", "loop", "seed", "size", "space",
-        "units", "spawns", "columns", "frames"]  # fmt: skip
+        "units", "light", "spawns", "columns", "frames"]  # fmt: skip
 SPAWN_KEYS = ["id", "t", "life", "x", "y", "vx", "vy", "size", "wraps"]
 COLUMNS = ["id", "x", "y", "vx", "vy", "size", "stretch", "rotation", "r", "g", "b", "a", "age",
-           "life"]  # fmt: skip
+           "life", "kind", "blur", "tail"]  # fmt: skip
 
 Row = dict[str, float]
 
@@ -57,11 +58,12 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Tracks]:
 def test_the_json_has_exactly_the_contracts_keys(built: tuple[Path, Tracks]) -> None:
     tracks = tracks_of(built[0], "fire")
     assert list(tracks) == KEYS
-    assert (tracks["format"], tracks["version"], tracks["name"]) == ("fire-atlas/tracks", 1, "fire")
+    assert (tracks["format"], tracks["version"], tracks["name"]) == ("fire-atlas/tracks", 2, "fire")
     assert (tracks["fps"], tracks["frame_count"], tracks["seed"]) == (24, 48, 7)
     assert tracks["size"] == [256, 320]
     assert tracks["space"] == "source pixels, x right, y down, (0,0) top-left corner"
     assert tracks["units"] == "px, px/s, s, rad"
+    assert tracks["light"] == {"sum": "linear", "curve": "x/(1+x)", "halo": [0.004, 4]}
     assert tracks["columns"] == COLUMNS
     assert all(list(spawn) == SPAWN_KEYS for spawn in tracks["spawns"])
     for i, frame in enumerate(tracks["frames"]):
@@ -113,19 +115,25 @@ def test_the_csv_agrees_with_the_json_number_by_number(built: tuple[Path, Tracks
     assert [[float(cell) for cell in line] for line in lines] == wanted
 
 
-def plainly_drawn(rows: dict[int, Row], width: int, height: int) -> NDArray[np.float64]:
-    """Draw a frame's flakes as the tracks' documentation says, pixel by pixel."""
+def plainly_drawn(tracks: Any, rows: dict[int, Row]) -> NDArray[np.float64]:
+    """Show a frame's flakes as the tracks' documentation says, pixel by pixel."""
+    width, height = tracks["size"]
+    halo_light, halo_width = tracks["light"]["halo"]
     light = np.zeros((height, width, 3))
     y, x = np.mgrid[:height, :width] + 0.5
     for row in rows.values():
         cos, sin = math.cos(row["rotation"]), math.sin(row["rotation"])
+        half = row["size"] * (row["stretch"] - 1) / 2
         along = (x - row["x"]) * cos + (y - row["y"]) * sin
-        across = (y - row["y"]) * cos - (x - row["x"]) * sin
-        length = row["size"] * row["stretch"]
-        q2 = (2 * along / length) ** 2 + (2 * across / row["size"]) ** 2
-        shine = np.where(q2 < 1, (1 - q2) ** 2, 0) * row["a"]
-        light += shine[..., None] * (row["r"], row["g"], row["b"])
-    return light
+        at = np.minimum(np.maximum(along, -half), half)
+        d = np.hypot(x - row["x"] - at * cos, y - row["y"] - at * sin)
+        rise = (at + half) / (2 * half) if half > 0 else 1.0
+        taper = row["tail"] + (1 - row["tail"]) * rise
+        for width_factor, factor in ((1, 1), (halo_width, halo_light)):
+            q = 2 * d / (row["size"] * width_factor)
+            shine = np.where(q < 1, (1 - q**2) ** 2, 0) * taper * factor * row["a"]
+            light += shine[..., None] * (row["r"], row["g"], row["b"])
+    return np.asarray(light / (1 + light))
 
 
 def test_drawing_the_written_rows_gives_the_baked_layer(built: tuple[Path, Tracks]) -> None:
@@ -133,8 +141,8 @@ def test_drawing_the_written_rows_gives_the_baked_layer(built: tuple[Path, Track
     frames, (width, height) = frames_of(tracks), tracks["size"]
     difference = total = 0.0
     for i in range(0, len(frames), 6):
-        baked = draw_flakes(built[1].frames[i], height, width)
-        difference += float(np.abs(plainly_drawn(frames[i], width, height) - baked).sum())
+        baked = expose(draw_flakes(built[1].frames[i], height, width).rgb())
+        difference += float(np.abs(plainly_drawn(tracks, frames[i]) - baked).sum())
         total += float(baked.sum())
     assert total > 0
     assert difference <= 0.03 * total

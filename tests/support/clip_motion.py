@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.effect.field.forcing import cell_means, grid_shape
-from fire_atlas.effect.flakes.statistics import flake_figures
-from tests.support.effect import VX, VY, Array, EffectRun, Plane, X, Y, pixel_of
+from fire_atlas.effect.flakes.emission import EMBER
+from tests.support.effect import KIND, VX, VY, Array, EffectRun, Plane, X, Y, pixel_of
 
 Flow = NDArray[np.float32]
 """(H, W, 2), px a frame."""
@@ -75,7 +75,7 @@ class Places:
 
 
 def in_the_flame(effect: EffectRun, flows: list[Flow], others: list[Flow]) -> Places:
-    """Collect every row of the tracks that lies in moving flame."""
+    """Collect every row of the tracks of an ember in moving flame; sparks do not follow the gas."""
     clip = effect.clip
     gathered: list[tuple[Array, Array, Array]] = []
     for i, (flow, other) in enumerate(zip(flows, others, strict=True)):
@@ -85,6 +85,7 @@ def in_the_flame(effect: EffectRun, flows: list[Flow], others: list[Flow]) -> Pl
         seen = (rows[:, X] >= 0) & (rows[:, X] < clip.width)
         seen &= (rows[:, Y] >= 0) & (rows[:, Y] < clip.height)
         seen &= (clip.brightness(i)[at] > FLAME) & (np.hypot(*here.T) > MOVES)
+        seen &= rows[:, KIND] == EMBER
         velocity = rows[:, [VX, VY]] / clip.fps
         gathered.append((velocity[seen], here[seen], other[at].astype(np.float64)[seen]))
     return Places(*(np.concatenate(parts) for parts in zip(*gathered, strict=True)))
@@ -99,8 +100,9 @@ def correlation(one: Array, other: Array) -> tuple[float, float]:
 
 
 def share_that_rises(effect: EffectRun) -> float:
-    """Share of the flakes seen at least twice that end higher than they began."""
-    return {f.name: f.value for f in flake_figures(effect.tracks)}["end higher than born"]
+    """Share of the embers seen at least twice that end higher than they began."""
+    flights = [f for f in effect.flights(2) if f[0, KIND] == EMBER]
+    return float(np.mean([f[-1, Y] < f[0, Y] for f in flights]))
 
 
 def plume_speed(effect: EffectRun) -> float:

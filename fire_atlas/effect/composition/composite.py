@@ -9,6 +9,7 @@ from fire_atlas.core.pixels import (
     decode_unit,
     encode_bytes,
     encode_unit,
+    expose,
     srgb_to_linear,
     unpremultiply,
 )
@@ -17,6 +18,9 @@ from fire_atlas.vision.sampling import evenly_spread
 
 _MIN_DIVISOR = np.float32(1e-6)
 """Minimum coverage that light is divided by."""
+
+_WHITE = np.float32(254 / 255)
+"""The most that film has shown of any light, linear."""
 
 _MIN_VISIBLE = 0.25
 """Brightness (sRGB, 0..1) from which a flake is drawn in a colour of the palette. Dimmer ones are
@@ -36,59 +40,95 @@ def compose(
     blend_space: str,
     palette: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
-    """Blend flakes with the flame behind them, pixel by pixel: (pixels, 4).
+    """Blend flakes with the flame behind them, pixel by pixel: (4, pixels).
 
-    ``add``: flame + flakes. ``screen``: 1 − (1 − flame)(1 − flakes). ``over``: flakes hide the
-    flame in proportion to their light. Coverage is raised so that flakes show on an empty
-    background too: to their brightest channel, encoded in the client's blend space.
+    ``add``: their light is added to the light that the film of the flame saw, then exposed again.
+    ``screen``: 1 − (1 − flame)(1 − flakes), both exposed. ``over``: flakes hide the flame in
+    proportion to their exposed light. That is what is seen over black. Coverage is raised so that
+    flakes show on an empty background too: to their brightest channel, encoded in the client's
+    blend space.
 
     Args:
-        under: (pixels, 4), the flame's premultiplied linear light and coverage.
-        flakes: (pixels, 3), light of the flake layer on black.
+        under: (4, pixels), the flame's premultiplied linear light and coverage.
+        flakes: (3, pixels), light of the flake layer on black.
         blend: ``add``, ``screen`` or ``over``.
         blend_space: Where the client blends, which decides how much coverage light needs.
         palette: (colours, 3) sRGB in 0..1. If given, pixels whose flakes are bright enough to be
             seen take the nearest of these colours, fully opaque; all others stay as they are.
     """
-    light = expose(flakes)
-    brightest = _brightest(light)
+    brightest = expose(flakes.max(axis=0))
     shown = encode_unit(brightest)
-    cover = brightest
+    coverage, behind = under[3], under[:3]
     if blend_space == "srgb":
-        # On an empty background the client shows sRGB(c) · cover; with this c it is sRGB(light).
-        cover = shown
-        alone = decode_unit(as_plane(encode_unit(light) / np.maximum(cover, _MIN_DIVISOR))) * cover
-        light = as_plane(alone + (light - alone) * under[:, 3:])
-    joined = _blended(under[:, :3], light, brightest, blend)
-    needed = np.minimum(_brightest(joined)[:, 0], 1.0)
+        behind = _as_seen(behind, coverage)
+    light = _blended(behind, flakes, brightest, blend)
     pixels = np.empty_like(under)
-    pixels[:, :3] = joined
-    pixels[:, 3] = np.maximum(under[:, 3] + cover[:, 0] * (1 - under[:, 3]), needed)
+    if blend_space == "srgb":
+        needed = encode_unit(light.max(axis=0))
+        pixels[3] = np.maximum(coverage + shown * (1 - coverage), needed)
+        pixels[:3] = _to_be_seen(light, pixels[3])
+    else:
+        needed = np.minimum(light.max(axis=0), 1.0)
+        pixels[3] = np.maximum(coverage + brightest * (1 - coverage), needed)
+        pixels[:3] = light
     if palette is not None:
-        pixels[:, :3] = _nearest_colours(pixels, palette)
-        pixels[:, 3] = 1.0
-        faint = shown[:, 0] < _MIN_VISIBLE
-        pixels[faint] = under[faint]
+        pixels[:3] = _nearest_colours(pixels, palette)
+        pixels[3] = 1.0
+        faint = shown < _MIN_VISIBLE
+        pixels[:, faint] = under[:, faint]
+    return pixels
+
+
+def _as_seen(light: NDArray[np.float32], coverage: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return what a client that blends in sRGB shows over black, linear: sRGB(c) · coverage.
+
+    ``light`` (3, pixels) is premultiplied by ``coverage`` (pixels,).
+    """
+    thin = np.flatnonzero((coverage > 0) & (coverage < 1))
+    seen = light.copy()
+    straight = encode_unit(light[:, thin] / coverage[thin])
+    seen[:, thin] = decode_unit(as_plane(straight * coverage[thin]))
+    return seen
+
+
+def _to_be_seen(light: NDArray[np.float32], coverage: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the premultiplied light of which a client that blends in sRGB shows ``light``.
+
+    The inverse of ``_as_seen``.
+    """
+    thin = np.flatnonzero(coverage < 1)
+    pixels = light.copy()
+    straight = encode_unit(light[:, thin]) / np.maximum(coverage[thin], _MIN_DIVISOR)
+    pixels[:, thin] = decode_unit(as_plane(straight)) * coverage[thin]
     return pixels
 
 
 def _blended(
-    under: NDArray[np.float32], light: NDArray[np.float32], cover: NDArray[np.float32], blend: str
+    flame: NDArray[np.float32],
+    flakes: NDArray[np.float32],
+    cover: NDArray[np.float32],
+    blend: str,
 ) -> NDArray[np.float32]:
-    """Blend the flame's light ``under`` the flakes with the flakes' ``light``, both (pixels, 3).
+    """Blend the flame's light as shown with the flakes' light before exposure, both (3, pixels).
 
-    ``cover`` (pixels, 1) is the coverage of the flakes.
+    ``cover`` (pixels,) is the coverage of the flakes.
     """
     if blend == "add":
-        return under + light
+        return exposed_together(flame, flakes)
+    light = expose(flakes)
     if blend == "screen":
-        return as_plane(under + light - np.minimum(under, 1.0) * light)
-    return light + under * (1 - cover)
+        return as_plane(flame + light - np.minimum(flame, 1.0) * light)
+    return as_plane(light + flame * (1 - cover))
 
 
-def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Scale HDR light (pixels, 3) to 0..1 by its brightest channel; clipping would change hues."""
-    return as_plane(light / np.maximum(_brightest(light), 1.0))
+def exposed_together(shown: NDArray[np.float32], light: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return what film shows of ``light`` added to the light of which it has ``shown``; any shape.
+
+    y was shown of y / (1 − y); adding x to that and exposing it gives (y + z) / (1 + z) with
+    z = x (1 − y). White is taken for the last step below it, so that very bright light shows on it.
+    """
+    added = light * (1 - np.minimum(shown, _WHITE))
+    return as_plane(np.maximum((shown + added) / (1 + added), shown))
 
 
 def clip_palette(clip: Clip, workers: Workers) -> NDArray[np.float32]:
@@ -116,14 +156,8 @@ def _opaque_codes(clip: Clip, i: int) -> NDArray[np.int64]:
 def _nearest_colours(
     pixels: NDArray[np.float32], palette: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Linear light (pixels, 3) of the palette colour nearest in sRGB to each of (pixels, 4)."""
-    shown = encode_unit(pixels[:, :3])
+    """Linear light (3, pixels) of the palette colour nearest in sRGB to each of (4, pixels)."""
+    shown = encode_unit(pixels[:3])
     # |p − s|² − |s|². Not a matrix product: numpy's threads may change its last bits.
-    square = (palette**2).sum(axis=1) - 2 * np.einsum("ic,jc->ij", shown, palette)
-    return srgb_to_linear(palette[np.argmin(square, axis=1)])
-
-
-def _brightest(light: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Brightest channel (pixels, 1) of light (pixels, 3). numpy is slow along a short axis."""
-    red, green, blue = light.T
-    return as_plane(np.maximum(np.maximum(red, green), blue)[:, None])
+    square = (palette**2).sum(axis=1) - 2 * np.einsum("ci,jc->ij", shown, palette)
+    return srgb_to_linear(palette[np.argmin(square, axis=1)]).T

@@ -12,7 +12,7 @@ from fire_atlas.core.pixels import REC709
 
 @dataclass(frozen=True, slots=True)
 class FrameLight:
-    """Sums over the pixels of a frame, in linear light on black; those of its layers add up.
+    """Sums over the pixels of a frame, in linear light on black; those of several frames add up.
 
     Attributes:
         rgb: (3,) float64, sum of each channel.
@@ -40,7 +40,7 @@ class FrameLight:
         )
 
     def __add__(self, other: "FrameLight") -> "FrameLight":
-        """Return the light of both layers."""
+        """Return the light of both frames."""
         return FrameLight(
             self.rgb + other.rgb, self.x + other.x, self.y + other.y, self.square + other.square
         )

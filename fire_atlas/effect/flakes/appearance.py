@@ -1,9 +1,9 @@
-"""Appearance: size, streak, colour and opacity of flying flakes, as rows of the tracks.
+"""Appearance: width, streak, colour and light of flying flakes, as rows of the tracks.
 
-Embers cool, dim and flicker; their colour follows their speed (Figure 9), their streaks eq. 17.
+An ember is as wide as the pixels and the lens show it; its streak follows eq. 17. It has the one
+colour of hot charcoal, or colours by its speed (Figure 9).
 """
 
-import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
@@ -14,24 +14,20 @@ from numpy.typing import NDArray
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane
 from fire_atlas.core.workers import Workers
-from fire_atlas.effect.flakes.drawing import drawn_width
+from fire_atlas.effect.flakes.brightness import (
+    ember_brightness,
+    flicker,
+    light_over_life,
+    out_of_focus,
+)
+from fire_atlas.effect.flakes.drawing import HALO_WIDTH, capsule_integral, drawn_width
 from fire_atlas.effect.flakes.emission import TICK, Spawns
 from fire_atlas.effect.flakes.flight import ParticleState
+from fire_atlas.effect.flakes.tracks import COLUMNS
 
-HOTTEST, COOLEST = 1600.0, 980.0
-"""Temperature, K, of a new ember, and of one that has become invisible."""
-
-_WIEN = 23930.0
-"""Luminance is proportional to exp(−_WIEN / T): × 7,900 from 1000 K to 1600 K."""
-
-_CONTRAST = 0.32
-"""Exponent of the luminance, which compresses its range as an eye or a film would."""
-
-_FADE_IN = 0.05
-"""Time a new ember takes to reach full light, s."""
-
-_FLICKER_DEPTH = 0.4
-"""Maximum fraction of its light that an ember loses by flicker."""
+EMBER_LIGHT = (1.0, 0.13, 0.021)
+"""Linear R, G, B of a glowing ember, a black body of about 1400 K: all embers have this colour, and
+only the shoulder of the film makes the bright ones yellow."""
 
 _FULL_SPEED = 0.9
 """Speed, heights/s, at which a flake has the last of the colours."""
@@ -44,11 +40,27 @@ _MAX_HALF_LENGTH = 0.25
 """Limit on a sprite's half length in the border fade, as a fraction of the frame's shorter side: a
 larger sprite would be at the border wherever it is."""
 
+_OUT_OF_FOCUS, _DEFOCUS = 0.08, 3.0
+"""Share of embers out of focus, and how many times as wide they are drawn."""
+
+_DIMMED_BY_LENGTH = 0.35
+"""How much the light of a pixel falls with the length of a streak, in widths."""
+
+_LONG_TAIL = 0.45
+"""Light at the tail of a very long streak over that at its head."""
+
 _PIXEL_SHADES = 3
 """Number of brightness steps of hard flakes."""
 
+_PIXEL_LIGHT = 11.0
+"""Light of all hard flakes relative to the median ember: as bright as the bright ones, because so
+few shades cannot show dim ones."""
+
 _BATCH = 4096
 """Minimum number of flakes per numpy call: a call for only a few takes as long."""
+
+_FLICKERS = 1 << 12
+"""Number of flickers computed. Flakes whose ids are this far apart share one, unseen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,16 +68,18 @@ class Appearance:
     """How the flakes of a recipe look.
 
     Attributes:
-        colours: (stops, 3) linear light by speed, slow to fast.
-        intensity: Light of a new flake.
+        seed: The recipe's seed.
+        colours: (stops, 3) linear light by speed, slow to fast; one stop for one colour.
+        intensity: Light of the median ember at its brightest.
         stretch: Streak length besides motion blur, in frames of travel.
         shutter: Fraction of a frame during which the shutter is open.
-        kappa: (H, W) κ of each pixel, a factor of a flake's light and of its blur (eq. 17).
+        kappa: (H, W) κ of each pixel, a factor of a flake's blur (eq. 17).
         fades: Whether flakes fade towards the frame's border.
         pixel: Whether flakes are hard squares.
         fps: Frames per second.
     """
 
+    seed: int
     colours: NDArray[np.float64]
     intensity: float
     stretch: float
@@ -76,19 +90,53 @@ class Appearance:
     fps: float
 
 
+@dataclass(frozen=True, slots=True)
+class _Embers:
+    """What does not change in a flake's life. Arrays (flakes,).
+
+    Attributes:
+        spawns: All flakes.
+        light: Light at the brightest, were it wider than a pixel.
+        size: Drawn width, px, without and with the blur of the lens.
+        blur: Part of the drawn width by which the flake is out of focus, px.
+    """
+
+    spawns: Spawns
+    light: NDArray[np.float64]
+    size: NDArray[np.float64]
+    blur: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, spawns: Spawns, look: Appearance) -> "_Embers":
+        """Decide the light and the drawn width of each flake."""
+        count, size = len(spawns.tick), drawn_width(spawns.size, look.pixel)
+        light = np.full(count, _PIXEL_LIGHT)
+        blur = np.zeros(count)
+        if not look.pixel:
+            light = ember_brightness(count, look.seed)
+            blur = (_DEFOCUS - 1) * size * out_of_focus(count, _OUT_OF_FOCUS, look.seed)
+        return cls(spawns, light * look.intensity, size + blur, blur)
+
+
 def track_rows(
     states: Iterable[ParticleState], spawns: Spawns, look: Appearance, workers: Workers
 ) -> Iterator[NDArray[np.float64]]:
-    """Yield one (flakes, 14) table per frame, columns ``tracks.COLUMNS``, while the flight goes on.
+    """Yield one (flakes, 17) table per frame, columns ``tracks.COLUMNS``, while the flight goes on.
 
     A row's velocity leads to the flake's place in the next frame, so that an engine that moves it
     by ``v / fps`` arrives there; in a flake's last row it is the simulated velocity.
     """
+    embers = _Embers.of(spawns, look)
     moving = (
         _with_frame_velocity(*pair, look.fps)
         for pair in pairwise(chain(states, [ParticleState.empty()]))
     )
-    for tables in workers.map(lambda batch: _tables(batch, spawns, look), _batches(moving)):
+    flickers = flicker(min(len(spawns.tick), _FLICKERS), look.fps, look.seed)
+    flickering = (
+        (state, factor.take(state.id & (_FLICKERS - 1)))
+        for state, factor in zip(moving, flickers, strict=False)
+    )
+    for tables in workers.map(lambda batch: _tables(batch, embers, look), _batches(flickering)):
         yield from tables
 
 
@@ -106,12 +154,16 @@ def _with_frame_velocity(
     return replace(state, vx=vx, vy=vy)
 
 
-def _batches(states: Iterable[ParticleState]) -> Iterator[list[ParticleState]]:
+_Flickering = tuple[ParticleState, NDArray[np.float64]]
+"""The flakes of a frame, and the factor of each one's light by flicker."""
+
+
+def _batches(states: Iterable[_Flickering]) -> Iterator[list[_Flickering]]:
     """Yield the states in groups of successive frames, each of ``_BATCH`` flakes or more."""
-    batch, flakes = list[ParticleState](), 0
+    batch, flakes = list[_Flickering](), 0
     for state in states:
         batch.append(state)
-        flakes += len(state.id)
+        flakes += len(state[1])
         if flakes >= _BATCH:
             yield batch
             batch, flakes = [], 0
@@ -120,42 +172,51 @@ def _batches(states: Iterable[ParticleState]) -> Iterator[list[ParticleState]]:
 
 
 def _tables(
-    states: list[ParticleState], spawns: Spawns, look: Appearance
+    batch: list[_Flickering], embers: _Embers, look: Appearance
 ) -> list[NDArray[np.float64]]:
     """Return the table of rows of each state."""
+    states, factors = zip(*batch, strict=True)
     ends = np.cumsum([len(state.id) for state in states])
-    return np.split(_table(ParticleState.concatenate(states), spawns, look), ends[:-1])
+    state, factor = ParticleState.concatenate(states), np.concatenate(factors)
+    return np.split(_table(state, factor, embers, look), ends[:-1])
 
 
-def _table(state: ParticleState, spawns: Spawns, look: Appearance) -> NDArray[np.float64]:
-    """Return the rows of flakes; their streaks follow x(δ) = x(t) + (δ − t) v κ (eq. 17)."""
-    speed = np.hypot(state.vx, state.vy)
-    life, full_size = spawns.life.take(state.id), spawns.size.take(state.id)
-    size = drawn_width(full_size, look.pixel)
+def _table(
+    state: ParticleState, factor: NDArray[np.float64], embers: _Embers, look: Appearance
+) -> NDArray[np.float64]:
+    """Return the rows of flakes; their streaks follow x(δ) = x(t) + (δ − t) v κ (eq. 17).
+
+    ``factor`` is that of each flake's light by flicker.
+    """
+    ids, spawns = state.id, embers.spawns
+    travel = np.hypot(state.vx, state.vy) / look.fps
+    size, life = embers.size.take(ids), spawns.life.take(ids)
     height, width = look.kappa.shape
     weight = look.kappa[
         np.clip(state.y.astype(np.intp), 0, height - 1),
         np.clip(state.x.astype(np.intp), 0, width - 1),
     ]
-    streak = speed / look.fps * (look.stretch + look.shutter * weight)
-    stretch = 1 + streak / size
-    light = ember_light(state.age, life) * ember_flicker(
-        state.age, spawns.flicker_rate.take(state.id), spawns.flicker_phase.take(state.id)
-    )
-    colour = colour_by_speed(state.smoothed_speed, height, look.colours) * look.intensity
+    light = light_over_life(state.age / life) * factor
     if look.pixel:
-        stretch = np.ones_like(size)
-        opacity = np.ceil(light * _PIXEL_SHADES) / _PIXEL_SHADES
+        stretch, tail = np.ones_like(size), np.ones_like(size)
+        light = np.ceil(np.minimum(light, 1.0) * _PIXEL_SHADES) / _PIXEL_SHADES
     else:
-        # A streak spreads the same light over more pixels. A small flake, drawn wider in both axes,
-        # is dimmed for one only: else it would be invisible.
-        opacity = light * weight * full_size / size / stretch
+        streak = travel * (look.stretch + look.shutter * weight)
+        stretch = 1 + streak / size
+        tail = _LONG_TAIL + (1 - _LONG_TAIL) / stretch
+        # Spread over pixels and by the lens, the light stays the same in sum.
+        light *= capsule_integral(streak, spawns.size.take(ids))
+        light /= capsule_integral(streak, size) * (1 + _DIMMED_BY_LENGTH * stretch)
     if look.fades:
-        opacity = opacity * _border_fade(state, size * stretch / 2, speed / look.fps, height, width)
+        halo = size if look.pixel else size * HALO_WIDTH
+        half_length = (size * (stretch - 1) + halo) / 2
+        light = light * _border_fade(state, half_length, travel, height, width)
+    colour = colour_by_speed(state.smoothed_speed, height, look.colours) * embers.light.take(ids)
     # Each column is contiguous in memory, because tables are read by column.
     return np.stack([
-        state.id, state.x, state.y, state.vx, state.vy, size, stretch,
-        np.arctan2(state.vy, state.vx), *colour, opacity, state.age, life,
+        ids, state.x, state.y, state.vx, state.vy, size, stretch,
+        np.arctan2(state.vy, state.vx), *colour, light, state.age, life,
+        spawns.kind.take(ids), embers.blur.take(ids), tail,
     ]).T  # fmt: skip
 
 
@@ -176,30 +237,6 @@ def _border_fade(
     return smooth_step(np.asarray(gap / strip, np.float64))
 
 
-def temperature(age_share: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Temperature, K, of embers that have lived ``age_share`` (0..1) of their lifetime.
-
-    Radiation cools hot embers faster than dim ones.
-    """
-    return COOLEST + (HOTTEST - COOLEST) * (1 - np.clip(age_share, 0, 1)) ** 1.4
-
-
-def ember_light(age: NDArray[np.float64], life: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Light, 0..1, of embers ``age`` s old that live ``life`` s: falls to 0 as they cool."""
-    strength = _WIEN * _CONTRAST
-    heat = np.exp(strength * (1 / HOTTEST - 1 / temperature(age / life)))
-    dullest = math.exp(strength * (1 / HOTTEST - 1 / COOLEST))
-    lit = np.minimum(age / _FADE_IN, 1.0)
-    return np.maximum(heat - dullest, 0.0) / (1 - dullest) * lit
-
-
-def ember_flicker(
-    age: NDArray[np.float64], rate: NDArray[np.float64], phase: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Factor, at most 1, by which flicker dims embers; ``age`` in s, ``rate`` Hz, ``phase`` rad."""
-    return 1 - _FLICKER_DEPTH * (0.5 - 0.5 * np.sin(2 * np.pi * rate * age + phase))
-
-
 def colour_by_speed(
     speed: NDArray[np.float64], height: int, stops: NDArray[np.float64]
 ) -> NDArray[np.float64]:
@@ -209,15 +246,18 @@ def colour_by_speed(
     return np.stack([np.interp(at, known, stops[:, c]) for c in range(3)])
 
 
-def spawn_table(states: list[ParticleState], spawns: Spawns, hard: bool) -> NDArray[np.float64]:
+def spawn_table(
+    states: list[ParticleState], spawns: Spawns, frames: list[NDArray[np.float64]]
+) -> NDArray[np.float64]:
     """Return the spawn data of all flakes ever seen, (flakes, 9): ``tracks.SPAWN_COLUMNS``.
 
-    ``hard``: whether they are drawn as hard squares.
+    ``frames`` are the rows of ``states``, which have the sizes as drawn.
     """
     order = np.concatenate([state.id for state in states])
     seen, first = np.unique(order, return_index=True)
     vx, vy = (np.concatenate([getattr(s, name) for s in states])[first] for name in ("vx", "vy"))
+    size = np.concatenate(frames)[first, COLUMNS.index("size")]
     return np.column_stack([
         seen, spawns.tick[seen] * TICK, spawns.life[seen], spawns.x[seen], spawns.y[seen], vx, vy,
-        drawn_width(spawns.size[seen], hard), np.zeros(len(seen)),
+        size, np.zeros(len(seen)),
     ])  # fmt: skip

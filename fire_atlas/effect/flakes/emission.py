@@ -16,37 +16,49 @@ from fire_atlas.recipe.effect import Flakes
 TICK = 1 / 60
 """Time step, s, in which flakes are spawned and fly, whatever the frame rate."""
 
-_RATE_PER_AREA, _SMALL_AREA = 180.0, 0.15
+_RATE_PER_AREA, _SMALL_AREA = 280.0, 0.15
 """Automatic spawn rate per heights² of moving fire, and the area below which the rate falls faster
 than the area, because a small fire is calmer as well."""
 
-_MIN_RATE, _MIN_SPAWNS = 4.0, 6.0
-"""Minimum automatic spawn rate, 1/s, and minimum number of flakes of a one-shot clip."""
+_MIN_SPAWNS = 6.0
+"""Minimum automatic number of flakes of a one-shot clip."""
 
-_CALM_RATE, _BURSTS_PER_FLAKE = 20.0, 1 / 40
-"""Spawn rate, 1/s, up to which a fire is too calm for bursts; bursts per flake beyond it."""
+_CALM_RATE, _BURSTS_PER_FLAKE = 20.0, 1 / 60
+"""Spawn rate, 1/s, up to which a fire is too calm for bursts; bursts per flake from twice that."""
 
 _GOLDEN = (math.sqrt(5) - 1) / 2
 
-_BURST_SPARKS = (3, 14)
-"""Minimum and maximum number of sparks in a burst."""
+EMBER, SPARK = 0, 1
+"""Kinds of flakes: embers are carried by the gas, sparks are thrown and fly on their own."""
 
-_MEAN_BURST_SPARKS = sum(_BURST_SPARKS) / 2
+_BURST_SPARKS = 16.0
+"""Mean number of sparks in a burst where the recipe does not say how many sparks there are."""
 
-_BURST_SPEED = (0.2, 0.8)
-"""Minimum and maximum speed that a burst gives its sparks, heights/s."""
+_BURST_SHAPE = 4.0
+"""Shape of the gamma distribution of burst sizes: a few bursts are several times as large."""
 
-_BURST_WIDTH = 0.05
-"""Side of the square in which the sparks of a burst are spawned, heights."""
+_LAUNCH_SPEED, _LAUNCH_SPREAD = 0.9, 0.6
+"""Median speed at which a spark is thrown, heights/s, and standard deviation of its logarithm."""
 
-_MAX_TERMINAL_VELOCITY = (0.03, 0.2)
-"""Maximum terminal velocity of a flake, and of a spark of a burst, heights/s."""
+_LAUNCH_RISE = 0.5
+"""Upward velocity of a burst's centre relative to its sparks' speed: sparks fly up rather than
+down."""
 
-_FLICKER_RATE = (0.5, 6.0)
-"""Minimum and maximum rate of the flicker, Hz."""
+_SPARK_LIFE = 0.5
+"""Lifetime of a spark relative to that of an ember: it is small, and the air cools it."""
 
-_TURBULENCE_RATE = (0.3, 1.3)
+_FALL_SPEED, _FALL_SPREAD = (0.02, 0.18), 0.35
+"""Median terminal velocity of an ember and of a spark, heights/s, and standard deviation of its
+logarithm."""
+
+_DRIFT_SPREAD = 0.5
+"""Standard deviation of the logarithm of an ember's speed relative to that of the gas."""
+
+_TURBULENCE_RATE = (0.2, 1.0)
 """Minimum and maximum rate of a flake's own turbulent motion, Hz."""
+
+_SPARK_SMALLER = 0.5
+"""Number of standard deviations by which sparks of a burst are smaller than other flakes."""
 
 _SIZE_SPREAD = 2.0
 """Number of standard deviations from the mean log size to that of a recipe's minimum or maximum."""
@@ -57,32 +69,30 @@ class Spawns:
     """Spawned flakes, in the order of spawning. All arrays (flakes,) float64 but the first two.
 
     Attributes:
-        in_burst: Whether the flake is a spark of a burst, bool.
+        kind: ``EMBER`` or ``SPARK``, int64.
         tick: Time step in which the flake is spawned, in units of ``TICK``, int64.
         x, y: Place where it is spawned, px.
-        impulse_x, impulse_y: Initial velocity in addition to the field's, px/s.
+        launch_x, launch_y: Velocity at which a spark is thrown, px/s; of an ember 0.
         terminal_velocity: Speed at which the flake falls through still air, px/s.
+        drift: Velocity of an ember outside the flame relative to that of the gas.
         life: Lifetime until cooled, s.
         size: Width, px.
         size_score: Standard score of the size's logarithm: standard deviations above the mean.
-        flicker_rate: Hz.
-        flicker_phase: rad.
         turbulence_rate: Rate of the flake's own turbulent motion, Hz.
         turbulence_phase_x, turbulence_phase_y: Its phases, rad.
     """
 
-    in_burst: NDArray[np.bool_]
+    kind: NDArray[np.int64]
     tick: NDArray[np.int64]
     x: NDArray[np.float64]
     y: NDArray[np.float64]
-    impulse_x: NDArray[np.float64]
-    impulse_y: NDArray[np.float64]
+    launch_x: NDArray[np.float64]
+    launch_y: NDArray[np.float64]
     terminal_velocity: NDArray[np.float64]
+    drift: NDArray[np.float64]
     life: NDArray[np.float64]
     size: NDArray[np.float64]
     size_score: NDArray[np.float64]
-    flicker_rate: NDArray[np.float64]
-    flicker_phase: NDArray[np.float64]
     turbulence_rate: NDArray[np.float64]
     turbulence_phase_x: NDArray[np.float64]
     turbulence_phase_y: NDArray[np.float64]
@@ -104,7 +114,7 @@ class Spawns:
     def empty(cls) -> Self:
         """Return no flakes."""
         rest = (np.empty(0) for _ in fields(cls)[2:])
-        return cls(np.empty(0, np.bool_), np.empty(0, np.int64), *rest)
+        return cls(np.empty(0, np.int64), np.empty(0, np.int64), *rest)
 
     @classmethod
     def concatenate(cls, parts: list[Self]) -> Self:
@@ -121,6 +131,7 @@ class EmitterSettings:
         seed: The recipe's seed.
         rate: Flakes per second at the automatic α, those of bursts included.
         burst_rate: Bursts per second at the automatic α.
+        burst_sparks: Mean number of sparks in a burst, at least 1.
         candidate_count: Mean number of candidates per frame at the automatic α: N(α_auto).
         alpha: α, the recipe's or the automatic one: pixels with ‖Fv*‖ > α are candidates.
         life, size: (min, max), s and px.
@@ -131,6 +142,7 @@ class EmitterSettings:
     seed: int
     rate: float
     burst_rate: float
+    burst_sparks: float
     candidate_count: float
     alpha: float
     life: tuple[float, float]
@@ -161,15 +173,17 @@ class EmitterSettings:
         """
         size = (flakes.size[0] * clip.height, flakes.size[1] * clip.height)
         median = np.sqrt(size[0] * size[1])
-        width_ratio = float(median / drawn_width(median, flakes.sprite == "pixel"))
+        # Soft flakes thinner than a pixel are dimmer, but hard ones are drawn wider.
+        width_ratio = float(median / drawn_width(median, True)) if flakes.sprite == "pixel" else 1.0
         duration = math.inf if clip.loop else clip.body / clip.fps
         automatic = automatic_rate(moving_area, width_ratio, duration)
         rate = automatic if flakes.rate == "auto" else flakes.rate
-        bursts = automatic_burst_rate(rate) if flakes.bursts == "auto" else flakes.bursts
+        bursts, sparks = _bursts_of(flakes, rate)
         return cls(
             seed=seed,
             rate=rate,
-            burst_rate=min(bursts, rate / _MEAN_BURST_SPARKS),
+            burst_rate=bursts,
+            burst_sparks=sparks,
             candidate_count=candidate_count,
             alpha=automatic_alpha if flakes.alpha == "auto" else flakes.alpha,
             life=flakes.life,
@@ -183,8 +197,8 @@ def automatic_rate(moving_area: float, width_ratio: float, duration: float) -> f
     """Return the spawn rate, 1/s, that suits a fire.
 
     Sparks tear off where fire moves, so the rate is proportional to that area; in a small, calm
-    fire, to its square. Flakes too small to show are drawn wider, and are fewer in proportion. Any
-    clip gets a few, however short.
+    fire, to its square. Flakes that are drawn wider than they are, are fewer in proportion. A clip
+    that plays once gets a few, however short.
 
     Args:
         moving_area: Area in which the fire moves, heights².
@@ -193,12 +207,28 @@ def automatic_rate(moving_area: float, width_ratio: float, duration: float) -> f
     """
     calm = min(moving_area / _SMALL_AREA, 1.0)
     rate = _RATE_PER_AREA * moving_area * calm * min(width_ratio, 1.0)
-    return max(rate, _MIN_RATE, _MIN_SPAWNS / duration)
+    return max(rate, _MIN_SPAWNS / duration)
+
+
+def _bursts_of(flakes: Flakes, rate: float) -> tuple[float, float]:
+    """Return the bursts per second of a fire that sheds ``rate`` flakes, and sparks in each.
+
+    A given share of sparks is kept: by the size of bursts if their number is given too, else by
+    their number. Without bursts, sparks are thrown one by one.
+    """
+    if flakes.sparks == "auto":
+        bursts = automatic_burst_rate(rate) if flakes.bursts == "auto" else flakes.bursts
+        return min(bursts, rate / _BURST_SPARKS), _BURST_SPARKS
+    thrown = flakes.sparks * rate
+    if flakes.bursts == "auto":
+        return thrown / _BURST_SPARKS, _BURST_SPARKS
+    bursts = min(flakes.bursts, thrown) or thrown
+    return bursts, thrown / bursts if bursts else 1.0
 
 
 def automatic_burst_rate(rate: float) -> float:
     """Return how many bursts a second suit a fire that sheds ``rate`` flakes a second."""
-    return max(rate - _CALM_RATE, 0.0) * _BURSTS_PER_FLAKE
+    return rate * _BURSTS_PER_FLAKE * min(max(rate / _CALM_RATE - 1, 0.0), 1.0)
 
 
 def emit(frame: int, strength: Plane, emitter: EmitterSettings) -> Spawns:
@@ -222,18 +252,17 @@ def emit(frame: int, strength: Plane, emitter: EmitterSettings) -> Spawns:
     ticks = max(1, round((frame + 1) / emitter.fps / TICK) - first)
     chance = generator(emitter.seed, RandomStream.EMISSION, frame)
     count = _steady_poisson(emitter.rate * duration, frame, emitter.seed)
-    columns = _columns(chance, candidates.choose(chance, count), candidates.width, emitter)
     when = first + chance.integers(ticks, size=count)
-    spawned = [Spawns(np.zeros(count, np.bool_), when, *columns)]
+    places = candidates.choose(chance, count)
+    spawned = [_flakes(chance, EMBER, when, places, emitter)]
     chance = generator(emitter.seed, RandomStream.BURSTS, frame)
     if bursts := int(chance.poisson(emitter.burst_rate * duration)):
-        sizes = chance.integers(*_BURST_SPARKS, bursts, endpoint=True)
-        centres, radius = candidates.choose(chance, bursts), _BURST_WIDTH * emitter.height / 2
-        near = [candidates.near(centre, radius) for centre in centres]
-        where = [each.choose(chance, sparks) for each, sparks in zip(near, sizes, strict=True)]
-        columns = _columns(chance, np.concatenate(where), candidates.width, emitter, in_burst=True)
-        when = np.repeat(first + chance.integers(ticks, size=bursts), sizes)
-        spawned.append(Spawns(np.ones(len(when), np.bool_), when, *columns))
+        when = first + chance.integers(ticks, size=bursts)
+        places = candidates.choose(chance, bursts)
+        # Poisson distributed about sizes of a gamma distribution: a negative binomial one.
+        mean = chance.gamma(_BURST_SHAPE, (emitter.burst_sparks - 1) / _BURST_SHAPE, bursts)
+        which = np.repeat(np.arange(bursts), 1 + chance.poisson(mean))
+        spawned.append(_flakes(chance, SPARK, when[which], places[:, which], emitter))
     return Spawns.concatenate(spawned)
 
 
@@ -258,25 +287,15 @@ class _Candidates:
         weights = np.cumsum(strength.ravel()[places], dtype=np.float64)
         return cls(places, weights, strength.shape[1])
 
-    def choose(self, chance: np.random.Generator, count: int) -> NDArray[np.intp]:
-        """Pick ``count`` of the pixels by weight; none where there are no candidates."""
+    def choose(self, chance: np.random.Generator, count: int) -> NDArray[np.float64]:
+        """Return places (2, count), px, in pixels picked by weight; none without candidates."""
         if count == 0 or self.places.size == 0:
-            return np.empty(0, np.intp)
+            return np.empty((2, 0))
         total = self.weights[-1]
         at = np.searchsorted(self.weights, chance.random(count) * total, side="right")
-        picked: NDArray[np.intp] = self.places[np.minimum(at, self.places.size - 1)]
-        return picked
-
-    def near(self, centre: int, radius: float) -> Self:
-        """Return the candidates at most ``radius`` px from a pixel, horizontally and vertically."""
-        row, column = divmod(centre, self.width)
-        # Pixels are sorted by row, so that those of neighbouring rows form one slice.
-        rows = math.ceil(row - radius), math.floor(row + radius) + 1
-        band = slice(*np.searchsorted(self.places, [end * self.width for end in rows]))
-        near = np.abs(self.places[band] % self.width - column) <= radius
-        before = self.weights[band.start - 1] if band.start else 0.0
-        own = np.diff(self.weights[band], prepend=before)
-        return replace(self, places=self.places[band][near], weights=np.cumsum(own[near]))
+        picked = self.places[np.minimum(at, self.places.size - 1)]
+        row, column = np.divmod(picked, self.width)
+        return np.stack([column, row]) + chance.random((2, count))
 
 
 def _steady_poisson(mean: float, frame: int, seed: int) -> int:
@@ -293,35 +312,35 @@ def _steady_poisson(mean: float, frame: int, seed: int) -> int:
     return int(np.searchsorted(np.cumsum(probability), place, side="right"))
 
 
-def _columns(
+def _flakes(
     chance: np.random.Generator,
-    where: NDArray[np.intp],
-    width: int,
+    kind: int,
+    tick: NDArray[np.int64],
+    places: NDArray[np.float64],
     emitter: EmitterSettings,
-    in_burst: bool = False,
-) -> tuple[NDArray[np.float64], ...]:
-    """Return the columns of ``Spawns`` from ``x`` on, of flakes at flat pixel indices ``where``."""
-    count, (row, column) = len(where), np.divmod(where, width)
-    inside = chance.random((2, count))
+) -> Spawns:
+    """Return flakes of one kind, spawned at the given time steps and ``places``, (2, flakes) px."""
+    count, height, (x, y) = len(tick), emitter.height, places
     heading = chance.uniform(0, 2 * np.pi, count)
-    speed = chance.uniform(*_BURST_SPEED, count) * emitter.height * (1.0 if in_burst else 0.0)
-    score = np.clip(chance.standard_normal(count), -_SIZE_SPREAD, _SIZE_SPREAD)
-    if in_burst:  # sparks of a burst are small
-        score = -np.abs(score)
+    speed = _LAUNCH_SPEED * height * np.exp(_LAUNCH_SPREAD * chance.standard_normal(count))
+    speed *= kind == SPARK
+    score = chance.standard_normal(count) - (_SPARK_SMALLER if kind == SPARK else 0.0)
+    score = np.clip(score, -_SIZE_SPREAD, _SIZE_SPREAD)
     smallest, largest = np.log(emitter.size)
     size = np.exp((smallest + largest) / 2 + score * (largest - smallest) / (2 * _SIZE_SPREAD))
-    slow, fast = np.log(_FLICKER_RATE)
-    return (
-        column + inside[0],
-        row + inside[1],
+    fall = _FALL_SPEED[kind] * np.exp(_FALL_SPREAD * chance.standard_normal(count))
+    return Spawns(
+        np.full(count, kind),
+        tick,
+        x,
+        y,
         speed * np.cos(heading),
-        speed * np.sin(heading) - speed * 0.5,  # sparks of a burst fly up rather than down
-        chance.uniform(0, _MAX_TERMINAL_VELOCITY[in_burst], count) * emitter.height,
-        chance.uniform(*emitter.life, count),
+        speed * (np.sin(heading) - _LAUNCH_RISE),
+        fall * height,
+        np.exp(_DRIFT_SPREAD * np.clip(chance.standard_normal(count), -2, 2)),
+        chance.uniform(*emitter.life, count) * (_SPARK_LIFE if kind == SPARK else 1.0),
         size,
         score,
-        np.exp(chance.uniform(slow, fast, count)),
-        chance.uniform(0, 2 * math.pi, count),
         chance.uniform(*_TURBULENCE_RATE, count),
         chance.uniform(0, 2 * math.pi, count),
         chance.uniform(0, 2 * math.pi, count),
@@ -329,14 +348,14 @@ def _columns(
 
 
 def with_bursts_in_rate(spawns: Spawns, seed: int) -> Spawns:
-    """Remove as many flakes as bursts have sparks, so that as many are left as the rate says.
+    """Remove as many flakes as there are sparks, so that as many are left as the rate says.
 
-    Single flakes are removed at random over the whole clip; sparks only where bursts alone are more
-    than the rate.
+    Embers are removed at random over the whole clip; sparks only where they alone are more than the
+    rate.
     """
     rank = generator(seed, RandomStream.REPLACED_BY_BURSTS).permutation(len(spawns.tick))
-    order = np.lexsort((rank, ~spawns.in_burst))
-    return spawns.take(np.sort(order[: np.count_nonzero(~spawns.in_burst)]))
+    order = np.lexsort((rank, spawns.kind == EMBER))
+    return spawns.take(np.sort(order[: np.count_nonzero(spawns.kind == EMBER)]))
 
 
 def limit_alive(spawns: Spawns, limit: int, count: int, fps: float, seed: int) -> Spawns:

@@ -1,4 +1,7 @@
-"""Flight: move flakes with the buoyancy field, with inertia, jitter and gravity (eq. 13)."""
+"""Flight: embers move with the buoyancy field, with inertia, jitter and gravity (eq. 13).
+
+Sparks are thrown and fly on their own (``ballistics.py``).
+"""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -11,7 +14,8 @@ from numpy.typing import NDArray
 from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.effect.field.record import FieldRecord
-from fire_atlas.effect.flakes.emission import TICK, Spawns
+from fire_atlas.effect.flakes.ballistics import Ballistics
+from fire_atlas.effect.flakes.emission import SPARK, TICK, Spawns
 from fire_atlas.vision.warp import sample_at
 
 Column = NDArray[np.float64]
@@ -22,20 +26,20 @@ _REMAP_LIMIT = 30000
 _LAG_PER_SCORE = 0.35
 """A flake one standard deviation larger than the mean lags e^0.35 times as long."""
 
-_IMPULSE_DECAY = 0.12
-"""Time constant with which drag stops the impulse of a burst, s."""
-
-_MIN_IMPULSE_SHARE = 0.15
-"""Fraction of an impulse that acts inside the flame, where gas carries the flakes along."""
-
 _COLOUR_LAG = 0.2
 """Time constant of the speed that decides a flake's colour, s: embers do not cool in one frame."""
 
 _COLOUR_GAIN = 1 - math.exp(-TICK / _COLOUR_LAG)
 """Fraction of the change in a flake's speed that ``smoothed_speed`` follows in a tick."""
 
-_TURBULENCE_ONSET = 0.4
-"""Age, s, at which a flake's own turbulent motion is at full strength."""
+_EXPOSURE_LAG = 0.12
+"""Time constant with which an ember that has left the flame begins to move in its own way, s."""
+
+_EXPOSURE_GAIN = 1 - math.exp(-TICK / _EXPOSURE_LAG)
+"""Fraction of the change of its surroundings that ``exposure`` follows in a tick."""
+
+_WANDER = 1.5
+"""Speed of an ember's own turbulent motion relative to that of the eddies around it."""
 
 _ANGLES = 1 << 13
 """Number of jitter angles drawn per tick. Flakes whose ids are this far apart share one, unseen."""
@@ -78,6 +82,7 @@ class ParticleState:
         x, y: Place, px.
         vx, vy: Velocity, px/s.
         smoothed_speed: Speed, px/s, exponentially smoothed over time.
+        exposure: How far outside the flame it has been of late, 0..1.
         age: Seconds since the flake was spawned.
     """
 
@@ -87,6 +92,7 @@ class ParticleState:
     vx: Column
     vy: Column
     smoothed_speed: Column
+    exposure: Column
     age: Column
 
     @classmethod
@@ -155,18 +161,25 @@ class _FlightModel:
         settings: How they fly.
         retained: (flakes,) fraction of the velocity relative to the field that a tick leaves.
         fall_speed: (flakes,) terminal velocity under the recipe's gravity, px/s.
+        thrown: (flakes,) whether each is a spark.
+        ballistics: How the sparks fly.
     """
 
     spawns: Spawns
     settings: FlightSettings
     retained: Column
     fall_speed: Column
+    thrown: NDArray[np.bool_]
+    ballistics: Ballistics
 
     @classmethod
     def of(cls, spawns: Spawns, settings: FlightSettings) -> Self:
         """Compute the constants of each flake; larger flakes lag longer behind the field."""
         lag = settings.lag * np.exp(_LAG_PER_SCORE * spawns.size_score)
-        return cls(spawns, settings, np.exp(-TICK / np.maximum(lag, 1e-6)), settings.gravity * lag)
+        retained = np.exp(-TICK / np.maximum(lag, 1e-6))
+        ballistics = Ballistics.of(spawns, settings.height, settings.gravity)
+        thrown = spawns.kind == SPARK
+        return cls(spawns, settings, retained, settings.gravity * lag, thrown, ballistics)
 
     def spawn(
         self, state: ParticleState, first: int, last: int, field: _FieldSampler
@@ -178,11 +191,15 @@ class _FlightModel:
         x, y = self.spawns.x[first:last], self.spawns.y[first:last]
         vx, vy, _ = field.at(x, y)
         ids, age = np.arange(first, last, dtype=np.int64), np.zeros(last - first)
-        spawned = ParticleState(ids, x, y, vx, vy, np.hypot(vx, vy), age)
+        spawned = self._with_sparks(ParticleState(ids, x, y, vx, vy, age, age, age))
+        spawned = replace(spawned, smoothed_speed=np.hypot(spawned.vx, spawned.vy))
         return ParticleState.concatenate([state, spawned])
 
     def step(self, state: ParticleState, field: _FieldSampler, tick: int) -> ParticleState:
-        """Move flakes by one tick: v̇ = (u − v)/lag + g, solved exactly; jitter; then x += v dt."""
+        """Move embers by one tick: v̇ = (u − v)/lag + g, solved exactly; jitter; then x += v dt.
+
+        Sparks are placed where their throw has brought them.
+        """
         *u, lit = field.at(state.x, state.y)
         vx, vy = u
         if self.settings.lag > 0:
@@ -192,39 +209,53 @@ class _FlightModel:
             vy = target + (state.vy - target) * retained
         cos, sin = scatter_rotations(self.settings.seed, tick, state.id, self.settings.scatter)
         vx, vy = vx * cos - vy * sin, vx * sin + vy * cos
-        own_x, own_y = self._own_velocity(state, np.square(np.square(1 - lit)))
-        all_x, all_y = vx + own_x, vy + own_y
-        change = np.hypot(all_x, all_y) - state.smoothed_speed
+        outside = np.square(np.square(1 - lit))
+        own_x, own_y = self._own_velocity(state, u[0], u[1], outside)
         ticks = tick + 1 - self.spawns.tick.take(state.id)  # counted, as summed ages would drift
-        return replace(
-            state,
-            x=state.x + all_x * TICK,
-            y=state.y + all_y * TICK,
-            vx=vx,
-            vy=vy,
-            smoothed_speed=state.smoothed_speed + change * _COLOUR_GAIN,
-            age=np.multiply(ticks, TICK, dtype=np.float64),
+        moved = self._with_sparks(
+            replace(
+                state,
+                x=state.x + (vx + own_x) * TICK,
+                y=state.y + (vy + own_y) * TICK,
+                vx=vx,
+                vy=vy,
+                exposure=state.exposure + (outside - state.exposure) * _EXPOSURE_GAIN,
+                age=np.multiply(ticks, TICK, dtype=np.float64),
+            )
         )
+        speed = np.hypot(moved.x - state.x, moved.y - state.y) / TICK
+        change = (speed - state.smoothed_speed) * _COLOUR_GAIN
+        return replace(moved, smoothed_speed=state.smoothed_speed + change)
 
-    def _own_velocity(self, state: ParticleState, outside: Column) -> tuple[Column, Column]:
-        """Velocity of each flake relative to the field, px/s, that its neighbours do not share.
+    def _with_sparks(self, state: ParticleState) -> ParticleState:
+        """Return the state with all sparks where they are at their age, at their velocity."""
+        sparks = np.flatnonzero(self.thrown.take(state.id))
+        if not len(sparks):
+            return state
+        columns = [c.copy() for c in (state.x, state.y, state.vx, state.vy)]
+        flown = self.ballistics.at(state.id.take(sparks), state.age.take(sparks))
+        for column, now in zip(columns, flown, strict=True):
+            column[sparks] = now
+        x, y, vx, vy = columns
+        return replace(state, x=x, y=y, vx=vx, vy=vy)
 
-        It is the sum of three: the fall at terminal velocity; the impulse of a burst, which drag
-        stops; and turbulence, so that neighbours do not fly in a line. The last two are scaled by
-        ``outside`` (0..1: how far the flake is outside the flame), the impulse only to a minimum.
+    def _own_velocity(
+        self, state: ParticleState, u: Column, v: Column, outside: Column
+    ) -> tuple[Column, Column]:
+        """Velocity of each ember relative to the field, px/s, that its neighbours do not share.
+
+        It is the fall at terminal velocity, the drift that is faster or slower than the gas, and
+        turbulence, so that neighbours do not fly in a line. All begin slowly ``outside`` the flame
+        (0..1), and end at once inside.
         """
-        ids, spawns, impulse = state.id, self.spawns, np.exp(-state.age / _IMPULSE_DECAY)
-        onset = np.minimum(state.age / _TURBULENCE_ONSET, 1.0)
-        speed = math.sqrt(2) * self.settings.turbulence * onset
+        ids, spawns = state.id, self.spawns
+        speed = _WANDER * math.sqrt(2) * self.settings.turbulence
         turn = 2 * math.pi * spawns.turbulence_rate.take(ids) * state.age
         aside = speed * _sine(turn + spawns.turbulence_phase_x.take(ids))
         down = 0.5 * speed * _sine(turn + spawns.turbulence_phase_y.take(ids))
-        fall = spawns.terminal_velocity.take(ids) * (1 - impulse)
-        impulse *= np.maximum(outside, _MIN_IMPULSE_SHARE)
-        return (
-            spawns.impulse_x.take(ids) * impulse + outside * aside,
-            spawns.impulse_y.take(ids) * impulse + outside * down + fall,
-        )
+        own = state.exposure * outside
+        drift, fall = spawns.drift.take(ids) - 1, spawns.terminal_velocity.take(ids)
+        return own * (aside + drift * u), own * (down + drift * v + fall)
 
     def between(self, before: ParticleState, after: ParticleState, part: float) -> ParticleState:
         """Return the flakes at ``part`` (0..1) of a tick, without those that have cooled.
@@ -233,13 +264,15 @@ class _FlightModel:
         """
         age = before.age + part * TICK
         moved_x, moved_y = after.x - before.x, after.y - before.y
-        seen = replace(
-            after,
-            x=before.x + moved_x * part,
-            y=before.y + moved_y * part,
-            vx=moved_x / TICK,
-            vy=moved_y / TICK,
-            age=age,
+        seen = self._with_sparks(
+            replace(
+                after,
+                x=before.x + moved_x * part,
+                y=before.y + moved_y * part,
+                vx=moved_x / TICK,
+                vy=moved_y / TICK,
+                age=age,
+            )
         )
         return seen.where(age < self.spawns.life.take(before.id))
 

@@ -65,7 +65,7 @@ def flake_figures(tracks: Tracks) -> list[Figure]:
         Figure("born, rate", len(flights) * tracks.fps / len(tracks.frames), "a second"),
         Figure("seen for, mean", len(rows) / len(flights) / tracks.fps, "s"),
         Figure("alive, mean", float(alive.mean())),
-        Figure("end higher than born", float(rise), "", 0.95),
+        Figure("end higher than born", float(rise), "", 0.7),
         Figure("speed, median", float(np.median(speed)), "heights/s", 0.1, 1.5),
         Figure("size, median", float(np.median(sizes)), "px", 1.0),
         Figure(
@@ -79,7 +79,7 @@ def flake_figures(tracks: Tracks) -> list[Figure]:
 
 
 def _flights(tracks: Tracks) -> list[NDArray[np.float64]]:
-    """Return all rows of each flight, (rows, 14), in the order of its frames."""
+    """Return all rows of each flight, (rows, 17), in the order of its frames."""
     rows, flight = np.concatenate(tracks.frames), np.concatenate(tracks.flights)
     if not len(rows):
         return []

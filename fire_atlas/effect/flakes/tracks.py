@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 COLUMNS = (
     "id", "x", "y", "vx", "vy", "size", "stretch", "rotation", "r", "g", "b", "a", "age", "life",
+    "kind", "blur", "tail",
 )  # fmt: skip
 """Columns of ``Tracks.frames``, in px, px/s, s and rad; rgb is linear light and may exceed 1."""
 
@@ -33,10 +34,18 @@ _MIN_VISIBLE = 0.001
 class Tracks:
     """All flakes of a build.
 
-    A flake is drawn as the additive soft sprite (1 - q²)², q² = (2a/(size·stretch))² + (2b/size)²,
-    with a along ``rotation`` (clockwise from +x on screen) and b across it, in px from (x, y); the
-    linear light at its centre is rgb·a. If ``hard``, it is a square of ``size`` whole px that all
-    have this light, at the nearest whole px.
+    A flake is a soft capsule: with d the distance, px, of a point from the segment of length
+    size·(stretch − 1) that is centred on (x, y) and lies along ``rotation`` (clockwise from +x on
+    screen), its light is rgb·a · (1 − (2d/size)²)² inside size/2, times a factor that rises
+    linearly from ``tail`` at the segment's beginning to 1 at its end, its head. Around it is a halo
+    (``drawing.HALO_LIGHT``, ``HALO_WIDTH``): the same capsule, ``HALO_WIDTH`` times as wide, with
+    ``HALO_LIGHT`` of the light. ``size`` is the width as drawn: it has the reach of a pixel in it,
+    and ``blur``, the px by which a flake out of focus is wider. ``kind`` is 0 for an ember that
+    the gas carries, and 1 for a spark that is thrown. The light of all flakes of a frame is summed,
+    linear; what is shown is x / (1 + x) of it in each channel.
+
+    If ``hard``, a flake is a square of ``size`` whole px that all have the light rgb·a, at the
+    nearest whole px; where squares overlap, each channel is that of the brighter one.
 
     A flight is the unbroken life of one flake, from the first frame that shows it to the last. In a
     loop it continues from the last frame into frame 0. A loop no longer than a flight shows several
@@ -49,7 +58,7 @@ class Tracks:
         loop: Whether frame 0 follows the last frame.
         seed: The recipe's seed.
         spawns: (ids, 9) float64, columns ``SPAWN_COLUMNS``, sorted by id.
-        frames: One (rows, 14) float64 table per frame, columns ``COLUMNS``, sorted by id.
+        frames: One (rows, 17) float64 table per frame, columns ``COLUMNS``, sorted by id.
         flights: Flight of each row of each frame, identified by the first id of its flake.
         flight_frames: For each row of each frame, number of frames since its flight began.
         hard: Whether flakes are hard squares.

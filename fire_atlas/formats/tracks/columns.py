@@ -11,7 +11,8 @@ from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 
 DECIMALS = {
     "id": 0, "t": 6, "x": 3, "y": 3, "vx": 2, "vy": 2, "size": 3, "stretch": 3, "rotation": 4,
-    "r": 4, "g": 4, "b": 4, "a": 4, "age": 3, "life": 3, "wraps": 0,
+    "r": 5, "g": 5, "b": 5, "a": 5, "age": 3, "life": 3, "kind": 0, "blur": 3, "tail": 3,
+    "wraps": 0,
 }  # fmt: skip
 """Decimals of each column of ``Tracks``, the same in every format. 0: an integer."""
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MAX_JSON_BYTES, read_file
 from fire_atlas.core.output_file import OutputFile
+from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.checks import number, whole
@@ -41,7 +42,7 @@ def write_tracks_json(name: str, tracks: Tracks) -> OutputFile:
 def _head(name: str, tracks: Tracks) -> dict[str, Any]:
     return {
         "format": "fire-atlas/tracks",
-        "version": 1,
+        "version": 2,
         "name": name,
         "fps": plain(tracks.fps, 6),
         "frame_count": len(tracks.frames),
@@ -51,6 +52,7 @@ def _head(name: str, tracks: Tracks) -> dict[str, Any]:
         "size": [tracks.width, tracks.height],
         "space": "source pixels, x right, y down, (0,0) top-left corner",
         "units": "px, px/s, s, rad",
+        "light": {"sum": "linear", "curve": "x/(1+x)", "halo": [HALO_LIGHT, HALO_WIDTH]},
     }
 
 

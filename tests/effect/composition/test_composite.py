@@ -5,32 +5,70 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import encode_frame
-from fire_atlas.core.pixels import encode_bytes
+from fire_atlas.core.pixels import encode_bytes, expose, linear_to_srgb, srgb_to_linear
 from fire_atlas.effect.composition.blur import blur_along
-from fire_atlas.effect.composition.composite import compose, expose
+from fire_atlas.effect.composition.composite import compose
 
 
 def _flame(light: float, alpha: float) -> NDArray[np.float32]:
-    return np.tile(np.array([light, light, light, alpha], np.float32), (20, 1))
+    return np.tile(np.array([[light], [light], [light], [alpha]], np.float32), (1, 20))
 
 
 def _flakes(*rgb: float) -> NDArray[np.float32]:
-    return np.tile(np.array(rgb, np.float32), (20, 1))
+    """Light that film shows as ``rgb``."""
+    shown = np.array(rgb, np.float32)[:, None]
+    return np.tile(shown / (1 - shown), (1, 20))
 
 
-def test_add_is_the_sum_in_linear_light() -> None:
-    out = compose(_flame(0.3, 0.5), _flakes(0.4, 0.2, 0.1), "add", "linear")
-    assert np.allclose(out[0, :3], [0.7, 0.5, 0.4])
+def _film(light: NDArray[np.float64]) -> NDArray[np.float64]:
+    return light / (1 + light)
 
 
-def test_screen_never_exceeds_one() -> None:
+def test_film_shows_each_channel_by_its_own_shoulder() -> None:
+    light = np.array([[4.0, 0.5, 0.1]], np.float32)
+    assert np.allclose(expose(light), [[4 / 5, 1 / 3, 1 / 11]])
+
+
+@pytest.mark.parametrize("space", ["srgb", "linear"])
+def test_add_shows_the_sum_of_the_light_that_film_saw(space: str) -> None:
+    flame = np.array([[0.3], [0.2], [0.0], [1.0]], np.float32)
+    flakes = np.array([[2.0], [0.4], [0.05]], np.float32)
+    out = compose(flame, flakes, "add", space)
+    wanted = _film(np.array([0.3 / 0.7 + 2, 0.2 / 0.8 + 0.4, 0.05]))
+    assert out[:3, 0] == pytest.approx(wanted, rel=1e-4)
+    assert out[3, 0] == 1
+
+
+def test_add_on_a_thin_flame_shows_over_black_what_it_shows_on_an_opaque_one() -> None:
+    """A client that blends in sRGB shows sRGB(c) · coverage."""
+    flame = np.array([[0.05], [0.03], [0.01], [0.4]], np.float32)
+    flakes = np.array([[0.3], [0.05], [0.01]], np.float32)
+    out = compose(flame, flakes, "add", "srgb")
+    page = encode_frame(out.T[None].copy(), "premultiplied", "srgb")[0, 0, :3] / 255
+    behind = encode_frame(flame.T[None].copy(), "premultiplied", "srgb")[0, 0, :3] / 255
+    seen = srgb_to_linear(behind).astype(np.float64)
+    wanted = linear_to_srgb(_film(seen / (1 - seen) + flakes[:, 0]))
+    assert page == pytest.approx(wanted, abs=1.5 / 255)
+    assert out[3, 0] >= 0.4
+
+
+@pytest.mark.parametrize("blend", ["add", "screen"])
+def test_no_light_makes_a_flame_darker(blend: str) -> None:
+    flame = np.vstack([np.tile(np.linspace(0, 1, 256, dtype=np.float32), (3, 1)), np.ones(256)])
+    for light in (1e-4, 0.05, 3.0, 500.0):
+        out = compose(flame.astype(np.float32), np.full((3, 256), light, np.float32), blend, "srgb")
+        assert (out[:3] >= flame[:3] - 1e-6).all() and (out <= 1).all()
+        assert (np.diff(out[0]) >= -1e-6).all()
+
+
+def test_screen_is_of_the_exposed_light() -> None:
     out = compose(_flame(0.8, 1.0), _flakes(0.9, 0.5, 0.0), "screen", "linear")
-    assert np.allclose(out[0, :3], [0.98, 0.9, 0.8])
+    assert np.allclose(out[:3, 0], [0.98, 0.9, 0.8])
 
 
 def test_over_hides_what_is_behind_a_bright_flake() -> None:
-    out = compose(_flame(0.8, 1.0), _flakes(1.0, 0.4, 0.0), "over", "linear")
-    assert np.allclose(out[0], [1.0, 0.4, 0.0, 1.0])
+    out = compose(_flame(0.8, 1.0), _flakes(0.999, 0.4, 0.0), "over", "linear")
+    assert np.allclose(out[:, 0], [1.0, 0.4, 0.0, 1.0], atol=2e-3)
 
 
 @pytest.mark.parametrize("light", [0.003, 0.05, 0.2, 0.9])
@@ -39,16 +77,16 @@ def test_over_hides_no_more_than_it_shines(light: float, space: str) -> None:
     """The soft rim of a sprite is no dark ring on the flame."""
     out = compose(_flame(1.0, 1.0), _flakes(light, 0.4 * light, 0.0), "over", space)
     assert out[0, 0] == pytest.approx(1.0, abs=1e-4)
-    assert (out[0, :3] >= 1 - light - 1e-4).all()
+    assert (out[:3, 0] >= 1 - light - 1e-4).all()
 
 
 @pytest.mark.parametrize("blend", ["add", "screen", "over"])
-@pytest.mark.parametrize("light", [0.002, 0.02, 0.07, 0.3, 1.0])
+@pytest.mark.parametrize("light", [0.002, 0.02, 0.07, 0.3, 0.99])
 def test_a_flake_beside_the_flame_is_as_bright_as_its_light(blend: str, light: float) -> None:
     """Over black it looks like its light, and over white it only takes what its hue lacks."""
     rgb = light, 0.3 * light, 0.02 * light
     out = compose(_flame(0.0, 0.0), _flakes(*rgb), blend, "srgb")
-    page = encode_frame(out[None], "premultiplied", "srgb")[0, 0].astype(int)
+    page = encode_frame(out.T[None].copy(), "premultiplied", "srgb")[0, 0].astype(int)
     wanted = encode_bytes(np.array([[rgb]], np.float32))[0, 0].astype(int)
     assert np.abs(page[:3] - wanted).max() <= 1
     over_white = page[:3] + 255 - page[3]
@@ -60,15 +98,11 @@ def test_a_flake_beside_the_flame_is_as_bright_as_its_light(blend: str, light: f
 def test_coverage_always_carries_the_light_up_to_one(blend: str, space: str) -> None:
     chance = np.random.default_rng(0)
     flame = _flame(0.0, 0.0)
-    flame[:, 3] = chance.random(20)
-    flame[:, :3] = flame[:, 3:] * chance.random((20, 3))
-    out = compose(flame, chance.random((20, 3), np.float32) * 3, blend, space)
-    assert (out[:, 3] >= np.minimum(out[:, :3].max(axis=1), 1) - 1e-6).all()
-    assert (out[:, 3] <= 1 + 1e-6).all()
-
-
-def test_hdr_light_keeps_its_hue() -> None:
-    assert np.allclose(expose(np.array([[4.0, 1.0, 0.2]], np.float32)), [[1.0, 0.25, 0.05]])
+    flame[3] = chance.random(20)
+    flame[:3] = flame[3:] * chance.random((3, 20))
+    out = compose(flame, chance.random((3, 20), np.float32) * 3, blend, space)
+    assert (out[3] >= np.minimum(out[:3].max(axis=0), 1) - 1e-6).all()
+    assert (out[3] <= 1 + 1e-6).all()
 
 
 def test_blur_keeps_the_energy_within_a_percent() -> None:

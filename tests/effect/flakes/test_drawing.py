@@ -6,57 +6,173 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
-from fire_atlas.effect.flakes.drawing import draw_flakes
+from fire_atlas.effect.flakes.appearance import EMBER_LIGHT
+from fire_atlas.effect.flakes.drawing import (
+    HALO_LIGHT,
+    HALO_WIDTH,
+    capsule_integral,
+    draw_flakes,
+    draw_pixels,
+)
 from fire_atlas.effect.flakes.tracks import COLUMNS
 
+Light = NDArray[np.float64]
 
-def _row(**values: float) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+WITH_HALO = 1 + HALO_LIGHT * HALO_WIDTH**2
+"""Light of a round flake with its halo, relative to that without."""
+
+
+def row(**values: float) -> NDArray[np.float64]:
+    """Return the table of one flake."""
     usual = dict.fromkeys(COLUMNS, 0.0) | {
         "x": 50.0, "y": 40.0, "size": 6.0, "stretch": 1.0, "r": 2.0, "g": 1.0, "b": 0.5, "a": 1.0,
+        "tail": 1.0,
     }  # fmt: skip
     return np.array([[(usual | values)[name] for name in COLUMNS]])
 
 
+def stated(rows: NDArray[np.float64], height: int, width: int, halo: bool = True) -> Light:
+    """Return the light (height, width, 3) that the documentation of ``Tracks`` states, computed
+    at the centre of each pixel."""
+    y, x = np.mgrid[:height, :width] + 0.5
+    total = np.zeros((height, width, 3))
+    for values in rows:
+        flake = dict(zip(COLUMNS, values, strict=True))
+        cos, sin = math.cos(flake["rotation"]), math.sin(flake["rotation"])
+        dx, dy = x - flake["x"], y - flake["y"]
+        half = flake["size"] * (flake["stretch"] - 1) / 2
+        at = np.clip(dx * cos + dy * sin, -half, half)
+        d = np.hypot(dx - at * cos, dy - at * sin)
+        share = (at + half) / (2 * half) if half else np.ones_like(at)
+        taper = flake["tail"] + (1 - flake["tail"]) * share
+        for wider, light in ((1, 1.0), *(((HALO_WIDTH, HALO_LIGHT),) if halo else ())):
+            q = np.minimum(2 * d / (flake["size"] * wider), 1)
+            shine = (1 - q**2) ** 2 * taper * light * flake["a"]
+            total += shine[..., None] * [flake[name] for name in "rgb"]
+    return total
+
+
 @settings(max_examples=60, deadline=None)
 @given(
-    x=st.floats(30, 70), y=st.floats(30, 50), size=st.floats(2.6, 20), stretch=st.floats(1, 4),
-    rotation=st.floats(-math.pi, math.pi),
+    x=st.floats(30, 70), y=st.floats(30, 50), size=st.floats(1.6, 20), stretch=st.floats(1, 4),
+    rotation=st.floats(-math.pi, math.pi), tail=st.floats(0, 1),
 )  # fmt: skip
 def test_a_flake_gives_the_same_light_wherever_it_falls_on_the_pixels(
-    x: float, y: float, size: float, stretch: float, rotation: float
+    x: float, y: float, size: float, stretch: float, rotation: float, tail: float
 ) -> None:
-    rows = _row(x=x, y=y, size=size, stretch=min(stretch, 50 / size), rotation=rotation)
-    light = draw_flakes(rows, 160, 180)
-    stretch = float(rows[0, COLUMNS.index("stretch")])
-    # the integral of (1 − q²)² over an ellipse of half axes A and B is π A B / 3
-    wanted = math.pi / 3 * (size / 2) * (size * stretch / 2)
-    assert light.sum(axis=(0, 1)) == pytest.approx(np.array([2, 1, 0.5]) * wanted, rel=1e-3)
+    length = size * (stretch - 1)
+    tail = tail if length else 1.0
+    rows = row(x=x, y=y, size=size, stretch=stretch, rotation=rotation, tail=tail)
+    light = draw_flakes(rows, 200, 200).rgb().sum(axis=(0, 1))
+    wide = HALO_WIDTH * size
+    core, halo = (float(capsule_integral(length, each)) for each in (size, wide))  # type: ignore[arg-type]
+    # The halo is cut off where it is too faint to be seen.
+    mean = (1 + tail) / 2
+    least, most = core * mean, (core + HALO_LIGHT * halo) * mean
+    assert (light >= np.array([2, 1, 0.5]) * least * 0.998).all()
+    assert (light <= np.array([2, 1, 0.5]) * most * 1.002).all()
+
+
+@pytest.mark.parametrize("size", [3.0, 7.0, 24.0])
+@pytest.mark.parametrize("stretch", [1.0, 1.5, 3.0])
+@pytest.mark.parametrize("rotation", [0.0, 0.7, math.pi / 2, -2.5])
+def test_pixels_are_as_the_tracks_state(size: float, stretch: float, rotation: float) -> None:
+    tail = 0.4 if stretch > 1 else 1.0
+    rows = row(size=size, stretch=stretch, rotation=rotation, tail=tail, x=50.3, y=40.8)
+    drawn, wanted = draw_flakes(rows, 80, 100).rgb(), stated(rows, 80, 100)
+    assert np.abs(drawn - wanted).sum() < 0.03 * wanted.sum()
+
+
+def test_one_pixel_of_one_ember_in_closed_form() -> None:
+    """At a quarter of its width from the axis: (1 − 1/4)², and no part of it beyond half."""
+    rows = row(x=50.5, y=40.5, size=32, r=0.1, g=0.0, b=0.0)
+    light = draw_flakes(rows, 80, 100).rgb()[..., 0]
+    assert light[40, 50] == pytest.approx(0.1, rel=1e-5)
+    assert light[40, 58] == light[48, 50] == pytest.approx(0.1 * 0.75**2, rel=1e-5)
+    assert light[40, 67] == 0
+
+
+def test_a_streak_is_brightest_at_its_head_and_dims_linearly_to_its_tail() -> None:
+    rows = row(x=50.5, y=40.5, size=16, stretch=3.5, tail=0.25, r=0.1, g=0.0, b=0.0)
+    light = draw_flakes(rows, 80, 100).rgb()[40, :, 0]
+    assert light[70] == pytest.approx(0.1, rel=1e-4), "the head, 20 px to the right"
+    assert light[30] == pytest.approx(0.025, rel=1e-4)
+    assert light[[40, 50, 60]] == pytest.approx([0.04375, 0.0625, 0.08125], rel=1e-4)
 
 
 def test_the_centre_of_light_is_the_flakes_place() -> None:
-    light = draw_flakes(_row(x=50.3, y=40.8, stretch=2.0, rotation=0.7), 100, 100)[..., 0]
+    light = draw_flakes(row(x=50.3, y=40.8, stretch=2.0, rotation=0.7), 100, 100).rgb()[..., 0]
     y, x = np.mgrid[:100, :100] + 0.5
     assert (light * x).sum() / light.sum() == pytest.approx(50.3, abs=0.08)
     assert (light * y).sum() / light.sum() == pytest.approx(40.8, abs=0.08)
 
 
 def test_a_streak_lies_along_its_rotation_clockwise_on_screen() -> None:
-    light = draw_flakes(_row(stretch=5.0, rotation=math.pi / 4, size=8), 100, 100)[..., 0]
-    assert light[52, 62] > 0 and light[28, 62] == 0  # down-right is lit, up-right is not
+    rows = row(stretch=5.0, rotation=math.pi / 4, size=8)
+    light = draw_flakes(rows, 100, 100).rgb()[..., 0]
+    assert light[52, 62] > 0.5 and light[28, 62] < 0.01  # down-right is lit, up-right is not
 
 
-def test_flakes_add_up_and_may_exceed_one() -> None:
-    one = draw_flakes(_row(), 100, 100)
-    three = draw_flakes(np.vstack([_row()] * 3), 100, 100)
-    assert np.allclose(three, 3 * one, rtol=1e-5) and three.max() > 3
+def test_the_light_of_flakes_adds_up_and_may_exceed_one() -> None:
+    one, other = row(), row(x=53.0, r=0.5, g=2.0, rotation=1.0, stretch=2.0)
+    alone = draw_flakes(one, 100, 100).rgb() + draw_flakes(other, 100, 100).rgb()
+    both = draw_flakes(np.vstack([one, other]), 100, 100).rgb()
+    assert np.allclose(both, alone, atol=1e-4) and both.max() > 2
+    three = draw_flakes(np.vstack([one] * 3), 100, 100).rgb()
+    assert np.allclose(three, 3 * draw_flakes(one, 100, 100).rgb(), atol=2e-3) and three.max() > 5
+
+
+def test_a_halo_has_four_thousandths_of_the_light() -> None:
+    light = draw_flakes(row(x=50.5, y=40.5, size=10, r=20.0), 100, 100).rgb()[..., 0]
+    ring = light[40, 58]  # 8 px away: 0.4 of the halo's width
+    assert ring / 20 == pytest.approx(HALO_LIGHT * (1 - 0.16 * 1) ** 2, rel=0.05)
+    assert light[40, 50] / 20 == pytest.approx(1 + HALO_LIGHT, rel=1e-3)
+    assert light.sum() / 20 == pytest.approx(math.pi / 12 * 100 * WITH_HALO, rel=0.01)
+    assert light[40, 71] == 0
+
+
+@pytest.mark.parametrize("strength", [0.6, 5.0, 11.0, 14.0])
+def test_halos_are_alike_at_half_the_resolution_and_in_full(strength: float) -> None:
+    rows = row(x=50.2, y=40.9, size=8, stretch=2.0, rotation=0.4, tail=0.6, r=strength)
+    drawn = draw_flakes(rows, 80, 100).rgb()[..., 0]
+    wanted, bare = (stated(rows, 80, 100, halo)[..., 0] for halo in (True, False))
+    outside = bare == 0
+    assert wanted[outside].max() > 1e-3 * strength
+    assert np.abs(drawn - wanted)[outside].max() < 0.1 * HALO_LIGHT * strength + 4e-4
+
+
+def test_embers_of_one_colour_need_one_plane() -> None:
+    colour = dict(zip("rgb", EMBER_LIGHT, strict=True))
+    rows = np.vstack([row(**colour, a=0.3), row(**{c: 7 * v for c, v in colour.items()}, x=20.0)])
+    one = draw_flakes(rows, 80, 100)
+    assert len(one.planes) == 1
+    assert one.colours == pytest.approx(np.array([EMBER_LIGHT]))
+    several = draw_flakes(np.vstack([rows, row(x=-500.0)]), 80, 100)
+    assert len(several.planes) == 3
+    assert np.allclose(one.rgb(), several.rgb(), atol=1e-5)
+
+
+def test_lit_pixels_are_those_that_change_a_byte() -> None:
+    layer = draw_flakes(row(), 80, 100)
+    step = 0.5 / 255 / 12.92
+    assert np.array_equal(layer.lit(), np.flatnonzero(layer.rgb().max(axis=2) > step))
 
 
 def test_a_flake_that_leaves_the_frame_is_cut_not_piled_up_at_its_border() -> None:
-    whole = draw_flakes(_row(size=10), 100, 100)
-    cut = draw_flakes(_row(x=0.0, size=10), 100, 100)
+    whole = draw_flakes(row(size=10), 100, 100).rgb()
+    cut = draw_flakes(row(x=0.0, size=10), 100, 100).rgb()
     assert cut.sum() == pytest.approx(whole.sum() / 2, rel=0.01)
 
 
+@pytest.mark.parametrize("size", [(1, 1), (2, 3), (7, 5), (64, 1)])
+def test_frames_of_any_size_take_flakes_and_halos(size: tuple[int, int]) -> None:
+    layer = draw_flakes(row(x=0.5, y=0.5, r=9.0), *size)
+    assert layer.rgb().shape == (*size, 3) and layer.rgb()[0, 0, 0] > 1
+
+
 def test_no_flakes_is_black() -> None:
-    assert not draw_flakes(np.empty((0, 14)), 5, 7).any()
+    nothing = np.empty((0, len(COLUMNS)))
+    assert not draw_flakes(nothing, 5, 7).rgb().any()
+    assert not draw_pixels(nothing, 5, 7).rgb().any()

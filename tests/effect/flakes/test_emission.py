@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from fire_atlas.effect.flakes.emission import (
+    EMBER,
+    SPARK,
     TICK,
     EmitterSettings,
     Spawns,
@@ -14,10 +16,12 @@ from fire_atlas.effect.flakes.emission import (
     emit,
     with_bursts_in_rate,
 )
+from fire_atlas.recipe.effect import Flakes
+from tests.support.clips import clip_of
 
 EMITTER = EmitterSettings(
-    seed=5, rate=120.0, burst_rate=0.0, candidate_count=100.0, alpha=1.0, life=(0.5, 1.5),
-    size=(2.0, 8.0), height=200, fps=24.0,
+    seed=5, rate=120.0, burst_rate=0.0, burst_sparks=16.0, candidate_count=100.0, alpha=1.0,
+    life=(0.5, 1.5), size=(2.0, 8.0), height=200, fps=24.0,
 )  # fmt: skip
 
 
@@ -72,36 +76,93 @@ def test_sizes_are_log_normal_between_their_bounds() -> None:
     assert np.mean(size) == pytest.approx(np.log(4.0), abs=0.03)
 
 
-def test_a_burst_throws_three_to_fourteen_small_sparks_from_about_one_place() -> None:
-    emitter = replace(EMITTER, rate=0.0, burst_rate=0.5, candidate_count=3000.0)
-    bursts = [born for i in range(2000) if len((born := emit(i, _strength(3000), emitter)).x)]
-    alone = [born for born in bursts if len(np.unique(born.tick)) == 1 and len(born.x) <= 14]
-    assert len(alone) > 4
-    for born in alone:
-        assert len(born.x) >= 3
-        assert np.ptp(born.x) <= 0.05 * EMITTER.height + 1 >= np.ptp(born.y)
-        assert np.all(born.size <= 4.0)
-        assert np.hypot(born.impulse_x, born.impulse_y).max() > 0
+def _bursts(rate: float, frames: int = 2000, sparks: float = 16.0) -> list[Spawns]:
+    """Return all bursts of a fire that sheds nothing else, each of them alone."""
+    emitter = replace(
+        EMITTER, rate=0.0, burst_rate=rate, burst_sparks=sparks, candidate_count=3000.0
+    )
+    born = _all(frames, emitter, 3000)
+    _, which = np.unique(np.stack([born.tick, born.x, born.y]), axis=1, return_inverse=True)
+    return [born.take(np.flatnonzero(which == i)) for i in range(which.max(initial=-1) + 1)]
+
+
+@pytest.mark.parametrize("mean", [1.0, 4.0, 16.0])
+def test_a_burst_throws_small_sparks_from_one_point_at_one_moment(mean: float) -> None:
+    bursts = _bursts(3.0, sparks=mean)
+    sizes = np.array([len(born.x) for born in bursts])
+    assert len(bursts) == pytest.approx(250, rel=0.2)
+    assert np.mean(sizes) == pytest.approx(mean, rel=0.1)
+    # 1 + a negative binomial number of shape 4
+    assert np.var(sizes) == pytest.approx(mean - 1 + (mean - 1) ** 2 / 4, rel=0.4, abs=1e-9)
+    for born in bursts:
+        assert (born.kind == SPARK).all()
+
+
+def test_sparks_are_half_a_standard_deviation_smaller_than_embers() -> None:
+    sparks = Spawns.concatenate(_bursts(3.0))
+    smaller = np.log(np.median(sparks.size) / 4)
+    assert smaller / (np.log(4) / 4) == pytest.approx(-0.5, abs=0.1)
+
+
+def test_sparks_of_a_burst_fly_apart_at_widely_spread_speeds() -> None:
+    sparks = Spawns.concatenate(_bursts(3.0))
+    velocity = np.stack([sparks.launch_x, sparks.launch_y]) / EMITTER.height
+    mean = velocity.mean(axis=1)
+    spread = np.sqrt(np.square(velocity - mean[:, None]).sum(axis=0).mean())
+    assert abs(mean[0]) < 0.05 and mean[1] < -0.3, "they fly up rather than down"
+    assert spread > 1.5 * np.hypot(*mean)
+    speed = np.log(np.hypot(velocity[0], velocity[1] - mean[1]))
+    assert 0.5 < np.std(speed) < 0.8 and abs(np.median(speed) - np.log(0.9)) < 0.15
+
+
+def test_embers_are_not_thrown() -> None:
+    born = _all(20, EMITTER)
+    assert (born.kind == EMBER).all() and not born.launch_x.any() and not born.launch_y.any()
+
+
+@pytest.mark.parametrize(
+    ("keys", "bursts", "sparks"),
+    [
+        ({"rate": 80}, 80 / 60, 16.0),
+        ({"rate": 80, "bursts": 2}, 2.0, 16.0),
+        ({"rate": 80, "bursts": 50}, 5.0, 16.0),
+        ({"rate": 80, "sparks": 0.4}, 2.0, 16.0),
+        ({"rate": 80, "sparks": 0.4, "bursts": 4}, 4.0, 8.0),
+        ({"rate": 80, "sparks": 0.4, "bursts": 0}, 32.0, 1.0),
+        ({"rate": 80, "sparks": 0.0, "bursts": 2}, 0.0, 1.0),
+        ({"rate": 80, "sparks": 0.0}, 0.0, 16.0),
+        ({"rate": 0}, 0.0, 16.0),
+    ],
+)
+def test_a_given_share_of_sparks_is_kept(
+    keys: dict[str, float], bursts: float, sparks: float
+) -> None:
+    emitter = EmitterSettings.of(
+        Flakes.model_validate(keys),
+        clip_of([np.zeros((20, 20, 4), np.float32)]),
+        moving_area=0.3, candidate_count=100.0, automatic_alpha=1.0, seed=1,
+    )  # fmt: skip
+    assert (emitter.burst_rate, emitter.burst_sparks) == pytest.approx((bursts, sparks))
 
 
 def test_sparks_of_bursts_take_the_place_of_single_flakes() -> None:
     single, crackling = _all(600, EMITTER), _all(600, replace(EMITTER, burst_rate=4.0))
     both = with_bursts_in_rate(crackling, EMITTER.seed)
     assert len(both.x) == len(single.x) < len(crackling.x)
-    assert both.in_burst.sum() == crackling.in_burst.sum() > 0.2 * len(single.x)
+    assert both.kind.sum() == crackling.kind.sum() > 0.2 * len(single.x)
     assert np.isin(both.x, crackling.x).all() and (np.diff(both.tick) >= 0).all()
 
 
 def test_single_flakes_make_way_for_bursts_evenly_over_the_clip() -> None:
     both = with_bursts_in_rate(_all(2400, replace(EMITTER, burst_rate=4.0)), EMITTER.seed)
-    quarters = np.histogram(both.tick[~both.in_burst], 4, (0, 6000))[0]
+    quarters = np.histogram(both.tick[both.kind == EMBER], 4, (0, 6000))[0]
     assert quarters.min() > 0.9 * quarters.max()
 
 
 def test_bursts_alone_are_never_more_than_the_rate() -> None:
     crackling = _all(600, replace(EMITTER, rate=10.0, burst_rate=4.0))
     both = with_bursts_in_rate(crackling, EMITTER.seed)
-    assert both.in_burst.all() and len(both.x) == pytest.approx(250, rel=0.05)
+    assert (both.kind == SPARK).all() and len(both.x) == pytest.approx(250, rel=0.05)
 
 
 def test_the_sparks_of_a_burst_are_born_on_candidates() -> None:
@@ -138,9 +199,9 @@ def test_twice_the_fire_sheds_twice_as_many() -> None:
     assert automatic_rate(0.6, 1.0, 60) == pytest.approx(2 * automatic_rate(0.3, 1.0, 60))
 
 
-def test_the_smallest_fire_sheds_a_few_and_does_not_burst() -> None:
-    rate = automatic_rate(0.0, 1.0, 60)
-    assert 1 <= rate <= 10 and automatic_burst_rate(rate) == 0
+def test_the_smallest_fire_sheds_next_to_nothing_and_does_not_burst() -> None:
+    rate = automatic_rate(0.03, 1.0, np.inf)
+    assert 0 < rate < 2 and automatic_burst_rate(rate) == 0
     assert automatic_burst_rate(automatic_rate(1.0, 1.0, 60)) > 0
 
 
@@ -151,7 +212,7 @@ def test_where_flakes_cannot_be_drawn_as_small_as_they_are_there_are_fewer() -> 
 
 def test_the_shortest_clip_sheds_a_few_and_a_loop_no_more_than_its_fire_does() -> None:
     assert automatic_rate(0.0, 1.0, 0.1) * 0.1 > 3
-    assert automatic_rate(0.0, 1.0, np.inf) == automatic_rate(0.0, 1.0, 3600)
+    assert automatic_rate(0.2, 1.0, np.inf) == automatic_rate(0.2, 1.0, 3600)
 
 
 @pytest.mark.parametrize("mean", [0.3, 4.0, 60.0])

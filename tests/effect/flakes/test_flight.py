@@ -1,14 +1,17 @@
 """Flight over fields whose answer is known."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from fire_atlas.effect.field.record import FieldRecord
-from fire_atlas.effect.flakes.emission import Spawns
+from fire_atlas.effect.flakes.ballistics import WEIGHT
+from fire_atlas.effect.flakes.emission import SPARK, Spawns
 from fire_atlas.effect.flakes.flight import FlightSettings, ParticleState, fly
 
 FRAMES = 24
@@ -18,9 +21,9 @@ FPS = 24.0
 def _spawns(count: int, x: float = 100.0, y: float = 200.0, life: float = 10.0) -> Spawns:
     ones = np.ones(count)
     return Spawns(
-        np.zeros(count, np.bool_), np.zeros(count, np.int64), ones * x, ones * y, 0 * ones,
-        0 * ones, 0 * ones, life * ones, 2 * ones, 0 * ones,
-        ones, 0 * ones, ones, 0 * ones, 0 * ones,
+        np.zeros(count, np.int64), np.zeros(count, np.int64), ones * x, ones * y, 0 * ones,
+        0 * ones, 0 * ones, ones, life * ones, 2 * ones, 0 * ones,
+        ones, 0 * ones, 0 * ones,
     )  # fmt: skip
 
 
@@ -117,3 +120,61 @@ def test_velocity_is_that_of_the_way_whatever_moves_the_flake() -> None:
     stated = np.array([state.vx[0] for state in states[:-1]])
     assert np.abs(way - 30).max() > 60
     assert np.abs(stated - way).max() < 12  # turbulence turns it within a frame
+
+
+def _thrown(fps: float, launch: tuple[float, float], gravity: float = 0.0) -> list[ParticleState]:
+    """Return the flight of one spark through gas that rushes to the right."""
+    spawns = replace(
+        _spawns(1, life=0.99),
+        kind=np.full(1, SPARK),
+        launch_x=np.full(1, launch[0]),
+        launch_y=np.full(1, launch[1]),
+        terminal_velocity=np.full(1, 80.0),
+    )
+    flight = _flight(scatter=0.9, lag=0.01, gravity=gravity, turbulence=50.0)
+    return list(fly(spawns, _uniform(300.0, 0.0, fps), round(fps), flight))
+
+
+@pytest.mark.parametrize("gravity", [0.0, 60.0])
+@pytest.mark.parametrize("fps", [24.0, 60.0, 23.81])
+def test_a_spark_flies_as_drag_and_gravity_say_whatever_the_gas_does(
+    fps: float, gravity: float
+) -> None:
+    """Against dv/dt = g − d v, integrated by another method (Runge-Kutta, 8th order)."""
+    launch, weight = (180.0, -260.0), WEIGHT * 400
+    drag = weight / 80
+
+    def change(_: float, state: Sequence[float]) -> list[float]:
+        _, _, vx, vy = state
+        return [vx, vy, -drag * vx, weight + gravity - drag * vy]
+
+    states = _thrown(fps, launch, gravity)
+    times = np.arange(len(states)) / fps
+    start = [100.0, 200.0, *launch]
+    truth = solve_ivp(change, (0, 1), start, "DOP853", times, rtol=1e-10, atol=1e-10).y
+    assert len(states) > 20 and all(len(state.x) for state in states)
+    for name, wanted in zip(("x", "y", "vx", "vy"), truth, strict=True):
+        found = [getattr(state, name)[0] for state in states]
+        assert np.abs(found - wanted).max() < 1e-3
+
+
+def test_sparks_change_nothing_about_embers() -> None:
+    embers = replace(_spawns(40), turbulence_rate=np.linspace(0.1, 0.6, 40))
+    kind = np.arange(40) % 2
+    both = replace(
+        embers, kind=kind, launch_y=np.where(kind, -100.0, 0.0), terminal_velocity=np.full(40, 50.0)
+    )
+    alone = replace(both, kind=0 * kind)
+    flight = _flight(scatter=0.9, turbulence=30.0)
+    flown = (_flown(_uniform(20, -50), flight, spawns) for spawns in (both, alone))
+    for one, other in zip(*flown, strict=True):
+        carried = kind[one.id] == 0
+        assert np.array_equal(one.x[carried], other.x[kind[other.id] == 0])
+
+
+def test_embers_fall_at_their_terminal_velocity_outside_the_flame_alone() -> None:
+    spawns = replace(_spawns(1), terminal_velocity=np.full(1, 30.0))
+    dark, lit = _uniform(0, -60), _uniform(0, -60)
+    lit.lit[:] = 255
+    speeds = [_flown(field, _flight(), spawns)[-1].vy[0] for field in (dark, lit)]
+    assert speeds == pytest.approx([-30, -60], abs=0.5)

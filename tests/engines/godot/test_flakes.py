@@ -311,9 +311,9 @@ def test_in_godot_4_a_flake_looks_as_it_would_in_the_pixels(godot4: Godot4, tmp_
 
 def assert_looks_baked(seen: NDArray[np.int64], tracks: Tracks) -> None:
     draw = draw_pixels if tracks.hard else draw_flakes
-    light = draw(tracks.frames[0], 60, 60)
-    pixels = compose(np.zeros((3600, 4), np.float32), light.reshape(-1, 3), "add", "srgb")
-    baked = encode_frame(pixels.reshape(60, 60, 4), "premultiplied", "srgb")[..., :3]
+    light = draw(tracks.frames[0], 60, 60).rgb().reshape(-1, 3).T
+    pixels = compose(np.zeros((4, 3600), np.float32), light, "add", "srgb")
+    baked = encode_frame(pixels.T.reshape(60, 60, 4), "premultiplied", "srgb")[..., :3]
     difference = np.abs(seen - baked)
     if tracks.hard:
         assert difference.max() <= 2
@@ -328,7 +328,7 @@ def test_where_light_is_blended_a_flake_is_light(godot4: Godot4, tmp_path: Path)
     tracks = some_tracks()
     atlas = {"alpha": "premultiplied", "blend_space": "linear"}
     (seen,) = seen_in_godot_4(godot4, tmp_path, {"linear": (tracks, atlas)}).values()
-    light = np.clip(draw_flakes(tracks.frames[0], 60, 60), 0, 1) * 255
+    light = np.clip(draw_flakes(tracks.frames[0], 60, 60).rgb(), 0, 1) * 255
     assert np.quantile(np.abs(seen - light)[light.any(axis=2)], 0.9) <= 6
     assert seen.sum() == pytest.approx(light.sum(), rel=0.05)
 

@@ -179,7 +179,7 @@ def test_quads_draw_the_baked_flake_layer(tmp_path: Path) -> None:
     tracks = some_tracks(4)
     player = player_of(Fire({"fire": 4}), tmp_path)
     for rows, quads in zip(tracks.frames, player.flakes("show", "fire", range(4)), strict=True):
-        baked = draw_flakes(rows, tracks.height, tracks.width)
+        baked = draw_flakes(rows, tracks.height, tracks.width).rgb()
         assert np.abs(picture_of(quads, tracks) - baked).sum() <= 0.03 * baked.sum()
 
 
@@ -195,7 +195,7 @@ def test_hard_flakes_are_squares_on_whole_pixels_for_a_frame(tmp_path: Path) -> 
     tracks = replace(some_tracks(2), frames=(frame, frame), hard=True)
     player = player_of(Fire({"fire": 2}), tmp_path)
     player.tracks.write_bytes(flake_bytes([AnimationFlakes("fire", (30, 54), tracks)]))
-    baked = draw_pixels(frame, tracks.height, tracks.width)
+    baked = draw_pixels(frame, tracks.height, tracks.width).rgb()
     for quads in player.flakes("show", "fire", [0, 0.7]):
         np.testing.assert_allclose(picture_of(quads, tracks), baked, rtol=2e-3, atol=1e-6)
 

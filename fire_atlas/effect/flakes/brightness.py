@@ -1,0 +1,85 @@
+"""Brightness: how much light an ember gives, over its life and from moment to moment.
+
+Filmed embers differ by orders of magnitude. They hold their light for a while and then die, and
+flicker as air and ash pass over them.
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.chance import RandomStream, generator
+from fire_atlas.effect.flakes.emission import TICK
+
+Column = NDArray[np.float64]
+
+_SPREAD = 1.5
+"""Standard deviation of the logarithm of the light of embers."""
+
+_HOT_SHARE, _HOT_SCORE = 0.03, 3.6
+"""Share of embers that overexpose the film, and the standard score of their light's logarithm."""
+
+_TABLE_END, _TABLE_STEPS = 5.0, 2001
+
+_BORN_LIGHT, _RISEN, _HELD = 0.85, 0.15, 0.2
+"""Fraction of its full light that a new ember gives; the fractions of its life at which it reaches
+all of it, and from which it dies."""
+
+_DYING = 0.9
+"""Exponent of the rest of the life by which the light of a dying ember falls."""
+
+_FLICKER = 0.46
+"""Standard deviation of the logarithm of an ember's light by flicker."""
+
+_FLICKER_TIME = 0.06
+"""Time, s, in which the correlation of flicker falls to 1/e."""
+
+
+def ember_brightness(count: int, seed: int) -> Column:
+    """Return the light of each of ``count`` embers relative to the median one, (count,).
+
+    It is log-normal, but for the few hottest. The embers share out the quantiles of the
+    distribution at random, so that even a few show its whole spread.
+    """
+    place = generator(seed, RandomStream.LIGHT).permutation(count)
+    quantile = (place + 0.5) / max(count, 1)
+    score = np.where(quantile > 1 - _HOT_SHARE, _HOT_SCORE, _normal_quantile(quantile))
+    return np.exp(_SPREAD * score)
+
+
+def out_of_focus(count: int, share: float, seed: int) -> NDArray[np.bool_]:
+    """Return which of ``count`` embers are out of focus: a ``share`` of them, at random."""
+    place = generator(seed, RandomStream.LIGHT, 1).permutation(count)
+    return np.asarray((place + 0.5) / max(count, 1) < share)
+
+
+def _normal_quantile(quantile: Column) -> Column:
+    """Return the standard scores of quantiles between 0 and 1, to about 1e-3."""
+    score = np.linspace(-_TABLE_END, _TABLE_END, _TABLE_STEPS)
+    below = [0.5 + 0.5 * math.erf(each / math.sqrt(2)) for each in score.tolist()]
+    return np.interp(quantile, below, score)
+
+
+def light_over_life(age_share: Column) -> Column:
+    """Return the light, 0..1, of embers that have lived ``age_share`` (0..1) of their lifetime."""
+    risen = _BORN_LIGHT + (1 - _BORN_LIGHT) * np.minimum(age_share / _RISEN, 1.0)
+    left = np.clip((1 - age_share) / (1 - _HELD), 0.0, 1.0)
+    return risen * left**_DYING
+
+
+def flicker(count: int, fps: float, seed: int) -> Iterator[Column]:
+    """Yield, for every frame, the factor of the light of each of ``count`` embers by flicker.
+
+    Its logarithm is an autoregressive process in ticks; the mean of the factor is 1.
+    """
+    chance = generator(seed, RandomStream.FLICKER)
+    kept = math.exp(-TICK / _FLICKER_TIME)
+    score, tick, frame = chance.standard_normal(count), 0, 0
+    while True:
+        while tick < round(frame / fps / TICK):
+            score = kept * score + math.sqrt(1 - kept**2) * chance.standard_normal(count)
+            tick += 1
+        yield np.exp(_FLICKER * score - _FLICKER**2 / 2)
+        frame += 1

@@ -1,0 +1,43 @@
+"""The light of the flakes of one frame, in as few planes as it needs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.pixels import as_plane
+
+_INVISIBLE = np.float32(0.5 / 255 / 12.92)
+"""Light that changes no byte: half a step on the steepest part of sRGB."""
+
+
+@dataclass(frozen=True, slots=True)
+class FlakeLight:
+    """Light on black, linear, summed over all flakes; it may exceed 1 by far.
+
+    The light of a pixel is Σ planes · colours: one plane where all flakes have one colour.
+
+    Attributes:
+        planes: (planes, H, W) float32.
+        colours: (planes, 3) float32, linear R, G, B; the brightest channel is 1.
+    """
+
+    planes: NDArray[np.float32]
+    colours: NDArray[np.float32]
+
+    def rgb(self) -> NDArray[np.float32]:
+        """Return the light of all pixels, (H, W, 3)."""
+        _, height, width = self.planes.shape
+        return self.at(np.arange(height * width)).T.reshape(height, width, 3)
+
+    def at(self, pixels: NDArray[np.intp]) -> NDArray[np.float32]:
+        """Return the light (3, n) of the pixels at flat indices (n,)."""
+        planes = self.planes.reshape(len(self.planes), -1).take(pixels, axis=1)
+        if len(planes) == 1:
+            return as_plane(self.colours.T * planes)
+        return as_plane(np.einsum("pc,pn->cn", self.colours, planes))
+
+    def lit(self) -> NDArray[np.intp]:
+        """Return the flat indices of all pixels that have visible light, ascending."""
+        brightest = self.planes.max(axis=0) if len(self.planes) > 1 else self.planes[0]
+        return np.flatnonzero(brightest > _INVISIBLE)

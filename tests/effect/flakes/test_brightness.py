@@ -1,0 +1,113 @@
+"""The light of embers: its spread, its flicker, and what the width of a pixel takes from it."""
+
+import itertools
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import norm
+
+from fire_atlas.core.workers import Workers
+from fire_atlas.effect.flakes.appearance import Appearance, track_rows
+from fire_atlas.effect.flakes.brightness import ember_brightness, flicker, out_of_focus
+from fire_atlas.effect.flakes.emission import Spawns
+from fire_atlas.effect.flakes.flight import ParticleState
+from fire_atlas.effect.flakes.tracks import COLUMNS
+
+
+@pytest.mark.parametrize("count", [20, 400, 5000])
+def test_few_embers_have_the_whole_spread_of_light(count: int) -> None:
+    scores = np.sort(np.log(ember_brightness(count, seed=3)) / 1.5)
+    quantile = (np.arange(count) + 0.5) / count
+    most = quantile <= 0.97
+    assert scores[most] == pytest.approx(norm.ppf(quantile[most]), abs=2e-3)
+    assert scores[~most] == pytest.approx(np.full((~most).sum(), 3.6))
+
+
+def test_the_light_of_embers_is_in_no_order_and_depends_on_the_seed() -> None:
+    light = np.log(ember_brightness(2000, seed=1))
+    assert abs(np.corrcoef(light[1:], light[:-1])[0, 1]) < 0.05
+    assert not np.array_equal(light, np.log(ember_brightness(2000, seed=2)))
+    blurred = out_of_focus(2000, 0.08, seed=1)
+    assert blurred.sum() == 160
+    assert abs(np.corrcoef(blurred, light)[0, 1]) < 0.05
+
+
+def _flickers(count: int, frames: int, fps: float) -> NDArray[np.float64]:
+    return np.array(list(itertools.islice(flicker(count, fps, seed=5), frames)))
+
+
+@pytest.mark.parametrize("fps", [12.0, 24.0, 60.0])
+def test_flicker_is_an_autoregressive_process_in_time_whatever_the_frame_rate(fps: float) -> None:
+    score = np.log(_flickers(400, 300, fps)) / 0.46 + 0.23
+    assert score.mean() == pytest.approx(0, abs=0.03)
+    assert score.std() == pytest.approx(1, abs=0.03)
+    for lag in (1, 2, 3):
+        found = np.mean(score[lag:] * score[:-lag])
+        ticks = np.diff(np.rint(np.arange(300) * 60 / fps)[::lag])
+        wanted = np.mean(np.exp(-ticks / 60 / 0.06))
+        assert found == pytest.approx(wanted, abs=0.02)
+
+
+def test_flicker_keeps_the_mean_light() -> None:
+    assert _flickers(400, 300, 24.0).mean() == pytest.approx(1, abs=0.02)
+
+
+def test_flicker_at_24_frames_a_second_is_that_of_filmed_embers() -> None:
+    logarithm = np.log(_flickers(400, 300, 24.0))
+    assert 0.35 <= logarithm.std() <= 0.5
+    assert 0.28 <= np.abs(np.diff(logarithm, axis=0)).mean() <= 0.45
+
+
+def _rows(size: float, speed: float = 0.0, **look: object) -> dict[str, NDArray[np.float64]]:
+    """Return the columns of one frame of 2000 flakes, ``size`` px wide, at their brightest."""
+    count = 2000
+    one, none = np.ones(count), np.zeros(count)
+    spawns = Spawns(
+        kind=np.zeros(count, np.int64), tick=np.zeros(count, np.int64), x=one, y=one,
+        launch_x=none, launch_y=none, terminal_velocity=none, drift=one, life=one,
+        size=one * size, size_score=none, turbulence_rate=one, turbulence_phase_x=none,
+        turbulence_phase_y=none,
+    )  # fmt: skip
+    state = ParticleState(
+        np.arange(count), 200 * one, 200 * one, speed * 24 * one, none, none, none, 0.25 * one
+    )
+    keys = {
+        "seed": 1, "colours": np.array([[1.0, 0.5, 0.25]]), "intensity": 0.5, "stretch": 0.0,
+        "shutter": 0.5, "kappa": np.ones((400, 400), np.float32), "fades": False, "pixel": False,
+        "fps": 24.0, **look,
+    }  # fmt: skip
+    with Workers(1) as workers:
+        (rows,) = track_rows([state], spawns, Appearance(**keys), workers)  # type: ignore[arg-type]
+    return dict(zip(COLUMNS, rows.T, strict=True))
+
+
+def test_an_ember_thinner_than_a_pixel_is_dimmer_and_not_wider() -> None:
+    """Each gives the light of its own area, drawn as wide as a pixel sees it."""
+    thin, wide = _rows(0.2), _rows(0.8)
+    focused = thin["blur"] == 0
+    assert thin["size"][focused] == pytest.approx(0.2 + 2**0.5)
+    assert wide["size"][focused] == pytest.approx(0.8 + 2**0.5)
+    sums = [rows["r"] * rows["a"] * rows["size"] ** 2 for rows in (thin, wide)]
+    assert sums[1] / sums[0] == pytest.approx(16)
+
+
+def test_an_ember_out_of_focus_is_three_times_as_wide_and_a_ninth_as_bright() -> None:
+    rows = _rows(1.0)
+    blurred = rows["blur"] > 0
+    assert rows["size"][blurred] == pytest.approx(3 * rows["size"][~blurred][0])
+    flickering = np.array(list(itertools.islice(flicker(2000, 24.0, 1), 1)))[0]
+    steady = rows["a"] / flickering
+    assert steady[blurred] == pytest.approx(steady[~blurred][0] / 9)
+
+
+def test_a_longer_streak_is_dimmer_in_each_pixel() -> None:
+    still, fast = _rows(3.0), _rows(3.0, speed=20.0)
+    focused = still["blur"] == 0
+    size = 3 + 2**0.5
+    stretch = 1 + 10 / size
+    assert fast["stretch"][focused] == pytest.approx(stretch)
+    line, disc = 8 / 15 * 10, np.pi / 12
+    share = (line * 3 + disc * 9) / (line * size + disc * size**2) / (9 / size**2)
+    dimmer = share * (1 + 0.35) / (1 + 0.35 * stretch)
+    assert fast["a"][focused] / still["a"][focused] == pytest.approx(dimmer)
