@@ -7,21 +7,26 @@ from rich.table import Table
 
 from fire_atlas.channels.cross_validation import ValidationReport, read_reports
 from fire_atlas.channels.encoding import motion_encoding
+from fire_atlas.core.statistics import by_animation
 from fire_atlas.effect.flakes.statistics import flake_figures
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
 from fire_atlas.preview.loops import figures_of_loops
 
+_VISIBLE_HUE = 6.0
+"""Hues further than this, ΔE, outside of the clip's own are noticed."""
+
 
 def tables_of(
-    atlas: AtlasFile, tracks: Mapping[str, Tracks], motion: Sequence[str]
+    atlas: AtlasFile, tracks: Mapping[str, Tracks], blends: Sequence[str], motion: Sequence[str]
 ) -> Iterator[Table | str]:
     """Yield tables of pages, frames, loops, maps and flakes.
 
     Args:
         atlas: The atlas to describe.
         tracks: Flakes of each animation that has any, by its name.
+        blends: Sentences on frames of cross-fades, which follow the table of loops.
         motion: Sentences on motion vectors, which follow the table of maps.
 
     Raises:
@@ -31,6 +36,7 @@ def tables_of(
     yield _frames(atlas)
     if (loops := _loops(atlas)) is not None:
         yield loops
+    yield from blends
     if atlas.sheet.maps:
         yield _maps(atlas)
         yield from motion
@@ -45,6 +51,33 @@ def motion_sentences(statistics: dict[str, Any]) -> list[str]:
         ValueError: The statistics are invalid.
     """
     return [_motion_sentence(name, report) for name, report in read_reports(statistics).items()]
+
+
+def blend_sentences(statistics: dict[str, Any]) -> list[str]:
+    """Return a sentence on the hues of each animation with cross-fades.
+
+    Args:
+        statistics: Those of the manifest.
+
+    Raises:
+        ValueError: The statistics are invalid.
+    """
+    return [
+        _blend_sentence(name, figures["blended"])
+        for name, figures in by_animation(statistics)
+        if "blended" in figures
+    ]
+
+
+def _blend_sentence(animation: str, figures: Any) -> str:
+    match figures:
+        case {"hue_error": float(error) | int(error)}:
+            frames = (
+                f"frames of cross-fades in {animation}" if animation else "frames of cross-fades"
+            )
+            limit = "unseen" if error <= _VISIBLE_HUE else "TO BE SEEN"
+            return f"{frames}: hues at most ΔE {error:.1f} outside of the clip's own, {limit}"
+    raise ValueError(f"{figures!r} are no figures of cross-fades")
 
 
 def _pages(atlas: AtlasFile) -> Table:
