@@ -18,7 +18,7 @@ from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip
 from fire_atlas.pipeline.render import render, thumbnails_of_skipped_frames
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
-from fire_atlas.recipe.effect import MotionBlur
+from fire_atlas.recipe.effect import FlakesOrNone, MotionBlur
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.timeline.arrange import arrange
@@ -92,7 +92,7 @@ def animate(
         tracks=tracks,
         bakes_flakes=settings.bakes_flakes,
         pixel_art=settings.pixel_art,
-        statistics=_statistics(clip, tracks),
+        statistics=_statistics(clip, tracks, recipe.flakes),
     )
 
 
@@ -140,7 +140,7 @@ def _without_dark_end(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:
     return clip, first_frames(tracks, clip.count)
 
 
-def _statistics(clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
+def _statistics(clip: Clip, tracks: Tracks | None, flakes: FlakesOrNone) -> dict[str, Any]:
     statistics: dict[str, Any] = {
         "frames": clip.count,
         "frame_size": [clip.width, clip.height],
@@ -155,4 +155,6 @@ def _statistics(clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
             "alive_most": max(alive),
             "rounds": tracks.rounds,
         }
+        if flakes != "none" and flakes.fire_class != "auto":
+            statistics["flakes"]["class"] = flakes.fire_class
     return statistics

@@ -75,9 +75,10 @@ def tables_of(
 def _flake_sentences(animation: str, statistics: Any) -> Iterator[str]:
     """Yield a sentence on the flakes of each animation; statistics may be nested by animation."""
     match statistics:
-        case {"flakes": {"born": int(born), "alive_mean": float() | int() as alive}}:
+        case {"flakes": {"born": int(born), "alive_mean": float() | int() as alive} as flakes}:
             of = f" of {animation}" if animation else ""
-            yield f"flakes{of}: {born} in all, {alive:.3g} at a time"
+            kind = f"; class: {flakes['class']}" if "class" in flakes else ""
+            yield f"flakes{of}: {born} in all, {alive:.3g} at a time{kind}"
         case {"animations": {**inner}} | {"members": {**inner}}:
             for name, figures in inner.items():
                 full = f"{animation}/{name}" if animation else str(name)
