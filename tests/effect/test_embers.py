@@ -88,7 +88,9 @@ def test_all_embers_have_one_colour(effect: EffectRun) -> None:
 
 def test_sizes_are_log_normal(effect: EffectRun) -> None:
     """Within two standard deviations, beyond which they are held at the recipe's bounds."""
-    smallest, largest = (s * effect.clip.height for s in _flakes(effect).size)
+    size = _flakes(effect).size
+    assert size != "auto"
+    smallest, largest = (s * effect.clip.height for s in size)
     middle, sigma = math.log(smallest * largest) / 2, math.log(largest / smallest) / 4
     deviates = np.sort((np.log(effect.analysis.spawns.size) - middle) / sigma)
     inside = np.abs(deviates) < 1.999

@@ -37,7 +37,8 @@ BLUR = {"motion_blur.flame", "motion_blur.shutter", "motion_blur.samples"}
 MAPS = {"maps.motion", "maps.flame", "maps.flakes"}
 
 DECIDED = {
-    "features.preset", "flakes.rate", "flakes.sparks", "flakes.colors", "flakes.sprite",
+    "features.preset", "flakes.rate", "flakes.sparks", "flakes.size", "flakes.colors",
+    "flakes.sprite",
     "composite.palette",
 }  # fmt: skip
 """What the class of a fire decides, and whether it does."""
@@ -64,7 +65,6 @@ TABLE = {
     # What the automatic rate depends on, too.
     "classify": {
         *DECIDED, "seed", "flakes.fire_class", "flakes.alpha", "flakes.bursts", "flakes.life",
-        "flakes.size",
     },
     "analyse": {
         "seed", "wind", "motion_blur.flame",

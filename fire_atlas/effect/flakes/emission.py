@@ -26,6 +26,9 @@ _MIN_SPAWNS = 6.0
 _CALM_RATE, _BURSTS_PER_FLAKE = 20.0, 1 / 60
 """Spawn rate, 1/s, up to which a fire is too calm for bursts; bursts per flake from twice that."""
 
+EMBER_SIZE = (0.0028, 0.0145)
+"""Minimum and maximum width of an ember, heights."""
+
 _GOLDEN = (math.sqrt(5) - 1) / 2
 
 EMBER, SPARK = 0, 1
@@ -51,7 +54,7 @@ _FALL_SPEED, _FALL_SPREAD = (0.02, 0.18), 0.35
 """Median terminal velocity of an ember and of a spark, heights/s, and standard deviation of its
 logarithm."""
 
-_DRIFT_SPREAD = 0.5
+_DRIFT_SPREAD = 0.6
 """Standard deviation of the logarithm of an ember's speed relative to that of the gas."""
 
 _TURBULENCE_RATE = (0.2, 1.0)
@@ -171,7 +174,8 @@ class EmitterSettings:
             automatic_alpha: The automatic α.
             seed: The recipe's seed.
         """
-        size = (flakes.size[0] * clip.height, flakes.size[1] * clip.height)
+        smallest, largest = EMBER_SIZE if flakes.size == "auto" else flakes.size
+        size = smallest * clip.height, largest * clip.height
         median = np.sqrt(size[0] * size[1])
         # Soft flakes thinner than a pixel are dimmer, but hard ones are drawn wider.
         width_ratio = float(median / drawn_width(median, True)) if flakes.sprite == "pixel" else 1.0
