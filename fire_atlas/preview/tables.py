@@ -87,9 +87,10 @@ def _flake_sentences(statistics: dict[str, Any]) -> Iterator[str]:
     """Yield a sentence on the flakes of each animation."""
     for animation, figures in by_animation(statistics):
         match figures:
-            case {"flakes": {"born": int(born), "alive_mean": float() | int() as alive}}:
+            case {"flakes": {"born": int(born), "alive_mean": float() | int() as alive} as flakes}:
                 of = f" of {animation}" if animation else ""
-                yield f"flakes{of}: {born} in all, {alive:.3g} at a time"
+                kind = f"; class: {flakes['class']}" if "class" in flakes else ""
+                yield f"flakes{of}: {born} in all, {alive:.3g} at a time{kind}"
 
 
 def _blend_sentences(statistics: dict[str, Any]) -> Iterator[str]:
