@@ -25,6 +25,7 @@ class RandomStream(IntEnum):
     THINNING = 14
     TRICKLE = 15
     REPLACED_BY_BURSTS = 16
+    LEANING_SETS = 21
     FLICKER = 17
     LIGHT = 18
 

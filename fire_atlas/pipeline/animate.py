@@ -9,9 +9,10 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flakes.tracks import Tracks, first_frames, visible_count
 from fire_atlas.effect.flame.direction import UP
-from fire_atlas.effect.flame.study import study_flame
+from fire_atlas.effect.flame.study import FlameStudy, study_flame
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
 from fire_atlas.pipeline.channels import measure_motion
+from fire_atlas.pipeline.classify import classify, has_undecided_flakes
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip
@@ -25,31 +26,49 @@ from fire_atlas.timeline.tail import shortened
 
 
 def animate_views(recipe: Recipe, clips: Mapping[str, Clip], context: BuildContext) -> Contribution:
-    """Animate ``clips``, by name: views of one fire from evenly spaced directions."""
-    animations = {
-        name: animate(recipe, clip, 360 * k / len(clips), context)
-        for k, (name, clip) in enumerate(clips.items())
-    }
+    """Animate ``clips``, by name: views of one fire from evenly spaced directions.
+
+    The first view decides the class of the fire, so that all sides shed alike.
+    """
+    animations = dict[str, FinishedAnimation]()
+    for name, clip in clips.items():
+        with context.timer.measure("study"):
+            clip = _arranged(clip, recipe, context)
+            is_first = not animations
+            study = _studied(clip, recipe, is_first and has_undecided_flakes(recipe), context)
+            recipe = classify(recipe, clip, study, context) if is_first else recipe
+        azimuth = 360 * len(animations) / len(clips)
+        animations[name] = animate(recipe, clip, study, azimuth, context)
     statistics = {name: each.all_statistics() for name, each in animations.items()}
     figures = statistics.popitem()[1] if len(animations) == 1 else {"animations": statistics}
     return Contribution(recipe.name, animations, figures)
 
 
-def animate(recipe: Recipe, clip: Clip, azimuth: float, context: BuildContext) -> FinishedAnimation:
-    """Make a finished animation of a clip: arrange, study, analyse, simulate, render, channels.
+def _studied(clip: Clip, recipe: Recipe, is_sampled: bool, context: BuildContext) -> FlameStudy:
+    """Study a clip; in which direction it moves only if flakes or blur follow it."""
+    return study_flame(
+        clip,
+        recipe.features,
+        lift_direction(recipe.buoyancy) if has_effect(recipe) else UP,
+        context.workers,
+        is_sampled=is_sampled,
+    )
+
+
+def animate(
+    recipe: Recipe, clip: Clip, study: FlameStudy, azimuth: float, context: BuildContext
+) -> FinishedAnimation:
+    """Make a finished animation of a clip: analyse, simulate, render, channels.
 
     Args:
         recipe: The whole recipe; each step reads sections of it.
-        clip: The clip as read from its source.
+        clip: The clip as it is played.
+        study: Constants of the clip.
         azimuth: Direction of the view, degrees counter-clockwise seen from above, relative to
             which the wind blows.
         context: Workers, progress and timer.
     """
     timer = context.timer
-    with timer.measure("study"):
-        clip = _arranged(clip, recipe, context)
-        direction = lift_direction(recipe.buoyancy) if has_effect(recipe) else UP
-        study = study_flame(clip, recipe.features, direction, context.workers)
     analysis = tracks = None
     with timer.measure("analyse"):
         if has_effect(recipe):
@@ -72,6 +91,7 @@ def animate(recipe: Recipe, clip: Clip, azimuth: float, context: BuildContext) -
         motion=motion,
         tracks=tracks,
         bakes_flakes=settings.bakes_flakes,
+        pixel_art=settings.pixel_art,
         statistics=_statistics(clip, tracks),
     )
 

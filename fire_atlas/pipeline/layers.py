@@ -48,6 +48,7 @@ class RenderSettings:
     Attributes:
         bakes_flakes: Whether flakes are drawn into the pixels of the pages.
         measures_light: Whether the light of each frame is measured.
+        pixel_art: Whether frames or flakes are drawn in hard pixels.
     """
 
     motion_blur: MotionBlurOrNone
@@ -57,6 +58,7 @@ class RenderSettings:
     maps: Maps
     bakes_flakes: bool
     measures_light: bool
+    pixel_art: bool
 
     @classmethod
     def of(cls, recipe: Recipe) -> Self:
@@ -69,6 +71,7 @@ class RenderSettings:
             maps=recipe.maps,
             bakes_flakes=recipe.flakes != "none" and recipe.flakes.bake,
             measures_light="light" in recipe.tracks,
+            pixel_art=recipe.is_pixel_art,
         )
 
 

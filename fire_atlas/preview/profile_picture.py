@@ -125,7 +125,7 @@ def _table(profile: Profile) -> Image.Image:
 def _leans(side: Side) -> Image.Image:
     image, draw = _panel("lean of every frame, degrees")
     # Leans beyond the range count in the outermost bins.
-    counts, edges = np.histogram(np.clip(side.leans, -39.9, 39.9), bins=40, range=(-40, 40))
+    counts, edges = np.histogram(np.clip(side.learnt_leans, -39.9, 39.9), bins=40, range=(-40, 40))
     floor, tall = _PANEL - 28, _PANEL - 64
     step = (_PANEL - 16) / len(counts)
     for i, count in enumerate(counts):
@@ -168,7 +168,6 @@ def _figures(profile: Profile) -> Image.Image:
         f"lean {statistics.lean.median:+.1f}°, from {statistics.lean.low:+.0f}° to"
         f" {statistics.lean.high:+.0f}°",
         f"rises {profile.rise_speed:.1f} heights per second",
-        f"plays at {100 * profile.playback_speed:.0f} % of its speed",
         f"detail {detail.scores.shape[2]} x {detail.scores.shape[1]} cells",
         f"states of {STATE_WIDTH:.0f}°: {sum(s.origin == 'own' for s in side.sets)} of 12 its own",
         "seen from two sides" if profile.side else "seen from one side",

@@ -134,3 +134,7 @@ class Views(Settings):
     If there are several, frames are called ``name/view_0/0000``."""
     elevation: float = Field(default=0.0, ge=-90, le=90)
     """Elevation of the cameras above the horizon, degrees."""
+    distance: float | None = Field(default=None, ge=1, le=1000)
+    """Distance of the cameras from the fire, heights: what is nearer appears larger. Sizes are
+    exact in the middle of the fire. Default: infinitely far, all lines of sight are parallel. Only
+    for ``kind: silk``."""

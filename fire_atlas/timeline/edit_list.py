@@ -12,6 +12,7 @@ from fire_atlas.core.picture import Picture
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.core.workers import Workers
 from fire_atlas.timeline.seam import plan_seam
+from fire_atlas.vision.palette import Palette
 from fire_atlas.vision.thumbnails import Thumbnails
 
 
@@ -82,6 +83,7 @@ def stretch(first: int, end: int, count: int) -> list[int]:
 def apply_edit(clip: Clip, edit: EditList, thumbnails: Thumbnails, workers: Workers) -> Clip:
     """Return ``clip`` cut as ``edit`` says; frames of transitions are blended when read."""
     mean = as_plane(thumbnails.frames.mean(axis=0))
+    palette = Palette.of(clip, workers)
     seams = {
         transition: plan_seam(clip, _pairs(transition, edit.overlap, clip.count), mean, workers)
         for transition in edit.transitions
@@ -93,7 +95,7 @@ def apply_edit(clip: Clip, edit: EditList, thumbnails: Thumbnails, workers: Work
             return clip.picture(shown)
         transition, k = shown
         one, other = (clip.read((start + k) % clip.count) for start in transition)
-        return seams[transition][k].blend(one, other, mean)
+        return seams[transition][k].blend(one, other, mean, palette)
 
     def flow(i: int) -> NDArray[np.float32]:
         assert clip.flow is not None, "only given where the clip has one"

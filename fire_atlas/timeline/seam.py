@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, luminance
 from fire_atlas.core.workers import Workers
 from fire_atlas.vision.flow import flow_size, resized
+from fire_atlas.vision.palette import Palette
 from fire_atlas.vision.thumbnails import detail_energy, gradient_product
 from fire_atlas.vision.warp import (
     BidirectionalFlow,
@@ -62,9 +62,6 @@ _BLUR_SIGMA = 1.0
 _MAX_SHARPENING = 0.5
 """Maximum factor by which this detail is added again."""
 
-_FAINT = 1e-4
-"""Light that 8 bits do not show."""
-
 
 @dataclass(frozen=True, slots=True)
 class BlendPlan:
@@ -81,74 +78,52 @@ class BlendPlan:
     weight: Plane
     gain: Plane
 
-    def blend(self, ending: Pixels, beginning: Pixels, mean: Pixels) -> Pixels:
-        """Return the frame, (H, W, 4); ``mean`` is the clip's mean frame, of any size."""
+    def blend(self, ending: Pixels, beginning: Pixels, mean: Pixels, palette: Palette) -> Pixels:
+        """Return the frame, (H, W, 4).
+
+        Its light and coverage are decided first; each pixel then gets the colour that such light
+        has in the clip.
+
+        Args:
+            ending, beginning: The frame of each side.
+            mean: Mean frame of the clip, of any size.
+            palette: Colours of the clip.
+        """
         size = ending.shape[1], ending.shape[0]
         one, other = warp(ending, self.flows[0]), warp(beginning, self.flows[1])
         weight, gain = resized(self.weight, size), resized(self.gain, size)
-        mixed = as_plane(one + (other - one) * weight[..., None])
-        planes = mixed, resized(mean, size), one, other
-        light = _with_contrast([luminance(frame) for frame in planes], gain)
-        cover = _with_contrast([as_plane(cv2.extractChannel(frame, 3)) for frame in planes], gain)
-        blended = _with_light(_fire_coloured_mix(one, other, weight), light, cover, mixed)
-        mean_weight = float(self.weight.mean())
-        detail_before, detail_after = detail_energy(ending), detail_energy(beginning)
-        return _sharpened(blended, (1 - mean_weight) * detail_before + mean_weight * detail_after)
+        frames = resized(mean, size), one, other
+        light = _mixed([luminance(frame) for frame in frames], weight, gain)
+        cover = _mixed([as_plane(cv2.extractChannel(frame, 3)) for frame in frames], weight, gain)
+        share = float(self.weight.mean())
+        energy = (1 - share) * detail_energy(ending) + share * detail_energy(beginning)
+        return palette.mix(one, other, weight, _sharpened(light, energy), cover)
 
 
-def _with_light(picture: Pixels, light: Plane, cover: Plane, mixed: Pixels) -> Pixels:
-    """Scale the colours of ``picture`` to luminance ``light``, and set its alpha to ``cover``.
+def _sharpened(light: Plane, energy: float) -> Plane:
+    """Return ``light`` sharpened to a mean squared gradient of ``energy``, if warping blurred it.
 
-    It is changed in place. The channels of a pixel get the same factor, so that no hue changes. No
-    channel exceeds the alpha or the brightest channel of the plain mix, ``mixed``, whichever is
-    larger.
+    The plane f becomes f + a·d, d its detail, with ‖∇f‖² + 2a ∇f·∇d + a² ‖∇d‖² = ``energy``.
     """
-    floor = np.float32(_FAINT)
-    factor = light / np.maximum(luminance(picture), floor)
-    limit = np.maximum(cover, brightest(mixed))
-    factor = np.minimum(factor, limit / np.maximum(brightest(picture), floor))
-    picture[..., :3] *= factor[..., None]
-    picture[..., 3] = cover
-    return picture
-
-
-def _sharpened(pixels: Pixels, energy: float) -> Pixels:
-    """Return ``pixels`` sharpened to a detail of ``energy``, if warping has blurred them.
-
-    The frame f becomes f + a·d, d its detail, with ‖∇f‖² + 2a ∇f·∇d + a² ‖∇d‖² = ``energy``.
-    """
-    detail = as_plane(pixels - cv2.GaussianBlur(pixels, (0, 0), _BLUR_SIGMA))
-    light, extra = luminance(pixels), luminance(detail)
+    detail = as_plane(light - cv2.GaussianBlur(light, (0, 0), _BLUR_SIGMA))
     own, cross, added = (
         gradient_product(light, light),
-        gradient_product(light, extra),
-        gradient_product(extra, extra),
+        gradient_product(light, detail),
+        gradient_product(detail, detail),
     )
     if own >= energy or added <= 0:
-        return pixels
+        return light
     amount = (math.sqrt(cross**2 + added * (energy - own)) - cross) / added
-    sharp = pixels[..., :3] + detail[..., :3] * np.float32(min(amount, _MAX_SHARPENING))
-    limit = np.maximum(pixels[..., 3], brightest(pixels))
-    np.clip(sharp, 0, limit[..., None], out=pixels[..., :3])
-    return pixels
+    return np.maximum(light + detail * np.float32(min(amount, _MAX_SHARPENING)), 0)
 
 
-def _fire_coloured_mix(one: Pixels, other: Pixels, weight: Plane) -> Pixels:
-    """Return a mix with the hues of fire, by mixing the fourth roots of light.
+def _mixed(planes: Sequence[Plane], weight: Plane, gain: Plane) -> Plane:
+    """Mix two planes, and multiply the deviation of the mix from the mean by ``gain``.
 
-    Half-way between white-hot and dark, fire is orange; mixing light would give grey.
+    The result stays within the range of both sides. ``planes``: the mean and both sides.
     """
-    here, there = (as_plane(cv2.sqrt(cv2.sqrt(side))) for side in (one, other))
-    mixed = here + (there - here) * weight[..., None]
-    return as_plane(np.square(np.square(mixed)))
-
-
-def _with_contrast(planes: Sequence[Plane], gain: Plane) -> Plane:
-    """Multiply the mix's deviation from the mean by ``gain``, within the range of both sides.
-
-    ``planes``: the mix, the mean and both sides.
-    """
-    mixed, mean, one, other = planes
+    mean, one, other = planes
+    mixed = one + (other - one) * weight
     low, high = np.minimum(one, other), np.maximum(one, other)
     return as_plane(np.clip(mean + gain * (mixed - mean), low, high))
 

@@ -69,11 +69,10 @@ def test_as_many_are_born_as_the_rate_says(effect: EffectRun) -> None:
 
 def test_an_ember_holds_its_light_and_then_dies() -> None:
     light = light_over_life(np.linspace(0, 1, 1001))
-    assert light[0] == pytest.approx(0.65) and light[-1] == 0
-    assert light[200:251] == pytest.approx(1)
-    assert (np.diff(light[:200]) > 0).all() and (np.diff(light[250:]) < 0).all()
-    thirds = [light[:333].mean(), light[333:667].mean(), light[667:].mean()]
-    assert 0.85 <= thirds[0] <= 0.95 and 0.75 <= thirds[1] <= 0.95 and 0.4 <= thirds[2] <= 0.65
+    assert light[0] == pytest.approx(0.85) and light[-1] == 0
+    assert light[150:201] == pytest.approx(1)
+    assert (np.diff(light[:150]) > 0).all() and (np.diff(light[200:]) < 0).all()
+    assert light[500] > 0.6 and light[800] < 0.3
 
 
 def test_burnt_out_embers_were_already_dim_in_their_last_frame(effect: EffectRun) -> None:
@@ -110,7 +109,7 @@ def test_streaks_are_as_long_as_the_way_in_the_open_shutter(effect: EffectRun) -
     rows = effect.rows
     streak = (rows[:, STRETCH] - 1) * rows[:, SIZE]
     weight = effect.study.kappa[pixel_of(rows, effect.clip)]
-    way = np.hypot(rows[:, VX], rows[:, VY]) / effect.clip.fps * 0.7 * weight
+    way = np.hypot(rows[:, VX], rows[:, VY]) / effect.clip.fps * 0.65 * weight
     moves = way > 0.05
     assert np.allclose(streak[moves], way[moves], rtol=0.05)
 

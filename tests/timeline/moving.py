@@ -1,7 +1,7 @@
 """Clips of known motion, and helpers that tests of the timeline share."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -82,6 +82,28 @@ def turbulent(count: int, seed: int = 1, size: int = 64, fps: float = 24.0) -> C
         cover = 1 / (1 + np.exp(-2.5 * level))
         frames.append(np.asarray(cover[..., None] * np.array([1, 0.4, 0.1, 1]), np.float32))
     return clip_of(frames, fps)
+
+
+def ramp_fire(
+    ramp: Sequence[tuple[float, float, float]], count: int, size: int = 96, steps: int | None = None
+) -> Clip:
+    """Return turbulent light, hotter towards the bottom, whose colours are on a ramp of its heat.
+
+    Args:
+        ramp: Linear colours from cold to hot, evenly spread.
+        count: Number of frames.
+        size: Side of the frames, px.
+        steps: The heat is rounded to this many values, as in flat art; None: it is smooth.
+    """
+    shape, frames = turbulent(count, size=size), []
+    for i in range(count):
+        heat = np.clip(1.25 * shape.read(i)[..., 3] * np.linspace(0, 1, size)[:, None], 0, 1)
+        if steps:
+            heat = np.minimum(np.floor(heat * steps), steps - 1) / (steps - 1)
+        at = np.linspace(0, 1, len(ramp))
+        colour = [np.interp(heat, at, channel) for channel in zip(*ramp, strict=True)]
+        frames.append(np.dstack([*colour, np.clip(3 * heat, 0, 1)]).astype(np.float32))
+    return clip_of(frames)
 
 
 def centre(pixels: Pixels) -> Place:

@@ -73,7 +73,7 @@ class Appearance:
         intensity: Light of the median ember at its brightest.
         stretch: Streak length besides motion blur, in frames of travel.
         shutter: Fraction of a frame during which the shutter is open.
-        kappa: (H, W) κ of each pixel, a factor of a flake's light and of its blur (eq. 17).
+        kappa: (H, W) κ of each pixel, a factor of a flake's blur (eq. 17).
         fades: Whether flakes fade towards the frame's border.
         pixel: Whether flakes are hard squares.
         fps: Frames per second.
@@ -205,7 +205,7 @@ def _table(
         stretch = 1 + streak / size
         tail = _LONG_TAIL + (1 - _LONG_TAIL) / stretch
         # Spread over pixels and by the lens, the light stays the same in sum.
-        light *= weight * capsule_integral(streak, spawns.size.take(ids))
+        light *= capsule_integral(streak, spawns.size.take(ids))
         light /= capsule_integral(streak, size) * (1 + _DIMMED_BY_LENGTH * stretch)
     if look.fades:
         halo = size if look.pixel else size * HALO_WIDTH

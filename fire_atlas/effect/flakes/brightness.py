@@ -15,22 +15,22 @@ from fire_atlas.effect.flakes.emission import TICK
 
 Column = NDArray[np.float64]
 
-_SPREAD = 1.65
+_SPREAD = 1.5
 """Standard deviation of the logarithm of the light of embers."""
 
-_HOT_SHARE, _HOT_SCORE = 0.025, 3.0
+_HOT_SHARE, _HOT_SCORE = 0.03, 3.6
 """Share of embers that overexpose the film, and the standard score of their light's logarithm."""
 
 _TABLE_END, _TABLE_STEPS = 5.0, 2001
 
-_BORN_LIGHT, _RISEN, _HELD = 0.65, 0.2, 0.25
+_BORN_LIGHT, _RISEN, _HELD = 0.85, 0.15, 0.2
 """Fraction of its full light that a new ember gives; the fractions of its life at which it reaches
 all of it, and from which it dies."""
 
-_DYING = 0.55
+_DYING = 0.9
 """Exponent of the rest of the life by which the light of a dying ember falls."""
 
-_FLICKER = 0.42
+_FLICKER = 0.46
 """Standard deviation of the logarithm of an ember's light by flicker."""
 
 _FLICKER_TIME = 0.06

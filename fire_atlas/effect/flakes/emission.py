@@ -20,8 +20,8 @@ _RATE_PER_AREA, _SMALL_AREA = 280.0, 0.15
 """Automatic spawn rate per heights² of moving fire, and the area below which the rate falls faster
 than the area, because a small fire is calmer as well."""
 
-_MIN_RATE, _MIN_SPAWNS = 4.0, 6.0
-"""Minimum automatic spawn rate, 1/s, and minimum number of flakes of a one-shot clip."""
+_MIN_SPAWNS = 6.0
+"""Minimum automatic number of flakes of a one-shot clip."""
 
 _CALM_RATE, _BURSTS_PER_FLAKE = 20.0, 1 / 60
 """Spawn rate, 1/s, up to which a fire is too calm for bursts; bursts per flake from twice that."""
@@ -197,8 +197,8 @@ def automatic_rate(moving_area: float, width_ratio: float, duration: float) -> f
     """Return the spawn rate, 1/s, that suits a fire.
 
     Sparks tear off where fire moves, so the rate is proportional to that area; in a small, calm
-    fire, to its square. Flakes that are drawn wider than they are, are fewer in proportion. Any
-    clip gets a few, however short.
+    fire, to its square. Flakes that are drawn wider than they are, are fewer in proportion. A clip
+    that plays once gets a few, however short.
 
     Args:
         moving_area: Area in which the fire moves, heights².
@@ -207,7 +207,7 @@ def automatic_rate(moving_area: float, width_ratio: float, duration: float) -> f
     """
     calm = min(moving_area / _SMALL_AREA, 1.0)
     rate = _RATE_PER_AREA * moving_area * calm * min(width_ratio, 1.0)
-    return max(rate, _MIN_RATE, _MIN_SPAWNS / duration)
+    return max(rate, _MIN_SPAWNS / duration)
 
 
 def _bursts_of(flakes: Flakes, rate: float) -> tuple[float, float]:

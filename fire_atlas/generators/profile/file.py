@@ -42,7 +42,7 @@ from fire_atlas.generators.profile.model import (
 from fire_atlas.recipe.base import COLOR_PATTERN
 
 _FORMAT: Literal["fire-atlas/profile"] = "fire-atlas/profile"
-_VERSION: Literal[1] = 1
+_VERSION: Literal[2] = 2
 
 SUFFIX = ".json"
 """File extension of profiles; clips never have it."""
@@ -50,6 +50,7 @@ SUFFIX = ".json"
 _Share = Annotated[float, Field(ge=0, le=1)]
 _Size = Annotated[float, Field(gt=0, le=1e5)]
 _Point = tuple[float, float]
+_Points = Annotated[tuple[_Point, ...], Field(min_length=6, max_length=6)]
 _Curve = Annotated[tuple[float, ...], Field(min_length=NODES, max_length=NODES)]
 _Curves = Annotated[tuple[_Curve, ...], Field(min_length=1, max_length=MAX_FRAMES)]
 
@@ -101,6 +102,7 @@ class _SetBlock(_Block):
     high: float
     period: Period
     origin: Origin
+    shear: float = Field(ge=-90, le=90)
     frames: Annotated[tuple[int, ...], Field(min_length=1)]
 
 
@@ -115,7 +117,8 @@ class _SideBlock(_Block):
     threshold: float = Field(ge=0, le=255)
     statistics: _StatisticsBlock
     sets: Annotated[tuple[_SetBlock, ...], Field(min_length=12, max_length=12)]
-    points: tuple[Annotated[tuple[_Point, ...], Field(min_length=6, max_length=6)], ...]
+    points: tuple[_Points, ...]
+    points_as_learnt: tuple[_Points, ...]
     half: float = Field(gt=0, le=100)
     kinship: _Share
     breadth: float = Field(ge=0, le=4096)
@@ -129,12 +132,11 @@ class _SideBlock(_Block):
 
 class _ProfileBlock(_Block):
     format: Literal["fire-atlas/profile"]
-    version: Literal[1]
+    version: Literal[2]
     tool: str
     colours: _ColoursBlock
     colours_as_learnt: _ColoursBlock
     rise: float = Field(ge=0.01, le=100)
-    pace: float = Field(ge=0.1, le=10)
     grid: _GridBlock
     sides: Annotated[tuple[_SideBlock, ...], Field(min_length=1, max_length=2)]
 
@@ -149,7 +151,6 @@ def write_profile(profile: Profile) -> bytes:
         colours=_ColoursBlock.of(profile.colours),
         colours_as_learnt=_ColoursBlock.of(profile.learnt_colours),
         rise=profile.rise_speed,
-        pace=profile.playback_speed,
         grid=_GridBlock(
             up=grid.rows_above, down=grid.rows_below, side=grid.half_columns,
             per_height=grid.cells_per_height, per_half=grid.cells_per_half,
@@ -193,7 +194,7 @@ def read_profile(data: bytes, name: str) -> Profile:
     except ValueError as error:
         raise SourceError(f"{name}: is damaged: {error}; {again}") from None
     side = sides[1] if len(sides) > 1 else None
-    return Profile(grid, file.rise, file.pace, colours, learnt, sides[0], side)
+    return Profile(grid, file.rise, colours, learnt, sides[0], side)
 
 
 def _side_block(side: Side) -> _SideBlock:
@@ -211,10 +212,18 @@ def _side_block(side: Side) -> _SideBlock:
             step=statistics.step,
         ),
         sets=tuple(
-            _SetBlock(low=s.low, high=s.high, period=s.period, origin=s.origin, frames=s.frames)
+            _SetBlock(
+                low=s.low,
+                high=s.high,
+                period=s.period,
+                origin=s.origin,
+                shear=s.shear,
+                frames=s.frames,
+            )
             for s in side.sets
         ),
         points=side.points,
+        points_as_learnt=side.learnt_points,
         half=side.half_width,
         kinship=detail.autocorrelation,
         breadth=detail.correlation_length,
@@ -230,7 +239,7 @@ def _side_block(side: Side) -> _SideBlock:
 def _side(block: _SideBlock, grid: DetailGrid) -> Side:
     """Return the side in a block; raise ``ValueError`` where its parts contradict each other."""
     count, statistics = block.frames, block.statistics
-    for name in ("points", "offset", "ratio"):
+    for name in ("points", "points_as_learnt", "offset", "ratio"):
         if (items := len(getattr(block, name))) != count:
             raise ValueError(f"{name}: has {items} items for {count} frames")
     if not all(0 <= frame < count for each in block.sets for frame in each.frames):
@@ -240,11 +249,14 @@ def _side(block: _SideBlock, grid: DetailGrid) -> Side:
         closed=block.closed,
         threshold=block.threshold,
         points=tuple(FeaturePoints(*each) for each in block.points),
+        learnt_points=tuple(FeaturePoints(*each) for each in block.points_as_learnt),
         statistics=ClipStatistics(
             Percentiles(*statistics.height), Percentiles(*statistics.width),
             Percentiles(*statistics.lean), Percentiles(*statistics.brightness), statistics.step,
         ),
-        sets=tuple(LeaningSet(s.low, s.high, s.period, s.origin, s.frames) for s in block.sets),
+        sets=tuple(
+            LeaningSet(s.low, s.high, s.period, s.origin, s.shear, s.frames) for s in block.sets
+        ),
         half_width=block.half,
         pose=PoseCurves(
             np.clip(np.array(block.offset), -2, 2), np.clip(np.array(block.ratio), 0.5, 2)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.workers import Workers
-from fire_atlas.generators.profile.calibration import calibrate, calibrate_profile
+from fire_atlas.generators.profile.calibration import calibrate
 from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
 from fire_atlas.generators.profile.generate.rendering import renderings
 from fire_atlas.generators.profile.learn.learn import learn
@@ -17,8 +17,8 @@ from fire_atlas.generators.rendering import rendered_clip
 def learn_profile(
     clips: Mapping[str, Clip], workers: Workers, threshold: float | None = None, cells: int = 5
 ) -> Profile:
-    """Learn a calibrated profile from clips; arguments and errors are those of ``learn``."""
-    return calibrate_profile(learn(clips, workers, threshold, cells), workers)
+    """Learn a profile from clips; arguments and errors are those of ``learn``."""
+    return learn(clips, workers, threshold, cells)
 
 
 def generate_clips(

@@ -11,6 +11,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import gaussian_filter1d
 
 from fire_atlas.core.pixels import Bytes, Pixels, decode_bytes
 
@@ -43,6 +44,9 @@ STATE_WIDTH = 10.0
 
 STATE_EDGES = (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0)
 """Limits of the six leaning states, degrees; the outermost states have no outer limit."""
+
+_PERIOD_SIGMA = 2.0
+"""Standard deviation of the smoothing that tells periods apart, frames: each lasts some frames."""
 
 Period = Literal["swing", "rest"]
 """Whether the lean changes fast in a frame (``swing``) or hardly (``rest``)."""
@@ -104,6 +108,7 @@ class LeaningSet:
         low, high: Limits of the state's lean, degrees.
         period: ``swing`` or ``rest``.
         origin: Where the frames come from.
+        shear: Degrees by which they are sheared to the right; 0 unless ``origin`` is ``sheared``.
         frames: Numbers of the frames, ascending.
     """
 
@@ -111,6 +116,7 @@ class LeaningSet:
     high: float
     period: Period
     origin: Origin
+    shear: float
     frames: tuple[int, ...]
 
 
@@ -118,6 +124,16 @@ def leaning_state(lean: float) -> int:
     """Return the index (0..5) of the leaning state for a lean in degrees."""
     state = np.floor(lean / STATE_WIDTH) + len(STATE_EDGES) // 2
     return int(np.clip(state, 0, len(STATE_EDGES) - 2))
+
+
+def swinging(leans: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Return which frames (frames,) belong to the period ``swing``: the half in which the lean
+    (frames,), degrees, changes faster."""
+    speed = np.abs(np.gradient(leans)) if len(leans) > 1 else np.zeros(1)
+    smoothed = gaussian_filter1d(speed, _PERIOD_SIGMA)
+    swings = np.zeros(len(leans), np.bool_)
+    swings[np.argsort(-smoothed, kind="stable")[: len(leans) // 2]] = True
+    return swings
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,7 +278,8 @@ class Side:
         fps: Frames per second of the clip.
         closed: Whether the clip loops.
         threshold: Brightness above which a pixel is flame, 0..255.
-        points: Feature points of every frame.
+        points: Feature points of every frame; the user may have moved them.
+        learnt_points: Feature points of every frame, as the clip shows them.
         statistics: Statistics of the frames.
         sets: The twelve leaning sets: six states, each in two periods.
         half_width: Half the width of the foot, flame heights.
@@ -274,6 +291,7 @@ class Side:
     closed: bool
     threshold: float
     points: tuple[FeaturePoints, ...]
+    learnt_points: tuple[FeaturePoints, ...]
     statistics: ClipStatistics
     sets: tuple[LeaningSet, ...]
     half_width: float
@@ -281,9 +299,9 @@ class Side:
     detail: DetailModel
 
     @property
-    def leans(self) -> list[float]:
-        """Lean of every frame, degrees."""
-        return [points.lean for points in self.points]
+    def learnt_leans(self) -> list[float]:
+        """Lean of every frame of the clip, degrees."""
+        return [points.lean for points in self.learnt_points]
 
 
 @dataclass(frozen=True, slots=True)
@@ -293,8 +311,6 @@ class Profile:
     Attributes:
         grid: Grid on which its detail is stored.
         rise_speed: Speed of the gas in the intermittent zone, flame heights per second.
-        playback_speed: Factor of the clip's own speed at which generated fire changes no faster
-            from frame to frame than the clip.
         colours: Colours of generated fire; the user may have edited them.
         learnt_colours: Colours of the clip.
         front: Learnt from the first clip.
@@ -303,7 +319,6 @@ class Profile:
 
     grid: DetailGrid
     rise_speed: float
-    playback_speed: float
     colours: ColourTable
     learnt_colours: ColourTable
     front: Side

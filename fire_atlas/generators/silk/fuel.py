@@ -57,6 +57,7 @@ class Fuel:
         blue_light: Light of the blue foot of the flame, 0 for none.
         brightness: Light of the hottest part, before exposure.
         contrast: Exponent from heat to light.
+        soot: Optical depth of a dense part of the flame, which hides what is behind it.
         temperature: Temperature of the hottest part, K, for ``grading: blackbody``.
     """
 
@@ -81,6 +82,7 @@ class Fuel:
     blue_light: float
     brightness: float
     contrast: float
+    soot: float
     temperature: float
 
 
@@ -92,7 +94,7 @@ FUELS: dict[FuelName, Fuel] = {
         burner=Burner(0.0, eddy_strength=0.5, flame_height=0.8, width=0.75, flicker=0.5,
                       tongue_width=0.14, entrainment=0.6),
         ramp=("#a80c00", "#ff3404", "#ff660a", "#ff8c1a", "#ffb044"), ramp_end=1.0, blue_light=0.0,
-        brightness=6.5, contrast=2.7, temperature=1750.0,
+        brightness=6.5, contrast=2.7, soot=0.9, temperature=1750.0,
     ),
     "candle": Fuel(
         mass=1.0, structural=20.0, shear=7.0, bending=3.0, damping=8.0,
@@ -101,7 +103,7 @@ FUELS: dict[FuelName, Fuel] = {
         burner=Burner(0.0, eddy_strength=0.035, flame_height=0.72, width=0.22, flicker=0.03,
                       tongue_width=0.5, entrainment=1.7, widening_height=0.26),
         ramp=("#c84006", "#ff8a20", "#ffb848", "#ffe09a"), ramp_end=1.0, blue_light=0.22,
-        brightness=4.6, contrast=1.0, temperature=1900.0,
+        brightness=4.6, contrast=1.0, soot=0.9, temperature=1900.0,
     ),
     "gas": Fuel(
         mass=1.0, structural=40.0, shear=14.0, bending=6.0, damping=6.0,
@@ -110,7 +112,7 @@ FUELS: dict[FuelName, Fuel] = {
         burner=Burner(0.0, eddy_strength=0.4, flame_height=0.8, width=0.6, flicker=0.3,
                       tongue_width=0.1, entrainment=0.7),
         ramp=("#1430d0", "#2a6cff", "#64b0ff", "#d8f0ff"), ramp_end=1.0, blue_light=0.6,
-        brightness=2.4, contrast=1.5, temperature=2600.0,
+        brightness=2.4, contrast=1.5, soot=0.5, temperature=2600.0,
     ),
 }  # fmt: skip
 

@@ -49,7 +49,7 @@ def test_two_sides_are_kept() -> None:
 
 def test_people_can_read_it(file: bytes) -> None:
     values = json.loads(file)
-    assert values["format"] == "fire-atlas/profile" and values["version"] == 1
+    assert values["format"] == "fire-atlas/profile" and values["version"] == 2
     assert len(values["colours"]["rows"]) == 5
     assert [len(each) for each in values["sides"][0]["points"]] == [6] * 32
     readable = file.split(b'"heat"')[0]
@@ -109,7 +109,7 @@ def test_a_damaged_profile_is_refused_saying_where(file: bytes, change: Change, 
         (b"[" * 100_000, "is damaged or not a fire profile"),
         (b"[]", "is not a fire profile"),
         (b'{"frames": {}}', "is not a fire profile"),
-        (b'{"format": "fire-atlas/profile", "version": 2}', "version 2, but this fire-atlas reads"),
+        (b'{"format": "fire-atlas/profile", "version": 3}', "version 3, but this fire-atlas reads"),
     ],
 )
 def test_what_is_no_profile_is_refused(data: bytes, what: str) -> None:

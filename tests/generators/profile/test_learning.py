@@ -45,7 +45,7 @@ def test_the_table_means_light_not_bytes() -> None:
 def test_every_frame_of_a_known_clip_gives_its_points_and_its_lean() -> None:
     clip, leans = swaying()
     front = learnt(clip).front
-    assert front.leans == pytest.approx(leans, abs=1.0)
+    assert front.learnt_leans == pytest.approx(leans, abs=1.0)
     for found in front.points:
         assert found.bottom == pytest.approx((FOOT, BASE), abs=1.0)
         assert (found.left[0], found.right[0]) == pytest.approx((FOOT - 20, FOOT + 20), abs=1.0)

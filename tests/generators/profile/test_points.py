@@ -59,7 +59,8 @@ def test_twelve_sets_answer_whatever_the_clip_shows() -> None:
 
 
 def test_a_set_has_the_frames_of_its_lean_or_says_whose_it_has() -> None:
-    leans = np.linspace(1, 28, 60) + np.tile([0.0, 0.3], 30)
+    # It leans more and more, by turns slowly and quickly.
+    leans = np.cumsum(np.tile(np.repeat([0.1, 0.4], 10), 6)) - 0.05
     for each in leaning_sets(leans):
         shown = leans[list(each.frames)]
         if each.low >= 0:

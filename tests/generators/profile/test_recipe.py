@@ -177,9 +177,9 @@ def test_a_clip_without_fire_leaves_nothing_behind(repo: Path) -> None:
 
 def test_a_profile_of_a_later_version_is_refused_by_a_build(repo: Path) -> None:
     later = repo / "later.profile.json"
-    later.write_text(json.dumps({"format": "fire-atlas/profile", "version": 2}))
+    later.write_text(json.dumps({"format": "fire-atlas/profile", "version": 3}))
     code, said = run("build", recipe(repo, {"path": "later.profile.json"}))
-    assert code == 1 and "version 2" in said and "update fire-atlas" in said
+    assert code == 1 and "version 3" in said and "update fire-atlas" in said
 
 
 def test_a_profile_file_does_not_take_a_side_view_too(repo: Path) -> None:

@@ -1,6 +1,8 @@
-"""Blend masks: how much of each segment of the clip is seen at each place of a frame.
+"""Blend masks: how much of each frame of the clip is seen at each place of a generated frame.
 
-The mask of a segment is the sum of the billboards of its particles; near ones count more.
+Slices lag one another, so that they show different moments. The mask of a moment is the sum of the
+billboards of the particles of its slices; near ones count more. All particles end at the flame's
+top, so that shows one moment: that of the slices that do not lag.
 """
 
 import math
@@ -10,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane, as_plane
-from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
+from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire, frames_of
 from fire_atlas.generators.profile.generate.particles import height_after, opacity
 
 MASK_CELL = 4
@@ -29,28 +32,49 @@ _BILLBOARD = 0.16
 _MIN_CORRELATION_LENGTH = 0.5
 """Minimum correlation length, in half widths of the foot, that sets the width of billboards."""
 
+_MERGING, _MERGED = 0.4, 0.75
+"""Heights between which particles of slices that lag fade, flame heights."""
+
+_LEADING = 0.05
+"""Minimum weight of slices that do not lag, relative to the largest: they are seen everywhere."""
+
 
 @dataclass(frozen=True, slots=True)
 class BlendMask:
-    """Blend mask of one segment of the clip, with the frames that the segment shows.
+    """Where a frame of the clip is seen.
 
     Attributes:
-        side: Index of the profile's side to which the clip belongs.
-        frames: Numbers of two neighbouring frames of the clip, and weight of the second.
-        mirrored: Whether the frames are mirrored left to right.
+        plane: Index of the plane whose clip it is from.
+        frame: Number of the frame.
+        mirrored: Whether it is mirrored left to right.
         weight: (r, c) float32, one for each square of ``MASK_CELL`` by ``MASK_CELL`` cells.
     """
 
-    side: int
-    frames: tuple[int, int, float]
+    plane: int
+    frame: int
     mirrored: bool
     weight: Plane
+
+
+@dataclass(frozen=True, slots=True)
+class _Billboards:
+    """Billboards of the visible particles, as outer products of ``down[i]`` and ``right[i]``.
+
+    Attributes:
+        down: (n, r) weight by row.
+        right: (n, c) weight by column.
+        slices: (n,) slice of each particle.
+    """
+
+    down: Plane
+    right: Plane
+    slices: NDArray[np.intp]
 
 
 def blend_masks(
     fire: GeneratedFire, azimuth: float, half_width: float, taper: CubicSpline, time: float
 ) -> list[BlendMask]:
-    """Return the masks of all segments visible at ``time``.
+    """Return the masks of all frames of the clip that are visible at ``time``.
 
     Args:
         fire: The fire.
@@ -59,6 +83,28 @@ def blend_masks(
         taper: Half width of the flame by height, in half widths of its foot.
         time: Time in frames of the fire's own time.
     """
+    boards = _billboards(fire, azimuth, half_width, taper, time)
+    behind = np.cos(fire.slice_azimuths - azimuth) < 0
+    keys = np.stack([fire.slice_planes, fire.slice_tracks, behind]).T
+    found: dict[tuple[int, int, bool], Plane] = {}
+    for plane, track, is_behind in np.unique(keys, axis=0):
+        shows = (keys == (plane, track, is_behind)).all(axis=1)[boards.slices]
+        weight = np.square(boards.down[shows].T @ boards.right[shows])
+        if track == 0:
+            weight = weight + np.float32(_LEADING) * weight.max(initial=1e-6)
+        lag = float(fire.lags[track])
+        for moment in fire.planes[plane].playback.moments(time - lag):
+            for frame, share in frames_of(moment):
+                key = int(plane), frame, moment.mirrored != bool(is_behind)
+                part = as_plane(weight * np.float32(share))
+                found[key] = found[key] + part if key in found else part
+    return [BlendMask(*key, weight) for key, weight in found.items()]
+
+
+def _billboards(
+    fire: GeneratedFire, azimuth: float, half_width: float, taper: CubicSpline, time: float
+) -> _Billboards:
+    """Return the billboards of the visible particles; arguments as for ``blend_masks``."""
     particles, grid, front = fire.particles, fire.profile.grid, fire.profile.front
     alive, age = particles.alive(time)
     life = age / particles.lifetime
@@ -68,8 +114,9 @@ def blend_masks(
     across = particles.x[alive] * cos + particles.z[alive] * sin
     nearness = particles.x[alive] * sin - particles.z[alive] * cos
     emphasis = np.exp(_FRONT_EMPHASIS * (nearness / np.abs(nearness).max(initial=1.0) - 1.0))
-    weight = opacity(life) * emphasis
-    weight *= particles.size[alive]
+    lags = fire.slice_tracks[particles.slice[alive]] > 0
+    merging = np.where(lags, 1 - smooth_step((height - _MERGING) / (_MERGED - _MERGING)), 1.0)
+    weight = opacity(life) * emphasis * merging * particles.size[alive]
     visible = np.flatnonzero(weight > _MIN_WEIGHT * weight.max(initial=0.0))
     rows, columns = (-(-length // MASK_CELL) for length in grid.shape)
     size = particles.size[alive][visible] * (0.7 + 0.6 * life[visible])
@@ -82,48 +129,7 @@ def blend_masks(
     x = (grid.half_columns + (across * widening)[visible] * ratio * grid.cells_per_half) / MASK_CELL
     down = _gaussians(np.arange(rows) + 0.5, y, sigma_y) * weight[visible, None].astype(np.float32)
     right = _gaussians(np.arange(columns) + 0.5, x, sigma_x)
-    return _summed_by_segment(fire, azimuth, time, alive[visible], down, right)
-
-
-def _summed_by_segment(
-    fire: GeneratedFire,
-    azimuth: float,
-    time: float,
-    visible: NDArray[np.intp],
-    down: Plane,
-    right: Plane,
-) -> list[BlendMask]:
-    """Sum the billboards of the ``visible`` particles that show the same segment.
-
-    The billboard of particle i is the outer product of ``down[i]`` (r,) and ``right[i]`` (c,). Sums
-    are squared, which narrows the transition between two masks.
-    """
-    particles, period = fire.particles, fire.period
-    behind = np.cos(fire.slice_azimuths - azimuth) < 0
-    of_slice = particles.slice[visible]
-    keys = (
-        fire.slice_sides[of_slice], fire.slice_tracks[of_slice],
-        fire.particle_segments[visible], behind[of_slice],
-    )  # fmt: skip
-    ranges = [int(key.max(initial=0)) + 1 for key in keys]
-    kinds = np.ravel_multi_index(keys, ranges)
-    masks = []
-    for kind in np.unique(kinds):
-        side, track, number, is_behind = (int(key) for key in np.unravel_index(kind, ranges))
-        members = np.flatnonzero(kinds == kind)
-        segment = fire.tracks[side][track][number]
-        birth = float(particles.birth[visible[members[0]]])
-        age = round((birth - segment.start) % period + (time - birth) % period, 6)
-        lower, upper, share = fire.sequences[side].frames_at(np.array(segment.first), np.array(age))
-        masks.append(
-            BlendMask(
-                side=side,
-                frames=(int(lower), int(upper), float(share)),
-                mirrored=segment.mirrored != bool(is_behind),
-                weight=as_plane(np.square(down[members].T @ right[members])),
-            )
-        )
-    return masks
+    return _Billboards(down, right, particles.slice[alive[visible]])
 
 
 def _gaussians(

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import gaussian_filter1d
 
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.generators.profile.generate.particles import (
@@ -16,26 +17,32 @@ from fire_atlas.generators.profile.generate.particles import (
     rise_time,
 )
 from fire_atlas.generators.profile.generate.playback import (
-    ClipSegment,
+    ClipMoment,
     FrameSequence,
-    PlanarSway,
-    playback_track,
+    Playback,
+    Reference,
+    bends,
+    play,
 )
+from fire_atlas.generators.profile.generate.state_machine import SelectedStates
 from fire_atlas.generators.profile.generate.wind import WindResponse
-from fire_atlas.generators.profile.model import SCORE_UNIT, DetailModel, Profile
+from fire_atlas.generators.profile.model import SCORE_UNIT, DetailModel, Profile, Side
 from fire_atlas.generators.settings import GenerationSettings
 
 _MIN_LIFETIME, _MAX_LIFETIME = 0.4, 1.6
 """Limits on the lifetime of a particle, seconds."""
 
 _TRACK_WIDTH = 1.5
-"""Width that one playback track fills, in correlation lengths of the detail."""
+"""Width within which slices show the same moment, in correlation lengths of the detail."""
 
 _MAX_TRACKS = 4
-"""Maximum number of tracks: more parts of a clip side by side look like several fires."""
+"""Maximum number of moments that are seen side by side."""
 
-Tracks = tuple[tuple[tuple[ClipSegment, ...], ...], ...]
-"""Segments as ``tracks[side][track][number]``, in the order of playing."""
+_LARGEST_LAG = 0.25
+"""Lag of the last slices behind the first, seconds."""
+
+_MEAN_WINDOWS = 6.0
+"""Length of a clip divided by the standard deviation of the Gaussian of the running mean."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,46 +61,110 @@ class ProfileFireSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class PlaneOfFire:
+    """What a fire shows in one vertical plane: that of the front, or that at a right angle to it.
+
+    A clip shows a fire in one plane only. The plane at a right angle shows a second clip, or other
+    moments of the first.
+
+    Attributes:
+        side: The clip.
+        states: The leaning sets that are selected.
+        playback: What is played of the clip.
+        mean: (NODES,) offset of the flame's middle, averaged over the clip, flame heights.
+        offset: (frames of the clip, NODES) offset of the flame's middle from ``mean``.
+        running_mean: (frames of the clip, NODES) the same, averaged over the time around a frame.
+        sway_gain: (frames,) factor of the sway: a sustained force settles it.
+    """
+
+    side: Side
+    states: SelectedStates
+    playback: Playback
+    mean: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    running_mean: NDArray[np.float64]
+    sway_gain: NDArray[np.float64]
+
+    @classmethod
+    def of(
+        cls, side: Side, wind: WindResponse, generation: GenerationSettings, number: int
+    ) -> "PlaneOfFire":
+        """Decide what is shown in plane ``number``: 0 is that of the front."""
+        frames, fps, loop, seed = (
+            generation.frames, generation.fps, generation.loop, generation.seed,
+        )  # fmt: skip
+        sequence = FrameSequence.of(side, fps)
+        reference = Reference.random(sequence, frames, loop, seed, number)
+        states = SelectedStates.of(side, wind, number * math.pi / 2, reference, fps)
+        runs, shown, transition = play(side, sequence, reference, states.sets, fps, seed, number)
+        bend = bends(side, states.sets, shown, states.wind_lean, states.force, fps, loop)
+        mean = side.pose.offset.mean(axis=0)
+        offset = side.pose.offset - mean
+        mode = "wrap" if side.closed else "reflect"
+        return cls(
+            side,
+            states,
+            Playback(sequence, runs, frames, loop, transition, bend),
+            mean,
+            offset,
+            gaussian_filter1d(offset, len(offset) / _MEAN_WINDOWS, axis=0, mode=mode),
+            np.array([wind.sway_gain(i) for i in range(frames)]),
+        )
+
+    def sway(self, time: float) -> NDArray[np.float64]:
+        """Return three curves (3, NODES) at a ``time`` in frames: offset of the middle from its
+        mean, that mean, which may be mirrored, and the logarithm of the width ratio."""
+        gain = float(self.sway_gain[int(time) % len(self.sway_gain)])
+        offset, middle, width = curves = np.zeros((3, len(self.mean)))
+        for moment in self.playback.moments(time):
+            sign = -1.0 if moment.mirrored else 1.0
+            for frame, share in frames_of(moment):
+                mean = self.running_mean[frame]
+                offset += sign * share * (mean + gain * (self.offset[frame] - mean))
+                middle += sign * share * self.mean
+                width += share * np.log(self.side.pose.width_ratio[frame])
+        return curves
+
+
+def frames_of(moment: ClipMoment) -> list[tuple[int, float]]:
+    """Return the frames of the clip that a moment shows, with their weights."""
+    lower = (moment.lower, moment.weight * (1 - moment.share))
+    if moment.share == 0:
+        return [lower]
+    return [lower, (moment.upper, moment.weight * moment.share)]
+
+
+@dataclass(frozen=True, slots=True)
 class GeneratedFire:
     """A generated fire in space and time; its cameras share it.
 
     Attributes:
         profile: The profile it is generated from.
         settings: Length, frame rate, wind and seed.
-        wind: Its response to the wind.
         base_curve: Outline of its base seen from above, half widths of the front.
         slice_azimuths: (slices,) directions of the slices, radians, within ±π/2 of the front.
-        slice_sides: (slices,) index of the profile's side that each slice shows.
-        slice_tracks: (slices,) index of the playback track of each slice.
+        slice_planes: (slices,) index of the plane whose moments each slice shows.
+        slice_tracks: (slices,) index of the lag of each slice.
+        lags: (tracks,) frames by which slices show what is played later than others.
         particles: All particles.
-        sequences: How the clip of each side is played.
-        tracks: The playback tracks.
-        particle_segments: (particles,) index, in its track, of the segment that each shows.
-        sways: Sway in the plane of the front, and in the plane at a right angle to it.
-        autocorrelations: By side, (rows, columns) correlation of scores one frame apart.
+        planes: The plane of the front, and that at a right angle to it.
+        autocorrelations: By plane, (rows, columns) correlation of scores one frame apart.
         rise_time: Seconds a particle takes to the top of the grid.
         frame_times: (frames,) time of each frame, in frames of the fire's own time.
-        sway_gain: Calibrated factor of the clip's sway.
-        lean_bias: Calibrated degrees added to the lean, to the right of the front.
     """
 
     profile: Profile
     settings: GenerationSettings
-    wind: WindResponse
     base_curve: CubicSpline
     slice_azimuths: NDArray[np.float64]
-    slice_sides: NDArray[np.intp]
+    slice_planes: NDArray[np.intp]
     slice_tracks: NDArray[np.intp]
+    lags: NDArray[np.float64]
     particles: Particles
-    sequences: tuple[FrameSequence, ...]
-    tracks: Tracks
-    particle_segments: NDArray[np.intp]
-    sways: tuple[PlanarSway, PlanarSway]
+    planes: tuple[PlaneOfFire, PlaneOfFire]
     autocorrelations: tuple[Plane, ...]
     rise_time: float
     frame_times: NDArray[np.float64]
-    sway_gain: float
-    lean_bias: float
 
     @property
     def period(self) -> int:
@@ -110,82 +181,43 @@ class GeneratedFire:
 
     @classmethod
     def of(cls, profile: Profile, settings: ProfileFireSettings) -> "GeneratedFire":
-        """Generate a fire that is not calibrated yet."""
+        """Generate a fire whose frames are not timed yet."""
         grid, sides, shared = profile.grid, profile.sides, settings.generation
         wind = WindResponse.of(shared.wind, shared.frames, shared.fps, shared.loop)
         base_curve = peripheral_curve(1.0, sides[-1].half_width / sides[0].half_width)
         azimuths = math.pi * ((np.arange(settings.slices) + 0.5) / settings.slices - 0.5)
-        slice_sides = (np.abs(azimuths) > math.pi / 4).astype(np.intp) * (len(sides) - 1)
+        slice_planes = (np.abs(azimuths) > math.pi / 4).astype(np.intp) * (len(sides) - 1)
         rise = rise_time(grid.rows_above / grid.cells_per_height, profile.rise_speed)
         seconds = min(max(rise, _MIN_LIFETIME), _MAX_LIFETIME)
-        sequences = tuple(
-            FrameSequence.of(side, shared.fps, profile.playback_speed, seconds) for side in sides
-        )
-        lifetime = min(sequence.lifetime for sequence in sequences)
+        lifetime = max(round(seconds * shared.fps), 2)
         if shared.loop:
             lifetime = min(lifetime, shared.frames)
         # A fire that plays once has fully risen before frame 0, and its end need not fit its start.
         period = shared.frames if shared.loop else shared.frames + lifetime
-        slice_tracks = _slice_tracks(profile, settings.slices)
         particles = Particles.random(
             shared.seed, azimuths, settings.particles, lifetime, period, base_curve
         )
-        tracks = _tracks(profile, sequences, period, wind, azimuths, slice_tracks, shared.seed)
-        front_sway, side_sway = (
-            PlanarSway.of(profile, k, sequences[-k], rise, lifetime, period, wind, shared.seed)
-            for k in (0, 1)
+        tracks = _slice_tracks(profile, settings.slices)
+        number = int(tracks.max()) + 1
+        lags = np.arange(number) * _LARGEST_LAG * shared.fps / max(number - 1, 1)
+        planes = (
+            PlaneOfFire.of(sides[0], wind, shared, 0),
+            PlaneOfFire.of(sides[-1], wind, shared, 1),
         )
         return cls(
-            profile, shared, wind, base_curve, azimuths, slice_sides, slice_tracks, particles,
-            sequences, tracks, _particle_segments(particles, slice_sides, slice_tracks, tracks),
-            (front_sway, side_sway), tuple(_autocorrelation_map(side.detail) for side in sides),
-            rise, np.arange(shared.frames, dtype=np.float64), 1.0, 0.0,
+            profile, shared, base_curve, azimuths, slice_planes, tracks,
+            lags.round(), particles, planes,
+            tuple(_autocorrelation_map(plane.side.detail) for plane in planes), rise,
+            np.arange(shared.frames, dtype=np.float64),
         )  # fmt: skip
 
 
 def _slice_tracks(profile: Profile, slices: int) -> NDArray[np.intp]:
-    """Return the playback track of each slice. Wider fires have more tracks."""
+    """Return the lag's index of each slice. Wider fires have more."""
     width = _TRACK_WIDTH * max(profile.front.detail.correlation_length, 1.0)
     across = 2.4 * profile.grid.cells_per_half / width
     number = min(max(round(across), 2), _MAX_TRACKS, slices)
     return np.arange(slices) * number // slices
-
-
-def _tracks(
-    profile: Profile,
-    sequences: tuple[FrameSequence, ...],
-    period: int,
-    wind: WindResponse,
-    azimuths: NDArray[np.float64],
-    slice_tracks: NDArray[np.intp],
-    seed: int,
-) -> Tracks:
-    """Return the playback tracks; the wind leans each as it does the mean plane of its slices."""
-    number = int(slice_tracks.max()) + 1
-    means = [float(azimuths[slice_tracks == track].mean()) for track in range(number)]
-    return tuple(
-        tuple(
-            playback_track(side, sequence, period, wind, azimuth, seed, track)
-            for track, azimuth in enumerate(means)
-        )
-        for side, sequence in zip(profile.sides, sequences, strict=True)
-    )
-
-
-def _particle_segments(
-    particles: Particles,
-    slice_sides: NDArray[np.intp],
-    slice_tracks: NDArray[np.intp],
-    tracks: Tracks,
-) -> NDArray[np.intp]:
-    """Return the segment each particle shows: the last one started before its birth."""
-    shown = np.zeros(len(particles.birth), np.intp)
-    for k, (side, track) in enumerate(zip(slice_sides, slice_tracks, strict=True)):
-        starts = [segment.start for segment in tracks[side][track]]
-        here = particles.slice == k
-        last = np.searchsorted(starts, particles.birth[here], side="right") - 1
-        shown[here] = last % len(starts)
-    return shown
 
 
 def _autocorrelation_map(detail: DetailModel) -> Plane:

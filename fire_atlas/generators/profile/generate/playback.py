@@ -1,9 +1,10 @@
-"""Choose which frames of the clip are played when (the feature statistics learner, III-B).
+"""Play frames of the leaning sets that are selected (the feature statistics learner, III-B).
 
-Neighbouring slices of the fire share a playback track. A track plays one segment of the clip after
-another, forwards. After each cut, new particles show the new segment, while older ones go on with
-the old segment until they die. So a cut is never seen all at once: it rises with the gas. Tracks
-also control the sway of the whole flame, in which a cut rises in the same way.
+In still air a *reference* plays the clip: one segment after another, forwards, each part of it
+once before any is repeated. Frames are drawn from the selected set: that of the reference if it is
+in the set, else the one after the last if that is, else a jump to a frame of the set that the clip
+goes on from within the set for long. (The paper goes back and forth in a set. Gas would fall.)
+After a jump the new frames fade in and the old ones out.
 """
 
 import math
@@ -15,16 +16,10 @@ from scipy.ndimage import gaussian_filter1d
 
 from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.easing import smooth_step
-from fire_atlas.generators.profile.generate.particles import height_after
-from fire_atlas.generators.profile.generate.wind import WindResponse
-from fire_atlas.generators.profile.model import (
-    LeaningSet,
-    PoseCurves,
-    Profile,
-    Side,
-    leaning_state,
-    node_heights,
-)
+from fire_atlas.generators.profile.model import STATE_EDGES, Side
+
+TRANSITION_TIME = 0.2
+"""Time over which frames fade into others after a jump, seconds."""
 
 _SAME_RATE = 0.1
 """Frame rates that differ by less than this fraction count as equal: no frames are blended."""
@@ -35,11 +30,11 @@ _MIN_CORRELATION = 0.3
 _HELD_RATE = 0.7
 """A cartoon whose frame rate is below this fraction of the result's holds its frames."""
 
-_TRANSITION = 0.6
-"""Fraction of a particle's life over which the sway of the next segment fades in at any height."""
+_LONG_AHEAD = 12
+"""Frames ahead within a set beyond which a longer way is no better."""
 
-_MEAN_WINDOWS = 6.0
-"""Length of a clip divided by the standard deviation of the Gaussian of the running mean."""
+_BEND_TIME = 0.12
+"""Standard deviation, seconds, of the smoothing of the bend from one set to the next."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,218 +47,284 @@ class FrameSequence:
         closed: Whether the clip loops.
         holds: Whether each frame is held until the next, as in a cartoon, whose frames differ too
             much to be blended.
-        lifetime: Lifetime of a particle, frames of the result.
-        max_length: Maximum length of a segment, frames of the result.
     """
 
     rate: float
     count: int
     closed: bool
     holds: bool
-    lifetime: int
-    max_length: int
 
     @classmethod
-    def of(cls, side: Side, fps: float, speed: float, lifetime: float) -> "FrameSequence":
-        """Plan how to play ``side`` at ``fps``, ``speed`` times as fast as it was filmed.
-
-        Particles live ``lifetime`` seconds, or less if the clip is too short for it.
-        """
+    def of(cls, side: Side, fps: float) -> "FrameSequence":
+        """Plan how to play ``side`` at ``fps``, as fast as it was filmed."""
         rate = side.fps / fps
-        rate = speed * (1.0 if abs(rate - 1.0) < _SAME_RATE else rate)
-        count = side.detail.count
-        frames = (count - 1) / rate
+        rate = 1.0 if abs(rate - 1.0) < _SAME_RATE else rate
         holds = side.detail.autocorrelation < _MIN_CORRELATION and rate < _HELD_RATE
-        if side.closed:
-            return cls(rate, count, True, holds, max(round(lifetime * fps), 2), max(int(frames), 2))
-        # Half of the frames beyond a lifetime are played; the others let the start vary.
-        lifetime_frames = max(2, min(round(lifetime * fps), int(0.4 * frames)))
-        max_length = max((int(frames) - lifetime_frames) // 2, 1)
-        return cls(rate, count, False, holds, lifetime_frames, max_length)
+        return cls(rate, side.detail.count, side.closed, holds)
 
-    def frames_at(
-        self, first: NDArray[np.intp], age: NDArray[np.float64]
-    ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
-        """Return two neighbouring frames of the clip and the weight of the second, ``age`` frames
-        after segments started at the frames ``first``. All arrays have the same shape."""
-        at = first + age * self.rate
-        if self.holds:
-            at = np.floor(at)
-        begun = np.floor(at)
-        lower, share = begun.astype(np.intp), at - begun
+    def after(self, position: float, ticks: float) -> float:
+        """Return the position in the clip ``ticks`` frames of the result after another one; a clip
+        that does not loop stops at its last frame."""
+        at = position + ticks * self.rate
+        return at % self.count if self.closed else min(at, self.count - 1.0)
+
+    def frames_at(self, position: float) -> tuple[int, int, float]:
+        """Return two neighbouring frames at a position, and the weight of the second."""
+        # Sums of rates are rounded, or the frame before an exact one would be taken.
+        at = round(math.floor(position + 1e-6) if self.holds else position, 6)
+        lower = int(at)
         if self.closed:
-            return lower % self.count, (lower + 1) % self.count, share
-        lower = np.clip(lower, 0, self.count - 1)
-        return lower, np.minimum(lower + 1, self.count - 1), share
+            return lower % self.count, (lower + 1) % self.count, at - lower
+        return lower, min(lower + 1, self.count - 1), at - lower
 
 
 @dataclass(frozen=True, slots=True)
-class ClipSegment:
-    """A part of the clip that a track plays.
+class Reference:
+    """How a clip is played in still air.
 
     Attributes:
-        start: Frame of the result; particles born from then on show this segment.
-        first: Frame of the clip shown at ``start``; a clip that loops wraps round.
+        positions: (frames,) position in the clip, in its frames.
+        cuts: (frames,) whether a segment begins.
+        loop: Whether the last frame is followed by the first.
+    """
+
+    positions: NDArray[np.float64]
+    cuts: NDArray[np.bool_]
+    loop: bool
+
+    @classmethod
+    def random(
+        cls, sequence: FrameSequence, frames: int, loop: bool, seed: int, plane: int
+    ) -> "Reference":
+        """Choose segments at random, so that each part of the clip is played equally often.
+
+        Args:
+            sequence: How the clip is played.
+            frames: Frames of the result.
+            loop: Whether the result loops.
+            seed: Seed of the recipe.
+            plane: Number of the vertical plane, which has random numbers of its own.
+        """
+        chance = generator(seed, RandomStream.SPLICES, plane)
+        whole = (sequence.count if sequence.closed else sequence.count - 1) / sequence.rate
+        # A clip that does not loop is played in halves, so that the start of each may vary.
+        longest = 0.85 * whole if sequence.closed else 0.5 * whole
+        number = max(2, math.ceil(frames / max(longest, 1.0)))
+        length, shift, phase = frames / number, chance.random(), chance.random()
+        order = chance.permutation(number)
+        jitter = chance.uniform(-0.07, 0.07, number) * length
+        starts = np.array([int((i + shift) * length + jitter[i]) % frames for i in range(number)])
+        last = sequence.count if sequence.closed else max(whole - 1.2 * length, 0) * sequence.rate
+        firsts = ((order + phase) / number * last).astype(np.intp)
+        ascending = np.argsort(starts, kind="stable")
+        starts, firsts = starts[ascending], firsts[ascending]
+        ticks = np.arange(frames)
+        # A loop begins within the last segment.
+        segment = np.searchsorted(starts, ticks, side="right") - 1
+        ages = (ticks - starts[segment]) % frames
+        positions = [
+            sequence.after(float(firsts[at]), float(age))
+            for at, age in zip(segment, ages, strict=True)
+        ]
+        cuts = ages == 0
+        cuts[0] = True
+        return cls(np.array(positions).round(6), cuts, loop)
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Frames of the clip that are played one after another.
+
+    Attributes:
+        start: Frame of the result at which it begins.
+        length: Frames of the result before the next run begins.
+        first: Position in the clip at ``start``.
         mirrored: Whether its frames are mirrored left to right.
-        forced: Whether it was chosen to match the wind. Then the wind alone sets the lean, and only
-            the quick part of its frames' own sway is kept.
     """
 
     start: int
-    first: int
+    length: int
+    first: float
     mirrored: bool
-    forced: bool
-
-
-def playback_track(
-    side: Side,
-    sequence: FrameSequence,
-    period: int,
-    wind: WindResponse,
-    azimuth: float,
-    seed: int,
-    track: int,
-) -> tuple[ClipSegment, ...]:
-    """Return the segments of a track in the order of playing; it repeats after ``period`` frames.
-
-    In still air they start anywhere in the clip; in wind, at frames of the leaning state that the
-    wind causes in the plane at ``azimuth``, radians.
-    """
-    chance = generator(seed, RandomStream.SPLICES, track)
-    number = max(2, math.ceil(period / (0.85 * sequence.max_length)))
-    length = period / number
-    shift = chance.random()
-    # Every part of the clip is played once, in random order, before any is repeated.
-    phase = chance.random()
-    order = chance.permutation(number)
-    jitter = chance.uniform(-0.07, 0.07, number) * length
-    flips = chance.random(number) < 0.5
-    segments = []
-    for i in range(number):
-        start = int((i + shift) * length + jitter[i]) % period
-        state = wind.leaning_state(start if start < len(wind.steadiness) else 0, azimuth)
-        chosen = None if state is None else _leaning_set(side, *state)
-        place = (float(order[i]) + phase) / number
-        first, mirrored = _first_frame(side, sequence, chosen, place, bool(flips[i]))
-        segments.append(ClipSegment(start, first, mirrored, chosen is not None))
-    return tuple(sorted(segments, key=lambda segment: segment.start))
-
-
-def _leaning_set(side: Side, lean: float, period: str) -> LeaningSet:
-    state = leaning_state(side.statistics.lean.median + lean)
-    return [each for each in side.sets if each.period == period][state]
-
-
-def _first_frame(
-    side: Side, sequence: FrameSequence, chosen: LeaningSet | None, place: float, flip: bool
-) -> tuple[int, bool]:
-    """Return the frame at ``place`` (0..1) among possible first frames, and if it is mirrored."""
-    last = sequence.count - 1
-    if not sequence.closed:
-        last = max(0, int(last - (sequence.max_length + sequence.lifetime) * sequence.rate))
-    if chosen is None:
-        # Mirroring makes the repetition of few frames less obvious.
-        return int(place * (last + 1)), flip and side.detail.is_symmetric
-    frame = chosen.frames[int(place * len(chosen.frames))]
-    return min(frame, last), chosen.origin == "mirrored"
 
 
 @dataclass(frozen=True, slots=True)
-class PlanarSway:
-    """Sway of the whole flame in one vertical plane.
-
-    The sway at each height is that of the segment played when its gas left the base. A clip shows
-    the sway in one plane only, so two planes at a right angle have a track each; the flame then
-    sways equally from all sides. These tracks are also used by slices, so that the sway and some
-    of the detail come from the same moment of the clip.
+class ClipMoment:
+    """A moment of the clip that is seen in a frame of the result.
 
     Attributes:
-        pose: Pose curves of the clip.
-        mean: (NODES,) offset of the flame's middle, averaged over the clip.
-        running_mean: (frames, NODES) the same, averaged over the time around each frame.
-        sequence: How the clip is played.
-        segments: The playback track.
-        rise_frames: (NODES,) frames that gas takes from the base to each node.
-        period: Frames after which the fire repeats.
+        lower, upper: Two neighbouring frames of the clip.
+        share: Weight of the second, 0..1.
+        mirrored: Whether they are mirrored left to right.
+        weight: Weight among all moments of the frame; they sum to 1.
     """
 
-    pose: PoseCurves
-    mean: NDArray[np.float64]
-    running_mean: NDArray[np.float64]
+    lower: int
+    upper: int
+    share: float
+    mirrored: bool
+    weight: float
+
+
+@dataclass(frozen=True, slots=True)
+class Playback:
+    """What is played of one clip, in one vertical plane of a fire.
+
+    Attributes:
+        sequence: How the clip is played.
+        runs: The runs, in the order of playing.
+        frames: Frames of the result.
+        loop: Whether the last is followed by the first.
+        transition: Frames over which a run fades into the next.
+        bend: (frames,) degrees by which the frames are sheared to the right.
+    """
+
     sequence: FrameSequence
-    segments: tuple[ClipSegment, ...]
-    rise_frames: NDArray[np.float64]
-    period: int
+    runs: tuple[Run, ...]
+    frames: int
+    loop: bool
+    transition: int
+    bend: NDArray[np.float64]
 
-    @classmethod
-    def of(
-        cls, profile: Profile, number: int, sequence: FrameSequence, rise_time: float,
-        lifetime: int, period: int, wind: WindResponse, seed: int,
-    ) -> "PlanarSway":  # fmt: skip
-        """Plan the sway in plane ``number``: 0 is that of the front, 1 is at a right angle to it.
+    def moments(self, time: float) -> list[ClipMoment]:
+        """Return the moments of the clip that are seen at ``time``, in frames of the result."""
+        time = time % self.frames if self.loop else min(max(time, 0.0), self.frames - 1.0)
+        seen = []
+        for run in self.runs:
+            since = (time - run.start) % self.frames if self.loop else time - run.start
+            # In a loop a run may still fade out when it has begun again.
+            for age in (since, since + self.frames) if self.loop else (since,):
+                until = run.length + self.transition
+                if not 0 <= age < until:
+                    continue
+                shares = np.array([(age + 1), until - age]) / (self.transition + 1)
+                weight = float(smooth_step(shares).prod())
+                if run.start == 0 and not self.loop:
+                    weight = float(smooth_step(shares[1:])[0])
+                frames = self.sequence.frames_at(self.sequence.after(run.first, age))
+                seen.append(ClipMoment(*frames, run.mirrored, weight))
+        total = sum(moment.weight for moment in seen)
+        return [
+            ClipMoment(m.lower, m.upper, m.share, m.mirrored, m.weight / total)
+            for m in seen
+            if m.weight > 1e-3 * total
+        ]
 
-        Args:
-            profile: Source of the pose curves.
-            number: Number of the plane and of its playback track.
-            sequence: How the clip for that plane is played.
-            rise_time, lifetime: Time a particle takes to the top, in seconds and in frames.
-            period: See the class.
-            wind: Response of the fire to the wind.
-            seed: Seed of the recipe.
-        """
-        side = profile.sides[-number]
-        offset, share = side.pose.offset, np.linspace(0.0, 1.0, 256)
-        heights = height_after(share * rise_time, profile.rise_speed)
-        return cls(
-            side.pose,
-            offset.mean(axis=0),
-            gaussian_filter1d(
-                offset, len(offset) / _MEAN_WINDOWS, axis=0,
-                mode="wrap" if side.closed else "reflect",
-            ),
-            sequence,
-            playback_track(side, sequence, period, wind, number * math.pi / 2, seed, number),
-            np.interp(node_heights(), heights, share * lifetime),
-            period,
-        )  # fmt: skip
+    def bend_at(self, time: float) -> float:
+        """Return the shear to the right at ``time``, degrees."""
+        at = np.arange(self.frames)
+        period = self.frames if self.loop else None
+        return float(np.interp(time, at, self.bend, period=period))
 
-    def at(self, time: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return, for a ``time`` in frames, (NODES,) offsets of the middle from its mean and
-        (NODES,) logarithms of the width ratio."""
-        which, node, weight, age = self._seen(time)
-        segments = [self.segments[i] for i in which]
-        first = np.array([segment.first for segment in segments])
-        lower, upper, share = self.sequence.frames_at(first, age)
 
-        def shown(curves: NDArray[np.float64]) -> NDArray[np.float64]:
-            return np.asarray(curves[lower, node] * (1 - share) + curves[upper, node] * share)
+def members(side: Side) -> NDArray[np.bool_]:
+    """Return which frames are in which set: (sets, frames, 2); the last axis is mirroring."""
+    found = np.zeros((len(side.sets), side.detail.count, 2), np.bool_)
+    for k, each in enumerate(side.sets):
+        found[k, list(each.frames), int(each.origin == "mirrored")] = True
+    return found
 
-        def summed(values: NDArray[np.float64]) -> NDArray[np.float64]:
-            return np.asarray(np.bincount(node, values, len(self.rise_frames)), np.float64)
 
-        forced = [segment.forced for segment in segments]
-        moved = shown(self.pose.offset) - np.where(
-            forced, shown(self.running_mean), self.mean[node]
-        )
-        moved = np.where([segment.mirrored for segment in segments], -moved, moved)
-        norm = np.sqrt(np.maximum(summed(weight * weight), 1e-30))
-        width = np.log(shown(self.pose.width_ratio))
-        return summed(weight * moved) / norm, summed(weight * width) / norm
+class _Player:
+    """Plays a clip frame by frame, from the sets that are selected."""
 
-    def _seen(
-        self, time: float
-    ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
-        """Return four arrays (n,): index of a segment, of a node that shows it, its weight and age.
+    def __init__(self, side: Side, sequence: FrameSequence, seed: int, plane: int) -> None:
+        self.members, self.sequence = members(side), sequence
+        self.chance = generator(seed, RandomStream.LEANING_SETS, plane)
+        self.ahead = np.stack([_ahead(each, sequence.closed) for each in self.members])
+        self.position, self.mirrored, self.follows = -1.0, False, False
 
-        Most nodes show one segment; those in a transition show two.
-        """
-        transition = _TRANSITION * float(self.rise_frames[-1])
-        starts = np.array([segment.start for segment in self.segments])
-        lengths = (np.append(starts[1:], starts[0]) - starts) % self.period
-        lengths[lengths == 0] = self.period
-        since = np.mod(time - self.rise_frames - starts[:, None] + transition / 2, self.period)
-        weights = smooth_step(since / transition)
-        weights *= smooth_step((lengths[:, None] + transition - since) / transition)
-        which, node = np.nonzero(weights)
-        age = (since[which, node] - transition / 2 + self.rise_frames[node]).round(6)
-        return which, node, weights[which, node], age
+    def step(self, reference: float, cut: bool, selected: int) -> bool:
+        """Go on by a frame, and return whether that was a jump."""
+        is_member = self.members[selected]
+        in_reach = bool(is_member[int(reference), 0])
+        if in_reach and self.follows and not cut:
+            self.position = reference
+            return False
+        after = self.sequence.after(self.position, 1.0)
+        ends = not self.sequence.closed and after >= self.sequence.count - 1
+        may_go_on = self.position >= 0 and not ends and is_member[int(after), int(self.mirrored)]
+        if may_go_on and not (cut and in_reach):
+            self.position, self.follows = after, False
+            return False
+        self.follows = in_reach
+        if in_reach:
+            self.position, self.mirrored = reference, False
+            return True
+        ways = np.minimum(self.ahead[selected], _LONG_AHEAD)
+        frames, flips = np.nonzero((ways > 0) & (ways >= 0.7 * ways.max()))
+        choice = int(self.chance.integers(len(frames)))
+        self.position, self.mirrored = float(frames[choice]), bool(flips[choice])
+        return True
+
+
+def _ahead(is_member: NDArray[np.bool_], closed: bool) -> NDArray[np.intp]:
+    """Return for how many frames (frames, 2) the clip stays in a set, from each frame on."""
+    count = len(is_member)
+    ahead = np.zeros((2 * count + 1, 2), np.intp)
+    for i in range(2 * count - 1, -1, -1):
+        begins_again = ahead[i + 1] if closed or (i + 1) % count else 0
+        ahead[i] = (begins_again + 1) * is_member[i % count]
+    return ahead[:count]
+
+
+def play(
+    side: Side,
+    sequence: FrameSequence,
+    reference: Reference,
+    selected: NDArray[np.intp],
+    fps: float,
+    seed: int,
+    plane: int,
+) -> tuple[tuple[Run, ...], NDArray[np.float64], int]:
+    """Return the runs that show the ``selected`` sets (frames,), the lean of the clip in every
+    frame (degrees, with mirroring), and the frames of a transition."""
+    player, leans = _Player(side, sequence, seed, plane), np.array(side.learnt_leans)
+    frames = len(selected)
+    begun: list[tuple[int, float, bool]] = []
+    shown = np.empty(frames)
+    for tick in range(frames):
+        if player.step(reference.positions[tick], bool(reference.cuts[tick]), int(selected[tick])):
+            begun.append((tick, player.position, player.mirrored))
+        shown[tick] = leans[int(player.position)] * (-1 if player.mirrored else 1)
+    ends = [start for start, _, _ in begun[1:]] + [frames]
+    runs = tuple(
+        Run(start, end - start, first, mirrored)
+        for (start, first, mirrored), end in zip(begun, ends, strict=True)
+    )
+    return runs, shown, min(max(round(TRANSITION_TIME * fps), 1), max(frames // 2, 1))
+
+
+def bends(
+    side: Side,
+    selected: NDArray[np.intp],
+    shown: NDArray[np.float64],
+    wind_lean: NDArray[np.float64],
+    force: NDArray[np.float64],
+    fps: float,
+    loop: bool,
+) -> NDArray[np.float64]:
+    """Return the shear of every frame (frames,), degrees to the right.
+
+    In still air only frames whose own lean is not that of the set are sheared, by the set's shear.
+    In wind they are moved to the lean of the force, within the limits of the set's state: the
+    larger the force, the larger the lean. Smoothed, so that the fire follows in its own time.
+
+    Args:
+        side: The clip.
+        selected: (frames,) the leaning set.
+        shown: (frames,) lean of the clip's frame, degrees.
+        wind_lean, force: As in ``SelectedStates``.
+        fps: Frames of the fire per second.
+        loop: Whether it loops.
+    """
+    limits = np.array([(each.low, each.high) for each in side.sets])[selected]
+    low, high = limits.T
+    outer_low, outer_high = low == STATE_EDGES[0], high == STATE_EDGES[-1]
+    is_own = ((shown >= low) | outer_low) & ((shown < high) | outer_high)
+    shear = np.array([each.shear for each in side.sets])[selected]
+    calm = np.where(is_own, 0.0, shear)
+    blown = np.clip(wind_lean, low, high) - shown
+    mode = "wrap" if loop else "nearest"
+    bend = gaussian_filter1d((1 - force) * calm + force * blown, _BEND_TIME * fps, mode=mode)
+    return np.asarray(bend, np.float64)

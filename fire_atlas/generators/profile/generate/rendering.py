@@ -1,7 +1,8 @@
 """Draw a generated fire for one camera: blend scores, look up their shades, add the sway."""
 
+import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -12,13 +13,11 @@ from scipy.interpolate import CubicSpline
 from scipy.special import ndtr
 
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
-from fire_atlas.effect.field.wind import peak_level
 from fire_atlas.generators.camera import Camera
 from fire_atlas.generators.profile.generate.blend_masks import MASK_CELL, BlendMask, blend_masks
 from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
 from fire_atlas.generators.profile.generate.particles import half_width
 from fire_atlas.generators.profile.generate.shading import ShadeTable, shade_table, taper_of
-from fire_atlas.generators.profile.generate.wind import LEAN_PER_LEVEL
 from fire_atlas.generators.profile.model import FLOW_CELL, SCORE_UNIT, interpolated
 from fire_atlas.vision.warp import sample_at
 
@@ -122,48 +121,48 @@ class ProfileRendering:
 
     def pose(self, index: int) -> FramePose:
         """Return the pose of the fire in frame ``index``."""
-        fire, azimuth = self.fire, self.camera.azimuth
-        time = float(fire.frame_times[index])
-        (right, width), (away, depth) = (sway.at(time) for sway in fire.sways)
-        cos, sin = math.cos(azimuth), math.sin(azimuth)
-        sway = (right * cos + away * sin) * fire.sway_gain
-        offset = sway * fire.wind.sway_gain(index) + self._mean_offset()
-        ratio = np.exp(width * cos * cos + depth * sin * sin)
-        lean = fire.wind.lean(index, azimuth) + fire.lean_bias * cos
-        return FramePose(offset, ratio, math.radians(lean))
-
-    def _mean_offset(self) -> NDArray[np.float64]:
-        """Return the (NODES,) offset of the fire's middle, averaged over the clip."""
-        sides = self.fire.profile.sides
-        front, side = (each.pose.offset.mean(axis=0) for each in (sides[0], sides[-1]))
+        planes, time = self.fire.planes, float(self.fire.frame_times[index])
+        (right, middle, width), (away, behind, depth) = (plane.sway(time) for plane in planes)
         cos, sin = math.cos(self.camera.azimuth), math.sin(self.camera.azimuth)
-        return np.asarray(front * cos * abs(cos) + side * sin * abs(sin))
+        # Means seen from in between are averaged, sways add up.
+        mean = middle * cos * abs(cos) + behind * sin * abs(sin)
+        ratio = np.exp(width * cos * cos + depth * sin * sin)
+        bend, bend_away = (plane.playback.bend_at(time) for plane in planes)
+        lean = math.radians(bend * cos + bend_away * sin)
+        return FramePose(mean + right * cos + away * sin, ratio, lean)
 
     def _masks(self, index: int) -> list[BlendMask]:
         time = float(self.fire.frame_times[index])
         return blend_masks(self.fire, self.camera.azimuth, self.half_width, self.taper, time)
 
-    def _straight_picture(self, masks: Iterable[BlendMask]) -> Pixels:
+    def _straight_picture(self, masks: Sequence[BlendMask]) -> Pixels:
         """Return the fire on the grid, without its sway and lean."""
         shape = self.fire.profile.grid.shape
+        weights = [_enlarged(mask.weight, shape) for mask in masks]
         mixed, power = np.zeros(shape, np.float32), np.full(shape, 1e-30, np.float32)
-        for mask in masks:
-            weight = _enlarged(mask.weight, shape)
+        for mask, weight in zip(masks, weights, strict=True):
             mixed += weight * self._scores(mask)
             power += weight * weight
+        # The variance of a blend grows with the correlation of its frames.
+        for (one, weight), (other, more) in itertools.combinations(
+            zip(masks, weights, strict=True), 2
+        ):
+            if one.plane == other.plane and one.mirrored == other.mirrored:
+                power += 2 * weight * more * self._correlation(one.plane, one.frame, other.frame)
         return self.shades.colours(as_plane(ndtr(mixed / np.sqrt(power))))
 
+    def _correlation(self, plane: int, one: int, other: int) -> Plane:
+        """Return the correlation (rows, columns) of two frames' scores."""
+        sequence = self.fire.planes[plane].playback.sequence
+        apart = abs(one - other)
+        if sequence.closed:
+            apart = min(apart, sequence.count - apart)
+        return as_plane(self.fire.autocorrelations[plane] ** apart)
+
     def _scores(self, mask: BlendMask) -> Plane:
-        """Return the normal scores (rows, columns) of the frames of a mask."""
-        detail = self.fire.profile.sides[mask.side].detail
-        lower, upper, share = mask.frames
-        scores = (detail.scores[lower].astype(np.float32) - 128) / np.float32(SCORE_UNIT)
-        if share > 0:
-            later = (detail.scores[upper].astype(np.float32) - 128) / np.float32(SCORE_UNIT)
-            # The variance of a blend grows with the correlation of its two frames.
-            both = np.float32(2 * share * (1 - share)) * self.fire.autocorrelations[mask.side]
-            deviation = np.sqrt(both + np.float32((1 - share) ** 2 + share**2))
-            scores = (scores * np.float32(1 - share) + later * np.float32(share)) / deviation
+        """Return the normal scores (rows, columns) of the frame of a mask."""
+        detail = self.fire.planes[mask.plane].side.detail
+        scores = (detail.scores[mask.frame].astype(np.float32) - 128) / np.float32(SCORE_UNIT)
         return as_plane(scores[:, ::-1] if mask.mirrored else scores)
 
     def _grid_flow(self, masks: Iterable[BlendMask]) -> NDArray[np.float32]:
@@ -173,9 +172,9 @@ class ProfileRendering:
         total = np.full((rows, columns, 1), 1e-30, np.float32)
         for mask in masks:
             weight = cv2.resize(mask.weight, (columns, rows), interpolation=cv2.INTER_LINEAR)
-            side, sequence = self.fire.profile.sides[mask.side], self.fire.sequences[mask.side]
-            flow = side.detail.flow[mask.frames[0]] * np.float32(
-                sequence.rate * self.fire.settings.fps / side.fps
+            plane = self.fire.planes[mask.plane]
+            flow = plane.side.detail.flow[mask.frame] * np.float32(
+                plane.playback.sequence.rate * self.fire.settings.fps / plane.side.fps
             )
             if mask.mirrored:
                 flow = flow[:, ::-1] * np.array([-1, 1], np.float32)
@@ -235,9 +234,9 @@ def _front_camera(fire: GeneratedFire, elevation: float, height: int | None) -> 
     tilt = math.radians(min(max(elevation, -_MAX_ELEVATION), _MAX_ELEVATION))
     half = max(side.half_width for side in profile.sides)
     sway = max(float(np.abs(side.pose.offset).max()) for side in profile.sides)
-    sway *= max(fire.sway_gain, 1.0)
+    sway *= max(float(plane.sway_gain.max()) for plane in fire.planes)
     widest = max(float(side.pose.width_ratio.max()) for side in profile.sides)
-    lean = math.radians(LEAN_PER_LEVEL * peak_level(fire.settings.wind) + abs(fire.lean_bias))
+    lean = math.radians(max(float(np.abs(plane.playback.bend).max()) for plane in fire.planes))
     top = grid.rows_above / grid.cells_per_height
     aside = grid.half_columns / grid.cells_per_half * half * widest + sway
     aside += math.sin(lean) * float(lean_curve(np.array(top)))

@@ -1,7 +1,5 @@
-"""Response of a fire to wind: it leans, swings when the wind changes, and settles when it lasts.
-
-This is the fire status state machine of Lee et al. (III-B, Figure 7).
-"""
+"""Response of a fire to wind: it leans, swings when the wind changes, and settles when it lasts:
+the force on the fire status state machine (Lee et al., III-B, Figure 7a)."""
 
 import math
 from dataclasses import dataclass
@@ -10,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.effect.field.wind import wind_velocity
-from fire_atlas.generators.profile.model import Period
 from fire_atlas.recipe.wind import Wind
 
 LEAN_PER_LEVEL = 6.0
@@ -21,9 +18,6 @@ _RESPONSE_TIME = 0.18
 
 _SETTLING_TIME = 0.7
 """Time constant after which a wind counts as sustained, seconds."""
-
-_MIN_LEVEL = 0.25
-"""Wind below this level counts as still air."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,13 +51,6 @@ class WindResponse:
         strength = min(float(np.hypot(*self.level[frame])) / 2.0, 1.0)
         steadiness = float(self.steadiness[frame])
         return 1.0 + 0.5 * (1.0 - steadiness) - 0.6 * steadiness * strength
-
-    def leaning_state(self, frame: int, azimuth: float) -> tuple[float, Period] | None:
-        """Lean (degrees) and period of the frames to play; None (any frames) in still air."""
-        lean = self.lean(frame, azimuth)
-        if abs(lean) < _MIN_LEVEL * LEAN_PER_LEVEL:
-            return None
-        return lean, "rest" if self.steadiness[frame] > 0.6 else "swing"
 
 
 def _low_passed(values: NDArray[np.float64], steps: float, loop: bool) -> NDArray[np.float64]:

@@ -21,18 +21,22 @@ from fire_atlas.generators.profile.model import (
     DetailGrid,
     DetailModel,
     LeaningSet,
-    Origin,
     Percentiles,
     Period,
     Profile,
     Side,
+    swinging,
 )
 
 _MIN_RISE, _MAX_RISE = 0.8, 4.0
 """Limits on the rise speed, flame heights per second: even in a calm flame the gas rises."""
 
-_MIN_SET = 2
-"""A leaning set with fewer frames than this borrows the frames of another state."""
+_MIN_SET, _MIN_RUN = 10, 6
+"""A leaning set with fewer frames, or none of which so many follow one another, borrows frames of
+other states: fewer do not show a fire that moves."""
+
+_BORROWED_RUN = 8
+"""Number of frames, following one another, that are borrowed together to be sheared."""
 
 
 def learn(
@@ -56,7 +60,6 @@ def learn(
     return Profile(
         grid=grid,
         rise_speed=_rise_speed(sides[0].detail, grid),
-        playback_speed=1.0,
         colours=table,
         learnt_colours=table,
         front=sides[0],
@@ -71,6 +74,7 @@ def _side(clip: Clip, measured: ClipMeasurements, grid: DetailGrid, workers: Wor
         closed=measured.closed,
         threshold=measured.mask.threshold,
         points=points,
+        learnt_points=points,
         statistics=ClipStatistics(
             height=Percentiles.of([each.height for each in points]),
             width=Percentiles.of([each.width for each in points]),
@@ -144,30 +148,55 @@ def leaning_sets(leans: NDArray[np.float64]) -> tuple[LeaningSet, ...]:
     The paper has twelve sets, "each captured in one period of time", and does not define the
     periods. Here they are what its state machine needs: the fire swings when a force sets in and
     rests when it is sustained. If the clip has too few frames for a set, it borrows frames of the
-    opposite state, to be mirrored, or else the frames of the most similar lean, to be sheared.
+    opposite state, to be mirrored, or else runs of the most similar lean, to be sheared.
     """
-    speed = np.abs(np.gradient(leans)) if len(leans) > 1 else np.zeros(1)
-    swings = speed > np.median(speed)
+    swings = swinging(leans)
     periods: dict[Period, NDArray[np.bool_]] = {"swing": swings, "rest": ~swings}
     return tuple(
-        LeaningSet(low, high, period, *_frames(leans, belongs, low, high))
+        _leaning_set(leans, belongs, period, low, high)
         for low, high in itertools.pairwise(STATE_EDGES)
         for period, belongs in periods.items()
     )
 
 
-def _frames(
-    leans: NDArray[np.float64], belongs: NDArray[np.bool_], low: float, high: float
-) -> tuple[Origin, tuple[int, ...]]:
-    own = np.flatnonzero(belongs & _within(leans, low, high))
-    if own.size >= _MIN_SET:
-        return "own", tuple(map(int, own))
-    mirrored = np.flatnonzero(belongs & _within(-leans, low, high))
-    if mirrored.size >= _MIN_SET:
-        return "mirrored", tuple(map(int, mirrored))
-    distance = np.abs(leans - (low + high) / 2) + np.where(belongs, 0.0, STATE_WIDTH)
-    nearest = np.sort(np.argsort(distance, kind="stable")[: max(_MIN_SET, len(leans) // 6)])
-    return "sheared", tuple(map(int, nearest))
+def _leaning_set(
+    leans: NDArray[np.float64], belongs: NDArray[np.bool_], period: Period, low: float, high: float
+) -> LeaningSet:
+    own, opposite = (np.flatnonzero(belongs & _within(each, low, high)) for each in (leans, -leans))
+    if _is_enough(own):
+        return LeaningSet(low, high, period, "own", 0.0, tuple(map(int, own)))
+    if not own.size and _is_enough(opposite):
+        return LeaningSet(low, high, period, "mirrored", 0.0, tuple(map(int, opposite)))
+    borrowed = _nearest_runs(leans, belongs, own, (low + high) / 2)
+    shear = round((low + high) / 2 - float(leans[list(borrowed)].mean()), 2)
+    return LeaningSet(low, high, period, "sheared", shear, borrowed)
+
+
+def _is_enough(frames: NDArray[np.intp]) -> bool:
+    """Return whether ascending frames are many, and some of them follow one another."""
+    runs = np.split(frames, np.flatnonzero(np.diff(frames) > 1) + 1)
+    return frames.size >= _MIN_SET and max(map(len, runs)) >= _MIN_RUN
+
+
+def _nearest_runs(
+    leans: NDArray[np.float64],
+    belongs: NDArray[np.bool_],
+    own: NDArray[np.intp],
+    middle: float,
+) -> tuple[int, ...]:
+    """Return the frames ``own`` and those of the runs whose mean lean is nearest to ``middle``, of
+    the same period where possible: at least two runs, and a quarter of the clip."""
+    count = len(leans)
+    length = min(_BORROWED_RUN, count)
+    enough = min(max(2 * length, count // 4), count)
+    distance = np.abs(leans - middle) + np.where(belongs, 0.0, STATE_WIDTH)
+    mean_distance = np.convolve(distance, np.ones(length) / length, "valid")
+    taken = set(map(int, own))
+    for first in np.argsort(mean_distance, kind="stable"):
+        taken.update(range(int(first), int(first) + length))
+        if len(taken) >= enough:
+            break
+    return tuple(sorted(taken))
 
 
 def _within(leans: NDArray[np.float64], low: float, high: float) -> NDArray[np.bool_]:
