@@ -8,7 +8,6 @@ import numpy as np
 from fire_atlas.core.clip import Clip
 from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flakes.tracks import Tracks, first_frames, visible_count
-from fire_atlas.effect.flame.direction import UP
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
 from fire_atlas.pipeline.channels import measure_motion
@@ -18,7 +17,6 @@ from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip
 from fire_atlas.pipeline.render import render, thumbnails_of_skipped_frames
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
-from fire_atlas.recipe.effect import MotionBlur
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.timeline.arrange import arrange
@@ -35,7 +33,7 @@ def animate_views(recipe: Recipe, clips: Mapping[str, Clip], context: BuildConte
         with context.timer.measure("study"):
             clip = _arranged(clip, recipe, context)
             is_first = not animations
-            study = _studied(clip, recipe, is_first and has_undecided_flakes(recipe), context)
+            study = _studied(clip, recipe, is_first, context)
             recipe = classify(recipe, clip, study, context) if is_first else recipe
         azimuth = 360 * len(animations) / len(clips)
         animations[name] = animate(recipe, clip, study, azimuth, context)
@@ -44,15 +42,12 @@ def animate_views(recipe: Recipe, clips: Mapping[str, Clip], context: BuildConte
     return Contribution(recipe.name, animations, figures)
 
 
-def _studied(clip: Clip, recipe: Recipe, is_sampled: bool, context: BuildContext) -> FlameStudy:
-    """Study a clip; in which direction it moves only if flakes or blur follow it."""
-    return study_flame(
-        clip,
-        recipe.features,
-        lift_direction(recipe.buoyancy) if has_effect(recipe) else UP,
-        context.workers,
-        is_sampled=is_sampled,
-    )
+def _studied(clip: Clip, recipe: Recipe, is_first: bool, context: BuildContext) -> FlameStudy:
+    """Study a clip; how it moves and looks only if anything depends on it."""
+    direction = lift_direction(recipe.buoyancy)
+    has_open_class = is_first and has_undecided_flakes(recipe)
+    is_sampled = recipe.has_effect and (direction is None or has_open_class)
+    return study_flame(clip, recipe.features, direction, context.workers, is_sampled=is_sampled)
 
 
 def animate(
@@ -71,7 +66,7 @@ def animate(
     timer = context.timer
     analysis = tracks = None
     with timer.measure("analyse"):
-        if has_effect(recipe):
+        if recipe.has_effect:
             analysis = analyse(clip, study, AnalysisSettings.of(recipe, azimuth), context)
     with timer.measure("fly"):
         if analysis is not None and recipe.flakes != "none":
@@ -94,12 +89,6 @@ def animate(
         pixel_art=settings.pixel_art,
         statistics=_statistics(clip, tracks),
     )
-
-
-def has_effect(recipe: Recipe) -> bool:
-    """Return whether a recipe changes frames: it adds flakes, or blurs the flame."""
-    blurs_flame = isinstance(recipe.motion_blur, MotionBlur) and recipe.motion_blur.flame
-    return recipe.flakes != "none" or blurs_flame
 
 
 def _arranged(clip: Clip, recipe: Recipe, context: BuildContext) -> Clip:
