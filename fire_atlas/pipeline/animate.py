@@ -47,7 +47,7 @@ def _studied(clip: Clip, recipe: Recipe, is_first: bool, context: BuildContext) 
     direction = lift_direction(recipe.buoyancy)
     has_open_class = is_first and has_undecided_flakes(recipe)
     is_sampled = recipe.has_effect and (direction is None or has_open_class)
-    return study_flame(clip, recipe.features, direction, context.workers, is_sampled=is_sampled)
+    return study_flame(clip, recipe.features, direction, context.workers, is_sampled)
 
 
 def animate(
