@@ -14,7 +14,7 @@ from fire_atlas.pipeline.classify import classify, has_undecided_flakes
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip
-from fire_atlas.pipeline.prepare import has_effect, prepare
+from fire_atlas.pipeline.prepare import prepare
 from fire_atlas.pipeline.render import render, thumbnails_of_skipped_frames
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
 from fire_atlas.recipe.models import Recipe
@@ -56,7 +56,7 @@ def animate(
     timer = context.timer
     analysis = tracks = None
     with timer.measure("analyse"):
-        if has_effect(recipe):
+        if recipe.has_effect:
             analysis = analyse(clip, study, AnalysisSettings.of(recipe, azimuth), context)
     with timer.measure("fly"):
         if analysis is not None and recipe.flakes != "none":

@@ -2,10 +2,8 @@
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.effect.field.buoyancy import lift_direction
-from fire_atlas.effect.flame.direction import UP
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
 from fire_atlas.pipeline.context import BuildContext
-from fire_atlas.recipe.effect import MotionBlur
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.timeline.arrange import arrange
@@ -16,19 +14,13 @@ def prepare(
 ) -> tuple[Clip, FlameStudy]:
     """Return ``clip`` as it is played, and its study.
 
-    ``is_classified``: whether the study has samples of the flame, by which it can be classified.
+    ``is_classified``: whether the class of the fire is decided by the study.
     """
     clip = _arranged(clip, recipe, context)
-    # The direction in which the flame moves is measured only if flakes or blur follow it.
-    direction = lift_direction(recipe.buoyancy) if has_effect(recipe) else UP
-    workers = context.workers
-    return clip, study_flame(clip, recipe.features, direction, workers, is_sampled=is_classified)
-
-
-def has_effect(recipe: Recipe) -> bool:
-    """Return whether a recipe changes frames: it adds flakes, or blurs the flame."""
-    blurs_flame = isinstance(recipe.motion_blur, MotionBlur) and recipe.motion_blur.flame
-    return recipe.flakes != "none" or blurs_flame
+    direction = lift_direction(recipe.buoyancy)
+    # How the flame moves and looks is measured only if anything depends on it.
+    is_sampled = recipe.has_effect and (direction is None or is_classified)
+    return clip, study_flame(clip, recipe.features, direction, context.workers, is_sampled)
 
 
 def _arranged(clip: Clip, recipe: Recipe, context: BuildContext) -> Clip:

@@ -14,7 +14,7 @@ import pytest
 
 from fire_atlas.core.progress import SilentProgress
 from fire_atlas.core.shipped import shipped
-from fire_atlas.pipeline import animate, build
+from fire_atlas.pipeline import animate, build, prepare
 from fire_atlas.pipeline.check import load_checked
 from fire_atlas.pipeline.context import BuildOptions
 from fire_atlas.recipe.base import Settings
@@ -22,7 +22,7 @@ from fire_atlas.recipe.keys import all_keys, blocks_at
 from fire_atlas.recipe.tree import read_tree
 
 STEPS = {
-    "refuse_taken_names": build, "open_input": build, "arrange": animate, "study_flame": animate,
+    "refuse_taken_names": build, "open_input": build, "arrange": prepare, "study_flame": prepare,
     "classify": animate, "analyse": animate, "simulate": animate, "render": animate,
     "thumbnails_of_skipped_frames": animate, "measure_motion": animate, "pack_only": build,
     "pack": build, "write_images": build, "product_of": build,
