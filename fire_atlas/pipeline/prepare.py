@@ -3,6 +3,7 @@
 from fire_atlas.core.clip import Clip
 from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
+from fire_atlas.pipeline.classify import has_undecided_flakes
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import FramesSource
@@ -10,16 +11,17 @@ from fire_atlas.timeline.arrange import arrange
 
 
 def prepare(
-    recipe: Recipe, clip: Clip, is_classified: bool, context: BuildContext
+    recipe: Recipe, clip: Clip, is_first: bool, context: BuildContext
 ) -> tuple[Clip, FlameStudy]:
     """Return ``clip`` as it is played, and its study.
 
-    ``is_classified``: whether the class of the fire is decided by the study.
+    ``is_first``: whether it is the first view, by which the fire is classified.
     """
     clip = _arranged(clip, recipe, context)
     direction = lift_direction(recipe.buoyancy)
     # How the flame moves and looks is measured only if anything depends on it.
-    is_sampled = recipe.has_effect and (direction is None or is_classified)
+    is_open = is_first and has_undecided_flakes(recipe)
+    is_sampled = recipe.has_effect and (direction is None or is_open)
     return clip, study_flame(clip, recipe.features, direction, context.workers, is_sampled)
 
 

@@ -60,7 +60,7 @@ TABLE = {
     },
     "study_flame": {
         "features.sigma", "features.epsilon", "features.n", "features.kappa_over", "buoyancy.lift",
-        "motion_blur.flame", *DECIDED,
+        "motion_blur.flame", "flakes.fire_class", *DECIDED,
     },
     # What the automatic rate depends on, too.
     "classify": {
@@ -94,7 +94,7 @@ TABLE = {
         "timeline.overlap", "timeline.tail",
     },
     "pack": {
-        *MAPS, "name", "atlas.alpha", "atlas.blend_space", "atlas.border", "atlas.compression",
+        *MAPS, "name", "flakes.fire_class", "atlas.alpha", "atlas.blend_space", "atlas.border", "atlas.compression",
         "atlas.dedupe", "atlas.extrude", "atlas.format", "atlas.layout", "atlas.max_size",
         "atlas.multiple_of", "atlas.padding", "atlas.pivot", "atlas.pot", "atlas.rotate",
         "atlas.scales", "atlas.square", "atlas.trim",
