@@ -110,6 +110,8 @@ def _statistics(recipe: Recipe, clip: Clip, tracks: Tracks | None) -> dict[str, 
         "fps": round(clip.fps, 4),
         "matte": clip.matte,
     }
+    if clip.hue_error is not None:
+        statistics["blended"] = {"hue_error": round(clip.hue_error, 2)}
     if tracks is not None:
         alive = [len(rows) for rows in tracks.frames]
         statistics["flakes"] = {

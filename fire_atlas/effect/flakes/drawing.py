@@ -32,7 +32,7 @@ _REACH_OF_PIXEL = math.sqrt(2)
 """Width, px, that the area of a pixel adds to a sprite's: its diagonal. Sprites then are so wide
 that samples at the centres of pixels, which players take, have about the light of the sprite."""
 
-_FLAKE_BATCH, _SPAN_BATCH = 1 << 18, 1 << 15
+_FLAKE_BATCH, _SPAN_BATCH = 1 << 18, 1 << 13
 """Area, px², of flakes, and of spans, that are drawn together: small enough for the processor's
 cache, large enough to be worth a numpy call."""
 
