@@ -18,7 +18,7 @@ Column = NDArray[np.float64]
 _SPREAD = 1.5
 """Standard deviation of the logarithm of the light of embers."""
 
-_HOT_SHARE, _HOT_SCORE = 0.03, 3.6
+_HOT_SHARE, _HOT_SCORE = 0.035, 3.3
 """Share of embers that overexpose the film, and the standard score of their light's logarithm."""
 
 _TABLE_END, _TABLE_STEPS = 5.0, 2001
