@@ -11,7 +11,7 @@ from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.templates.context import context_of
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks
 from fire_atlas.outputs.manifest import decode_manifest, manifest_name
-from fire_atlas.preview.tables import motion_sentences, tables_of
+from fire_atlas.preview.tables import BuildSentences, tables_of
 
 
 def run(args: Namespace) -> int:
@@ -20,24 +20,23 @@ def run(args: Namespace) -> int:
     if args.context:
         print(json.dumps(context_of(atlas.sheet), indent=2))
         return 0
-    manifest = args.atlas.parent / manifest_name(atlas.sheet.title)
-    motion = _motion(manifest) if atlas.sheet.maps else []
+    sentences = _sentences(args.atlas.parent / manifest_name(atlas.sheet.title))
     console = PlainConsole()
-    for table in tables_of(atlas, read_all_tracks(atlas), motion):
+    for table in tables_of(atlas, read_all_tracks(atlas), sentences):
         console.print(table)
     return 0
 
 
-def _motion(manifest: Path) -> list[str]:
-    """Return sentences on motion vectors from a manifest; none if it is missing.
+def _sentences(manifest: Path) -> BuildSentences:
+    """Return what a manifest says of the build; nothing if it is missing.
 
     Raises:
         SourceError: It is damaged.
     """
     if not manifest.exists():
-        return []
+        return BuildSentences()
     try:
-        return motion_sentences(decode_manifest(read_file(manifest, MAX_JSON_BYTES)).statistics)
+        return BuildSentences.of(decode_manifest(read_file(manifest, MAX_JSON_BYTES)).statistics)
     except (OSError, ValueError) as error:
         raise SourceError(
             f"{manifest}: is not a manifest that fire-atlas wrote ({type(error).__name__}: {error})"

@@ -121,6 +121,14 @@ def decode_unit(shown: NDArray[np.float32]) -> NDArray[np.float32]:
     return _look_up(_linear_of_step(), shown)
 
 
+def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return what film shows of linear light, 0..1: x / (1 + x), each channel on its own.
+
+    Its shoulder makes bright embers yellow and the brightest nearly white. Any shape.
+    """
+    return as_plane(light / (1 + light))
+
+
 def hex_to_srgb(colors: Sequence[str]) -> NDArray[np.uint8]:
     """Return 8-bit sRGB, (colours, 3), of hex colours such as ``#ff7300``."""
     return np.array([list(bytes.fromhex(color[1:])) for color in colors], np.uint8)

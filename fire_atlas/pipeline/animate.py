@@ -6,50 +6,54 @@ from typing import Any
 import numpy as np
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flakes.tracks import Tracks, first_frames, visible_count
-from fire_atlas.effect.flame.direction import UP
-from fire_atlas.effect.flame.study import study_flame
+from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
 from fire_atlas.pipeline.channels import measure_motion
+from fire_atlas.pipeline.classify import classify, has_undecided_flakes
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip
+from fire_atlas.pipeline.prepare import has_effect, prepare
 from fire_atlas.pipeline.render import render, thumbnails_of_skipped_frames
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
-from fire_atlas.recipe.effect import MotionBlur
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.source import FramesSource
-from fire_atlas.timeline.arrange import arrange
 from fire_atlas.timeline.tail import shortened
 
 
 def animate_views(recipe: Recipe, clips: Mapping[str, Clip], context: BuildContext) -> Contribution:
-    """Animate ``clips``, by name: views of one fire from evenly spaced directions."""
-    animations = {
-        name: animate(recipe, clip, 360 * k / len(clips), context)
-        for k, (name, clip) in enumerate(clips.items())
-    }
+    """Animate ``clips``, by name: views of one fire from evenly spaced directions.
+
+    The first view decides the class of the fire, so that all sides shed alike.
+    """
+    animations = dict[str, FinishedAnimation]()
+    for name, clip in clips.items():
+        is_first = not animations
+        with context.timer.measure("study"):
+            is_classified = is_first and has_undecided_flakes(recipe)
+            clip, study = prepare(recipe, clip, is_classified, context)
+            recipe = classify(recipe, clip, study, context) if is_first else recipe
+        azimuth = 360 * len(animations) / len(clips)
+        animations[name] = animate(recipe, clip, study, azimuth, context)
     statistics = {name: each.all_statistics() for name, each in animations.items()}
     figures = statistics.popitem()[1] if len(animations) == 1 else {"animations": statistics}
     return Contribution(recipe.name, animations, figures)
 
 
-def animate(recipe: Recipe, clip: Clip, azimuth: float, context: BuildContext) -> FinishedAnimation:
-    """Make a finished animation of a clip: arrange, study, analyse, simulate, render, channels.
+def animate(
+    recipe: Recipe, clip: Clip, study: FlameStudy, azimuth: float, context: BuildContext
+) -> FinishedAnimation:
+    """Make a finished animation of a clip: analyse, simulate, render, channels.
 
     Args:
         recipe: The whole recipe; each step reads sections of it.
-        clip: The clip as read from its source.
+        clip: The clip as it is played.
+        study: Constants of the clip.
         azimuth: Direction of the view, degrees counter-clockwise seen from above, relative to
             which the wind blows.
         context: Workers, progress and timer.
     """
     timer = context.timer
-    with timer.measure("study"):
-        clip = _arranged(clip, recipe, context)
-        direction = lift_direction(recipe.buoyancy) if has_effect(recipe) else UP
-        study = study_flame(clip, recipe.features, direction, context.workers)
     analysis = tracks = None
     with timer.measure("analyse"):
         if has_effect(recipe):
@@ -72,29 +76,8 @@ def animate(recipe: Recipe, clip: Clip, azimuth: float, context: BuildContext) -
         motion=motion,
         tracks=tracks,
         bakes_flakes=settings.bakes_flakes,
+        pixel_art=settings.pixel_art,
         statistics=_statistics(clip, tracks),
-    )
-
-
-def has_effect(recipe: Recipe) -> bool:
-    """Return whether a recipe changes frames: it adds flakes, or blurs the flame."""
-    blurs_flame = isinstance(recipe.motion_blur, MotionBlur) and recipe.motion_blur.flame
-    return recipe.flakes != "none" or blurs_flame
-
-
-def _arranged(clip: Clip, recipe: Recipe, context: BuildContext) -> Clip:
-    """Return the clip as it is played: footage is cut, retimed and looped; generated fire stays as
-    it is."""
-    if not isinstance(recipe.source, FramesSource):
-        return clip
-    flakes = recipe.flakes
-    return arrange(
-        clip,
-        recipe.timeline,
-        longest_life=0.0 if flakes == "none" else flakes.life[1],
-        workers=context.workers,
-        progress=context.progress,
-        only_packs=flakes == "none" and recipe.motion_blur == "none",
     )
 
 

@@ -28,6 +28,7 @@ class FinishedAnimation:
         motion: Motion of the flame, if the recipe has motion vectors.
         tracks: Flakes, if there are any.
         bakes_flakes: Whether flakes are drawn into the frames.
+        pixel_art: Whether it is pixel art, whose pixels stay sharp when they are shown larger.
         statistics: Figures about the clip and its flakes, for the manifest.
     """
 
@@ -38,6 +39,7 @@ class FinishedAnimation:
     motion: Motion | None = None
     tracks: Tracks | None = None
     bakes_flakes: bool = False
+    pixel_art: bool = False
     statistics: Mapping[str, Any] = field(default_factory=dict)
 
     def frames_for_pages(self, name: str) -> AnimationFrames:

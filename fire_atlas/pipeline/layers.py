@@ -50,6 +50,7 @@ class RenderSettings:
     Attributes:
         bakes_flakes: Whether flakes are drawn into the pixels of the pages.
         measures_light: Whether the light of each frame is measured.
+        pixel_art: Whether frames or flakes are drawn in hard pixels.
     """
 
     motion_blur: MotionBlurOrNone
@@ -59,6 +60,7 @@ class RenderSettings:
     maps: Maps
     bakes_flakes: bool
     measures_light: bool
+    pixel_art: bool
 
     @classmethod
     def of(cls, recipe: Recipe) -> Self:
@@ -71,6 +73,7 @@ class RenderSettings:
             maps=recipe.maps,
             bakes_flakes=recipe.flakes != "none" and recipe.flakes.bake,
             measures_light="light" in recipe.tracks,
+            pixel_art=recipe.is_pixel_art,
         )
 
 

@@ -9,8 +9,8 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.dependencies import inputs_of, recipe_files
 from fire_atlas.outputs.digest import HashedFile
 from fire_atlas.outputs.staging import Staging
-from fire_atlas.pipeline.animate import has_effect
 from fire_atlas.pipeline.context import BuildContext
+from fire_atlas.pipeline.prepare import has_effect
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources.registry import SourceSettings, open_source, open_sprites

@@ -34,7 +34,9 @@ def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contri
         shown = [frames[i] for i in played]
         # No images are skipped, so frames are held out to test motion vectors.
         motion = measure_motion(shown, {}, loop, recipe.maps, context)
-        animations[name] = FinishedAnimation(shown, sprites.fps, loop, motion=motion)
+        animations[name] = FinishedAnimation(
+            shown, sprites.fps, loop, motion=motion, pixel_art=settings.pixel_art
+        )
     statistics = {
         "frames": len(numbers),
         "animations": len(animations),

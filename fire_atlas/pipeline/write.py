@@ -112,6 +112,6 @@ def product_of(
     tracks = {name: each.tracks for name, each in animations.items() if each.tracks is not None}
     lights = {name: each.light for name, each in animations.items() if each.light is not None}
     baked = frozenset(name for name in tracks if animations[name].bakes_flakes)
-    pixel_art = all(part.recipe.is_pixel_art for part in loaded.parts)
+    pixel_art = all(each.pixel_art for each in animations.values())
     track_formats = loaded.recipe.tracks
     return Product(sheets, tracks, baked, staging.existing, track_formats, lights, pixel_art)

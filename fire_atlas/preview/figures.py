@@ -42,17 +42,11 @@ def value_text(figure: Figure) -> str:
     return f"{figure.value:.3g} {figure.unit}".strip()
 
 
-def range_text(figure: Figure) -> str:
-    """Return the range in which a figure should lie; empty if there is none."""
-    match figure.low, figure.high:
-        case None, None:
-            return ""
-        case low, None:
-            return f"at least {low:g}"
-        case None, high:
-            return f"at most {high:g}"
-        case low, high:
-            return f"{low:g} to {high:g}"
+def range_text(low: float | None, high: float | None) -> str:
+    """Return a range in which a figure should lie; None is an open side, empty if both are."""
+    if low is None:
+        return "" if high is None else f"at most {high:g}"
+    return f"at least {low:g}" if high is None else f"{low:g} to {high:g}"
 
 
 def span(values: Iterable[int]) -> str:

@@ -226,7 +226,12 @@ def _animation_text(
 
 def _figures(figures: list[Figure]) -> list[dict[str, Any]]:
     return [
-        {"name": f.name, "text": value_text(f), "wanted": range_text(f), "good": f.is_in_range}
+        {
+            "name": f.name,
+            "text": value_text(f),
+            "wanted": range_text(f.low, f.high),
+            "good": f.is_in_range,
+        }
         for f in figures
     ]
 

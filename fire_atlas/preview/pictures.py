@@ -10,8 +10,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.pixels import Bytes, encode_bytes
-from fire_atlas.effect.composition.composite import expose
+from fire_atlas.core.pixels import Bytes, encode_bytes, expose
 from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile

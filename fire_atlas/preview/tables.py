@@ -1,12 +1,17 @@
 """Describe a finished atlas in tables and sentences, for ``fire-atlas inspect``."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from math import isnan
+from typing import Any, Self
 
-from rich.table import Table
+from rich.box import SIMPLE
+from rich.table import Column, Table
 
 from fire_atlas.channels.cross_validation import ValidationReport, read_reports
 from fire_atlas.channels.encoding import motion_encoding
+from fire_atlas.effect.flakes.close_ups import HEIGHT
+from fire_atlas.effect.flakes.filmed import compare_with_filmed, is_hard
 from fire_atlas.effect.flakes.statistics import flake_figures
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
@@ -14,15 +19,38 @@ from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, val
 from fire_atlas.preview.loops import figures_of_loops
 
 
+@dataclass(frozen=True, slots=True)
+class BuildSentences:
+    """What the statistics in a manifest say of a build.
+
+    Attributes:
+        motion: Of motion vectors; they follow the table of maps.
+        flakes: Of flakes; they follow it too.
+    """
+
+    motion: tuple[str, ...] = ()
+    flakes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, statistics: dict[str, Any]) -> Self:
+        """Return the sentences on all animations.
+
+        Raises:
+            ValueError: The statistics are invalid.
+        """
+        motion = (_motion_sentence(*report) for report in read_reports(statistics).items())
+        return cls(tuple(motion), tuple(_flake_sentences("", statistics)))
+
+
 def tables_of(
-    atlas: AtlasFile, tracks: Mapping[str, Tracks], motion: Sequence[str]
+    atlas: AtlasFile, tracks: Mapping[str, Tracks], sentences: BuildSentences
 ) -> Iterator[Table | str]:
     """Yield tables of pages, frames, loops, maps and flakes.
 
     Args:
         atlas: The atlas to describe.
         tracks: Flakes of each animation that has any, by its name.
-        motion: Sentences on motion vectors, which follow the table of maps.
+        sentences: What the manifest says.
 
     Raises:
         SourceError: A page file is missing, or is not as the atlas states.
@@ -33,18 +61,27 @@ def tables_of(
         yield loops
     if atlas.sheet.maps:
         yield _maps(atlas)
-        yield from motion
+        yield from sentences.motion
+    yield from sentences.flakes
+    if sentences.flakes and not tracks:
+        yield "flakes: their tracks are not beside the atlas; tracks: [json] has them measured here"
     for name, recorded in tracks.items():
-        yield _flakes(recorded, "flakes" if len(tracks) == 1 else f"flakes of {name}")
+        title = "flakes" if len(tracks) == 1 else f"flakes of {name}"
+        yield _flakes(recorded, title)
+        if not is_hard(recorded):
+            yield _filmed(recorded, f"{title} beside filmed embers")
 
 
-def motion_sentences(statistics: dict[str, Any]) -> list[str]:
-    """Return a sentence on the motion vectors of each animation, from a manifest's statistics.
-
-    Raises:
-        ValueError: The statistics are invalid.
-    """
-    return [_motion_sentence(name, report) for name, report in read_reports(statistics).items()]
+def _flake_sentences(animation: str, statistics: Any) -> Iterator[str]:
+    """Yield a sentence on the flakes of each animation; statistics may be nested by animation."""
+    match statistics:
+        case {"flakes": {"born": int(born), "alive_mean": float() | int() as alive}}:
+            of = f" of {animation}" if animation else ""
+            yield f"flakes{of}: {born} in all, {alive:.3g} at a time"
+        case {"animations": {**inner}} | {"members": {**inner}}:
+            for name, figures in inner.items():
+                full = f"{animation}/{name}" if animation else str(name)
+                yield from _flake_sentences(full, figures)
 
 
 def _pages(atlas: AtlasFile) -> Table:
@@ -154,7 +191,28 @@ def _flakes(tracks: Tracks, title: str) -> Table:
         table.add_row(
             figure.name,
             value_text(figure),
-            range_text(figure),
+            range_text(figure.low, figure.high),
             "" if figure.is_in_range else "out of range",
         )
+    return table
+
+
+def _filmed(tracks: Tracks, title: str) -> Table:
+    """Return the table of what flakes have in common with filmed embers."""
+    caption = (
+        f"each flake drawn alone, in frames {HEIGHT} px high; colours and peaks 0-255, sRGB; "
+        "filmed: five clips at 24 frames/s, whose embers a tracker followed and often lost"
+    )
+    heads = (Column("", no_wrap=True), "here", "filmed", "should be", "")
+    table = Table(*heads, title=title, caption=caption, box=SIMPLE, padding=(0, 0, 0, 1))
+    for section, figures in compare_with_filmed(tracks).items():
+        table.add_row(section, style="bold")
+        for figure in figures:
+            table.add_row(
+                f"  {figure.row.label}",
+                "-" if isnan(figure.value) else f"{figure.value:.3g}",
+                range_text(*(figure.row.filmed or (None, None))),
+                range_text(*(figure.row.target or (None, None))),
+                "outside" if figure.is_outside else "",
+            )
     return table

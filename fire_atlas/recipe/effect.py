@@ -32,6 +32,21 @@ Lift = Annotated[
     either("`auto`, a number, or two: [x, y]"),
 ]
 
+FireClass = Literal[
+    "none",
+    "gas",
+    "candle",
+    "campfire",
+    "torch",
+    "wall",
+    "explosion",
+    "flat",
+    "pixel",
+    "grey",
+    "art",
+]
+"""Kinds of fire, which decide the defaults of flakes."""
+
 PAPER_FEATURES: dict[str, Any] = {"epsilon": 40.0, "n": 5.0, "kappa_over": "image"}
 """The paper's constants (section III-A) that differ from the defaults."""
 
@@ -110,6 +125,13 @@ class Buoyancy(Settings):
 class Flakes(Settings):
     """Fire-flakes (sparks): they spawn at flame edges and follow the field (section III-C)."""
 
+    fire_class: Annotated[Literal["auto", FireClass], OFF] = Field(default="auto", alias="class")
+    """The kind of fire, which decides ``rate``, ``sparks``, ``size``, ``colors``, ``sprite``
+    and ``composite.palette`` wherever these are ``auto``. ``none`` and ``gas`` shed no flakes, a
+    ``candle`` next to none; ``campfire``, ``torch``, ``wall`` and ``explosion`` shed embers.
+    ``flat`` and ``pixel`` art have few flakes, hard ones in colours of the clip; coloured ``art``
+    has flakes of its own colours, and a ``grey`` sheet that is meant to be tinted grey ones.
+    ``auto``: by the clip's colours, shape and motion; the build says which, and why."""
     bake: bool = True
     """Draw the flakes into the frames. ``false``: write only their tracks."""
     alpha: AutoOrNumber = "auto"
@@ -120,8 +142,9 @@ class Flakes(Settings):
     ] = "auto"
     """Spawn rate, flakes per second, the sparks of ``bursts`` included. If you set ``alpha``, it is
     scaled by the area of the edges above it, relative to the automatic α: half the area, half the
-    flakes. ``auto``: by the area in which the fire moves, about 5 for a candle, 30 for a campfire
-    and 90 for a wall of fire; fewer if the frame is too small to show flakes of ``size``."""
+    flakes. ``auto``: by ``class`` and the area in which the fire moves, about 1 for a candle, 30
+    for a campfire and 90 for a wall of fire; fewer if the frame is too small to show flakes of
+    ``size``."""
     bursts: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100), NUMBER], either("`auto` or a number")
     ] = "auto"
@@ -144,12 +167,18 @@ class Flakes(Settings):
     """[min, max] lifetime of a flake, s, after which it has cooled. Shorter near the end of a
     one-shot fire, so that no flake is left when it ends."""
     size: Annotated[
-        tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
-        LIST,
-        AfterValidator(ordered),
-    ] = (0.0028, 0.0145)
+        Auto
+        | Annotated[
+            tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
+            LIST,
+            AfterValidator(ordered),
+            PAIR,
+        ],
+        either("`auto` or two numbers: [min, max]"),
+    ] = "auto"
     """[min, max] width of a flake, heights; sizes between them are log-normal. A soft flake thinner
-    than a pixel is dimmer, not wider."""
+    than a pixel is dimmer, not wider. ``auto``: [0.0028, 0.0145], and large dots for flat art and
+    pixel art (``class``)."""
     rounds: Annotated[
         Auto | Annotated[int, Field(ge=1, le=MAX_ROUNDS), NUMBER],
         either("`auto` or a number of rounds"),
@@ -171,8 +200,9 @@ class Flakes(Settings):
         either("`auto` or a list of colours"),
     ] = "auto"
     """``auto``: the one colour of glowing embers, which film shows as dark red where they are dim,
-    and as orange, yellow and nearly white the brighter they are. Or colours from slow to fast
-    flakes, sRGB hex (Figure 9); that is the default of ``features.preset: paper``."""
+    and as orange, yellow and nearly white the brighter they are; by ``class`` also the flame's own
+    colours, or greys. Or colours from slow to fast flakes, sRGB hex (Figure 9); that is the default
+    of ``features.preset: paper``."""
     intensity: float = Field(default=1.0, ge=0, le=1000)
     """Light of a medium flake at its brightest, linear; others are many times as bright or as dim.
     Film shows x as x / (1 + x)."""
@@ -181,8 +211,9 @@ class Flakes(Settings):
     glow: float = Field(default=0.0, ge=0, le=10)
     """Light of a wide, soft glow around each flake, relative to the flake's, in addition to the
     faint halo of a lens. Not in the tracks."""
-    sprite: Literal["soft", "pixel"] = "soft"
-    """``soft``: round sprites. ``pixel``: hard squares of whole pixels, for pixel art."""
+    sprite: Literal["auto", "soft", "pixel"] = "auto"
+    """``soft``: round sprites. ``pixel``: hard squares of whole pixels, for pixel art. ``auto``: by
+    ``class``."""
     max: int = Field(default=20000, ge=0, le=60000)
     """Maximum number of flakes alive at once."""
 
@@ -190,7 +221,7 @@ class Flakes(Settings):
 class MotionBlur(Settings):
     """Blur along the buoyancy field (eq. 14-17)."""
 
-    shutter: float = Field(default=0.65, ge=0, le=4)
+    shutter: float = Field(default=0.7, ge=0, le=4)
     """Time for which the shutter is open, frames."""
     samples: int = Field(default=9, ge=1, le=65)
     """Samples along the path of a flame pixel. Flakes are drawn as exact streaks."""
@@ -205,8 +236,9 @@ class Composite(Settings):
     """``add`` the light, ``screen`` it (never above 1), or draw flakes ``over`` the flame."""
     intensity: float = Field(default=1.0, ge=0, le=100)
     """Multiplier of the flakes' light, in the pixels and in the tracks."""
-    palette: Literal["none", "clip"] = "none"
-    """``clip``: flakes are opaque, in the nearest colours that occur in the clip (pixel art)."""
+    palette: Annotated[Literal["auto", "none", "clip"], OFF] = "auto"
+    """``clip``: flakes are opaque, in the nearest colours that occur in the clip. ``auto``: so for
+    flat art and pixel art (``flakes.class``), else ``none``."""
 
 
 _NONE_OR_BLOCK = either("`none` or a block of settings")

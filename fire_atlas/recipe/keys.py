@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any, get_args
 
+from pydantic.fields import FieldInfo
+
 from fire_atlas.recipe.base import BRANCHES, KINDS, Settings
 from fire_atlas.recipe.inherit import EXTENDS
 from fire_atlas.recipe.models import Recipe
@@ -22,15 +24,20 @@ def blocks_at(path: KeyPath) -> list[type[Settings]]:
         if key in KINDS:
             blocks = [block for block in blocks if _kind_of(block) == key]
         elif key not in BRANCHES and not isinstance(key, int):  # a list has the blocks of its items
-            fields = [block.model_fields.get(key) for block in blocks]
+            fields = [_fields(block).get(str(key)) for block in blocks]
             blocks = [inner for field in fields if field for inner in _blocks_in(field.annotation)]
     return blocks
 
 
 def keys_at(path: KeyPath) -> list[str]:
     """Return the keys of the block ``path``, in the order of the model."""
-    keys = list(dict.fromkeys(key for block in blocks_at(path) for key in block.model_fields))
+    keys = list(dict.fromkeys(key for block in blocks_at(path) for key in _fields(block)))
     return keys if path else [*keys, EXTENDS]
+
+
+def _fields(block: type[Settings]) -> dict[str, FieldInfo]:
+    """Return the fields of a block by their keys in a recipe."""
+    return {field.alias or name: field for name, field in block.model_fields.items()}
 
 
 def all_keys(path: KeyPath = ()) -> Iterator[tuple[str, ...]]:
@@ -63,7 +70,8 @@ def key_docs(block: type[Settings]) -> dict[str, str]:
     for owner in reversed(block.__mro__):
         if issubclass(owner, Settings):
             docs |= _own_docs(owner)
-    return docs
+    fields = block.model_fields
+    return {fields[name].alias or name: text for name, text in docs.items()}
 
 
 def _own_docs(block: type[Settings]) -> dict[str, str]:

@@ -60,7 +60,7 @@ def _member(tree: RecipeTree, host: Recipe) -> LoadedRecipe:
 
 def resolved_yaml(loaded: LoadedRecipe) -> str:
     """Return the recipe with all defaults as YAML, which builds the same beside ``loaded.path``."""
-    values = loaded.recipe.model_dump(mode="json")
+    values = loaded.recipe.model_dump(mode="json", by_alias=True)
     base = loaded.base.resolve()
     if values["source"] is None:
         del values["source"]

@@ -88,6 +88,12 @@ class Recipe(Settings):
                 "frames have one side only; leave views out, or make 3D fire with source.kind: "
                 "silk or source.kind: profile",
             )
+        if isinstance(self.source, ProfileSource) and self.views.distance is not None:
+            yield Problem(
+                ("views", "distance"),
+                "fire learnt from a clip is seen as its clip was filmed; remove it, or make 3D "
+                "fire with source.kind: silk",
+            )
         if isinstance(self.source, ProfileSource | SilkSource):
             yield from _clip_only_keys(self.timeline)
 

@@ -131,7 +131,7 @@ SheetsOrArrangement = Annotated[
     Annotated[
         tuple[
             Annotated[
-                Annotated[Sheet, SHEET] | Annotated[Arrangement, ARRANGEMENT], BY_ARRANGEMENT
+                Annotated[Arrangement, ARRANGEMENT] | Annotated[Sheet, SHEET], BY_ARRANGEMENT
             ],
             ...,
         ],
@@ -186,6 +186,9 @@ class SilkSource(Settings):
     texture: AutoOrTexture = "auto"
     """The fire on the sheets: ``auto`` synthesises it, with as many images as a loop needs; a block
     makes it from a clip."""
+    soot: float = Field(default=1.0, ge=0, le=20)
+    """Soot in the flame, 1: the fuel's default. More hides more of what is behind it; with 0 the
+    light of all sheets adds up, and opposite sides are mirror images."""
     grading: Literal["fuel", "blackbody"] = "fuel"
     """Colours of the ``fuel``, or of a ``blackbody``, hotter where sheets move faster (eq. 16)."""
     intensity: float = Field(default=1.0, gt=0, le=100)

@@ -41,12 +41,15 @@ def open_silk(
         linear = replace(context, blend_space="linear")
         footage = open_frames(FramesSource(path=str(texture)), texture, linear)
     renderer = generate_silk(source, generation, footage)
-    elevation = generation.views.elevation
+    views = generation.views
     inputs = footage.inputs if footage else ()
 
     def luminance_matte(light: NDArray[np.float32]) -> Pixels:
         return matte.luminance_of_light(light, context.blend_space)
 
-    cameras = [silk_camera(source, azimuth, elevation) for azimuth in generation.azimuths()]
-    views = [SilkView(renderer, camera, luminance_matte) for camera in cameras]
-    return [rendered_clip(view, generation, context.blend_space, inputs) for view in views]
+    cameras = [
+        silk_camera(source, azimuth, views.elevation, views.distance)
+        for azimuth in generation.azimuths()
+    ]
+    seen = [SilkView(renderer, camera, luminance_matte) for camera in cameras]
+    return [rendered_clip(view, generation, context.blend_space, inputs) for view in seen]

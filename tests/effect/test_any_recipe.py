@@ -1,7 +1,7 @@
 """Any recipe that is legal works: finite flakes, bounded light, no warning, whatever the values."""
 
 import tracemalloc
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.effect.flakes.tracks import COLUMNS
 from fire_atlas.pipeline.layers import RenderSettings, layers_of
-from fire_atlas.recipe.effect import Buoyancy, Composite, Features, Flakes, MotionBlur
+from fire_atlas.recipe.effect import Buoyancy, Composite, Features, FireClass, Flakes, MotionBlur
 from fire_atlas.recipe.wind import Wind
 from tests.support.clips import clip_of
 from tests.support.effect import SIZE, STRETCH, TAIL, A, B, EffectRun, G, R, run_effect
@@ -83,6 +83,7 @@ BUOYANCY: dict[str, Drawn] = {
     "projection": st.booleans(),
 }
 FLAKES: dict[str, Drawn] = {
+    "class": st.sampled_from(["auto", *get_args(FireClass)]),
     "bake": st.booleans(),
     "alpha": _auto_or(_gate(10000, 0.06)),
     "rate": _number(0, 100000, 600.0),
@@ -93,11 +94,11 @@ FLAKES: dict[str, Drawn] = {
     "stretch": _number(0, 10, 0.5),
     "scatter": _number(-1, 1, 0.99),
     "lag": st.one_of(_number(0, 10, 0.012), st.just(1e-300)),
-    "colors": st.lists(_colour(), min_size=1, max_size=16),
+    "colors": _auto_or(st.lists(_colour(), min_size=1, max_size=16)),
     "intensity": _number(0, 1000, 6.0),
     "edge": st.sampled_from(["fade", "crop"]),
     "glow": _number(0, 10, 0.5),
-    "sprite": st.sampled_from(["soft", "pixel"]),
+    "sprite": st.sampled_from(["auto", "soft", "pixel"]),
     "max": st.sampled_from([0, 20000, 60000, 1, 200, 2000]),
 }
 MOTION_BLUR: dict[str, Drawn] = {
@@ -108,7 +109,7 @@ MOTION_BLUR: dict[str, Drawn] = {
 COMPOSITE: dict[str, Drawn] = {
     "blend": st.sampled_from(["add", "screen", "over"]),
     "intensity": _number(0, 100, 1.0),
-    "palette": st.sampled_from(["none", "clip"]),
+    "palette": st.sampled_from(["auto", "none", "clip"]),
 }
 _level, _heading = _number(0, 5, 1.0), _number(-360, 360, 30.0)
 WIND: dict[str, dict[str, Drawn]] = {
@@ -162,7 +163,8 @@ def test_every_key_of_the_effect_is_tried() -> None:
         (Wind, set().union(*WIND.values())),
     ]  # fmt: skip
     for model, tried in blocks:
-        assert set(model.model_fields) == tried
+        keys = {field.alias or name for name, field in model.model_fields.items()}
+        assert keys == tried
 
 
 def _clip(width: int, height: int, count: int, closed: bool, matte: str) -> Clip:

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import encode_sprite
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.pixels import decode_bytes, encode_bytes, unpremultiply
+from fire_atlas.core.pixels import decode_bytes, encode_bytes, expose, unpremultiply
 from fire_atlas.core.workers import Workers
-from fire_atlas.effect.composition.composite import expose
 from fire_atlas.effect.flakes.drawing import add_glow
 from fire_atlas.effect.flakes.layer import FlakeLight
 from fire_atlas.effect.flame.study import study_flame

@@ -29,10 +29,10 @@ def _shed(clip: Clip) -> float:
 @pytest.mark.parametrize(
     ("candle", "large"), [("candle", "campfire"), real("real_candle_red", "real_firewall_stock")]
 )
-def test_a_candle_sheds_a_few_and_a_large_fire_many(candle: str, large: str) -> None:
+def test_a_candle_sheds_next_to_nothing_and_a_large_fire_much(candle: str, large: str) -> None:
     few, many = _shed(open_clip(candle)), _shed(open_clip(large))
-    assert 3 <= few <= 12
-    assert many > 8 * few
+    assert 0 < few < 2
+    assert many > 20
 
 
 SMALL = ["pixel_art", real("cartoon_tauran_flame_sheet")]
@@ -90,7 +90,8 @@ def test_the_rate_is_what_is_born_bursts_included(name: str, rate: int, bursts: 
     ]
     assert np.mean([_births_a_second(run) for run in runs]) == pytest.approx(rate, rel=0.1)
     sparks = sum(run.analysis.spawns.kind.sum() for run in runs)
-    assert (sparks > 0) == (bursts == 0.8 or (bursts == "auto" and rate > 20))
+    crackles = bursts == "auto" and rate > 20 and name != "candle"
+    assert (sparks > 0) == (bursts == 0.8 or crackles)
 
 
 def test_the_automatic_rate_includes_bursts() -> None:

@@ -23,7 +23,7 @@ from fire_atlas.recipe.tree import read_tree
 
 STEPS = {
     "refuse_taken_names": build, "open_input": build, "arrange": animate, "study_flame": animate,
-    "analyse": animate, "simulate": animate, "render": animate,
+    "classify": animate, "analyse": animate, "simulate": animate, "render": animate,
     "thumbnails_of_skipped_frames": animate, "measure_motion": animate, "pack_only": build,
     "pack": build, "write_images": build, "product_of": build,
 }  # fmt: skip
@@ -35,6 +35,13 @@ WHOLE = ("source", "views", "wind")
 ENCODING = {"atlas.alpha", "atlas.blend_space", "atlas.scales", "atlas.trim_threshold"}
 BLUR = {"motion_blur.flame", "motion_blur.shutter", "motion_blur.samples"}
 MAPS = {"maps.motion", "maps.flame", "maps.flakes"}
+
+DECIDED = {
+    "features.preset", "flakes.rate", "flakes.sparks", "flakes.size", "flakes.colors",
+    "flakes.sprite",
+    "composite.palette",
+}  # fmt: skip
+"""What the class of a fire decides, and whether it does."""
 
 TABLE = {
     # The names of all outputs that are known before any work.
@@ -53,7 +60,11 @@ TABLE = {
     },
     "study_flame": {
         "features.sigma", "features.epsilon", "features.n", "features.kappa_over", "buoyancy.lift",
-        "motion_blur.flame",
+        "motion_blur.flame", *DECIDED,
+    },
+    # What the automatic rate depends on, too.
+    "classify": {
+        *DECIDED, "seed", "flakes.fire_class", "flakes.alpha", "flakes.bursts", "flakes.life",
     },
     "analyse": {
         "seed", "wind", "motion_blur.flame",
@@ -70,15 +81,16 @@ TABLE = {
         "flakes.colors", "flakes.edge", "flakes.intensity", "flakes.lag", "flakes.life",
         "flakes.max", "flakes.scatter", "flakes.sprite", "flakes.stretch",
     },
-    # The loop, only to say whether a tail would let flakes burn out.
+    # The loop, only to say whether a tail would let flakes burn out; the source, only whether it is
+    # pixel art, which engines do not filter.
     "render": {
-        *ENCODING, *BLUR, *MAPS, "timeline.loop", "tracks", "composite.blend", "composite.palette",
-        "flakes.bake", "flakes.edge", "flakes.glow", "flakes.sprite",
+        *ENCODING, *BLUR, *MAPS, "source", "timeline.loop", "tracks", "composite.blend",
+        "composite.palette", "flakes.bake", "flakes.edge", "flakes.glow", "flakes.sprite",
     },
     "thumbnails_of_skipped_frames": {*BLUR, "maps.motion", "atlas.blend_space"},
     "measure_motion": {"maps.motion"},
     "pack_only": {
-        *ENCODING, *MAPS, "tracks", "flakes", "motion_blur", "name", "timeline.loop",
+        *ENCODING, *MAPS, "source", "tracks", "flakes", "motion_blur", "name", "timeline.loop",
         "timeline.overlap", "timeline.tail",
     },
     "pack": {
@@ -91,8 +103,7 @@ TABLE = {
         *MAPS, "atlas.bleed", "atlas.compression", "atlas.extrude", "atlas.format",
         "atlas.padding",
     },
-    # Whether it is pixel art, which engines do not filter.
-    "product_of": {"source", "flakes", "flakes.sprite", "tracks"},
+    "product_of": {"tracks"},
 }  # fmt: skip
 
 SHIPPED = shipped("samples")

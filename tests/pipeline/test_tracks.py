@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fire_atlas.core.pixels import expose
 from fire_atlas.core.shipped import shipped
-from fire_atlas.effect.composition.composite import expose
 from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.pipeline.simulate import simulate

@@ -9,6 +9,7 @@ from fire_atlas.core.pixels import (
     decode_unit,
     encode_bytes,
     encode_unit,
+    expose,
     srgb_to_linear,
     unpremultiply,
 )
@@ -118,14 +119,6 @@ def _blended(
     if blend == "screen":
         return as_plane(flame + light - np.minimum(flame, 1.0) * light)
     return as_plane(light + flame * (1 - cover))
-
-
-def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return what film shows of linear light, 0..1: x / (1 + x), each channel on its own.
-
-    Its shoulder makes bright embers yellow and the brightest nearly white. Any shape.
-    """
-    return as_plane(light / (1 + light))
 
 
 def exposed_together(shown: NDArray[np.float32], light: NDArray[np.float32]) -> NDArray[np.float32]:

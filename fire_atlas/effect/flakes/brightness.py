@@ -27,7 +27,7 @@ _BORN_LIGHT, _RISEN, _HELD = 0.85, 0.15, 0.2
 """Fraction of its full light that a new ember gives; the fractions of its life at which it reaches
 all of it, and from which it dies."""
 
-_DYING = 0.9
+_DYING = 0.75
 """Exponent of the rest of the life by which the light of a dying ember falls."""
 
 _FLICKER = 0.46

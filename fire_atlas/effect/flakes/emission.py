@@ -20,11 +20,14 @@ _RATE_PER_AREA, _SMALL_AREA = 280.0, 0.15
 """Automatic spawn rate per heights² of moving fire, and the area below which the rate falls faster
 than the area, because a small fire is calmer as well."""
 
-_MIN_RATE, _MIN_SPAWNS = 4.0, 6.0
-"""Minimum automatic spawn rate, 1/s, and minimum number of flakes of a one-shot clip."""
+_MIN_SPAWNS = 6.0
+"""Minimum automatic number of flakes of a one-shot clip."""
 
 _CALM_RATE, _BURSTS_PER_FLAKE = 20.0, 1 / 60
 """Spawn rate, 1/s, up to which a fire is too calm for bursts; bursts per flake from twice that."""
+
+EMBER_SIZE = (0.0028, 0.0145)
+"""Minimum and maximum width of an ember, heights."""
 
 _GOLDEN = (math.sqrt(5) - 1) / 2
 
@@ -51,7 +54,7 @@ _FALL_SPEED, _FALL_SPREAD = (0.02, 0.18), 0.35
 """Median terminal velocity of an ember and of a spark, heights/s, and standard deviation of its
 logarithm."""
 
-_DRIFT_SPREAD = 0.5
+_DRIFT_SPREAD = 0.6
 """Standard deviation of the logarithm of an ember's speed relative to that of the gas."""
 
 _TURBULENCE_RATE = (0.2, 1.0)
@@ -171,7 +174,8 @@ class EmitterSettings:
             automatic_alpha: The automatic α.
             seed: The recipe's seed.
         """
-        size = (flakes.size[0] * clip.height, flakes.size[1] * clip.height)
+        smallest, largest = EMBER_SIZE if flakes.size == "auto" else flakes.size
+        size = smallest * clip.height, largest * clip.height
         median = np.sqrt(size[0] * size[1])
         # Soft flakes thinner than a pixel are dimmer, but hard ones are drawn wider.
         width_ratio = float(median / drawn_width(median, True)) if flakes.sprite == "pixel" else 1.0
@@ -197,8 +201,8 @@ def automatic_rate(moving_area: float, width_ratio: float, duration: float) -> f
     """Return the spawn rate, 1/s, that suits a fire.
 
     Sparks tear off where fire moves, so the rate is proportional to that area; in a small, calm
-    fire, to its square. Flakes that are drawn wider than they are, are fewer in proportion. Any
-    clip gets a few, however short.
+    fire, to its square. Flakes that are drawn wider than they are, are fewer in proportion. A clip
+    that plays once gets a few, however short.
 
     Args:
         moving_area: Area in which the fire moves, heights².
@@ -207,7 +211,7 @@ def automatic_rate(moving_area: float, width_ratio: float, duration: float) -> f
     """
     calm = min(moving_area / _SMALL_AREA, 1.0)
     rate = _RATE_PER_AREA * moving_area * calm * min(width_ratio, 1.0)
-    return max(rate, _MIN_RATE, _MIN_SPAWNS / duration)
+    return max(rate, _MIN_SPAWNS / duration)
 
 
 def _bursts_of(flakes: Flakes, rate: float) -> tuple[float, float]:

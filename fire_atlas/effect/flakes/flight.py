@@ -38,6 +38,9 @@ _EXPOSURE_LAG = 0.12
 _EXPOSURE_GAIN = 1 - math.exp(-TICK / _EXPOSURE_LAG)
 """Fraction of the change of its surroundings that ``exposure`` follows in a tick."""
 
+_WANDER = 1.5
+"""Speed of an ember's own turbulent motion relative to that of the eddies around it."""
+
 _ANGLES = 1 << 13
 """Number of jitter angles drawn per tick. Flakes whose ids are this far apart share one, unseen."""
 
@@ -246,7 +249,7 @@ class _FlightModel:
         (0..1), and end at once inside.
         """
         ids, spawns = state.id, self.spawns
-        speed = math.sqrt(2) * self.settings.turbulence
+        speed = _WANDER * math.sqrt(2) * self.settings.turbulence
         turn = 2 * math.pi * spawns.turbulence_rate.take(ids) * state.age
         aside = speed * _sine(turn + spawns.turbulence_phase_x.take(ids))
         down = 0.5 * speed * _sine(turn + spawns.turbulence_phase_y.take(ids))

@@ -33,7 +33,7 @@ _SIDE = 96
 """Longest side of a copy, px."""
 
 _PIXELS = 128 * 128
-"""Maximum number of a frame's own pixels whose colours are kept."""
+"""About the maximum number of a frame's own pixels whose colours are kept."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class FrameSample:
         pixels: (h, w, 4) small copy.
         brightness: (h, w) of the copy, 0..255.
         flame: (h, w), confidence 0..1 that each pixel of the copy is flame.
-        colours: (n, 4) some of the frame's pixels as they are, straight sRGB and coverage, bytes.
+        colours: (rows, w, 4) some rows of the frame, straight sRGB and coverage, bytes.
     """
 
     pixels: Pixels
@@ -89,16 +89,16 @@ class FlameSamples:
 
 def _sample(picture: Picture, segmentation: FlameSegmentation, blend_space: str) -> FrameSample:
     """Return the sample of a frame; ``segmentation`` has the size of the copy."""
-    stride = max(1, round(math.sqrt(picture.shape[0] * picture.shape[1] / _PIXELS)))
-    some = np.ascontiguousarray(picture[::stride, ::stride]).reshape(1, -1, 4)
+    stride = max(1, math.ceil(picture.shape[0] * picture.shape[1] / _PIXELS))
+    rows = np.ascontiguousarray(picture[stride // 2 :: stride])
     pixels = shrunk(as_light(picture), _SIDE)
     plane = brightness(pixels, blend_space)
     flame = segmentation.mask(plane, lambda: pixels)
-    return FrameSample(pixels, plane, flame, _shown(some)[0])
+    return FrameSample(pixels, plane, flame, _shown(rows))
 
 
 def _shown(pixels: Picture) -> Bytes:
-    """Return (1, n, 4) pixels of any type as straight sRGB and coverage, bytes."""
+    """Return pixels (h, w, 4) of any type as straight sRGB and coverage, bytes."""
     if pixels.dtype == np.uint8:
         return pixels
     light = as_light(pixels)

@@ -7,7 +7,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import Plane, srgb_to_linear
+from fire_atlas.core.easing import smooth_step
+from fire_atlas.core.pixels import Plane, as_plane, srgb_to_linear
 from fire_atlas.generators.silk.fuel import Fuel
 from fire_atlas.generators.silk.texture import Image
 
@@ -29,6 +30,9 @@ _OPACITY_EXPONENTS = np.array([1.0, 1.7, 3.0])
 _BLUE = "#3050ff"
 _BLUE_HEIGHT, _SOOT_HEIGHT = 0.1, 0.26
 """Height of a blue foot, and height below which missing soot makes it dim, sheet heights."""
+
+_DENSE_HEAT = 0.3
+"""Heat (or light, of images of light) from which on a flame is as dense as it can be."""
 
 # CIE 1931 colour matching functions as sums of lobes (Wyman, Sloan & Shirley 2013): height, peak
 # wavelength (nm), 1/width below and above the peak.
@@ -78,6 +82,7 @@ class ColourMap:
         gain: Factor for images of light.
         opacity_exponents: (3,) exponents of a sheet's opacity for red, green and blue.
         blue: (3,) light of the flame's blue foot; 0 for none.
+        soot: Optical depth of the hottest part.
     """
 
     tables: NDArray[np.float32]
@@ -85,10 +90,11 @@ class ColourMap:
     gain: float
     opacity_exponents: NDArray[np.float64]
     blue: NDArray[np.float32]
+    soot: float
 
     @classmethod
-    def of(cls, fuel: Fuel, grading: str, gain: float) -> Self:
-        """Return the colour map of a fuel, its light multiplied by ``gain``.
+    def of(cls, fuel: Fuel, grading: str, gain: float, soot: float) -> Self:
+        """Return the colour map of a fuel, its light and soot multiplied by ``gain`` and ``soot``.
 
         ``grading`` is ``fuel`` (its own colours) or ``blackbody``.
         """
@@ -104,7 +110,7 @@ class ColourMap:
         light = (fuel.brightness * gain * _HEAT**fuel.contrast)[:, None]
         tables = np.stack([(each * light).astype(np.float32) for each in colours])
         blue = _linear_of_hex([_BLUE])[0] * np.float32(fuel.blue_light * gain)
-        return cls(tables, fuel.reference_speed, gain, exponents, blue)
+        return cls(tables, fuel.reference_speed, gain, exponents, blue, fuel.soot * soot)
 
     def light(self, image: Image, v_rms: float) -> NDArray[np.float32]:
         """Return the light (height, width, 3) of an image on a sheet that moves at ``v_rms``."""
@@ -114,15 +120,33 @@ class ColourMap:
         light = _look_up(heat, self.tables[self._table_index(v_rms)])
         if not self.blue.any():
             return light
-        height = len(heat)
-        up = ((height - np.arange(height, dtype=np.float32)) / height)[:, None, None]
-        foot, soot = np.exp(-((up / _BLUE_HEIGHT) ** 2)), 1 - np.exp(-((up / _SOOT_HEIGHT) ** 2))
+        foot = np.exp(-((_up(heat) / _BLUE_HEIGHT) ** 2))[:, None, None]
+        soot = _sooty_part(heat)[:, None, None]
         return np.asarray(light * soot + heat[..., None] * foot * self.blue, np.float32)
+
+    def thickness(self, image: Image) -> Plane:
+        """Return the optical depth (height, width) of the flame and soot in an image."""
+        bright = image[..., 0] if image.shape[2] == 1 else image.max(axis=-1)
+        thickness = np.float32(self.soot) * smooth_step(bright / _DENSE_HEAT)
+        if self.blue.any():
+            thickness = thickness * _sooty_part(thickness)[:, None]
+        return as_plane(thickness)
 
     def _table_index(self, v_rms: float) -> int:
         """Return a sheet's table index: temperature grows with v_rms² (eq. 20), up to a limit."""
         energy = (v_rms / self.reference_speed) ** 2
         return round((len(self.tables) - 1) * energy / (1 + energy))
+
+
+def _up(image: Plane) -> NDArray[np.float32]:
+    """Return the height of each row of an image above its lower edge, 0..1."""
+    height = len(image)
+    return np.asarray((height - np.arange(height, dtype=np.float32)) / height, np.float32)
+
+
+def _sooty_part(image: Plane) -> NDArray[np.float32]:
+    """Return the part of a flame's soot that has formed in each row, above a blue foot."""
+    return np.asarray(1 - np.exp(-((_up(image) / _SOOT_HEIGHT) ** 2)), np.float32)
 
 
 def _linear_of_hex(colours: Sequence[str]) -> NDArray[np.float32]:

@@ -16,7 +16,7 @@ from fire_atlas.generators.camera import Camera
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk import raster
 from fire_atlas.generators.silk.colour import expose
-from fire_atlas.generators.silk.intruders import IntruderBuffers, draw_intruders
+from fire_atlas.generators.silk.intruder_drawing import Hearth, IntruderBuffers, draw_intruders
 from fire_atlas.generators.silk.mechanics import normals
 from fire_atlas.generators.silk.scene import SilkScene, build_scene, check_length, check_loop
 from fire_atlas.generators.silk.sheet_textures import SheetTextures, cull_dark, make_textures
@@ -42,6 +42,12 @@ _THINNING = 0.35
 _MAX_THINNING = 4.0
 """Limit of how much thinner fast gas is, so that a flame that is carried along does not vanish."""
 
+_NEAR_FADE = 0.25
+"""Distance before the camera within which sheets fade, heights."""
+
+_GLOW_BEATS = 0.6
+"""Rate at which the glow of logs swells, Hz."""
+
 _MAX_DARK = 1e-4
 """Weight of light up to which a pixel counts as dark and has no motion."""
 
@@ -57,6 +63,23 @@ class SilkFrame:
 
     light: NDArray[np.float32]
     coverage: Plane
+
+
+@dataclass(frozen=True, slots=True)
+class _FlameFragments:
+    """Samples of a picture in which a sheet is seen.
+
+    Attributes:
+        pixel: (n,) index of the sample, row by row.
+        light: (n, 3) light that the flame sheds there.
+        thickness: (n,) optical depth of its flame and soot.
+        depth: (n,) depth, heights.
+    """
+
+    pixel: NDArray[np.intp]
+    light: NDArray[np.float32]
+    thickness: NDArray[np.float32]
+    depth: NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,16 +101,29 @@ class SilkRenderer:
     def draw(self, i: int, camera: Camera) -> SilkFrame:
         """Draw frame ``i`` as seen by ``camera``. In a loop, frame ``frames`` equals frame 0."""
         width, height = camera.width * _SUPERSAMPLING, camera.height * _SUPERSAMPLING
-        intruders = draw_intruders(self.scene.intruders, i / self.scene.fps, camera, _SUPERSAMPLING)
+        time = i / self.scene.fps
+        intruders = draw_intruders(
+            self.scene.intruders, time, camera, _SUPERSAMPLING, self._hearth(i)
+        )
         light = np.zeros((height, width, 3), np.float32)
-        for sheets in self._batches():
-            self._add_light(light, i, sheets, camera, intruders)
+        medium = raster.Medium(height * width)
+        batches = self._batches()
+        first = self._flame(i, batches[0], camera, intruders)
+        for n, sheets in enumerate(batches):
+            flame = self._flame(i, sheets, camera, intruders) if n else first
+            medium.add(flame.pixel, flame.depth, flame.thickness)
+        for n, sheets in enumerate(batches):
+            flame = self._flame(i, sheets, camera, intruders) if n else first
+            passed = medium.transmittance(flame.pixel, flame.depth, flame.thickness)
+            seen = flame.light * passed[:, None]
+            light += raster.accumulate(flame.pixel, seen, width, height)
         size = camera.width, camera.height
         if intruders.is_empty:
             coverage = np.zeros(size[::-1], np.float32)
         else:
-            centre = self._light_centre(i, camera) * (_SUPERSAMPLING, _SUPERSAMPLING, 1)
-            light += intruders.lit_by(light, centre)
+            total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * _SUPERSAMPLING) ** 2
+            lit = intruders.lit_by(total, self._light_centre(i, camera))
+            light += lit * np.exp(-medium.thickness).astype(np.float32).reshape(height, width, 1)
             coverage = as_plane(cv2.resize(intruders.coverage, size, interpolation=cv2.INTER_AREA))
         light = as_plane(cv2.resize(light, size, interpolation=cv2.INTER_AREA))
         return SilkFrame(expose(light), coverage)
@@ -101,8 +137,11 @@ class SilkRenderer:
         width, height = camera.width, camera.height
         total = np.zeros((height, width, 3), np.float32)
         for sheets in self._batches():
-            position, opacity = self.project_nodes(i, sheets, camera)
-            velocity = camera.project_vectors(self._velocity(i, sheets))[..., :2]
+            projected, opacity = self.project_nodes(i, sheets, camera)
+            position = projected[..., :2]
+            velocity = camera.project_velocities(
+                self.recording.x[i, sheets], self._velocity(i, sheets)
+            )
             texel = self.textures.texel_grid(sheets, *position.shape[1:3])
             # Displacement in the frame per texel, along the texture's x and y.
             along, down = np.gradient(position, axis=2), np.gradient(position, axis=1)
@@ -124,15 +163,15 @@ class SilkRenderer:
     def project_nodes(
         self, i: int, sheets: slice, camera: Camera
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the nodes' positions in the frame (sheets, rows, columns, 2), px, and opacities
-        (sheets, rows, columns), 0..1.
+        """Return the nodes' positions (sheets, rows, columns, 3), px right, px down and depth in
+        heights, and opacities (sheets, rows, columns), 0..1.
 
         Seen edge-on, a sheet would be a bright line. The flame it represents has depth, so the
         sheet fades and those that cross it are seen instead. Gas that moves faster (v_rms², as in
         eq. 17) is thinner, and so is high gas.
         """
         x = np.asarray(self.recording.x[i, sheets], np.float64)
-        facing = np.abs(np.einsum("srcd,d->src", normals(x), camera.axes()[2]))
+        facing = np.abs(np.einsum("srcd,srcd->src", normals(x), camera.sight_lines(x)))
         # From above no upright sheet faces the camera, so divide by the best possible cosine.
         facing /= max(math.cos(camera.elevation), _MIN_COSINE)
         share = smooth_step((facing - _VANISHING_COSINE) / _FADE_RANGE)
@@ -141,36 +180,41 @@ class SilkRenderer:
         up = np.linspace(0.0, 1.0, x.shape[1])[None, :, None]
         density = (1 - _THINNING * up) / (1 + np.minimum(energy * energy, _MAX_THINNING))
         lit = self.recording.lit[i, sheets, None, None]
-        return camera.project(x)[..., :2], share * density * lit
+        projected = camera.project(x)
+        before = smooth_step((camera.distance + projected[..., 2]) / _NEAR_FADE)
+        return projected, share * density * lit * before
 
     def _batches(self) -> list[slice]:
         sheets = self.scene.model.sheets
         return [slice(n, min(n + _BATCH, sheets)) for n in range(0, sheets, _BATCH)]
 
-    def _add_light(
-        self,
-        light: NDArray[np.float32],
-        i: int,
-        sheets: slice,
-        camera: Camera,
-        intruders: IntruderBuffers,
-    ) -> None:
-        """Add the light of ``sheets`` to a picture with ``_SUPERSAMPLING`` samples per pixel."""
-        height, width = light.shape[:2]
+    def _flame(
+        self, i: int, sheets: slice, camera: Camera, intruders: IntruderBuffers
+    ) -> _FlameFragments:
+        """Return what ``sheets`` add to a picture with ``_SUPERSAMPLING`` samples per pixel."""
+        width, height = camera.width * _SUPERSAMPLING, camera.height * _SUPERSAMPLING
         texture = self.textures.light(i, sheets)
-        position, opacity = self.project_nodes(i, sheets, camera)
-        texel = self.textures.texel_grid(sheets, *position.shape[1:3])
+        projected, opacity = self.project_nodes(i, sheets, camera)
+        texel = self.textures.texel_grid(sheets, *opacity.shape[1:3])
         shown = opacity[..., None] ** self.textures.opacity_exponents(sheets)
-        attributes = np.concatenate([texel, shown], axis=-1)
-        if not intruders.is_empty:
-            depth = camera.project(self.recording.x[i, sheets])[..., 2:]
-            attributes = np.concatenate([attributes, depth], axis=-1)
-        triangles = raster.mesh_triangles(position * _SUPERSAMPLING, attributes)
+        attributes = np.concatenate([texel, shown, opacity[..., None], projected[..., 2:]], axis=-1)
+        triangles = raster.mesh_triangles(projected[..., :2] * _SUPERSAMPLING, attributes)
         fragments = raster.rasterise(cull_dark(triangles, texture), width, height)
-        found = raster.sample_texture(texture, fragments.attributes) * fragments.attributes[:, 2:5]
+        found = raster.sample_texture(texture, fragments.attributes) * fragments.attributes[:, 2:6]
+        depth = fragments.attributes[:, 6]
         if not intruders.is_empty:
-            found *= ~intruders.hides(fragments.pixel, fragments.attributes[:, 5])[:, None]
-        light += raster.accumulate(fragments.pixel, found, width, height)
+            found *= intruders.shows(fragments.pixel, depth)[:, None]
+        return _FlameFragments(fragments.pixel, found[:, :3], found[:, 3], depth)
+
+    def _hearth(self, i: int) -> Hearth:
+        """Return the place where the fire on the ground burns, at frame ``i``."""
+        on_ground = [carrier < 0 for carrier in self.scene.attached_to]
+        foot = self.scene.model.rest[on_ground][:, 0].reshape(-1, 3)
+        centre = foot.mean(axis=0)
+        away = foot - centre
+        radius = float(np.sqrt((away * away).sum(axis=-1).mean()))
+        beats = max(1, round(_GLOW_BEATS * self.frames / self.scene.fps))
+        return Hearth(centre, radius, i / self.frames, beats)
 
     def _velocity(self, i: int, sheets: slice) -> NDArray[np.float64]:
         """Return the velocity (sheets, rows, columns, 3) of the nodes in frame ``i``, heights/s."""
@@ -178,11 +222,11 @@ class SilkRenderer:
         return velocity_of(recording.x[:, sheets], self.scene.fps, recording.loops, i)
 
     def _light_centre(self, i: int, camera: Camera) -> NDArray[np.float64]:
-        """Return the centre of the fire's light: px right, px down, depth in heights."""
+        """Return the centre of the fire's light (3,) in camera axes, heights."""
         x, lit = self.recording.x[i], self.recording.lit[i]
         low = x[:, : max(1, x.shape[1] // 2)] * lit[:, None, None, None]
         total = max(float(lit.sum()) * low.shape[1] * low.shape[2], 1e-6)
-        return camera.project(low.sum(axis=(0, 1, 2)) / total)
+        return camera.view_of(low.sum(axis=(0, 1, 2)) / total)
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,8 +279,13 @@ def generate_silk(
     return SilkRenderer(scene, recording, textures, settings.frames)
 
 
-def silk_camera(source: SilkSource, azimuth: float, elevation: float) -> Camera:
-    """Return a camera whose unit of length is the recipe's frame height; angles in degrees."""
+def silk_camera(
+    source: SilkSource, azimuth: float, elevation: float, distance: float | None = None
+) -> Camera:
+    """Return a camera whose unit of length is the recipe's frame height; angles in degrees.
+
+    ``distance`` is in heights; None for parallel lines of sight.
+    """
     return Camera(
         azimuth=math.radians(azimuth),
         elevation=math.radians(elevation),
@@ -244,4 +293,5 @@ def silk_camera(source: SilkSource, azimuth: float, elevation: float) -> Camera:
         height=source.height,
         origin=(source.width / 2, source.height * (1 - source.foot)),
         scale=float(source.height),
+        distance=math.inf if distance is None else distance,
     )

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +56,8 @@ class SheetTextures:
     v_rms: NDArray[np.float64]
 
     def light(self, i: int, sheets: slice) -> NDArray[np.float32]:
-        """Light of ``sheets`` in frame ``i``, stacked vertically: (n·height, width, 3)."""
+        """Light and optical depth of ``sheets`` in frame ``i``, stacked vertically:
+        (n·height, width, 4)."""
         return np.concatenate([self._light(i, s) for s in range(sheets.start, sheets.stop)])
 
     def motion(self, i: int, sheets: slice) -> NDArray[np.float32]:
@@ -80,7 +82,9 @@ class SheetTextures:
         image = self.loops[self.texture_index[sheet]].image_at(float(self.phase[i, sheet]))
         if self.mirrored[sheet]:
             image = np.ascontiguousarray(image[:, ::-1])
-        return self.colours[sheet].light(image, float(self.v_rms[i, sheet]))
+        colours = self.colours[sheet]
+        light = colours.light(image, float(self.v_rms[i, sheet]))
+        return np.dstack([light, colours.thickness(image)])
 
     def _motion(self, i: int, sheet: int) -> NDArray[np.float32]:
         loop, phase = self.loops[self.texture_index[sheet]], float(self.phase[i, sheet])
@@ -88,7 +92,7 @@ class SheetTextures:
         motion = motion * np.float32(self.rate[i, sheet])
         if self.mirrored[sheet]:
             motion = motion[:, ::-1] * np.array([-1, 1], np.float32)
-        luminance = np.einsum("hwc,c->hw", self._light(i, sheet), REC709)
+        luminance = np.einsum("hwc,c->hw", self._light(i, sheet)[..., :3], REC709)
         return np.concatenate([luminance[..., None], motion], axis=-1)
 
 
@@ -98,8 +102,8 @@ def cull_dark(triangles: Triangles, light: NDArray[np.float32]) -> Triangles:
     low = np.floor(texel.min(axis=1)).astype(np.intp)
     high = np.ceil(texel.max(axis=1)).astype(np.intp) + 1
     # A summed-area table: four entries give the number of bright texels in any box.
-    red, green, blue = (light[..., c] for c in range(3))  # numpy is slow along a short axis
-    bright = (np.maximum(np.maximum(red, green), blue) > _MAX_DARK).astype(np.int32)
+    channels = (light[..., c] for c in range(light.shape[-1]))  # numpy is slow along a short axis
+    bright = (reduce(np.maximum, channels) > _MAX_DARK).astype(np.int32)
     table = np.zeros((bright.shape[0] + 1, bright.shape[1] + 1), np.int32)
     np.cumsum(np.cumsum(bright, axis=0), axis=1, out=table[1:, 1:])
     x0, y0 = low[:, 0], low[:, 1]
@@ -136,7 +140,7 @@ def _colours(source: SilkSource, scene: SilkScene) -> tuple[ColourMap, ...]:
     fires = list(zip(scene.fuels, scene.fires, strict=True))
     maps = {
         (fuel, fire): ColourMap.of(
-            fuel, source.grading, source.intensity / _light_divisor(scene, fire)
+            fuel, source.grading, source.intensity / _light_divisor(scene, fire), source.soot
         )
         for fuel, fire in set(fires)
     }

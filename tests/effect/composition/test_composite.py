@@ -5,9 +5,9 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import encode_frame
-from fire_atlas.core.pixels import encode_bytes, linear_to_srgb, srgb_to_linear
+from fire_atlas.core.pixels import encode_bytes, expose, linear_to_srgb, srgb_to_linear
 from fire_atlas.effect.composition.blur import blur_along
-from fire_atlas.effect.composition.composite import compose, expose
+from fire_atlas.effect.composition.composite import compose
 
 
 def _flame(light: float, alpha: float) -> NDArray[np.float32]:

@@ -39,8 +39,10 @@ def torch() -> SilkRenderer:
     return fire()
 
 
-def camera(azimuth: float = 0.0, elevation: float = 0.0, **keys: Any) -> Camera:
-    return silk_camera(source(**keys), azimuth, elevation)
+def camera(
+    azimuth: float = 0.0, elevation: float = 0.0, distance: float | None = None, **keys: Any
+) -> Camera:
+    return silk_camera(source(**keys), azimuth, elevation, distance)
 
 
 def lean(recorded: NDArray[np.float32], sheets: slice = slice(None)) -> NDArray[np.float64]:

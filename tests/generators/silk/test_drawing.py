@@ -4,9 +4,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import encode_bytes
 from fire_atlas.generators.silk import raster
+from fire_atlas.generators.silk.intruder_drawing import Hearth, draw_intruders
+from fire_atlas.generators.silk.intruders import IntruderBody
+from fire_atlas.recipe.silk import Intruder
 from tests.generators.silk.rasteriser import draw
 from tests.generators.silk.small_fires import camera, fire, torch
 
@@ -38,15 +42,16 @@ def test_triangles_that_share_edges_cover_every_sample_once() -> None:
 def test_a_view_is_what_a_plain_rasteriser_draws(
     azimuth: float, elevation: float, frame: int
 ) -> None:
-    made = fire(12, rows=8, columns=6, width=40, height=56, sheets={"count": 3})
+    made = fire(12, rows=8, columns=6, width=40, height=56, sheets={"count": 3}, soot=0.0)
     eye = camera(azimuth, elevation, width=40, height=56)
     place, opacity = made.project_nodes(frame, slice(0, 3), eye)
+    place = place[..., :2]
     texel = made.textures.texel_grid(slice(0, 3), 8, 6)
     values = np.concatenate(
         [texel, opacity[..., None] ** made.textures.opacity_exponents(slice(0, 3))], axis=-1
     )
     cells = raster.mesh_triangles(place * 2, values)
-    texture = made.textures.light(frame, slice(0, 3))
+    texture = made.textures.light(frame, slice(0, 3))[..., :3]
     light, edge = draw(cells.position, cells.attributes, texture, 80, 112)
     light = light.reshape(56, 2, 40, 2, 3).mean(axis=(1, 3))
     edge = np.asarray(edge.reshape(56, 2, 40, 2).any(axis=(1, 3)))
@@ -57,11 +62,12 @@ def test_a_view_is_what_a_plain_rasteriser_draws(
     assert np.abs(wanted - found)[~edge].max() <= 2
 
 
-def test_from_the_other_side_a_fire_is_its_mirror_image() -> None:
+def test_without_soot_the_other_side_of_a_fire_is_its_mirror_image() -> None:
     """Light that adds up does not ask what is in front."""
+    clear = fire(soot=0.0)
     for azimuth in (0.0, 45.0):
-        one = torch().draw(5, camera(azimuth)).light
-        other = torch().draw(5, camera(azimuth + 180)).light
+        one = clear.draw(5, camera(azimuth)).light
+        other = clear.draw(5, camera(azimuth + 180)).light
         assert one.max() > 0.5
         assert np.abs(one - other[:, ::-1]).mean() < 2e-3
 
@@ -104,6 +110,93 @@ def test_an_opaque_log_hides_what_is_behind_it_and_is_lit() -> None:
     # From behind, the flame is in front of it.
     behind = drawn.draw(1, camera(180.0)).light[middle]
     assert behind.max() > 0.9 * without.light[middle].max()
+
+
+def difference(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
+    return float(np.abs(one - other).mean())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fuel", ["wood", "candle", "gas"])
+def test_in_perspective_eight_sides_are_eight_pictures(fuel: str) -> None:
+    made = fire(12, fuel=fuel, sheets={"count": 5})
+    seen = [made.draw(5, camera(45.0 * k, distance=2.5)).light for k in range(8)]
+    beside = [difference(seen[k], seen[(k + 1) % 8]) for k in range(8)]
+    behind = [difference(seen[k], seen[(k + 4) % 8][:, ::-1]) for k in range(8)]
+    assert np.mean(behind) >= 0.2 * np.mean(beside) > 0
+
+
+def test_a_camera_sees_as_a_pinhole_does() -> None:
+    eye = camera(30.0, 20.0, distance=3.0)
+    points = np.random.default_rng(1).uniform(-0.5, 0.8, (50, 3))
+    found = eye.project(points)
+    # The pinhole: 3 heights before the plane of the origin, in the axis of the frame's middle.
+    right, down, away = eye.axes()
+    middle = ((32, 40) - np.array(eye.origin)) / 80
+    hole = right * middle[0] + down * middle[1] - 3.0 * away
+    from_hole = points - hole
+    far = from_hole @ away
+    x = 32 + 80 * 3.0 * (from_hole @ right) / far
+    y = 40 + 80 * 3.0 * (from_hole @ down) / far
+    assert np.allclose(found, np.stack([x, y, far - 3.0], axis=-1))
+    assert np.allclose(eye.project(np.zeros(3))[:2], eye.origin)
+    v = np.random.default_rng(2).normal(0, 1, (50, 3))
+    moved = (eye.project(points + 1e-6 * v) - eye.project(points - 1e-6 * v))[..., :2] / 2e-6
+    assert np.allclose(eye.project_velocities(points, v), moved, rtol=1e-4, atol=1e-3)
+    start, change = eye.rays(found[:, 0], found[:, 1])
+    assert np.allclose(start + change * found[:, 2:], eye.view_of(points))
+    far_away = camera(30.0, 20.0, distance=1000.0).project(points)
+    assert np.allclose(far_away, camera(30.0, 20.0).project(points), atol=0.1)
+
+
+def test_a_sooty_sheet_in_front_hides_a_bright_one_behind_it() -> None:
+    """Two sheets one behind the other: the more soot, the less is seen of the one behind."""
+    front = {"at": [0, -0.15, 0], "width": 0.4}
+    back = {"at": [0, 0.15, 0], "width": 0.4}
+    seen = []
+    for soot in (0.0, 1.0, 4.0):
+        both, alone = (
+            fire(4, sheets=sheets, soot=soot, intensity=0.2).draw(1, camera()).light
+            for sheets in ([front, back], [front])
+        )
+        seen.append(float(both.sum() / alone.sum()))
+    assert seen[0] > 1.1 * seen[1] > 1.1 * seen[2]
+
+
+@pytest.mark.parametrize("shape", ["sphere", "log", "match"])
+@pytest.mark.parametrize("distance", [None, 2.0])
+def test_a_body_is_drawn_where_its_surface_is(shape: str, distance: float | None) -> None:
+    """Every sample lies on the body's surface, and its normal points away from it."""
+    keys = {"shape": shape, "at": [0.1, 0.05, 0.4], "radius": 0.1, "angle": 35, "tilt": 20}
+    body = IntruderBody.of(Intruder.model_validate(keys))
+    eye = camera(20.0, 15.0, distance=distance)
+    hearth = Hearth(np.zeros(3), 0.1, 0.0, 1)
+    found = draw_intruders([body], 0.0, eye, 2, hearth)
+    at = np.nonzero(found.coverage)
+    start, end = body.ends(0.0)
+    world = found.position[at] @ eye.axes()
+    x, y = np.asarray(at[1] + 0.5) / 2, np.asarray(at[0] + 0.5) / 2
+    assert np.allclose(eye.project(world)[:, :2], np.stack([x, y], axis=-1), atol=1e-2)
+    along = end - start
+    share = np.clip((world - start) @ along / max(float(along @ along), 1e-9), 0, 1)
+    away = world - (start + share[:, None] * along)
+    reach = np.sqrt((away * away).sum(axis=1))
+    assert reach.max() < 0.1 + 1e-4
+    if shape != "log":
+        assert np.allclose(reach, 0.1, atol=1e-4)
+        normal = found.normal[at] @ eye.axes()
+        assert np.allclose(np.einsum("nd,nd->n", normal, away), 0.1, atol=1e-3)
+
+
+def test_a_log_in_the_fire_glows_and_one_far_from_it_does_not() -> None:
+    def glow(x: float) -> float:
+        log = {"shape": "log", "at": [x, 0, 0.05], "radius": 0.05, "length": 0.2, "angle": 90}
+        body = IntruderBody.of(Intruder.model_validate(log))
+        hearth = Hearth(np.array([0.0, 0.0, 0.05]), 0.15, 0.0, 1)
+        return float(draw_intruders([body], 0.0, camera(), 2, hearth).glow.sum())
+
+    assert glow(0.0) > 0
+    assert glow(0.35) == 0
 
 
 def test_an_intensity_of_ten_stays_within_what_a_page_holds() -> None:

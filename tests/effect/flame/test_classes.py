@@ -1,0 +1,195 @@
+"""The class of a fire, on clips whose kind is known."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import Pixels, encode_bytes, hex_to_linear, unpremultiply
+from fire_atlas.core.progress import SilentProgress
+from fire_atlas.core.workers import Workers
+from fire_atlas.effect.flakes.defaults import DEFAULTS
+from fire_atlas.effect.flame.study import study_flame
+from fire_atlas.pipeline.classify import classify
+from fire_atlas.recipe.effect import Flakes
+from fire_atlas.recipe.models import Recipe
+from tests.support.clips import clip_of, open_clip, real
+from tests.support.effect import context_of, recipe_of, run_effect
+from tests.support.fire_kinds import KINDS, streaming
+
+PAINTED = {
+    "gas ring": "gas",
+    "candle in a bright room": "candle",
+    "pixel torch": "pixel",
+    "pink comet": "art",
+    "grey puff": "grey",
+    "daylight bonfire": "campfire",
+    "flat vector fire": "flat",
+    "lava": "none",
+    "explosion": "explosion",
+    "sparkler": "none",
+    "smoke without fire": "none",
+    "blue soul fire": "art",
+}
+
+SAMPLES = {
+    "campfire": "campfire",
+    "candle": "candle",
+    "torch": "torch",
+    "fireball": "campfire",
+    "explosion": "explosion",
+    "cartoon": "flat",
+    "pixel_art": "pixel",
+}
+
+REAL = {
+    "cartoon_fluent_fire": "campfire",
+    "cartoon_freedoom_fire": "pixel",
+    "cartoon_tauran_flame_sheet": "campfire",
+    "cartoon_wesnoth_campfire": "campfire",
+    "cartoon_wesnoth_fireball_impact": "explosion",
+    "real_candle_red": "candle",
+    "real_fireplace_gif": "campfire",
+    "real_firewall_stock": "wall",
+    "sim_unity_flame02": "campfire",
+    "sim_unity_flame03": "campfire",
+}
+
+
+class _Notes(SilentProgress):
+    """Keeps the notes of a step."""
+
+    def __init__(self) -> None:
+        self.notes = list[str]()
+
+    def note(self, message: str) -> None:
+        """Keep a note."""
+        self.notes.append(message)
+
+
+def classified(clip: Clip, keys: dict[str, Any] | None = None) -> tuple[Recipe, list[str]]:
+    """Return the recipe of ``keys`` as the class of a clip fills it in, and the notes."""
+    recipe, progress = recipe_of(keys or {}), _Notes()
+    with Workers(1) as workers:
+        study = study_flame(clip, recipe.features, None, workers, is_sampled=True)
+        return classify(recipe, clip, study, context_of(workers, progress)), progress.notes
+
+
+def flakes_of(clip: Clip, keys: dict[str, Any] | None = None) -> Flakes:
+    """Return the section ``flakes`` as the class of a clip fills it in."""
+    flakes = classified(clip, keys)[0].flakes
+    assert flakes != "none"
+    return flakes
+
+
+@pytest.mark.parametrize(("name", "fire_class"), PAINTED.items())
+def test_each_kind_of_fire_has_its_class(name: str, fire_class: str) -> None:
+    assert flakes_of(KINDS[name]()).fire_class == fire_class
+
+
+@pytest.mark.parametrize(
+    ("name", "fire_class"), [*SAMPLES.items(), *(real(*each) for each in REAL.items())]
+)
+def test_clips_have_their_class(name: str, fire_class: str) -> None:
+    assert flakes_of(open_clip(name)).fire_class == fire_class
+
+
+@pytest.mark.parametrize("name", ["gas ring", "lava", "smoke without fire", "sparkler"])
+def test_nothing_is_shed_where_no_flakes_belong(name: str) -> None:
+    clip = KINDS[name]()
+    assert not len(run_effect(clip).births)
+    assert len(run_effect(clip, {"flakes": {"class": "campfire", "rate": 60}}).analysis.field.u)
+
+
+def test_the_note_says_which_class_why_and_how_to_override_it() -> None:
+    note = "class: campfire (orange flame that rises, area 0.18 heights²); flakes.class overrides"
+    assert classified(open_clip("campfire"))[1] == [note]
+
+
+def test_a_stated_class_is_neither_measured_nor_noted() -> None:
+    recipe, notes = classified(open_clip("campfire"), {"flakes": {"class": "candle"}})
+    assert recipe.flakes != "none" and recipe.flakes.fire_class == "candle"
+    assert notes == []
+
+
+def test_what_the_recipe_states_wins() -> None:
+    stated = {"rate": 44.0, "bursts": 0.5, "sparks": 0.1, "colors": ("#ff0000",), "sprite": "soft"}
+    flakes = flakes_of(KINDS["pixel torch"](), {"flakes": stated})
+    assert {key: getattr(flakes, key) for key in stated} == stated
+    keys = {"composite": {"palette": "none"}}
+    assert classified(KINDS["pixel torch"](), keys)[0].composite.palette == "none"
+
+
+def test_the_class_scales_the_rate() -> None:
+    clip = open_clip("campfire")
+    rates = dict[str, float]()
+    for name in DEFAULTS:
+        rate = flakes_of(clip, {"flakes": {"class": name}}).rate
+        assert rate != "auto"
+        rates[name] = rate
+    assert rates["none"] == rates["gas"] == 0
+    assert 0 < rates["candle"] < 0.2 * rates["campfire"]
+    for name in ("flat", "pixel"):
+        assert rates[name] < rates["campfire"] / 2
+
+
+def test_by_day_neither_sky_nor_bright_smoke_sheds_anything() -> None:
+    effect = run_effect(KINDS["daylight bonfire"](), {"timeline": {"loop": "none"}})
+    assert len(effect.births) > 50
+    assert effect.births[:, 1].min() > 0.3 * effect.clip.height
+    assert effect.study.box.top > 0.3 * effect.clip.height
+
+
+def test_the_paper_knows_no_classes() -> None:
+    recipe, notes = classified(KINDS["pixel torch"](), {"features": {"preset": "paper"}})
+    assert recipe.flakes != "none" and recipe.flakes.fire_class == "auto" and notes == []
+
+
+@pytest.mark.parametrize("name", ["pixel torch", "flat vector fire"])
+def test_drawings_get_flakes_in_their_own_colours_alone(name: str) -> None:
+    """Every pixel that flakes have changed has a colour that occurs in the clip."""
+    effect = run_effect(KINDS[name](), {"flakes": {"rate": 120}})
+    count = effect.clip.count
+    own = np.unique(np.concatenate([_codes(effect.clip.read(i)).ravel() for i in range(count)]))
+    shown, plain = (_codes(read(count // 2)) for read in (effect.finished, effect.clip.read))
+    changed = shown[shown != plain]
+    assert changed.size
+    assert np.isin(changed, own).all()
+
+
+def _codes(pixels: Pixels) -> NDArray[np.int64]:
+    """Return the straight sRGB colour of each pixel (h, w) as a whole number."""
+    shown = encode_bytes(unpremultiply(pixels)).astype(np.int64)
+    return np.asarray(shown @ [1 << 16, 1 << 8, 1], np.int64)
+
+
+@pytest.mark.parametrize("name", ["pixel_art", "pixel torch"])
+def test_pixel_art_gets_whole_hard_pixels(name: str) -> None:
+    clip = KINDS[name]() if name in KINDS else open_clip(name)
+    effect = run_effect(clip, {"flakes": {"rate": 60}})
+    assert effect.tracks.hard
+    assert all(set(np.unique(effect.finished(i)[..., 3])) <= {0, 1} for i in range(clip.count))
+
+
+def test_grey_fire_sheds_grey_flakes() -> None:
+    light = hex_to_linear(flakes_of(KINDS["grey puff"]()).colors)
+    assert (np.ptp(light, axis=1) == 0).all()
+
+
+@pytest.mark.parametrize(("name", "channel"), [("pink comet", 0), ("blue soul fire", 2)])
+def test_coloured_fire_sheds_flakes_of_its_own_hue(name: str, channel: int) -> None:
+    light = hex_to_linear(flakes_of(KINDS[name]()).colors)
+    assert (light.argmax(axis=1) == channel).all()
+    assert (np.ptp(light, axis=1) > 0.3).all()
+
+
+def test_the_class_does_not_depend_on_resolution_rate_or_direction() -> None:
+    clip = streaming((-0.9, 0.0))
+    halved = clip_of([clip.read(i)[::2, ::2] for i in range(clip.count)])
+    mirrored = clip_of([clip.read(i)[:, ::-1] for i in range(clip.count)])
+    slower = replace(clip, fps=12.0)
+    found = {flakes_of(each).fire_class for each in (clip, halved, mirrored, slower)}
+    assert found == {"campfire"}
