@@ -6,20 +6,18 @@ from typing import Any
 import numpy as np
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flakes.tracks import Tracks, first_frames, visible_count
-from fire_atlas.effect.flame.study import FlameStudy, study_flame
+from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
 from fire_atlas.pipeline.channels import measure_motion
 from fire_atlas.pipeline.classify import classify, has_undecided_flakes
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip
+from fire_atlas.pipeline.prepare import has_effect, prepare
 from fire_atlas.pipeline.render import render, thumbnails_of_skipped_frames
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.source import FramesSource
-from fire_atlas.timeline.arrange import arrange
 from fire_atlas.timeline.tail import shortened
 
 
@@ -30,24 +28,16 @@ def animate_views(recipe: Recipe, clips: Mapping[str, Clip], context: BuildConte
     """
     animations = dict[str, FinishedAnimation]()
     for name, clip in clips.items():
+        is_first = not animations
         with context.timer.measure("study"):
-            clip = _arranged(clip, recipe, context)
-            is_first = not animations
-            study = _studied(clip, recipe, is_first, context)
+            is_classified = is_first and has_undecided_flakes(recipe)
+            clip, study = prepare(recipe, clip, is_classified, context)
             recipe = classify(recipe, clip, study, context) if is_first else recipe
         azimuth = 360 * len(animations) / len(clips)
         animations[name] = animate(recipe, clip, study, azimuth, context)
     statistics = {name: each.all_statistics() for name, each in animations.items()}
     figures = statistics.popitem()[1] if len(animations) == 1 else {"animations": statistics}
     return Contribution(recipe.name, animations, figures)
-
-
-def _studied(clip: Clip, recipe: Recipe, is_first: bool, context: BuildContext) -> FlameStudy:
-    """Study a clip; how it moves and looks only if anything depends on it."""
-    direction = lift_direction(recipe.buoyancy)
-    has_open_class = is_first and has_undecided_flakes(recipe)
-    is_sampled = recipe.has_effect and (direction is None or has_open_class)
-    return study_flame(clip, recipe.features, direction, context.workers, is_sampled)
 
 
 def animate(
@@ -66,7 +56,7 @@ def animate(
     timer = context.timer
     analysis = tracks = None
     with timer.measure("analyse"):
-        if recipe.has_effect:
+        if has_effect(recipe):
             analysis = analyse(clip, study, AnalysisSettings.of(recipe, azimuth), context)
     with timer.measure("fly"):
         if analysis is not None and recipe.flakes != "none":
@@ -88,22 +78,6 @@ def animate(
         bakes_flakes=settings.bakes_flakes,
         pixel_art=settings.pixel_art,
         statistics=_statistics(clip, tracks),
-    )
-
-
-def _arranged(clip: Clip, recipe: Recipe, context: BuildContext) -> Clip:
-    """Return the clip as it is played: footage is cut, retimed and looped; generated fire stays as
-    it is."""
-    if not isinstance(recipe.source, FramesSource):
-        return clip
-    flakes = recipe.flakes
-    return arrange(
-        clip,
-        recipe.timeline,
-        longest_life=0.0 if flakes == "none" else flakes.life[1],
-        workers=context.workers,
-        progress=context.progress,
-        only_packs=flakes == "none" and recipe.motion_blur == "none",
     )
 
 

@@ -204,7 +204,7 @@ def _filmed(tracks: Tracks, title: str) -> Table:
         "filmed: five clips at 24 frames/s, whose embers a tracker followed and often lost"
     )
     heads = (Column("", no_wrap=True), "here", "filmed", "should be", "")
-    table = Table(*heads, title=title, caption=caption, box=SIMPLE, padding=(0, 1, 0, 0))
+    table = Table(*heads, title=title, caption=caption, box=SIMPLE, padding=(0, 0, 0, 1))
     for section, figures in compare_with_filmed(tracks).items():
         table.add_row(section, style="bold")
         for figure in figures:

@@ -69,12 +69,6 @@ class Recipe(Settings):
         nearest = isinstance(self.source, FramesSource) and self.source.sampling == "nearest"
         return nearest or (self.flakes != "none" and self.flakes.sprite == "pixel")
 
-    @property
-    def has_effect(self) -> bool:
-        """Whether frames are changed: flakes are added, or the flame is blurred."""
-        blurs_flame = self.motion_blur != "none" and self.motion_blur.flame
-        return self.flakes != "none" or blurs_flame
-
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> Self:
         if problems := tuple(self._contradictions()):

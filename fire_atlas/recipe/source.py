@@ -112,6 +112,10 @@ class ProfileSource(ClipInput):
     """Number of vertical slices of fire around the axis."""
     particles: int = Field(default=100, ge=4, le=2000)
     """Number of particles alive in each slice."""
+    detail: float = Field(default=1.0, ge=0, le=1)
+    """Share of the clip's own detail in the picture. 0: the particles alone, soft and in the
+    colours of the table, as in the paper. 1: all of the clip's detail, which the same six points
+    move and whose moments the particles mix."""
     height: int | None = Field(default=None, ge=16, le=4096)
     """Height of the frames, px. Default: the fire is as large as in the clip; a video taller than
     512 px counts as one of 512 px."""

@@ -38,7 +38,7 @@ def open_profile(
     else:
         profile, clips = learn_from_files(source, paths, context)
         inputs = tuple(file for clip in clips for file in clip.inputs)
-    settings = ProfileFireSettings(generation, source.slices, source.particles)
+    settings = ProfileFireSettings(generation, source.slices, source.particles, source.detail)
     return generate_clips(
         profile, settings, source.height, context.blend_space, inputs, context.workers
     )

@@ -20,6 +20,9 @@ class Burner:
         flicker: Variation of the fuel along the burner and with time, 0..1.
         tongue_width: Typical width of a tongue of flame at the burner.
         entrainment: Speed of the air drawn in towards the middle, relative to the gas.
+        grain: Fine variation of the fuel along the burner and with time, 0..1.
+        ragged: Variation (rms) of the height at which flames begin.
+        mixing: How many times faster fuel burns at the most where air is near, less 1.
         widening_height: Height up to which the air flows outwards instead; 0 for none.
     """
 
@@ -30,6 +33,9 @@ class Burner:
     flicker: float
     tongue_width: float
     entrainment: float
+    grain: float
+    ragged: float
+    mixing: float
     widening_height: float = 0.0
 
 
@@ -91,26 +97,29 @@ FUELS: dict[FuelName, Fuel] = {
         mass=1.0, structural=26.0, shear=9.0, bending=3.0, damping=6.0,
         lift=9.0, lift_height=0.9, gravity=1.5, drag=6.0, flutter=5.0, sway=0.10,
         image_rate=24.0, reference_speed=0.28, thin_speed=0.42, gas_speed=1.5,
-        burner=Burner(0.0, eddy_strength=0.5, flame_height=0.8, width=0.75, flicker=0.5,
-                      tongue_width=0.14, entrainment=0.6),
+        burner=Burner(0.0, eddy_strength=0.34, flame_height=0.85, width=0.75, flicker=0.5,
+                      tongue_width=0.14, entrainment=0.6,
+                      grain=0.5, ragged=0.035, mixing=4.0),
         ramp=("#a80c00", "#ff3404", "#ff660a", "#ff8c1a", "#ffb044"), ramp_end=1.0, blue_light=0.0,
-        brightness=6.5, contrast=2.7, soot=0.9, temperature=1750.0,
+        brightness=8.5, contrast=2.7, soot=0.9, temperature=1750.0,
     ),
     "candle": Fuel(
         mass=1.0, structural=20.0, shear=7.0, bending=3.0, damping=8.0,
         lift=6.0, lift_height=1.2, gravity=1.0, drag=6.0, flutter=0.9, sway=0.03,
         image_rate=24.0, reference_speed=0.06, thin_speed=0.17, gas_speed=1.3,
         burner=Burner(0.0, eddy_strength=0.035, flame_height=0.72, width=0.22, flicker=0.03,
-                      tongue_width=0.5, entrainment=1.7, widening_height=0.26),
+                      tongue_width=0.5, entrainment=1.7,
+                      grain=0.0, ragged=0.0, mixing=0.0, widening_height=0.26),
         ramp=("#c84006", "#ff8a20", "#ffb848", "#ffe09a"), ramp_end=1.0, blue_light=0.22,
-        brightness=4.6, contrast=1.0, soot=0.9, temperature=1900.0,
+        brightness=6.5, contrast=1.0, soot=0.9, temperature=1900.0,
     ),
     "gas": Fuel(
         mass=1.0, structural=40.0, shear=14.0, bending=6.0, damping=6.0,
         lift=13.0, lift_height=1.2, gravity=1.0, drag=6.0, flutter=3.0, sway=0.05,
         image_rate=30.0, reference_speed=0.15, thin_speed=0.36, gas_speed=2.6,
         burner=Burner(0.0, eddy_strength=0.4, flame_height=0.8, width=0.6, flicker=0.3,
-                      tongue_width=0.1, entrainment=0.7),
+                      tongue_width=0.1, entrainment=0.7,
+                      grain=0.2, ragged=0.0, mixing=1.0),
         ramp=("#1430d0", "#2a6cff", "#64b0ff", "#d8f0ff"), ramp_end=1.0, blue_light=0.6,
         brightness=2.4, contrast=1.5, soot=0.5, temperature=2600.0,
     ),

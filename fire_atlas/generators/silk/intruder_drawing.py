@@ -28,7 +28,7 @@ _HEAD = np.array([0.16, 0.02, 0.012])
 _STONE = np.array([0.14, 0.13, 0.125])
 """Linear colours of bark, charred wood, the ends of logs, matchsticks, match heads and spheres."""
 
-_GLOW = np.array([3.2, 0.62, 0.05])
+_GLOW = np.array([2.2, 0.36, 0.03])
 """Light of wood that glows, before exposure: that of a black body of about 1300 K."""
 
 _LIGHT_GAIN, _LIGHT_SOFTENING = 90.0, 0.03
@@ -210,9 +210,9 @@ def _nearer(one: _Hit, other: _Hit) -> _Hit:
 def _first_root(square: Points, half: Points, rest: Points) -> Points:
     """Return the smaller root of square·z² + 2·half·z + rest = 0; infinite if there is none."""
     inside = half * half - square * rest
-    met = (inside > 0) & (square > 1e-12)
-    root = (-half - np.sqrt(np.where(met, inside, 0.0))) / np.where(met, square, 1.0)
-    return np.where(met, root, np.inf)
+    is_hit = (inside > 0) & (square > 1e-12)
+    root = (-half - np.sqrt(np.where(is_hit, inside, 0.0))) / np.where(is_hit, square, 1.0)
+    return np.where(is_hit, root, np.inf)
 
 
 def _ball(radius: float, start: Points, change: Points) -> _Hit:
@@ -236,10 +236,10 @@ def _side(axis: Points, length: float, radius: float, start: Points, change: Poi
 def _disc(axis: Points, radius: float, start: Points, change: Points) -> _Hit:
     """Cut lines of sight with a disc around the origin that faces along ``axis``."""
     slope = change @ axis
-    faces = slope < -1e-9
-    depth = -(start @ axis) / np.where(faces, slope, 1.0)
+    is_front = slope < -1e-9
+    depth = -(start @ axis) / np.where(is_front, slope, 1.0)
     at = start + depth[..., None] * change
-    inside = faces & ((at * at).sum(axis=-1) <= radius * radius)
+    inside = is_front & ((at * at).sum(axis=-1) <= radius * radius)
     return _hit(np.where(inside, depth, np.inf), start, change, lambda at: np.zeros_like(at) + axis)
 
 
@@ -283,7 +283,9 @@ def _surface(
     away = position - camera.view_of(hearth.centre)
     distance = np.sqrt((away * away).sum(axis=1)) / hearth.radius
     heat = smooth_step(1.3 - distance)
-    return _wood(number, share, angle, normal, (along, level), heat, hearth)
+    across = from_end - (from_end @ along)[:, None] * along
+    ring = np.sqrt((across * across).sum(axis=1)) / body.radius
+    return _wood(number, (share, angle, ring), normal, (along, level), heat, hearth)
 
 
 def _level_across(axis: Points) -> Points:
@@ -295,8 +297,7 @@ def _level_across(axis: Points) -> Points:
 
 def _wood(
     number: int,
-    share: Points,
-    angle: Points,
+    place: tuple[Points, Points, Points],
     normal: Points,
     axes: tuple[Points, Points],
     heat: Points,
@@ -306,38 +307,46 @@ def _wood(
 
     Args:
         number: Number of the log; no two have the same grain.
-        share: (n,) distance along the log, radii.
-        angle: (n,) angle around it, rad.
+        place: Distance along the log, radii; angle around it, rad; and distance from its axis,
+            radii: (n,) each.
         normal: (n, 3) normal of the smooth log.
         axes: Directions along the log, and across it where ``angle`` is 0.
         heat: (n,) 0..1.
         hearth: The fire.
     """
     along, level = axes
+    share, angle, ring = place
     chance = generator(number, RandomStream.SHEETS, 2)
-    bark, bark_along, bark_around = _grain(chance, share, angle, (0.2, 1.0), (4, 13))
-    crack, crack_along, crack_around = _grain(chance, share, angle, (0.8, 2.6), (1, 6))
+    bark, bark_along, bark_around = _grain(chance, share, angle, (0.1, 0.7), (3, 11))
+    crack, crack_along, crack_around = _grain(chance, share, angle, (0.7, 2.4), (1, 5))
     is_end = np.abs(normal @ along) > 0.9
     rough = 0.10 * bark_along + 0.12 * crack_along, 0.10 * bark_around + 0.12 * crack_around
     across = -np.sin(angle)[:, None] * level + np.cos(angle)[:, None] * np.cross(along, level)
     tilt = rough[0][:, None] * along + rough[1][:, None] * across
     bumpy = np.where(is_end[:, None], normal, normal - tilt)
     bumpy /= np.sqrt((bumpy * bumpy).sum(axis=1, keepdims=True))
-    furrow = (0.45 + 0.55 * np.clip(0.5 + 0.6 * bark, 0, 1))[:, None]
-    plain = np.where(is_end[:, None], _CUT * (0.75 + 0.25 * np.sin(9 * angle[:, None])), _BARK)
-    charred = np.clip(1.5 * heat + 0.25 * bark, 0, 1)[:, None]
-    colour = (plain + (_CHAR - plain) * charred) * furrow
+    furrow = np.where(
+        is_end, 0.75 + 0.25 * np.sin(16 * ring), 0.45 + 0.55 * _unit(0.5 + 0.6 * bark)
+    )
+    plain = np.where(is_end[:, None], _CUT, _BARK)
+    charred = _unit(1.5 * heat + np.where(is_end, 0.0, 0.25 * bark))[:, None]
+    colour = (plain + (_CHAR - plain) * charred) * furrow[:, None]
     wander = np.sin(2 * np.pi * hearth.beats * hearth.phase + 2 * bark + 0.8 * share)
     glow = _glow(crack, bark, heat) * (0.85 + 0.15 * wander)
-    return _Surface(bumpy, colour, _GLOW * np.where(is_end, 0.5 * glow, glow)[:, None])
+    return _Surface(bumpy, colour, _GLOW * np.where(is_end, 0.15 * heat, glow)[:, None])
+
+
+def _unit(values: Points) -> Points:
+    """Return ``values`` limited to 0..1."""
+    return np.clip(values, 0.0, 1.0)
 
 
 def _glow(crack: Points, bark: Points, heat: Points) -> Points:
     """Return how brightly wood glows: in cracks between its scales, wider where it is hotter."""
-    width = 0.06 + 0.34 * heat
+    width = 0.06 + 0.24 * heat
     line = np.clip(1 - np.abs(crack + 0.2 * bark) / width, 0, 1) ** 1.5
     patch = np.clip(1.6 * heat - 0.9 + 0.45 * bark, 0, 1)
-    return np.asarray(heat * heat * (line + 0.5 * patch))
+    return np.asarray(heat * (line + 0.4 * patch))
 
 
 def _grain(

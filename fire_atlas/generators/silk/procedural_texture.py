@@ -8,6 +8,8 @@ ends where none is left, so its tip is sharp.
 Units: sheet heights and images; u to the right, 0 in the middle of the sheet; v up from its base.
 """
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -38,8 +40,29 @@ _INLET_HEIGHT, _INLET_CURVE, _INLET_DEPTH = 0.07, 0.10, 0.035
 """Height of the fuel inlet in its middle, additional height at its sides, and distance over which
 it fades: sheet heights."""
 
+_GRAIN_HEIGHT = 0.16
+"""Height between fine puffs of fuel at the inlet, sheet heights."""
+
+_MIXING_RADIUS = 0.016
+"""Distance over which air mixes into the flame, sheet heights."""
+
 _MOTION_CELL = 2
 """Texture pixels per cell of the recorded motion, which is smooth."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Supply:
+    """Random variations along the burner, each with an rms of 1.
+
+    Attributes:
+        tongues: Slow and wide variation of the fuel, which parts the tongues of the flame.
+        grain: Fast and fine variation of the fuel.
+        feet: Slow variation of the height at which flames begin.
+    """
+
+    tongues: PlaneWaves
+    grain: PlaneWaves
+    feet: PlaneWaves
 
 
 def synthesise_texture(
@@ -80,19 +103,30 @@ def synthesise_texture(
             advection.follow(right, up)
             if part == _STEPS - 1:
                 motion[n] = advection.displacement()
-        fuel = as_plane(np.maximum(advection.advect(fuel, right, up) - burnt, 0.0))
+        fuel = _consume(advection.advect(fuel, right, up), burnt, burner.mixing, height)
         fuel = inlet.replenish(fuel, step / _STEPS)
     heat = np.clip(heat, 0.0, 1.25) * edge_fade(shape)
     return TextureLoop(heat[..., None], motion)
 
 
+def _consume(fuel: Plane, burnt: np.float32, mixing: float, height: int) -> Plane:
+    """Return ``fuel`` after it has burnt down by ``burnt``.
+
+    Where air is near it burns faster, by up to ``mixing`` times as much: so tongues taper to points
+    and thin threads of fuel do not last.
+    """
+    around = cv2.GaussianBlur(fuel, (0, 0), _MIXING_RADIUS * height)
+    air = np.clip(1 - around / np.maximum(fuel, np.float32(1e-3)), 0, 1)
+    return as_plane(np.maximum(fuel - burnt * (1 + np.float32(mixing) * air), 0.0))
+
+
 class _FuelInlet:
-    """Inlet of the fuel: a curved strip at the foot, supplied unevenly along its width."""
+    """Inlet of the fuel: a ragged strip at the foot, supplied unevenly along its width."""
 
     def __init__(
         self,
         burner: Burner,
-        supply: PlaneWaves,
+        supply: _Supply,
         u: NDArray[np.float64],
         v: NDArray[np.float64],
         aspect: float,
@@ -100,17 +134,23 @@ class _FuelInlet:
         across = np.abs(u) / (aspect * burner.width / 2)
         # The inlet is higher at the sides of the burner, where ``across`` is 1.
         inlet = _INLET_HEIGHT + _INLET_CURVE * np.minimum(across, 1.2)[None] ** 2
-        self._above = v[:, None] - inlet
-        depth = np.where(self._above > 0, _INLET_DEPTH, 0.6 * _INLET_DEPTH)
-        self._mask = as_plane(0.95 * np.exp(-((self._above / depth) ** 2)))
+        self._above = as_plane(v[:, None] - inlet)
         self._profile = np.clip(1 - across**2, 0, None) ** 0.75
-        self._supply, self._flicker, self._u = supply, burner.flicker, u
+        self._supply, self._burner, self._u = supply, burner, u
 
     def replenish(self, fuel: Plane, time: float) -> Plane:
         """Return ``fuel`` plus the fuel that enters at ``time``."""
-        variation = self._supply.values(time, self._u, np.zeros(1))
-        supply = as_plane(self._profile * np.clip(1 + self._flicker * variation, 0, 1.3))
-        return as_plane(fuel + np.maximum(supply - fuel, 0.0) * self._mask)
+        burner, here = self._burner, np.zeros(1)
+        tongues, grain, feet = (
+            waves.values(time, self._u, here)
+            for waves in (self._supply.tongues, self._supply.grain, self._supply.feet)
+        )
+        supply = self._profile * np.clip(1 + burner.flicker * tongues, 0, 1.3)
+        supply = as_plane(supply * np.clip(1 + burner.grain * grain, 0, 1.4))
+        above = self._above - np.float32(burner.ragged) * feet
+        depth = np.where(above > 0, np.float32(_INLET_DEPTH), np.float32(0.6 * _INLET_DEPTH))
+        mask = np.float32(0.95) * np.exp(-((above / depth) ** 2))
+        return as_plane(fuel + np.maximum(supply - fuel, 0.0) * mask)
 
     def distance(self) -> Plane:
         """Return each pixel's distance from the inlet: 0 at it or below, 1 three depths above."""
@@ -192,14 +232,28 @@ def _random_eddies(chance: np.random.Generator, burner: Burner, images: int) -> 
     return PlaneWaves(ku, kv, omega, chance.uniform(0, 2 * np.pi, _EDDIES), amplitude)
 
 
-def _random_supply(chance: np.random.Generator, burner: Burner, images: int) -> PlaneWaves:
-    """Return a random variation of the fuel along the burner: rms 1, slow compared with the gas."""
-    length = burner.tongue_width * np.exp(chance.uniform(np.log(0.7), np.log(4.0), _SUPPLY_WAVES))
-    omega = chance.normal(0, 1.0, _SUPPLY_WAVES) * burner.gas_speed / burner.flame_height
+def _random_supply(chance: np.random.Generator, burner: Burner, images: int) -> _Supply:
+    """Return how the fuel varies along the burner and with time."""
+    width, slow = burner.tongue_width, 0.8 * burner.gas_speed / burner.flame_height
+    tongues = _random_line(chance, (0.7 * width, 4 * width), slow, images)
+    # The gas carries what varies quickly upwards: as streaks, and tips that come off.
+    fast = burner.gas_speed / _GRAIN_HEIGHT
+    grain = _random_line(chance, (0.2 * width, 0.9 * width), fast, images)
+    return _Supply(tongues, grain, _random_line(chance, (0.4 * width, 2 * width), slow, images))
+
+
+def _random_line(
+    chance: np.random.Generator, lengths: tuple[float, float], rate: float, images: int
+) -> PlaneWaves:
+    """Return waves along a line, of wavelengths in the range ``lengths``, with an rms of 1, whose
+    frequencies spread by ``rate``, per image."""
+    shortest, longest = np.log(lengths)
+    length = np.exp(chance.uniform(shortest, longest, _SUPPLY_WAVES))
+    omega = chance.normal(0, 1.0, _SUPPLY_WAVES) * 2 * np.pi * rate
     return PlaneWaves(
         2 * np.pi / length * chance.choice([-1.0, 1.0], _SUPPLY_WAVES),
         np.zeros(_SUPPLY_WAVES),
-        _periodic(omega * 2 * np.pi * 0.8, images),
+        _periodic(omega, images),
         chance.uniform(0, 2 * np.pi, _SUPPLY_WAVES),
         np.full(_SUPPLY_WAVES, np.sqrt(2 / _SUPPLY_WAVES)),
     )

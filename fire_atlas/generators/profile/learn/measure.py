@@ -10,7 +10,8 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Pixels, luminance
 from fire_atlas.core.workers import Workers
-from fire_atlas.generators.profile.learn.features import FireMask, feature_points, largest_flame
+from fire_atlas.generators.profile.flame_region import largest_flame
+from fire_atlas.generators.profile.learn.features import FireMask, feature_points
 from fire_atlas.generators.profile.model import (
     FEW_FRAMES,
     MANY_FRAMES,
