@@ -77,7 +77,7 @@ def animate(
         tracks=tracks,
         bakes_flakes=settings.bakes_flakes,
         pixel_art=settings.pixel_art,
-        statistics=_statistics(clip, tracks),
+        statistics=_statistics(recipe, clip, tracks),
     )
 
 
@@ -103,13 +103,15 @@ def _without_dark_end(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:
     return clip, first_frames(tracks, clip.count)
 
 
-def _statistics(clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
+def _statistics(recipe: Recipe, clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
     statistics: dict[str, Any] = {
         "frames": clip.count,
         "frame_size": [clip.width, clip.height],
         "fps": round(clip.fps, 4),
         "matte": clip.matte,
     }
+    if clip.hue_error is not None:
+        statistics["blended"] = {"hue_error": round(clip.hue_error, 2)}
     if tracks is not None:
         alive = [len(rows) for rows in tracks.frames]
         statistics["flakes"] = {
@@ -118,4 +120,7 @@ def _statistics(clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
             "alive_most": max(alive),
             "rounds": tracks.rounds,
         }
+        flakes = recipe.flakes
+        if flakes != "none" and flakes.fire_class != "auto":
+            statistics["flakes"]["class"] = flakes.fire_class
     return statistics
