@@ -10,7 +10,7 @@ from fire_atlas.effect.flakes.tracks import Tracks, first_frames, visible_count
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
 from fire_atlas.pipeline.channels import measure_motion
-from fire_atlas.pipeline.classify import classify, has_undecided_flakes
+from fire_atlas.pipeline.classify import classify
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip
@@ -30,8 +30,7 @@ def animate_views(recipe: Recipe, clips: Mapping[str, Clip], context: BuildConte
     for name, clip in clips.items():
         is_first = not animations
         with context.timer.measure("study"):
-            is_classified = is_first and has_undecided_flakes(recipe)
-            clip, study = prepare(recipe, clip, is_classified, context)
+            clip, study = prepare(recipe, clip, is_first, context)
             recipe = classify(recipe, clip, study, context) if is_first else recipe
         azimuth = 360 * len(animations) / len(clips)
         animations[name] = animate(recipe, clip, study, azimuth, context)

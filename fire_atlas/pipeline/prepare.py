@@ -3,6 +3,7 @@
 from fire_atlas.core.clip import Clip
 from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
+from fire_atlas.pipeline.classify import has_undecided_flakes
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.effect import MotionBlur
 from fire_atlas.recipe.models import Recipe
@@ -15,12 +16,13 @@ def prepare(
 ) -> tuple[Clip, FlameStudy]:
     """Return ``clip`` as it is played, and its study.
 
-    ``is_classified``: whether the study needs samples of the flame, by which it is classified.
+    ``is_classified``: whether this clip decides the class of the fire.
     """
     clip = _arranged(clip, recipe, context)
     direction = lift_direction(recipe.buoyancy)
     # The direction in which the flame moves is measured only if flakes or blur follow it.
-    is_sampled = has_effect(recipe) and (direction is None or is_classified)
+    is_open = is_classified and has_undecided_flakes(recipe)
+    is_sampled = has_effect(recipe) and (direction is None or is_open)
     workers = context.workers
     return clip, study_flame(clip, recipe.features, direction, workers, is_sampled=is_sampled)
 
