@@ -96,7 +96,8 @@ TABLE = {
     },
     # The class of the fire, which the statistics state.
     "pack": {
-        *MAPS, "name", "flakes.fire_class", "atlas.alpha", "atlas.blend_space", "atlas.border", "atlas.compression",
+        *MAPS, "name", "flakes.fire_class",
+        "atlas.alpha", "atlas.blend_space", "atlas.border", "atlas.compression",
         "atlas.dedupe", "atlas.extrude", "atlas.format", "atlas.layout", "atlas.max_size",
         "atlas.multiple_of", "atlas.padding", "atlas.pivot", "atlas.pot", "atlas.rotate",
         "atlas.scales", "atlas.square", "atlas.trim",
