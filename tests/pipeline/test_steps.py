@@ -60,6 +60,7 @@ TABLE = {
     },
     "study_flame": {
         "features.sigma", "features.epsilon", "features.n", "features.kappa_over", "buoyancy.lift",
+        # The class of the view before, which the statistics state.
         "motion_blur.flame", "flakes.fire_class", *DECIDED,
     },
     # What the automatic rate depends on, too.
@@ -93,6 +94,7 @@ TABLE = {
         *ENCODING, *MAPS, "source", "tracks", "flakes", "motion_blur", "name", "timeline.loop",
         "timeline.overlap", "timeline.tail",
     },
+    # The class of the fire, which the statistics state.
     "pack": {
         *MAPS, "name", "flakes.fire_class",
         "atlas.alpha", "atlas.blend_space", "atlas.border", "atlas.compression",

@@ -96,6 +96,7 @@ def study_flame(
     features: Features,
     buoyancy: tuple[float, float] | None,
     workers: Workers,
+    *,
     is_sampled: bool = True,
 ) -> FlameStudy:
     """Measure a few frames of a clip and return the values that hold for all of it.
