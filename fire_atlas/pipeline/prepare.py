@@ -22,7 +22,8 @@ def prepare(
     # How the flame moves and looks is measured only if anything depends on it.
     is_open = is_first and has_undecided_flakes(recipe)
     is_sampled = recipe.has_effect and (direction is None or is_open)
-    return clip, study_flame(clip, recipe.features, direction, context.workers, is_sampled)
+    study = study_flame(clip, recipe.features, direction, context.workers, is_sampled=is_sampled)
+    return clip, study
 
 
 def _arranged(clip: Clip, recipe: Recipe, context: BuildContext) -> Clip:

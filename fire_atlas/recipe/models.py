@@ -100,6 +100,14 @@ class Recipe(Settings):
                 "fire learnt from a clip is seen as its clip was filmed; remove it, or make 3D "
                 "fire with source.kind: silk",
             )
+        if isinstance(self.source, ProfileSource):
+            for key in self.source.keys_of_learning():
+                yield Problem(
+                    ("source", key),
+                    "says how to learn from a clip, but source.path is a profile that was learnt "
+                    "already; remove it, or learn again with it: fire-atlas learn CLIP "
+                    f"--set {key}=...",
+                )
         if isinstance(self.source, ProfileSource | SilkSource):
             yield from _clip_only_keys(self.timeline)
 
