@@ -102,18 +102,23 @@ def curl_differences(stream: Plane) -> tuple[Plane, Plane]:
 
 
 class BlurredCurlNoise:
-    """Curl noise from blurred white noise, which changes smoothly with time."""
+    """Curl noise from blurred white noise, which changes smoothly and periodically with time."""
 
-    def __init__(self, chance: np.random.Generator, shape: tuple[int, int], sigma: float) -> None:
-        """Draw noise of ``shape`` (h, w); ``at`` blurs it by a Gaussian of ``sigma`` px."""
-        self._noise = chance.normal(0, 1, (4, *shape)).astype(np.float32)
-        self._frequency = chance.uniform(0.10, 0.35, 2)
+    def __init__(
+        self, chance: np.random.Generator, shape: tuple[int, int], sigma: float, period: int
+    ) -> None:
+        """Draw noise of ``shape`` (h, w) that repeats after ``period``; ``at`` blurs it by a
+        Gaussian of ``sigma`` px."""
+        self._noise = chance.normal(0, 1, (6, *shape)).astype(np.float32)
+        fast = np.maximum(np.rint(chance.uniform(0.10, 0.35, 2) * period), 1)
+        # One wave as long as the period, so that nothing repeats before it ends.
+        self._frequency = np.array([1, *fast]) / period
         self._sigma = sigma
 
     def at(self, time: float) -> NDArray[np.float32]:
         """Return the velocity (h, w, 2), x right and y down, scaled to an rms length of 1."""
-        a, b = (2 * np.pi * frequency * time for frequency in self._frequency)
-        weights = np.cos(a), np.sin(a), np.cos(b), np.sin(b)
+        angles = 2 * np.pi * self._frequency * time
+        weights = [*np.cos(angles), *np.sin(angles)]
         stream = sum(np.float32(w) * noise for w, noise in zip(weights, self._noise, strict=True))
         stream = cv2.GaussianBlur(np.asarray(stream, np.float32), (0, 0), self._sigma)
         velocity = np.dstack(

@@ -10,11 +10,11 @@ from fire_atlas.effect.flakes.tracks import Tracks, first_frames, visible_count
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
 from fire_atlas.pipeline.channels import measure_motion
-from fire_atlas.pipeline.classify import classify, has_undecided_flakes
+from fire_atlas.pipeline.classify import classify
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip
-from fire_atlas.pipeline.prepare import has_effect, prepare
+from fire_atlas.pipeline.prepare import prepare
 from fire_atlas.pipeline.render import render, thumbnails_of_skipped_frames
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
 from fire_atlas.recipe.models import Recipe
@@ -30,8 +30,7 @@ def animate_views(recipe: Recipe, clips: Mapping[str, Clip], context: BuildConte
     for name, clip in clips.items():
         is_first = not animations
         with context.timer.measure("study"):
-            is_classified = is_first and has_undecided_flakes(recipe)
-            clip, study = prepare(recipe, clip, is_classified, context)
+            clip, study = prepare(recipe, clip, is_first, context)
             recipe = classify(recipe, clip, study, context) if is_first else recipe
         azimuth = 360 * len(animations) / len(clips)
         animations[name] = animate(recipe, clip, study, azimuth, context)
@@ -56,7 +55,7 @@ def animate(
     timer = context.timer
     analysis = tracks = None
     with timer.measure("analyse"):
-        if has_effect(recipe):
+        if recipe.has_effect:
             analysis = analyse(clip, study, AnalysisSettings.of(recipe, azimuth), context)
     with timer.measure("fly"):
         if analysis is not None and recipe.flakes != "none":
@@ -77,7 +76,7 @@ def animate(
         tracks=tracks,
         bakes_flakes=settings.bakes_flakes,
         pixel_art=settings.pixel_art,
-        statistics=_statistics(clip, tracks),
+        statistics=_statistics(recipe, clip, tracks),
     )
 
 
@@ -103,13 +102,15 @@ def _without_dark_end(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:
     return clip, first_frames(tracks, clip.count)
 
 
-def _statistics(clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
+def _statistics(recipe: Recipe, clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
     statistics: dict[str, Any] = {
         "frames": clip.count,
         "frame_size": [clip.width, clip.height],
         "fps": round(clip.fps, 4),
         "matte": clip.matte,
     }
+    if clip.hue_error is not None:
+        statistics["blended"] = {"hue_error": round(clip.hue_error, 2)}
     if tracks is not None:
         alive = [len(rows) for rows in tracks.frames]
         statistics["flakes"] = {
@@ -118,4 +119,7 @@ def _statistics(clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
             "alive_most": max(alive),
             "rounds": tracks.rounds,
         }
+        flakes = recipe.flakes
+        if flakes != "none" and flakes.fire_class != "auto":
+            statistics["flakes"]["class"] = flakes.fire_class
     return statistics

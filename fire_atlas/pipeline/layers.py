@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from fire_atlas.atlas.encode import BlendSpace, encode_frame, is_page_ready
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import Picture, as_light
-from fire_atlas.core.pixels import LIGHT_STEPS, as_steps
+from fire_atlas.core.pixels import LIGHT_STEPS, as_steps, expose
 from fire_atlas.effect.composition.blur import blur_along
-from fire_atlas.effect.composition.composite import compose, expose
+from fire_atlas.effect.composition.composite import compose
 from fire_atlas.effect.flakes.drawing import add_glow, draw_frame
 from fire_atlas.effect.flakes.layer import FlakeLight
 from fire_atlas.effect.flakes.tracks import Tracks

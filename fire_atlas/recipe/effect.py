@@ -221,7 +221,7 @@ class Flakes(Settings):
 class MotionBlur(Settings):
     """Blur along the buoyancy field (eq. 14-17)."""
 
-    shutter: float = Field(default=0.65, ge=0, le=4)
+    shutter: float = Field(default=0.7, ge=0, le=4)
     """Time for which the shutter is open, frames."""
     samples: int = Field(default=9, ge=1, le=65)
     """Samples along the path of a flame pixel. Flakes are drawn as exact streaks."""

@@ -119,8 +119,9 @@ class Texture(Settings):
     synthesis: Literal["none", "motion"] = "none"
     """``none``: images of the clip itself. ``motion``: new images, synthesised from the most
     probable motion between two ``seeds`` (Appendix B)."""
-    images: int = Field(default=8, ge=4, le=96)
-    """[N] Number of images in the texture loop of a sheet. Paper: 8."""
+    images: int | None = Field(default=None, ge=4, le=96)
+    """[N] Number of images in the texture loop of a sheet. Default: 8, as in the paper; with
+    ``synthesis: motion`` as many as a sheet shows in all frames."""
     seeds: Annotated[
         tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] | None, LIST
     ] = None

@@ -90,6 +90,10 @@ class FramesSource(ClipInput):
     """Filter for resizing: ``smooth``, or ``nearest`` for pixel art."""
 
 
+PROFILE_SUFFIX = ".json"
+"""File extension of profiles; clips never have it."""
+
+
 class ProfileSource(ClipInput):
     """New fire, generated from what is learnt from a short clip."""
 
@@ -119,6 +123,14 @@ class ProfileSource(ClipInput):
     height: int | None = Field(default=None, ge=16, le=4096)
     """Height of the frames, px. Default: the fire is as large as in the clip; a video taller than
     512 px counts as one of 512 px."""
+
+    def keys_of_learning(self) -> list[str]:
+        """Return the keys given that say how to learn from a clip, if ``path`` is no clip but a
+        profile, which has been learnt already."""
+        learning = {*ClipInput.model_fields, "threshold", "cells"} - {"path"}
+        if not self.path.endswith(PROFILE_SUFFIX):
+            return []
+        return sorted(learning & self.model_fields_set)
 
 
 Source = Annotated[

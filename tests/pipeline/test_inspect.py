@@ -50,6 +50,11 @@ def test_without_tracks_inspect_says_what_they_are_for(repo: Repo) -> None:
     assert "in all" in said and "tracks: [json]" in said
 
 
+def test_the_class_of_the_fire_is_said(repo: Repo) -> None:
+    said = inspected(repo, flakes={"class": "wall"})
+    assert "at a time; class: wall" in said
+
+
 def test_without_flakes_nothing_is_said_of_them(repo: Repo) -> None:
     assert "flakes" not in inspected(repo, flakes="none", motion_blur="none")
 

@@ -42,7 +42,7 @@ DEFAULTS: dict[FireClass, FlakeDefaults] = {
     "explosion": FlakeDefaults(rate=1.0, sparks=0.6),
     "flat": FlakeDefaults(rate=0.15, size=(0.014, 0.03), sparks=0.0, colours="flat", hard=True),
     "pixel": FlakeDefaults(
-        rate=0.4, size=(0.014, 0.03), sparks=0.0, colours="flat", hard=True, pixel=True
+        rate=0.12, size=(0.014, 0.03), sparks=0.0, colours="flat", hard=True, pixel=True
     ),
     "grey": FlakeDefaults(rate=0.5, colours="grey"),
     "art": FlakeDefaults(rate=0.6, colours="own"),

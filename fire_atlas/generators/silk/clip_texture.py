@@ -37,6 +37,9 @@ _FILL_WIDTH, _FILL_HEIGHT = 0.84, 0.9
 _MAX_DISPLACEMENT = 0.05
 """Maximum displacement from one image to the next, image heights."""
 
+_SETTLING = 20
+"""Number of synthesised images after which those that drive them are no longer seen."""
+
 _OVERLAP = 3
 """Maximum number of images over which a loop's end is blended into its beginning."""
 
@@ -88,9 +91,10 @@ def synthesise_from_clip(
         )
     key = _FireKey(clip, name)
     one, other = (key.upright_image(i, shape) for i in seeds)
-    extra = min(_OVERLAP, count // 3)
-    images = synthesise_images(SeedImages(one, other, _search_radius(shape)), seed, energy)
-    return _close_loop(list(islice(images, 4, 4 + count + extra)), count)
+    images = synthesise_images(SeedImages(one, other, _search_radius(shape)), seed, count, energy)
+    # They repeat once they no longer show the first seeds.
+    settled = count * -(-_SETTLING // count)
+    return _loop_of(list(islice(images, settled, settled + count)))
 
 
 class _FireKey:
@@ -220,9 +224,15 @@ def _close_loop(images: list[Image], count: int) -> TextureLoop:
     for i in range(extra):
         share = np.float32((i + 1) / (extra + 1))
         loop[i] = images[i] * share + images[count + i] * (1 - share)
-    radius = _search_radius(loop[0].shape[:2])
+    return _loop_of(loop)
+
+
+def _loop_of(images: list[Image]) -> TextureLoop:
+    """Return images that close as a loop, with the motion from each to the next."""
+    radius = _search_radius(images[0].shape[:2])
+    following = [*images[1:], images[0]]
     motion = [
-        smooth_motion(most_probable_motion(loop[n], loop[(n + 1) % count], radius))
-        for n in range(count)
+        smooth_motion(most_probable_motion(image, after, radius))
+        for image, after in zip(images, following, strict=True)
     ]
-    return TextureLoop(np.stack(loop), as_plane(np.stack(motion)))
+    return TextureLoop(np.stack(images), as_plane(np.stack(motion)))

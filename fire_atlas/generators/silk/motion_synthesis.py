@@ -38,7 +38,7 @@ _EDDIES = 0.3
 _FUEL_TOP, _FUEL_BASE = 0.3, 0.55
 """Fraction of an image that is replaced by the seeds', at the top and at the base."""
 
-_MAX_SHARPENING = 1.8
+_MAX_SHARPENING = 1.3
 """Maximum factor by which detail is amplified per image."""
 
 
@@ -82,12 +82,18 @@ class SeedImages:
     radius: int
 
 
-def synthesise_images(seeds: SeedImages, seed: int, energy: float = 1.0) -> Iterator[Image]:
+def synthesise_images(
+    seeds: SeedImages, seed: int, period: int, energy: float = 1.0
+) -> Iterator[Image]:
     """Yield an endless sequence of images that follow the two seeds.
+
+    What drives them repeats after ``period`` images and each image replaces a part of the one
+    before, so the images come to repeat as well.
 
     Args:
         seeds: The two images.
         seed: Seed of the recipe, for the eddies.
+        period: Number of images after which they repeat.
         energy: v_rms² of the sheets, relative to that at which images move as fast as the seeds;
             the motion is proportional to its square root.
     """
@@ -101,7 +107,7 @@ def synthesise_images(seeds: SeedImages, seed: int, energy: float = 1.0) -> Iter
     up = np.linspace(1, 0, height, dtype=np.float32)[:, None, None]
     fuel = np.float32(_FUEL_TOP) + np.float32(_FUEL_BASE - _FUEL_TOP) * (1 - up) ** 2
     chance = generator(seed, RandomStream.EXCITEMENT)
-    eddies = BlurredCurlNoise(chance, (height, width), max(height / 14, 1.5))
+    eddies = BlurredCurlNoise(chance, (height, width), max(height / 14, 1.5), period)
     before, now, correction = one, other, 1.0
     n = 0
     while True:
@@ -110,7 +116,9 @@ def synthesise_images(seeds: SeedImages, seed: int, energy: float = 1.0) -> Iter
         motion = motion * np.float32(strength / max(_rms(motion, light), 1e-6))
         motion = motion + eddies.at(n) * np.float32(_EDDIES * strength)
         moved = _displace(now, motion * np.float32(gain * correction))
-        source = _displace(one if n % 2 else other, eddies.at(n + 0.5) * np.float32(strength))
+        source = _displace(
+            one if n % period % 2 else other, eddies.at(n + 0.5) * np.float32(strength)
+        )
         new = _sharpen(moved + fuel * (source - moved), detail)
         # Steps that get too small lead to freezing, so the next one is made larger.
         step = _distance(now, new) / max(seed_step, 1e-6)
@@ -136,7 +144,8 @@ def _distance(one: Image, other: Image) -> float:
 
 
 def _detail(image: Image) -> float:
-    """Return the mean squared gradient."""
+    """Return the mean squared gradient, without that of noise in single pixels."""
+    image = as_plane(cv2.GaussianBlur(image, (0, 0), 1.0))
     return float(np.mean(np.diff(image, axis=0) ** 2) + np.mean(np.diff(image, axis=1) ** 2))
 
 

@@ -1,5 +1,6 @@
 """Textures of the sheets, the simulated cloths a silk flame is drawn on: loop, start and speed."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
@@ -22,6 +23,9 @@ from fire_atlas.recipe.silk import SilkSource, Texture
 
 _MAX_LOOPS = 6
 """Maximum number of loops of a fuel; further sheets share them, from another image on."""
+
+_PAPER_IMAGES = 8
+"""Number of images of a loop that is cut from a clip (section 4)."""
 
 _IMAGES = 4, 96
 """Minimum and maximum number of images of a synthesised loop."""
@@ -193,12 +197,13 @@ def _from_clip(
     recording: Recording,
 ) -> TextureLoop:
     if texture.synthesis == "none":
-        return cut_texture(clip, texture.images, shape, texture.path)
+        return cut_texture(clip, texture.images or _PAPER_IMAGES, shape, texture.path)
+    images = texture.images or _loop_length(float(_played(scene, recording).mean()))
     middle = max(clip.count // 2 - 1, 0)
     seeds = texture.seeds or (middle, min(middle + 1, clip.count - 1))
     reference = scene.of_fuels(lambda fuel: fuel.reference_speed)
     energy = float(np.clip(((recording.v_rms / reference) ** 2).mean(), 0.25, 4))
-    return synthesise_from_clip(clip, seeds, texture.images, shape, texture.path, seed, energy)
+    return synthesise_from_clip(clip, seeds, images, shape, texture.path, seed, energy)
 
 
 def _procedural(
@@ -210,10 +215,7 @@ def _procedural(
     one, so that all can play theirs a whole number of times without a change of their speeds.
     """
     shape, aspect = _image_shape(source, scene)
-    # In a loop the last entry repeats the first.
-    frames = len(recording.rate) - 1 if settings.loop else len(recording.rate)
-    played = recording.rate[:frames].sum(axis=0) / scene.fps
-    least, most = _IMAGES
+    played = _played(scene, recording)
     loops: list[TextureLoop] = []
     texture_index = np.empty(scene.model.sheets, np.intp)
     for fuel in dict.fromkeys(scene.fuels):
@@ -221,13 +223,26 @@ def _procedural(
         sheets = np.flatnonzero([each == fuel for each in scene.fuels])
         slow_to_fast = sheets[np.argsort(played[sheets], kind="stable")]
         for group in np.array_split(slow_to_fast, min(len(sheets), _MAX_LOOPS)):
-            number = float(played[group].mean())
-            images = max(round(number / np.ceil(number / most)), least)
+            images = _loop_length(float(played[group].mean()))
             texture_index[group] = len(loops)
             loops.append(
                 synthesise_texture(burner, images, shape, aspect, settings.seed, len(loops))
             )
     return loops, texture_index
+
+
+def _played(scene: SilkScene, recording: Recording) -> NDArray[np.float64]:
+    """Return how many images every sheet plays in all frames, (sheets,)."""
+    # In a loop the last entry repeats the first.
+    frames = len(recording.rate) - 1 if recording.loops else len(recording.rate)
+    return np.asarray(recording.rate[:frames].sum(axis=0) / scene.fps)
+
+
+def _loop_length(played: float) -> int:
+    """Return the length of a loop of which ``played`` images are played: once, if it is not too
+    long for that."""
+    least, most = _IMAGES
+    return max(round(played / math.ceil(played / most)), least)
 
 
 def _image_shape(source: SilkSource, scene: SilkScene) -> tuple[tuple[int, int], float]:

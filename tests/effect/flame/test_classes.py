@@ -74,7 +74,7 @@ def classified(clip: Clip, keys: dict[str, Any] | None = None) -> tuple[Recipe, 
     """Return the recipe of ``keys`` as the class of a clip fills it in, and the notes."""
     recipe, progress = recipe_of(keys or {}), _Notes()
     with Workers(1) as workers:
-        study = study_flame(clip, recipe.features, None, workers, is_sampled=True)
+        study = study_flame(clip, recipe.features, None, workers)
         return classify(recipe, clip, study, context_of(workers, progress)), progress.notes
 
 

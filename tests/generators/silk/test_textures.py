@@ -122,7 +122,7 @@ def test_two_hundred_synthesised_images_neither_freeze_nor_blur_away() -> None:
     seeds = SeedImages(images[7], images[8], 7)
     usual = step(seeds.one, seeds.other)
     sharp = (detail(seeds.one) + detail(seeds.other)) / 2
-    made = [seeds.other, *islice(synthesise_images(seeds, seed=1), 200)]
+    made = [seeds.other, *islice(synthesise_images(seeds, seed=1, period=200), 200)]
     steps = np.array([step(a, b) for a, b in pairwise(made)]) / usual
     assert steps.min() >= 0.5
     assert min(detail(image) for image in made) >= 0.7 * sharp
@@ -134,7 +134,7 @@ def test_more_energy_moves_synthesised_fire_further() -> None:
     seeds = SeedImages(images[7], images[8], 7)
 
     def pace(energy: float) -> float:
-        made = list(islice(synthesise_images(seeds, 1, energy), 16))
+        made = list(islice(synthesise_images(seeds, 1, 16, energy), 16))
         return float(np.mean([step(a, b) for a, b in pairwise(made)]))
 
     assert pace(0.25) < pace(1.0) < pace(4.0)
@@ -163,6 +163,21 @@ def test_seeds_from_a_clip_give_as_many_images_as_are_asked_for(clips: Path) -> 
     assert sequence.images.shape == (12, 80, 40, 3)
     steps = [step(sequence.images[n], sequence.images[(n + 1) % 12]) for n in range(12)]
     assert min(steps) > 0.01 and steps[-1] < 2 * np.median(steps)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "seeds"), [("sim_unity_flame02", (20, 21)), ("real_firewall_stock", (10, 11))]
+)
+def test_a_synthesised_loop_has_as_many_distinct_images_as_it_is_long(
+    clips: Path, name: str, seeds: tuple[int, int]
+) -> None:
+    images = synthesise_from_clip(real_clip(clips, name), seeds, 48, (96, 48), name, 1, 1.0).images
+    usual = np.median([step(images[n], images[(n + 1) % 48]) for n in range(48)])
+    pairs = [step(images[a], images[b]) for a in range(48) for b in range(a)]
+    assert min(pairs) >= 0.5 * usual, "no two are alike"
+    assert step(images[-1], images[0]) < 1.3 * usual, "it closes"
+    assert images[-1].std() == pytest.approx(images[0].std(), rel=0.1), "it does not fade"
 
 
 def still_clip(value: tuple[float, float, float], count: int = 20, matte: str = "none") -> Clip:

@@ -20,6 +20,9 @@ the place, which a table of a few cells does not hold."""
 _LEAST = 1e-3
 """Smallest linear colour or coverage that is divided by."""
 
+_REACHED = 0.03
+"""Coverage above which a cell has a colour of its own."""
+
 _Array = NDArray[np.float32]
 
 
@@ -28,24 +31,43 @@ class ColourField:
     """The colours of a table as a field over the box of a flame.
 
     Attributes:
-        cells: (n, n, 4) float32: linear colour times weight, and weight. A cell weighs as much as
-            it is covered, so that cells outside the flame do not darken those at its edge.
+        cells: (n, n, 3) float32: linear colours at the middles of the cells, between which the
+            field is bilinear.
     """
 
     cells: _Array
 
     @classmethod
     def of(cls, table: ColourTable, weight: _Array) -> "ColourField":
-        """Return the field of a table; ``weight`` is the (n, n) coverage as learnt."""
-        share = weight + np.float32(_LEAST)
-        colours = decode_bytes(table.colours) * share[..., None]
-        return cls(np.dstack([colours, share]).astype(np.float32))
+        """Return the field whose mean over each cell is the cell's colour.
+
+        ``weight`` is the (n, n) coverage as learnt. Cells that the flame hardly ever reaches take
+        the colours of cells nearby, or they would darken its edge.
+        """
+        size = len(table.colours)
+        colours = decode_bytes(table.colours).reshape(size * size, 3)
+        place = np.stack(np.divmod(np.arange(size * size), size), axis=1)
+        apart = np.square(place[:, None] - place[None]).sum(axis=2) / (size / 5) ** 2
+        near = np.exp(-apart / 2) * (weight.ravel() + _LEAST)
+        filled = near @ colours / near.sum(axis=1, keepdims=True)
+        needed = np.where(weight.reshape(-1, 1) > _REACHED, colours, filled)
+        # The mean of a bilinear field over a cell mixes in its neighbours. That is undone.
+        mixing = np.linalg.inv(_mixing(size))
+        means = needed.reshape(size, size, 3)
+        cells = np.einsum("ij,jkc,lk->ilc", mixing, means, mixing)
+        return cls(np.clip(cells, means / 3, np.minimum(2 * means, 1)).astype(np.float32))
 
     def at(self, across: NDArray[np.floating], down: NDArray[np.floating]) -> _Array:
         """Return linear colours (..., 3) at places in the box, from (0, 0), its top-left corner, to
         (1, 1)."""
-        found = sample_cells(self.cells, across, down)
-        return found[..., :3] / found[..., 3:]
+        return sample_cells(self.cells, across, down)
+
+
+def _mixing(size: int) -> NDArray[np.float64]:
+    """Return how much of each of ``size`` cells is in the mean of the bilinear field over each."""
+    mixing = np.eye(size) * 0.75 + (np.eye(size, k=1) + np.eye(size, k=-1)) * 0.125
+    mixing[0, 0] = mixing[-1, -1] = 0.875
+    return mixing
 
 
 def sample_cells(cells: _Array, across: NDArray[np.floating], down: NDArray[np.floating]) -> _Array:

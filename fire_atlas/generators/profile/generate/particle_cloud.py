@@ -29,14 +29,17 @@ _SMALLEST = 0.7
 _DENSITY = 5.0
 """Optical density of a flame filled evenly with its particles."""
 
-_INSET = 1.4
+_INSET = 0.5
 """Distance of the outermost paths from the outline, standard deviations of a billboard."""
 
-_END = 1.1
+_END = 1.03
 """Height at which particles die, in heights of the top: above the top they slow down and fade."""
 
-_BEGIN, _FADING = 0.04, 0.85
+_BEGIN, _FADING = 0.03, 0.85
 """Share of the way to the top at which particles have faded in, and at which they begin to fade."""
+
+_WIDER = 1.2
+"""Distance from the middle of the colour table, relative to that of the particle in the flame."""
 
 _SHARP = 1.5
 """Standard deviation of a billboard that needs all pixels, px."""
@@ -125,7 +128,8 @@ class ParticleCloud:
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the linear colour (n, 3) of each particle, that of its cell, and its coverage."""
         low, high = places.min(axis=0), places.max(axis=0)
-        across, up = ((places - low) / np.maximum(high - low, 1e-6)).T
+        # Billboards that overlap shift colours inwards. That is undone.
+        across, up = ((places - low) / np.maximum(high - low, 1e-6) * _WIDER - (_WIDER - 1) / 2).T
         x, y = across[None], 1 - up[None]
         cover = np.sqrt(sample_cells(self.colours.coverage, x, y)[0])
         return self.colours.current.at(x, y)[0], np.clip(cover, 0, 1)

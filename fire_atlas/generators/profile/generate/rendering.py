@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 from scipy.special import ndtr
 
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
+from fire_atlas.effect.field.wind import peak_level
 from fire_atlas.generators.camera import Camera
 from fire_atlas.generators.profile.generate.blend_masks import MASK_CELL, BlendMask, blend_masks
 from fire_atlas.generators.profile.generate.colouring import TableColours
@@ -21,6 +22,7 @@ from fire_atlas.generators.profile.generate.particle_cloud import ParticleCloud,
 from fire_atlas.generators.profile.generate.particles import half_width
 from fire_atlas.generators.profile.generate.shading import ShadeTable, shade_table, taper_of
 from fire_atlas.generators.profile.generate.skeleton import Displacement, lean_curve, skeletons
+from fire_atlas.generators.profile.generate.wind import LEAN_PER_LEVEL
 from fire_atlas.generators.profile.model import FLOW_CELL, SCORE_UNIT, interpolated
 from fire_atlas.vision.warp import sample_at
 
@@ -264,7 +266,7 @@ def _front_camera(fire: GeneratedFire, elevation: float, height: int | None) -> 
     sway = max(float(np.abs(side.pose.offset).max()) for side in profile.sides)
     sway *= max(float(plane.sway_gain.max()) for plane in fire.planes)
     widest = max(float(side.pose.width_ratio.max()) for side in profile.sides)
-    lean = math.radians(max(float(np.abs(plane.playback.bend).max()) for plane in fire.planes))
+    lean = math.radians(_largest_lean(fire))
     top = grid.rows_above / grid.cells_per_height
     aside = grid.half_columns / grid.cells_per_half * half * widest + sway
     aside += math.sin(lean) * float(lean_curve(np.array(top)))
@@ -280,6 +282,16 @@ def _front_camera(fire: GeneratedFire, elevation: float, height: int | None) -> 
     rows = height or math.ceil(above * scale) + _MARGIN + ground
     columns = 2 * (math.ceil(aside * scale) + _MARGIN)
     return Camera(0.0, tilt, columns, rows, (columns / 2, float(rows - ground)), scale)
+
+
+def _largest_lean(fire: GeneratedFire) -> float:
+    """Return how far a fire may lean beyond the sway of its clip, degrees. In wind that depends on
+    the wind alone: other frames in a leaning set give frames of the same size."""
+    peak = peak_level(fire.settings.wind)
+    if peak == 0:
+        return max(float(np.abs(plane.playback.bend).max()) for plane in fire.planes)
+    medians = [abs(side.statistics.lean.median) for side in fire.profile.sides]
+    return LEAN_PER_LEVEL * peak + max(medians)
 
 
 def _enlarged(weight: Plane, shape: tuple[int, int]) -> Plane:

@@ -84,7 +84,9 @@ class Skeleton:
         born = self.emitting_curve()(x)
         axis = (self.top[0] - self.bottom[0]) * lean_curve(share)
         places = self.bottom[0] + axis + (x - self.bottom[0]) * taper_curve(share, taper)
-        return np.stack([places, born + (self.top[1] - born) * share], axis=1)
+        # The bends of the lower outline are soon lost on the way up.
+        bent = (born - self.bottom[1]) * (1 - np.minimum(share, 1.0)) ** 3
+        return np.stack([places, self.bottom[1] + self.height * share + bent], axis=1)
 
 
 def taper_curve(
