@@ -4,7 +4,7 @@ engine would, and compare the error with that of plain blending.
 The result goes into the manifest; its figures are written and read here.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,7 @@ from fire_atlas.channels.encoding import MotionEncoding
 from fire_atlas.channels.flow import Vectors
 from fire_atlas.channels.held_out import HeldOutFrame, reliability, squared_error
 from fire_atlas.core.pixels import Bytes, Plane, as_plane
+from fire_atlas.core.statistics import by_animation
 from fire_atlas.vision.warp import pixel_centres, sample_at
 
 SIGNS = (1, 1), (1, -1), (-1, 1), (-1, -1)
@@ -140,19 +141,11 @@ def read_reports(statistics: dict[str, Any]) -> dict[str, ValidationReport | Non
     Raises:
         ValueError: The figures are not in the form that ``motion_statistics`` writes.
     """
-    return dict(_reports("", statistics))
-
-
-def _reports(name: str, statistics: Any) -> Iterator[tuple[str, ValidationReport | None]]:
-    if not isinstance(statistics, dict):
-        raise ValueError(f"{statistics!r} are no statistics")
-    if "motion" in statistics:
-        yield name, _report(statistics["motion"])
-    for several in ("animations", "members", "motions"):
-        inner = statistics.get(several)
-        if isinstance(inner, dict):
-            for key, figures in inner.items():
-                yield from _reports(f"{name}/{key}" if name else key, figures)
+    return {
+        name: _report(figures["motion"])
+        for name, figures in by_animation(statistics)
+        if "motion" in figures
+    }
 
 
 def _report(figures: Any) -> ValidationReport | None:

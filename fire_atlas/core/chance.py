@@ -25,9 +25,9 @@ class RandomStream(IntEnum):
     THINNING = 14
     TRICKLE = 15
     REPLACED_BY_BURSTS = 16
-    LEANING_SETS = 21
     FLICKER = 17
     LIGHT = 18
+    LEANING_SETS = 21
 
 
 def generator(seed: int, stream: RandomStream, index: int = 0) -> np.random.Generator:

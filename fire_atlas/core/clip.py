@@ -60,6 +60,8 @@ class Clip:
         matte: Where the coverage comes from: ``alpha``, ``luminance`` or ``none``.
         matte_reason: Why that matte was chosen, for the user.
         notes: What else was decided about the frames of its files, and why, for the user.
+        hue_error: Of frames that are mixed in cross-fades, how far their hues lie outside of the
+            clip's own, ΔE (``Palette.hue_error`` of the worst); None if there are none.
         flow: ``flow(i)`` returns the velocity of each pixel of frame i, (height, width, 2) float32,
             x and y in px/s. Set for generated clips; None means that it has to be estimated.
         skipped: If the source has more frames than the clip: by the number of a frame, a source
@@ -79,6 +81,7 @@ class Clip:
     loop: bool = False
     backwards: frozenset[int] = frozenset()
     tail: int = 0
+    hue_error: float | None = None
     flow: Callable[[int], NDArray[np.float32]] | None = None
     skipped: Mapping[int, Skipped] = field(default_factory=dict)
 

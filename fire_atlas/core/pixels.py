@@ -27,6 +27,9 @@ REC709 = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 _STEPS = 65535
 
+LIGHT_STEPS = _STEPS + 1
+"""Number of steps to which light from 0 to 1 is rounded, to look it up in tables."""
+
 
 def as_plane(array: NDArray[Any]) -> NDArray[np.float32]:
     """Return ``array`` as float32, without a copy if it is float32 already.
@@ -84,8 +87,10 @@ def decode_bytes(image: Bytes) -> NDArray[np.float32]:
     return cast(NDArray[np.float32], cv2.LUT(image, _linear_of_byte()))
 
 
-def _steps(light: NDArray[np.float32]) -> NDArray[np.uint16]:
-    """Return light as 16-bit steps, rounded and clipped; any shape."""
+def as_steps(light: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """Return light as ``LIGHT_STEPS`` steps, rounded and clipped; any shape."""
+    if not light.size:  # OpenCV refuses empty pictures
+        return np.empty(light.shape, np.uint16)
     flat = np.ascontiguousarray(light).reshape(light.shape[0], -1)
     # addWeighted saturates at 65535, but values beyond 32-bit integers would wrap around.
     flat = np.minimum(flat, np.float32(1))
@@ -96,7 +101,7 @@ def _steps(light: NDArray[np.float32]) -> NDArray[np.uint16]:
 def _look_up(table: NDArray[Number], light: NDArray[np.float32]) -> NDArray[Number]:
     if not light.size:  # OpenCV refuses empty pictures
         return np.empty(light.shape, table.dtype)
-    steps = _steps(light)
+    steps = as_steps(light)
     flat = steps.reshape(steps.shape[0], -1)
     return cast(NDArray[Number], cv2.LUT(flat, table).reshape(steps.shape))
 

@@ -6,22 +6,18 @@ from typing import Any
 import numpy as np
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flakes.tracks import Tracks, first_frames, visible_count
-from fire_atlas.effect.flame.direction import UP
-from fire_atlas.effect.flame.study import FlameStudy, study_flame
+from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
 from fire_atlas.pipeline.channels import measure_motion
-from fire_atlas.pipeline.classify import classify, has_undecided_flakes
+from fire_atlas.pipeline.classify import classify
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip
+from fire_atlas.pipeline.prepare import prepare
 from fire_atlas.pipeline.render import render, thumbnails_of_skipped_frames
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
-from fire_atlas.recipe.effect import MotionBlur
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.source import FramesSource
-from fire_atlas.timeline.arrange import arrange
 from fire_atlas.timeline.tail import shortened
 
 
@@ -32,27 +28,15 @@ def animate_views(recipe: Recipe, clips: Mapping[str, Clip], context: BuildConte
     """
     animations = dict[str, FinishedAnimation]()
     for name, clip in clips.items():
+        is_first = not animations
         with context.timer.measure("study"):
-            clip = _arranged(clip, recipe, context)
-            is_first = not animations
-            study = _studied(clip, recipe, is_first and has_undecided_flakes(recipe), context)
+            clip, study = prepare(recipe, clip, is_first, context)
             recipe = classify(recipe, clip, study, context) if is_first else recipe
         azimuth = 360 * len(animations) / len(clips)
         animations[name] = animate(recipe, clip, study, azimuth, context)
     statistics = {name: each.all_statistics() for name, each in animations.items()}
     figures = statistics.popitem()[1] if len(animations) == 1 else {"animations": statistics}
     return Contribution(recipe.name, animations, figures)
-
-
-def _studied(clip: Clip, recipe: Recipe, is_sampled: bool, context: BuildContext) -> FlameStudy:
-    """Study a clip; in which direction it moves only if flakes or blur follow it."""
-    return study_flame(
-        clip,
-        recipe.features,
-        lift_direction(recipe.buoyancy) if has_effect(recipe) else UP,
-        context.workers,
-        is_sampled=is_sampled,
-    )
 
 
 def animate(
@@ -71,7 +55,7 @@ def animate(
     timer = context.timer
     analysis = tracks = None
     with timer.measure("analyse"):
-        if has_effect(recipe):
+        if recipe.has_effect:
             analysis = analyse(clip, study, AnalysisSettings.of(recipe, azimuth), context)
     with timer.measure("fly"):
         if analysis is not None and recipe.flakes != "none":
@@ -92,29 +76,7 @@ def animate(
         tracks=tracks,
         bakes_flakes=settings.bakes_flakes,
         pixel_art=settings.pixel_art,
-        statistics=_statistics(clip, tracks),
-    )
-
-
-def has_effect(recipe: Recipe) -> bool:
-    """Return whether a recipe changes frames: it adds flakes, or blurs the flame."""
-    blurs_flame = isinstance(recipe.motion_blur, MotionBlur) and recipe.motion_blur.flame
-    return recipe.flakes != "none" or blurs_flame
-
-
-def _arranged(clip: Clip, recipe: Recipe, context: BuildContext) -> Clip:
-    """Return the clip as it is played: footage is cut, retimed and looped; generated fire stays as
-    it is."""
-    if not isinstance(recipe.source, FramesSource):
-        return clip
-    flakes = recipe.flakes
-    return arrange(
-        clip,
-        recipe.timeline,
-        longest_life=0.0 if flakes == "none" else flakes.life[1],
-        workers=context.workers,
-        progress=context.progress,
-        only_packs=flakes == "none" and recipe.motion_blur == "none",
+        statistics=_statistics(recipe, clip, tracks),
     )
 
 
@@ -140,13 +102,15 @@ def _without_dark_end(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:
     return clip, first_frames(tracks, clip.count)
 
 
-def _statistics(clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
+def _statistics(recipe: Recipe, clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
     statistics: dict[str, Any] = {
         "frames": clip.count,
         "frame_size": [clip.width, clip.height],
         "fps": round(clip.fps, 4),
         "matte": clip.matte,
     }
+    if clip.hue_error is not None:
+        statistics["blended"] = {"hue_error": round(clip.hue_error, 2)}
     if tracks is not None:
         alive = [len(rows) for rows in tracks.frames]
         statistics["flakes"] = {
@@ -155,4 +119,7 @@ def _statistics(clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
             "alive_most": max(alive),
             "rounds": tracks.rounds,
         }
+        flakes = recipe.flakes
+        if flakes != "none" and flakes.fire_class != "auto":
+            statistics["flakes"]["class"] = flakes.fire_class
     return statistics

@@ -18,8 +18,8 @@ def has_undecided_flakes(recipe: Recipe) -> bool:
     flakes = recipe.flakes
     if flakes == "none" or recipe.features.preset == "paper":
         return False
-    decided = (flakes.rate, flakes.sparks, flakes.colors, flakes.sprite, recipe.composite.palette)
-    return "auto" in decided
+    looks = flakes.size, flakes.colors, flakes.sprite, recipe.composite.palette
+    return "auto" in (flakes.rate, flakes.sparks, *looks)
 
 
 def classify(recipe: Recipe, clip: Clip, study: FlameStudy, context: BuildContext) -> Recipe:
@@ -41,6 +41,8 @@ def classify(recipe: Recipe, clip: Clip, study: FlameStudy, context: BuildContex
     found: dict[str, Any] = {"fire_class": fire_class}
     if flakes.sprite == "auto":
         found["sprite"] = "pixel" if defaults.pixel else "soft"
+    if flakes.size == "auto":
+        found["size"] = defaults.size
     if flakes.colors == "auto":
         found["colors"] = _colours(defaults, study)
     if flakes.bursts == flakes.sparks == "auto" and defaults.sparks is not None:

@@ -1,14 +1,16 @@
 """Draw and compose the layers of a frame: flame and flakes."""
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.atlas.encode import encode_frame, is_page_ready
+from fire_atlas.atlas.encode import BlendSpace, encode_frame, is_page_ready
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import Picture, as_light
+from fire_atlas.core.pixels import LIGHT_STEPS, as_steps, expose
 from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.composition.composite import compose
 from fire_atlas.effect.flakes.drawing import add_glow, draw_frame
@@ -153,14 +155,37 @@ def _with_flakes(
     lit = flakes.lit()
     if not lit.size:
         return flame
-    blend, space = settings.composite.blend, settings.atlas.blend_space
     is_ready = is_page_ready(flame, settings.atlas)
     whole = flame.copy() if is_ready else np.ascontiguousarray(as_light(flame))
     # Four channels as one value, of 32 bits (uint8) or 128 (float32), are copied much faster.
     values = whole.view(np.uint32 if is_ready else np.complex128).reshape(-1)
+    composite, space = settings.composite, settings.atlas.blend_space
+    if len(flakes.colours) == 1 and palette is None:
+        is_bare = whole[..., 3].reshape(-1).take(lit) == 0
+        bare, lit = lit[is_bare], lit[~is_bare]
+        shown = as_steps(expose(flakes.planes.reshape(-1).take(bare)))
+        colour = tuple(flakes.colours[0].tolist())
+        values[bare] = _alone(colour, composite.blend, space, is_ready).take(shown)
     behind = values.take(lit).view(whole.dtype).reshape(1, -1, 4)
     under = np.ascontiguousarray(as_light(behind)[0].T)
-    pixels = np.ascontiguousarray(compose(under, flakes.at(lit), blend, space, palette).T)[None]
-    finished: Picture = encode_frame(pixels, "straight", space) if is_ready else pixels
-    values[lit] = finished.view(values.dtype).reshape(-1)
+    pixels = compose(under, flakes.at(lit), composite.blend, space, palette)
+    values[lit] = _as_values(pixels, space, is_ready)
     return whole
+
+
+def _as_values(pixels: NDArray[np.float32], space: BlendSpace, is_ready: bool) -> Picture:
+    """Return pixels (4, n) as one value each, (n,), encoded if the page ``is_ready``."""
+    light = np.ascontiguousarray(pixels.T)
+    if is_ready:
+        return encode_frame(light[None], "straight", space).view(np.uint32).reshape(-1)
+    return light.view(np.complex128).reshape(-1)
+
+
+@cache
+def _alone(colour: tuple[float, ...], blend: str, space: BlendSpace, is_ready: bool) -> Picture:
+    """Return the value of a pixel that flakes of one colour light and nothing is behind, for every
+    step of their exposed light, (65536,)."""
+    shown = np.minimum(np.arange(LIGHT_STEPS) / (LIGHT_STEPS - 1), 1 - 1e-7)
+    light = np.multiply.outer(colour, shown / (1 - shown)).astype(np.float32)
+    nothing = np.zeros((4, LIGHT_STEPS), np.float32)
+    return _as_values(compose(nothing, light, blend, space), space, is_ready)

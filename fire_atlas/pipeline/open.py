@@ -9,7 +9,6 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.dependencies import inputs_of, recipe_files
 from fire_atlas.outputs.digest import HashedFile
 from fire_atlas.outputs.staging import Staging
-from fire_atlas.pipeline.animate import has_effect
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.source import FramesSource
@@ -26,7 +25,7 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Mapping[str, Clip
         packs images of several animations or sizes.
     """
     settings = SourceSettings.of(loaded, context.max_pixels)
-    sprites = None if has_effect(loaded.recipe) else open_sprites(settings)
+    sprites = None if loaded.recipe.has_effect else open_sprites(settings)
     opened = open_source(settings, context.workers) if sprites is None else sprites
     first = _first(opened)
     context.progress.note(f"{first.matte} matte: {first.matte_reason}")

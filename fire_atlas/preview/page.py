@@ -33,7 +33,7 @@ _SCRIPTS = (
     "state.js", "stage.js", "words.js", "controls.js", "page.js",
 )  # fmt: skip
 
-_DRAWN = COLUMNS[: COLUMNS.index("a") + 1]
+_DRAWN = ["id", "x", "y", "size", "stretch", "rotation", "tail", "r", "g", "b", "a"]
 """Columns of the tracks that the page draws; ``flake_painter.js`` relies on their order."""
 
 _FORMULAS = {
@@ -238,7 +238,7 @@ def _figures(figures: list[Figure]) -> list[dict[str, Any]]:
 
 def _rows(tracks: Tracks) -> str:
     """Return the drawn columns of all rows, frame after frame, as base64 of float32."""
-    rows = np.concatenate([table[:, : len(_DRAWN)] for table in tracks.frames])
+    rows = np.concatenate(tracks.frames)[:, [COLUMNS.index(name) for name in _DRAWN]]
     return base64.b64encode(rows.astype("<f4").tobytes()).decode()
 
 

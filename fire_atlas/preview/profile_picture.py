@@ -16,7 +16,8 @@ from PIL import Image, ImageDraw
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Bytes
-from fire_atlas.generators.profile.learn.features import FireMask, contour, largest_flame
+from fire_atlas.generators.profile.flame_region import largest_flame
+from fire_atlas.generators.profile.learn.features import FireMask, contour
 from fire_atlas.generators.profile.model import STATE_EDGES, STATE_WIDTH, Profile, Side
 from fire_atlas.preview.blend import blend
 from fire_atlas.vision.sampling import evenly_spread

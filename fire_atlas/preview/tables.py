@@ -10,6 +10,7 @@ from rich.table import Column, Table
 
 from fire_atlas.channels.cross_validation import ValidationReport, read_reports
 from fire_atlas.channels.encoding import motion_encoding
+from fire_atlas.core.statistics import by_animation
 from fire_atlas.effect.flakes.close_ups import HEIGHT
 from fire_atlas.effect.flakes.filmed import compare_with_filmed, is_hard
 from fire_atlas.effect.flakes.statistics import flake_figures
@@ -18,16 +19,21 @@ from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
 from fire_atlas.preview.loops import figures_of_loops
 
+_VISIBLE_HUE = 6.0
+"""Hues further than this, ΔE, outside of the clip's own are noticed."""
+
 
 @dataclass(frozen=True, slots=True)
 class BuildSentences:
     """What the statistics in a manifest say of a build.
 
     Attributes:
+        blends: Of frames of cross-fades; they follow the table of loops.
         motion: Of motion vectors; they follow the table of maps.
         flakes: Of flakes; they follow it too.
     """
 
+    blends: tuple[str, ...] = ()
     motion: tuple[str, ...] = ()
     flakes: tuple[str, ...] = ()
 
@@ -39,7 +45,11 @@ class BuildSentences:
             ValueError: The statistics are invalid.
         """
         motion = (_motion_sentence(*report) for report in read_reports(statistics).items())
-        return cls(tuple(motion), tuple(_flake_sentences("", statistics)))
+        return cls(
+            blends=tuple(_blend_sentences(statistics)),
+            motion=tuple(motion),
+            flakes=tuple(_flake_sentences(statistics)),
+        )
 
 
 def tables_of(
@@ -59,6 +69,7 @@ def tables_of(
     yield _frames(atlas)
     if (loops := _loops(atlas)) is not None:
         yield loops
+    yield from sentences.blends
     if atlas.sheet.maps:
         yield _maps(atlas)
         yield from sentences.motion
@@ -72,16 +83,32 @@ def tables_of(
             yield _filmed(recorded, f"{title} beside filmed embers")
 
 
-def _flake_sentences(animation: str, statistics: Any) -> Iterator[str]:
-    """Yield a sentence on the flakes of each animation; statistics may be nested by animation."""
-    match statistics:
-        case {"flakes": {"born": int(born), "alive_mean": float() | int() as alive}}:
-            of = f" of {animation}" if animation else ""
-            yield f"flakes{of}: {born} in all, {alive:.3g} at a time"
-        case {"animations": {**inner}} | {"members": {**inner}}:
-            for name, figures in inner.items():
-                full = f"{animation}/{name}" if animation else str(name)
-                yield from _flake_sentences(full, figures)
+def _flake_sentences(statistics: dict[str, Any]) -> Iterator[str]:
+    """Yield a sentence on the flakes of each animation."""
+    for animation, figures in by_animation(statistics):
+        match figures:
+            case {"flakes": {"born": int(born), "alive_mean": float() | int() as alive} as flakes}:
+                of = f" of {animation}" if animation else ""
+                kind = f"; class: {flakes['class']}" if "class" in flakes else ""
+                yield f"flakes{of}: {born} in all, {alive:.3g} at a time{kind}"
+
+
+def _blend_sentences(statistics: dict[str, Any]) -> Iterator[str]:
+    """Yield a sentence on the hues of each animation with cross-fades."""
+    for animation, figures in by_animation(statistics):
+        if "blended" in figures:
+            yield _blend_sentence(animation, figures["blended"])
+
+
+def _blend_sentence(animation: str, figures: Any) -> str:
+    match figures:
+        case {"hue_error": float(error) | int(error)}:
+            frames = (
+                f"frames of cross-fades in {animation}" if animation else "frames of cross-fades"
+            )
+            limit = "unseen" if error <= _VISIBLE_HUE else "TO BE SEEN"
+            return f"{frames}: hues at most ΔE {error:.1f} outside of the clip's own, {limit}"
+    raise ValueError(f"{figures!r} are no figures of cross-fades")
 
 
 def _pages(atlas: AtlasFile) -> Table:
@@ -204,7 +231,7 @@ def _filmed(tracks: Tracks, title: str) -> Table:
         "filmed: five clips at 24 frames/s, whose embers a tracker followed and often lost"
     )
     heads = (Column("", no_wrap=True), "here", "filmed", "should be", "")
-    table = Table(*heads, title=title, caption=caption, box=SIMPLE, padding=(0, 1, 0, 0))
+    table = Table(*heads, title=title, caption=caption, box=SIMPLE, padding=(0, 0, 0, 1))
     for section, figures in compare_with_filmed(tracks).items():
         table.add_row(section, style="bold")
         for figure in figures:

@@ -126,8 +126,8 @@ class Flakes(Settings):
     """Fire-flakes (sparks): they spawn at flame edges and follow the field (section III-C)."""
 
     fire_class: Annotated[Literal["auto", FireClass], OFF] = Field(default="auto", alias="class")
-    """The kind of fire, which decides ``rate``, ``sparks``, ``colors``, ``sprite`` and
-    ``composite.palette`` wherever these are ``auto``. ``none`` and ``gas`` shed no flakes, a
+    """The kind of fire, which decides ``rate``, ``sparks``, ``size``, ``colors``, ``sprite``
+    and ``composite.palette`` wherever these are ``auto``. ``none`` and ``gas`` shed no flakes, a
     ``candle`` next to none; ``campfire``, ``torch``, ``wall`` and ``explosion`` shed embers.
     ``flat`` and ``pixel`` art have few flakes, hard ones in colours of the clip; coloured ``art``
     has flakes of its own colours, and a ``grey`` sheet that is meant to be tinted grey ones.
@@ -167,12 +167,18 @@ class Flakes(Settings):
     """[min, max] lifetime of a flake, s, after which it has cooled. Shorter near the end of a
     one-shot fire, so that no flake is left when it ends."""
     size: Annotated[
-        tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
-        LIST,
-        AfterValidator(ordered),
-    ] = (0.0028, 0.0145)
+        Auto
+        | Annotated[
+            tuple[Annotated[float, Field(gt=0, le=1)], Annotated[float, Field(gt=0, le=1)]],
+            LIST,
+            AfterValidator(ordered),
+            PAIR,
+        ],
+        either("`auto` or two numbers: [min, max]"),
+    ] = "auto"
     """[min, max] width of a flake, heights; sizes between them are log-normal. A soft flake thinner
-    than a pixel is dimmer, not wider."""
+    than a pixel is dimmer, not wider. ``auto``: [0.0028, 0.0145], and large dots for flat art and
+    pixel art (``class``)."""
     rounds: Annotated[
         Auto | Annotated[int, Field(ge=1, le=MAX_ROUNDS), NUMBER],
         either("`auto` or a number of rounds"),
@@ -215,7 +221,7 @@ class Flakes(Settings):
 class MotionBlur(Settings):
     """Blur along the buoyancy field (eq. 14-17)."""
 
-    shutter: float = Field(default=0.65, ge=0, le=4)
+    shutter: float = Field(default=0.7, ge=0, le=4)
     """Time for which the shutter is open, frames."""
     samples: int = Field(default=9, ge=1, le=65)
     """Samples along the path of a flame pixel. Flakes are drawn as exact streaks."""

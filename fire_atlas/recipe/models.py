@@ -69,6 +69,12 @@ class Recipe(Settings):
         nearest = isinstance(self.source, FramesSource) and self.source.sampling == "nearest"
         return nearest or (self.flakes != "none" and self.flakes.sprite == "pixel")
 
+    @property
+    def has_effect(self) -> bool:
+        """Whether frames are changed: flakes are added, or the flame is blurred."""
+        blurs_flame = self.motion_blur != "none" and self.motion_blur.flame
+        return self.flakes != "none" or blurs_flame
+
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> Self:
         if problems := tuple(self._contradictions()):
@@ -94,6 +100,14 @@ class Recipe(Settings):
                 "fire learnt from a clip is seen as its clip was filmed; remove it, or make 3D "
                 "fire with source.kind: silk",
             )
+        if isinstance(self.source, ProfileSource):
+            for key in self.source.keys_of_learning():
+                yield Problem(
+                    ("source", key),
+                    "says how to learn from a clip, but source.path is a profile that was learnt "
+                    "already; remove it, or learn again with it: fire-atlas learn CLIP "
+                    f"--set {key}=...",
+                )
         if isinstance(self.source, ProfileSource | SilkSource):
             yield from _clip_only_keys(self.timeline)
 

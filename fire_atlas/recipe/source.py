@@ -90,6 +90,10 @@ class FramesSource(ClipInput):
     """Filter for resizing: ``smooth``, or ``nearest`` for pixel art."""
 
 
+PROFILE_SUFFIX = ".json"
+"""File extension of profiles; clips never have it."""
+
+
 class ProfileSource(ClipInput):
     """New fire, generated from what is learnt from a short clip."""
 
@@ -112,9 +116,21 @@ class ProfileSource(ClipInput):
     """Number of vertical slices of fire around the axis."""
     particles: int = Field(default=100, ge=4, le=2000)
     """Number of particles alive in each slice."""
+    detail: float = Field(default=1.0, ge=0, le=1)
+    """Share of the clip's own detail in the picture. 0: the particles alone, soft and in the
+    colours of the table, as in the paper. 1: all of the clip's detail, which the same six points
+    move and whose moments the particles mix."""
     height: int | None = Field(default=None, ge=16, le=4096)
     """Height of the frames, px. Default: the fire is as large as in the clip; a video taller than
     512 px counts as one of 512 px."""
+
+    def keys_of_learning(self) -> list[str]:
+        """Return the keys given that say how to learn from a clip, if ``path`` is no clip but a
+        profile, which has been learnt already."""
+        learning = {*ClipInput.model_fields, "threshold", "cells"} - {"path"}
+        if not self.path.endswith(PROFILE_SUFFIX):
+            return []
+        return sorted(learning & self.model_fields_set)
 
 
 Source = Annotated[

@@ -23,9 +23,10 @@ class Timeline(Settings):
     loop: Annotated[Literal["auto", "none", "crossfade", "pingpong"], OFF] = "auto"
     """``auto``: a clip that loops already is kept as it is; one that starts from nothing or fades
     to nothing plays once; any other is cut where its end matches its beginning best, and
-    cross-faded there (a short clip keeps at least half of its frames). ``crossfade``: the whole
-    clip, its end faded into its beginning. ``pingpong``: forwards, then backwards. ``none``: play
-    once. Generated fire (source ``silk`` or ``profile``) always loops: ``auto`` or ``none``."""
+    cross-faded there (a short clip keeps at least half of its frames); flat art is never faded,
+    but cut hard or played there and back. ``crossfade``: the whole clip, its end faded into its
+    beginning. ``pingpong``: forwards, then backwards. ``none``: play once. Generated fire (source
+    ``silk`` or ``profile``) always loops: ``auto`` or ``none``."""
     frames: int | None = Field(default=None, ge=1, le=10_000)
     """Number of frames of the result. If it exceeds the clip's, the clip is extended by transitions
     between moments that look alike. Default: as the best cut gives; 48 for generated fire."""

@@ -6,12 +6,12 @@ from pathlib import Path
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MAX_JSON_BYTES, read_file
-from fire_atlas.generators.profile.file import SUFFIX, read_profile
+from fire_atlas.generators.profile.file import read_profile
 from fire_atlas.generators.profile.fire import generate_clips, learn_profile
 from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.generators.settings import GenerationSettings
-from fire_atlas.recipe.source import ClipInput, FramesSource, ProfileSource
+from fire_atlas.recipe.source import PROFILE_SUFFIX, ClipInput, FramesSource, ProfileSource
 from fire_atlas.sources.frames import open_frames
 from fire_atlas.sources.reader import OpeningContext
 
@@ -33,12 +33,12 @@ def open_profile(
     Raises:
         SourceError: A file is missing or damaged, or a clip shows no fire to learn from.
     """
-    if paths[0].suffix == SUFFIX:
+    if paths[0].suffix == PROFILE_SUFFIX:
         profile, inputs = _read(paths), tuple(paths)
     else:
         profile, clips = learn_from_files(source, paths, context)
         inputs = tuple(file for clip in clips for file in clip.inputs)
-    settings = ProfileFireSettings(generation, source.slices, source.particles)
+    settings = ProfileFireSettings(generation, source.slices, source.particles, source.detail)
     return generate_clips(
         profile, settings, source.height, context.blend_space, inputs, context.workers
     )

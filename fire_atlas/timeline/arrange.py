@@ -7,10 +7,10 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.timeline import Timeline
-from fire_atlas.timeline.cutting import is_pixel_art
-from fire_atlas.timeline.looping import crossfade, keep_frames, loop_clip, play_once
+from fire_atlas.timeline.looping import crossfade, keep_frames, loop_clip, pingpong, play_once
 from fire_atlas.timeline.retiming import flow_helps, retimed
 from fire_atlas.timeline.tail import with_tail
+from fire_atlas.vision.flat_art import is_flat_art
 
 
 def arrange(
@@ -61,45 +61,12 @@ def _played(
         case "none":
             return play_once(clip, timeline, wanted, workers, progress)
         case "pingpong":
-            return _pingpong(clip, wanted + wanted % 2 if wanted else None, progress)
+            even = wanted + wanted % 2 if wanted else None
+            return pingpong(clip, even, "timeline.loop: pingpong", progress)
         case "crossfade":
             return crossfade(clip, timeline, wanted, workers, progress)
         case "auto":
             return loop_clip(clip, timeline, wanted, workers, progress)
-
-
-def _pingpong(clip: Clip, frames: int | None, progress: Progress) -> Clip:
-    """Return ``clip`` played forwards, then backwards; neither of its ends is shown twice.
-
-    Args:
-        clip: The clip, of at least 2 frames.
-        frames: Length of the result, even; None plays all of the clip.
-        progress: Receives a note on what was done.
-
-    Raises:
-        RecipeError: The clip has too few frames.
-    """
-    longest = 2 * clip.count - 2
-    count = frames or longest
-    if not 2 <= count <= longest:
-        raise RecipeError(
-            f"timeline.frames asks for {count} frames, but {clip.count} frames played forwards and "
-            f"backwards give at most {longest}; leave timeline.frames out, or use loop: auto"
-        )
-    progress.note(f"a loop of {count} frames, forwards and backwards (timeline.loop: pingpong)")
-    turn, flow = count // 2, clip.flow
-
-    def shown(i: int) -> int:
-        return i if i <= turn else count - i
-
-    return replace(
-        clip,
-        count=count,
-        picture=lambda i: clip.picture(shown(i)),
-        loop=True,
-        flow=None if flow is None else lambda i: flow(shown(i)),
-        backwards=frozenset(range(turn, count)),
-    )
 
 
 def _timed(played: Clip, timeline: Timeline, workers: Workers, progress: Progress) -> Clip:
@@ -125,7 +92,7 @@ def _timed(played: Clip, timeline: Timeline, workers: Workers, progress: Progres
 
 def _why_not_interpolated(clip: Clip, workers: Workers) -> str | None:
     """Return, as a clause, why frames in between are not interpolated; None if they are."""
-    if is_pixel_art(clip):
+    if is_flat_art(clip):
         return "it has too few colours to mix them unseen"
     if not flow_helps(clip, workers):
         return "interpolated ones are further from frames that were held out"

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.core.pixels import Pixels, encode_bytes
+from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.timeline.edit_list import Transition, stretch
+from fire_atlas.vision.flat_art import is_flat_art
 from fire_atlas.vision.thumbnails import Thumbnails, distance
 
 _OVERLAP = 1 / 3
@@ -29,16 +30,13 @@ in common, and a hard cut is no more visible than any step."""
 _MAX_FRAMES = 1024
 """Maximum number of frames, from the first on, that are searched for cuts."""
 
-_PIXEL_ART_COLOURS = 64
-"""Maximum number of colours, the transparent one included, in a frame of pixel art."""
-
 _KERNEL = (1, 4, 6, 4, 1)
 """Weights of neighbouring frames in a distance, so that motion counts, not only one pose."""
 
 _TRIED = 24
 """Number of cuts, the cheapest ones, that are examined closely."""
 
-_SHORTNESS_COST = 2.0
+_SHORTNESS_COST = 4.0
 """Extra cost of a loop, in median steps: this at length 0, falling to 0 at the maximum length."""
 
 _SHORT_LOOP = 12
@@ -135,7 +133,7 @@ def analyse_cuts(
     thumbnails = Thumbnails.of(clip, range(used), workers)
     overlap = overlap_of(clip, timeline, wanted)
     is_incoherent = thumbnails.median_distance <= _INCOHERENT * thumbnails.median_step
-    if timeline.overlap == "auto" and (is_incoherent or is_pixel_art(clip)):
+    if timeline.overlap == "auto" and (is_incoherent or is_flat_art(clip)):
         overlap = 0
     return CutAnalysis(thumbnails, overlap, closed and used == clip.count)
 
@@ -155,12 +153,6 @@ def overlap_of(clip: Clip, timeline: Timeline, wanted: int | None) -> int:
             f"{min(clip.count, wanted or clip.count)} frames at most {limit} can overlap"
         )
     return timeline.overlap
-
-
-def is_pixel_art(clip: Clip) -> bool:
-    """Whether a clip has so few colours that a mix of two would be noticed as a new one."""
-    shown = np.ascontiguousarray(encode_bytes(clip.read(0)))
-    return len(np.unique(shown.view(np.uint32))) <= _PIXEL_ART_COLOURS
 
 
 def best_cut(analysis: CutAnalysis, frames: int | None) -> Transition | None:

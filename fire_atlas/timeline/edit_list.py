@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip, cached
-from fire_atlas.core.picture import Picture
+from fire_atlas.core.picture import Picture, as_light
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.core.workers import Workers
 from fire_atlas.timeline.seam import plan_seam
@@ -107,10 +107,13 @@ def apply_edit(clip: Clip, edit: EditList, thumbnails: Thumbnails, workers: Work
         return as_plane(one + (other - one) * ((k + 1) / (edit.overlap + 1)))
 
     blended = {i for i, shown in enumerate(edit.frames) if not isinstance(shown, int)}
+    read = cached(picture, blended)
+    errors = workers.map(lambda i: palette.hue_error(as_light(read(i))), sorted(blended))
     return replace(
         clip,
         count=len(edit.frames),
-        picture=cached(picture, blended),
+        picture=read,
+        hue_error=max(errors, default=None),
         loop=edit.loop,
         flow=None if clip.flow is None else flow,
     )

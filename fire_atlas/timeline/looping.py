@@ -1,5 +1,5 @@
-"""Make a clip loop or play once: as it is, cut where its end best matches its beginning, or
-extended."""
+"""Make a clip loop or play once: as it is, cut where its end best matches its beginning, played
+there and back, or extended."""
 
 from dataclasses import replace
 
@@ -138,10 +138,45 @@ def crossfade(
     return apply_edit(clip, edit, thumbnails, workers)
 
 
+def pingpong(clip: Clip, frames: int | None, why: str, progress: Progress) -> Clip:
+    """Return ``clip`` played forwards, then backwards; neither of its ends is shown twice.
+
+    Args:
+        clip: The clip, of at least 2 frames.
+        frames: Length of the result, even; None plays all of the clip.
+        why: Why it is, as a clause for the user.
+        progress: Receives a note on what was done.
+
+    Raises:
+        RecipeError: The clip has too few frames.
+    """
+    longest = 2 * clip.count - 2
+    count = frames or longest
+    if not 2 <= count <= longest:
+        raise RecipeError(
+            f"timeline.frames asks for {count} frames, but {clip.count} frames played forwards and "
+            f"backwards give at most {longest}; leave timeline.frames out, or use loop: auto"
+        )
+    progress.note(f"a loop of {count} frames, forwards and backwards ({why})")
+    turn, flow = count // 2, clip.flow
+
+    def shown(i: int) -> int:
+        return i if i <= turn else count - i
+
+    return replace(
+        clip,
+        count=count,
+        picture=lambda i: clip.picture(shown(i)),
+        loop=True,
+        flow=None if flow is None else lambda i: flow(shown(i)),
+        backwards=frozenset(range(turn, count)),
+    )
+
+
 def _cut_to_loop(
     clip: Clip, analysis: CutAnalysis, wanted: int | None, workers: Workers, progress: Progress
 ) -> Clip:
-    """Return the best loop that can be cut from a clip, or the clip played once."""
+    """Return the best loop that can be cut from a clip; flat art is else played there and back."""
     transitions = _loop_transitions(analysis, wanted)
     if transitions is None:
         raise RecipeError(
@@ -151,7 +186,7 @@ def _cut_to_loop(
     is_hard = analysis.overlap == 0
     if is_hard and not wanted and analysis.hard_step(transitions[0]) > _UNSEEN_SEAM:
         why = "it has too few colours to mix them unseen, and no end matches a beginning"
-        return _played_once(clip, wanted, why, progress)
+        return pingpong(clip, None, why, progress)
     edit = loop_edit(transitions, analysis.overlap, analysis.count)
     why = "timeline.frames" if wanted else f"uncut, {_uncut_seam(analysis)}"
     progress.note(f"{_described(transitions, analysis, len(edit.frames))} ({why})")

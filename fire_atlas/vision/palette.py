@@ -16,10 +16,10 @@ from fire_atlas.core.pixels import Pixels, Plane, as_plane, luminance
 from fire_atlas.core.workers import Workers
 from fire_atlas.vision.sampling import evenly_spread
 
-_FRAMES = 12
+_FRAMES = 24
 """Maximum number of frames from which the colours are learnt."""
 
-_SAMPLES = 1 << 14
+_SAMPLES = 1 << 13
 """About this many pixels of each of these are used."""
 
 _STEPS = 128
@@ -37,6 +37,17 @@ _FEW = 20
 _SPREAD = 90.0
 """Percentile of the distances of the clip's pixels from the colour of their step that limits those
 of a mix."""
+
+_HUE_PERCENTILE = 99.5
+"""Percentile of the distances of hues."""
+
+_HUE_STEPS = 7
+"""Hues of this many neighbouring steps count as those of a step."""
+
+_XYZ = np.array(
+    [[0.4339, 0.3762, 0.1899], [0.2126, 0.7152, 0.0722], [0.0177, 0.1095, 0.8728]], np.float32
+)
+"""CIE XYZ, of white 1, of linear sRGB."""
 
 _FAINT = np.float32(1e-5)
 """Light that 8 bits do not show."""
@@ -57,11 +68,13 @@ class Palette:
         brightest: Fourth root of the luminance of the last step; the first is 0.
         colours: (fine steps, 3) float32, mean colour.
         spread: (fine steps,) float32, how far the colours of the clip's pixels lie from the mean.
+        hue_spread: (fine steps,) float32, the same in ΔE of their hues, for nearly all pixels.
     """
 
     brightest: float
     colours: NDArray[np.float32]
     spread: NDArray[np.float32]
+    hue_spread: NDArray[np.float32]
 
     @classmethod
     def of(cls, clip: Clip, workers: Workers) -> "Palette":
@@ -103,6 +116,21 @@ class Palette:
         np.clip(brightest(pixels) - extra, cover, 1, out=pixels[..., 3])
         return pixels
 
+    def hue_error(self, pixels: Pixels) -> float:
+        """Return how far the hues of a frame lie outside of those that the clip has at their light.
+
+        It is a distance in CIELAB's plane of hues, ΔE: the 99.5th percentile over its pixels.
+        """
+        light, colours = _light_and_colours(_some_pixels(pixels)[None])
+        lit = light[0] > _FAINT**0.25
+        if not lit.any():
+            return 0.0
+        light, colours = light[:, lit][0], colours[:, lit][0]
+        steps = np.minimum(light * np.float32((_FINE_STEPS - 1) / self.brightest), _FINE_STEPS - 1)
+        at = np.rint(steps).astype(np.intp)
+        errors = _hue_distance(light, colours, self.colours[at]) - self.hue_spread[at]
+        return max(float(np.percentile(errors, _HUE_PERCENTILE)), 0.0)
+
     def _index(self, light: Plane) -> NDArray[np.intp]:
         """Return the step of each luminance; any shape."""
         steps = _fourth_root(light) * np.float32((_FINE_STEPS - 1) / self.brightest)
@@ -142,21 +170,38 @@ def _light_and_colours(pixels: Pixels) -> tuple[Plane, NDArray[np.float32]]:
 def _learnt(light: NDArray[np.float32], colours: NDArray[np.float32]) -> Palette:
     """Return the palette of pixels with these fourth roots of luminance (n,) and colours (n, 3)."""
     if not light.size:
-        return Palette(1.0, np.ones((1, 3), np.float32), np.zeros(1, np.float32))
+        none = np.zeros(_FINE_STEPS, np.float32)
+        return Palette(1.0, np.ones((_FINE_STEPS, 3), np.float32), none, none)
     top = max(float(light.max()), 1e-3)
     steps = np.rint(light * np.float32((_STEPS - 1) / top)).astype(np.intp)
     counts = np.bincount(steps, minlength=_STEPS).astype(np.float64)
     sums = [np.bincount(steps, channel, _STEPS) for channel in colours.T.astype(np.float64)]
     mean = _over_steps(np.array(sums), counts)
-    lengths = np.linalg.norm(colours - mean.T[steps], axis=1)
-    usual = np.zeros(_STEPS)
+    own = as_plane(mean.T[steps])
+    lengths = np.linalg.norm(colours - own, axis=1), _hue_distance(light, colours, own)
+    usual = np.zeros((2, _STEPS))
     for step in np.flatnonzero(counts):
-        usual[step] = np.percentile(lengths[steps == step], _SPREAD)
-    spread = _over_steps((usual * counts)[None], counts)[0]
+        here = steps == step
+        usual[:, step] = [
+            np.percentile(each[here], percentile)
+            for each, percentile in zip(lengths, (_SPREAD, _HUE_PERCENTILE), strict=True)
+        ]
+    # A mix may have hues of pixels that are a little darker or brighter.
+    usual[1] = cv2.dilate(usual[1:], np.ones((1, _HUE_STEPS), np.uint8))
+    spread = _over_steps(usual * counts, counts)
     fine = np.linspace(0, _STEPS - 1, _FINE_STEPS)
-    columns = [np.interp(fine, np.arange(_STEPS), each) for each in (*mean, spread)]
+    columns = [np.interp(fine, np.arange(_STEPS), each) for each in (*mean, *spread)]
     table = as_plane(np.stack(columns))
-    return Palette(top, np.ascontiguousarray(table[:3].T), table[3])
+    return Palette(top, np.ascontiguousarray(table[:3].T), table[3], table[4])
+
+
+def _hue_distance(
+    light: NDArray[np.float32], one: NDArray[np.float32], other: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Return the distance, ΔE, of two colours (n, 3) of the same fourth root of luminance (n,)."""
+    roots = [np.cbrt(np.square(np.square(light[:, None] * each)) @ _XYZ.T) for each in (one, other)]
+    x, y, z = (roots[0] - roots[1]).T
+    return as_plane(np.hypot(500 * (x - y), 200 * (y - z)))
 
 
 def _over_steps(sums: NDArray[np.float64], counts: NDArray[np.float64]) -> NDArray[np.float64]:

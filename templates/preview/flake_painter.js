@@ -1,6 +1,12 @@
-/** Adds up the light of flakes, linear and beyond white, from the rows of their tracks. */
+/**
+ * Adds up the light of flakes, linear and beyond white, from the rows of their tracks: capsules with
+ * halos, as the formats' page says.
+ */
 class FlakePainter {
-  static FLOATS = 12;
+  static FLOATS = 11;
+  static HALO_LIGHT = 0.004; // relative to the flake's
+  static HALO_WIDTH = 4;
+  static FAINTEST = 1e-4; // light, linear, below which a halo is not drawn
 
   constructor(gl) {
     this.gl = gl;
@@ -12,8 +18,8 @@ class FlakePainter {
     this.size = [0, 0];
     gl.bindVertexArray(this.array);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
-    // Rows are id, x, y, vx, vy, size, stretch, rotation, r, g, b, a.
-    for (const [name, first, floats] of [["centre", 1, 2], ["shape", 5, 3], ["glow", 8, 4]]) {
+    // Rows are id, x, y, size, stretch, rotation, tail, r, g, b, a.
+    for (const [name, first, floats] of [["centre", 1, 2], ["shape", 3, 4], ["glow", 7, 4]]) {
       const place = gl.getAttribLocation(this.program.program, name);
       gl.enableVertexAttribArray(place);
       gl.vertexAttribPointer(place, floats, gl.FLOAT, false, 4 * FlakePainter.FLOATS, 4 * first);
@@ -58,28 +64,40 @@ class FlakePainter {
 
   static VERTEX = `#version 300 es
     in vec2 centre;
-    in vec3 shape;  // size, stretch, rotation
+    in vec4 shape;  // size, stretch, rotation, tail
     in vec4 glow;
     uniform vec2 canvas, offset;
     uniform float scale;
     out vec2 q;
     out vec3 light;
+    flat out float along;
+    flat out float tail;
     void main() {
-      q = vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0;
-      vec2 along = vec2(cos(shape.z), sin(shape.z));
-      vec2 reach = q * 0.5 * shape.x * vec2(shape.y, 1.0);
-      vec2 p = offset + scale * (centre + reach.x * along + reach.y * vec2(-along.y, along.x));
-      gl_Position = vec4((p / canvas * 2.0 - 1.0) * vec2(1.0, -1.0), 0.0, 1.0);
       light = glow.rgb * glow.a;
+      tail = shape.w;
+      along = shape.y - 1.0;
+      float brightest = max(light.r, max(light.g, light.b));
+      float reach = brightest * ${FlakePainter.HALO_LIGHT} > ${FlakePainter.FAINTEST} ? ${FlakePainter.HALO_WIDTH}.0 : 1.0;
+      q = (vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0) * vec2(along + reach, reach);
+      vec2 way = vec2(cos(shape.z), sin(shape.z));
+      vec2 p = offset + scale * (centre + 0.5 * shape.x * (q.x * way + q.y * vec2(-way.y, way.x)));
+      gl_Position = vec4((p / canvas * 2.0 - 1.0) * vec2(1.0, -1.0), 0.0, 1.0);
     }`;
 
+  /** Lengths are in half widths: `q` is the place from the middle, `along` half the segment. */
   static FRAGMENT = `#version 300 es
     precision highp float;
     in vec2 q;
     in vec3 light;
+    flat in float along;
+    flat in float tail;
     out vec4 shown;
     void main() {
-      float rest = max(1.0 - dot(q, q), 0.0);
-      shown = vec4(light * rest * rest, 1.0);
+      float nearest = clamp(q.x, -along, along);
+      float away = dot(q - vec2(nearest, 0.0), q - vec2(nearest, 0.0));
+      float core = max(1.0 - away, 0.0);
+      float halo = max(1.0 - away / ${FlakePainter.HALO_WIDTH ** 2}.0, 0.0);
+      float fall = 0.5 + 0.5 * nearest / max(along, 1e-3);
+      shown = vec4(light * mix(tail, 1.0, fall) * (core * core + ${FlakePainter.HALO_LIGHT} * halo * halo), 1.0);
     }`;
 }

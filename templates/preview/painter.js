@@ -188,8 +188,10 @@ class Painter {
         part);
       vec3 first = over(here, behind);
       if (lit == 1) {
-        light /= max(1.0, max(light.r, max(light.g, light.b)));  // keeps its hue
-        first = toSrgb(toLight(first) + light);
+        // Film that shows y saw y / (1 - y): the flakes' light is added to that, then shown again.
+        vec3 seen = toLight(first);
+        vec3 added = light * (1.0 - min(seen, 254.0 / 255.0));
+        first = toSrgb(max((seen + added) / (1.0 + added), seen));
       }
       shown = vec4(first, 1.0);
       if (mode == 0 || mode == 3) return;

@@ -111,7 +111,7 @@ function flakesOf({ rows, firsts, counts }, index) {
   const { FLOATS } = FlakePainter;
   const found = new Map();
   for (let row = firsts[index]; row < firsts[index] + counts[index]; row++) {
-    const [id, x, y, , , size, stretch, rotation, r, g, b] = rows.subarray(row * FLOATS);
+    const [id, x, y, size, stretch, rotation, , r, g, b] = rows.subarray(row * FLOATS);
     const most = Math.max(r, g, b, 1e-6);
     const [red, green, blue] = [r, g, b].map((v) => Math.round(255 * (0.35 + (0.65 * v) / most)));
     found.set(id, { x, y, size, stretch, rotation, colour: `rgb(${red} ${green} ${blue})` });

@@ -73,6 +73,11 @@ RECIPES: dict[str, dict[str, Any]] = {
         "maps": {"motion": "godot"},
         "atlas": {"format": "webp"},
     },
+    "played": {
+        "source": {**CAMPFIRE, "count": 4},
+        "flakes": {"bake": False},
+        "exports": ["godot"],
+    },
     "level": {"atlas": {"members": ["pages.yaml", "sprites.yaml"]}},
 }
 """Recipes that together write every format, and every key of the JSON ones."""

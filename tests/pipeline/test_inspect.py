@@ -27,7 +27,7 @@ def test_inspect_has_flakes_beside_filmed_embers(
     table = said[said.index(TITLE) :]
     assert all(f"  {row.label} " in table for rows in ROWS.values() for row in rows.values())
     rise = next(line for line in table.splitlines() if "fly up" in line).split()
-    assert rise[3:9] == ["0.79", "to", "1", "at", "most", "0.88"]
+    assert rise[3:9] == ["0.79", "to", "1", "at", "most", "0.88"], rise
     assert (rise[9:] == ["outside"]) == (float(rise[2]) > 0.88)
     assert max(map(len, table.splitlines())) <= 80
 
@@ -48,6 +48,11 @@ def test_without_tracks_inspect_says_what_they_are_for(repo: Repo) -> None:
     said = inspected(repo, flakes={"rate": 200}, tracks=[])
     assert TITLE not in said
     assert "in all" in said and "tracks: [json]" in said
+
+
+def test_the_class_of_the_fire_is_said(repo: Repo) -> None:
+    said = inspected(repo, flakes={"class": "wall"})
+    assert "at a time; class: wall" in said
 
 
 def test_without_flakes_nothing_is_said_of_them(repo: Repo) -> None:

@@ -14,7 +14,7 @@ import pytest
 
 from fire_atlas.core.progress import SilentProgress
 from fire_atlas.core.shipped import shipped
-from fire_atlas.pipeline import animate, build
+from fire_atlas.pipeline import animate, build, prepare
 from fire_atlas.pipeline.check import load_checked
 from fire_atlas.pipeline.context import BuildOptions
 from fire_atlas.recipe.base import Settings
@@ -22,7 +22,7 @@ from fire_atlas.recipe.keys import all_keys, blocks_at
 from fire_atlas.recipe.tree import read_tree
 
 STEPS = {
-    "refuse_taken_names": build, "open_input": build, "arrange": animate, "study_flame": animate,
+    "refuse_taken_names": build, "open_input": build, "arrange": prepare, "study_flame": prepare,
     "classify": animate, "analyse": animate, "simulate": animate, "render": animate,
     "thumbnails_of_skipped_frames": animate, "measure_motion": animate, "pack_only": build,
     "pack": build, "write_images": build, "product_of": build,
@@ -37,7 +37,8 @@ BLUR = {"motion_blur.flame", "motion_blur.shutter", "motion_blur.samples"}
 MAPS = {"maps.motion", "maps.flame", "maps.flakes"}
 
 DECIDED = {
-    "features.preset", "flakes.rate", "flakes.sparks", "flakes.colors", "flakes.sprite",
+    "features.preset", "flakes.rate", "flakes.sparks", "flakes.size", "flakes.colors",
+    "flakes.sprite",
     "composite.palette",
 }  # fmt: skip
 """What the class of a fire decides, and whether it does."""
@@ -59,12 +60,12 @@ TABLE = {
     },
     "study_flame": {
         "features.sigma", "features.epsilon", "features.n", "features.kappa_over", "buoyancy.lift",
-        "motion_blur.flame", *DECIDED,
+        # The class of the view before, which the statistics state.
+        "motion_blur.flame", "flakes.fire_class", *DECIDED,
     },
     # What the automatic rate depends on, too.
     "classify": {
         *DECIDED, "seed", "flakes.fire_class", "flakes.alpha", "flakes.bursts", "flakes.life",
-        "flakes.size",
     },
     "analyse": {
         "seed", "wind", "motion_blur.flame",
@@ -93,8 +94,10 @@ TABLE = {
         *ENCODING, *MAPS, "source", "tracks", "flakes", "motion_blur", "name", "timeline.loop",
         "timeline.overlap", "timeline.tail",
     },
+    # The class of the fire, which the statistics state.
     "pack": {
-        *MAPS, "name", "atlas.alpha", "atlas.blend_space", "atlas.border", "atlas.compression",
+        *MAPS, "name", "flakes.fire_class",
+        "atlas.alpha", "atlas.blend_space", "atlas.border", "atlas.compression",
         "atlas.dedupe", "atlas.extrude", "atlas.format", "atlas.layout", "atlas.max_size",
         "atlas.multiple_of", "atlas.padding", "atlas.pivot", "atlas.pot", "atlas.rotate",
         "atlas.scales", "atlas.square", "atlas.trim",

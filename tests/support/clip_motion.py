@@ -101,8 +101,12 @@ def correlation(one: Array, other: Array) -> tuple[float, float]:
 
 def share_that_rises(effect: EffectRun) -> float:
     """Share of the embers seen at least twice that end higher than they began."""
-    flights = [f for f in effect.flights(2) if f[0, KIND] == EMBER]
-    return float(np.mean([f[-1, Y] < f[0, Y] for f in flights]))
+    tracks = effect.tracks
+    rows, flight = np.concatenate(tracks.frames), np.concatenate(tracks.flights)
+    order = np.lexsort((np.concatenate(tracks.flight_frames), flight))
+    flights = np.split(rows[order], np.flatnonzero(np.diff(flight[order])) + 1)
+    embers = [f for f in flights if f[0, KIND] == EMBER and len(f) > 1]
+    return float(np.mean([f[-1, Y] < f[0, Y] for f in embers]))
 
 
 def plume_speed(effect: EffectRun) -> float:

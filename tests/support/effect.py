@@ -17,7 +17,7 @@ from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
 from fire_atlas.pipeline.analyse import Analysis, AnalysisSettings, analyse
-from fire_atlas.pipeline.classify import classify, has_undecided_flakes
+from fire_atlas.pipeline.classify import classify
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip, compose_layers, layers_of
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
@@ -93,8 +93,7 @@ def run_effect(clip: Clip, keys: Mapping[str, Any] | None = None, jobs: int = 2)
     with Workers(jobs) as workers:
         clip = arrange(clip, recipe.timeline, _LIFE, workers, SilentProgress())
         context = context_of(workers)
-        direction, is_sampled = lift_direction(recipe.buoyancy), has_undecided_flakes(recipe)
-        study = study_flame(clip, recipe.features, direction, workers, is_sampled=is_sampled)
+        study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
         recipe = classify(recipe, clip, study, context)
         analysis = analyse(clip, study, AnalysisSettings.of(recipe), context)
         tracks = simulate(clip, study, analysis, SimulationSettings.of(recipe), context)

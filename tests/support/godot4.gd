@@ -119,7 +119,7 @@ func play(job: Dictionary) -> Array:
 
 
 # Stages `scene` in a level as the job says: where and how large (`at`, `zoom`), at a `frame` of an
-# `animation`, with properties set to what texts say ({":modulate": "Color(1, 1, 1, 0.5)"}).
+# `animation` of its `sprite`, with properties set to what texts say ({":modulate": "Color(1, 1, 1, 0.5)"}).
 func _staged(job: Dictionary) -> Node2D:
 	var node: Node2D = load(job["scene"]).instantiate()
 	var at: Array = job.get("at", [0, 0])
@@ -129,9 +129,10 @@ func _staged(job: Dictionary) -> Node2D:
 	level.add_child(node)
 	add_child(level)
 	if job.has("frame"):
-		node.stop()
-		node.animation = job["animation"]
-		node.frame = job["frame"]
+		var sprite: AnimatedSprite2D = node.get_node(job.get("sprite", "."))
+		sprite.stop()
+		sprite.animation = job["animation"]
+		sprite.frame = job["frame"]
 	var changes: Dictionary = job.get("set", {})
 	for path: String in changes:
 		_node(node, path).set_indexed(_property(path), str_to_var(changes[path]))

@@ -1,12 +1,23 @@
 """Where clips are cut, and which are not."""
 
+import cv2
 import numpy as np
 import pytest
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.pixels import Pixels
+from fire_atlas.vision.flat_art import is_flat_art
 from tests.support.clips import SAMPLES, campfire, clip_of, open_clip, piece, real
-from tests.timeline.moving import Notes, arranged, blob, circling, moving, steps, turbulent
+from tests.timeline.moving import (
+    Notes,
+    arranged,
+    blob,
+    circling,
+    moving,
+    ramp_fire,
+    steps,
+    turbulent,
+)
 
 ONE_SHOTS = ["explosion", *map(real, ("cartoon_freedoom_fire", "cartoon_wesnoth_fireball_impact"))]
 REAL_CLOSED = (
@@ -132,6 +143,36 @@ def test_pixel_art_gets_no_new_colours() -> None:
         made = arranged(clip, **keys)
         shown = {tuple(c) for i in range(made.count) for c in made.read(i).reshape(-1, 4).tolist()}
         assert shown <= own
+
+
+@pytest.mark.parametrize("smooth_edges", [False, True])
+def test_flat_art_that_closes_nowhere_is_played_there_and_back(smooth_edges: bool) -> None:
+    art = ramp_fire([(0.3, 0, 0), (1, 0.2, 0), (1, 0.8, 0.1)], 24, size=256, steps=3)
+    frames = [art.read(i) for i in range(24)]
+    if smooth_edges:
+        frames = [np.asarray(cv2.GaussianBlur(frame, (3, 3), 0.5)) for frame in frames]
+    progress = Notes()
+    loop = arranged(clip_of(frames), progress)
+    assert loop.loop and loop.count == 46
+    shown = [loop.read(i) for i in range(46)]
+    assert all(any(np.array_equal(each, frame) for frame in frames) for each in shown)
+    assert "forwards and backwards" in progress.notes[0] and "too few colours" in progress.notes[0]
+
+
+def test_a_smooth_flame_is_no_flat_art() -> None:
+    for name in ("campfire", "candle", "torch", "fireball"):
+        assert not is_flat_art(open_clip(name))
+    for name in ("cartoon", "pixel_art"):
+        assert is_flat_art(open_clip(name))
+
+
+@pytest.mark.parametrize("name", [
+    real("real_candle_red"), real("real_firewall_stock"), real("real_fireplace_gif"),
+    real("sim_unity_flame02"), real("sim_unity_flame03"), real("cartoon_fluent_fire"),
+    real("cartoon_tauran_flame_sheet"), real("cartoon_wesnoth_campfire"),
+])  # fmt: skip
+def test_filmed_and_painted_fire_is_no_flat_art(name: str) -> None:
+    assert not is_flat_art(open_clip(name))
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5])

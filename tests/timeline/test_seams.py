@@ -5,9 +5,11 @@ import pytest
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels, luminance
+from fire_atlas.core.workers import Workers
 from fire_atlas.vision.loop_figures import Figures, LoopFigures, loop_figures
+from fire_atlas.vision.palette import Palette
 from tests.support.clips import clip_of, open_clip, piece, real
-from tests.timeline.moving import arranged, blob, centre, moving, turbulent
+from tests.timeline.moving import arranged, blob, centre, moving, ramp_fire, turbulent
 
 CUT = [
     ("torch", 0, 24),
@@ -118,3 +120,14 @@ def test_frames_may_be_made_of_nothing() -> None:
     frames = [blob(48, 48, light=0.0) for _ in range(20)]
     loop = arranged(clip_of(frames), loop="crossfade")
     assert not loop.read(loop.count - 1).any()
+
+
+def test_the_hues_of_a_crossfade_are_measured() -> None:
+    clip = ramp_fire([(0, 0, 0), (0.08, 0, 0.05), (0.5, 0.02, 0.2), (1, 0.2, 0.5)], 36)
+    loop = arranged(clip, loop="crossfade")
+    assert loop.hue_error is not None and loop.hue_error < 2
+    assert arranged(clip, loop="none").hue_error is None
+    with Workers(1) as workers:
+        palette = Palette.of(clip, workers)
+    swapped = clip.read(0)[..., [2, 1, 0, 3]]
+    assert palette.hue_error(clip.read(0)) < 1 and palette.hue_error(swapped) > 20

@@ -101,7 +101,7 @@ def test_a_mix_begins_as_one_frame_and_ends_as_the_other() -> None:
 
 
 def test_light_above_white_and_frames_of_nothing_are_mixed_as_well() -> None:
-    bright = [ramp_fire(FIRE, 4).read(i) * np.float32([4, 4, 4, 1]) for i in range(4)]
+    bright = [ramp_fire(FIRE, 4).read(i) * np.array([4, 4, 4, 1], np.float32) for i in range(4)]
     clip = clip_of([*bright, np.zeros_like(bright[0])])
     plane = 0.5 * luminance(bright[0])
     mixed = palette_of(clip).mix(

@@ -18,7 +18,7 @@ Column = NDArray[np.float64]
 _SPREAD = 1.5
 """Standard deviation of the logarithm of the light of embers."""
 
-_HOT_SHARE, _HOT_SCORE = 0.03, 3.6
+_HOT_SHARE, _HOT_SCORE = 0.035, 3.3
 """Share of embers that overexpose the film, and the standard score of their light's logarithm."""
 
 _TABLE_END, _TABLE_STEPS = 5.0, 2001
@@ -27,7 +27,7 @@ _BORN_LIGHT, _RISEN, _HELD = 0.85, 0.15, 0.2
 """Fraction of its full light that a new ember gives; the fractions of its life at which it reaches
 all of it, and from which it dies."""
 
-_DYING = 0.9
+_DYING = 0.75
 """Exponent of the rest of the life by which the light of a dying ember falls."""
 
 _FLICKER = 0.46

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from fire_atlas.effect.flakes.emission import EMBER_SIZE
 from fire_atlas.recipe.effect import FireClass
 
 GREYS = ("#8c8c8c", "#c8c8c8", "#ffffff")
@@ -16,6 +17,7 @@ class FlakeDefaults:
     Attributes:
         rate: Factor of the automatic spawn rate; 0: no flakes.
         sparks: Share of sparks among its flakes; None: as many as the automatic bursts throw.
+        size: Minimum and maximum width, heights.
         colours: Of its flakes: those of ``embers``, its ``own`` ramp, its own few ``flat`` colours,
             or ``grey``.
         hard: Whether flakes are opaque, painted on in colours that occur in the clip.
@@ -24,6 +26,7 @@ class FlakeDefaults:
 
     rate: float
     sparks: float | None = None
+    size: tuple[float, float] = EMBER_SIZE
     colours: Literal["embers", "own", "flat", "grey"] = "embers"
     hard: bool = False
     pixel: bool = False
@@ -37,8 +40,10 @@ DEFAULTS: dict[FireClass, FlakeDefaults] = {
     "torch": FlakeDefaults(rate=0.8),
     "wall": FlakeDefaults(rate=1.0),
     "explosion": FlakeDefaults(rate=1.0, sparks=0.6),
-    "flat": FlakeDefaults(rate=0.15, sparks=0.0, colours="flat", hard=True),
-    "pixel": FlakeDefaults(rate=0.4, sparks=0.0, colours="flat", hard=True, pixel=True),
+    "flat": FlakeDefaults(rate=0.15, size=(0.014, 0.03), sparks=0.0, colours="flat", hard=True),
+    "pixel": FlakeDefaults(
+        rate=0.12, size=(0.014, 0.03), sparks=0.0, colours="flat", hard=True, pixel=True
+    ),
     "grey": FlakeDefaults(rate=0.5, colours="grey"),
     "art": FlakeDefaults(rate=0.6, colours="own"),
 }

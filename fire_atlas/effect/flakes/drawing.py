@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import as_plane
-from fire_atlas.effect.flakes.layer import FlakeLight
+from fire_atlas.effect.flakes.layer import FAINTEST, FlakeLight
 from fire_atlas.effect.flakes.tracks import COLUMNS
 
 Column = NDArray[np.float64]
@@ -25,9 +25,6 @@ Index = NDArray[np.intp]
 HALO_LIGHT, HALO_WIDTH = 0.004, 4
 """Light of the halo that the lens puts around a flake, and its width, relative to the flake's."""
 
-_FAINTEST = 4e-4
-"""Light, linear, below which nothing is drawn: one step of sRGB's 255."""
-
 _STRONG_HALO = 0.05
 """Light from which a halo is drawn pixel by pixel; others are drawn at half the resolution."""
 
@@ -35,7 +32,7 @@ _REACH_OF_PIXEL = math.sqrt(2)
 """Width, px, that the area of a pixel adds to a sprite's: its diagonal. Sprites then are so wide
 that samples at the centres of pixels, which players take, have about the light of the sprite."""
 
-_FLAKE_BATCH, _SPAN_BATCH = 1 << 18, 1 << 15
+_FLAKE_BATCH, _SPAN_BATCH = 1 << 18, 1 << 13
 """Area, px², of flakes, and of spans, that are drawn together: small enough for the processor's
 cache, large enough to be worth a numpy call."""
 
@@ -81,18 +78,24 @@ def draw_flakes(rows: Column, height: int, width: int) -> FlakeLight:
         column["x"], column["y"], radius * (column["stretch"] - 1), radius, column["rotation"],
         column["tail"],
     ])  # fmt: skip
+    halos, halo_light = shapes.copy(), light * HALO_LIGHT
+    halos[3] *= HALO_WIDTH
+    halo_peak = halo_light.max(axis=0, initial=0)
+    reach = np.sqrt(1 - np.sqrt(np.minimum(FAINTEST / np.maximum(halo_peak, 1e-12), 1)))
+    strong = halo_peak > _STRONG_HALO
     planes = np.zeros((len(colours), height, width), np.float32)
-    _draw(planes, shapes, light, reaches_all=True)
-    shapes[3] *= HALO_WIDTH
-    light = light * HALO_LIGHT
-    strong = light.max(axis=0) > _STRONG_HALO
-    _draw(planes, shapes[:, strong], light[:, strong])
-    weak = ~strong & (light.max(axis=0) > _FAINTEST)
+    _draw(
+        planes,
+        np.hstack([shapes, halos[:, strong]]),
+        np.hstack([light, halo_light[:, strong]]),
+        np.concatenate([np.ones_like(radius), reach[strong]]),
+    )
+    weak = ~strong & (halo_peak > FAINTEST)
     if weak.any():
         half = np.zeros((len(colours), (height + 1) // 2, (width + 1) // 2), np.float32)
-        shapes[:4] /= 2
-        shapes[:2] += 0.25  # pyrUp puts a pixel's centre on that of every other pixel
-        _draw(half, shapes[:, weak], light[:, weak])
+        halos[:4] /= 2
+        halos[:2] += 0.25  # pyrUp puts a pixel's centre on that of every other pixel
+        _draw(half, halos[:, weak], halo_light[:, weak], reach[weak])
         for plane, small in zip(planes, half, strict=True):
             plane += cv2.pyrUp(small, dstsize=(width, height))
     return FlakeLight(planes, colours)
@@ -153,21 +156,18 @@ def _in_few_planes(rows: Column) -> tuple[Column, Single]:
     return rgb * column["a"], np.eye(3, dtype=np.float32)
 
 
-def _draw(planes: Single, shapes: Column, light: Column, reaches_all: bool = False) -> None:
+def _draw(planes: Single, shapes: Column, light: Column, reach: Column) -> None:
     """Add capsules to planes (planes, H, W).
 
     Args:
         planes: Changed in place.
         shapes: (6, capsules): x, y, half length and radius in px, rotation in rad, tail.
         light: (planes, capsules), light at the head.
-        reaches_all: Whether capsules are drawn up to their rim; else only where they are brighter
-            than ``_FAINTEST``.
+        reach: (capsules,), fraction of the radius up to which each is drawn.
     """
-    visible = light.max(axis=0, initial=0) > _FAINTEST
-    shapes, light = shapes[:, visible], light[:, visible]
-    faint = _FAINTEST / light.max(axis=0, initial=0)
-    reach = np.ones_like(faint) if reaches_all else np.sqrt(1 - np.sqrt(faint))
-    capsules = _Capsules.of(shapes, reach, planes.shape[1:])
+    visible = light.max(axis=0, initial=0) > FAINTEST
+    light = light[:, visible]
+    capsules = _Capsules.of(shapes[:, visible], reach[visible], planes.shape[1:])
     for group in _batches(capsules.rows, capsules.area, _FLAKE_BATCH):
         spans = capsules.spans(group)
         total = np.zeros(len(spans.length), np.float32)

@@ -26,6 +26,9 @@ _MIN_SPAWNS = 6.0
 _CALM_RATE, _BURSTS_PER_FLAKE = 20.0, 1 / 60
 """Spawn rate, 1/s, up to which a fire is too calm for bursts; bursts per flake from twice that."""
 
+EMBER_SIZE = (0.0028, 0.0145)
+"""Minimum and maximum width of an ember, heights."""
+
 _GOLDEN = (math.sqrt(5) - 1) / 2
 
 EMBER, SPARK = 0, 1
@@ -171,7 +174,8 @@ class EmitterSettings:
             automatic_alpha: The automatic α.
             seed: The recipe's seed.
         """
-        size = (flakes.size[0] * clip.height, flakes.size[1] * clip.height)
+        smallest, largest = EMBER_SIZE if flakes.size == "auto" else flakes.size
+        size = smallest * clip.height, largest * clip.height
         median = np.sqrt(size[0] * size[1])
         # Soft flakes thinner than a pixel are dimmer, but hard ones are drawn wider.
         width_ratio = float(median / drawn_width(median, True)) if flakes.sprite == "pixel" else 1.0

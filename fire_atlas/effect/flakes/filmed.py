@@ -62,9 +62,9 @@ ROWS: Mapping[str, Mapping[str, FilmedRow]] = {
         "blue at 228": FilmedRow("blue", (75, 92), (60, 100)),
         "green at 245": FilmedRow("green of a core of red 245", (214, 216), (197, 227)),
         "blue at 245": FilmedRow("blue", (168, 179), (145, 185)),
-        "without blue": FilmedRow("cores of red > 60 without blue", None, (None, 0)),
+        "without blue": FilmedRow("red > 60 without blue", None, (None, 0)),
         "yellow-white": FilmedRow("yellow-white cores", (0, 0.018), (0.01, 0.03)),
-        "core spread": FilmedRow("green / red, quartile range", (0.13, 0.53), (0.12, None)),
+        "core spread": FilmedRow("green / red, quartiles", (0.13, 0.53), (0.12, None)),
         "rim to core": FilmedRow("green / red, rim : core", (0.31, 0.71), (None, 0.6)),
     },
     "brightness": {
@@ -74,7 +74,7 @@ ROWS: Mapping[str, Mapping[str, FilmedRow]] = {
         "light spread": FilmedRow("light, σ of ln", (1.3, 2.6)),
         "light p95": FilmedRow("light, 95 % : median", (8, 56), (8, 15)),
         "light skew": FilmedRow("light, skew of ln", (-0.15, 0.25), (-0.2, 0.3)),
-        "top light": FilmedRow("light of the brightest 5 %", None, (0.32, 0.42)),
+        "top light": FilmedRow("light of brightest 5 %", None, (0.32, 0.42)),
     },
     "shape": {
         "width": FilmedRow("width, % of height", (0.55, 1.25)),
@@ -115,10 +115,10 @@ ROWS: Mapping[str, Mapping[str, FilmedRow]] = {
         "acceleration": FilmedRow("acceleration, heights/s²", (0.6, 1.7)),
     },
     "births": {
-        "births": FilmedRow("births in .25 s, σ² / mean", (0.8, 5.6), (3, None)),
-        "in sight": FilmedRow("in sight, σ² / mean", (0.8, 8.8)),
+        "births": FilmedRow("births in .25 s, σ² : mean", (0.8, 5.6), (3, None)),
+        "in sight": FilmedRow("in sight, σ² : mean", (0.8, 8.8)),
         "radial": FilmedRow("groups, radial", (0.05, 0.34), (0.3, None)),
-        "burst spread": FilmedRow("groups, spread / velocity", (0.38, 1.0), (0.5, None)),
+        "burst spread": FilmedRow("groups, spread : speed", (0.38, 1.0), (0.5, None)),
     },
 }
 """All figures that are compared, by section and name."""

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import as_plane
 
-_INVISIBLE = np.float32(0.5 / 255 / 12.92)
-"""Light that changes no byte: half a step on the steepest part of sRGB."""
+FAINTEST = 4e-4
+"""Light, linear, below which nothing is drawn: one step of sRGB's 255."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,4 +40,4 @@ class FlakeLight:
     def lit(self) -> NDArray[np.intp]:
         """Return the flat indices of all pixels that have visible light, ascending."""
         brightest = self.planes.max(axis=0) if len(self.planes) > 1 else self.planes[0]
-        return np.flatnonzero(brightest > _INVISIBLE)
+        return np.flatnonzero(brightest > FAINTEST)

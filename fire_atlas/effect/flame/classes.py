@@ -35,6 +35,10 @@ _FULL, _STILL = 0.9, 0.08
 """Minimum part of the frame's width and height that lava fills, and the maximum velocity upwards of
 its surface, heights/s."""
 
+_SCATTERED, _FAST = 0.2, 0.45
+"""Maximum of mean velocity / mean speed where parts fly apart in all directions, and the minimum
+speed, heights/s, of those of a sparkler."""
+
 _FLASH = 1.2
 """Maximum time, s, for which an explosion is at least half as bright as at its peak."""
 
@@ -73,6 +77,7 @@ class FlameMeasures:
         tallness: Height of the flame's box relative to its width, in px.
         speed: Mean speed of the flame's parts, heights/s; None of a single picture.
         rise: Mean velocity upwards, heights/s.
+        coherence: Mean velocity / mean speed: 1 where all of the flame moves alike.
         flash: If the fire plays once and dies out: the time, s, for which it is at least half as
             bright as at its peak; else None.
         moves: Where the flame moves, in words.
@@ -88,6 +93,7 @@ class FlameMeasures:
     tallness: float
     speed: float | None
     rise: float
+    coherence: float
     flash: float | None
     moves: str
 
@@ -101,6 +107,7 @@ class FlameMeasures:
         areas = [float(each.flame.sum()) / len(each.flame) ** 2 for each in frames]
         light = np.array([float((each.flame * each.brightness**2).sum()) for each in frames])
         flash = float(np.mean(light > light.max() / 2)) * clip.body / clip.fps
+        velocity = samples.velocities.mean(axis=0)
         width, height = box.right - box.left + 1, box.bottom - box.top + 1
         return cls(
             colours=FlameColours.of(samples),
@@ -112,7 +119,8 @@ class FlameMeasures:
             box_height=height / clip.height,
             tallness=height / width,
             speed=samples.speed if clip.body > 1 else None,
-            rise=-float(samples.velocities[:, 1].mean()),
+            rise=-float(velocity[1]),
+            coherence=float(np.hypot(*velocity)) / max(samples.speed, 1e-9),
             flash=flash if study.dies_out and not clip.loop else None,
             moves=_motion(study.buoyancy),
         )
@@ -144,6 +152,8 @@ def _fitting(flame: FlameMeasures) -> Iterator[Classified]:
         yield Classified("none", f"{hue} surface that fills the frame and does not rise: lava")
     if flame.flash is not None and flame.flash <= _FLASH:
         yield Classified("explosion", f"{hue} flash of {flame.flash:.1f} s that plays once")
+    if flame.speed is not None and flame.speed > _FAST and flame.coherence < _SCATTERED:
+        yield Classified("none", f"{hue} sparks that fly in all directions, enough of its own")
     shape = f"{hue} flame {flame.moves}, area {flame.moving_area:.2f} heights²"
     is_calm = flame.speed is not None and flame.rise < _CALM
     if is_calm and flame.moving_area < _SMALL:

@@ -129,7 +129,10 @@ def colour_ramp(samples: FlameSamples) -> tuple[str, ...]:
 
 
 def flat_colours(samples: FlameSamples) -> tuple[str, ...]:
-    """Return the most frequent colours of art that has few, from dark to bright, as hex."""
+    """Return the most frequent colours of art that has few, from dark to bright, as hex.
+
+    The brightest of them is left out: it is the core's, which is hotter than any ember.
+    """
     codes = np.concatenate([_codes(each.colours) for each in samples.frames.values()])
     values, counts = np.unique(codes, return_counts=True)
     colours = np.stack([values >> 16, values >> 8 & 255, values & 255], axis=1)
@@ -137,4 +140,5 @@ def flat_colours(samples: FlameSamples) -> tuple[str, ...]:
     bright = np.flatnonzero(light >= _DARK * light.max())
     frequent = bright[np.argsort(-counts[bright], kind="stable")][:_MAX_COLOURS]
     ordered = frequent[np.argsort(light[frequent], kind="stable")]
-    return tuple(srgb_to_hex(color) for color in colours[ordered].astype(np.uint8))
+    embers = ordered[: max(1, len(ordered) - 1)]
+    return tuple(srgb_to_hex(colour) for colour in colours[embers].astype(np.uint8))

@@ -12,6 +12,10 @@ from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.vision.activity import activity, flicker, mean_of
 from fire_atlas.vision.flow import resized
 
+_OUTLINE_SIDE, _OUTLINE_GAP = 128, 0.2
+"""Longest side, px, of the copy on which the outline of a flame is closed, and the widest white
+core that it encloses, as a part of the picture's height."""
+
 
 @dataclass(frozen=True, slots=True)
 class Background:
@@ -112,10 +116,24 @@ def linear_step(plane: Plane, low: float, high: float) -> Plane:
 
 
 def warmth(pixels: Pixels) -> Plane:
-    """How fire-like the colour of each pixel is, (H, W) in 0..1: red above blue, or white-hot."""
+    """How fire-like the colour of each pixel is, (H, W) in 0..1: red above blue, or white-hot.
+
+    Clouds, bright smoke and windows are as white as the hottest flame, but only flame is white
+    within an outline of warm colours.
+    """
     red, blue = pixels[..., 0], pixels[..., 2]
-    fire_like = np.maximum((red - blue) / (red + 1e-4) * 2.0 - 0.3, red - 0.7)
-    return as_plane(np.clip(fire_like, 0.0, 1.0))
+    warm = as_plane(np.clip((red - blue) / (red + 1e-4) * 2.0 - 0.3, 0.0, 1.0))
+    white = np.clip(red - 0.7, 0.0, 1.0)
+    if not white.any():
+        return warm
+    height, width = warm.shape
+    scale = min(1.0, _OUTLINE_SIDE / max(height, width))
+    size = max(1, round(width * scale)), max(1, round(height * scale))
+    small = cv2.convertScaleAbs(resized(warm, size), alpha=255)
+    side = 2 * max(1, round(_OUTLINE_GAP * size[1] / 2)) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    within = resized(as_plane(cv2.morphologyEx(small, cv2.MORPH_CLOSE, disc)), (width, height))
+    return as_plane(np.maximum(warm, white * within / np.float32(255)))
 
 
 def _thresholds(planes: list[Plane], is_opaque: bool) -> tuple[float, float]:

@@ -97,7 +97,7 @@ def study_flame(
     buoyancy: tuple[float, float] | None,
     workers: Workers,
     *,
-    is_sampled: bool = False,
+    is_sampled: bool = True,
 ) -> FlameStudy:
     """Measure a few frames of a clip and return the values that hold for all of it.
 
@@ -105,9 +105,9 @@ def study_flame(
         clip: The clip as it is played.
         features: The recipe's section.
         buoyancy: F_buoyancy, a unit vector in image axes, along which κ grows; None for the
-            direction in which the flame moves.
+            direction in which the flame moves by its samples, up without these.
         workers: Read and measure frames.
-        is_sampled: Whether samples are needed, for more than this direction.
+        is_sampled: Whether samples are measured.
     """
     count = min(max(clip.body // 2, _MIN_SAMPLES), _MAX_SAMPLES)
     numbers = evenly_spread(0, clip.body - 1, count)
@@ -119,12 +119,10 @@ def study_flame(
     masks = list(
         workers.map(lambda pair: segmentation.mask(*pair), zip(planes, readers, strict=True))
     )
-    if buoyancy is None and clip.flow is not None:
-        buoyancy = UP  # generated fire rises, and its recipe states the wind that bends it
-    samples = None
-    if is_sampled or buoyancy is None:
-        samples = FlameSamples.of(clip, segmentation, workers)
-        buoyancy = buoyancy or flame_direction(samples)
+    samples = FlameSamples.of(clip, segmentation, workers) if is_sampled else None
+    if buoyancy is None:
+        # Generated fire rises, and its recipe states the wind that bends it.
+        buoyancy = flame_direction(samples) if samples and clip.flow is None else UP
     box, base = _flame_box(masks)
     spanned = box if features.kappa_over == "flame" else Box(0, 0, clip.width - 1, clip.height - 1)
     weight = kappa((clip.height, clip.width), spanned, buoyancy, features.n)

@@ -6,7 +6,7 @@ from typing import Any
 from fire_atlas.atlas.sheet import AtlasSheet, MotionScale
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.engines.godot.flakes import flake_arrays
+from fire_atlas.engines.godot.flakes import FlakeArrays, flake_arrays
 from fire_atlas.engines.godot.import_settings import KEEP, import_settings
 from fire_atlas.engines.godot.lamp import TEXTURE_SIDE, lamp_of
 from fire_atlas.engines.godot.names import (
@@ -34,13 +34,16 @@ def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile
     """Yield sprite frames and scene of each scale, the flakes and lamp that all scales share, and
     import settings."""
     flakes = _played_flakes(product)
+    arrays = flake_arrays(flakes, _pivots(product.sheets[0])) if flakes else None
     for sheet in product.sheets:
         yield from _page_settings(product, sheet, options)
         yield _frames(product, sheet, options)
         yield _scene(product, sheet, flakes, options)
+        if arrays and options.version == 4 and not product.baked.issuperset(flakes):
+            yield _film(product, sheet, arrays, options)
         yield from _flipbook(product, sheet, options)
-    if flakes:
-        yield _flake_tables(product, flakes, options)
+    if arrays:
+        yield _flake_tables(product, flakes, arrays, options)
         for ending in (_TRACKS, _PLAYER):
             yield from _script(product, ending, options)
     if _is_lit(product, options):
@@ -172,13 +175,54 @@ def _scene(
         lamp=_lamp(product, sheet) if _is_lit(product, options) else None,
         lamp_script=_script_reference(product, _LAMP),
         texture=TEXTURE_SIDE,
-        shader=_text("flakes.gdshader", alpha=sheet.alpha, blend_space=sheet.blend_space),
+        shader=_text(
+            "flakes.gdshader",
+            version=options.version,
+            alpha=sheet.alpha,
+            blend_space=sheet.blend_space,
+            film=False,
+        ),
     )
 
 
-def _flake_tables(product: Product, flakes: dict[str, Tracks], options: GodotOptions) -> OutputFile:
-    sheet = product.sheets[0]
-    named = titles(animation.name for animation in sheet.animations)
+def _film(
+    product: Product, sheet: AtlasSheet, flakes: FlakeArrays, options: GodotOptions
+) -> OutputFile:
+    """Return the scene that adds up the light of flame and flakes and shows it as film does."""
+    frames, tables = sheet.name + FRAMES_ENDING, f"{product.name}{_TABLES}"
+    bounds = FrameBounds.of(sheet.regions)
+    shaders = {
+        name: _text(
+            f"{template}.gdshader",
+            version=options.version,
+            alpha=sheet.alpha,
+            blend_space=sheet.blend_space,
+            film=True,
+        )
+        for name, template in (("flame", "film_flame"), ("flakes", "flakes"), ("film", "film"))
+    }
+    return _resource(
+        "film.tscn",
+        f"{sheet.name}_film.tscn",
+        product,
+        options,
+        node=node_name(product.name),
+        sheet=sheet,
+        frames=(frames, uid_of(product, frames)),
+        first=next(iter(titles(animation.name for animation in sheet.animations).values())),
+        bounds=bounds,
+        film=bounds.enlarged(flakes.bounds, sheet.scale),
+        pixel_art=product.pixel_art,
+        player=_script_reference(product, _PLAYER),
+        tables=(tables, uid_of(product, tables)),
+        shaders=shaders,
+    )
+
+
+def _flake_tables(
+    product: Product, flakes: dict[str, Tracks], arrays: FlakeArrays, options: GodotOptions
+) -> OutputFile:
+    named = titles(animation.name for animation in product.sheets[0].animations)
     return _resource(
         "flakes.tres",
         f"{product.name}{_TABLES}",
@@ -186,7 +230,7 @@ def _flake_tables(product: Product, flakes: dict[str, Tracks], options: GodotOpt
         options,
         script=_script_reference(product, _TRACKS),
         animations=[named[animation] for animation in flakes],
-        flakes=flake_arrays(flakes, _pivots(sheet)),
+        flakes=arrays,
     )
 
 

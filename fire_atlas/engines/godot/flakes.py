@@ -6,14 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks, as_drawn
 from fire_atlas.formats.decimals import table_text
 from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite
 
 _DECIMALS = [
     DECIMALS["x"], DECIMALS["y"], 4, 4, DECIMALS["size"], DECIMALS["size"], DECIMALS["rotation"],
-    DECIMALS["r"], DECIMALS["g"], DECIMALS["b"],
+    DECIMALS["r"], DECIMALS["g"], DECIMALS["b"], DECIMALS["tail"],
 ]  # fmt: skip
+
+_FAINTEST = 1e-4
+"""Light, linear, below which players draw no halo."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +31,9 @@ class FlakeArrays:
         hard: Whether the flakes of an animation are squares that move once a frame, 1 or 0.
         first: Index of the first row of each frame, and last the number of all rows.
         next: Index of the row of the same flake in the following frame, -1 if there is none.
-        rows: (rows, 10) position x, y from the pivot, px, y down; displacement to the next frame
+        rows: (rows, 11) position x, y from the pivot, px, y down; displacement to the next frame
             dx, dy, px; length and width, px; rotation, rad, clockwise on screen; linear light
-            r, g, b at the centre.
+            r, g, b at the head; light at the tail relative to that.
         most: Largest number of rows of a frame.
         bounds: (x, y, width, height) around all flakes, px from the pivot.
     """
@@ -87,14 +91,16 @@ def _rows(
     return np.column_stack([
         column["x"] - pivot[0], column["y"] - pivot[1],
         column["vx"] / tracks.fps, column["vy"] / tracks.fps,
-        size * column["stretch"], size, column["rotation"], *light,
+        size * column["stretch"], size, column["rotation"], *light, column["tail"],
     ])  # fmt: skip
 
 
 def _bounds(rows: NDArray[np.float64]) -> tuple[int, int, int, int]:
     if not len(rows):
         return 0, 0, 0, 0
-    extent = rows[:, 4] / 2 + np.abs(rows[:, 2:4]).max(axis=1)
+    halo = rows[:, 7:10].max(axis=1) * HALO_LIGHT > _FAINTEST
+    margin = np.where(halo, (HALO_WIDTH - 1) * rows[:, 5] / 2, 0)
+    extent = rows[:, 4] / 2 + margin + np.abs(rows[:, 2:4]).max(axis=1)
     low = [int(np.floor((rows[:, axis] - extent).min())) for axis in (0, 1)]
     high = [int(np.ceil((rows[:, axis] + extent).max())) for axis in (0, 1)]
     return low[0], low[1], high[0] - low[0], high[1] - low[1]

@@ -8,7 +8,7 @@ are at the node's position. Where all frames are alike, the box is the untrimmed
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import gcd, lcm
 from typing import NamedTuple, Self
@@ -55,6 +55,21 @@ class FrameBounds:
         right = max(width - x for x, _, width, _ in frames)
         bottom = max(height - y for _, y, _, height in frames)
         return cls(-left, -top, _rounded_up(left + right), _rounded_up(top + bottom))
+
+    def enlarged(self, flakes: tuple[int, int, int, int], scale: float) -> Self:
+        """Return the box enlarged by whole px so that flakes fit in.
+
+        Args:
+            flakes: Their bounds x, y, width, height, px of the full size.
+            scale: Scale of this box.
+        """
+        left, top, width, height = (length * scale for length in flakes)
+        x = self.x - max(math.ceil(self.x - left), 0)
+        y = self.y - max(math.ceil(self.y - top), 0)
+        right, bottom = (
+            max(self.x + self.width, left + width), max(self.y + self.height, top + height)
+        )  # fmt: skip
+        return replace(self, x=x, y=y, width=_rounded_up(right - x), height=_rounded_up(bottom - y))
 
     def margin(self, region: Region) -> Margin:
         """Return the margin that extends a frame's texture to the box."""

@@ -1,7 +1,7 @@
 """Export a build to Unity: assets with their ``.meta``, so that nothing has to be set by hand."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +39,9 @@ _PLAIN_SCALAR = re.compile(r"[A-Za-z_][\w./@+-]*( [\w./@+-]+)*", re.ASCII)
 """Text that needs no quotes in YAML."""
 
 _ESCAPED = {'"': '\\"', "\\": "\\\\"}
+
+_FILM = 6
+"""Value of a flake material's ``_Light``: flakes are shown as film shows them."""
 
 
 class _AssetType(NamedTuple):
@@ -123,9 +126,9 @@ class _Export:
         )
 
     def shader(
-        self, stem: str, template: str, floats: tuple[str, ...] = ()
+        self, stem: str, template: str, floats: Mapping[str, int] | None = None
     ) -> Iterator[OutputFile]:
-        """Yield a shader and its material, which sets the float properties named ``floats`` to 0.
+        """Yield a shader and its material, which sets the float properties ``floats``.
 
         An existing material is kept: the user may have changed it.
         """
@@ -137,7 +140,7 @@ class _Export:
                 (scalar, single),
                 name=stem,
                 shader=self.guid(f"{stem}.shader"),
-                floats=floats,
+                floats=floats or {},
             ).encode()
         )
         yield from self.asset(f"{stem}.mat", material, "import")
@@ -148,7 +151,7 @@ class _Export:
         yield from self.text(self.player, "player.cs.j2", name=self.name, **{"class": class_name})
         if self.options.assembly:
             yield from self.text(f"{self.options.namespace}.asmdef", "assembly.asmdef.j2")
-        yield from self.shader(f"{self.name}.flakes", "flakes.shader.j2", ("_Hdr",))
+        yield from self.shader(f"{self.name}.flakes", "flakes.shader.j2", {"_Light": _FILM})
         yield from self.asset(f"{self.name}.flakes.bytes", flake_bytes(self.flakes_by_animation()))
 
     def flakes_by_animation(self) -> Iterator[AnimationFlakes]:

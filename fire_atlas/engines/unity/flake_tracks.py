@@ -12,12 +12,12 @@ animations            their number; then for each
 · rounds              number of rounds of the animation that the frames cover
 · x, y (float32)      pivot, px
 · frames              their number; then the number of flakes in each
-rows                  24 bytes for each flake in each frame, of all animations in turn
+rows                  26 bytes for each flake in each frame, of all animations in turn
 ====================  =====================================================================
 
-A row is x, y (float32) and dx, dy, size, stretch, rotation, r, g, b (float16): px, y down, as in
-``effect.flakes.tracks``; dx, dy the displacement to the next frame; r g b the linear light at the
-centre.
+A row is x, y (float32) and dx, dy, size, stretch, rotation, r, g, b, tail (float16): px, y down, as
+in ``effect.flakes.tracks``; dx, dy the displacement to the next frame; r g b the linear light at
+the head.
 """
 
 from collections.abc import Iterable
@@ -33,7 +33,7 @@ _VERSION = 2
 
 ROW = np.dtype(
     [("x", "<f4"), ("y", "<f4")]
-    + [(name, "<f2") for name in ("dx", "dy", "size", "stretch", "rotation", "r", "g", "b")]
+    + [(name, "<f2") for name in ("dx", "dy", "size", "stretch", "rotation", "r", "g", "b", "tail")]
 )
 """Type of a row, which is one flake in one frame."""
 

@@ -44,9 +44,6 @@ from fire_atlas.recipe.base import COLOR_PATTERN
 _FORMAT: Literal["fire-atlas/profile"] = "fire-atlas/profile"
 _VERSION: Literal[2] = 2
 
-SUFFIX = ".json"
-"""File extension of profiles; clips never have it."""
-
 _Share = Annotated[float, Field(ge=0, le=1)]
 _Size = Annotated[float, Field(gt=0, le=1e5)]
 _Point = tuple[float, float]

@@ -299,6 +299,13 @@ class Side:
     detail: DetailModel
 
     @property
+    def base(self) -> tuple[float, float]:
+        """(x, y) px at which the axis of the flame meets the ground."""
+        middle = [(each.left[0] + each.right[0]) / 2 for each in self.learnt_points]
+        foot = [each.bottom[1] for each in self.learnt_points]
+        return float(np.median(middle)), float(np.median(foot))
+
+    @property
     def learnt_leans(self) -> list[float]:
         """Lean of every frame of the clip, degrees."""
         return [points.lean for points in self.learnt_points]

@@ -210,9 +210,9 @@ def _nearer(one: _Hit, other: _Hit) -> _Hit:
 def _first_root(square: Points, half: Points, rest: Points) -> Points:
     """Return the smaller root of square·z² + 2·half·z + rest = 0; infinite if there is none."""
     inside = half * half - square * rest
-    met = (inside > 0) & (square > 1e-12)
-    root = (-half - np.sqrt(np.where(met, inside, 0.0))) / np.where(met, square, 1.0)
-    return np.where(met, root, np.inf)
+    is_hit = (inside > 0) & (square > 1e-12)
+    root = (-half - np.sqrt(np.where(is_hit, inside, 0.0))) / np.where(is_hit, square, 1.0)
+    return np.where(is_hit, root, np.inf)
 
 
 def _ball(radius: float, start: Points, change: Points) -> _Hit:
@@ -236,10 +236,10 @@ def _side(axis: Points, length: float, radius: float, start: Points, change: Poi
 def _disc(axis: Points, radius: float, start: Points, change: Points) -> _Hit:
     """Cut lines of sight with a disc around the origin that faces along ``axis``."""
     slope = change @ axis
-    faces = slope < -1e-9
-    depth = -(start @ axis) / np.where(faces, slope, 1.0)
+    is_front = slope < -1e-9
+    depth = -(start @ axis) / np.where(is_front, slope, 1.0)
     at = start + depth[..., None] * change
-    inside = faces & ((at * at).sum(axis=-1) <= radius * radius)
+    inside = is_front & ((at * at).sum(axis=-1) <= radius * radius)
     return _hit(np.where(inside, depth, np.inf), start, change, lambda at: np.zeros_like(at) + axis)
 
 

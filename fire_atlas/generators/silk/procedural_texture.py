@@ -103,13 +103,13 @@ def synthesise_texture(
             advection.follow(right, up)
             if part == _STEPS - 1:
                 motion[n] = advection.displacement()
-        fuel = _burn(advection.advect(fuel, right, up), burnt, burner.mixing, height)
+        fuel = _consume(advection.advect(fuel, right, up), burnt, burner.mixing, height)
         fuel = inlet.replenish(fuel, step / _STEPS)
     heat = np.clip(heat, 0.0, 1.25) * edge_fade(shape)
     return TextureLoop(heat[..., None], motion)
 
 
-def _burn(fuel: Plane, burnt: np.float32, mixing: float, height: int) -> Plane:
+def _consume(fuel: Plane, burnt: np.float32, mixing: float, height: int) -> Plane:
     """Return ``fuel`` after it has burnt down by ``burnt``.
 
     Where air is near it burns faster, by up to ``mixing`` times as much: so tongues taper to points

@@ -119,7 +119,7 @@ def test_velocity_is_that_of_the_way_whatever_moves_the_flake() -> None:
     way = np.array([(there.x - here.x)[0] * FPS for here, there in pairwise(states)])
     stated = np.array([state.vx[0] for state in states[:-1]])
     assert np.abs(way - 30).max() > 60
-    assert np.abs(stated - way).max() < 12  # turbulence turns it within a frame
+    assert np.abs(stated - way).max() < 20  # turbulence turns it within a frame
 
 
 def _thrown(fps: float, launch: tuple[float, float], gravity: float = 0.0) -> list[ParticleState]:

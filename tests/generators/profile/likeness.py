@@ -14,9 +14,10 @@ from fire_atlas.core.pixels import Pixels, luminance
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.calibration import calibrate
 from fire_atlas.generators.profile.fire import learn_profile
+from fire_atlas.generators.profile.flame_region import largest_flame
 from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
 from fire_atlas.generators.profile.generate.rendering import renderings
-from fire_atlas.generators.profile.learn.features import FireMask, feature_points, largest_flame
+from fire_atlas.generators.profile.learn.features import FireMask, feature_points
 from fire_atlas.generators.profile.learn.learn import colour_table
 from fire_atlas.generators.profile.model import ColourTable, FeaturePoints, Profile
 from fire_atlas.generators.rendering import rendered_clip
@@ -100,10 +101,11 @@ def settings(
     loop: bool = True,
     slices: int = 12,
     particles: int = 100,
+    detail: float = 1.0,
 ) -> ProfileFireSettings:
     """Return what a recipe would set of a fire."""
     generation = GenerationSettings(seed, wind or Wind(), frames, fps, loop, Views())
-    return ProfileFireSettings(generation, slices, particles)
+    return ProfileFireSettings(generation, slices, particles, detail)
 
 
 def generated(

@@ -110,6 +110,51 @@ def _cut_at_the_tip() -> list[Pixels]:
     return [np.ascontiguousarray(clip.read(i)[130:]) for i in range(clip.count)]
 
 
+def _ring() -> list[Pixels]:
+    """A ring of small gas flames, each flickering, on a burner."""
+    frames = []
+    for i in range(12):
+        mask = np.zeros((HEIGHT, WIDTH), np.bool_)
+        for k in range(12):
+            height = 12 + int(4 * np.sin(i + k))
+            x = 15 + 11 * k
+            mask[150 - height : 150, x : x + 10] = True
+        mask[146:150, 15:147] = True
+        frames.append(painted(mask, (60, 110, 255)))
+    return frames
+
+
+def _smoke() -> list[Pixels]:
+    clip, _ = swaying()
+    return [
+        np.asarray(clip.read(i) * (0.3, 0.3, 0.3, 1), np.float32)
+        for i in range(clip.count)
+        if (clip.read(i)[..., :3].max(axis=-1) > 0).any()
+    ]
+
+
+def _grey(frames: list[Pixels]) -> list[Pixels]:
+    for frame in frames:
+        frame[..., :3] = frame[..., :3].mean(axis=-1, keepdims=True)
+    return frames
+
+
+def _goes_out() -> list[Pixels]:
+    clip, _ = swaying(24)
+    frames = [clip.read(i) for i in range(24)]
+    for i in range(8, 16):
+        frames[i][: int(BASE) - 20] = 0
+    return frames
+
+
+def _scene_change() -> list[Pixels]:
+    clip, _ = swaying(24, half=12.0, reach=4.0)
+    return [
+        frame if i < 12 else np.roll(frame, (-70, 40), axis=(0, 1))
+        for i, frame in enumerate(clip.read(i) for i in range(24))
+    ]
+
+
 @pytest.mark.parametrize(
     ("frames", "fault", "advice"),
     [
@@ -118,6 +163,10 @@ def _cut_at_the_tip() -> list[Pixels]:
         (_dark(), "no fire found", "moves"),
         (_everywhere(), "touches every edge", "room on all sides"),
         (_two(), "several flames", "crop"),
+        (_ring(), "times as wide as it is high", "crop"),
+        (_grey(_smoke()), "smoke or steam", "source.kind: frames"),
+        (_goes_out(), "the flame goes out", "source.start"),
+        (_scene_change(), "jumps elsewhere", "source.start"),
         (_turned(2), "burns downwards", "turn the clip"),
         (_turned(3), "burns to the right", "turn the clip"),
         (_turned(1), "burns to the left", "turn the clip"),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fire_atlas.generators.profile.generate.rendering import lean_curve
+from fire_atlas.generators.profile.generate.skeleton import lean_curve
 from tests.generators.profile.likeness import (
     colour_error,
     detail,

@@ -182,6 +182,21 @@ def test_a_profile_of_a_later_version_is_refused_by_a_build(repo: Path) -> None:
     assert code == 1 and "version 3" in said and "update fire-atlas" in said
 
 
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("cells", 4), ("threshold", 50), ("start", 1), ("count", 8), ("fps", 12),
+        ("matte", "alpha"), ("grid", {"columns": 1, "rows": 1}),
+    ],
+)  # fmt: skip
+def test_keys_of_learning_are_refused_for_a_profile_file(
+    repo: Path, key: str, value: object
+) -> None:
+    (repo / "x.profile.json").write_text("{}")
+    code, said = run("check", recipe(repo, {"path": "x.profile.json", key: value}))
+    assert code == 2 and f"source.{key}: says how to learn" in said and "remove it" in said, said
+
+
 def test_a_profile_file_does_not_take_a_side_view_too(repo: Path) -> None:
     (repo / "x.profile.json").write_text("{}")
     code, said = run("build", recipe(repo, {"path": "x.profile.json", "side_path": "side"}))

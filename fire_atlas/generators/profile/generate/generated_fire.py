@@ -53,11 +53,13 @@ class ProfileFireSettings:
         generation: Settings that all fire generators share.
         slices: Number of vertical slices round the axis.
         particles: Number of particles alive in each slice.
+        detail: Share of the clip's own detail in the picture, 0..1; the rest is particles.
     """
 
     generation: GenerationSettings
     slices: int
     particles: int
+    detail: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +143,7 @@ class GeneratedFire:
     Attributes:
         profile: The profile it is generated from.
         settings: Length, frame rate, wind and seed.
+        detail: Share of the clip's own detail in the picture, 0..1.
         base_curve: Outline of its base seen from above, half widths of the front.
         slice_azimuths: (slices,) directions of the slices, radians, within ±π/2 of the front.
         slice_planes: (slices,) index of the plane whose moments each slice shows.
@@ -155,6 +158,7 @@ class GeneratedFire:
 
     profile: Profile
     settings: GenerationSettings
+    detail: float
     base_curve: CubicSpline
     slice_azimuths: NDArray[np.float64]
     slice_planes: NDArray[np.intp]
@@ -205,7 +209,7 @@ class GeneratedFire:
             PlaneOfFire.of(sides[-1], wind, shared, 1),
         )
         return cls(
-            profile, shared, base_curve, azimuths, slice_planes, tracks,
+            profile, shared, settings.detail, base_curve, azimuths, slice_planes, tracks,
             lags.round(), particles, planes,
             tuple(_autocorrelation_map(plane.side.detail) for plane in planes), rise,
             np.arange(shared.frames, dtype=np.float64),

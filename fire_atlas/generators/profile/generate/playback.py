@@ -230,12 +230,12 @@ class _Player:
 
     def __init__(self, side: Side, sequence: FrameSequence, seed: int, plane: int) -> None:
         self.members, self.sequence = members(side), sequence
-        self.chance = generator(seed, RandomStream.LEANING_SETS, plane)
+        self.seed, self.plane = seed, plane
         self.ahead = np.stack([_ahead(each, sequence.closed) for each in self.members])
         self.position, self.mirrored, self.follows = -1.0, False, False
 
-    def step(self, reference: float, cut: bool, selected: int) -> bool:
-        """Go on by a frame, and return whether that was a jump."""
+    def step(self, tick: int, reference: float, cut: bool, selected: int) -> bool:
+        """Go on to frame ``tick`` of the result, and return whether that was a jump."""
         is_member = self.members[selected]
         in_reach = bool(is_member[int(reference), 0])
         if in_reach and self.follows and not cut:
@@ -253,7 +253,9 @@ class _Player:
             return True
         ways = np.minimum(self.ahead[selected], _LONG_AHEAD)
         frames, flips = np.nonzero((ways > 0) & (ways >= 0.7 * ways.max()))
-        choice = int(self.chance.integers(len(frames)))
+        # Keyed by the frame, so that one jump more does not change all that follow.
+        chance = generator(self.seed, RandomStream.LEANING_SETS, 2 * tick + self.plane)
+        choice = int(chance.integers(len(frames)))
         self.position, self.mirrored = float(frames[choice]), bool(flips[choice])
         return True
 
@@ -284,7 +286,8 @@ def play(
     begun: list[tuple[int, float, bool]] = []
     shown = np.empty(frames)
     for tick in range(frames):
-        if player.step(reference.positions[tick], bool(reference.cuts[tick]), int(selected[tick])):
+        cut, state = bool(reference.cuts[tick]), int(selected[tick])
+        if player.step(tick, float(reference.positions[tick]), cut, state):
             begun.append((tick, player.position, player.mirrored))
         shown[tick] = leans[int(player.position)] * (-1 if player.mirrored else 1)
     ends = [start for start, _, _ in begun[1:]] + [frames]

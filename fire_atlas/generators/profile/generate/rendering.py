@@ -12,12 +12,17 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.special import ndtr
 
-from fire_atlas.core.pixels import Pixels, Plane, as_plane
+from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
+from fire_atlas.effect.field.wind import peak_level
 from fire_atlas.generators.camera import Camera
 from fire_atlas.generators.profile.generate.blend_masks import MASK_CELL, BlendMask, blend_masks
+from fire_atlas.generators.profile.generate.colouring import TableColours
 from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
+from fire_atlas.generators.profile.generate.particle_cloud import ParticleCloud, fitted_taper
 from fire_atlas.generators.profile.generate.particles import half_width
 from fire_atlas.generators.profile.generate.shading import ShadeTable, shade_table, taper_of
+from fire_atlas.generators.profile.generate.skeleton import Displacement, lean_curve, skeletons
+from fire_atlas.generators.profile.generate.wind import LEAN_PER_LEVEL
 from fire_atlas.generators.profile.model import FLOW_CELL, SCORE_UNIT, interpolated
 from fire_atlas.vision.warp import sample_at
 
@@ -36,11 +41,13 @@ class FramePose:
         offset: (NODES,) distance of its middle to the right of the axis, flame heights.
         width_ratio: (NODES,) width divided by its mean.
         lean: Lean to the right of the camera, caused by the wind, radians.
+        moved: How its points were moved from where the clip has them; None if they were not.
     """
 
     offset: NDArray[np.float64]
     width_ratio: NDArray[np.float64]
     lean: float
+    moved: Displacement | None
 
     def middle(self, heights: NDArray[np.floating]) -> NDArray[np.float64]:
         """Return the offset of the fire's middle from its axis at ``heights``, in flame heights."""
@@ -58,6 +65,7 @@ class ProfileRendering:
         half_width: Half width of the foot seen by the camera, flame heights.
         taper: Half width of the flame by height, in half widths of its foot.
         shades: Colours of every cell, seen by the camera.
+        cloud: Its particles alone.
     """
 
     matte: ClassVar[str] = "alpha"
@@ -68,20 +76,32 @@ class ProfileRendering:
     half_width: float
     taper: CubicSpline
     shades: ShadeTable
+    cloud: ParticleCloud
 
     @classmethod
     def of(cls, fire: GeneratedFire, camera: Camera) -> "ProfileRendering":
         """Set up the drawing of ``fire`` as seen by ``camera``."""
         half = half_width(fire.base_curve, camera.azimuth) * fire.profile.front.half_width
         shades = shade_table(fire.profile, camera.azimuth)
-        return cls(fire, camera, half, taper_of(fire.profile), shades)
+        colours = TableColours.of(fire.profile)
+        cloud = ParticleCloud(fire, camera, colours, fitted_taper(fire.profile))
+        return cls(fire, camera, half, taper_of(fire.profile), shades, cloud)
 
     def frame(self, index: int) -> Pixels:
         """Draw frame ``index``: (height, width, 4), a fresh array."""
-        return self.posed_frame(index, self.pose(index))
+        share = np.float32(self.fire.detail)
+        if share == 1:
+            return self._detailed(index)
+        time = float(self.fire.frame_times[index])
+        skeleton = skeletons(self.fire.planes, time, self.camera.azimuth).moved
+        particles = self.cloud.picture(skeleton, time)
+        if share == 0:
+            return particles
+        return as_plane(self._detailed(index) * share + particles * (1 - share))
 
-    def posed_frame(self, index: int, pose: FramePose) -> Pixels:
-        """Draw frame ``index``, given its pose."""
+    def _detailed(self, index: int) -> Pixels:
+        """Draw the clip's detail in frame ``index``."""
+        pose = self.pose(index)
         camera, profile = self.camera, self.fire.profile
         # A fire shown smaller than it was filmed is drawn larger first and then reduced. The size
         # filmed may be less than the grid's, which is finer than a small sprite.
@@ -96,7 +116,8 @@ class ProfileRendering:
         # Cubic interpolation overshoots at edges.
         np.clip(seen, 0, 1, out=seen)
         np.minimum(seen[..., :3], seen[..., 3:], out=seen[..., :3])
-        return as_plane(seen)
+        bright = brightness(as_plane(seen), "srgb")
+        return as_plane(self.cloud.colours.applied(as_plane(seen), bright))
 
     def motion(self, index: int) -> NDArray[np.float32]:
         """Velocity of the fire in frame ``index``: (height, width, 2) px/s, x right, y down. It is
@@ -129,7 +150,9 @@ class ProfileRendering:
         ratio = np.exp(width * cos * cos + depth * sin * sin)
         bend, bend_away = (plane.playback.bend_at(time) for plane in planes)
         lean = math.radians(bend * cos + bend_away * sin)
-        return FramePose(mean + right * cos + away * sin, ratio, lean)
+        seen = skeletons(planes, time, self.camera.azimuth)
+        moved = None if (seen.moved.points == seen.learnt.points).all() else seen
+        return FramePose(mean + right * cos + away * sin, ratio, lean, moved)
 
     def _masks(self, index: int) -> list[BlendMask]:
         time = float(self.fire.frame_times[index])
@@ -192,9 +215,16 @@ class ProfileRendering:
         right = (np.arange(camera.width * oversampling) + 0.5) / oversampling - x
         up = y - (np.arange(camera.height * oversampling) + 0.5) / oversampling
         heights = up / (flame * math.cos(pose.lean) * math.cos(camera.elevation))
+        if pose.moved is not None:
+            shown, heights = heights, pose.moved.heights(heights)
         half = interpolated(pose.width_ratio, heights) * self.half_width
-        across = (right / flame - pose.middle(heights)[:, None]) / half[:, None]
+        middle = pose.middle(heights)
+        if pose.moved is not None:
+            half, middle = half * pose.moved.width(shown), middle + pose.moved.middle(shown)
+        across = (right / flame - middle[:, None]) / half[:, None]
         height = np.broadcast_to(heights[:, None], across.shape)
+        if pose.moved is not None:
+            height = height - pose.moved.raised(right / flame, shown)
         if camera.elevation:
             # From above, the near side of a round foot is lower in the frame than its axis.
             foot = np.sqrt(np.clip(1 - across * across, 0, 1)) * np.clip(1 - height, 0, 1)
@@ -236,7 +266,7 @@ def _front_camera(fire: GeneratedFire, elevation: float, height: int | None) -> 
     sway = max(float(np.abs(side.pose.offset).max()) for side in profile.sides)
     sway *= max(float(plane.sway_gain.max()) for plane in fire.planes)
     widest = max(float(side.pose.width_ratio.max()) for side in profile.sides)
-    lean = math.radians(max(float(np.abs(plane.playback.bend).max()) for plane in fire.planes))
+    lean = math.radians(_largest_lean(fire))
     top = grid.rows_above / grid.cells_per_height
     aside = grid.half_columns / grid.cells_per_half * half * widest + sway
     aside += math.sin(lean) * float(lean_curve(np.array(top)))
@@ -254,11 +284,14 @@ def _front_camera(fire: GeneratedFire, elevation: float, height: int | None) -> 
     return Camera(0.0, tilt, columns, rows, (columns / 2, float(rows - ground)), scale)
 
 
-def lean_curve(heights: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return the sideways shift of a leaning fire by height in flame heights, relative to that of
-    its top: a cubic that is vertical at the base and straight above the top."""
-    h = np.maximum(heights, 0.0)
-    return np.asarray(np.where(h < 1, h * h * (3 - h) / 2, 1 + 1.5 * (h - 1)), np.float64)
+def _largest_lean(fire: GeneratedFire) -> float:
+    """Return how far a fire may lean beyond the sway of its clip, degrees. In wind that depends on
+    the wind alone: other frames in a leaning set give frames of the same size."""
+    peak = peak_level(fire.settings.wind)
+    if peak == 0:
+        return max(float(np.abs(plane.playback.bend).max()) for plane in fire.planes)
+    medians = [abs(side.statistics.lean.median) for side in fire.profile.sides]
+    return LEAN_PER_LEVEL * peak + max(medians)
 
 
 def _enlarged(weight: Plane, shape: tuple[int, int]) -> Plane:

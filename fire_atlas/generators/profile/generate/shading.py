@@ -1,4 +1,4 @@
-"""Colours of the flame by grid cell and brightness: the region detector of Lee et al., III-C."""
+"""Colours that the clip shows at each cell of the detail's grid, by brightness."""
 
 import math
 from dataclasses import dataclass
@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from fire_atlas.core.pixels import Pixels, Plane, decode_bytes
+from fire_atlas.core.pixels import Pixels, Plane
 from fire_atlas.generators.profile.model import Profile, decoded_shades
-from fire_atlas.vision.warp import sample_at
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,30 +51,7 @@ def shade_table(profile: Profile, azimuth: float) -> ShadeTable:
         part = (shades if component > 0 else shades[:, :, ::-1]) * share
         seen = part if seen is None else seen + part
     assert seen is not None, "cos² + sin² = 1"
-    gain = _colour_gain(profile)
-    if gain is not None:
-        seen = seen * gain
-        seen[..., :3] = np.minimum(seen[..., :3], seen[..., 3:])
     return ShadeTable(len(seen), np.ascontiguousarray(seen.reshape(-1, 4)))
-
-
-def _colour_gain(profile: Profile) -> NDArray[np.float32] | None:
-    """Return factors (rows, columns, 4) of the shades if the colour table was edited, else None.
-
-    They are interpolated between the table's cells, so that no grid shows.
-    """
-    current, learnt = profile.colours, profile.learnt_colours
-    if (current.colours == learnt.colours).all() and (current.coverage == learnt.coverage).all():
-        return None
-    colour = decode_bytes(current.colours) / np.maximum(decode_bytes(learnt.colours), 1e-3)
-    coverage = current.coverage / np.maximum(learnt.coverage, 1e-3)
-    gains = np.dstack([colour * coverage[..., None], coverage]).astype(np.float32)
-    grid, size = profile.grid, len(current.colours)
-    rows = (1.0 - grid.heights) * size - 0.5
-    columns = (grid.offsets + 1.0) / 2 * size - 0.5
-    x, y = np.meshgrid(columns.astype(np.float32), rows.astype(np.float32))
-    last = np.float32(size - 1)
-    return sample_at(gains, np.clip(x, 0, last), np.clip(y, 0, last))
 
 
 def taper_of(profile: Profile) -> CubicSpline:

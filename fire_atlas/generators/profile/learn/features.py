@@ -136,16 +136,6 @@ def _with_holes_filled(mask: Plane) -> Plane:
     return as_plane(np.where(inside, np.maximum(mask, 1), mask))
 
 
-def largest_flame(binarized: Bytes) -> NDArray[np.bool_]:
-    """Return (H, W): the largest connected flame of a binarized frame, bridging 1 px gaps."""
-    closed = cv2.morphologyEx(binarized, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(closed, connectivity=8)
-    if count < 2:
-        return np.zeros(binarized.shape, np.bool_)
-    largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-    return np.asarray((labels == largest) & (binarized > 0), np.bool_)
-
-
 def contour(flame: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return (H, W): the flame's outline, its pixels where Sobel's gradient of the mask is not 0.
     Flame pixels at the edge of the frame belong to it."""

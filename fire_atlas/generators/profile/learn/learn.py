@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels, linear_to_srgb
 from fire_atlas.core.workers import Workers
+from fire_atlas.generators.profile.flame_region import largest_flame
 from fire_atlas.generators.profile.learn.detail import detail_grid, learn_detail, learn_pose
-from fire_atlas.generators.profile.learn.features import largest_flame
 from fire_atlas.generators.profile.learn.measure import ClipMeasurements, measure_clip
 from fire_atlas.generators.profile.model import (
     FLOW_CELL,
@@ -133,6 +133,8 @@ def colour_table(frames: Iterable[tuple[Pixels, NDArray[np.bool_]]], size: int) 
     )
     colours = np.rint(linear_to_srgb(np.clip(straight, 0, 1)) * 255).astype(np.uint8)
     coverage = np.divide(alpha, area, np.zeros(size * size), where=area > 0).astype(np.float32)
+    # As precise as in the profile file, so that both give the same fire.
+    coverage = coverage.round(3)
     return ColourTable(colours.reshape(size, size, 3), coverage.reshape(size, size))
 
 

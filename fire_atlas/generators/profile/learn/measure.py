@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.pixels import Pixels, luminance
+from fire_atlas.core.pixels import Pixels, linear_to_srgb, luminance
 from fire_atlas.core.workers import Workers
-from fire_atlas.generators.profile.learn.features import FireMask, feature_points, largest_flame
+from fire_atlas.generators.profile.flame_region import largest_flame
+from fire_atlas.generators.profile.learn.features import FireMask, feature_points
 from fire_atlas.generators.profile.model import (
     FEW_FRAMES,
     MANY_FRAMES,
@@ -18,12 +19,29 @@ from fire_atlas.generators.profile.model import (
     MIN_FRAMES,
     FeaturePoints,
 )
+from fire_atlas.vision.sampling import evenly_spread
 
 _MAX_SEAM_RATIO = 1.1
 """Maximum seam of a clip that loops, relative to its 90th percentile step."""
 
 _MAX_EMPTY_COVERAGE = 0.03
 """Coverage up to which a pixel counts as empty."""
+
+_SAMPLES = 12
+"""Number of frames that are looked at before all others."""
+
+_MAX_WIDTH = 2.0
+"""Maximum width of the foot of one flame, relative to its height."""
+
+_MIN_CHROMA, _MIN_PEAK = 0.15, 0.85
+"""What is less colourful than the first and less bright than the second is no flame."""
+
+_MAX_SHIFT, _MIN_AREA_SHARE = 0.4, 0.2
+"""A flame whose foot is further from the usual place, in heights, or whose area is smaller than a
+share of the usual, is broken."""
+
+_MAX_BROKEN, _FEW_BROKEN = 0.1, 2
+"""Maximum share, and number, of the frames in which the flame is broken."""
 
 _MIN_AREA = 24
 """Minimum number of pixels of a flame that has an outline."""
@@ -91,6 +109,10 @@ class _FrameMeasurements:
         edges: Whether the flame touches the left, right, top and bottom edge, and whether it
             touches the top edge over more than half its width.
         has_rival: Whether it shows a second flame beside the first.
+        area: Pixels of its flame.
+        chroma: Difference of the largest and smallest channel, relative to the largest, that 95 %
+            of the flame's pixels do not exceed.
+        peak: Brightness, 0..1, that 99 % of the flame's pixels do not exceed.
     """
 
     points: FeaturePoints | None
@@ -98,6 +120,9 @@ class _FrameMeasurements:
     rows: NDArray[np.float64]
     edges: tuple[bool, bool, bool, bool, bool]
     has_rival: bool
+    area: int
+    chroma: float
+    peak: float
 
 
 def frame_difference(one: Pixels, other: Pixels) -> float:
@@ -116,8 +141,13 @@ def measure_clip(
     Raises:
         SourceError: The clip does not show a single, upright flame that is not cut off.
     """
-    mask = FireMask.of(clip, threshold)
     _refuse_length(name, clip.count)
+    mask = FireMask.of(clip, threshold)
+    # A few frames tell soon whether all need be looked at.
+    numbers = evenly_spread(0, clip.count - 1, _SAMPLES)
+    samples = list(workers.map(lambda i: _measure(clip, mask, numbers[i]), range(len(numbers))))
+    present = np.mean([flame for _, flame, _ in samples], axis=0).astype(np.float32)
+    _refuse_unfit(name, mask, [frame for frame, _, _ in samples], present)
     found: list[_FrameMeasurements] = []
     steps: list[float] = []
     first = before = np.zeros((clip.height, clip.width, 4), np.float32)
@@ -130,12 +160,7 @@ def measure_clip(
             steps.append(frame_difference(before, fire))
         first, before = first if found else fire, fire
         found.append(frame)
-    seen = [frame.points for frame in found if frame.points is not None]
-    if len(seen) < 0.5 * clip.count:
-        raise SourceError(_no_fire(name, mask, len(seen), clip.count))
-    _refuse_rivals(name, found)
-    cut_share = _refuse_cut(name, found)
-    _refuse_tilted(name, flame_count / np.float32(len(seen)))
+    cut_share = _refuse_unfit(name, mask, found, flame_count / np.float32(clip.count))
     seam = frame_difference(before, first)
     weight, centre, spread = np.stack([frame.rows for frame in found]).transpose(1, 0, 2)
     return ClipMeasurements(
@@ -162,17 +187,30 @@ def _measure(
     fire = mask.isolated(pixels, binarized)
     light = luminance(fire).astype(np.float64)
     rows = _row_moments(np.sqrt(np.maximum(light, 0)))
-    points, brightness, has_rival = None, 0.0, False
-    if np.count_nonzero(flame) >= _MIN_AREA:
+    points, brightness, has_rival, chroma, peak = None, 0.0, False, 0.0, 0.0
+    area = int(np.count_nonzero(flame))
+    if area >= _MIN_AREA:
         points, brightness = feature_points(flame), float(light[flame].mean())
         has_rival = _has_rival(binarized, flame)
+        chroma, peak = _colourfulness(fire[flame])
     width = points.width if points else clip.width
     edges = (
         bool(flame[:, :1].any()), bool(flame[:, -1:].any()),
         bool(flame[:2].any()), bool(flame[-1:].any()),
         bool(np.count_nonzero(flame[0]) > 0.5 * width),
     )  # fmt: skip
-    return _FrameMeasurements(points, brightness, rows, edges, has_rival), flame, fire
+    measurements = _FrameMeasurements(
+        points, brightness, rows, edges, has_rival, area, chroma, peak
+    )
+    return measurements, flame, fire
+
+
+def _colourfulness(pixels: NDArray[np.float32]) -> tuple[float, float]:
+    """Return ``chroma`` and ``peak`` of ``_FrameMeasurements`` for pixels (n, 4) of a flame."""
+    colours = linear_to_srgb(np.clip(pixels[:, :3], 0, 1))
+    most, least = colours.max(axis=1), colours.min(axis=1)
+    chroma = (most - least) / np.maximum(most, 1e-3)
+    return float(np.quantile(chroma, 0.95)), float(np.quantile(most, 0.99))
 
 
 def _row_moments(weight: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -248,6 +286,65 @@ def _refuse_length(name: str, count: int) -> None:
         raise SourceError(
             f"{name}: has {count} frames; a profile is learnt from at most {MAX_FRAMES}, and "
             f"{best} are enough: choose some with source.start and source.count"
+        )
+
+
+def _refuse_unfit(
+    name: str, mask: FireMask, frames: list[_FrameMeasurements], present: NDArray[np.float32]
+) -> float:
+    """Refuse frames that do not show one whole flame; return the share whose tip is cut off.
+
+    ``present`` (H, W) is the share of the frames in which each pixel is flame.
+    """
+    seen = [frame for frame in frames if frame.points is not None]
+    if len(seen) < 0.5 * len(frames):
+        raise SourceError(_no_fire(name, mask, len(seen), len(frames)))
+    _refuse_rivals(name, frames)
+    cut_share = _refuse_cut(name, frames)
+    _refuse_tilted(name, present * np.float32(len(frames) / len(seen)))
+    points = [frame.points for frame in seen if frame.points is not None]
+    _refuse_wide(name, points)
+    _refuse_grey(name, seen)
+    _refuse_broken(name, frames)
+    return cut_share
+
+
+def _refuse_wide(name: str, points: list[FeaturePoints]) -> None:
+    ratio = float(np.median([each.width / max(each.height, 1.0) for each in points]))
+    if ratio > _MAX_WIDTH:
+        raise SourceError(
+            f"{name}: the fire is {ratio:.1f} times as wide as it is high: a row or a ring of "
+            f"flames; a profile is of one flame: crop the clip to one"
+        )
+
+
+def _refuse_grey(name: str, frames: list[_FrameMeasurements]) -> None:
+    chroma, peak = np.median([(frame.chroma, frame.peak) for frame in frames], axis=0)
+    if chroma < _MIN_CHROMA and peak < _MIN_PEAK:
+        raise SourceError(
+            f"{name}: shows something grey that does not glow (at most {255 * peak:.0f} of 255): "
+            f"smoke or steam; a profile is of a flame: choose a clip of one, or use the clip as it "
+            f"is with source.kind: frames"
+        )
+
+
+def _refuse_broken(name: str, frames: list[_FrameMeasurements]) -> None:
+    """Refuse a flame that goes out, leaves its base, or gives way to another picture."""
+    seen = [frame for frame in frames if frame.points is not None]
+    area = float(np.median([frame.area for frame in seen]))
+    points = [frame.points for frame in seen if frame.points is not None]
+    height = float(np.median([each.height for each in points]))
+    foot = np.array([each.bottom for each in points])
+    shift = np.abs(foot[:, None] - foot).max(axis=2)
+    # The usual place is that of the frame to which most others are near.
+    off = shift[np.argmin(np.quantile(shift, 0.4, axis=1))] > _MAX_SHIFT * height
+    small = [frame.area < _MIN_AREA_SHARE * area for frame in seen]
+    broken = len(frames) - len(seen) + sum(a or b for a, b in zip(off, small, strict=True))
+    if broken > max(_MAX_BROKEN * len(frames), _FEW_BROKEN):
+        raise SourceError(
+            f"{name}: the flame goes out, leaves its base or jumps elsewhere in {broken} of "
+            f"{len(frames)} frames; choose a part of the clip in which it burns in one place with "
+            f"source.start and source.count, or set source.threshold lower if parts of it are dim"
         )
 
 

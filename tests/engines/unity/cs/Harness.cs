@@ -82,8 +82,8 @@ static class Harness
         return (Action)Delegate.CreateDelegate(typeof(Action), target, found);
     }
 
-    /// One line a moment; a flake is its middle, half its length and width (x, y each), its light, and
-    /// how far from its centre the shader sees its corners, in half lengths and widths.
+    /// One line a moment; a flake is its middle, half the length and width of its quad (x, y each), its
+    /// light, and the shape that the shader sees at a corner.
     static void Print(Player.Vertex[] vertices, int flakes)
     {
         Console.Write(flakes);
@@ -92,11 +92,12 @@ static class Harness
             Vector3 a = vertices[4 * i].position, b = vertices[4 * i + 1].position;
             Vector3 c = vertices[4 * i + 2].position, d = vertices[4 * i + 3].position;
             Vector3 light = vertices[4 * i].light;
+            Vector4 shape = vertices[4 * i + 3].shape;
             float[] told =
             {
                 (a.x + b.x + c.x + d.x) / 4, (a.y + b.y + c.y + d.y) / 4,
                 (b.x - a.x) / 2, (b.y - a.y) / 2, (c.x - a.x) / 2, (c.y - a.y) / 2,
-                light.x, light.y, light.z, vertices[4 * i + 3].q.x
+                light.x, light.y, light.z, shape.x, shape.y, shape.z, shape.w
             };
             foreach (float number in told) Console.Write(" " + number.ToString("R", Plain));
         }

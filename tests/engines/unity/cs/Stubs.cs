@@ -92,6 +92,11 @@ namespace UnityEngine
         public static Vector3 operator *(Vector3 a, float b) { return new Vector3(a.x * b, a.y * b, a.z * b); }
     }
 
+    public struct Vector4
+    {
+        public float x, y, z, w;
+    }
+
     public struct Color
     {
         public float r, g, b, a;

@@ -1,0 +1,138 @@
+"""Colours by place in the flame: the region detector of Lee et al., III-C, Figure 10.
+
+A place's colour is that of the cell of the colour table in which it lies, bilinear between cells.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.pixels import Pixels, decode_bytes, luminance
+from fire_atlas.generators.profile.flame_region import largest_flame
+from fire_atlas.generators.profile.model import ColourTable, Profile
+from fire_atlas.vision.warp import sample_at
+
+_TABLE_SHARE = 0.3
+"""Share of the table's own hue in the colours of the clip's detail. The rest is the clip's hue at
+the place, which a table of a few cells does not hold."""
+
+_LEAST = 1e-3
+"""Smallest linear colour or coverage that is divided by."""
+
+_REACHED = 0.03
+"""Coverage above which a cell has a colour of its own."""
+
+_Array = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class ColourField:
+    """The colours of a table as a field over the box of a flame.
+
+    Attributes:
+        cells: (n, n, 3) float32: linear colours at the middles of the cells, between which the
+            field is bilinear.
+    """
+
+    cells: _Array
+
+    @classmethod
+    def of(cls, table: ColourTable, weight: _Array) -> "ColourField":
+        """Return the field whose mean over each cell is the cell's colour.
+
+        ``weight`` is the (n, n) coverage as learnt. Cells that the flame hardly ever reaches take
+        the colours of cells nearby, or they would darken its edge.
+        """
+        size = len(table.colours)
+        colours = decode_bytes(table.colours).reshape(size * size, 3)
+        place = np.stack(np.divmod(np.arange(size * size), size), axis=1)
+        apart = np.square(place[:, None] - place[None]).sum(axis=2) / (size / 5) ** 2
+        near = np.exp(-apart / 2) * (weight.ravel() + _LEAST)
+        filled = near @ colours / near.sum(axis=1, keepdims=True)
+        needed = np.where(weight.reshape(-1, 1) > _REACHED, colours, filled)
+        # The mean of a bilinear field over a cell mixes in its neighbours. That is undone.
+        mixing = np.linalg.inv(_mixing(size))
+        means = needed.reshape(size, size, 3)
+        cells = np.einsum("ij,jkc,lk->ilc", mixing, means, mixing)
+        return cls(np.clip(cells, means / 3, np.minimum(2 * means, 1)).astype(np.float32))
+
+    def at(self, across: NDArray[np.floating], down: NDArray[np.floating]) -> _Array:
+        """Return linear colours (..., 3) at places in the box, from (0, 0), its top-left corner, to
+        (1, 1)."""
+        return sample_cells(self.cells, across, down)
+
+
+def _mixing(size: int) -> NDArray[np.float64]:
+    """Return how much of each of ``size`` cells is in the mean of the bilinear field over each."""
+    mixing = np.eye(size) * 0.75 + (np.eye(size, k=1) + np.eye(size, k=-1)) * 0.125
+    mixing[0, 0] = mixing[-1, -1] = 0.875
+    return mixing
+
+
+def sample_cells(cells: _Array, across: NDArray[np.floating], down: NDArray[np.floating]) -> _Array:
+    """Return the values (rows, columns, ...) of cells (n, n, ...) at places in a box, bilinear
+    between the middles of the cells."""
+    size, last = len(cells), len(cells) - 1
+    x, y = (np.clip(each * size - 0.5, 0, last) for each in (across, down))
+    return sample_at(cells, x, y)
+
+
+@dataclass(frozen=True, slots=True)
+class TableColours:
+    """The colour tables of a profile, as learnt and as edited.
+
+    Attributes:
+        current, learnt: Their fields.
+        coverage: (n, n) float32, 0..1: coverage as edited.
+        coverage_gain: (n, n) float32: coverage as edited over that learnt.
+        threshold: Brightness above which a pixel is flame, 0..255.
+    """
+
+    current: ColourField
+    learnt: ColourField
+    coverage: _Array
+    coverage_gain: _Array
+    threshold: float
+
+    @classmethod
+    def of(cls, profile: Profile) -> "TableColours":
+        """Read the tables of a profile."""
+        weight = profile.learnt_colours.coverage
+        ratio = profile.colours.coverage / np.maximum(weight, _LEAST)
+        gain = np.where(profile.colours.coverage == weight, 1, ratio).astype(np.float32)
+        current, learnt = (
+            ColourField.of(each, weight) for each in (profile.colours, profile.learnt_colours)
+        )
+        return cls(current, learnt, profile.colours.coverage, gain, profile.front.threshold)
+
+    def applied(self, pixels: Pixels, bright: _Array) -> Pixels:
+        """Return a drawn flame (H, W, 4) in the colours of the table.
+
+        Its hue is partly that of the table, and all of it goes with the edits of the table.
+        ``bright`` is its brightness (H, W), 0..255.
+        """
+        flame = largest_flame((bright > self.threshold).astype(np.uint8))
+        if not flame.any():
+            return pixels
+        across, down = (each.astype(np.float32) for each in _box_places(flame))
+        x, y = np.meshgrid(across, down)
+        current, learnt = self.current.at(x, y), self.learnt.at(x, y)
+        alpha = pixels[..., 3:]
+        light = luminance(pixels)[..., None] / np.maximum(luminance(learnt)[..., None], _LEAST)
+        own = pixels[..., :3] * (current / np.maximum(learnt, np.float32(_LEAST)))
+        share = np.float32(_TABLE_SHARE)
+        colours = own * (1 - share) + current * light * share
+        gain = sample_cells(self.coverage_gain, x, y)[..., None]
+        coverage = np.clip(alpha * gain, 0, 1)
+        return np.concatenate([np.clip(colours * gain, 0, coverage), coverage], axis=-1)
+
+
+def _box_places(flame: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the place of each column, and of each row, in the box of a flame: 0..1 inside it."""
+    places = []
+    for axis in (0, 1):
+        found = np.flatnonzero(flame.any(axis=axis))
+        length = found[-1] + 1 - found[0]
+        places.append((np.arange(flame.shape[1 - axis]) + 0.5 - found[0]) / length)
+    return places[0], places[1]

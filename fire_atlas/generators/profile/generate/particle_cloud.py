@@ -1,0 +1,145 @@
+"""Draw the particles of a fire alone, as the paper does: soft billboards in the table's colours
+(Lee et al., III-C, Figures 14-15)."""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.easing import smooth_step
+from fire_atlas.core.pixels import Pixels, as_plane
+from fire_atlas.generators.camera import Camera
+from fire_atlas.generators.profile.generate.colouring import TableColours, sample_cells
+from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
+from fire_atlas.generators.profile.generate.particles import half_width, height_after, rise_time
+from fire_atlas.generators.profile.generate.skeleton import Skeleton
+from fire_atlas.generators.profile.model import Profile
+
+_BILLBOARD = 0.16
+"""Standard deviation of a particle's billboard, half widths of the foot."""
+
+_REACH = np.float32(4.0)
+"""Distance at which a billboard ends, standard deviations."""
+
+_SMALLEST = 0.7
+"""Smallest standard deviation of a billboard, px."""
+
+_DENSITY = 5.0
+"""Optical density of a flame filled evenly with its particles."""
+
+_INSET = 0.5
+"""Distance of the outermost paths from the outline, standard deviations of a billboard."""
+
+_END = 1.03
+"""Height at which particles die, in heights of the top: above the top they slow down and fade."""
+
+_BEGIN, _FADING = 0.03, 0.85
+"""Share of the way to the top at which particles have faded in, and at which they begin to fade."""
+
+_WIDER = 1.2
+"""Distance from the middle of the colour table, relative to that of the particle in the flame."""
+
+_SHARP = 1.5
+"""Standard deviation of a billboard that needs all pixels, px."""
+
+_FULLNESS = 1.3
+"""Area of a flame, relative to half the width of its foot times its height."""
+
+_TAPER_HEIGHTS = np.linspace(0.1, 0.9, 9)
+"""Heights at which the paths are fitted to the width of the flame, flame heights."""
+
+
+def fitted_taper(profile: Profile) -> NDArray[np.float64]:
+    """Return the coefficients (2,) of ``taper_curve`` that fit the mean width of the clip's flame
+    best: the mean coverage of its cells, row by row."""
+    grid, shades = profile.grid, profile.front.detail.shades[..., 3].astype(np.float64) / 255
+    cover = shades.mean(axis=0).sum(axis=1) / grid.cells_per_half / 2
+    widths = np.interp(_TAPER_HEIGHTS, grid.heights[::-1], cover[::-1])
+    s = _TAPER_HEIGHTS
+    base = max(float(widths[0]), 0.1)
+    basis = np.stack([(1 - s) * s, (1 - s) * s * s], axis=1)
+    found = np.linalg.lstsq(basis, widths / base - (1 - s), rcond=None)[0]
+    return np.asarray(found, np.float64)
+
+
+@dataclass(frozen=True, slots=True)
+class ParticleCloud:
+    """The particles of a fire seen by one camera.
+
+    Attributes:
+        fire: The fire.
+        camera: The camera; its unit of length is the flame height.
+        colours: Colours by place.
+        taper: (2,) shape of the paths.
+    """
+
+    fire: GeneratedFire
+    camera: Camera
+    colours: TableColours
+    taper: NDArray[np.float64]
+
+    def places(
+        self, skeleton: Skeleton, time: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return the particles alive at a ``time`` in frames: their places (n, 2), flame heights to
+        the right of the axis and above the base; the share (n,) of their way to the top; and their
+        sizes (n,)."""
+        particles, speed = self.fire.particles, self.fire.profile.rise_speed
+        alive, age = particles.alive(time)
+        share = height_after(age / particles.lifetime * rise_time(_END, speed), speed)
+        cos, sin = math.cos(self.camera.azimuth), math.sin(self.camera.azimuth)
+        across = particles.x[alive] * cos + particles.z[alive] * sin
+        across /= half_width(self.fire.base_curve, self.camera.azimuth)
+        inside = np.clip(across, -1, 1) * (1 - _INSET * _BILLBOARD)
+        places = skeleton.paths(inside, share, self.taper)
+        return places, share, particles.size[alive]
+
+    def picture(self, skeleton: Skeleton, time: float) -> Pixels:
+        """Draw the particles at a ``time`` in frames: (height, width, 4)."""
+        camera, foot = self.camera, skeleton.foot[1]
+        places, share, size = self.places(skeleton, time)
+        # Soft billboards are drawn smaller, and enlarged.
+        factor = max(1, int(_BILLBOARD * foot * camera.scale / _SHARP))
+        scale = camera.scale / factor
+        height, width = -(-camera.height // factor), -(-camera.width // factor)
+        sigma = np.maximum(_BILLBOARD * foot * size * scale, _SMALLEST)
+        x = camera.origin[0] / factor + places[:, 0] * scale
+        y = camera.origin[1] / factor - places[:, 1] * scale * math.cos(camera.elevation)
+        weight = smooth_step(share / _BEGIN) * smooth_step((_END - share) / (_END - _FADING))
+        colours, cover = self._colours(places)
+        down = _gaussians(np.arange(height) + 0.5, y, sigma) * as_plane(weight)[:, None]
+        right = _gaussians(np.arange(width) + 0.5, x, sigma)
+        painted = np.concatenate([colours, np.ones_like(cover)[:, None]], axis=1) * cover[:, None]
+        layers = [(down * as_plane(channel)[:, None]).T @ right for channel in painted.T]
+        density = down.T @ right
+        area = _FULLNESS * foot * skeleton.height * scale**2
+        filled = float((weight * sigma * sigma).sum()) * 2 * math.pi / area
+        alpha = 1 - np.exp(density * np.float32(-_DENSITY / max(filled, 1e-6)))
+        drawn = (
+            np.stack(layers, axis=-1) * (alpha / np.maximum(density, np.float32(1e-12)))[..., None]
+        )
+        enlarged = cv2.resize(as_plane(drawn), (width * factor, height * factor))
+        return as_plane(enlarged[: camera.height, : camera.width])
+
+    def _colours(
+        self, places: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return the linear colour (n, 3) of each particle, that of its cell, and its coverage."""
+        low, high = places.min(axis=0), places.max(axis=0)
+        # Billboards that overlap shift colours inwards. That is undone.
+        across, up = ((places - low) / np.maximum(high - low, 1e-6) * _WIDER - (_WIDER - 1) / 2).T
+        x, y = across[None], 1 - up[None]
+        cover = np.sqrt(sample_cells(self.colours.coverage, x, y)[0])
+        return self.colours.current.at(x, y)[0], np.clip(cover, 0, 1)
+
+
+def _gaussians(
+    at: NDArray[np.floating], middle: NDArray[np.floating], sigma: NDArray[np.floating]
+) -> NDArray[np.float32]:
+    """Return Gaussians (n, len(at)) about each ``middle`` (n,), sampled at the points ``at``; they
+    end at ``_REACH``."""
+    distance = as_plane((at - middle[:, None]) / sigma[:, None])
+    # Tails so small that they are denormal would slow the sums down many times.
+    return as_plane(np.where(np.abs(distance) < _REACH, np.exp(-0.5 * distance * distance), 0))
