@@ -11,6 +11,7 @@ from fire_atlas.timeline.looping import crossfade, keep_frames, loop_clip, pingp
 from fire_atlas.timeline.retiming import flow_helps, retimed
 from fire_atlas.timeline.tail import with_tail
 from fire_atlas.vision.flat_art import is_flat_art
+from fire_atlas.vision.palette import Palette
 
 
 def arrange(
@@ -84,16 +85,17 @@ def _timed(played: Clip, timeline: Timeline, workers: Workers, progress: Progres
     if played.loop and count == played.count:
         progress.note(f"{change}: each is shown as it is (timeline.frames)")
         return replace(played, fps=fps, count=count)
-    why = _why_not_interpolated(played, workers)
+    palette = Palette.of(played, workers)
+    why = _why_not_interpolated(played, palette, workers)
     shown = "those between two are interpolated along the optical flow"
     progress.note(f"{change}: {f'the nearest are shown, as {why}' if why else shown}")
-    return retimed(played, fps, count, why is None)
+    return retimed(played, fps, count, None if why else palette)
 
 
-def _why_not_interpolated(clip: Clip, workers: Workers) -> str | None:
+def _why_not_interpolated(clip: Clip, palette: Palette, workers: Workers) -> str | None:
     """Return, as a clause, why frames in between are not interpolated; None if they are."""
     if is_flat_art(clip):
         return "it has too few colours to mix them unseen"
-    if not flow_helps(clip, workers):
+    if not flow_helps(clip, palette, workers):
         return "interpolated ones are further from frames that were held out"
     return None
