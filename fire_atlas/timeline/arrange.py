@@ -7,6 +7,7 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.timeline import Timeline
+from fire_atlas.timeline.holds import Holds
 from fire_atlas.timeline.looping import crossfade, keep_frames, loop_clip, pingpong, play_once
 from fire_atlas.timeline.retiming import flow_helps, retimed
 from fire_atlas.timeline.tail import with_tail
@@ -85,17 +86,27 @@ def _timed(played: Clip, timeline: Timeline, workers: Workers, progress: Progres
     if played.loop and count == played.count:
         progress.note(f"{change}: each is shown as it is (timeline.frames)")
         return replace(played, fps=fps, count=count)
-    palette = Palette.of(played, workers)
-    why = _why_not_interpolated(played, palette, workers)
-    shown = "those between two are interpolated along the optical flow"
+    holds, palette = Holds.of(played, workers), Palette.of(played, workers)
+    why = _why_not_interpolated(played, holds, palette, workers)
+    shown = f"those between two are interpolated along the optical flow{_rhythm_clause(holds)}"
     progress.note(f"{change}: {f'the nearest are shown, as {why}' if why else shown}")
-    return retimed(played, fps, count, None if why else palette)
+    return retimed(played, fps, count, holds, None if why else palette)
 
 
-def _why_not_interpolated(clip: Clip, palette: Palette, workers: Workers) -> str | None:
+def _why_not_interpolated(
+    clip: Clip, holds: Holds, palette: Palette, workers: Workers
+) -> str | None:
     """Return, as a clause, why frames in between are not interpolated; None if they are."""
     if is_flat_art(clip):
         return "it has too few colours to mix them unseen"
-    if not flow_helps(clip, palette, workers):
+    if (holds.length > 1).all():
+        return f"the clip holds each drawing for {holds.usual} frames"
+    if not flow_helps(clip, holds, palette, workers):
         return "interpolated ones are further from frames that were held out"
     return None
+
+
+def _rhythm_clause(holds: Holds) -> str:
+    """Return a clause on the frames that the clip holds; empty if there are none."""
+    held = int((holds.length > 1).sum())
+    return f"; {held} that show a drawing for longer stay as they are" if held else ""

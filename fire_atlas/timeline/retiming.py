@@ -12,6 +12,7 @@ from fire_atlas.core.clip import Clip, Skipped, cached
 from fire_atlas.core.picture import Picture
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, luminance
 from fire_atlas.core.workers import Workers
+from fire_atlas.timeline.holds import Holds
 from fire_atlas.vision.flow import SMALL, flow_size, optical_flow, resized, thumbnail
 from fire_atlas.vision.palette import Palette
 from fire_atlas.vision.sampling import evenly_spread
@@ -52,16 +53,18 @@ _UNLIKE = 0.25
 different."""
 
 
-def retimed(clip: Clip, fps: float, count: int, palette: Palette | None) -> Clip:
+def retimed(clip: Clip, fps: float, count: int, holds: Holds, palette: Palette | None) -> Clip:
     """Return ``clip`` with ``count`` frames at ``fps``; the fire keeps its speed.
 
     The frames of a loop are spread evenly over the clip. Others are ``clip.fps / fps`` frames of
-    the clip apart, or less if the last one would otherwise lie beyond its end.
+    the clip apart, or less if the last one would otherwise lie beyond its end. A drawing that the
+    clip holds stays until the next one: nothing lies between a frame and itself.
 
     Args:
         clip: The clip at its own rate.
         fps: Frames per second of the result.
         count: Number of frames of the result.
+        holds: Which frames of the clip show the same drawing.
         palette: Colours of the clip, in which frames are interpolated by optical flow; None if the
             nearest one is shown instead.
     """
@@ -69,7 +72,7 @@ def retimed(clip: Clip, fps: float, count: int, palette: Palette | None) -> Clip
         pace = clip.count / count
     else:
         pace = min(clip.fps / fps, (clip.count - 1) / max(count - 1, 1))
-    retiming = _Retiming(clip, pace, palette)
+    retiming = _Retiming(clip, pace, holds, palette)
     places = [retiming.place(i) for i in range(count)]
     made = {i for i, place in enumerate(places) if place.time > _WHOLE}
     steps = count if clip.loop else count - 1
@@ -98,9 +101,9 @@ class _Place(NamedTuple):
 class _Retiming:
     """Frames of a clip and their motion at another frame rate."""
 
-    def __init__(self, clip: Clip, pace: float, palette: Palette | None) -> None:
-        """``pace``: clip frames per frame of the result; ``palette``: as in ``retimed``."""
-        self._clip, self._pace, self._palette = clip, pace, palette
+    def __init__(self, clip: Clip, pace: float, holds: Holds, palette: Palette | None) -> None:
+        """``pace``: clip frames per frame of the result; the others are those of ``retimed``."""
+        self._clip, self._pace, self._holds, self._palette = clip, pace, holds, palette
         # Several frames of the result may lie between the same two frames of the clip.
         self._flow_between = lru_cache(_CACHED_PAIRS)(self._find_flow)
         self._velocity = lru_cache(_CACHED_PAIRS)(self._find_velocity)
@@ -113,6 +116,8 @@ class _Retiming:
         if self._palette is None:
             before, time = (before if time <= 0.5 else self._following(before)), 0.0
         before %= self._clip.count
+        if self._holds.is_held(before):
+            time = 0.0
         return _Place(before, self._following(before), time)
 
     def picture(self, i: int) -> Picture:
@@ -160,15 +165,24 @@ class _Retiming:
         return _flow_of(clip.read(before), clip.read(after), clip.blend_space)
 
     def _find_velocity(self, i: int) -> NDArray[np.float32]:
-        following = self._following(i)
-        return _velocity(self._clip, *((i - 1, i) if following == i else (i, following)))
+        # A held drawing moves on by one step in all the time for which it is shown.
+        first, length = int(self._holds.first[i]), int(self._holds.length[i])
+        following = self._following(first + length - 1)
+        is_last = self._holds.first[following] == first
+        pair = (first - 1, first) if is_last else (first, following)
+        return _velocity(self._clip, *pair) / np.float32(length)
 
 
-def flow_helps(clip: Clip, palette: Palette, workers: Workers) -> bool:
-    """Whether interpolation predicts held-out frames better than showing a neighbour does."""
-    if clip.count < 3:
+def flow_helps(clip: Clip, holds: Holds, palette: Palette, workers: Workers) -> bool:
+    """Whether interpolation predicts held-out frames better than showing a neighbour does.
+
+    Only frames that lie between two other drawings can tell.
+    """
+    single = holds.length == 1
+    between = np.flatnonzero(single[:-2] & single[1:-1] & single[2:]) + 1
+    if not len(between):
         return True
-    held_out = evenly_spread(1, clip.count - 2, _HELD_OUT)
+    held_out = [int(between[k - 1]) for k in evenly_spread(1, len(between), _HELD_OUT)]
     errors = list(workers.map(lambda i: _errors(clip, i, palette), held_out))
     interpolated, nearest = (float(np.mean([each[side] for each in errors])) for side in (0, 1))
     return interpolated <= _MAX_ERROR * nearest
