@@ -7,10 +7,12 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.timeline import Timeline
+from fire_atlas.timeline.holds import Holds
 from fire_atlas.timeline.looping import crossfade, keep_frames, loop_clip, pingpong, play_once
 from fire_atlas.timeline.retiming import flow_helps, retimed
 from fire_atlas.timeline.tail import with_tail
 from fire_atlas.vision.flat_art import is_flat_art
+from fire_atlas.vision.palette import Palette
 
 
 def arrange(
@@ -84,16 +86,27 @@ def _timed(played: Clip, timeline: Timeline, workers: Workers, progress: Progres
     if played.loop and count == played.count:
         progress.note(f"{change}: each is shown as it is (timeline.frames)")
         return replace(played, fps=fps, count=count)
-    why = _why_not_interpolated(played, workers)
-    shown = "those between two are interpolated along the optical flow"
+    holds, palette = Holds.of(played, workers), Palette.of(played, workers)
+    why = _why_not_interpolated(played, holds, palette, workers)
+    shown = f"those between two are interpolated along the optical flow{_rhythm_clause(holds)}"
     progress.note(f"{change}: {f'the nearest are shown, as {why}' if why else shown}")
-    return retimed(played, fps, count, why is None)
+    return retimed(played, fps, count, holds, None if why else palette)
 
 
-def _why_not_interpolated(clip: Clip, workers: Workers) -> str | None:
+def _why_not_interpolated(
+    clip: Clip, holds: Holds, palette: Palette, workers: Workers
+) -> str | None:
     """Return, as a clause, why frames in between are not interpolated; None if they are."""
     if is_flat_art(clip):
         return "it has too few colours to mix them unseen"
-    if not flow_helps(clip, workers):
+    if (holds.length > 1).all():
+        return f"the clip holds each drawing for {holds.usual} frames"
+    if not flow_helps(clip, holds, palette, workers):
         return "interpolated ones are further from frames that were held out"
     return None
+
+
+def _rhythm_clause(holds: Holds) -> str:
+    """Return a clause on the frames that the clip holds; empty if there are none."""
+    held = int((holds.length > 1).sum())
+    return f"; {held} that show a drawing for longer stay as they are" if held else ""

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip, Skipped, cached
 from fire_atlas.core.picture import Picture
-from fire_atlas.core.pixels import Pixels, Plane, as_plane
+from fire_atlas.core.pixels import Pixels, Plane, as_plane, luminance
 from fire_atlas.core.workers import Workers
+from fire_atlas.timeline.holds import Holds
 from fire_atlas.vision.flow import SMALL, flow_size, optical_flow, resized, thumbnail
+from fire_atlas.vision.palette import Palette
 from fire_atlas.vision.sampling import evenly_spread
 from fire_atlas.vision.thumbnails import distance
 from fire_atlas.vision.warp import (
@@ -51,23 +53,26 @@ _UNLIKE = 0.25
 different."""
 
 
-def retimed(clip: Clip, fps: float, count: int, is_smooth: bool) -> Clip:
+def retimed(clip: Clip, fps: float, count: int, holds: Holds, palette: Palette | None) -> Clip:
     """Return ``clip`` with ``count`` frames at ``fps``; the fire keeps its speed.
 
     The frames of a loop are spread evenly over the clip. Others are ``clip.fps / fps`` frames of
-    the clip apart, or less if the last one would otherwise lie beyond its end.
+    the clip apart, or less if the last one would otherwise lie beyond its end. A drawing that the
+    clip holds stays until the next one: nothing lies between a frame and itself.
 
     Args:
         clip: The clip at its own rate.
         fps: Frames per second of the result.
         count: Number of frames of the result.
-        is_smooth: Whether to interpolate frames by optical flow; else the nearest one is shown.
+        holds: Which frames of the clip show the same drawing.
+        palette: Colours of the clip, in which frames are interpolated by optical flow; None if the
+            nearest one is shown instead.
     """
     if clip.loop:
         pace = clip.count / count
     else:
         pace = min(clip.fps / fps, (clip.count - 1) / max(count - 1, 1))
-    retiming = _Retiming(clip, pace, is_smooth)
+    retiming = _Retiming(clip, pace, holds, palette)
     places = [retiming.place(i) for i in range(count)]
     made = {i for i, place in enumerate(places) if place.time > _WHOLE}
     steps = count if clip.loop else count - 1
@@ -96,9 +101,9 @@ class _Place(NamedTuple):
 class _Retiming:
     """Frames of a clip and their motion at another frame rate."""
 
-    def __init__(self, clip: Clip, pace: float, is_smooth: bool) -> None:
-        """``pace``: clip frames per frame of the result; ``is_smooth``: as in ``retimed``."""
-        self._clip, self._pace, self._is_smooth = clip, pace, is_smooth
+    def __init__(self, clip: Clip, pace: float, holds: Holds, palette: Palette | None) -> None:
+        """``pace``: clip frames per frame of the result; the others are those of ``retimed``."""
+        self._clip, self._pace, self._holds, self._palette = clip, pace, holds, palette
         # Several frames of the result may lie between the same two frames of the clip.
         self._flow_between = lru_cache(_CACHED_PAIRS)(self._find_flow)
         self._velocity = lru_cache(_CACHED_PAIRS)(self._find_velocity)
@@ -108,18 +113,20 @@ class _Retiming:
         place = i * self._pace
         before = int(place + _WHOLE)
         time = place - before
-        if not self._is_smooth:
+        if self._palette is None:
             before, time = (before if time <= 0.5 else self._following(before)), 0.0
         before %= self._clip.count
+        if self._holds.is_held(before):
+            time = 0.0
         return _Place(before, self._following(before), time)
 
     def picture(self, i: int) -> Picture:
         """Return frame ``i`` of the result."""
         (before, after, time), clip = self.place(i), self._clip
-        if time <= _WHOLE:
+        if time <= _WHOLE or self._palette is None:
             return clip.picture(before)
         flow = self._flow_between(before, after)
-        return _interpolated(clip.read(before), clip.read(after), flow, time)
+        return _interpolated(clip.read(before), clip.read(after), flow, time, self._palette)
 
     def flow(self, i: int) -> NDArray[np.float32]:
         """Return the velocity of the fire in frame ``i``, like ``Clip.flow``.
@@ -158,25 +165,35 @@ class _Retiming:
         return _flow_of(clip.read(before), clip.read(after), clip.blend_space)
 
     def _find_velocity(self, i: int) -> NDArray[np.float32]:
-        following = self._following(i)
-        return _velocity(self._clip, *((i - 1, i) if following == i else (i, following)))
+        # A held drawing moves on by one step in all the time for which it is shown.
+        first, length = int(self._holds.first[i]), int(self._holds.length[i])
+        following = self._following(first + length - 1)
+        is_last = self._holds.first[following] == first
+        pair = (first - 1, first) if is_last else (first, following)
+        return _velocity(self._clip, *pair) / np.float32(length)
 
 
-def flow_helps(clip: Clip, workers: Workers) -> bool:
-    """Whether interpolation predicts held-out frames better than showing a neighbour does."""
-    if clip.count < 3:
+def flow_helps(clip: Clip, holds: Holds, palette: Palette, workers: Workers) -> bool:
+    """Whether interpolation predicts held-out frames better than showing a neighbour does.
+
+    Only frames that lie between two other drawings can tell.
+    """
+    single = holds.length == 1
+    between = np.flatnonzero(single[:-2] & single[1:-1] & single[2:]) + 1
+    if not len(between):
         return True
-    held_out = evenly_spread(1, clip.count - 2, _HELD_OUT)
-    errors = list(workers.map(lambda i: _errors(clip, i), held_out))
+    held_out = [int(between[k - 1]) for k in evenly_spread(1, len(between), _HELD_OUT)]
+    errors = list(workers.map(lambda i: _errors(clip, i, palette), held_out))
     interpolated, nearest = (float(np.mean([each[side] for each in errors])) for side in (0, 1))
     return interpolated <= _MAX_ERROR * nearest
 
 
-def _errors(clip: Clip, i: int) -> tuple[float, float]:
+def _errors(clip: Clip, i: int, palette: Palette) -> tuple[float, float]:
     """Return the distance from frame ``i`` to its interpolation, and to its neighbours (mean)."""
     size = flow_size(clip.width, clip.height, SMALL)
     before, truth, after = (resized(clip.read(n), size) for n in (i - 1, i, i + 1))
-    made = _interpolated(before, after, _flow_of(before, after, clip.blend_space), 0.5)
+    flow = _flow_of(before, after, clip.blend_space)
+    made = _interpolated(before, after, flow, 0.5, palette)
     return distance(made, truth), (distance(before, truth) + distance(after, truth)) / 2
 
 
@@ -197,16 +214,27 @@ def _flow_of(before: Pixels, after: Pixels, blend_space: str) -> BidirectionalFl
     return bidirectional_flow(one, other, _FLOW_SMOOTHING)
 
 
-def _interpolated(before: Pixels, after: Pixels, flow: BidirectionalFlow, time: float) -> Pixels:
+def _interpolated(
+    before: Pixels, after: Pixels, flow: BidirectionalFlow, time: float, palette: Palette
+) -> Pixels:
     """Return the frame at ``time``, 0..1, between two frames.
 
-    Both are warped to that time and mixed. Where they disagree, a mix would show both as ghosts, so
-    the nearer one gets more weight.
+    Both are warped to that time and mixed in colours of the clip. Where they disagree, a mix would
+    show both as ghosts, so the nearer one gets more weight.
     """
     to_before, to_after = intermediate_flows(flow, time)
     one, other = warp(before, to_before), warp(after, to_after)
-    weight = _weight(one, other, time)[..., None]
+    weight = _weight(one, other, time)
+    light, cover = (_mixed(each(one), each(other), weight) for each in (luminance, _coverage))
+    return palette.mix(one, other, weight, light, cover)
+
+
+def _mixed(one: Plane, other: Plane, weight: Plane) -> Plane:
     return as_plane(one + (other - one) * weight)
+
+
+def _coverage(pixels: Pixels) -> Plane:
+    return as_plane(cv2.extractChannel(pixels, 3))
 
 
 def _weight(one: Pixels, other: Pixels, time: float) -> Plane:

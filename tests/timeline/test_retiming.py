@@ -7,9 +7,22 @@ import numpy as np
 import pytest
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.pixels import as_plane
+from fire_atlas.core.workers import Workers
+from fire_atlas.vision.palette import Palette
 from tests.support.clips import SAMPLES, clip_of, open_clip, piece, real
 from tests.support.effect import VX, VY, run_effect
-from tests.timeline.moving import Notes, arranged, blob, centre, circling, moving, steps, turbulent
+from tests.timeline.moving import (
+    Notes,
+    arranged,
+    blob,
+    centre,
+    circling,
+    moving,
+    ramp_fire,
+    steps,
+    turbulent,
+)
 
 
 def _path(t: float) -> tuple[float, float]:
@@ -165,3 +178,17 @@ def test_fire_that_goes_on_once_begins_as_the_clip_does() -> None:
     assert made.count == 90 and not made.loop
     assert np.array_equal(made.read(0), clip.read(0))
     assert steps(made).max() < 1.5 * np.median(steps(made))
+
+
+def test_frames_in_between_have_colours_of_the_clip() -> None:
+    """A mix of channels has hues between dark red and yellow that this ramp does not have."""
+    clip = ramp_fire([(0, 0, 0), (0.5, 0, 0.02), (0.9, 0.05, 0), (1, 0.9, 0.1)], 12)
+    made = arranged(clip, loop="none", fps=48)
+    with Workers(2) as workers:
+        palette = Palette.of(clip, workers)
+    errors = [palette.hue_error(made.read(i)) for i in range(1, made.count, 2)]
+    plain = [
+        palette.hue_error(as_plane((clip.read(i) + clip.read(i + 1)) / 2))
+        for i in range(clip.count - 1)
+    ]
+    assert max(errors) <= 6 and max(errors) < 0.5 * max(plain)
