@@ -30,9 +30,10 @@ LEAST_SIDEWAYS = {"campfire": 0.7}
 """Least correlation in x, where it is not 0.75: the sample campfire rises straight, and moves by a
 quarter of a px a frame sideways, which is near the noise of the flow."""
 
-MOST_IN_A_CELL = {"candle": 6.0, "cartoon_wesnoth_campfire": 6.0, "pixel_art": 6.0}
-"""Most rows in a cell against the plume's mean, where it is not 4: all flakes of the calm candle
+MOST_IN_A_CELL = {"candle": 6.5, "cartoon_wesnoth_campfire": 6.5, "pixel_art": 6.5}
+"""Most rows in a cell against the plume's mean, where it is not 5: all flakes of the calm candle
 leave by its tip, and the two paintings fill their frame, with the plume in a few cells at the top.
+Embers that are slower than the gas stay longer where they leave the flame.
 """
 
 RISING_CLIPS = [*RISING_SAMPLES, *map(real, RISING)]
@@ -87,7 +88,7 @@ def test_no_clip_is_without_flakes(name: str) -> None:
 def test_flakes_do_not_pile_up_above_the_flame(name: str) -> None:
     part, cell = crowding(_long(name))
     assert part <= 4
-    assert cell <= MOST_IN_A_CELL.get(name, 4.0)
+    assert cell <= MOST_IN_A_CELL.get(name, 5.0)
 
 
 @pytest.mark.parametrize("name", RISING_CLIPS)
