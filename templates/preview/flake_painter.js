@@ -62,42 +62,75 @@ class FlakePainter {
     );
   }
 
+  /**
+   * Light at a place of a capsule, relative to that at its head: its own, and its halo's. Lengths are in
+   * half widths; `along` is half the segment.
+   */
+  static WEIGHTS = `
+    vec2 weights(vec2 place, float along, float tail) {
+      float nearest = clamp(place.x, -along, along);
+      float away = dot(place - vec2(nearest, 0.0), place - vec2(nearest, 0.0));
+      float core = max(1.0 - away, 0.0);
+      float halo = max(1.0 - away / ${FlakePainter.HALO_WIDTH ** 2}.0, 0.0);
+      float fall = mix(tail, 1.0, 0.5 + 0.5 * nearest / max(along, 1e-3));
+      return fall * vec2(core * core, ${FlakePainter.HALO_LIGHT} * halo * halo);
+    }
+    vec2 placeOf(vec2 pixel, vec4 spot) {
+      vec2 off = pixel - spot.xy;
+      return vec2(dot(off, spot.zw), dot(off, vec2(-spot.w, spot.z)));
+    }`;
+
   static VERTEX = `#version 300 es
     in vec2 centre;
     in vec4 shape;  // size, stretch, rotation, tail
     in vec4 glow;
     uniform vec2 canvas, offset;
     uniform float scale;
-    out vec2 q;
-    out vec3 light;
-    flat out float along;
-    flat out float tail;
+    flat out vec3 light;
+    flat out vec4 spot;  // centre, px; along the flake, in half widths a px
+    flat out vec2 segment;  // half its length, light at its tail
+    ${FlakePainter.WEIGHTS}
+
+    /** The pixels of a small flake add up to its light wherever it lies between them. */
+    float evened(float along, float tail) {
+      float rate = length(spot.zw);
+      vec2 reach = (along * abs(spot.zw) / rate + 1.0) / rate;
+      float sum = 0.0;
+      for (float y = floor(spot.y - reach.y) + 0.5; y < spot.y + reach.y; y += 1.0) {
+        for (float x = floor(spot.x - reach.x) + 0.5; x < spot.x + reach.x; x += 1.0) {
+          sum += weights(placeOf(vec2(x, y), spot), along, tail).x;
+        }
+      }
+      float whole = (0.5 + 0.5 * tail) * (along * 32.0 / 15.0 + 1.0471976) / (rate * rate);
+      return whole / max(sum, 1e-6);
+    }
+
     void main() {
+      float radius = 0.5 * shape.x * scale;
+      vec2 way = vec2(cos(shape.z), sin(shape.z));
+      spot = vec4(offset + scale * centre, way / radius);
+      segment = vec2(shape.y - 1.0, shape.w);
       light = glow.rgb * glow.a;
-      tail = shape.w;
-      along = shape.y - 1.0;
       float brightest = max(light.r, max(light.g, light.b));
       float reach = brightest * ${FlakePainter.HALO_LIGHT} > ${FlakePainter.FAINTEST} ? ${FlakePainter.HALO_WIDTH}.0 : 1.0;
-      q = (vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0) * vec2(along + reach, reach);
-      vec2 way = vec2(cos(shape.z), sin(shape.z));
-      vec2 p = offset + scale * (centre + 0.5 * shape.x * (q.x * way + q.y * vec2(-way.y, way.x)));
+      if (radius < 8.0) light *= evened(segment.x, segment.y);
+      vec2 q = vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0;
+      q *= radius * vec2(segment.x + reach, reach) + 0.5;
+      vec2 p = spot.xy + q.x * way + q.y * vec2(-way.y, way.x);
       gl_Position = vec4((p / canvas * 2.0 - 1.0) * vec2(1.0, -1.0), 0.0, 1.0);
     }`;
 
-  /** Lengths are in half widths: `q` is the place from the middle, `along` half the segment. */
   static FRAGMENT = `#version 300 es
     precision highp float;
-    in vec2 q;
-    in vec3 light;
-    flat in float along;
-    flat in float tail;
+    uniform vec2 canvas;
+    flat in vec3 light;
+    flat in vec4 spot;
+    flat in vec2 segment;
     out vec4 shown;
+    ${FlakePainter.WEIGHTS}
     void main() {
-      float nearest = clamp(q.x, -along, along);
-      float away = dot(q - vec2(nearest, 0.0), q - vec2(nearest, 0.0));
-      float core = max(1.0 - away, 0.0);
-      float halo = max(1.0 - away / ${FlakePainter.HALO_WIDTH ** 2}.0, 0.0);
-      float fall = 0.5 + 0.5 * nearest / max(along, 1e-3);
-      shown = vec4(light * mix(tail, 1.0, fall) * (core * core + ${FlakePainter.HALO_LIGHT} * halo * halo), 1.0);
+      vec2 pixel = vec2(gl_FragCoord.x, canvas.y - gl_FragCoord.y);
+      vec2 weight = weights(placeOf(pixel, spot), segment.x, segment.y);
+      shown = vec4(light * (weight.x + weight.y), 1.0);
     }`;
 }

@@ -99,6 +99,7 @@ FLAKES: dict[str, Drawn] = {
     "edge": st.sampled_from(["fade", "crop"]),
     "glow": _number(0, 10, 0.5),
     "sprite": st.sampled_from(["auto", "soft", "pixel"]),
+    "rounds": st.sampled_from(["auto", 1]),  # more are refused where pages show flakes
     "max": st.sampled_from([0, 20000, 60000, 1, 200, 2000]),
 }
 MOTION_BLUR: dict[str, Drawn] = {

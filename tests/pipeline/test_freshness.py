@@ -127,9 +127,9 @@ def test_an_input_that_changes_during_the_build_is_noticed_afterwards(
     """An artist saves while a build runs: the pages may show either picture."""
     frame = repo.folder / "clip" / "0005.png"
 
-    def saved_meanwhile(*arguments: Any) -> FlameStudy:
+    def saved_meanwhile(*arguments: Any, **options: Any) -> FlameStudy:
         shutil.copy(repo.folder / "clip" / "0000.png", frame)
-        return study_flame(*arguments)
+        return study_flame(*arguments, **options)
 
     with monkeypatch.context() as patch:
         patch.setattr("fire_atlas.pipeline.prepare.study_flame", saved_meanwhile)
@@ -144,9 +144,9 @@ def test_an_input_that_was_another_while_it_was_read_is_not_called_fresh(
     frame = repo.folder / "clip" / "0005.png"
     sound = frame.read_bytes()
 
-    def another_for_a_while(*arguments: Any) -> FlameStudy:
+    def another_for_a_while(*arguments: Any, **options: Any) -> FlameStudy:
         shutil.copy(repo.folder / "clip" / "0000.png", frame)
-        study = study_flame(*arguments)
+        study = study_flame(*arguments, **options)
         frame.write_bytes(sound)
         return study
 

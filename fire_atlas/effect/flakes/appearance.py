@@ -21,7 +21,7 @@ from fire_atlas.effect.flakes.brightness import (
     out_of_focus,
 )
 from fire_atlas.effect.flakes.drawing import HALO_WIDTH, capsule_integral, drawn_width
-from fire_atlas.effect.flakes.emission import TICK, Spawns
+from fire_atlas.effect.flakes.emission import SPARK, TICK, Spawns
 from fire_atlas.effect.flakes.flight import ParticleState
 from fire_atlas.effect.flakes.tracks import COLUMNS
 
@@ -186,10 +186,11 @@ def _table(
 ) -> NDArray[np.float64]:
     """Return the rows of flakes; their streaks follow x(δ) = x(t) + (δ − t) v κ (eq. 17).
 
+    κ is of the gas, so it shortens the streaks of embers alone, not of sparks thrown out of it.
     ``factor`` is that of each flake's light by flicker.
     """
     ids, spawns = state.id, embers.spawns
-    travel = np.hypot(state.vx, state.vy) / look.fps
+    travel, kind = np.hypot(state.vx, state.vy) / look.fps, spawns.kind.take(ids)
     size, life = embers.size.take(ids), spawns.life.take(ids)
     height, width = look.kappa.shape
     weight = look.kappa[
@@ -201,7 +202,7 @@ def _table(
         stretch, tail = np.ones_like(size), np.ones_like(size)
         light = np.ceil(np.minimum(light, 1.0) * _PIXEL_SHADES) / _PIXEL_SHADES
     else:
-        streak = travel * (look.stretch + look.shutter * weight)
+        streak = travel * (look.stretch + look.shutter * np.where(kind == SPARK, 1.0, weight))
         stretch = 1 + streak / size
         tail = _LONG_TAIL + (1 - _LONG_TAIL) / stretch
         # Spread over pixels and by the lens, the light stays the same in sum.
@@ -216,7 +217,7 @@ def _table(
     return np.stack([
         ids, state.x, state.y, state.vx, state.vy, size, stretch,
         np.arctan2(state.vy, state.vx), *colour, light, state.age, life,
-        spawns.kind.take(ids), embers.blur.take(ids), tail,
+        kind, embers.blur.take(ids), tail,
     ]).T  # fmt: skip
 
 

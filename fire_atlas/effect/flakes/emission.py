@@ -54,7 +54,7 @@ _FALL_SPEED, _FALL_SPREAD = (0.02, 0.18), 0.35
 """Median terminal velocity of an ember and of a spark, heights/s, and standard deviation of its
 logarithm."""
 
-_DRIFT_SPREAD = 0.6
+_DRIFT_SPREAD = 0.5
 """Standard deviation of the logarithm of an ember's speed relative to that of the gas."""
 
 _TURBULENCE_RATE = (0.2, 1.0)

@@ -40,7 +40,7 @@ def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile
         yield _frames(product, sheet, options)
         yield _scene(product, sheet, flakes, options)
         if arrays and options.version == 4 and not product.baked.issuperset(flakes):
-            yield _film(product, sheet, arrays, options)
+            yield _summed_scene(product, sheet, arrays, options)
         yield from _flipbook(product, sheet, options)
     if arrays:
         yield _flake_tables(product, flakes, arrays, options)
@@ -185,7 +185,7 @@ def _scene(
     )
 
 
-def _film(
+def _summed_scene(
     product: Product, sheet: AtlasSheet, flakes: FlakeArrays, options: GodotOptions
 ) -> OutputFile:
     """Return the scene that adds up the light of flame and flakes and shows it as film does."""

@@ -40,7 +40,7 @@ _PLAIN_SCALAR = re.compile(r"[A-Za-z_][\w./@+-]*( [\w./@+-]+)*", re.ASCII)
 
 _ESCAPED = {'"': '\\"', "\\": "\\\\"}
 
-_FILM = 6
+_EXPOSED = 6
 """Value of a flake material's ``_Light``: flakes are shown as film shows them."""
 
 
@@ -151,7 +151,7 @@ class _Export:
         yield from self.text(self.player, "player.cs.j2", name=self.name, **{"class": class_name})
         if self.options.assembly:
             yield from self.text(f"{self.options.namespace}.asmdef", "assembly.asmdef.j2")
-        yield from self.shader(f"{self.name}.flakes", "flakes.shader.j2", {"_Light": _FILM})
+        yield from self.shader(f"{self.name}.flakes", "flakes.shader.j2", {"_Light": _EXPOSED})
         yield from self.asset(f"{self.name}.flakes.bytes", flake_bytes(self.flakes_by_animation()))
 
     def flakes_by_animation(self) -> Iterator[AnimationFlakes]:

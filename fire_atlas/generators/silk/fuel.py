@@ -106,7 +106,7 @@ FUELS: dict[FuelName, Fuel] = {
     "candle": Fuel(
         mass=1.0, structural=20.0, shear=7.0, bending=3.0, damping=8.0,
         lift=6.0, lift_height=1.2, gravity=1.0, drag=6.0, flutter=0.9, sway=0.03,
-        image_rate=24.0, reference_speed=0.06, thin_speed=0.17, gas_speed=1.3,
+        image_rate=24.0, reference_speed=0.06, thin_speed=0.15, gas_speed=1.3,
         burner=Burner(0.0, eddy_strength=0.035, flame_height=0.72, width=0.22, flicker=0.03,
                       tongue_width=0.5, entrainment=1.7,
                       grain=0.0, ragged=0.0, mixing=0.0, widening_height=0.26),

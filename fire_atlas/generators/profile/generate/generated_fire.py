@@ -17,6 +17,7 @@ from fire_atlas.generators.profile.generate.particles import (
     rise_time,
 )
 from fire_atlas.generators.profile.generate.playback import (
+    MEAN_WINDOWS,
     ClipMoment,
     FrameSequence,
     Playback,
@@ -40,9 +41,6 @@ _MAX_TRACKS = 4
 
 _LARGEST_LAG = 0.25
 """Lag of the last slices behind the first, seconds."""
-
-_MEAN_WINDOWS = 6.0
-"""Length of a clip divided by the standard deviation of the Gaussian of the running mean."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +96,10 @@ class PlaneOfFire:
         sequence = FrameSequence.of(side, fps)
         reference = Reference.random(sequence, frames, loop, seed, number)
         states = SelectedStates.of(side, wind, number * math.pi / 2, reference, fps)
-        runs, shown, transition = play(side, sequence, reference, states.sets, fps, seed, number)
+        gain = np.array([wind.sway_gain(i) for i in range(frames)])
+        runs, shown, transition = play(
+            side, sequence, reference, states.sets, gain, fps, seed, number
+        )
         bend = bends(side, states.sets, shown, states.wind_lean, states.force, fps, loop)
         mean = side.pose.offset.mean(axis=0)
         offset = side.pose.offset - mean
@@ -109,8 +110,8 @@ class PlaneOfFire:
             Playback(sequence, runs, frames, loop, transition, bend),
             mean,
             offset,
-            gaussian_filter1d(offset, len(offset) / _MEAN_WINDOWS, axis=0, mode=mode),
-            np.array([wind.sway_gain(i) for i in range(frames)]),
+            gaussian_filter1d(offset, len(offset) / MEAN_WINDOWS, axis=0, mode=mode),
+            gain,
         )
 
     def sway(self, time: float) -> NDArray[np.float64]:

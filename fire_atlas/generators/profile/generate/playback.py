@@ -18,6 +18,9 @@ from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.generators.profile.model import STATE_EDGES, Side
 
+MEAN_WINDOWS = 6.0
+"""Length of a clip divided by the standard deviation of the Gaussian of the running mean."""
+
 TRANSITION_TIME = 0.2
 """Time over which frames fade into others after a jump, seconds."""
 
@@ -275,13 +278,17 @@ def play(
     sequence: FrameSequence,
     reference: Reference,
     selected: NDArray[np.intp],
+    sway_gain: NDArray[np.float64],
     fps: float,
     seed: int,
     plane: int,
 ) -> tuple[tuple[Run, ...], NDArray[np.float64], int]:
     """Return the runs that show the ``selected`` sets (frames,), the lean of the clip in every
-    frame (degrees, with mirroring), and the frames of a transition."""
+    frame (degrees, with mirroring and the ``sway_gain`` (frames,) of the result), and the frames
+    of a transition."""
     player, leans = _Player(side, sequence, seed, plane), np.array(side.learnt_leans)
+    mode = "wrap" if side.closed else "reflect"
+    mean = gaussian_filter1d(leans, len(leans) / MEAN_WINDOWS, mode=mode)
     frames = len(selected)
     begun: list[tuple[int, float, bool]] = []
     shown = np.empty(frames)
@@ -289,7 +296,9 @@ def play(
         cut, state = bool(reference.cuts[tick]), int(selected[tick])
         if player.step(tick, float(reference.positions[tick]), cut, state):
             begun.append((tick, player.position, player.mirrored))
-        shown[tick] = leans[int(player.position)] * (-1 if player.mirrored else 1)
+        at = int(player.position)
+        lean = mean[at] + sway_gain[tick] * (leans[at] - mean[at])
+        shown[tick] = -lean if player.mirrored else lean
     ends = [start for start, _, _ in begun[1:]] + [frames]
     runs = tuple(
         Run(start, end - start, first, mirrored)
