@@ -31,11 +31,12 @@ class Timeline(Settings):
     """Number of frames of the result. If it exceeds the clip's, the clip is extended by transitions
     between moments that look alike. Default: as the best cut gives; 48 for generated fire."""
     fps: float | None = Field(default=None, ge=0.01, le=240)
-    """Frames per second of the result. The fire keeps its speed. Default: the clip's; 24 for
-    generated fire."""
+    """Frames per second of the result. The fire keeps its speed. Frames in between are
+    interpolated, but a drawing that the clip holds for several frames stays until the next one.
+    Default: the clip's; 24 for generated fire."""
     overlap: Overlap = "auto"
     """Length of the cross-fade, frames of the clip. ``auto``: a third of a second, less if the clip
-    is short."""
+    is short; whole drawings if the clip holds each for several frames."""
     tail: Tail = False
     """Append frames to a clip that plays once until all flakes have burnt out, while its last frame
     fades. A number is the maximum length, s."""

@@ -64,7 +64,7 @@ def _played(
             return play_once(clip, timeline, wanted, workers, progress)
         case "pingpong":
             even = wanted + wanted % 2 if wanted else None
-            return pingpong(clip, even, "timeline.loop: pingpong", progress)
+            return pingpong(clip, even, "timeline.loop: pingpong", workers, progress)
         case "crossfade":
             return crossfade(clip, timeline, wanted, workers, progress)
         case "auto":

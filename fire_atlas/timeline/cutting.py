@@ -14,6 +14,7 @@ from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.timeline.edit_list import Transition, stretch
+from fire_atlas.timeline.holds import Holds
 from fire_atlas.vision.flat_art import is_flat_art
 from fire_atlas.vision.thumbnails import Thumbnails, distance
 
@@ -61,11 +62,13 @@ class CutAnalysis:
         thumbnails: Small copies of the frames that may be used, and their distances.
         overlap: Frames of each transition; 0 for hard cuts.
         closed: Whether the clip is a loop already, so that frame numbers wrap around.
+        holds: Which of these frames show the same drawing. No cut tears them apart.
     """
 
     thumbnails: Thumbnails
     overlap: int
     closed: bool
+    holds: Holds
 
     @property
     def count(self) -> int:
@@ -100,7 +103,8 @@ class CutAnalysis:
         """Dissimilarity of both sides of every transition: entry (ending, beginning), median steps.
 
         It is the distance in the middle of the overlap, averaged over two neighbours on each side
-        (section 3.1, "preserving dynamics"). Transitions that need frames beyond the clip cost inf.
+        (section 3.1, "preserving dynamics"). Transitions that need frames beyond the clip cost inf,
+        and so do those that show only a part of a hold before the overlap or after it.
         """
         distances = self.thumbnails.distances.astype(np.float64)
         distances /= max(self.thumbnails.median_step, 1e-9)
@@ -112,6 +116,9 @@ class CutAnalysis:
         if not self.closed:
             costs[self.longest + 1 :] = np.inf
             costs[:, self.longest + 1 :] = np.inf
+        starts = self.holds.starts
+        costs[~starts] = np.inf
+        costs[:, ~np.roll(starts, -self.overlap)] = np.inf
         return costs
 
 
@@ -135,7 +142,11 @@ def analyse_cuts(
     is_incoherent = thumbnails.median_distance <= _INCOHERENT * thumbnails.median_step
     if timeline.overlap == "auto" and (is_incoherent or is_flat_art(clip)):
         overlap = 0
-    return CutAnalysis(thumbnails, overlap, closed and used == clip.count)
+    is_closed = closed and used == clip.count
+    holds = Holds.between(thumbnails.held(is_closed), is_closed)
+    if timeline.overlap == "auto" and overlap:
+        overlap = -(-overlap // holds.usual) * holds.usual
+    return CutAnalysis(thumbnails, overlap, is_closed, holds)
 
 
 def overlap_of(clip: Clip, timeline: Timeline, wanted: int | None) -> int:

@@ -11,6 +11,7 @@ from fire_atlas.core.clip import Clip, cached
 from fire_atlas.core.picture import Picture, as_light
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.core.workers import Workers
+from fire_atlas.timeline.holds import Holds
 from fire_atlas.timeline.seam import plan_seam
 from fire_atlas.vision.palette import Palette
 from fire_atlas.vision.thumbnails import Thumbnails
@@ -49,27 +50,34 @@ class EditList:
         return tuple(dict.fromkeys(each[0] for each in self.frames if not isinstance(each, int)))
 
 
-def loop_edit(transitions: list[Transition], overlap: int, count: int) -> EditList:
+def loop_edit(transitions: list[Transition], overlap: int, holds: Holds) -> EditList:
     """Return the loop that makes these transitions in turn; the last leads back to its start.
 
-    Frame numbers wrap around if the ``count`` frames of the clip are a loop already.
+    Frame numbers wrap around if the frames of the clip, which has these ``holds``, are a loop
+    already. Transitions hold what they show as the stretch does that begins.
     """
+    count = len(holds.first)
     frames: list[int | tuple[Transition, int]] = []
     at = transitions[-1].beginning + overlap
     for transition in transitions:
         frames += stretch(at, transition.ending, count)
-        frames += [(transition, k) for k in range(overlap)]
+        frames += [(transition, k) for k in holds.rhythm(transition.beginning, overlap)]
         at = transition.beginning + overlap
     return EditList(tuple(frames), overlap, loop=True)
 
 
-def one_shot_edit(transitions: list[Transition], overlap: int, count: int) -> EditList:
-    """Return ``count`` frames from the clip's first one on, played once, with the transitions."""
+def one_shot_edit(
+    transitions: list[Transition], overlap: int, count: int, holds: Holds
+) -> EditList:
+    """Return ``count`` frames from the clip's first one on, played once, with the transitions.
+
+    They hold what they show as in ``loop_edit``.
+    """
     frames: list[int | tuple[Transition, int]] = []
     at = 0
     for transition in transitions:
         frames += range(at, transition.ending)
-        frames += [(transition, k) for k in range(overlap)]
+        frames += [(transition, k) for k in holds.rhythm(transition.beginning, overlap)]
         at = transition.beginning + overlap
     frames += range(at, at + count - len(frames))
     return EditList(tuple(frames), overlap, loop=False)

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.workers import Workers
-from fire_atlas.vision.steps import held_steps, step_lengths
+from fire_atlas.vision.sampling import step_lengths
+from fire_atlas.vision.steps import held_steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +59,19 @@ class Holds:
     def usual(self) -> int:
         """For how many frames a drawing is shown; the median over drawings, rounded down."""
         return int(np.median(self.length[self.starts])) if self.starts.any() else 1
+
+    def start_before(self, i: int) -> int:
+        """Return the last first frame of a drawing up to frame ``i``, which is included."""
+        return int(np.flatnonzero(self.starts[: i + 1])[-1])
+
+    def rhythm(self, beginning: int, frames: int) -> list[int]:
+        """Return for each of ``frames`` frames from ``beginning`` on the number, from 0, of the
+        middle one of those that show its drawing: a number that is held as the drawing is."""
+        count = len(self.first)
+        at = (beginning + np.arange(frames)) % count
+        since = (at - self.first[at]) % count
+        middle = np.arange(frames) - since + self.length[at] // 2
+        return [int(k) for k in np.clip(middle, 0, frames - 1)]
 
     def is_held(self, i: int) -> bool:
         """Whether frame ``i`` is one of several that show its drawing."""

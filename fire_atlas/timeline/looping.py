@@ -1,6 +1,7 @@
 """Make a clip loop or play once: as it is, cut where its end best matches its beginning, played
 there and back, or extended."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,11 +16,17 @@ from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.timeline.continuing import extend_loop, extend_once
 from fire_atlas.timeline.cutting import CutAnalysis, analyse_cuts, best_cut, overlap_of
 from fire_atlas.timeline.edit_list import Transition, apply_edit, loop_edit, one_shot_edit
-from fire_atlas.vision.sampling import ClipSamples
+from fire_atlas.timeline.holds import Holds
+from fire_atlas.vision.sampling import ClipSamples, step_lengths
+from fire_atlas.vision.steps import held_steps, median_step
 from fire_atlas.vision.thumbnails import Thumbnails, distance
 
 _UNSEEN_SEAM = 1.25
 """A seam of at most this many median steps is no more visible than the steps are."""
+
+_SHORT_STEP = 0.25
+"""A sampled step below this fraction of others, or of the distance of frames that are far apart,
+may lie between two frames that show the same drawing."""
 
 _MIN_FRAMES = 8
 """A clip of fewer frames is not cut: it was drawn to be played as it is."""
@@ -37,10 +44,11 @@ def keep_frames(clip: Clip, workers: Workers, progress: Progress) -> Clip:
         return clip
     samples = ClipSamples.of(clip, workers)
     why = _why_one_shot(samples)
-    loop = why is None and _is_closed(samples)
+    usual = _usual_step(clip, samples, workers)
+    loop = why is None and _is_closed(samples, usual)
     played = "loop" if loop else "play once"
     progress.note(
-        f"the frames are packed as they are, and {played}: {why or _seam_clause(samples)}"
+        f"the frames are packed as they are, and {played}: {why or _seam_clause(samples, usual)}"
     )
     return replace(clip, loop=loop)
 
@@ -66,14 +74,15 @@ def loop_clip(
         progress.note(f"the clip plays once: a loop has at least 3 frames, and it has {clip.count}")
         return _played_as_it_is(clip, wanted, "it has too few frames to loop")
     samples = ClipSamples.of(clip, workers)
-    closed = clip.loop or _is_closed(samples)
+    usual = _usual_step(clip, samples, workers)
+    closed = clip.loop or _is_closed(samples, usual)
     why = None if clip.loop else _why_one_shot(samples)
     if why is None and clip.count < _MIN_FRAMES and not closed:
         why = f"it has only {clip.count} frames and its end does not match its beginning"
     if why:
         return _played_once(clip, wanted, why, progress)
     if closed and wanted in (None, clip.count):
-        progress.note(f"the clip loops as it is: {_seam_clause(samples)}")
+        progress.note(f"the clip loops as it is: {_seam_clause(samples, usual)}")
         return replace(clip, loop=True)
     analysis = analyse_cuts(clip, timeline, wanted, closed, workers)
     return _cut_to_loop(clip, analysis, wanted, workers, progress)
@@ -95,7 +104,7 @@ def play_once(
     if why := _why_one_shot(ClipSamples.of(clip, workers)):
         return _played_as_it_is(clip, wanted, why)
     analysis = analyse_cuts(clip, timeline, wanted, False, workers)
-    transitions = extend_once(analysis, wanted)
+    transitions = _first_found(lambda each: extend_once(each, wanted), analysis)
     if transitions is None:
         why = "no two of its moments look alike enough to jump between"
         return _played_as_it_is(clip, wanted, why)
@@ -103,7 +112,7 @@ def play_once(
         f"{clip.count} frames go on to {wanted} (timeline.frames), with "
         f"{_transitions_clause(len(transitions), analysis.overlap)}"
     )
-    edit = one_shot_edit(transitions, analysis.overlap, wanted)
+    edit = one_shot_edit(transitions, analysis.overlap, wanted, analysis.holds)
     return apply_edit(clip, edit, analysis.thumbnails, workers)
 
 
@@ -115,9 +124,11 @@ def crossfade(
     Raises:
         RecipeError: The clip has too few frames for that.
     """
-    overlap = overlap_of(clip, timeline, wanted)
+    overlap, holds = overlap_of(clip, timeline, wanted), _open_holds(clip, workers)
+    if timeline.overlap == "auto":
+        overlap = holds.start_before(overlap) or overlap
     longest = clip.count - overlap
-    length = wanted or longest
+    length = wanted or holds.start_before(longest)
     if longest <= overlap:
         raise RecipeError(
             f"timeline.loop: crossfade needs more than the {clip.count} frames of this clip"
@@ -128,7 +139,7 @@ def crossfade(
             f"fade into the first ones give {overlap + 1} to {longest}; "
             "use loop: auto for a longer loop, or a smaller timeline.overlap"
         )
-    edit = loop_edit([Transition(length, 0)], overlap, clip.count)
+    edit = loop_edit([Transition(length, 0)], overlap, holds)
     thumbnails = Thumbnails.of(clip, range(length + overlap), workers)
     seam = _step_clause(float(thumbnails.distances[length - 1, 0]), thumbnails.median_step)
     progress.note(
@@ -138,30 +149,37 @@ def crossfade(
     return apply_edit(clip, edit, thumbnails, workers)
 
 
-def pingpong(clip: Clip, frames: int | None, why: str, progress: Progress) -> Clip:
+def pingpong(
+    clip: Clip, frames: int | None, why: str, workers: Workers, progress: Progress
+) -> Clip:
     """Return ``clip`` played forwards, then backwards; neither of its ends is shown twice.
 
     Args:
         clip: The clip, of at least 2 frames.
         frames: Length of the result, even; None plays all of the clip.
         why: Why it is, as a clause for the user.
+        workers: Compare frames in parallel, to find those that are held.
         progress: Receives a note on what was done.
 
     Raises:
         RecipeError: The clip has too few frames.
     """
     longest = 2 * clip.count - 2
-    count = frames or longest
+    there = frames // 2 + 1 if frames else clip.count
+    # The drawings at both ends are shown once, for as long as they are held.
+    holds = Holds.none(clip.count) if frames else _open_holds(clip, workers)
+    at_start, at_end = (int(holds.length[i]) for i in (0, -1))
+    count = frames or max(2 * there - at_start - at_end, there)
     if not 2 <= count <= longest:
         raise RecipeError(
             f"timeline.frames asks for {count} frames, but {clip.count} frames played forwards and "
             f"backwards give at most {longest}; leave timeline.frames out, or use loop: auto"
         )
     progress.note(f"a loop of {count} frames, forwards and backwards ({why})")
-    turn, flow = count // 2, clip.flow
+    flow = clip.flow
 
     def shown(i: int) -> int:
-        return i if i <= turn else count - i
+        return i if i < there else 2 * there - 1 - at_end - i
 
     return replace(
         clip,
@@ -169,15 +187,20 @@ def pingpong(clip: Clip, frames: int | None, why: str, progress: Progress) -> Cl
         picture=lambda i: clip.picture(shown(i)),
         loop=True,
         flow=None if flow is None else lambda i: flow(shown(i)),
-        backwards=frozenset(range(turn, count)),
+        backwards=frozenset(range(there - 1, count)),
     )
+
+
+def _open_holds(clip: Clip, workers: Workers) -> Holds:
+    """Return the holds of a clip whose last frame the first does not follow."""
+    return Holds.of(replace(clip, loop=False), workers)
 
 
 def _cut_to_loop(
     clip: Clip, analysis: CutAnalysis, wanted: int | None, workers: Workers, progress: Progress
 ) -> Clip:
     """Return the best loop that can be cut from a clip; flat art is else played there and back."""
-    transitions = _loop_transitions(analysis, wanted)
+    transitions = _first_found(lambda each: _loop_transitions(each, wanted), analysis)
     if transitions is None:
         raise RecipeError(
             f"timeline.frames: no loop of {wanted} frames can be made of {clip.count}; give "
@@ -186,8 +209,8 @@ def _cut_to_loop(
     is_hard = analysis.overlap == 0
     if is_hard and not wanted and analysis.hard_step(transitions[0]) > _UNSEEN_SEAM:
         why = "it has too few colours to mix them unseen, and no end matches a beginning"
-        return pingpong(clip, None, why, progress)
-    edit = loop_edit(transitions, analysis.overlap, analysis.count)
+        return pingpong(clip, None, why, workers, progress)
+    edit = loop_edit(transitions, analysis.overlap, analysis.holds)
     why = "timeline.frames" if wanted else f"uncut, {_uncut_seam(analysis)}"
     progress.note(f"{_described(transitions, analysis, len(edit.frames))} ({why})")
     return apply_edit(clip, edit, analysis.thumbnails, workers)
@@ -204,6 +227,13 @@ def _loop_transitions(analysis: CutAnalysis, wanted: int | None) -> list[Transit
     # The loop may begin after any transition: choose the one after which the step is most usual.
     last = found.index(min(found, key=lambda each: abs(analysis.step_after(each) - 1)))
     return found[last + 1 :] + found[: last + 1]
+
+
+def _first_found(
+    find: Callable[[CutAnalysis], list[Transition] | None], analysis: CutAnalysis
+) -> list[Transition] | None:
+    """Return what ``find`` finds; if holds leave nothing to be found, regardless of these."""
+    return find(analysis) or find(replace(analysis, holds=Holds.none(analysis.count)))
 
 
 def _described(transitions: list[Transition], analysis: CutAnalysis, length: int) -> str:
@@ -249,11 +279,23 @@ def _played_as_it_is(clip: Clip, wanted: int | None, why: str) -> Clip:
     return clip
 
 
-def _is_closed(samples: ClipSamples) -> bool:
+def _usual_step(clip: Clip, samples: ClipSamples, workers: Workers) -> float:
+    """Return the median step; of a clip that holds frames, of the steps to another drawing.
+
+    All frames are compared only if the sampled steps may be those within holds.
+    """
+    steps = samples.steps()
+    apart = [distance(samples.frames[0], samples.frames[i]) for i in samples.pair_starts[1:]]
+    if min(steps) < _SHORT_STEP * max(*steps, float(np.median(apart or [0.0]))):
+        lengths = step_lengths(clip, workers)
+        if held_steps(lengths, clip.loop).any():
+            return median_step(lengths, clip.loop)
+    return float(np.median(steps))
+
+
+def _is_closed(samples: ClipSamples, usual: float) -> bool:
     """Whether the step from the last frame to the first is about as small as those between."""
-    if samples.count < 3:
-        return False
-    return _seam(samples) <= _UNSEEN_SEAM * float(np.median(samples.steps()))
+    return samples.count >= 3 and _seam(samples) <= _UNSEEN_SEAM * usual
 
 
 def _seam(samples: ClipSamples) -> float:
@@ -261,8 +303,8 @@ def _seam(samples: ClipSamples) -> float:
     return distance(samples.frames[samples.count - 1], samples.frames[0])
 
 
-def _seam_clause(samples: ClipSamples) -> str:
-    return _step_clause(_seam(samples), float(np.median(samples.steps())))
+def _seam_clause(samples: ClipSamples, usual: float) -> str:
+    return _step_clause(_seam(samples), usual)
 
 
 def _step_clause(seam: float, median: float) -> str:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Bytes, Pixels, brightness, luminance
 from fire_atlas.vision.flow import SMALL, mean_flow, thumbnail
+from fire_atlas.vision.steps import median_step
 from fire_atlas.vision.thumbnails import distance, gradient_product
 
 Figures = NDArray[np.float64]
@@ -33,19 +34,24 @@ class LoopFigures:
     light: Figures
 
     @property
+    def _usual_step(self) -> np.floating:
+        """Median length of the steps that lead to another drawing."""
+        return np.float64(median_step(self.steps, closed=True))
+
+    @property
     def seam_ratio(self) -> float:
         """The step at the seam divided by the median step. From 0.8 to 1.25 nobody sees it."""
-        return _ratio(self.steps[-1], np.median(self.steps))
+        return _ratio(self.steps[-1], self._usual_step)
 
     @property
     def largest_step(self) -> float:
         """The largest step divided by the median step."""
-        return _ratio(self.steps.max(), np.median(self.steps))
+        return _ratio(self.steps.max(), self._usual_step)
 
     @property
     def smallest_step(self) -> float:
         """The smallest step divided by the median step. Near 0, a frame is shown twice."""
-        return _ratio(self.steps.min(), np.median(self.steps))
+        return _ratio(self.steps.min(), self._usual_step)
 
     @property
     def seam_flow(self) -> float:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
@@ -25,6 +26,13 @@ def evenly_spread(first: int, last: int, max_count: int) -> list[int]:
     if last < first:
         return []
     return sorted({round(float(i)) for i in np.linspace(first, last, max_count)})
+
+
+def step_lengths(clip: Clip, workers: Workers) -> NDArray[np.float64]:
+    """Return the distance of each frame to the next, of the last to the first if ``clip`` loops."""
+    frames = list(workers.map(lambda i: shrunk(clip.read(i), _SIDE), range(clip.count)))
+    after = [*frames[1:], frames[0]] if clip.loop else frames[1:]
+    return np.array([distance(*pair) for pair in zip(frames, after, strict=False)])
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""The steps between successive frames of a clip, and which of them show the same drawing again.
+"""Which of the steps between successive frames of a clip show the same drawing again.
 
 Art that is animated on twos holds each drawing for two frames, and footage that was brought to a
 higher rate has doubled frames. Compression and noise change such a frame a little.
@@ -7,13 +7,6 @@ higher rate has doubled frames. Compression and noise change such a frame a litt
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip
-from fire_atlas.core.workers import Workers
-from fire_atlas.vision.thumbnails import distance, shrunk
-
-_SIDE = 64
-"""Longest side, px, of the small copies of frames that are compared."""
-
 _LONGEST = 6
 """A drawing is held for at most this many frames; what stands still for longer is a pause."""
 
@@ -21,11 +14,9 @@ _HELD = 0.25
 """A step is held if it is shorter than this fraction of steps shortly before and after it."""
 
 
-def step_lengths(clip: Clip, workers: Workers) -> NDArray[np.float64]:
-    """Return the distance of each frame to the next, of the last to the first if ``clip`` loops."""
-    frames = list(workers.map(lambda i: shrunk(clip.read(i), _SIDE), range(clip.count)))
-    after = [*frames[1:], frames[0]] if clip.loop else frames[1:]
-    return np.array([distance(*pair) for pair in zip(frames, after, strict=False)])
+def median_step(lengths: NDArray[np.floating], closed: bool) -> float:
+    """Return the median length of the steps that lead to another drawing; see ``held_steps``."""
+    return float(np.median(lengths[~held_steps(lengths, closed)]))
 
 
 def held_steps(lengths: NDArray[np.floating], closed: bool) -> NDArray[np.bool_]:

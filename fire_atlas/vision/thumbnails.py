@@ -11,6 +11,7 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Bytes, Pixels, Plane, as_plane, brightness, luminance
 from fire_atlas.core.workers import Workers
 from fire_atlas.vision.flow import mean_flow, thumbnail_of
+from fire_atlas.vision.steps import held_steps, median_step
 
 _SIDE = 64
 """Longest side of a copy, px."""
@@ -84,8 +85,13 @@ class Thumbnails:
 
     @property
     def median_step(self) -> float:
-        """Median distance between neighbouring frames."""
-        return float(np.median(np.diag(self.distances, 1)))
+        """Median distance between neighbouring frames that show different drawings."""
+        return median_step(np.diag(self.distances, 1), closed=False)
+
+    def held(self, closed: bool) -> NDArray[np.bool_]:
+        """Return ``steps.held_steps`` of the frames; ``closed`` if the first follows the last."""
+        lengths = np.diag(self.distances, 1)
+        return held_steps(np.append(lengths, self.distances[-1, 0]) if closed else lengths, closed)
 
     @property
     def median_distance(self) -> float:

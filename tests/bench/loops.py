@@ -98,7 +98,7 @@ def _compared(name: str, clip: Clip) -> list[Row]:
         analysis = analyse_cuts(clip, Timeline(), None, False, workers)
     cut, overlap = best_cut(analysis, None), analysis.overlap
     assert cut is not None
-    edit = loop_edit([cut], overlap, clip.count)
+    edit = loop_edit([cut], overlap, analysis.holds)
     begun = time.process_time()
     frames = [loop.read(i) for i in range(loop.count)]
     made = 1e3 * (time.process_time() - begun) / max(overlap, 1)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,11 +10,12 @@ import pytest
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.workers import Workers
 from fire_atlas.timeline.holds import Holds
+from fire_atlas.vision.loop_figures import loop_figures
 from tests.support.clips import clip_of
-from tests.timeline.moving import Notes, arranged, turbulent
+from tests.timeline.moving import Notes, arranged, circling, turbulent
 
 ON_TWOS = [2] * 20
-ON_THREES = [3] * 16
+ON_THREES = [3] * 20
 RHYTHMS = {
     "on twos": ON_TWOS,
     "on twos from an odd frame": [1, *ON_TWOS],
@@ -90,3 +92,67 @@ def test_doubled_frames_stay_a_pair_and_others_get_frames_in_between(rhythm: lis
     # A pair stays for four frames; of the others, each is followed by one in between.
     wanted = [n for length in rhythm for n in ([4] if length == 2 else [1, 1])]
     assert lengths[:-2] == wanted[: len(lengths) - 2]
+
+
+KEPT = ["on twos", "on twos from an odd frame", "on threes", "on threes, one frame late"]
+
+
+def shown_runs(made: Clip) -> list[int]:
+    """Return for how many frames each picture of a loop is shown, beginning with a whole one."""
+    shown = [made.read(i).tobytes() for i in range(made.count)]
+    begin = next(i for i in range(made.count) if shown[i] != shown[i - 1])
+    return [len(list(same)) for _, same in groupby(shown[begin:] + shown[:begin])]
+
+
+@pytest.mark.parametrize("name", KEPT)
+@pytest.mark.parametrize("keys", [{}, {"overlap": 6}, {"frames": 30}])
+def test_a_cut_tears_no_hold(name: str, keys: dict[str, Any]) -> None:
+    rhythm = RHYTHMS[name]
+    made = arranged(held(rhythm, 0.0), **keys)
+    assert made.loop and set(shown_runs(made)) == {rhythm[3]}
+
+
+@pytest.mark.parametrize("rhythm", [ON_TWOS, ON_THREES])
+def test_a_cross_fade_of_a_clip_that_begins_with_a_whole_hold_tears_none(rhythm: list[int]) -> None:
+    assert set(shown_runs(arranged(held(rhythm, 0.0), loop="crossfade"))) == {rhythm[0]}
+
+
+@pytest.mark.parametrize("name", [name for name in RHYTHMS if "doubled" in name])
+def test_a_cut_leaves_doubled_frames_a_pair(name: str) -> None:
+    made = arranged(held(RHYTHMS[name], 0.0))
+    lengths = shown_runs(made)
+    assert made.loop and set(lengths) == {1, 2}
+    assert lengths.count(2) == pytest.approx(made.count / 5, abs=2)
+
+
+@pytest.mark.parametrize("name", KEPT)
+def test_the_seam_of_a_clip_that_holds_frames_is_not_seen(name: str) -> None:
+    made = arranged(held(RHYTHMS[name], 0.0))
+    figures = loop_figures(made.read(i) for i in range(made.count))
+    assert 0.8 <= figures.seam_ratio <= 1.25
+
+
+@pytest.mark.parametrize("late", [0, 1])
+def test_a_loop_on_twos_loops_as_it_is(late: int) -> None:
+    """Whatever the parity of the steps that are looked at first."""
+    drawings = circling(16, 16)
+    clip = clip_of([drawings.read((i + late) // 2 % 16) for i in range(32)])
+    notes = Notes()
+    made = arranged(clip, notes)
+    assert made.loop and made.count == 32, notes.notes
+    assert any("loops as it is" in note for note in notes.notes)
+
+
+@pytest.mark.parametrize("name", KEPT)
+def test_there_and_back_every_drawing_is_held_for_as_long(name: str) -> None:
+    rhythm = RHYTHMS[name]
+    made = arranged(held(rhythm, 0.0), loop="pingpong")
+    shown = [made.read(i).tobytes() for i in range(made.count)]
+    lengths = [len(list(same)) for _, same in groupby(shown)]
+    assert lengths == rhythm + rhythm[-2:0:-1]
+
+
+@pytest.mark.parametrize("frames", [21, 33, 60, 61])
+def test_any_length_can_still_be_had(frames: int) -> None:
+    made = arranged(held(ON_TWOS, 0.0), frames=frames)
+    assert made.loop and made.count == frames
