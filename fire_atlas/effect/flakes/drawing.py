@@ -32,7 +32,7 @@ _REACH_OF_PIXEL = math.sqrt(2)
 """Width, px, that the area of a pixel adds to a sprite's: its diagonal. Sprites then are so wide
 that samples at the centres of pixels, which players take, have about the light of the sprite."""
 
-_FLAKE_BATCH, _SPAN_BATCH = 1 << 18, 1 << 13
+_FLAKE_BATCH, _SPAN_BATCH = 1 << 16, 1 << 15
 """Area, px², of flakes, and of spans, that are drawn together: small enough for the processor's
 cache, large enough to be worth a numpy call."""
 
@@ -270,19 +270,17 @@ class _Capsules:
         cos, sin, half = cos * unit, sin * unit, half * unit
         # Only one that is longer than nothing has a tail.
         slope = (1 - self.tail[group]) / np.maximum(2 * half, np.float32(1e-3))
-        return _RowSpans(
-            x=(self.column[group] + first.astype(np.intp)).ravel(),
-            y=(self.row[group] + step).ravel(),
-            length=np.where(inside, last - first + 1, 0).astype(np.intp).ravel(),
-            along=(dx * cos + dy * sin).ravel(),
-            across=(dy * cos - dx * sin).ravel(),
-            cos=cos,
-            sin=sin,
-            half=half,
-            reach=np.square(self.reach[group]),
-            middle=as_plane((1 + self.tail[group]) / 2),
-            slope=as_plane(slope),
-        )
+        x = self.column[group] + first.astype(np.intp)
+        y = self.row[group] + step
+        length = np.where(inside, last - first + 1, 0).astype(np.intp)
+        shape = np.empty((8, *first.shape), np.float32)
+        values = (
+            dx * cos + dy * sin, dy * cos - dx * sin, cos, sin, half, np.square(self.reach[group]),
+            (1 + self.tail[group]) / 2, slope,
+        )  # fmt: skip
+        for column, value in zip(shape, values, strict=True):
+            column[:] = value
+        return _RowSpans(x.ravel(), y.ravel(), length.ravel(), shape.reshape(8, -1))
 
 
 def _row_ends(
@@ -310,50 +308,42 @@ class _RowSpans:
     """Spans of n capsules: each is the pixels of one row that lie in one capsule.
 
     The first row of every capsule comes first, then all second rows: span i is of capsule i mod n.
-    Lengths are in radii. Arrays (rows · n,), from ``cos`` on (n,).
+    Lengths are in radii. Arrays (rows · n,).
 
     Attributes:
         x, y: First pixel, px; it may lie outside the frame.
         length: Number of pixels; 0 where a capsule has no such row.
-        along, across: Place of the first pixel's centre along the segment, from its middle, and
-            across it.
-        cos, sin: By how much the place changes from pixel to pixel.
-        half: Half the segment's length.
-        reach: Squared distance from the segment up to which the capsule is drawn.
-        middle, slope: Light at the segment's middle, and its increase along it.
+        shape: (8, rows · n): place of the first pixel's centre along the segment, from its middle,
+            and across it; cosine and sine of the segment's direction, by which the place changes
+            from pixel to pixel; half the segment's length; squared distance from it up to which
+            the capsule is drawn; light at its middle, and the increase of light along it.
     """
 
     x: Index
     y: Index
     length: Index
-    along: Single
-    across: Single
-    cos: Single
-    sin: Single
-    half: Single
-    reach: Single
-    middle: Single
-    slope: Single
+    shape: Single
 
     def weights(self, some: Index) -> Single:
         """Return the weight of each pixel of ``some`` spans, (pixels, spans); it is 0 beyond the
         end of a span."""
+        along, across, cos, sin, half, reach, middle, slope = self.shape.take(some, axis=1)
         step = np.arange(self.length.take(some).max(), dtype=np.float32)[:, None]
-        of = some % len(self.cos)
-        along = self.along.take(some) + step * self.cos.take(of)
-        q = self.across.take(some) - step * self.sin.take(of)
-        half = self.half.take(of)
-        nearest = np.minimum(np.maximum(along, -half), half)
-        along -= nearest
-        along *= along
+        at = step * cos
+        at += along
+        q = step * sin
+        np.subtract(across, q, out=q)
+        nearest = np.minimum(at, half)
+        np.maximum(nearest, -half, out=nearest)
+        at -= nearest
+        at *= at
         q *= q
-        q += along
-        inside = q < self.reach.take(of)
+        q += at
+        np.putmask(q, q >= reach, np.float32(1))
         np.subtract(np.float32(1), q, out=q)
         q *= q
-        q *= inside
-        nearest *= self.slope.take(of)
-        nearest += self.middle.take(of)
+        nearest *= slope
+        nearest += middle
         q *= nearest
         return as_plane(q)
 
@@ -379,17 +369,17 @@ def _add(planes: Single, spans: _RowSpans, some: Index, weights: Single, light: 
     (planes, flakes); weights of pixels outside the frame become 0."""
     height, width = planes.shape[1:]
     x, y, step = spans.x.take(some), spans.y.take(some), np.arange(len(weights))[:, None]
-    pixel = y * width + x + step
+    pixel = step + (y * width + x)
     leaves = np.flatnonzero((x < 0) | (x + len(weights) > width) | (y < 0) | (y >= height))
     if leaves.size:
         x, y = x[leaves] + step, y[leaves]
         seen = (x >= 0) & (x < width) & (y >= 0) & (y < height)
         weights[:, leaves] *= seen
         pixel[:, leaves] *= seen
-    flake = some % light.shape[1]
+    flake, pixel = some % light.shape[1], pixel.ravel()
     for plane, shine in zip(planes.reshape(len(planes), -1), light, strict=True):
         if shine.any():  # most flakes of a recipe's colours have no blue
-            np.add.at(plane, pixel.ravel(), (weights * shine.take(flake)).ravel())
+            np.add.at(plane, pixel, (weights * shine.take(flake)).ravel())
 
 
 def _ranges(

@@ -58,13 +58,14 @@ class FlameColours:
     def of(cls, samples: FlameSamples) -> "FlameColours":
         """Measure the samples of a clip."""
         colour, weight = _flame_pixels(samples)
-        chroma = colour.max(axis=1) - colour.min(axis=1)
+        brightest = colour.max(axis=0)
+        chroma = brightest - colour.min(axis=0)
         angle = _hue(colour)
         vivid = weight * chroma
         total = max(float(vivid.sum()), 1e-9)
         is_warm = (angle > _WARM[0]) & (angle < _WARM[1])
         x, y = (vivid * np.cos(np.radians(angle))).sum(), (vivid * np.sin(np.radians(angle))).sum()
-        lit = colour.max(axis=1)[weight > 0.3]
+        lit = brightest[weight > 0.3]
         few, count, soft = np.median([_counts(each.colours) for each in samples.frames.values()], 0)
         return cls(
             hue=math.degrees(math.atan2(y, x)) % 360,
@@ -78,16 +79,17 @@ class FlameColours:
 
 
 def _flame_pixels(samples: FlameSamples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return the colours (n, 3) of all pixels and their weights (n,): light times flame."""
+    """Return the colours (3, n) of all pixels and their weights (n,): light times flame."""
     frames = samples.frames.values()
-    colour = np.concatenate([encode_unit(each.pixels[..., :3]).reshape(-1, 3) for each in frames])
+    light = np.concatenate([each.pixels.reshape(-1, 4) for each in frames])
+    colour = encode_unit(np.ascontiguousarray(light.T[:3]))
     weight = np.concatenate([(each.flame * each.brightness).ravel() for each in frames])
     return colour, as_plane(weight / np.float32(255))
 
 
 def _hue(colour: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the hues of colours (n, 3), degrees in -180..180."""
-    red, green, blue = colour.T
+    """Return the hues of colours (3, n), degrees in -180..180."""
+    red, green, blue = colour
     return as_plane(np.degrees(np.arctan2(math.sqrt(3) * (green - blue), 2 * red - green - blue)))
 
 

@@ -91,7 +91,9 @@ def _sample(picture: Picture, segmentation: FlameSegmentation, blend_space: str)
     """Return the sample of a frame; ``segmentation`` has the size of the copy."""
     stride = max(1, math.ceil(picture.shape[0] * picture.shape[1] / _PIXELS))
     rows = np.ascontiguousarray(picture[stride // 2 :: stride])
-    pixels = shrunk(as_light(picture), _SIDE)
+    # A copy shows no more than this of the pixels; to convert them all would take most of the time.
+    step = max(1, max(picture.shape[:2]) // (2 * _SIDE))
+    pixels = shrunk(as_light(np.ascontiguousarray(picture[::step, ::step])), _SIDE)
     plane = brightness(pixels, blend_space)
     flame = segmentation.mask(plane, lambda: pixels)
     return FrameSample(pixels, plane, flame, _shown(rows))
