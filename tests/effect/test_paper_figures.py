@@ -20,22 +20,22 @@ AS_THE_PAPER = {"feature_force": 5, "lift": 0.3, "turbulence": 0}
 
 FIGURE_8 = [
     ("cartoon", {}, 1.5),
-    ("pixel_art", {}, 1.5),
     ("campfire", AS_THE_PAPER, 1.5),
     ("torch", AS_THE_PAPER, 1.5),
     ("cartoon", AS_THE_PAPER, 1.5),
-    ("pixel_art", AS_THE_PAPER, 1.5),
+    ("pixel_art", AS_THE_PAPER, 1.2),
     real("cartoon_fluent_fire", {}, 1.5),
     real("real_candle_red", {}, 1.5),
-    real("cartoon_fluent_fire", AS_THE_PAPER, 1.5),
+    real("cartoon_fluent_fire", AS_THE_PAPER, 1.2),
     real("cartoon_freedoom_fire", AS_THE_PAPER, 1.1),  # eight frames of tongues that come apart
     real("cartoon_tauran_flame_sheet", AS_THE_PAPER, 1.5),
-    real("cartoon_wesnoth_campfire", AS_THE_PAPER, 1.5),
+    real("cartoon_wesnoth_campfire", AS_THE_PAPER, 1.2),
     real("real_candle_red", AS_THE_PAPER, 1.5),
-    real("real_fireplace_gif", AS_THE_PAPER, 1.5),
+    real("real_fireplace_gif", AS_THE_PAPER, 1.2),
 ]
 """The rising flames that have features by the paper's ε (softer fire has next to none), the
-field's settings, and how many times as many steps go down without κ at least."""
+field's settings, and how many times as many steps go down without κ at least. What embers do on
+their own outside the flame adds as many to both."""
 
 
 def _alive(effect: EffectRun) -> float:

@@ -17,7 +17,7 @@ from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.pipeline.simulate import simulate
 from tests.support.repo import Repo, tracks_of
 
-KEYS = ["format", "version", "name", "fps", "frame_count", "loop", "seed", "size", "space",
+KEYS = ["format", "version", "name", "fps", "frame_count", "loop", "rounds", "seed", "size", "space",
         "units", "light", "spawns", "columns", "frames"]  # fmt: skip
 SPAWN_KEYS = ["id", "t", "life", "x", "y", "vx", "vy", "size", "wraps"]
 COLUMNS = ["id", "x", "y", "vx", "vy", "size", "stretch", "rotation", "r", "g", "b", "a", "age",
