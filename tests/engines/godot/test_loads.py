@@ -68,7 +68,7 @@ def test_godot_4_understands_every_frame_as_it_is_on_the_sheet(
     for name, frames, values in zip(names, answers, answers[len(names) :], strict=False):
         scene = {key: values[path] for key, path in read.items()}
         flakes = {key: scene.pop(key) for key in ("visible", "scale", "rows", "animations")}
-        scene["flakes"] = {**flakes, "rows": len(flakes["rows"]) / 10}
+        scene["flakes"] = {**flakes, "rows": len(flakes["rows"]) / 11}
         scene |= {"playing": scene["playing"] == "fire", "blend": 4 if scene["blend"] == 4 else 0}
         assert_sheet(frames, scene, folder, name, CLIPS[clip])
 
