@@ -304,7 +304,7 @@ def test_packed_frames_keep_room_for_their_motion(tmp_path: Path) -> None:
 
 
 def test_flame_and_flakes_add_up_to_the_page(tmp_path: Path) -> None:
-    """By their light, as ``composite.blend: add`` joins them; a page is at most white."""
+    """By the light that film saw of them, as ``composite.blend: add`` joins them."""
     out = build(
         tmp_path, maps={"flame": True, "flakes": True}, composite={"blend": "add"},
         atlas={"alpha": "premultiplied", "blend_space": "linear"}, flakes={"rate": 120},
@@ -313,7 +313,11 @@ def test_flame_and_flakes_add_up_to_the_page(tmp_path: Path) -> None:
         decode_bytes(rgba(out / f"fire{kind}.png")[..., :3]) for kind in ("", ".flame", ".flakes")
     )
     assert flakes.max() > 0.2 and flame.max() > 0.2
-    added = np.minimum(flame + flakes, 1)
+    flame_light, flake_light = (
+        shown / (1 - shown) for shown in (np.minimum(layer, 254 / 255) for layer in (flame, flakes))
+    )
+    film = (flame_light + flake_light) / (1 + flame_light + flake_light)
+    added = np.where(flakes > 0, film, flame)
     steps = decode_bytes(np.arange(256, dtype=np.uint8))
     step = np.interp(page, steps[:-1], np.diff(steps)) + 1e-6
     assert (np.abs(added - page) / step).max() < 2.5  # half a step of each of the three, and more
