@@ -17,8 +17,8 @@ from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.pipeline.simulate import simulate
 from tests.support.repo import Repo, tracks_of
 
-KEYS = ["format", "version", "name", "fps", "frame_count", "loop", "rounds", "seed", "size", "space",
-        "units", "light", "spawns", "columns", "frames"]  # fmt: skip
+KEYS = ["format", "version", "name", "fps", "frame_count", "loop", "rounds", "seed", "size",
+        "space", "units", "light", "spawns", "columns", "frames"]  # fmt: skip
 SPAWN_KEYS = ["id", "t", "life", "x", "y", "vx", "vy", "size", "wraps"]
 COLUMNS = ["id", "x", "y", "vx", "vy", "size", "stretch", "rotation", "r", "g", "b", "a", "age",
            "life", "kind", "blur", "tail"]  # fmt: skip
