@@ -24,7 +24,7 @@ FIGURE_8 = [
     ("torch", AS_THE_PAPER, 1.5),
     ("cartoon", AS_THE_PAPER, 1.5),
     ("pixel_art", AS_THE_PAPER, 1.2),
-    real("cartoon_fluent_fire", {}, 1.5),
+    real("cartoon_fluent_fire", {}, 1.2),
     real("real_candle_red", {}, 1.5),
     real("cartoon_fluent_fire", AS_THE_PAPER, 1.2),
     real("cartoon_freedoom_fire", AS_THE_PAPER, 1.1),  # eight frames of tongues that come apart

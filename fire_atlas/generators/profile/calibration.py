@@ -58,11 +58,11 @@ def measure_steps(fire: GeneratedFire, workers: Workers) -> NDArray[np.float64]:
 def calibrate(profile: Profile, settings: ProfileFireSettings, workers: Workers) -> GeneratedFire:
     """Generate a fire with frame times without jumps and, in a loop, without a visible seam.
 
-    In wind the fire keeps the wind's time, and may take steps of any size.
+    In wind the fire keeps the wind's pace, and may take steps of any size within the loop.
     """
     fire = GeneratedFire.of(profile, settings)
     if peak_level(settings.generation.wind) > 0:
-        return fire
+        return _with_even_seam(fire, workers) if fire.settings.loop else fire
     sequence = fire.planes[0].playback.sequence
     # If frames of the clip are skipped, steps are larger than the clip's. A cartoon with held
     # frames may take steps of any size.
@@ -84,6 +84,14 @@ def calibrate(profile: Profile, settings: ProfileFireSettings, workers: Workers)
             times = _times_of_small_steps(fire, steps, _STEP_TARGET * max_step)
         fire = replace(fire, frame_times=times)
     return best
+
+
+def _with_even_seam(fire: GeneratedFire, workers: Workers) -> GeneratedFire:
+    """Return a looping ``fire`` that begins after a step of about median size."""
+    steps = measure_steps(fire, workers)
+    if float(_deviation(steps)[-1]) <= _MAX_SEAM:
+        return fire
+    return replace(fire, frame_times=_times_from_median_step(fire, steps))
 
 
 def _deviation(steps: NDArray[np.float64]) -> NDArray[np.float64]:
