@@ -275,6 +275,12 @@ def test_a_killed_process_fails_its_recipe_and_no_other(repo: Repo) -> None:
     assert repo.run("build", repo.folder, "--set", "source.height=300").code == 0
 
 
+def changed(before: dict[str, bytes], after: dict[str, bytes]) -> set[str]:
+    """Return the names of files that are not the same; a comparison of pages takes minutes."""
+    names = before.keys() | after.keys()
+    return {name for name in names if before.get(name) != after.get(name)}
+
+
 @posix
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -293,7 +299,7 @@ def test_a_signal_ends_all_processes(repo: Repo, number: signal.Signals) -> None
         *names
     }
     wait_until(lambda: not any(map(is_alive, builders)))
-    assert contents(repo.build) == before
+    assert changed(before, contents(repo.build)) == set()
 
 
 @posix
@@ -307,7 +313,7 @@ def test_no_build_goes_on_when_the_command_is_killed(repo: Repo) -> None:
         process.kill()
         process.wait()
         wait_until(lambda: not any(map(is_alive, builders)))
-    assert contents(repo.build) == before
+    assert changed(before, contents(repo.build)) == set()
 
 
 def test_a_terminal_shows_a_table(repo: Repo) -> None:
