@@ -201,7 +201,7 @@ def _assert_sound(effect: EffectRun) -> None:
     assert np.isfinite(tracks.spawns).all()
     rows = effect.rows
     assert np.isfinite(rows).all()
-    assert len(tracks.frames) == effect.clip.count
+    assert len(tracks.frames) == effect.clip.count * tracks.rounds
     assert (rows[:, [R, G, B, A]] >= 0).all()
     flakes = effect.recipe.flakes
     assert flakes != "none"
