@@ -87,14 +87,14 @@ def test_frames_go_by_at_their_time(browser: Browser, loop: Path) -> None:
       const now = document.getElementById("now"), seen = [];
       new MutationObserver(() => seen.push([performance.now(), Number(now.textContent)]))
         .observe(now, {childList: true});
-      setTimeout(() => done(seen), 1500);
+      setTimeout(() => done(seen), 4000);
     })"""
     seen = browser.visit(loop, ("press", "["), ("run", watch), moves=True)
     times, frames = np.array(seen.results[0]).T
     steps = np.diff(frames) % 48
     assert (steps >= 0).all() and steps.sum() > 6
     rate = steps.sum() / (times[-1] - times[0]) * 1000
-    assert rate == pytest.approx(12, rel=0.2)
+    assert rate == pytest.approx(12, rel=0.25)
 
 
 def test_who_prefers_stillness_gets_it_until_they_ask(browser: Browser, loop: Path) -> None:
