@@ -30,18 +30,21 @@ SUBSTEPS = 2
 HEART = (118.0, 96.0)  #: row and column of the charge, pixels
 SHEETS = (31, 32, 33)  #: seed of each sheet of gas, the farthest first
 
-BLAST = 1.0  #: expansion of the gas at the start, 1/frame
+BLAST = 1.1  #: expansion of the gas at the start, 1/frame
 SPENT = 3.6  #: frames in which the blast falls to 1/e
 LIFE = 28.0  #: frames a parcel of fuel burns
-LINGER = 42.0  #: frames its soot stays
-LIFT = 0.65 * DETAIL  #: upward acceleration of burning gas, cells/frame²
+LINGER = 50.0  #: frames its soot stays
+THINNING = 8.0  #: how much faster thin gas burns out
+LIFT = 0.95 * DETAIL  #: upward acceleration of burning gas, cells/frame²
 DRAG = 0.08  #: share of the velocity lost per frame
 STIR = 1.5 * DETAIL  #: acceleration of the stirring, cells/frame²
 
-EDDIES = (13 * DETAIL, 46 * DETAIL)  #: wavelengths of the stirring, cells
-LUMPY = 0.85  #: how unevenly the gas expands
+EDDIES = (8 * DETAIL, 46 * DETAIL)  #: wavelengths of the stirring, cells
+LUMPY = 1.1  #: how unevenly the gas expands
+GRAIN = (1.6 * DETAIL, 9 * DETAIL)  #: wavelengths of the fuel's unevenness, cells
+BILLOWS = (2.5 * DETAIL, 16 * DETAIL)  #: wavelengths of the soot's unevenness, cells
 
-SMOKE = np.array([44.0, 39.0, 38.0])
+SMOKE = np.array([40.0, 35.0, 33.0])
 FIRELIGHT = np.array([190.0, 66.0, 14.0])
 
 
@@ -64,24 +67,29 @@ class Sheet:
     columns: Field = field(init=False)
     laplacian: Field = field(init=False)
     calm: Field = field(init=False)
-    charge: Field = field(init=False)
+    fuel: Field = field(init=False)
+    soot: Field = field(init=False)
     stirring: LoopNoise = field(init=False)
 
     def __post_init__(self) -> None:
-        """Lay out the grid, the lumpy charge and the stirring."""
+        """Lay out the grid, the lumpy charge with its soot, and the stirring."""
         n = round(SIZE * DETAIL)
         rng = np.random.Generator(np.random.Philox(self.seed))
         grid = np.mgrid[0:n, 0:n].astype(np.float32)
         self.rows, self.columns = grid[0], grid[1]
         self.laplacian = open_laplacian(n, n)
         self.calm = margin_window(n, n, 18)
-        self.charge = lumps(rng, self.rows / DETAIL, self.columns / DETAIL)
+        charge = lumps(rng, self.rows / DETAIL, self.columns / DETAIL)
+        grain = LoopNoise.draw(rng, GRAIN, 1, 0.0, 80).sample(n, n, 0.0)
+        billows = LoopNoise.draw(rng, BILLOWS, 1, 0.0, 60).sample(n, n, 0.0)
+        self.fuel = np.clip(charge * (1 + 0.28 * np.minimum(grain, 1)), 0, 1)
+        self.soot = soft_step(0.0, 0.35, self.fuel) * np.clip(0.72 + 0.22 * billows, 0.2, 1)
         self.stirring = LoopNoise.draw(rng, EDDIES, 2 * FRAMES, 0.6, 40)
 
     def start(self) -> Gas:
         """The charge, at rest."""
-        still = np.zeros_like(self.charge)
-        return Gas(self.charge, soft_step(0.0, 0.35, self.charge), still, still)
+        still = np.zeros_like(self.fuel)
+        return Gas(self.fuel, self.soot, still, still)
 
     def advance(self, gas: Gas, time: float, dt: float) -> Gas:
         """The state ``dt`` frames after ``time``."""
@@ -89,7 +97,8 @@ class Sheet:
             advect(q, gas.u, gas.v, self.rows, self.columns, dt)
             for q in (gas.fuel, gas.soot, gas.u, gas.v)
         )
-        fuel, soot = burn(fuel, LIFE, dt) * self.calm, burn(soot, LINGER, dt) * self.calm
+        fuel = burn(fuel, LIFE, dt, THINNING) * self.calm
+        soot = burn(soot, LINGER, dt, THINNING) * self.calm
         stream = self.stirring.sample(len(fuel), len(fuel), time)
         push_x, push_y = self.forces(Gas(fuel, soot, u, v), stream)
         keep = np.float32(1 - DRAG * dt) * self.calm
@@ -104,7 +113,7 @@ class Sheet:
         fuel, soot, u, v = gas.fuel, gas.soot, gas.u, gas.v
         scale = STIR * EDDIES[0] / (2 * np.pi)
         stir_y, stir_x = np.gradient(stream * np.float32(scale))
-        swirl_x, swirl_y = confine(u, v, 0.12)
+        swirl_x, swirl_y = confine(u, v, 0.2)
         lift = np.float32(LIFT) * (fuel + 0.4 * soot)
         return [swirl_x + soot * stir_y, swirl_y - soot * stir_x - lift]
 
@@ -114,7 +123,7 @@ def lumps(rng: np.random.Generator, rows: Field, columns: Field) -> Field:
     charge = np.zeros_like(rows)
     for turn in np.arange(8) / 8:
         angle = 2 * np.pi * (turn + rng.uniform(-0.05, 0.05))
-        reach, radius = rng.uniform(4, 14), rng.uniform(4.5, 9.5)
+        reach, radius = rng.uniform(4, 17), rng.uniform(4, 11)
         y, x = HEART[0] - reach * np.sin(angle), HEART[1] + reach * np.cos(angle)
         away = np.clip(1 - np.hypot(columns - x, rows - y) / radius, 0, 1)
         charge = np.maximum(charge, away * (2 - away) * rng.uniform(0.65, 0.95))
@@ -138,19 +147,20 @@ def burn_out(sheet: Sheet) -> list[Gas]:
     return states
 
 
-def relief(soot: Field) -> Field:
-    """Brightness of smoke, about 1, lit from above as if it were as deep as it is dense."""
-    smooth = cv2.GaussianBlur(soot, (0, 0), 1.5)
-    return np.asarray(np.clip(1 + 4 * np.gradient(smooth, axis=0), 0.5, 1.7), dtype=np.float32)
+def relief(depth: Field) -> Field:
+    """Brightness of a cloud, about 1, lit from above; its surface bulges where it is deep."""
+    fine, coarse = cv2.GaussianBlur(depth, (0, 0), 0.8), cv2.GaussianBlur(depth, (0, 0), 3.0)
+    slope = 4 * np.gradient(fine, axis=0) + 7 * np.gradient(coarse, axis=0)
+    return np.asarray(np.clip(1 + slope, 0.25, 2.4), dtype=np.float32)
 
 
 def add_sheet(image: Field, gas: Gas, glow: Field, flash: Field, thinned: float) -> Field:
     """``image`` behind a sheet: its smoke, lit by the ``glow`` of all the fire, then its fire."""
-    smoke = np.asarray(0.68 * thinned * soft_step(0.08, 0.9, gas.soot), dtype=np.float32)
-    shade = SMOKE * relief(gas.soot)[..., None] + glow[..., None] * FIRELIGHT
+    smoke = np.asarray(0.85 * thinned * soft_step(0.06, 0.6, gas.soot), dtype=np.float32)
+    shade = SMOKE * relief(1.4 * gas.soot)[..., None] + (glow**1.5)[..., None] * FIRELIGHT
     image = layer_over(image, shade, smoke)
-    heat = (0.2 + 1.1 * gas.fuel) * (0.58 + 0.95 * glow)
-    level = soft_step(0.02, 0.2, gas.fuel) * heat + flash
+    heat = gas.fuel**0.8 * (0.48 + 1.25 * glow) * relief(gas.fuel) ** 0.35
+    level = soft_step(0.02, 0.3, gas.fuel) * (0.14 + heat) + flash
     colours = fire_colours(np.clip(level, 0, 1))
     return layer_over(image, colours[..., :3], (colours[..., 3] / 255).astype(np.float32))
 
@@ -166,11 +176,11 @@ def paint(sheets: list[Gas], frame: int) -> Pixels:
     """Straight-alpha RGBA of the ``sheets``, the farthest first, at ``frame``."""
     heat = np.sum([gas.fuel for gas in sheets], axis=0) / len(sheets)
     glow = cv2.GaussianBlur(heat, (0, 0), 9.0)
-    thinned = float(1 - np.clip((frame - 17) / (FRAMES - 1 - 17), 0, 1) ** 1.8)
+    thinned = float(1 - np.clip((frame - 15) / (FRAMES - 1 - 15), 0, 1) ** 1.8)
     image = np.zeros((SIZE, SIZE, 4), np.float32)
     for gas in sheets:
         image = add_sheet(image, gas, glow, flash_at(frame), thinned)
-    return coarser(straight(image), 52)
+    return coarser(straight(image), 44)
 
 
 def explosion_frames() -> list[Pixels]:

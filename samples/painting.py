@@ -43,21 +43,6 @@ def fire_palette(size: int = 256) -> Pixels:
     return np.asarray(np.rint(fire_colours(np.linspace(0, 1, size))), dtype=np.uint8)
 
 
-def wood_palette(size: int) -> Pixels:
-    """``size`` RGB colours from black to firelit brown."""
-    t = np.linspace(0, 1, size)[:, None]
-    colours = np.array([[150.0, 78.0, 34.0]]) * t ** np.array([[0.9, 1.05, 1.2]])
-    return np.asarray(np.rint(colours), dtype=np.uint8)
-
-
-def brighter(front: Pixels, front_colours: Pixels, back: Pixels, back_colours: Pixels) -> Pixels:
-    """Of two (h, w) index images the brighter pixels; ``back`` indices follow the front ones."""
-    offset = np.uint8(len(front_colours))
-    front_light = front_colours.sum(axis=1, dtype=np.int32)[front]
-    back_light = back_colours.sum(axis=1, dtype=np.int32)[back]
-    return np.where(back_light > front_light, back + offset, front).astype(np.uint8)
-
-
 def over_black(palette: Pixels) -> Pixels:
     """The (n, 3) colours an (n, 4) palette shows on black."""
     return np.rint(palette[:, :3] * (palette[:, 3:] / 255.0)).astype(np.uint8)
@@ -131,7 +116,7 @@ def save_painted(folder: Path, frames: Sequence[Pixels]) -> None:
 
 
 def save_gif(path: Path, frames: Sequence[Pixels], palette: Pixels, fps: int) -> None:
-    """Write ``frames`` of palette indices as an endless GIF with one (256, 3) palette."""
+    """Write ``frames`` of palette indices as an endless GIF with one (n, 3) palette."""
     images = [Image.fromarray(indices) for indices in frames]
     for image in images:
         image.putpalette(palette.tobytes(), "RGB")

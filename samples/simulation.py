@@ -31,7 +31,9 @@ class Burner:
     half_width: float  #: half the width of the burner
     offset: float = 0.0  #: of the burner, to the right of the middle
     depth: float = 7.0  #: half the height of the burner
+    jets: int = 0  #: places along the bed where fuel comes out; 0: all over it
     life: float = 44.0  #: frames a parcel of fuel burns
+    thinning: float = 4.5  #: how much faster thin flames burn out
     buoyancy: float = 0.12  #: upward acceleration of burning gas
     draught: float = 1.2  #: steady upward wind
     inflow: float = 0.008  #: air drawn in from the sides and up with height, 1/frame
@@ -130,7 +132,8 @@ class Furnace:
         self.wind_u, self.wind_v = wind(burner, self.rows, self.columns)
         height_above = np.clip(burner.base - self.rows, 0, None) / burner.size[0]
         self.breeze = (burner.sway * height_above).astype(np.float32)
-        self.bed = burner_bed(burner, self.rows, self.columns)
+        place = jets if burner.jets else smooth_bed
+        self.bed = place(burner, self.rows, self.columns)
         lit = np.flatnonzero(self.bed.any(axis=1))
         self.bed_rows = int(lit[0]), int(lit[-1]) + 1
         self.calm = margin_window(height, width, 18)
@@ -147,7 +150,7 @@ class Furnace:
             advect(q, along, up, self.rows, self.columns, dt)
             for q in (flame.fuel, flame.u, flame.v)
         )
-        fuel = self.feed(burn(fuel, burner.life, dt), time)
+        fuel = self.feed(burn(fuel, burner.life, dt, burner.thinning), time)
         push_x, push_y = self.forces(fuel, u, v, time)
         keep = np.float32(1 - burner.drag * dt) * self.calm
         u, v = (u + push_x * np.float32(dt)) * keep, (v + push_y * np.float32(dt)) * keep
@@ -185,12 +188,29 @@ def wind(burner: Burner, rows: Field, columns: Field) -> tuple[Field, Field]:
     return u.astype(np.float32), np.minimum(v, 0).astype(np.float32)
 
 
-def burner_bed(burner: Burner, rows: Field, columns: Field) -> Field:
+def smooth_bed(burner: Burner, rows: Field, columns: Field) -> Field:
     """Soft-edged ellipse of fuel, 1 in its middle."""
     x = (columns - (burner.size[1] - 1) / 2 - burner.offset) / burner.half_width
     y = (rows - burner.base) / burner.depth
     r = np.clip(1 - np.hypot(x, y), 0, 1)
     return np.asarray(r * (2 - r), dtype=np.float32)
+
+
+def jets(burner: Burner, rows: Field, columns: Field) -> Field:
+    """Fuel that comes out of gaps between logs: spots of unlike size and height, weaker outside.
+
+    The feet of the flames are ragged by it, and tongues are as wide as the spots.
+    """
+    rng = np.random.Generator(np.random.Philox(burner.seed + 1000))
+    middle, pitch = (burner.size[1] - 1) / 2 + burner.offset, burner.half_width / burner.jets
+    bed = np.zeros_like(rows)
+    for place in (np.arange(burner.jets) + 0.5) / burner.jets * 2 - 1:
+        x = middle + burner.half_width * place + pitch * rng.uniform(-0.5, 0.5)
+        y = burner.base + burner.depth * rng.uniform(-1, 0.2) * np.sqrt(1 - place**2)
+        radius = pitch * rng.uniform(1.0, 2.0)
+        r = np.clip(1 - np.hypot((columns - x) / radius, (rows - y) / (0.8 * radius)), 0, 1)
+        bed = np.maximum(bed, r * (2 - r) * (1 - 0.45 * place**2) * rng.uniform(0.85, 1))
+    return np.asarray(bed, dtype=np.float32)
 
 
 def margin_window(height: int, width: int, margin: int) -> Field:
@@ -244,10 +264,10 @@ def advect(q: Field, u: Field, v: Field, rows: Field, columns: Field, dt: float)
     return np.clip(sharp, low, high)
 
 
-def burn(fuel: Field, life: float, dt: float) -> Field:
+def burn(fuel: Field, life: float, dt: float, thinning: float) -> Field:
     """Use up fuel at a steady rate, faster where the flame is thin and loses its heat."""
     around = cv2.GaussianBlur(fuel, (0, 0), 4.0)
-    loss = (1 + 8.0 * np.clip(fuel - around, 0, 1)) * np.float32(dt / life)
+    loss = (1 + np.float32(thinning) * np.clip(fuel - around, 0, 1)) * np.float32(dt / life)
     return np.asarray(np.clip(fuel - loss, 0, 1), dtype=np.float32)
 
 
