@@ -104,10 +104,6 @@ class _SetBlock(_Block):
 
 
 class _SideBlock(_Block):
-    """A side. Keys that differ from fields of ``DetailModel``: ``heat`` is ``scores``, ``drift``
-    is ``flow``, ``kinship`` is ``autocorrelation``, ``breadth`` is ``correlation_length``, and
-    ``is_even`` is ``is_symmetric``."""
-
     frames: int = Field(ge=MIN_FRAMES, le=MAX_FRAMES)
     fps: float = Field(gt=0, le=1000)
     closed: bool
@@ -116,15 +112,16 @@ class _SideBlock(_Block):
     sets: Annotated[tuple[_SetBlock, ...], Field(min_length=12, max_length=12)]
     points: tuple[_Points, ...]
     points_as_learnt: tuple[_Points, ...]
+    leans: tuple[Annotated[float, Field(ge=-90, le=90)], ...]
     half: float = Field(gt=0, le=100)
-    kinship: _Share
-    breadth: float = Field(ge=0, le=4096)
-    is_even: bool
+    autocorrelation: _Share
+    correlation_length: float = Field(ge=0, le=4096)
+    is_symmetric: bool
     offset: _Curves
     ratio: _Curves
-    heat: str
+    scores: str
     shades: str
-    drift: str
+    flow: str
 
 
 class _ProfileBlock(_Block):
@@ -221,22 +218,23 @@ def _side_block(side: Side) -> _SideBlock:
         ),
         points=side.points,
         points_as_learnt=side.learnt_points,
+        leans=side.leans,
         half=side.half_width,
-        kinship=detail.autocorrelation,
-        breadth=detail.correlation_length,
-        is_even=detail.is_symmetric,
+        autocorrelation=detail.autocorrelation,
+        correlation_length=detail.correlation_length,
+        is_symmetric=detail.is_symmetric,
         offset=tuple(map(tuple, side.pose.offset.tolist())),
         ratio=tuple(map(tuple, side.pose.width_ratio.tolist())),
-        heat=_packed(detail.scores),
+        scores=_packed(detail.scores),
         shades=_packed(np.moveaxis(detail.shades, 3, 1)),
-        drift=_packed((np.moveaxis(detail.flow, 3, 1) / FLOW_UNIT + 128).astype(np.uint8)),
+        flow=_packed((np.moveaxis(detail.flow, 3, 1) / FLOW_UNIT + 128).astype(np.uint8)),
     )
 
 
 def _side(block: _SideBlock, grid: DetailGrid) -> Side:
     """Return the side in a block; raise ``ValueError`` where its parts contradict each other."""
     count, statistics = block.frames, block.statistics
-    for name in ("points", "points_as_learnt", "offset", "ratio"):
+    for name in ("points", "points_as_learnt", "leans", "offset", "ratio"):
         if (items := len(getattr(block, name))) != count:
             raise ValueError(f"{name}: has {items} items for {count} frames")
     if not all(0 <= frame < count for each in block.sets for frame in each.frames):
@@ -247,6 +245,7 @@ def _side(block: _SideBlock, grid: DetailGrid) -> Side:
         threshold=block.threshold,
         points=tuple(FeaturePoints(*each) for each in block.points),
         learnt_points=tuple(FeaturePoints(*each) for each in block.points_as_learnt),
+        leans=block.leans,
         statistics=ClipStatistics(
             Percentiles(*statistics.height), Percentiles(*statistics.width),
             Percentiles(*statistics.lean), Percentiles(*statistics.brightness), statistics.step,
@@ -266,15 +265,15 @@ def _detail(block: _SideBlock, grid: DetailGrid) -> DetailModel:
     count, (rows, columns) = block.frames, grid.shape
     levels = min(SHADE_LEVELS, count)
     coarse = -(-rows // FLOW_CELL), -(-columns // FLOW_CELL)
-    flow = _unpacked("drift", block.drift, (count, 2, *coarse)).astype(np.float32)
+    flow = _unpacked("flow", block.flow, (count, 2, *coarse)).astype(np.float32)
     shades = _unpacked("shades", block.shades, (levels, 4, rows, columns))
     return DetailModel(
-        scores=_unpacked("heat", block.heat, (count, rows, columns)),
+        scores=_unpacked("scores", block.scores, (count, rows, columns)),
         shades=np.ascontiguousarray(np.moveaxis(shades, 1, 3)),
         flow=np.moveaxis((flow - 128) * np.float32(FLOW_UNIT), 1, 3),
-        autocorrelation=block.kinship,
-        correlation_length=block.breadth,
-        is_symmetric=block.is_even,
+        autocorrelation=block.autocorrelation,
+        correlation_length=block.correlation_length,
+        is_symmetric=block.is_symmetric,
     )
 
 

@@ -1,17 +1,33 @@
-"""The two entry points of this package: learn a profile from clips, and generate clips of new fire
-from a profile."""
+"""The entry points of this package: learn a profile from clips, and generate clips of new fire from
+a profile, in one wind or in several."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.fire_in_wind import FireInWind, WindChange, change_shares
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.calibration import calibrate
-from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
-from fire_atlas.generators.profile.generate.rendering import renderings
+from fire_atlas.generators.profile.generate.generated_fire import (
+    GeneratedFire,
+    ProfileFireSettings,
+)
+from fire_atlas.generators.profile.generate.rendering import (
+    ProfileRendering,
+    renderings,
+    renderings_in_wind,
+)
 from fire_atlas.generators.profile.learn.learn import learn
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.generators.rendering import rendered_clip
+
+_SLOWING = 0.5
+"""Fraction by which the fire's own time goes slower where its wind changes fastest: steps would be
+larger than before and after, because the fire moves and leans at once."""
 
 
 def learn_profile(
@@ -43,3 +59,55 @@ def generate_clips(
     fire = calibrate(profile, settings, workers)
     views = renderings(fire, generation.azimuths(), generation.views.elevation, height)
     return [rendered_clip(view, generation, blend_space, inputs) for view in views]
+
+
+def generate_in_wind(
+    profile: Profile,
+    settings: ProfileFireSettings,
+    height: int | None,
+    blend_space: str,
+    inputs: tuple[Path, ...],
+    workers: Workers,
+) -> FireInWind:
+    """Generate a fire in each of the winds that it changes between; see ``generate_clips``."""
+    shared = settings.generation
+    generations = shared.in_each_wind()
+    fires = [calibrate(profile, replace(settings, generation=g), workers) for g in generations]
+    views = renderings_in_wind(fires, shared.views.elevation, height)
+    loops = tuple(
+        rendered_clip(view, generation, blend_space, inputs)
+        for view, generation in zip(views, generations, strict=True)
+    )
+
+    def change(before: int, after: int, start: int, count: int) -> WindChange:
+        return _change(loops[before], views[before], fires[after], start, count)
+
+    return FireInWind(loops, change)
+
+
+def _change(
+    loop: Clip, view: ProfileRendering, after: GeneratedFire, start: int, count: int
+) -> WindChange:
+    """Return the change from ``loop``, seen in ``view``, as ``FireInWind.change`` does."""
+    before = view.fire
+    times, entry = _times_of_change(before, after, start, count)
+    shown = [
+        view.showing(before.changing(after, float(share), float(time)))
+        for share, time in zip(change_shares(count), times, strict=True)
+    ]
+    clip = replace(loop, count=count, picture=lambda k: shown[k].frame(0), loop=False, flow=None)
+    return WindChange(clip, entry)
+
+
+def _times_of_change(
+    before: GeneratedFire, after: GeneratedFire, start: int, count: int
+) -> tuple[NDArray[np.float64], int]:
+    """Return the fire's own time in each frame of a change (count,), and the frame of ``after``
+    that follows. Each loop may have its own frame times, but all have one period."""
+    begin, period = float(before.frame_times[start]), after.period
+    faded = np.diff(np.concatenate([[0.0], change_shares(count), [1.0]]))
+    passed = np.cumsum(1 - _SLOWING * faded / faded.max())
+    # By how much each frame of the new wind is later than the end of the change.
+    late = np.mod(after.frame_times - begin - passed[-1] + period / 2, period) - period / 2
+    entry = int(np.argmin(np.abs(late)))
+    return begin + passed[:-1] * (1 + float(late[entry]) / passed[-1]), entry

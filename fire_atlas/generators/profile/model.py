@@ -3,7 +3,6 @@
 Most lengths are in flame heights: 1 is the median height of the flame in the clip.
 """
 
-import math
 from dataclasses import dataclass
 from functools import cache
 from typing import Literal, NamedTuple
@@ -70,11 +69,6 @@ class FeaturePoints(NamedTuple):
     mid_right: tuple[float, float]
     right: tuple[float, float]
     top: tuple[float, float]
-
-    @property
-    def lean(self) -> float:
-        """Angle from the vertical to the line from ``bottom`` to ``top``, degrees to the right."""
-        return math.degrees(math.atan2(self.top[0] - self.bottom[0], self.bottom[1] - self.top[1]))
 
     @property
     def height(self) -> float:
@@ -280,6 +274,7 @@ class Side:
         threshold: Brightness above which a pixel is flame, 0..255.
         points: Feature points of every frame; the user may have moved them.
         learnt_points: Feature points of every frame, as the clip shows them.
+        leans: Lean of the flame in every frame, degrees to the right, from ``flame_lean``.
         statistics: Statistics of the frames.
         sets: The twelve leaning sets: six states, each in two periods.
         half_width: Half the width of the foot, flame heights.
@@ -292,6 +287,7 @@ class Side:
     threshold: float
     points: tuple[FeaturePoints, ...]
     learnt_points: tuple[FeaturePoints, ...]
+    leans: tuple[float, ...]
     statistics: ClipStatistics
     sets: tuple[LeaningSet, ...]
     half_width: float
@@ -304,11 +300,6 @@ class Side:
         middle = [(each.left[0] + each.right[0]) / 2 for each in self.learnt_points]
         foot = [each.bottom[1] for each in self.learnt_points]
         return float(np.median(middle)), float(np.median(foot))
-
-    @property
-    def learnt_leans(self) -> list[float]:
-        """Lean of every frame of the clip, degrees."""
-        return [points.lean for points in self.learnt_points]
 
 
 @dataclass(frozen=True, slots=True)

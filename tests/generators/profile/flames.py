@@ -16,10 +16,14 @@ WIDTH, HEIGHT = 160, 220
 FOOT, BASE, TIP = 80.0, 200.0, 60.0
 """Axis, ground and tip of the flame, px."""
 
+_LEVER = 1.123
+"""Slope of the axis of a kite, relative to that of the line to its tip: its foot stays."""
+
 
 def points(lean: float, half: float = 20.0) -> FeaturePoints:
-    """Six points of a kite that leans by ``lean`` degrees, its foot 20 px high, its tip blunt."""
-    top = FOOT + math.tan(math.radians(lean)) * (BASE - TIP)
+    """Six points of a kite whose axis leans by ``lean`` degrees, its foot 20 px high, its tip
+    blunt."""
+    top = FOOT + math.tan(math.radians(lean)) * (BASE - TIP) / _LEVER
     left, right = (FOOT - half, BASE - 20), (FOOT + half, BASE - 20)
     mid = half / 2
     return FeaturePoints(

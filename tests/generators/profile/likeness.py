@@ -17,7 +17,7 @@ from fire_atlas.generators.profile.fire import learn_profile
 from fire_atlas.generators.profile.flame_region import largest_flame
 from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
 from fire_atlas.generators.profile.generate.rendering import renderings
-from fire_atlas.generators.profile.learn.features import FireMask, feature_points
+from fire_atlas.generators.profile.learn.features import FireMask, feature_points, flame_lean
 from fire_atlas.generators.profile.learn.learn import colour_table
 from fire_atlas.generators.profile.model import ColourTable, FeaturePoints, Profile
 from fire_atlas.generators.rendering import rendered_clip
@@ -46,17 +46,15 @@ class Look:
 
     Attributes:
         points: Six points of every frame.
+        leans: (frames,) lean of the flame, degrees.
         table: Its colour table.
         frames: The fire alone.
     """
 
     points: list[FeaturePoints]
+    leans: Array
     table: ColourTable
     frames: list[Pixels]
-
-    @property
-    def leans(self) -> Array:
-        return np.array([each.lean for each in self.points])
 
     @property
     def height(self) -> float:
@@ -141,7 +139,9 @@ def _look(clip: Clip, mask: FireMask, cells: int) -> Look:
         frames.append(mask.isolated(pixels, binarized))
         flames.append(largest_flame(binarized))
     table = colour_table(zip(frames, flames, strict=True), cells)
-    return Look([feature_points(flame) for flame in flames if flame.any()], table, frames)
+    lit = [flame for flame in flames if flame.any()]
+    leans = np.array([flame_lean(flame) for flame in lit])
+    return Look([feature_points(flame) for flame in lit], leans, table, frames)
 
 
 def colour_error(one: ColourTable, other: ColourTable, least: float = 0.05) -> float:
@@ -171,9 +171,20 @@ def nearest_input(frame: Pixels, inputs: Sequence[Pixels]) -> float:
     """Least difference of a frame from any of ``inputs``, whose flames are laid over its own, as a
     share of the frame's light."""
     best = np.inf
-    reach = max(frame.shape[0], frame.shape[1])
-    for other in inputs:
-        room = cv2.copyMakeBorder(other, reach, reach, reach, reach, cv2.BORDER_CONSTANT)
-        found = cv2.matchTemplate(room[..., :3], frame[..., :3], cv2.TM_SQDIFF).min()
+    lit = _lit_part(frame)
+    # A flame that is moved further than half its size is hardly over the other any more.
+    y, x = (length // 2 for length in lit.shape[:2])
+    for other in map(_lit_part, inputs):
+        more_y, more_x = (max(lit.shape[axis] - other.shape[axis], 0) for axis in (0, 1))
+        room = cv2.copyMakeBorder(other, y, y + more_y, x, x + more_x, cv2.BORDER_CONSTANT)
+        found = cv2.matchTemplate(room, lit, cv2.TM_SQDIFF).min()
         best = min(best, float(found))
-    return float(np.sqrt(max(best, 0.0) / float((frame[..., :3] ** 2).sum())))
+    return float(np.sqrt(max(best, 0.0) / float((lit**2).sum())))
+
+
+def _lit_part(frame: Pixels) -> Pixels:
+    """The colours of what is lit in a frame, of the box around it."""
+    lit = frame[..., :3].max(axis=-1) > 1e-3
+    rows, columns = np.flatnonzero(lit.any(axis=1)), np.flatnonzero(lit.any(axis=0))
+    part = frame[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1, :3]
+    return np.ascontiguousarray(part)

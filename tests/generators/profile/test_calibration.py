@@ -19,10 +19,23 @@ def test_no_part_of_the_clip_is_played_much_more_than_another(seed: int) -> None
     front = learnt_kite().front
     sequence = FrameSequence.of(front, 24.0)
     assert sequence.closed
-    reference = Reference.random(sequence, 240, True, seed, 0)
+    reference = Reference.random(sequence, 240, True, 5, seed, 0)
     played = np.bincount(reference.positions.astype(int), minlength=sequence.count)
     assert np.ptp(played) <= 4, played
     assert played.mean() == pytest.approx(7.5)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_ends_of_a_clip_that_does_not_loop_are_played_as_often_as_its_middle(
+    seed: int,
+) -> None:
+    sequence = FrameSequence.of(replace(learnt_kite().front, closed=False), 24.0)
+    reference = Reference.random(sequence, 640, True, 5, seed, 0)
+    played = np.bincount(reference.positions.astype(int), minlength=sequence.count)
+    assert played.sum() == 640 and played.min() >= 14 and played.max() <= 26, played
+    # Nothing is skipped but where a segment begins.
+    forwards = np.diff(reference.positions) == 1
+    assert (forwards | reference.cuts[1:]).all()
 
 
 @pytest.mark.parametrize("seed", [0, 3])

@@ -52,7 +52,7 @@ def test_people_can_read_it(file: bytes) -> None:
     assert values["format"] == "fire-atlas/profile" and values["version"] == 2
     assert len(values["colours"]["rows"]) == 5
     assert [len(each) for each in values["sides"][0]["points"]] == [6] * 32
-    readable = file.split(b'"heat"')[0]
+    readable = file.split(b'"scores"')[0]
     assert max(map(len, readable.splitlines())) < 400
 
 
@@ -76,10 +76,10 @@ Change = Callable[[dict[str, Any]], object]
     [
         (lambda v: v.pop("grid"), "grid"),
         (lambda v: v["grid"].update(up=10**9), "grid.up"),
-        (lambda v: v["grid"].update(up=v["grid"]["up"] + 6), "drift"),
-        (lambda v: v["sides"][0].update(heat="AAAA"), "heat"),
-        (lambda v: v["sides"][0].update(heat="not base64!"), "heat"),
-        (lambda v: v["sides"][0].update(shades=v["sides"][0]["heat"]), "shades"),
+        (lambda v: v["grid"].update(up=v["grid"]["up"] + 6), "flow"),
+        (lambda v: v["sides"][0].update(scores="AAAA"), "scores"),
+        (lambda v: v["sides"][0].update(scores="not base64!"), "scores"),
+        (lambda v: v["sides"][0].update(shades=v["sides"][0]["scores"]), "shades"),
         (lambda v: v["sides"][0]["points"].pop(), "points"),
         (lambda v: v["sides"][0]["offset"][0].pop(), "offset"),
         (lambda v: v["sides"][0]["sets"][0].update(frames=[99]), "sets"),

@@ -1,16 +1,20 @@
 """What is learnt of a clip, and which clips nothing can be learnt from."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Pixels
+from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.generate.particles import (
     half_width,
     height_after,
     peripheral_curve,
     rise_time,
 )
+from fire_atlas.generators.profile.learn.fitness import refuse_unfit
 from fire_atlas.generators.profile.learn.learn import colour_table
 from tests.generators.profile.colour_difference import delta_e
 from tests.generators.profile.flames import (
@@ -25,7 +29,7 @@ from tests.generators.profile.flames import (
     swaying,
 )
 from tests.generators.profile.likeness import learnt
-from tests.support.clips import open_clip
+from tests.support.clips import RISING_SAMPLES, open_clip
 
 
 @pytest.mark.parametrize("size", [2, 5, 8])
@@ -45,7 +49,7 @@ def test_the_table_means_light_not_bytes() -> None:
 def test_every_frame_of_a_known_clip_gives_its_points_and_its_lean() -> None:
     clip, leans = swaying()
     front = learnt(clip).front
-    assert front.learnt_leans == pytest.approx(leans, abs=1.0)
+    assert front.leans == pytest.approx(leans, abs=1.0)
     for found in front.points:
         assert found.bottom == pytest.approx((FOOT, BASE), abs=1.0)
         assert (found.left[0], found.right[0]) == pytest.approx((FOOT - 20, FOOT + 20), abs=1.0)
@@ -155,6 +159,71 @@ def _scene_change() -> list[Pixels]:
     ]
 
 
+def _two_sizes() -> list[Pixels]:
+    """A spark that stays, and then a flame that is never twice in one place."""
+    frames = []
+    for i in range(20):
+        mask = np.zeros((2 * HEIGHT, 2 * WIDTH), np.bool_)
+        if i < 9:
+            mask[425:435, 305:311] = True
+        else:
+            top, left = divmod(i - 9, 3)
+            mask[10 + 105 * top : 90 + 105 * top, 20 + 90 * left : 50 + 90 * left] = True
+        frames.append(painted(mask))
+    return frames
+
+
+def _gap(frame: Pixels) -> None:
+    """Cut a flame in two, a third of its height above its foot."""
+    rows = np.flatnonzero((frame[..., :3].max(axis=-1) > 0.2).any(axis=1))
+    height = rows[-1] - rows[0]
+    frame[rows[-1] - height // 3 : rows[-1] - height // 4] = 0
+
+
+def _goes_out_once(frame: Pixels) -> None:
+    frame[:] = 0
+
+
+def _stands_aside(frame: Pixels) -> None:
+    frame[:] = np.roll(frame, frame.shape[1] // 4, axis=1)
+
+
+@pytest.mark.parametrize("breaks", [_gap, _goes_out_once, _stands_aside])
+@pytest.mark.parametrize(("name", "numbers"), [("candle", [27]), ("torch", [14, 21])])
+def test_a_clip_that_breaks_up_in_a_frame_or_two_is_refused_naming_them(
+    name: str, numbers: list[int], breaks: Callable[[Pixels], None]
+) -> None:
+    """Fire that is generated from it would break up now and then."""
+    clip = open_clip(name)
+    frames = [clip.read(i) for i in range(clip.count)]
+    for number in numbers:
+        breaks(frames[number])
+    with pytest.raises(
+        SourceError, match=r"the flame goes out, breaks up.*source\.start"
+    ) as caught:
+        learnt(clip_of(frames, clip.fps, clip.matte))
+    assert any(f"{number}" in str(caught.value).split(";")[0] for number in numbers)
+
+
+@pytest.mark.parametrize("name", RISING_SAMPLES)
+def test_a_flame_that_only_flickers_is_not_refused(name: str) -> None:
+    with Workers(2) as workers:
+        threshold, cut_share = refuse_unfit(open_clip(name), name, None, workers)
+    assert threshold > 0 and cut_share == 0
+
+
+def test_a_large_clip_is_judged_by_small_copies_and_learnt_at_its_size() -> None:
+    """Fewer pixels are read for a refusal; the points of what is learnt are those of the clip."""
+    clip, leans = swaying(16)
+    frames = [np.kron(clip.read(i), np.ones((4, 4, 1), np.float32)) for i in range(16)]
+    front = learnt(clip_of(frames)).front
+    assert front.statistics.width.median == pytest.approx(160, abs=4)
+    assert front.leans == pytest.approx(leans, abs=1.0)
+    frames[11][:] = 0
+    with pytest.raises(SourceError, match=r"goes out, breaks up.*in frame 11;"):
+        learnt(clip_of(frames))
+
+
 @pytest.mark.parametrize(
     ("frames", "fault", "advice"),
     [
@@ -167,6 +236,7 @@ def _scene_change() -> list[Pixels]:
         (_grey(_smoke()), "smoke or steam", "source.kind: frames"),
         (_goes_out(), "the flame goes out", "source.start"),
         (_scene_change(), "jumps elsewhere", "source.start"),
+        (_two_sizes(), "jumps elsewhere", "source.start"),
         (_turned(2), "burns downwards", "turn the clip"),
         (_turned(3), "burns to the right", "turn the clip"),
         (_turned(1), "burns to the left", "turn the clip"),

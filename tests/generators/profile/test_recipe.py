@@ -186,7 +186,7 @@ def test_a_profile_of_a_later_version_is_refused_by_a_build(repo: Path) -> None:
     ("key", "value"),
     [
         ("cells", 4), ("threshold", 50), ("start", 1), ("count", 8), ("fps", 12),
-        ("matte", "alpha"), ("grid", {"columns": 1, "rows": 1}),
+        ("matte", "alpha"), ("black", 4), ("grid", {"columns": 1, "rows": 1}),
     ],
 )  # fmt: skip
 def test_keys_of_learning_are_refused_for_a_profile_file(
@@ -195,6 +195,12 @@ def test_keys_of_learning_are_refused_for_a_profile_file(
     (repo / "x.profile.json").write_text("{}")
     code, said = run("check", recipe(repo, {"path": "x.profile.json", key: value}))
     assert code == 2 and f"source.{key}: says how to learn" in said and "remove it" in said, said
+
+
+@pytest.mark.parametrize("key", ["slices=3", "particles=50", "detail=0.5", "height=64"])
+def test_keys_of_generating_are_refused_by_learn(repo: Path, key: str) -> None:
+    code, said = run("learn", repo / "front", "-o", repo / "x.profile.json", "--set", key)
+    assert code == 2 and "says how fire is generated" in said and "in the recipe" in said, said
 
 
 def test_a_profile_file_does_not_take_a_side_view_too(repo: Path) -> None:

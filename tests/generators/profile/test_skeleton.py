@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from fire_atlas.core.pixels import brightness
 from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
 from fire_atlas.generators.profile.generate.rendering import ProfileRendering, renderings
 from fire_atlas.generators.profile.generate.skeleton import skeletons
@@ -32,9 +33,11 @@ from tests.generators.profile.likeness import (
 from tests.support.clips import open_clip, real
 
 
-def _rendering(profile: Profile, detail: float, wind: Wind | None = None) -> ProfileRendering:
+def _rendering(
+    profile: Profile, detail: float, wind: Wind | None = None, height: int | None = None
+) -> ProfileRendering:
     wanted = settings(24, wind=wind, detail=detail, loop=False)
-    return renderings(GeneratedFire.of(profile, wanted), [0.0], 0.0, None)[0]
+    return renderings(GeneratedFire.of(profile, wanted), [0.0], 0.0, height)[0]
 
 
 @pytest.mark.parametrize("level", [0.0, 4.0])
@@ -120,30 +123,66 @@ def test_frames_of_a_set_are_drawn_where_it_is_selected_and_nowhere_else(number:
 
 
 def _axis(view: ProfileRendering, index: int) -> float:
-    """Angle of the line from the middle of the foot to that of the highest row, degrees."""
-    look = view.frame(index)[..., 3] > 0.3
-    rows, columns = np.nonzero(look)
-    height = np.ptp(rows) + 1
-    foot, tip = columns[rows > rows.max() - 0.06 * height], columns[rows == rows.min()]
-    across = (tip.min() + tip.max() - foot.min() - foot.max()) / 2
-    return math.degrees(math.atan2(across, height))
+    """Angle of the straight line fitted to the flame's pixels, columns over rows, degrees."""
+    bright = brightness(view.frame(index), "srgb")
+    rows, columns = np.nonzero(bright > view.fire.profile.front.threshold)
+    return -math.degrees(math.atan(float(np.polyfit(rows, columns, 1)[0])))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", ["candle", "torch", real("real_candle_red"), real("cartoon_tauran_flame_sheet")]
+    "name",
+    [
+        "candle",
+        "torch",
+        "campfire",
+        real("real_candle_red"),
+        real("real_fireplace_gif"),
+        real("sim_unity_flame03"),
+        real("cartoon_tauran_flame_sheet"),
+    ],
 )
 def test_drawn_fire_leans_as_the_selected_set(name: str) -> None:
     profile = learnt_from(name)
     middles = np.array([(each.low + each.high) / 2 for each in profile.front.sets])
-    near = []
-    for level in range(6):
-        for direction in ("left", "right"):
-            wind = Wind.model_validate({"level": level, "direction": direction})
-            view = _rendering(profile, 1.0, wind)
-            sets = view.fire.planes[0].states.sets
-            near += [abs(_axis(view, i) - middles[sets[i]]) <= 7 for i in range(0, 24, 2)]
+    near, by_chance = [], []
+    for level, direction in enumerate(["right", "left"] * 3):
+        wind = Wind.model_validate({"level": level, "direction": direction})
+        view = _rendering(profile, 1.0, wind, height=120)
+        sets = view.fire.planes[0].states.sets
+        for i in range(0, 24, 3):
+            apart = np.abs(_axis(view, i) - middles)
+            near.append(apart[sets[i]] <= 7)
+            by_chance.append((apart <= 7).mean())
     assert np.mean(near) >= 0.8
+    assert np.mean(by_chance) < 0.35
+
+
+@pytest.mark.parametrize("detail", [0.0, 1.0])
+def test_a_flame_keeps_the_shape_of_an_a_against_the_wind(detail: float) -> None:
+    """Wide where it burns, ever narrower to its tip: its foot stays, its tip goes with the wind."""
+    shapes = []
+    for wind in (Wind(), Wind(level=5.0)):
+        view = _rendering(learnt_kite(), detail, wind)
+        x, ground = view.camera.origin
+        frames = [view.frame(i)[..., 3] > 0.5 for i in range(16, 24, 2)]
+        heights = (0.2, 0.3, 0.4, 0.5, 0.6)
+        rows = [int(ground - height * view.camera.scale) for height in heights]
+        ends = np.array([
+            [(np.flatnonzero(flame[row])[[0, -1]] - x) / view.camera.scale for row in rows]
+            for flame in frames
+        ])  # fmt: skip
+        shapes.append(ends.mean(axis=0))
+    for shape in shapes:
+        width = shape[:, 1] - shape[:, 0]
+        assert (np.diff(width) < 0.01).all() and width[-1] < 0.8 * width[0], shape
+    middle = [shape.mean(axis=1) for shape in shapes]
+    moved = middle[1] - middle[0]
+    assert abs(moved[0]) < 0.1 and moved[-1] > 0.2
+    assert (np.diff(moved) > 0.02).all(), moved
+    # As wide in the wind as without it.
+    widths = [shape[:, 1] - shape[:, 0] for shape in shapes]
+    assert widths[1] == pytest.approx(widths[0], rel=0.35)
 
 
 def test_every_set_is_selected_in_some_wind() -> None:

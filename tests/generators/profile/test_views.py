@@ -54,12 +54,12 @@ def test_from_behind_left_and_right_change_places() -> None:
 
 @pytest.mark.parametrize(("one", "other"), [((8, 2), (4, 1)), ((8, 0), (1, 0)), ((12, 9), (4, 3))])
 def test_a_view_is_the_same_however_many_others_there_are(
-    profile: Profile, one: tuple[int, int], other: tuple[int, int]
+    one: tuple[int, int], other: tuple[int, int]
 ) -> None:
-    pair = []
+    profile, pair = learnt_from("torch"), []
     for count, k in (one, other):
-        pair.append(generated(profile, settings(12), [360.0 * i / count for i in range(count)])[k])
-    assert all((pair[0].read(i) == pair[1].read(i)).all() for i in (0, 5, 11))
+        pair.append(generated(profile, settings(6), [360.0 * i / count for i in range(count)])[k])
+    assert all((pair[0].read(i) == pair[1].read(i)).all() for i in (0, 3, 5))
 
 
 def test_a_perpendicular_pair_of_clips_is_honoured() -> None:
@@ -81,7 +81,8 @@ def test_from_above_the_fire_is_lower_and_its_foot_rounder(profile: Profile) -> 
     assert other.width == pytest.approx(one.width, rel=0.25)
 
 
-def test_wind_from_the_left_blows_away_from_a_camera_on_the_left(profile: Profile) -> None:
+def test_wind_from_the_left_blows_away_from_a_camera_on_the_left() -> None:
+    profile = learnt_from("torch")
     blows = Wind(level=4.0)
     still = generated(profile, settings(48), [0.0, 90.0, 180.0])
     blown = generated(profile, settings(48, wind=blows), [0.0, 90.0, 180.0])

@@ -5,6 +5,7 @@ A place's colour is that of the cell of the colour table in which it lies, bilin
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -101,9 +102,9 @@ class TableColours:
         weight = profile.learnt_colours.coverage
         ratio = profile.colours.coverage / np.maximum(weight, _LEAST)
         gain = np.where(profile.colours.coverage == weight, 1, ratio).astype(np.float32)
-        current, learnt = (
-            ColourField.of(each, weight) for each in (profile.colours, profile.learnt_colours)
-        )
+        learnt = current = ColourField.of(profile.learnt_colours, weight)
+        if profile.colours is not profile.learnt_colours:
+            current = ColourField.of(profile.colours, weight)
         return cls(current, learnt, profile.colours.coverage, gain, profile.front.threshold)
 
     def applied(self, pixels: Pixels, bright: _Array) -> Pixels:
@@ -112,12 +113,20 @@ class TableColours:
         Its hue is partly that of the table, and all of it goes with the edits of the table.
         ``bright`` is its brightness (H, W), 0..255.
         """
+        left, top, width, height = cv2.boundingRect((pixels[..., 3] > 0).view(np.uint8))
+        part = slice(top, top + height), slice(left, left + width)
+        coloured = pixels.copy()
+        coloured[part] = self._applied(pixels[part], bright[part])
+        return coloured
+
+    def _applied(self, pixels: Pixels, bright: _Array) -> Pixels:
         flame = largest_flame((bright > self.threshold).astype(np.uint8))
         if not flame.any():
             return pixels
         across, down = (each.astype(np.float32) for each in _box_places(flame))
         x, y = np.meshgrid(across, down)
-        current, learnt = self.current.at(x, y), self.learnt.at(x, y)
+        current = self.current.at(x, y)
+        learnt = current if self.learnt is self.current else self.learnt.at(x, y)
         alpha = pixels[..., 3:]
         light = luminance(pixels)[..., None] / np.maximum(luminance(learnt)[..., None], _LEAST)
         own = pixels[..., :3] * (current / np.maximum(learnt, np.float32(_LEAST)))

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -18,12 +18,14 @@ from fire_atlas.generators.profile.generate.particles import (
 )
 from fire_atlas.generators.profile.generate.playback import (
     MEAN_WINDOWS,
+    ChangingPlayback,
     ClipMoment,
     FrameSequence,
     Playback,
     Reference,
     bends,
     play,
+    transition_frames,
 )
 from fire_atlas.generators.profile.generate.state_machine import SelectedStates
 from fire_atlas.generators.profile.generate.wind import WindResponse
@@ -94,12 +96,11 @@ class PlaneOfFire:
             generation.frames, generation.fps, generation.loop, generation.seed,
         )  # fmt: skip
         sequence = FrameSequence.of(side, fps)
-        reference = Reference.random(sequence, frames, loop, seed, number)
+        transition = transition_frames(frames, fps)
+        reference = Reference.random(sequence, frames, loop, transition, seed, number)
         states = SelectedStates.of(side, wind, number * math.pi / 2, reference, fps)
         gain = np.array([wind.sway_gain(i) for i in range(frames)])
-        runs, shown, transition = play(
-            side, sequence, reference, states.sets, gain, fps, seed, number
-        )
+        runs, shown = play(side, sequence, reference, states.sets, gain, seed, number)
         bend = bends(side, states.sets, shown, states.wind_lean, states.force, fps, loop)
         mean = side.pose.offset.mean(axis=0)
         offset = side.pose.offset - mean
@@ -113,6 +114,13 @@ class PlaneOfFire:
             gaussian_filter1d(offset, len(offset) / MEAN_WINDOWS, axis=0, mode=mode),
             gain,
         )
+
+    def changing(self, after: "PlaneOfFire", share: float) -> "PlaneOfFire":
+        """Return what is shown when the wind has changed by a ``share`` (0..1) to that in which
+        ``after`` is shown."""
+        gain = self.sway_gain + (after.sway_gain - self.sway_gain) * share
+        playback = ChangingPlayback.between(self.playback, after.playback, share)
+        return replace(self, playback=playback, sway_gain=gain)
 
     def sway(self, time: float) -> NDArray[np.float64]:
         """Return three curves (3, NODES) at a ``time`` in frames: offset of the middle from its
@@ -183,6 +191,15 @@ class GeneratedFire:
         at = frame if self.settings.loop else min(frame, self.settings.frames - 2)
         following = self.frame_times[(at + 1) % self.settings.frames]
         return float((following - self.frame_times[at]) % self.period)
+
+    def changing(self, after: "GeneratedFire", share: float, time: float) -> "GeneratedFire":
+        """Return one frame of a fire whose wind has changed by a ``share`` (0..1) to that of
+        ``after``, at a ``time`` in frames of the fire's own time."""
+        front, across = (
+            plane.changing(other, share)
+            for plane, other in zip(self.planes, after.planes, strict=True)
+        )
+        return replace(self, planes=(front, across), frame_times=np.array([time]))
 
     @classmethod
     def of(cls, profile: Profile, settings: ProfileFireSettings) -> "GeneratedFire":

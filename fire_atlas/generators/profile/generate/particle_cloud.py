@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.camera import Camera
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Pixels, as_plane
-from fire_atlas.generators.camera import Camera
 from fire_atlas.generators.profile.generate.colouring import TableColours, sample_cells
 from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
 from fire_atlas.generators.profile.generate.particles import half_width, height_after, rise_time
@@ -22,6 +22,10 @@ _BILLBOARD = 0.16
 
 _REACH = np.float32(4.0)
 """Distance at which a billboard ends, standard deviations."""
+
+_VISIBLE = 3.5
+"""Distance from the middle of a typical billboard at which it is as good as invisible where
+billboards are densest, standard deviations."""
 
 _SMALLEST = 0.7
 """Smallest standard deviation of a billboard, px."""
@@ -38,8 +42,20 @@ _END = 1.03
 _BEGIN, _FADING = 0.03, 0.85
 """Share of the way to the top at which particles have faded in, and at which they begin to fade."""
 
-_WIDER = 1.2
-"""Distance from the middle of the colour table, relative to that of the particle in the flame."""
+_OUTWARD = 3.2
+"""Distance by which the outermost particles take their colours from further out in the table,
+standard deviations of a billboard: overlapping billboards shift colours outwards, by as much at any
+height, and the flame is narrower towards its top."""
+
+_OUTLINE = 0.7
+"""Distance of the flame's outline from the outermost particles, standard deviations of a
+billboard."""
+
+_TALLER = 1.2
+"""Height in the table of coverage, relative to that of the particle in the flame."""
+
+_REACH_BELOW = 0.05
+"""Height in the colour table of the lowest particles: billboards reach below their middles."""
 
 _SHARP = 1.5
 """Standard deviation of a billboard that needs all pixels, px."""
@@ -64,6 +80,12 @@ def fitted_taper(profile: Profile) -> NDArray[np.float64]:
     return np.asarray(found, np.float64)
 
 
+def billboard_reach(half_width: float) -> float:
+    """Return how far billboards reach beyond the places of their particles in a fire whose foot has
+    a ``half_width``, flame heights."""
+    return _VISIBLE * _BILLBOARD * half_width
+
+
 @dataclass(frozen=True, slots=True)
 class ParticleCloud:
     """The particles of a fire seen by one camera.
@@ -82,24 +104,24 @@ class ParticleCloud:
 
     def places(
         self, skeleton: Skeleton, time: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Return the particles alive at a ``time`` in frames: their places (n, 2), flame heights to
-        the right of the axis and above the base; the share (n,) of their way to the top; and their
-        sizes (n,)."""
+        the right of the axis and above the base; the share (n,) of their way to the top; where
+        (n,) each is across the flame, -1 at its left edge to 1 at its right; and their sizes (n,).
+        """
         particles, speed = self.fire.particles, self.fire.profile.rise_speed
         alive, age = particles.alive(time)
         share = height_after(age / particles.lifetime * rise_time(_END, speed), speed)
         cos, sin = math.cos(self.camera.azimuth), math.sin(self.camera.azimuth)
         across = particles.x[alive] * cos + particles.z[alive] * sin
-        across /= half_width(self.fire.base_curve, self.camera.azimuth)
-        inside = np.clip(across, -1, 1) * (1 - _INSET * _BILLBOARD)
-        places = skeleton.paths(inside, share, self.taper)
-        return places, share, particles.size[alive]
+        across = np.clip(across / half_width(self.fire.base_curve, self.camera.azimuth), -1, 1)
+        places = skeleton.paths(across * (1 - _INSET * _BILLBOARD), share, self.taper)
+        return places, share, across, particles.size[alive]
 
     def picture(self, skeleton: Skeleton, time: float) -> Pixels:
         """Draw the particles at a ``time`` in frames: (height, width, 4)."""
         camera, foot = self.camera, skeleton.foot[1]
-        places, share, size = self.places(skeleton, time)
+        places, share, across, size = self.places(skeleton, time)
         # Soft billboards are drawn smaller, and enlarged.
         factor = max(1, int(_BILLBOARD * foot * camera.scale / _SHARP))
         scale = camera.scale / factor
@@ -108,7 +130,7 @@ class ParticleCloud:
         x = camera.origin[0] / factor + places[:, 0] * scale
         y = camera.origin[1] / factor - places[:, 1] * scale * math.cos(camera.elevation)
         weight = smooth_step(share / _BEGIN) * smooth_step((_END - share) / (_END - _FADING))
-        colours, cover = self._colours(places)
+        colours, cover = self._colours(places, across * _BILLBOARD * foot, _BILLBOARD * foot)
         down = _gaussians(np.arange(height) + 0.5, y, sigma) * as_plane(weight)[:, None]
         right = _gaussians(np.arange(width) + 0.5, x, sigma)
         painted = np.concatenate([colours, np.ones_like(cover)[:, None]], axis=1) * cover[:, None]
@@ -124,14 +146,23 @@ class ParticleCloud:
         return as_plane(enlarged[: camera.height, : camera.width])
 
     def _colours(
-        self, places: NDArray[np.float64]
+        self, places: NDArray[np.float64], outwards: NDArray[np.float64], sigma: float
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return the linear colour (n, 3) of each particle, that of its cell, and its coverage."""
+        """Return the linear colour (n, 3) of each particle, that of its cell, and its coverage.
+
+        Args:
+            places: (n, 2) as from ``places``.
+            outwards: (n,) part of ``sigma`` that each is across the flame, to the right.
+            sigma: Standard deviation of a billboard, flame heights.
+        """
         low, high = places.min(axis=0), places.max(axis=0)
-        # Billboards that overlap shift colours inwards. That is undone.
-        across, up = ((places - low) / np.maximum(high - low, 1e-6) * _WIDER - (_WIDER - 1) / 2).T
-        x, y = across[None], 1 - up[None]
-        cover = np.sqrt(sample_cells(self.colours.coverage, x, y)[0])
+        margin = np.array([_OUTLINE * sigma, 0.0])
+        shown = places + np.stack([_OUTWARD * outwards, np.zeros_like(outwards)], axis=1)
+        across, up = ((shown - low + margin) / np.maximum(high - low + 2 * margin, 1e-6)).T
+        x, y = across[None], 1 - _REACH_BELOW - up[None]
+        # Coverage is stretched in height, or the lower outline would fade.
+        stretched = 0.5 + (0.5 - up[None]) * _TALLER
+        cover = np.sqrt(sample_cells(self.colours.coverage, x, stretched)[0])
         return self.colours.current.at(x, y)[0], np.clip(cover, 0, 1)
 
 

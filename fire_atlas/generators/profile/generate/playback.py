@@ -8,7 +8,7 @@ After a jump the new frames fade in and the old ones out.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,7 +97,13 @@ class Reference:
 
     @classmethod
     def random(
-        cls, sequence: FrameSequence, frames: int, loop: bool, seed: int, plane: int
+        cls,
+        sequence: FrameSequence,
+        frames: int,
+        loop: bool,
+        transition: int,
+        seed: int,
+        plane: int,
     ) -> "Reference":
         """Choose segments at random, so that each part of the clip is played equally often.
 
@@ -105,22 +111,22 @@ class Reference:
             sequence: How the clip is played.
             frames: Frames of the result.
             loop: Whether the result loops.
+            transition: Frames over which a segment fades into the next.
             seed: Seed of the recipe.
             plane: Number of the vertical plane, which has random numbers of its own.
         """
         chance = generator(seed, RandomStream.SPLICES, plane)
-        whole = (sequence.count if sequence.closed else sequence.count - 1) / sequence.rate
-        # A clip that does not loop is played in halves, so that the start of each may vary.
-        longest = 0.85 * whole if sequence.closed else 0.5 * whole
-        number = max(2, math.ceil(frames / max(longest, 1.0)))
+        whole = sequence.count / sequence.rate
+        number = max(2, math.ceil(frames / max(0.85 * whole, 1.0)))
         length, shift, phase = frames / number, chance.random(), chance.random()
         order = chance.permutation(number)
         jitter = chance.uniform(-0.07, 0.07, number) * length
         starts = np.array([int((i + shift) * length + jitter[i]) % frames for i in range(number)])
-        last = sequence.count if sequence.closed else max(whole - 1.2 * length, 0) * sequence.rate
-        firsts = ((order + phase) / number * last).astype(np.intp)
+        firsts = ((order + phase) / number * whole * sequence.rate).astype(np.intp)
         ascending = np.argsort(starts, kind="stable")
         starts, firsts = starts[ascending], firsts[ascending]
+        if not sequence.closed:
+            starts, firsts = _cut_at_the_end(starts, firsts, sequence, frames, transition)
         ticks = np.arange(frames)
         # A loop begins within the last segment.
         segment = np.searchsorted(starts, ticks, side="right") - 1
@@ -132,6 +138,38 @@ class Reference:
         cuts = ages == 0
         cuts[0] = True
         return cls(np.array(positions).round(6), cuts, loop)
+
+
+def _cut_at_the_end(
+    starts: NDArray[np.intp],
+    firsts: NDArray[np.intp],
+    sequence: FrameSequence,
+    frames: int,
+    shortest: int,
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the segments of a clip that does not loop, each that goes on beyond its end as two:
+    the second from its beginning. So its ends are played as often as its middle; the last frame is
+    held while it fades out.
+
+    Args:
+        starts: (segments,) frame of the result at which each begins, ascending.
+        firsts: (segments,) frame of the clip with which each begins.
+        sequence: How the clip is played.
+        frames: Frames of the result.
+        shortest: Length of the shortest segments, frames of the result.
+    """
+    cut: list[tuple[int, int]] = []
+    for start, first, after in zip(starts, firsts, np.roll(starts, -1), strict=True):
+        length, room = int(after - start) % frames, int((sequence.count - first) / sequence.rate)
+        if room < shortest:
+            cut.append((int(start), 0))
+        elif length < room + shortest:
+            earlier = math.ceil(max(length - room, 0) * sequence.rate)
+            cut.append((int(start), max(int(first) - earlier, 0)))
+        else:
+            cut += [(int(start), int(first)), (int(start + room) % frames, 0)]
+    ordered = np.array(sorted(cut), np.intp)
+    return ordered[:, 0], ordered[:, 1]
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,6 +258,33 @@ class Playback:
         return float(np.interp(time, at, self.bend, period=period))
 
 
+@dataclass(frozen=True, slots=True)
+class ChangingPlayback(Playback):
+    """What is played while the wind changes: moments of the loops in both winds, which fade.
+
+    Attributes:
+        after: What is played of the same clip in the new wind.
+        share: Weight of ``after``, 0..1.
+    """
+
+    after: Playback
+    share: float
+
+    @classmethod
+    def between(cls, before: Playback, after: Playback, share: float) -> "ChangingPlayback":
+        """Return what is played when a ``share`` of the change from ``before`` is over."""
+        bend = before.bend + (after.bend - before.bend) * share
+        fixed = before.sequence, before.runs, before.frames, before.loop, before.transition
+        return cls(*fixed, bend, after, share)
+
+    def moments(self, time: float) -> list[ClipMoment]:
+        """See ``Playback.moments``."""
+        before, after = Playback.moments(self, time), self.after.moments(time)
+        fading = [(moment, 1 - self.share) for moment in before]
+        fading += [(moment, self.share) for moment in after]
+        return [replace(moment, weight=moment.weight * share) for moment, share in fading]
+
+
 def members(side: Side) -> NDArray[np.bool_]:
     """Return which frames are in which set: (sets, frames, 2); the last axis is mirroring."""
     found = np.zeros((len(side.sets), side.detail.count, 2), np.bool_)
@@ -273,20 +338,23 @@ def _ahead(is_member: NDArray[np.bool_], closed: bool) -> NDArray[np.intp]:
     return ahead[:count]
 
 
+def transition_frames(frames: int, fps: float) -> int:
+    """Return over how many frames of a result frames of its clip fade into others."""
+    return min(max(round(TRANSITION_TIME * fps), 1), max(frames // 2, 1))
+
+
 def play(
     side: Side,
     sequence: FrameSequence,
     reference: Reference,
     selected: NDArray[np.intp],
     sway_gain: NDArray[np.float64],
-    fps: float,
     seed: int,
     plane: int,
-) -> tuple[tuple[Run, ...], NDArray[np.float64], int]:
-    """Return the runs that show the ``selected`` sets (frames,), the lean of the clip in every
-    frame (degrees, with mirroring and the ``sway_gain`` (frames,) of the result), and the frames
-    of a transition."""
-    player, leans = _Player(side, sequence, seed, plane), np.array(side.learnt_leans)
+) -> tuple[tuple[Run, ...], NDArray[np.float64]]:
+    """Return the runs that show the ``selected`` sets (frames,), and the lean of the clip in every
+    frame (degrees, with mirroring and the ``sway_gain`` (frames,) of the result)."""
+    player, leans = _Player(side, sequence, seed, plane), np.array(side.leans)
     mode = "wrap" if side.closed else "reflect"
     mean = gaussian_filter1d(leans, len(leans) / MEAN_WINDOWS, mode=mode)
     frames = len(selected)
@@ -304,7 +372,7 @@ def play(
         Run(start, end - start, first, mirrored)
         for (start, first, mirrored), end in zip(begun, ends, strict=True)
     )
-    return runs, shown, min(max(round(TRANSITION_TIME * fps), 1), max(frames // 2, 1))
+    return runs, shown
 
 
 def bends(

@@ -12,13 +12,18 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.special import ndtr
 
+from fire_atlas.core.camera import Camera
+from fire_atlas.core.clip import Values
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
 from fire_atlas.effect.field.wind import peak_level
-from fire_atlas.generators.camera import Camera
 from fire_atlas.generators.profile.generate.blend_masks import MASK_CELL, BlendMask, blend_masks
 from fire_atlas.generators.profile.generate.colouring import TableColours
 from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
-from fire_atlas.generators.profile.generate.particle_cloud import ParticleCloud, fitted_taper
+from fire_atlas.generators.profile.generate.particle_cloud import (
+    ParticleCloud,
+    billboard_reach,
+    fitted_taper,
+)
 from fire_atlas.generators.profile.generate.particles import half_width
 from fire_atlas.generators.profile.generate.shading import ShadeTable, shade_table, taper_of
 from fire_atlas.generators.profile.generate.skeleton import Displacement, lean_curve, skeletons
@@ -119,6 +124,10 @@ class ProfileRendering:
         bright = brightness(as_plane(seen), "srgb")
         return as_plane(self.cloud.colours.applied(as_plane(seen), bright))
 
+    def showing(self, fire: GeneratedFire) -> "ProfileRendering":
+        """Return the rendering of another fire of the same profile by the same camera."""
+        return replace(self, fire=fire, cloud=replace(self.cloud, fire=fire))
+
     def motion(self, index: int) -> NDArray[np.float32]:
         """Velocity of the fire in frame ``index``: (height, width, 2) px/s, x right, y down. It is
         the sum of the clip's own motion, carried by the particles, and of the sway."""
@@ -139,6 +148,36 @@ class ProfileRendering:
             sway = (self._middle(later) - middle) * settings.fps
             flow[..., 0] += (sway if following > index else -sway)[:, None].astype(np.float32)
         return as_plane(flow)
+
+    @property
+    def front(self) -> Camera:
+        """The camera in front of the fire, level, in px of the same size; it sees all of it."""
+        if self.camera.elevation == 0:
+            return self.camera.from_the_front()
+        return _front_camera(self.fire, 0.0, None, self.camera.scale)
+
+    def seen_by(self, camera: Camera) -> "ProfileRendering":
+        """Return the same fire seen by another camera."""
+        return ProfileRendering.of(self.fire, camera)
+
+    def fire_depth(self, index: int, x: Values, y: Values, share: Values) -> Values:
+        """Return the depth at which fire burns behind places in a level view, px: evenly in a round
+        column, of which the view at a right angle shows middle and width; see ``FireInDepth``."""
+        camera = self.camera
+        side = self.seen_by(replace(camera, azimuth=camera.azimuth + math.pi / 2))
+        pose, behind = self.pose(index), side.pose(index)
+        up = (camera.origin[1] - y) / camera.scale
+        heights, half, middle = self._outline(pose, up / math.cos(pose.lean))
+        across = ((x - camera.origin[0]) / camera.scale - middle) / half
+        heights, half, middle = side._outline(behind, up / math.cos(behind.lean))
+        taper = self.taper(np.clip(heights, 0, 1))
+        # What seems to burn beside the column burns at its edge.
+        depth = half * np.sqrt(np.clip(taper * taper - across * across, 0, None))
+        return np.asarray(((2 * share - 1) * depth - middle) * camera.scale)
+
+    def hidden(self, index: int, x: Values, y: Values, z: Values) -> NDArray[np.bool_]:
+        """Return which places are behind something opaque: none."""
+        return np.zeros(len(x), np.bool_)
 
     def pose(self, index: int) -> FramePose:
         """Return the pose of the fire in frame ``index``."""
@@ -180,7 +219,7 @@ class ProfileRendering:
         apart = abs(one - other)
         if sequence.closed:
             apart = min(apart, sequence.count - apart)
-        return as_plane(self.fire.autocorrelations[plane] ** apart)
+        return _power(self.fire.autocorrelations[plane], apart)
 
     def _scores(self, mask: BlendMask) -> Plane:
         """Return the normal scores (rows, columns) of the frame of a mask."""
@@ -215,12 +254,8 @@ class ProfileRendering:
         right = (np.arange(camera.width * oversampling) + 0.5) / oversampling - x
         up = y - (np.arange(camera.height * oversampling) + 0.5) / oversampling
         heights = up / (flame * math.cos(pose.lean) * math.cos(camera.elevation))
-        if pose.moved is not None:
-            shown, heights = heights, pose.moved.heights(heights)
-        half = interpolated(pose.width_ratio, heights) * self.half_width
-        middle = pose.middle(heights)
-        if pose.moved is not None:
-            half, middle = half * pose.moved.width(shown), middle + pose.moved.middle(shown)
+        shown = heights
+        heights, half, middle = self._outline(pose, shown)
         across = (right / flame - middle[:, None]) / half[:, None]
         height = np.broadcast_to(heights[:, None], across.shape)
         if pose.moved is not None:
@@ -232,6 +267,18 @@ class ProfileRendering:
         columns = grid.half_columns + across * grid.cells_per_half - 0.5
         rows = grid.rows_above - height * grid.cells_per_height - 0.5
         return columns.astype(np.float32), rows.astype(np.float32)
+
+    def _outline(
+        self, pose: FramePose, shown: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return heights in the clip, half the foot's width and the fire's middle, (n,) each, flame
+        heights, at heights ``shown`` (n,) in the fire."""
+        heights = shown if pose.moved is None else pose.moved.heights(shown)
+        half = interpolated(pose.width_ratio, heights) * self.half_width
+        middle = pose.middle(heights)
+        if pose.moved is not None:
+            half, middle = half * pose.moved.width(shown), middle + pose.moved.middle(shown)
+        return heights, half, middle
 
     def _middle(self, pose: FramePose) -> NDArray[np.float64]:
         """Return the (height,) distance of the fire's middle from its axis in each row, px."""
@@ -257,9 +304,21 @@ def renderings(
     return [ProfileRendering.of(fire, camera) for camera in cameras]
 
 
-def _front_camera(fire: GeneratedFire, elevation: float, height: int | None) -> Camera:
+def renderings_in_wind(
+    fires: Sequence[GeneratedFire], elevation: float, height: int | None
+) -> list[ProfileRendering]:
+    """Return the same fire in several winds, seen from the front in frames of one size; arguments
+    as for ``renderings``."""
+    cameras = [_front_camera(fire, elevation, height) for fire in fires]
+    widest = max(cameras, key=lambda camera: camera.width)
+    return [ProfileRendering.of(fire, widest) for fire in fires]
+
+
+def _front_camera(
+    fire: GeneratedFire, elevation: float, height: int | None, scale: float | None = None
+) -> Camera:
     """Return a front camera whose frame holds the whole fire, also when seen from other sides and
-    in the strongest wind."""
+    in the strongest wind. Without ``height`` px its ``scale`` is px per flame height."""
     profile, grid = fire.profile, fire.profile.grid
     tilt = math.radians(min(max(elevation, -_MAX_ELEVATION), _MAX_ELEVATION))
     half = max(side.half_width for side in profile.sides)
@@ -273,8 +332,11 @@ def _front_camera(fire: GeneratedFire, elevation: float, height: int | None) -> 
     depth = half * abs(math.sin(tilt))
     above = top * math.cos(tilt) + depth
     below = grid.rows_below / grid.cells_per_height + depth
+    if fire.detail < 1:
+        above += billboard_reach(half)
+        below += billboard_reach(half)
     if height is None:
-        scale = profile.front.statistics.height.median
+        scale = scale or profile.front.statistics.height.median
     else:
         scale = max(height - 2 * _MARGIN - 1, 1) / (above + below)
     # The base is on a pixel boundary, as in most sprites, so their pixels are not resampled.
@@ -292,6 +354,17 @@ def _largest_lean(fire: GeneratedFire) -> float:
         return max(float(np.abs(plane.playback.bend).max()) for plane in fire.planes)
     medians = [abs(side.statistics.lean.median) for side in fire.profile.sides]
     return LEAN_PER_LEVEL * peak + max(medians)
+
+
+def _power(base: Plane, exponent: int) -> Plane:
+    """Return ``base ** exponent``, by squaring: many times as fast as NumPy's power."""
+    power = np.ones_like(base)
+    while exponent:
+        if exponent & 1:
+            power *= base
+        base = base * base
+        exponent >>= 1
+    return power
 
 
 def _enlarged(weight: Plane, shape: tuple[int, int]) -> Plane:

@@ -56,7 +56,7 @@ class SelectedStates:
             fps: Frames of the fire per second.
         """
         frames = len(reference.positions)
-        leans, median = np.array(side.learnt_leans), side.statistics.lean.median
+        leans, median = np.array(side.leans), side.statistics.lean.median
         shown = reference.positions.astype(np.intp)
         own = leans[shown] - median
         mode = "wrap" if reference.loop else "nearest"
@@ -64,7 +64,10 @@ class SelectedStates:
         force = smooth_step(np.hypot(*wind.level.T) / _FULL_FORCE)
         gain = np.array([wind.sway_gain(i) for i in range(frames)])
         blown = median + np.array([wind.lean(i, azimuth) for i in range(frames)])
-        lean = blown + (1 - force) * own + force * gain * slow
+        driven = blown + gain * slow
+        lean = (1 - force) * (blown + own) + force * driven
         rests = np.where(force > 0.5, wind.steadiness > _SUSTAINED, ~swinging(leans)[shown])
         states = np.array([leaning_state(each) for each in lean])
-        return cls(lean, np.clip(blown, STATE_EDGES[0], STATE_EDGES[-1]), force, 2 * states + rests)
+        return cls(
+            lean, np.clip(driven, STATE_EDGES[0], STATE_EDGES[-1]), force, 2 * states + rests
+        )

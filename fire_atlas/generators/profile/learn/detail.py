@@ -23,14 +23,13 @@ from scipy.special import ndtri
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.easing import smooth_step
+from fire_atlas.core.picture import as_bytes
 from fire_atlas.core.pixels import (
     Bytes,
     Pixels,
     Plane,
     as_plane,
     brightness,
-    encode_bytes,
-    unpremultiply,
 )
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.learn.measure import ClipMeasurements
@@ -135,7 +134,7 @@ def learn_detail(
         pixels = clip.read(i)
         fire = measured.mask.isolated(pixels, measured.mask.binarized(pixels))
         flat = _straightened(fire, i, measured, pose, grid)
-        return _encoded(flat), brightness(flat, clip.blend_space)
+        return as_bytes(flat), brightness(flat, clip.blend_space)
 
     pictures, bright = zip(*workers.map(straight, range(clip.count)), strict=True)
     scores = _normal_scores(bright)
@@ -167,14 +166,6 @@ def _straightened(
         fade = smooth_step((rows + 0.5) / (_TIP * height))
         flat *= fade[..., None].astype(np.float32)
     return as_plane(flat)
-
-
-def _encoded(pixels: Pixels) -> Bytes:
-    """Convert pixels to uint8 straight sRGB and coverage."""
-    coded = np.empty(pixels.shape, np.uint8)
-    coded[..., :3] = encode_bytes(unpremultiply(pixels))
-    coded[..., 3] = np.rint(np.clip(pixels[..., 3], 0, 1) * 255)
-    return coded
 
 
 def _normal_scores(bright: Sequence[Plane]) -> NDArray[np.float32]:
@@ -216,7 +207,7 @@ def _shades(pictures: Bytes, order: NDArray[np.intp]) -> Bytes:
             decoded_shades(np.take_along_axis(pictures, order[k][None, ..., None], axis=0)[0])
             for k in (lower, min(lower + 1, count - 1))
         ]
-        shades[level] = _encoded(pair[0] * (1 - share) + pair[1] * share)
+        shades[level] = as_bytes(pair[0] * (1 - share) + pair[1] * share)
     return shades
 
 

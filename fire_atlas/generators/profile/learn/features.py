@@ -168,6 +168,18 @@ def feature_points(flame: NDArray[np.bool_]) -> FeaturePoints:
     )
 
 
+def flame_lean(flame: NDArray[np.bool_]) -> float:
+    """Return the lean of a flame, given as a mask (H, W) that is not empty, degrees to the right.
+
+    It is that of the straight line from which the flame's pixels are, in their rows, at the least
+    squared distance. Lee et al., III-B, have the line from Bottom to Top; in a fire of several
+    tongues Top hops from one to another while the fire stands still.
+    """
+    rows, columns = np.nonzero(flame)
+    height = rows.mean() - rows
+    return math.degrees(math.atan2(float(height @ columns), float(height @ height)))
+
+
 def _widest(edge: NDArray[np.bool_], rows: range) -> tuple[float, float, float]:
     """Return left end, right end and y of the widest of ``rows``; of equal ones the lowest."""
     ends = [(np.flatnonzero(edge[row]), row) for row in rows]

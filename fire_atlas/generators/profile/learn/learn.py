@@ -75,6 +75,7 @@ def _side(clip: Clip, measured: ClipMeasurements, grid: DetailGrid, workers: Wor
         threshold=measured.mask.threshold,
         points=points,
         learnt_points=points,
+        leans=tuple(measured.leans.tolist()),
         statistics=ClipStatistics(
             height=Percentiles.of([each.height for each in points]),
             width=Percentiles.of([each.width for each in points]),
