@@ -118,7 +118,7 @@ class SheetForces:
         sway *= (self.sway * gust * np.sqrt(2 / len(phase)))[..., None]
         u = np.zeros_like(x)
         for axis, wind, part in ((0, right, np.cos(heading)), (1, away, np.sin(heading))):
-            u[..., axis] = profile * (wind * LEVEL_SPEED + np.einsum("srcw,w->src", sway, part))
+            u[..., axis] = profile * (wind * LEVEL_SPEED + sway @ part)
         return u
 
     def acceleration(self, time: float, x: Vectors, v: Vectors) -> Vectors:
@@ -132,8 +132,8 @@ class SheetForces:
         """Return the acceleration (sheets, rows, columns, 1) along the normals, heights/s²."""
         gust = 1 + _GUST_GAIN * float(np.hypot(*wind_velocity(self.wind, time)))
         rows = self.row_phase - (self.flutter_frequency * time)[:, None]
-        waves = np.einsum("srw,scw->src", np.sin(rows), np.cos(self.column_phase))
-        waves += np.einsum("srw,scw->src", np.cos(rows), np.sin(self.column_phase))
+        columns = self.column_phase.transpose(0, 2, 1)
+        waves = np.sin(rows) @ np.cos(columns) + np.cos(rows) @ np.sin(columns)
         share = np.linspace(0, 1, rows.shape[1])[None, :, None]
         waves *= share * (self.flutter * gust * math.sqrt(2 / _WAVES))
         return np.asarray(waves[..., None])

@@ -106,12 +106,12 @@ FUELS: dict[FuelName, Fuel] = {
     "candle": Fuel(
         mass=1.0, structural=20.0, shear=7.0, bending=3.0, damping=8.0,
         lift=6.0, lift_height=1.2, gravity=1.0, drag=6.0, flutter=0.9, sway=0.03,
-        image_rate=24.0, reference_speed=0.06, thin_speed=0.15, gas_speed=1.3,
+        image_rate=24.0, reference_speed=0.06, thin_speed=0.14, gas_speed=1.3,
         burner=Burner(0.0, eddy_strength=0.035, flame_height=0.72, width=0.22, flicker=0.03,
                       tongue_width=0.5, entrainment=1.7,
                       grain=0.0, ragged=0.0, mixing=0.0, widening_height=0.26),
-        ramp=("#c84006", "#ff8a20", "#ffb848", "#ffe09a"), ramp_end=1.0, blue_light=0.22,
-        brightness=6.5, contrast=1.0, soot=0.9, temperature=1900.0,
+        ramp=("#c84006", "#ff8a20", "#ffc860", "#fff0c4"), ramp_end=1.0, blue_light=0.22,
+        brightness=7.2, contrast=1.0, soot=1.6, temperature=1900.0,
     ),
     "gas": Fuel(
         mass=1.0, structural=40.0, shear=14.0, bending=6.0, damping=6.0,
@@ -121,7 +121,7 @@ FUELS: dict[FuelName, Fuel] = {
                       tongue_width=0.1, entrainment=0.7,
                       grain=0.2, ragged=0.0, mixing=1.0),
         ramp=("#1430d0", "#2a6cff", "#64b0ff", "#d8f0ff"), ramp_end=1.0, blue_light=0.6,
-        brightness=2.4, contrast=1.5, soot=0.5, temperature=2600.0,
+        brightness=2.6, contrast=1.5, soot=1.0, temperature=2600.0,
     ),
 }  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Draw intruders: spheres, charred logs and matches, lit by the flames, with cracks that glow.
+"""Draw intruders, lit by the flames: logs char and glow in their cracks, wicks and matches glow.
 
 Every sample's line of sight is cut with the bodies, so that a log looks the same from all sides.
 Positions and normals are in camera axes (right, down, away from the camera), heights.
@@ -9,13 +9,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Self
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.camera import Camera
 from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane
-from fire_atlas.generators.camera import Camera
 from fire_atlas.generators.silk.intruders import IntruderBody
 
 Points = NDArray[np.float64]
@@ -26,7 +27,10 @@ _CUT = np.array([0.20, 0.12, 0.06])
 _STICK = np.array([0.55, 0.36, 0.18])
 _HEAD = np.array([0.16, 0.02, 0.012])
 _STONE = np.array([0.14, 0.13, 0.125])
-"""Linear colours of bark, charred wood, the ends of logs, matchsticks, match heads and spheres."""
+_WAX = np.array([0.72, 0.56, 0.35])
+_COTTON = np.array([0.30, 0.24, 0.17])
+"""Linear colours of bark, charred wood, the ends of logs, matchsticks, match heads, spheres, wax
+and wicks that are not charred."""
 
 _GLOW = np.array([2.2, 0.36, 0.03])
 """Light of wood that glows, before exposure: that of a black body of about 1300 K."""
@@ -37,8 +41,19 @@ _LIGHT_GAIN, _LIGHT_SOFTENING = 90.0, 0.03
 _AMBIENT = 0.01
 """Light on objects where no fire lights them, so that they are not black."""
 
+_HEAD_RADII, _HEAD_TIME, _CHAR_SPEED = 6.0, 0.4, 1.5
+"""Length of what burns at first of a match, radii; time until most of it is charred, s; and speed
+at which the rest chars, radii/s."""
+
+_TRANSLUCENCY = 2.5
+"""How much more the light that comes through wax beside the flame counts than the way it faces."""
+
 _CONTACT = 0.03
 """Distance in front of a surface over which flame fades into it, heights."""
+
+_EDGE_RAYS = ((-0.375, -0.125), (0.125, -0.375), (0.375, 0.125), (-0.125, 0.375))
+"""Lines of sight through a sample at the edge of a body: right and down of its middle, samples. No
+two are in one row or column, for upright and level edges."""
 
 _GRAIN_WAVES = 24
 """Number of waves summed for the bark, and for the cracks."""
@@ -46,19 +61,29 @@ _GRAIN_WAVES = 24
 
 @dataclass(frozen=True, slots=True)
 class Hearth:
-    """The place where a fire burns, which chars and heats the logs in it.
+    """The place where a fire burns, which chars and heats the logs and wicks in it.
 
     Attributes:
         centre: (3,) world position of its middle, heights.
         radius: Distance from there within which logs glow, heights.
         phase: Part of the loop that has passed, 0..1, by which the glow wanders.
         beats: Number of times the glow swells in a loop.
+        burnt: Time for which each intruder has burnt itself, s: 0 except for matches.
     """
 
     centre: NDArray[np.float64]
     radius: float
     phase: float
     beats: int
+    burnt: tuple[float, ...]
+
+    def heat(self, distance: Points) -> Points:
+        """Return how hot it makes things at ``distance`` from its middle, heights: 0..1."""
+        return smooth_step(1.3 - distance / self.radius)
+
+    def beat(self, shift: Points) -> Points:
+        """Return a factor around 1 by which a glow swells, ``shift`` rad later than elsewhere."""
+        return np.asarray(0.85 + 0.15 * np.sin(2 * np.pi * self.beats * self.phase + shift))
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +91,7 @@ class IntruderBuffers:
     """Intruders drawn for one camera.
 
     Attributes:
-        coverage: (height, width) 1 where an intruder is, else 0.
+        coverage: (height, width) fraction of each sample that an intruder covers, 0..1.
         position: (height, width, 3) position of its surface; infinitely deep where none is.
         normal: (height, width, 3) surface normal.
         colour: (height, width, 3) linear.
@@ -96,24 +121,28 @@ class IntruderBuffers:
         """Return how much is seen, 0..1, of flame at ``depth`` in each ``sample``: none of what is
         behind an intruder, and little of what touches it."""
         before = self.position[..., 2].ravel()[sample] - depth
-        return np.asarray(smooth_step(before / np.float32(_CONTACT)), np.float32)
+        hidden = 1 - smooth_step(before / np.float32(_CONTACT))
+        return np.asarray(1 - hidden * self.coverage.ravel()[sample], np.float32)
 
-    def lit_by(self, total: NDArray[np.float64], centre: Points) -> NDArray[np.float32]:
-        """Return the light (height, width, 3) of the intruders: their own, and that of a flame of
-        ``total`` light (3,), in heights², around ``centre`` (3,)."""
+    def lit_by(self, lights: Sequence[tuple[NDArray[np.float64], Points]]) -> NDArray[np.float32]:
+        """Return the light (height, width, 3) of the intruders: their own, and that of flames, each
+        given by its light (3,), in heights², and the place (3,) that it comes from."""
         covered = np.nonzero(self.coverage)
         lit = self.glow.copy()
         if not covered[0].size:
             return lit
-        to_light = centre - self.position[covered]
-        distance = np.sqrt((to_light * to_light).sum(axis=1))
-        cosine = np.einsum("nd,nd->n", self.normal[covered], to_light) / np.maximum(distance, 1e-6)
-        # A flame is large: it also lights surfaces that face slightly away from its centre.
-        facing = np.maximum(cosine + 0.35, 0) / 1.35
-        shade = facing * _LIGHT_SOFTENING / (distance * distance + _LIGHT_SOFTENING)
-        light = total * _LIGHT_GAIN * shade[:, None] + _AMBIENT
-        lit[covered] += (self.colour[covered] * light).astype(np.float32)
-        return lit
+        received = np.full((len(covered[0]), 3), _AMBIENT)
+        for total, centre in lights:
+            to_light = centre - self.position[covered]
+            square = (to_light * to_light).sum(axis=1)
+            cosine = np.einsum("nd,nd->n", self.normal[covered], to_light)
+            cosine /= np.maximum(np.sqrt(square), 1e-6)
+            # A flame is large: it also lights surfaces that face slightly away from its centre.
+            facing = np.maximum(cosine + 0.35, 0) / 1.35
+            shade = facing * _LIGHT_SOFTENING / (square + _LIGHT_SOFTENING)
+            received += total * _LIGHT_GAIN * shade[:, None]
+        lit[covered] += (self.colour[covered] * received).astype(np.float32)
+        return lit * self.coverage[..., None]
 
 
 def draw_intruders(
@@ -127,6 +156,20 @@ def draw_intruders(
     for i, body in visible:
         _draw(buffers, body, i, body.ends(time), camera, samples, hearth)
     return buffers
+
+
+def surface_depth(
+    bodies: Sequence[IntruderBody], time: float, camera: Camera, x: Points, y: Points
+) -> Points:
+    """Return the depth (n,), heights, of the visible ``bodies`` at ``time`` s behind places (n,) of
+    the frame, px; infinite where none is."""
+    start, change = camera.rays(x, y)
+    nearest = np.full(len(x), np.inf)
+    for body in bodies:
+        if body.visible:
+            ends = camera.view_of(np.stack(body.ends(time)))
+            nearest = np.minimum(nearest, _intersect(body, ends, start, change).depth)
+    return nearest
 
 
 def _draw(
@@ -143,15 +186,14 @@ def _draw(
     if box is None:
         return
     y, x = np.mgrid[box[0], box[1]] + 0.5
-    start, change = camera.rays(x / samples, y / samples)
-    hit = _intersect(body, camera.view_of(np.stack(ends)), start, change)
-    near = hit.depth < buffers.position[box][..., 2]
-    at = np.nonzero(near)
+    seen = camera.view_of(np.stack(ends))
+    hit, position = _cast(body, seen, camera, x / samples, y / samples)
+    share = _smooth_edge(body, seen, camera, samples, (x, y), hit, position)
+    buffers.coverage[box] = np.maximum(buffers.coverage[box], share)
+    at = np.nonzero((share > 0) & (hit.depth < buffers.position[box][..., 2]))
     target = at[0] + box[0].start, at[1] + box[1].start
-    position = start[at] + hit.depth[at][:, None] * change[at]
-    surface = _surface(body, number, ends, camera, position, hit.normal[at], hearth)
-    buffers.coverage[target] = 1
-    buffers.position[target] = position
+    surface = _surface(body, number, ends, camera, position[at], hit.normal[at], hearth)
+    buffers.position[target] = position[at]
     buffers.normal[target] = surface.normal
     buffers.colour[target] = surface.colour
     buffers.glow[target] = surface.glow
@@ -185,6 +227,47 @@ class _Hit:
     normal: Points
 
 
+def _cast(
+    body: IntruderBody, ends: Points, camera: Camera, x: Points, y: Points
+) -> tuple[_Hit, Points]:
+    """Return where the lines of sight through x and y (...), px, meet a body, and the position
+    (..., 3) of these places."""
+    start, change = camera.rays(x, y)
+    hit = _intersect(body, ends, start, change)
+    return hit, start + np.where(np.isfinite(hit.depth), hit.depth, 0.0)[..., None] * change
+
+
+def _smooth_edge(
+    body: IntruderBody,
+    ends: Points,
+    camera: Camera,
+    samples: int,
+    middles: tuple[Points, Points],
+    hit: _Hit,
+    position: Points,
+) -> Plane:
+    """Return the fraction of each sample (rows, columns) that a body covers, 0..1.
+
+    Only at its edge are more lines of sight cut with it. Where the one through the middle of a
+    sample misses it and others do not, ``hit`` and ``position`` become those of one of them.
+    """
+    found = np.isfinite(hit.depth)
+    share = found.astype(np.float32)
+    square = np.ones((3, 3), np.uint8)
+    edge = np.nonzero(cv2.dilate(share, square) > cv2.erode(share, square))
+    share[edge] = 0
+    for right, down in _EDGE_RAYS:
+        x, y = (middles[0][edge] + right) / samples, (middles[1][edge] + down) / samples
+        other, place = _cast(body, ends, camera, x, y)
+        is_hit = np.isfinite(other.depth)
+        share[edge] += is_hit / np.float32(len(_EDGE_RAYS))
+        new = is_hit & ~np.isfinite(hit.depth[edge])
+        target = edge[0][new], edge[1][new]
+        hit.depth[target], hit.normal[target] = other.depth[new], other.normal[new]
+        position[target] = place[new]
+    return share
+
+
 def _intersect(body: IntruderBody, ends: Points, start: Points, change: Points) -> _Hit:
     """Cut lines of sight with a body between ``ends`` (2, 3): logs have flat ends, others round."""
     along = ends[1] - ends[0]
@@ -194,7 +277,7 @@ def _intersect(body: IntruderBody, ends: Points, start: Points, change: Points) 
     if length:
         best = _nearer(best, _side(axis, length, body.radius, start - ends[0], change))
     for end, outwards in ((ends[0], -axis), (ends[1], axis)):
-        if body.centred and length:
+        if body.is_cylinder and length:
             best = _nearer(best, _disc(outwards, body.radius, start - end, change))
         else:
             best = _nearer(best, _ball(body.radius, start - end, change))
@@ -271,21 +354,48 @@ def _surface(
     dark = np.zeros_like(position)
     if not body.axis.any():
         return _Surface(normal, dark + _STONE, dark)
-    along = camera.view_of(body.axis / np.sqrt((body.axis * body.axis).sum()))
+    length = float(np.sqrt((body.axis * body.axis).sum()))
+    along = camera.view_of(body.axis / length)
     from_end = position - camera.view_of(ends[0])
     share = from_end @ along / body.radius
     if body.is_match:
-        head = np.clip((3.0 - share) / 0.7, 0.0, 1.0)[:, None]
-        return _Surface(normal, _STICK + (_HEAD - _STICK) * head, dark)
+        return _match(share, normal, hearth.burnt[number])
+    away = position - camera.view_of(hearth.centre)
+    distance = np.sqrt((away * away).sum(axis=1))
+    if body.shape == "wax":
+        # Light that scatters inside comes out of the sides as if they faced the flame.
+        through = np.exp(-distance / (1.2 * body.radius))[:, None]
+        facing = normal + _TRANSLUCENCY * through * along
+        facing /= np.sqrt((facing * facing).sum(axis=1, keepdims=True))
+        return _Surface(facing, dark + _WAX, dark)
+    if body.shape == "wick":
+        up = share * body.radius / length
+        return _wick(up, normal, hearth.heat(distance) * hearth.beat(up))
     # Two directions across the log that turn with it, so that its bark is the same from any side.
     level = camera.view_of(_level_across(body.axis))
     angle = np.arctan2(from_end @ np.cross(along, level), from_end @ level)
-    away = position - camera.view_of(hearth.centre)
-    distance = np.sqrt((away * away).sum(axis=1)) / hearth.radius
-    heat = smooth_step(1.3 - distance)
     across = from_end - (from_end @ along)[:, None] * along
     ring = np.sqrt((across * across).sum(axis=1)) / body.radius
+    heat = hearth.heat(distance)
     return _wood(number, (share, angle, ring), normal, (along, level), heat, hearth)
+
+
+def _match(share: Points, normal: Points, burnt: float) -> _Surface:
+    """Return the surface of a match that has burnt for ``burnt`` s, at ``share`` (n,) radii from
+    its head: it chars from there on, and the head glows."""
+    head = _unit((3.0 - share) / 0.7)[:, None]
+    fresh = _STICK + (_HEAD - _STICK) * head
+    charred_to = _HEAD_RADII * -math.expm1(-burnt / _HEAD_TIME) + _CHAR_SPEED * burnt - 1
+    charred = _unit((charred_to - share) / 1.5)[:, None]
+    glow = charred * _unit(0.9 - share / _HEAD_RADII)[:, None] ** 2
+    return _Surface(normal, fresh + (_CHAR - fresh) * charred, _GLOW * glow)
+
+
+def _wick(up: Points, normal: Points, heat: Points) -> _Surface:
+    """Return the surface of a wick, ``up`` (n,) 0 at its foot to 1 at its end, where it glows."""
+    charred = smooth_step((up - 0.1) / 0.3)[:, None]
+    glow = (heat * _unit((up - 0.4) / 0.6) ** 2)[:, None]
+    return _Surface(normal, _COTTON + (_CHAR - _COTTON) * charred, _GLOW * glow)
 
 
 def _level_across(axis: Points) -> Points:
@@ -331,8 +441,7 @@ def _wood(
     plain = np.where(is_end[:, None], _CUT, _BARK)
     charred = _unit(1.5 * heat + np.where(is_end, 0.0, 0.25 * bark))[:, None]
     colour = (plain + (_CHAR - plain) * charred) * furrow[:, None]
-    wander = np.sin(2 * np.pi * hearth.beats * hearth.phase + 2 * bark + 0.8 * share)
-    glow = _glow(crack, bark, heat) * (0.85 + 0.15 * wander)
+    glow = _glow(crack, bark, heat) * hearth.beat(2 * bark + 0.8 * share)
     return _Surface(bumpy, colour, _GLOW * np.where(is_end, 0.15 * heat, glow)[:, None])
 
 
@@ -367,7 +476,8 @@ def _grain(
     along = chance.uniform(*frequencies, _GRAIN_WAVES) * chance.choice([-1, 1], _GRAIN_WAVES)
     around = chance.integers(turns[0], turns[1] + 1, _GRAIN_WAVES)
     phase = chance.uniform(0, 2 * np.pi, _GRAIN_WAVES)
-    theta = share[:, None] * along + angle[:, None] * around + phase
+    waves = np.stack([along, around, phase]).astype(np.float32)
+    theta = np.stack([share, angle, np.ones_like(share)], axis=1).astype(np.float32) @ waves
     size = math.sqrt(2 / _GRAIN_WAVES)
-    slope = np.cos(theta) * size
-    return (np.sin(theta) * size).sum(axis=1), slope @ along, slope @ around.astype(np.float64)
+    slopes = np.cos(theta) @ (size * waves[:2].T)
+    return size * np.sin(theta).sum(axis=1), slopes[:, 0], slopes[:, 1]

@@ -12,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.generators.silk.mechanics import Vectors, lengths
-from fire_atlas.recipe.silk import Intruder
+from fire_atlas.recipe.silk import Intruder, Shape
 
 _FALLOFF = 0.03
 """Beyond its surface an intruder's force falls to 1/e over its radius plus this, heights."""
+
+_CYLINDERS = ("log", "wax")
 
 _SURFACE_ACCELERATION = 12.0
 """Acceleration at the surface of an intruder of strength 1, heights/s²."""
@@ -27,23 +29,22 @@ class IntruderBody:
 
     Attributes:
         times: (k,) of the keyframes, s, ascending.
-        positions: (k, 3) position of its middle (a match: its head) at these times, heights.
+        positions: (k, 3) position of its middle, a match's head or a wick's foot at these times,
+            heights.
         axis: (3,) vector from there to its far end, heights; zero for a sphere.
-        centred: Whether it extends equally far the other way (a log).
         radius: Radius, heights.
         strength: Strength of its force; 1 is about the lift of a flame.
         visible: Whether it is drawn.
-        is_match: Whether it is a match, whose head catches fire.
+        shape: What it is.
     """
 
     times: NDArray[np.float64]
     positions: NDArray[np.float64]
     axis: NDArray[np.float64]
-    centred: bool
     radius: float
     strength: float
     visible: bool
-    is_match: bool
+    shape: Shape
 
     @classmethod
     def of(cls, intruder: Intruder) -> Self:
@@ -51,17 +52,28 @@ class IntruderBody:
         keyframes = [(moment.t, moment.at) for moment in intruder.keyframes]
         if intruder.at is not None:
             keyframes = [(0.0, intruder.at)]
-        extents = {"sphere": 0.0, "log": intruder.length / 2, "match": intruder.length}
+        extent = 0.0 if intruder.shape == "sphere" else intruder.length
+        if intruder.shape in _CYLINDERS:
+            extent /= 2
         return cls(
             times=np.array([t for t, _ in keyframes]),
             positions=np.array([position for _, position in keyframes]),
-            axis=extents[intruder.shape] * _direction(intruder.angle, intruder.tilt),
-            centred=intruder.shape == "log",
+            axis=extent * _direction(intruder.angle, intruder.tilt),
             radius=intruder.radius,
             strength=intruder.strength,
             visible=intruder.draw,
-            is_match=intruder.shape == "match",
+            shape=intruder.shape,
         )
+
+    @property
+    def is_match(self) -> bool:
+        """Whether it is a match, whose head catches fire."""
+        return self.shape == "match"
+
+    @property
+    def is_cylinder(self) -> bool:
+        """Whether its ends are flat; it extends equally far both ways. Other ends are round."""
+        return self.shape in _CYLINDERS
 
     def position(self, time: float) -> NDArray[np.float64]:
         """Return the position (3,) at ``time`` s, eased in and out between keyframes."""
@@ -78,7 +90,7 @@ class IntruderBody:
     def ends(self, time: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return both ends (3,) of its middle line at ``time`` s, heights."""
         position = self.position(time)
-        return (position - self.axis if self.centred else position), position + self.axis
+        return (position - self.axis if self.is_cylinder else position), position + self.axis
 
     def acceleration(self, time: float, x: Vectors) -> Vectors:
         """Return the acceleration of nodes at ``x``, away from the middle line, heights/s²."""
@@ -105,5 +117,5 @@ def _nearest_on_segment(
     square = float((along * along).sum())
     if square == 0:
         return np.broadcast_to(start, x.shape)
-    share = np.clip(np.einsum("...d,d->...", x - start, along) / square, 0.0, 1.0)
+    share = np.clip((x - start) @ (along / square), 0.0, 1.0)
     return np.asarray(start + share[..., None] * along)

@@ -136,15 +136,14 @@ class _FuelInlet:
         inlet = _INLET_HEIGHT + _INLET_CURVE * np.minimum(across, 1.2)[None] ** 2
         self._above = as_plane(v[:, None] - inlet)
         self._profile = np.clip(1 - across**2, 0, None) ** 0.75
-        self._supply, self._burner, self._u = supply, burner, u
+        waves = supply.tongues, supply.grain, supply.feet
+        self._supply = tuple(each.on_grid(u, np.zeros(1)) for each in waves)
+        self._burner = burner
 
     def replenish(self, fuel: Plane, time: float) -> Plane:
         """Return ``fuel`` plus the fuel that enters at ``time``."""
-        burner, here = self._burner, np.zeros(1)
-        tongues, grain, feet = (
-            waves.values(time, self._u, here)
-            for waves in (self._supply.tongues, self._supply.grain, self._supply.feet)
-        )
+        burner = self._burner
+        tongues, grain, feet = (waves.values(time) for waves in self._supply)
         supply = self._profile * np.clip(1 + burner.flicker * tongues, 0, 1.3)
         supply = as_plane(supply * np.clip(1 + burner.grain * grain, 0, 1.4))
         above = self._above - np.float32(burner.ragged) * feet
@@ -202,7 +201,7 @@ class _GasFlow:
     def __init__(
         self, burner: Burner, eddies: PlaneWaves, u: NDArray[np.float64], v: NDArray[np.float64]
     ) -> None:
-        self._eddies, self._u, self._v = eddies, u, v
+        self._eddies = eddies.on_grid(u, v)
         gas, spacing = burner.gas_speed, v[0] - v[1]
         # Eddies grow with height: a flame is smooth at its foot.
         self._growth = as_plane(np.clip(1.7 * v + 0.08, 0.0, 1.0)[:, None])
@@ -217,7 +216,7 @@ class _GasFlow:
 
     def velocity(self, time: float) -> tuple[Plane, Plane]:
         """Return the velocity at ``time``: (right, up), each (height, width)."""
-        stream = self._eddies.values(time, self._u, self._v) * self._growth
+        stream = self._eddies.values(time) * self._growth
         right, up = curl_differences(stream)
         return right * self._gain + self._right, up * self._gain + self._up
 

@@ -79,22 +79,24 @@ def rasterise(triangles: Triangles, width: int, height: int) -> Fragments:
     # One span of columns for each row of each triangle.
     owner, row = _runs(first, last - first)
     at = row.astype(np.float64) + 0.5
-    top, middle, bottom = (corner[owner, k] for k in range(3))
-    is_lower = (at >= middle[:, 1])[:, None]
-    long = _crossing(top, bottom, at)
-    short = _crossing(np.where(is_lower, middle, top), np.where(is_lower, bottom, middle), at)
+    long, short = _crossings(corner, owner, at)
     left = np.clip(np.ceil(np.minimum(long, short) - 0.5), 0, width).astype(np.intp)
     right = np.clip(np.ceil(np.maximum(long, short) - 0.5), 0, width).astype(np.intp)
+    filled = right > left
+    owner, row, left, right = (each[filled] for each in (owner, row, left, right))
+    at = at[filled]
 
-    # Attributes are linear over a triangle: begin with their values at the target's left edge and
-    # add their slope along the row.
-    span, column = _runs(left, np.maximum(right - left, 0))
-    dx = dx[owner]
-    begin = value[owner, 0] + dx * (0.5 - top[:, :1]) + dy[owner] * (at - top[:, 1])[:, None]
-    offset = (begin + dx * left[:, None]).astype(np.float32)
-    attributes = offset[span]
-    attributes += dx.astype(np.float32)[span] * (column - left[span]).astype(np.float32)[:, None]
-    return Fragments(row[span] * width + column, attributes)
+    # Attributes are linear over a triangle: begin with their values at the span's left end and add
+    # their slope along the row. One attribute at a time, because numpy is slow along a short axis.
+    span, column = _runs(left, right - left)
+    step = (column - left[span]).astype(np.float32)
+    over, down = left + 0.5 - corner[owner, 0, 0], at - corner[owner, 0, 1]
+    attributes = np.empty((value.shape[2], len(span)), np.float32)
+    for k, attribute in enumerate(attributes):
+        begin = value[:, 0, k][owner] + dx[:, k][owner] * over + dy[:, k][owner] * down
+        np.multiply(dx[:, k].astype(np.float32)[owner][span], step, out=attribute)
+        attribute += begin.astype(np.float32)[span]
+    return Fragments(row[span] * width + column, attributes.T)
 
 
 def _runs(
@@ -106,13 +108,26 @@ def _runs(
     return run, np.arange(len(run)) + (first - begin)[run]
 
 
-def _crossing(
-    upper: NDArray[np.float64], lower: NDArray[np.float64], at: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return x where edges from ``upper`` to ``lower`` points (n, 2) cross the heights ``at``."""
-    fall = lower[:, 1] - upper[:, 1]
-    slope = (lower[:, 0] - upper[:, 0]) / np.where(fall > 0, fall, 1.0)
-    return np.asarray(upper[:, 0] + (at - upper[:, 1]) * slope)
+def _crossings(
+    corner: NDArray[np.float64], owner: NDArray[np.intp], at: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return x (n,) where rows at the heights ``at`` enter and leave triangles: on the edge from
+    the top corner to the bottom one, and on the two others.
+
+    Args:
+        corner: (triangles, 3, 2) corners from top to bottom, px.
+        owner: (n,) index of each row's triangle.
+        at: (n,) px.
+    """
+    x, y = corner[..., 0], corner[..., 1]
+
+    def crossing(upper: int, lower: int) -> NDArray[np.float64]:
+        fall = y[:, lower] - y[:, upper]
+        slope = (x[:, lower] - x[:, upper]) / np.where(fall > 0, fall, 1.0)
+        return np.asarray(x[:, upper][owner] + (at - y[:, upper][owner]) * slope[owner])
+
+    is_lower = at >= y[:, 1][owner]
+    return crossing(0, 2), np.where(is_lower, crossing(1, 2), crossing(0, 1))
 
 
 def _twice_the_area(corner: NDArray[np.float64]) -> NDArray[np.float64]:

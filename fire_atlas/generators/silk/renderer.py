@@ -2,25 +2,35 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip
+from fire_atlas.core.camera import Camera
+from fire_atlas.core.clip import Clip, Values
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
-from fire_atlas.generators.camera import Camera
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk import raster
 from fire_atlas.generators.silk.colour import expose
-from fire_atlas.generators.silk.intruder_drawing import Hearth, IntruderBuffers, draw_intruders
-from fire_atlas.generators.silk.mechanics import normals
+from fire_atlas.generators.silk.intruder_drawing import (
+    Hearth,
+    IntruderBuffers,
+    draw_intruders,
+    surface_depth,
+)
+from fire_atlas.generators.silk.mechanics import lengths, normals
 from fire_atlas.generators.silk.scene import SilkScene, build_scene, check_length, check_loop
-from fire_atlas.generators.silk.sheet_textures import SheetTextures, cull_dark, make_textures
-from fire_atlas.generators.silk.simulation import Recording, simulate, velocity_of
+from fire_atlas.generators.silk.sheet_textures import (
+    FadingTextures,
+    SheetTextures,
+    cull_dark,
+    make_textures,
+)
+from fire_atlas.generators.silk.simulation import Recording, blended, simulate, velocity_of
 from fire_atlas.recipe.silk import SilkSource
 
 _SUPERSAMPLING = 2
@@ -117,16 +127,19 @@ class SilkRenderer:
             passed = medium.transmittance(flame.pixel, flame.depth, flame.thickness)
             seen = flame.light * passed[:, None]
             light += raster.accumulate(flame.pixel, seen, width, height)
-        size = camera.width, camera.height
         if intruders.is_empty:
-            coverage = np.zeros(size[::-1], np.float32)
-        else:
-            total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * _SUPERSAMPLING) ** 2
-            lit = intruders.lit_by(total, self._light_centre(i, camera))
-            light += lit * np.exp(-medium.thickness).astype(np.float32).reshape(height, width, 1)
-            coverage = as_plane(cv2.resize(intruders.coverage, size, interpolation=cv2.INTER_AREA))
-        light = as_plane(cv2.resize(light, size, interpolation=cv2.INTER_AREA))
-        return SilkFrame(expose(light), coverage)
+            bare = np.zeros((camera.height, camera.width), np.float32)
+            return SilkFrame(expose(_averaged(light, camera)), bare)
+        total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * _SUPERSAMPLING) ** 2
+        lights = [(total * share, place) for share, place in self._fires(i, camera)]
+        lit = intruders.lit_by(lights)
+        light += lit * np.exp(-medium.thickness).astype(np.float32).reshape(height, width, 1)
+        coverage = _averaged(intruders.coverage, camera)
+        shown = expose(_averaged(light, camera))
+        # At an edge samples are exposed one by one, or a bright one would hide its neighbours.
+        edge = (coverage > 0) & (coverage < 1)
+        shown[edge] = _averaged(expose(light), camera)[edge]
+        return SilkFrame(shown, coverage)
 
     def motion(self, i: int, camera: Camera) -> NDArray[np.float32]:
         """Return the velocity of the fire in frame ``i``: (height, width, 2) px/s.
@@ -159,6 +172,50 @@ class SilkRenderer:
         weight = total[..., :1]
         still = np.zeros((height, width, 2), np.float32)
         return np.asarray(np.divide(total[..., 1:], weight, out=still, where=weight > _MAX_DARK))
+
+    def fire_depth(self, i: int, camera: Camera, x: Values, y: Values, share: Values) -> Values:
+        """Return the depth (n,), heights, of the sheets behind places x, y (n,) px in frame ``i``:
+        ``share`` (n,) 0..1 of the light there comes from behind it.
+
+        Where no sheet is, it is that of the nearest pixel with one; 0 if nothing burns.
+        """
+        width, height = camera.width, camera.height
+        pixel, light, depth = (np.concatenate(each) for each in zip(*(
+            self._light_in_depth(i, sheets, camera) for sheets in self._batches()
+        ), strict=True))  # fmt: skip
+        order = np.lexsort((-depth, pixel))
+        pixel, light, depth = pixel[order], light[order], depth[order]
+        if not len(pixel):
+            return np.zeros(len(x))
+        lit, first = np.unique(pixel, return_index=True)
+        column, row = (
+            np.clip(place, 0, size - 1).astype(np.intp) for place, size in ((x, width), (y, height))
+        )
+        group = np.minimum(np.searchsorted(lit, row * width + column), len(lit) - 1)
+        for k in np.flatnonzero(lit[group] != row * width + column):
+            away = np.square(lit // width - row[k]) + np.square(lit % width - column[k])
+            group[k] = np.argmin(away)
+        behind = np.append(0.0, np.cumsum(light, dtype=np.float64))
+        begin, end = first[group], np.append(first, len(pixel))[group + 1]
+        wanted = behind[begin] + share * (behind[end] - behind[begin])
+        found = np.searchsorted(behind, wanted, side="right") - 1
+        return np.asarray(depth[np.clip(found, begin, end - 1)], np.float64)
+
+    def _light_in_depth(
+        self, i: int, sheets: slice, camera: Camera
+    ) -> tuple[NDArray[np.intp], NDArray[np.float32], NDArray[np.float32]]:
+        """Return pixel, light and depth (n,), heights, of what is lit of ``sheets`` in frame ``i``,
+        also where something hides it."""
+        texture = self.textures.light(i, sheets)
+        projected, opacity = self.project_nodes(i, sheets, camera)
+        texel = self.textures.texel_grid(sheets, *opacity.shape[1:3])
+        attributes = np.concatenate([texel, opacity[..., None], projected[..., 2:]], axis=-1)
+        triangles = cull_dark(raster.mesh_triangles(projected[..., :2], attributes), texture)
+        seen = raster.rasterise(triangles, camera.width, camera.height)
+        found = raster.sample_texture(texture, seen.attributes)[:, :3].max(axis=1)
+        light = found * seen.attributes[:, 2]
+        lit = light > _MAX_DARK
+        return seen.pixel[lit], light[lit], seen.attributes[lit, 3]
 
     def project_nodes(
         self, i: int, sheets: slice, camera: Camera
@@ -214,19 +271,34 @@ class SilkRenderer:
         away = foot - centre
         radius = float(np.sqrt((away * away).sum(axis=-1).mean()))
         beats = max(1, round(_GLOW_BEATS * self.frames / self.scene.fps))
-        return Hearth(centre, radius, i / self.frames, beats)
+        burnt = tuple(float(seconds) for seconds in self.recording.burnt[i])
+        return Hearth(centre, radius, i / self.frames, beats, burnt)
 
     def _velocity(self, i: int, sheets: slice) -> NDArray[np.float64]:
         """Return the velocity (sheets, rows, columns, 3) of the nodes in frame ``i``, heights/s."""
         recording = self.recording
         return velocity_of(recording.x[:, sheets], self.scene.fps, recording.loops, i)
 
-    def _light_centre(self, i: int, camera: Camera) -> NDArray[np.float64]:
-        """Return the centre of the fire's light (3,) in camera axes, heights."""
-        x, lit = self.recording.x[i], self.recording.lit[i]
-        low = x[:, : max(1, x.shape[1] // 2)] * lit[:, None, None, None]
-        total = max(float(lit.sum()) * low.shape[1] * low.shape[2], 1e-6)
-        return camera.view_of(low.sum(axis=(0, 1, 2)) / total)
+    def _fires(self, i: int, camera: Camera) -> list[tuple[float, NDArray[np.float64]]]:
+        """Return each fire's part of the light in frame ``i``, 0..1, by the area of its sheets, and
+        the place (3,) that it comes from, in camera axes, heights."""
+        x, rest = self.recording.x[i], self.scene.model.rest
+        up, across = rest[:, -1, 0] - rest[:, 0, 0], rest[:, 0, -1] - rest[:, 0, 0]
+        area = lengths(up) * lengths(across) * self.recording.lit[i]
+        area /= max(float(area.sum()), 1e-9)
+        middle = x[:, : max(1, x.shape[1] // 2)].mean(axis=(1, 2), dtype=np.float64)
+        fires = []
+        for fire in dict.fromkeys(self.scene.fires):
+            weight = area * np.equal(self.scene.fires, fire)
+            share = float(weight.sum())
+            fires.append((share, camera.view_of(weight @ middle / max(share, 1e-9))))
+        return fires
+
+
+def _averaged(samples: NDArray[np.float32], camera: Camera) -> NDArray[np.float32]:
+    """Return the mean of the samples of each pixel: (height, width, ...)."""
+    size = camera.width, camera.height
+    return as_plane(cv2.resize(samples, size, interpolation=cv2.INTER_AREA))
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,6 +332,25 @@ class SilkView:
         """Return the velocity of the fire in frame ``index``: (height, width, 2) px/s."""
         return self.renderer.motion(index, self.camera)
 
+    @property
+    def front(self) -> Camera:
+        """The camera in front of the fire, level, with parallel lines of sight."""
+        return self.camera.from_the_front()
+
+    def seen_by(self, camera: Camera) -> "SilkView":
+        """Return the same fire seen by another camera."""
+        return replace(self, camera=camera)
+
+    def fire_depth(self, index: int, x: Values, y: Values, share: Values) -> Values:
+        """Return the depth at which fire burns behind places, px; see ``FireInDepth``."""
+        return -self.camera.scale * self.renderer.fire_depth(index, self.camera, x, y, share)
+
+    def hidden(self, index: int, x: Values, y: Values, z: Values) -> NDArray[np.bool_]:
+        """Return which places are behind or inside an intruder; see ``FireInDepth``."""
+        scene = self.renderer.scene
+        surface = surface_depth(scene.intruders, index / scene.fps, self.camera, x, y)
+        return np.asarray(surface < z / -self.camera.scale)
+
 
 def generate_silk(
     source: SilkSource, settings: GenerationSettings, footage: Clip | None = None
@@ -277,6 +368,27 @@ def generate_silk(
     recording = simulate(scene, settings.frames, settings.loop)
     textures = make_textures(source, settings, footage, scene, recording)
     return SilkRenderer(scene, recording, textures, settings.frames)
+
+
+def changing_silk(
+    before: SilkRenderer, after: SilkRenderer, share: NDArray[np.float64]
+) -> SilkRenderer:
+    """Return a fire that changes between its loops in two winds.
+
+    In both winds the air flutters and sways in time. So at the same frame the sheets of both loops
+    are alike, and each node goes straight from its place in one to that in the other, while the
+    textures fade.
+
+    Args:
+        before, after: The loops, of one recipe.
+        share: (frames,) weight of ``after`` in each frame, 0..1.
+    """
+    return SilkRenderer(
+        before.scene,
+        blended(before.recording, after.recording, share),
+        FadingTextures.between(before.textures, after.textures, share),
+        before.frames,
+    )
 
 
 def silk_camera(

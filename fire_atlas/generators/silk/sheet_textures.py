@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.pixels import REC709
+from fire_atlas.core.pixels import REC709, as_plane
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk.clip_texture import cut_texture, synthesise_from_clip
 from fire_atlas.generators.silk.colour import ColourMap
@@ -100,6 +100,40 @@ class SheetTextures:
         return np.concatenate([luminance[..., None], motion], axis=-1)
 
 
+@dataclass(frozen=True, slots=True)
+class FadingTextures(SheetTextures):
+    """Textures that fade into those of the same sheets in another wind.
+
+    Attributes:
+        after: The textures in the other wind.
+        share: (frames,) weight of ``after`` in each frame, 0..1.
+    """
+
+    after: SheetTextures
+    share: NDArray[np.float64]
+
+    @classmethod
+    def between(
+        cls, before: SheetTextures, after: SheetTextures, share: NDArray[np.float64]
+    ) -> "FadingTextures":
+        """Return textures that fade from ``before`` into ``after``."""
+        played = before.loops, before.texture_index, before.mirrored, before.phase, before.rate
+        return cls(*played, before.colours, before.v_rms, after, share)
+
+    def light(self, i: int, sheets: slice) -> NDArray[np.float32]:
+        """See ``SheetTextures.light``."""
+        return self._faded(i, SheetTextures.light(self, i, sheets), self.after.light(i, sheets))
+
+    def motion(self, i: int, sheets: slice) -> NDArray[np.float32]:
+        """See ``SheetTextures.motion``."""
+        return self._faded(i, SheetTextures.motion(self, i, sheets), self.after.motion(i, sheets))
+
+    def _faded(
+        self, i: int, before: NDArray[np.float32], after: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
+        return as_plane(before + (after - before) * np.float32(self.share[i]))
+
+
 def cull_dark(triangles: Triangles, light: NDArray[np.float32]) -> Triangles:
     """Drop triangles whose texture is dark, which is most of a sheet."""
     texel = triangles.attributes[..., :2]
@@ -136,7 +170,8 @@ def make_textures(
         texture_index = np.zeros(scene.model.sheets, np.intp)
     else:
         loops, texture_index = _procedural(source, settings, scene, recording)
-    return _play(loops, texture_index, recording, _colours(source, scene), settings)
+    played = _played(scene, recording)
+    return _play(loops, texture_index, played, recording, _colours(source, scene), settings)
 
 
 def _colours(source: SilkSource, scene: SilkScene) -> tuple[ColourMap, ...]:
@@ -154,14 +189,15 @@ def _colours(source: SilkSource, scene: SilkScene) -> tuple[ColourMap, ...]:
 def _play(
     loops: Sequence[TextureLoop],
     texture_index: NDArray[np.intp],
+    played: NDArray[np.float64],
     recording: Recording,
     colours: tuple[ColourMap, ...],
     settings: GenerationSettings,
 ) -> SheetTextures:
     """Play on every sheet its loop, from a random image on (section 4).
 
-    If the result loops, rates are adjusted by as little as possible so that each sheet plays its
-    texture a whole number of times.
+    If the result loops, each sheet plays its texture a whole number of times, so that it shows
+    about ``played`` images: its rate is multiplied by what that takes.
     """
     sheets = recording.rate.shape[1]
     images = np.array([len(loops[k]) for k in texture_index])
@@ -170,8 +206,8 @@ def _play(
     start = (chance.permutation(sheets) + chance.uniform(0, 0.8, sheets)) / sheets * images
     rate = recording.rate.copy()
     if settings.loop:
-        played = rate[:-1].sum(axis=0) / settings.fps
-        rate *= np.maximum(np.rint(played / images), 1) * images / played
+        times = np.maximum(np.rint(played / images), 1)
+        rate *= times * images * settings.fps / rate[:-1].sum(axis=0)
     passed = np.concatenate([np.zeros((1, sheets)), np.cumsum(rate[:-1], axis=0) / settings.fps])
     phase = np.mod(start + passed, images)
     if settings.loop:
@@ -232,10 +268,21 @@ def _procedural(
 
 
 def _played(scene: SilkScene, recording: Recording) -> NDArray[np.float64]:
-    """Return how many images every sheet plays in all frames, (sheets,)."""
-    # In a loop the last entry repeats the first.
-    frames = len(recording.rate) - 1 if recording.loops else len(recording.rate)
-    return np.asarray(recording.rate[:frames].sum(axis=0) / scene.fps)
+    """Return how many images every sheet plays in all frames, (sheets,).
+
+    In a loop a sheet plays more than those of its fuel with a lower mean v_rms² (eq. 17). The limit
+    on rates cuts off more of a sheet that is fast at times, so that their sums can have another
+    order.
+    """
+    if not recording.loops:
+        return np.asarray(recording.rate.sum(axis=0) / scene.fps)
+    # The last entry of a loop repeats the first.
+    played = recording.rate[:-1].sum(axis=0) / scene.fps
+    energy = (recording.v_rms[:-1] ** 2).mean(axis=0)
+    for fuel in set(scene.fuels):
+        sheets = np.flatnonzero([each == fuel for each in scene.fuels])
+        played[sheets[np.argsort(energy[sheets], kind="stable")]] = np.sort(played[sheets])
+    return np.asarray(played)
 
 
 def _loop_length(played: float) -> int:

@@ -46,6 +46,7 @@ class Recording:
         v_rms: (frames, sheets) root mean square speed of the nodes relative to the base, heights/s.
         rate: (frames, sheets) texture images per second.
         lit: (frames, sheets) 0 where a sheet does not burn yet, 1 where it burns fully.
+        burnt: (frames, intruders) time for which a match has burnt, s; 0 for other intruders.
     """
 
     x: NDArray[np.float32]
@@ -53,6 +54,7 @@ class Recording:
     v_rms: NDArray[np.float64]
     rate: NDArray[np.float64]
     lit: NDArray[np.float64]
+    burnt: NDArray[np.float64]
 
 
 def simulate(scene: SilkScene, frames: int, loops: bool) -> Recording:
@@ -67,19 +69,21 @@ def simulate(scene: SilkScene, frames: int, loops: bool) -> Recording:
     shape = scene.model.rest.shape
     x = np.empty((total, *shape), np.float32)
     lit = np.empty((total, shape[0]))
+    burnt = np.empty((total, len(scene.intruders)))
     ignition = _Ignition(scene)
     state = SheetState.resting(scene.model.rest.copy())
     for n in range(-warm_up, total):
         if n >= 0:
             x[n] = state.x
             lit[n] = ignition.lit
+            burnt[n] = ignition.burnt
         state = _next_frame(scene, state, n / scene.fps)
         ignition.update(scene, state, (n + 1) / scene.fps)
     if loops:
-        x, lit = _closed(x, frames, overlap), _closed(lit, frames, overlap)
+        x, lit, burnt = (_closed(each, frames, overlap) for each in (x, lit, burnt))
     # Of the sheets as they are shown: where a loop is closed they move otherwise than simulated.
     v_rms = np.stack([_v_rms(velocity_of(x, scene.fps, loops, n)) for n in range(len(x))])
-    return Recording(x, loops, v_rms, texture_rate(scene, v_rms), lit)
+    return Recording(x, loops, v_rms, texture_rate(scene, v_rms), lit, burnt)
 
 
 def velocity_of(x: NDArray[np.float32], fps: float, loops: bool, i: int) -> NDArray[np.float64]:
@@ -106,6 +110,24 @@ def texture_rate(scene: SilkScene, v_rms: NDArray[np.float64]) -> NDArray[np.flo
     return np.asarray(image_rate * (0.5 + 0.5 * limited))
 
 
+def blended(before: Recording, after: Recording, share: NDArray[np.float64]) -> Recording:
+    """Return a recording that changes from one loop to another; ``share`` (frames,) is the weight
+    of ``after``, 0..1."""
+    weight = np.append(share, share[0])
+
+    def mixed(one: NDArray[Real], other: NDArray[Real]) -> NDArray[Real]:
+        return one + (other - one) * weight.reshape(-1, *[1] * (one.ndim - 1)).astype(one.dtype)
+
+    return Recording(
+        mixed(before.x, after.x),
+        before.loops,
+        mixed(before.v_rms, after.v_rms),
+        mixed(before.rate, after.rate),
+        mixed(before.lit, after.lit),
+        mixed(before.burnt, after.burnt),
+    )
+
+
 def _overlap(frames: int, fps: float) -> int:
     return max(1, min(round(frames * _OVERLAP), round(_MAX_OVERLAP * fps)))
 
@@ -125,6 +147,8 @@ def _external(scene: SilkScene, now: float) -> ExternalAcceleration:
     def external(x: Vectors, v: Vectors) -> Vectors:
         a = scene.forces.acceleration(now, x, v)
         for i, body in enumerate(scene.intruders):
+            if body.strength == 0:
+                continue
             push = body.acceleration(now, x)
             # A match does not push away its own flame.
             push[[carrier == i for carrier in scene.attached_to]] = 0.0
@@ -155,6 +179,7 @@ class _Ignition:
 
     def __init__(self, scene: SilkScene) -> None:
         self.lit = np.array([float(i < 0) for i in scene.attached_to])
+        self.burnt = np.zeros(len(scene.intruders))
         self._heated = [0.0] * len(scene.intruders)
         # Columns that the flame covers: it is narrower than its sheet.
         across = np.abs(np.linspace(-1, 1, scene.model.rest.shape[2]))
@@ -174,6 +199,7 @@ class _Ignition:
                 self._heated[i] += 1 / scene.fps
             share = (self._heated[i] - _IGNITION_DELAY) / _IGNITION_TIME
             self.lit[~others] = min(max(share, 0.0), 1.0)
+            self.burnt[i] = max(self._heated[i] - _IGNITION_DELAY, 0.0)
 
 
 def _v_rms(v: Vectors) -> NDArray[np.float64]:

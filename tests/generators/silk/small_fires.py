@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.generators.camera import Camera
+from fire_atlas.core.camera import Camera
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk.renderer import SilkRenderer, generate_silk, silk_camera
 from fire_atlas.recipe.silk import SilkSource

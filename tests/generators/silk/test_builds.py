@@ -38,7 +38,7 @@ def refused(path: Path, capsys: pytest.CaptureFixture[str]) -> str:
     return message
 
 
-def test_each_side_is_an_animation_that_loops_with_flakes_of_its_own(tmp_path: Path) -> None:
+def test_each_side_is_an_animation_that_loops_with_flakes(tmp_path: Path) -> None:
     files = built(recipe(tmp_path, SILK, views={"count": 3, "elevation": 15}), tmp_path / "out")
     atlas = json.loads(files["torch.json"])
     assert set(atlas["animations"]) == {f"view_{k}" for k in range(3)}

@@ -59,6 +59,8 @@ def test_in_a_loop_too_each_texture_is_as_fast_as_its_sheet(fuel: str) -> None:
     rate = made.textures.rate[:-1]
     assert min(spearman(energy[:, s], rate[:, s]) for s in range(11)) >= 0.9
     assert spearman(energy.ravel(), rate.ravel()) >= 0.9, "from sheet to sheet as well"
+    played = np.round(rate.mean(axis=0), 6)  # sheets that play as many images are as fast
+    assert spearman(energy.mean(axis=0), played) >= 0.9, "and from mean to mean"
     assert np.ptp(rate.mean(axis=0)) > 0.15 * rate.mean(), "no two sheets need to be as fast"
 
 
@@ -215,21 +217,21 @@ def match() -> SilkRenderer:
 @pytest.mark.slow
 def test_a_match_bends_the_flame_by_five_degrees_catches_fire_and_the_flame_recovers() -> None:
     made = match()
-    bent = lean(made.recording.x, slice(0, 3))
+    bent = lean(made.recording.x, slice(0, 5))
     before, after = bent[:12], bent[-12:]
     assert np.abs(before).max() < 1.0
     assert bent.min() == pytest.approx(-5.3, abs=1.0)
     assert np.abs(after).max() < 1.5
-    lit = made.recording.lit[:, 3:]
+    lit = made.recording.lit[:, 5:]
     assert not lit[: round(0.9 * 24)].any()
-    assert lit[round(2.0 * 24) :].all() and lit[-1].min() == 1
-    assert np.all(made.recording.lit[:, :3] == 1)
+    assert lit[round(2.6 * 24) :].all() and lit[-1].min() == 1
+    assert np.all(made.recording.lit[:, :5] == 1)
 
 
 @pytest.mark.slow
 def test_the_burning_match_carries_its_flame_away() -> None:
-    eye = camera(width=96, height=96, foot=0.1)
-    right = [match().draw(i, eye).light[:40, 60:].max() for i in (10, 70)]
+    eye = camera(width=96, height=96, foot=0.16)
+    right = [match().draw(i, eye).light[:40, 60:].max() for i in (10, 75)]
     assert right[0] < 0.05 < 0.2 < right[1]
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
 from fire_atlas.generators.silk.clip_texture import cut_texture, synthesise_from_clip
-from fire_atlas.generators.silk.colour import blackbody
+from fire_atlas.generators.silk.colour import ColourMap, blackbody
 from fire_atlas.generators.silk.fuel import FUELS, Burner
 from fire_atlas.generators.silk.motion_synthesis import (
     SeedImages,
@@ -217,6 +217,20 @@ def test_black_bodies_have_the_colours_known_for_them() -> None:
     assert np.allclose(found[1], [1, 0.26, 0.007], atol=0.03)
     assert np.allclose(found[2], [1, 0.47, 0.16], atol=0.04)
     assert np.allclose(found[3], [1, 0.94, 0.98], atol=0.05)
+
+
+def test_black_bodies_are_hotter_on_faster_sheets_and_fuels_are_not() -> None:
+    """Eq. 18-23: heat goes with v_rms²."""
+    image = np.full((8, 8, 1), 0.9, np.float32)
+    for grading, is_hotter in (("blackbody", True), ("fuel", False)):
+        colours = ColourMap.of(FUELS["wood"], grading, 1.0, 0.0)
+        speeds = [share * colours.reference_speed for share in (0.2, 1.0, 5.0)]
+        greens = [
+            float(light[0, 0, 1] / light[0, 0, 0])
+            for light in (colours.light(image, speed) for speed in speeds)
+        ]
+        assert (greens[0] < 0.9 * greens[1] < 0.81 * greens[2]) == is_hotter, grading
+        assert (len(set(greens)) == 1) != is_hotter
 
 
 def test_every_fuel_is_sound() -> None:
