@@ -28,6 +28,10 @@ class RandomStream(IntEnum):
     FLICKER = 17
     LIGHT = 18
     LEANING_SETS = 21
+    FEW_IMAGES = 22
+    TEXTURE_CELLS = 23
+    DEPTH = 24
+    SCATTER_IN_DEPTH = 25
 
 
 def generator(seed: int, stream: RandomStream, index: int = 0) -> np.random.Generator:

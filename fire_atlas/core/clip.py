@@ -8,8 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.camera import Camera
 from fire_atlas.core.picture import Picture, as_light, brightness_of
 from fire_atlas.core.pixels import Pixels, Plane
+
+Values = NDArray[np.float64]
+"""(n,)."""
 
 CACHE_BYTES = 64 * 1024 * 1024
 """Limit on the frames that ``cached`` keeps, bytes, whatever the length of the clip."""
@@ -42,6 +46,32 @@ class Skipped(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
+class FireInDepth:
+    """What is known of a fire that was made in three dimensions, besides the frames of one view.
+
+    Places are px of the frame and, in depth, world units times the camera's scale, towards the
+    viewer; 0 is the plane of the world's origin. Several threads may call the functions at once.
+
+    Attributes:
+        camera: The camera that sees the clip.
+        front: The camera in front of the fire, level, with parallel lines of sight, in px of the
+            same size.
+        seen_by: ``seen_by(camera)`` returns a clip of the fire as another camera sees it.
+        fire_depth: ``fire_depth(i, x, y, share)`` returns the depth (n,) at which fire burns, in
+            frame i behind places x, y (n,) of a level view: ``share`` (n,) 0..1 of its light there
+            comes from behind it.
+        hidden: ``hidden(i, x, y, z)`` returns which places (n,) in frame i are behind something
+            opaque.
+    """
+
+    camera: Camera
+    front: Camera
+    seen_by: Callable[[Camera], "Clip"]
+    fire_depth: Callable[[int, Values, Values, Values], Values]
+    hidden: Callable[[int, Values, Values, Values], NDArray[np.bool_]]
+
+
+@dataclass(frozen=True, slots=True)
 class Clip:
     """Frames of one size at a constant rate. They are read on demand and need not be in memory.
 
@@ -64,6 +94,7 @@ class Clip:
             clip's own, ΔE (``Palette.hue_error`` of the worst); None if there are none.
         flow: ``flow(i)`` returns the velocity of each pixel of frame i, (height, width, 2) float32,
             x and y in px/s. Set for generated clips; None means that it has to be estimated.
+        depth: The fire in three dimensions, if it was made so; None for flat pictures.
         skipped: If the source has more frames than the clip: by the number of a frame, a source
             frame about halfway between it and the next.
     """
@@ -84,6 +115,7 @@ class Clip:
     hue_error: float | None = None
     flow: Callable[[int], NDArray[np.float32]] | None = None
     skipped: Mapping[int, Skipped] = field(default_factory=dict)
+    depth: FireInDepth | None = None
 
     @property
     def body(self) -> int:
@@ -100,7 +132,7 @@ class Clip:
 
 
 def cropped(clip: Clip, window: Window) -> Clip:
-    """Return the clip with every frame cropped to ``window``."""
+    """Return the clip with every frame cropped to ``window``, and without depth."""
     flow = clip.flow
     return replace(
         clip,
@@ -109,7 +141,20 @@ def cropped(clip: Clip, window: Window) -> Clip:
         picture=lambda i: np.ascontiguousarray(clip.picture(i)[window.slices]),
         flow=None if flow is None else lambda i: np.ascontiguousarray(flow(i)[window.slices]),
         skipped={},
+        depth=None,
     )
+
+
+def depth_of(clip: Clip) -> FireInDepth:
+    """Return the fire of a clip that has depth."""
+    if clip.depth is None:
+        raise ValueError("the clip is flat")
+    return clip.depth
+
+
+def kept(clip: Clip) -> Clip:
+    """Return a generated clip with its frames cached."""
+    return replace(clip, picture=cached(clip.picture, range(clip.count)))
 
 
 def cached(picture: Callable[[int], Picture], made: Container[int]) -> Callable[[int], Picture]:

@@ -29,12 +29,12 @@ class PlaneWaves:
     phase: NDArray[np.float64]
     amplitude: NDArray[np.float64]
 
-    def values(self, time: float, x: NDArray[np.float64], y: NDArray[np.float64]) -> Plane:
-        """Σ amplitude sin θ on a grid, (len(y), len(x))."""
-        start = self.phase + self.omega * time
-        rows, columns = _factors(np.outer(self.ky, y) + start[:, None], np.outer(self.kx, x))
+    def on_grid(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> "WavesOnGrid":
+        """Return the waves on a grid, (len(y), len(x)), to be summed at many times."""
+        rows, columns = _factors(np.outer(self.ky, y), np.outer(self.kx, x))
         columns *= np.tile(self.amplitude, 2)[:, None]
-        return as_plane(rows).T @ as_plane(columns)
+        sine, cosine = np.split(rows, 2)
+        return WavesOnGrid(sine + 1j * cosine, as_plane(columns), self.omega, self.phase)
 
     def curl(
         self, time: float, x: NDArray[np.float64], y: NDArray[np.float64]
@@ -51,6 +51,28 @@ class PlaneWaves:
         slopes = (as_plane(np.tile(k * self.amplitude, 2))[:, None] for k in (self.ky, -self.kx))
         both = np.concatenate([rows * slope for slope in slopes], axis=1).T @ columns
         return both[: len(y)], both[len(y) :]
+
+
+@dataclass(frozen=True, slots=True)
+class WavesOnGrid:
+    """Plane waves on a grid: factors whose product sums over the waves.
+
+    Attributes:
+        rows: (n, rows) sin + i cos of the angles down the grid, at time and phase 0.
+        columns: (2n, columns) cosines and sines of those across, times the amplitudes.
+        omega, phase: (n,) as in ``PlaneWaves``.
+    """
+
+    rows: NDArray[np.complex128]
+    columns: Plane
+    omega: NDArray[np.float64]
+    phase: NDArray[np.float64]
+
+    def values(self, time: float) -> Plane:
+        """Return Σ amplitude sin θ at ``time``, (rows, columns)."""
+        # sin(a + b) + i cos(a + b) = (sin a + i cos a) exp(-ib): no angle is needed again.
+        rotated = self.rows * np.exp(-1j * (self.phase + self.omega * time))[:, None]
+        return as_plane(np.concatenate([rotated.real, rotated.imag])).T @ self.columns
 
 
 def _factors(down: NDArray[Real], across: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real]]:

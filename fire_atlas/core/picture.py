@@ -9,12 +9,15 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import (
     REC709,
+    Bytes,
     Pixels,
     Plane,
     as_plane,
     brightness,
+    encode_bytes,
     encode_unit,
     srgb_to_linear,
+    unpremultiply,
 )
 
 Picture = NDArray[Any]
@@ -111,6 +114,15 @@ def as_light(picture: Picture) -> Pixels:
     return picture if picture.dtype == np.float32 else to_light(picture)
 
 
+def as_bytes(picture: Picture) -> Bytes:
+    """Return ``picture`` (H, W, 4) as 8-bit straight sRGB and coverage; uint8 without a copy."""
+    if picture.dtype == np.uint8:
+        return picture
+    light = as_light(picture)
+    cover = np.rint(np.clip(light[..., 3:], 0, 1) * 255).astype(np.uint8)
+    return np.concatenate([encode_bytes(unpremultiply(light)), cover], axis=-1)
+
+
 @cache
 def _luminance_tables() -> list[NDArray[np.float32]]:
     """Return the luminance of each 8-bit value of red, of green and of blue, (256,) float32."""
@@ -138,6 +150,15 @@ def brightest(picture: Picture) -> Picture:
     """Return the largest of R, G, B of each pixel (H, W)."""
     red, green, blue = (picture[..., channel] for channel in range(3))
     return np.maximum(np.maximum(red, green), blue)
+
+
+def brightest_shown(picture: Picture) -> Plane:
+    """Return the largest of R, G, B of each pixel as seen over black, sRGB in 0..1, (H, W)."""
+    cover = picture[..., 3]
+    if picture.dtype == np.float32:
+        return as_plane(encode_unit(as_plane(brightest(unpremultiply(picture)))) * cover)
+    peak = brightest(picture)
+    return as_plane(cv2.multiply(peak, cover, scale=white(picture.dtype) ** -2, dtype=cv2.CV_32F))
 
 
 def light_of_unit(value: NDArray[np.float32]) -> NDArray[np.float32]:

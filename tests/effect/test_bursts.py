@@ -1,7 +1,5 @@
 """Bursts, seen in the tracks: sparks are born together and fly apart, whatever the gas does."""
 
-from functools import lru_cache
-
 import numpy as np
 import pytest
 
@@ -14,12 +12,17 @@ YOUNG = 0.12
 """Age, s, at which sparks are looked at: all have been seen, and hardly one has left the frame."""
 
 
-@lru_cache(maxsize=2)
 def _run(name: str, **flakes: float) -> EffectRun:
     return run_effect(
         looped(open_clip(name), 6.0),
         {"flakes": {"rate": 60, **flakes}, "timeline": {"loop": "none"}},
     )
+
+
+@pytest.fixture(scope="module", params=CLIPS)
+def bursting(request: pytest.FixtureRequest) -> tuple[str, EffectRun]:
+    """Name of a clip, and embers over it that come in two bursts a second."""
+    return request.param, _run(request.param, bursts=2)
 
 
 def _bursts(effect: EffectRun) -> list[Array]:
@@ -37,9 +40,8 @@ def _bursts(effect: EffectRun) -> list[Array]:
     return found
 
 
-@pytest.mark.parametrize("name", CLIPS)
-def test_sparks_of_a_burst_fly_apart(name: str) -> None:
-    bursts = _bursts(_run(name, bursts=2))
+def test_sparks_of_a_burst_fly_apart(bursting: tuple[str, EffectRun]) -> None:
+    bursts = _bursts(bursting[1])
     assert len(bursts) >= 4
     coherence, spread = list[float](), list[float]()
     for rows in bursts:
@@ -52,11 +54,10 @@ def test_sparks_of_a_burst_fly_apart(name: str) -> None:
     assert np.median(spread) > 0.5
 
 
-@pytest.mark.parametrize("name", CLIPS)
-def test_births_come_in_clusters(name: str) -> None:
+def test_births_come_in_clusters(bursting: tuple[str, EffectRun]) -> None:
     """Variance of the births in a quarter of a second over their mean: 1 if they were single."""
-    for keys in ({}, {"bursts": 2}):
-        effect = _run(name, **keys)
+    name, twice_a_second = bursting
+    for effect in (_run(name), twice_a_second):
         end = effect.clip.count / effect.clip.fps
         counts, _ = np.histogram(effect.analysis.spawns.tick * TICK, np.arange(0, end, 0.25))
         assert counts.var() / counts.mean() > 3

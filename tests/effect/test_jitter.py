@@ -8,11 +8,12 @@ import pytest
 from fire_atlas.effect.field.record import FieldRecord
 from fire_atlas.effect.flakes.emission import Spawns
 from fire_atlas.effect.flakes.flight import (
+    FlightField,
     FlightSettings,
-    ParticleState,
     fly,
     scatter_rotations,
 )
+from fire_atlas.effect.flakes.particles import ParticleState
 from tests.support.effect import Array
 
 COUNT = 4000
@@ -43,6 +44,7 @@ def _spawns(count: int = COUNT) -> Spawns:
         kind=np.zeros(count, np.int64), tick=np.zeros(count, np.int64), x=200 * one, y=200 * one,
         launch_x=none, launch_y=none, terminal_velocity=none, drift=one, life=9 * one, size=one,
         size_score=none, turbulence_rate=one, turbulence_phase_x=none, turbulence_phase_y=none,
+        z=none, launch_z=none, turbulence_phase_z=none,
     )  # fmt: skip
 
 
@@ -55,7 +57,7 @@ def _field(fps: float) -> FieldRecord:
 
 def _after_a_second(fps: float, k: float, lag: float) -> ParticleState:
     flight = FlightSettings(3, k, lag, 0.0, 0.0, 0.0, COUNT, 400, 400)
-    return list(fly(_spawns(), _field(fps), round(fps) + 1, flight))[-1]
+    return list(fly(_spawns(), FlightField(_field(fps)), round(fps) + 1, flight))[-1]
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.05, 0.5])
@@ -76,7 +78,7 @@ def test_as_many_flakes_fly_as_a_recipe_allows() -> None:
     """OpenCV's remap refuses more than 32766 places in a column."""
     most = 60000
     flight = FlightSettings(3, 0.99, 0.01, 0.0, 0.0, 0.0, most, 400, 400)
-    last = list(fly(_spawns(most), _field(24.0), 3, flight))[-1]
+    last = list(fly(_spawns(most), FlightField(_field(24.0)), 3, flight))[-1]
     assert len(last.id) == most and np.isfinite(last.x).all()
 
 

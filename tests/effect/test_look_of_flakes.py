@@ -23,6 +23,7 @@ from tests.support.effect import (
     A,
     Array,
     EffectRun,
+    X,
     Y,
     context_of,
     recipe_of,
@@ -256,3 +257,31 @@ def test_a_fire_that_sheds_nothing_says_why() -> None:
         study = study_flame(clip, recipe.features, (0.0, -1.0), workers)
         analyse(clip, study, AnalysisSettings.of(recipe), context_of(workers, progress))
     assert "features.clamp" in progress.notes[-1]
+
+
+def test_embers_are_dimmed_by_the_flame_of_their_own_frame_alone() -> None:
+    """Others, which hide the flame behind them, have all of their light wherever they fly."""
+    clip = open_clip("campfire", 96, 24)
+    lost, whole = (
+        run_effect(clip, {"composite": {"blend": blend}, "flakes": {"rate": 200}})
+        for blend in ("add", "over")
+    )
+    cell, dimmed = lost.analysis.field.cell, []
+    for i, (seen, full) in enumerate(zip(lost.tracks.frames, whole.tracks.frames, strict=True)):
+        frame = lost.clip.read(i % lost.clip.count)
+        shown = encode_bytes(unpremultiply(frame)).max(axis=-1) * frame[..., 3]
+        spare = [(0, -length % cell) for length in shown.shape]
+        cells = np.pad(shown, spare, "edge").reshape(24, cell, -1, cell).mean(axis=(1, 3))
+        row, column = (
+            np.clip(seen[:, axis] // cell, 0, count - 1).astype(int)
+            for axis, count in zip((Y, X), cells.shape, strict=True)
+        )
+        lit = full[:, A] > 1e-3
+        value, share = cells[row, column][lit], seen[lit, A] / full[lit, A]
+        assert share[value < 90] == pytest.approx(1, abs=0.02)
+        assert (share[value > 208] == 0).all()
+        middling = (value > 140) & (value < 180)
+        assert ((share[middling] > 0.15) & (share[middling] < 0.9)).all()
+        dimmed.append(middling | (value > 208))
+        assert np.array_equal(np.delete(seen, A, 1), np.delete(full, A, 1))
+    assert np.concatenate(dimmed).sum() > 50

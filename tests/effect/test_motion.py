@@ -3,8 +3,6 @@
 ``tests/bench/motion.py`` prints the figures behind these bounds.
 """
 
-from functools import lru_cache
-
 import pytest
 
 from fire_atlas.effect.flakes.statistics import flake_figures
@@ -39,11 +37,12 @@ Embers that are slower than the gas stay longer where they leave the flame.
 RISING_CLIPS = [*RISING_SAMPLES, *map(real, RISING)]
 
 
-@lru_cache(maxsize=2)
-def _long(name: str) -> EffectRun:
+@pytest.fixture(scope="module", params=RISING_CLIPS)
+def long_run(request: pytest.FixtureRequest) -> tuple[str, EffectRun]:
+    """Name of a clip, and embers over it for a while."""
     # Sparks of bursts leave from one point.
     keys = {"flakes": {"rate": 200, "bursts": 0}, "timeline": {"loop": "none"}}
-    return run_effect(looped(open_clip(name), 5.0), keys)
+    return request.param, run_effect(looped(open_clip(request.param), 5.0), keys)
 
 
 @pytest.mark.parametrize("name", RISING_CLIPS)
@@ -74,25 +73,25 @@ def test_embers_follow_the_flow_by_other_methods(name: str) -> None:
     assert x >= 0.75 and y >= 0.6, f"{x:.2f} {y:.2f} at {len(places.flow)} places"
 
 
-@pytest.mark.parametrize("name", RISING_CLIPS)
-def test_nearly_all_embers_end_higher_than_they_began(name: str) -> None:
-    assert share_that_rises(run_effect(open_clip(name), {"flakes": {"rate": MANY}})) >= 0.95
-
-
 @pytest.mark.parametrize("name", [*SAMPLES, *map(real, ALL_CLIPS)])
 def test_no_clip_is_without_flakes(name: str) -> None:
     assert len(run_effect(open_clip(name)).tracks.spawns) > 0
 
 
-@pytest.mark.parametrize("name", RISING_CLIPS)
-def test_flakes_do_not_pile_up_above_the_flame(name: str) -> None:
-    part, cell = crowding(_long(name))
+def test_nearly_all_embers_end_higher_than_they_began(long_run: tuple[str, EffectRun]) -> None:
+    assert share_that_rises(long_run[1]) >= 0.95
+
+
+def test_flakes_do_not_pile_up_above_the_flame(long_run: tuple[str, EffectRun]) -> None:
+    name, effect = long_run
+    part, cell = crowding(effect)
     assert part <= 4.5
     assert cell <= MOST_IN_A_CELL.get(name, 5.0)
 
 
-@pytest.mark.parametrize("name", RISING_CLIPS)
-def test_most_flakes_leave_by_the_top_or_the_sides_or_burn_out(name: str) -> None:
-    fates = {f.name: f.value for f in flake_figures(_long(name).tracks)}
+def test_most_flakes_leave_by_the_top_or_the_sides_or_burn_out(
+    long_run: tuple[str, EffectRun],
+) -> None:
+    fates = {f.name: f.value for f in flake_figures(long_run[1].tracks)}
     assert fates["left by the top"] + fates["left by the sides"] + fates["burnt out"] > 0.5
     assert fates["fell out of the bottom"] < 0.5

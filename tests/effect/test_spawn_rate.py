@@ -83,7 +83,7 @@ def test_a_number_is_taken_as_it_is() -> None:
 @pytest.mark.parametrize("rate", [10, 40, 120])
 @pytest.mark.parametrize("name", ["campfire", "candle", "explosion"])
 def test_the_rate_is_what_is_born_bursts_included(name: str, rate: int, bursts: Any) -> None:
-    clip = open_clip(name, 120)
+    clip = open_clip(name, 64)
     runs = [
         run_effect(clip, {"seed": seed, "flakes": {"rate": rate, "bursts": bursts}})
         for seed in range(6)

@@ -6,6 +6,10 @@ import numpy as np
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.vision.warp import sample_at
 
+EXAGGERATION = 8.0
+"""Length of a flame's blur relative to the path eq. 17 gives: "we exaggerate the motion of the fire
+effect" (section III-D). κ takes most of that path, and what is left can hardly be seen."""
+
 
 def blur_along(
     pixels: Pixels,

@@ -84,11 +84,9 @@ def _as_seen(light: NDArray[np.float32], coverage: NDArray[np.float32]) -> NDArr
 
     ``light`` (3, pixels) is premultiplied by ``coverage`` (pixels,).
     """
-    thin = np.flatnonzero((coverage > 0) & (coverage < 1))
-    seen = light.copy()
-    straight = encode_unit(light[:, thin] / coverage[thin])
-    seen[:, thin] = decode_unit(as_plane(straight * coverage[thin]))
-    return seen
+    straight = encode_unit(as_plane(light / np.maximum(coverage, _MIN_DIVISOR)))
+    seen = decode_unit(as_plane(straight * coverage))
+    return as_plane(np.where((coverage > 0) & (coverage < 1), seen, light))
 
 
 def _to_be_seen(light: NDArray[np.float32], coverage: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -96,11 +94,8 @@ def _to_be_seen(light: NDArray[np.float32], coverage: NDArray[np.float32]) -> ND
 
     The inverse of ``_as_seen``.
     """
-    thin = np.flatnonzero(coverage < 1)
-    pixels = light.copy()
-    straight = encode_unit(light[:, thin]) / np.maximum(coverage[thin], _MIN_DIVISOR)
-    pixels[:, thin] = decode_unit(as_plane(straight)) * coverage[thin]
-    return pixels
+    straight = encode_unit(light) / np.maximum(coverage, _MIN_DIVISOR)
+    return as_plane(np.where(coverage < 1, decode_unit(as_plane(straight)) * coverage, light))
 
 
 def _blended(

@@ -30,6 +30,10 @@ _SPIN_UP, _SPIN_UP_STEPS = 2.5, 12
 LIFT = 1.2
 """Automatic lift of fully hot air, heights/s²."""
 
+_EDGES_ALONE = 16.0
+"""Factor of the force by features where these alone say how the flame moves: edges are thin, and
+flakes fly past them in a moment."""
+
 _UPDRAFT = 0.15
 """Gas rises faster than optical flow shows, by its lift times this, s: a steady flame looks still
 while its gas rises."""
@@ -85,7 +89,13 @@ class BuoyancySolver:
 
     @classmethod
     def of(
-        cls, buoyancy: Buoyancy, direction: tuple[float, float], clip: Clip, wind: Wind, seed: int
+        cls,
+        buoyancy: Buoyancy,
+        direction: tuple[float, float],
+        clip: Clip,
+        wind: Wind,
+        seed: int,
+        view: int = 0,
     ) -> Self:
         """Convert the recipe's section from heights to px.
 
@@ -95,6 +105,7 @@ class BuoyancySolver:
             clip: The clip; only its length, rate and size are used.
             wind: The recipe's wind in the clip's view.
             seed: Random seed of the eddies.
+            view: Number of the view, which has eddies of its own.
         """
         height, lift = clip.height, _lift_strength(buoyancy)
         return cls(
@@ -102,12 +113,12 @@ class BuoyancySolver:
             cell=buoyancy.cell,
             coupling=buoyancy.coupling if buoyancy.motion == "flow" else 0.0,
             drag=buoyancy.drag,
-            feature_force=buoyancy.feature_force * height,
+            feature_force=buoyancy.feature_force * height * _feature_gain(buoyancy),
             lift=(direction[0] * lift * height, direction[1] * lift * height),
             gravity=buoyancy.gravity * height,
             viscosity=buoyancy.viscosity * height**2,
             projection=buoyancy.projection,
-            ambient=AmbientFlow.of(wind, buoyancy, clip, seed),
+            ambient=AmbientFlow.of(wind, buoyancy, clip, seed, view),
         )
 
     def initial(self, forcing: Forcing) -> BuoyancyField:
@@ -140,22 +151,48 @@ class BuoyancySolver:
         """
         ambient = self.ambient.velocity(time, self.shape)
         field = diffuse(advect(field, dt, self.cell), self.viscosity, dt, self.cell)
-        follow = forcing.flame * np.float32(self.coupling)
-        rate = as_plane(follow + np.float32(self.drag))
+        rate = as_plane(forcing.flame * np.float32(self.coupling) + np.float32(self.drag))
         outside = as_plane(np.float32(self.drag) * (1.0 - forcing.flame))
-        lifted = field.heat * np.float32(1 + _SATURATION) / (field.heat + np.float32(_SATURATION))
         effective = effective_step(rate, dt)
         planes = []
-        for velocity, feature, flow, around, lift, weight in (
-            (field.u, forcing.feature_x, forcing.flow_x, ambient[0], self.lift[0], 0.0),
-            (field.v, forcing.feature_y, forcing.flow_y, ambient[1], self.lift[1], self.gravity),
-        ):
-            force = lifted * np.float32(lift) + feature * np.float32(self.feature_force) + weight
-            pull = follow * (flow + np.float32(lift * _UPDRAFT)) + outside * around
-            planes.append(as_plane(velocity + (force + pull - rate * velocity) * effective))
+        for velocity, (force, follow), around, weight in zip(
+            (field.u, field.v), self._drive(field.heat, forcing), ambient, (0.0, self.gravity),
+            strict=True,
+        ):  # fmt: skip
+            pull = follow + outside * around
+            change = (force + weight) + pull - rate * velocity
+            planes.append(as_plane(velocity + change * effective))
         u, v = project(*planes) if self.projection else planes
         heat = np.maximum(field.heat * np.float32(math.exp(-_COOLING * dt)), forcing.flame)
         return BuoyancyField(u, v, as_plane(heat))
+
+    def buoyancy(self, heat: Plane, forcing: Forcing) -> tuple[Plane, Plane]:
+        """U_buoyancy of eq. 12, the fire's own drive, x and y: (rows, columns), px/s².
+
+        It is all that accelerates still air except for gravity and the ambient flow: lift, feature
+        vectors and, inside the flame, the pull towards the optical flow.
+
+        Args:
+            heat: Of the field, (rows, columns), 0..1.
+            forcing: The frame's.
+        """
+        x, y = (as_plane(force + follow) for force, follow in self._drive(heat, forcing))
+        return x, y
+
+    def _drive(self, heat: Plane, forcing: Forcing) -> tuple[tuple[Plane, Plane], ...]:
+        """U_buoyancy for x and y, px/s²: lift and features; and what pulls air along the flow."""
+        lifted = heat * np.float32(1 + _SATURATION) / (heat + np.float32(_SATURATION))
+        coupled = forcing.flame * np.float32(self.coupling)
+        return tuple(
+            (
+                lifted * np.float32(lift) + feature * np.float32(self.feature_force),
+                coupled * (flow + np.float32(lift * _UPDRAFT)),
+            )
+            for lift, feature, flow in zip(
+                self.lift, (forcing.feature_x, forcing.feature_y),
+                (forcing.flow_x, forcing.flow_y), strict=True,
+            )
+        )  # fmt: skip
 
 
 def lift_direction(buoyancy: Buoyancy) -> tuple[float, float] | None:
@@ -168,6 +205,11 @@ def lift_direction(buoyancy: Buoyancy) -> tuple[float, float] | None:
     x, y = buoyancy.lift if isinstance(buoyancy.lift, tuple) else (0.0, buoyancy.lift)
     length = math.hypot(x, y)
     return (x / length, -y / length) if length > 0 else (0.0, -1.0)
+
+
+def _feature_gain(buoyancy: Buoyancy) -> float:
+    """Factor of the force by features: larger where they are all that drives the field."""
+    return _EDGES_ALONE if buoyancy.motion == "features" else 1.0
 
 
 def _lift_strength(buoyancy: Buoyancy) -> float:

@@ -38,12 +38,15 @@ class Eddies:
     waves: PlaneWaves
 
     @classmethod
-    def random(cls, seed: int, rows: int, speed: float, period: float | None = None) -> Self:
+    def random(
+        cls, seed: int, rows: int, speed: float, period: float | None = None, view: int = 0
+    ) -> Self:
         """Draw eddies of rms ``speed`` px/s for a grid with ``rows`` cells to the frame's height.
 
         With a ``period``, s, each wave has a whole number of cycles in it, so the eddies repeat.
+        Each ``view`` has others.
         """
-        chance = generator(seed, RandomStream.EDDIES)
+        chance = generator(seed, RandomStream.EDDIES, view)
         length, kx, ky = random_wave_vectors(chance, _WAVES, _WAVELENGTHS, rows)
         frequency = _FREQUENCY * (_WAVELENGTHS[1] / length) ** (2 / 3)
         if period is not None:

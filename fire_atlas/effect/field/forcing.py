@@ -33,6 +33,11 @@ class Forcing:
     feature_x: Plane
     feature_y: Plane
 
+    def padded(self, window: Window, size: tuple[int, int], cell: int) -> "Forcing":
+        """Return the forcing of a window of the frame on the whole frame's grid, zero elsewhere."""
+        planes = (getattr(self, field.name) for field in fields(self))
+        return Forcing(*(padded_to_grid(plane, window, size, cell) for plane in planes))
+
 
 def grid_shape(width: int, height: int, cell: int) -> tuple[int, int]:
     """Rows and columns of the grid that covers a ``width`` by ``height`` px frame."""
@@ -99,17 +104,12 @@ def flow_on_grid(
     )
 
 
-def pad_to_grid(forcing: Forcing, window: Window, size: tuple[int, int], cell: int) -> Forcing:
-    """Place the forcing of a window of the frame on the whole frame's grid, zero elsewhere.
+def padded_to_grid(plane: Plane, window: Window, size: tuple[int, int], cell: int) -> Plane:
+    """Place a plane of a window of the frame on the whole frame's grid, zero elsewhere.
 
     The edges of ``window`` are multiples of ``cell`` px; ``size`` is the frame's (width, height).
     """
-    shape = grid_shape(*size, cell)
     row, column = window.top // cell, window.left // cell
-
-    def padded(plane: Plane) -> Plane:
-        whole = np.zeros(shape, np.float32)
-        whole[row : row + plane.shape[0], column : column + plane.shape[1]] = plane
-        return whole
-
-    return Forcing(*(padded(getattr(forcing, field.name)) for field in fields(forcing)))
+    whole = np.zeros(grid_shape(*size, cell), np.float32)
+    whole[row : row + plane.shape[0], column : column + plane.shape[1]] = plane
+    return whole

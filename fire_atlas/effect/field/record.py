@@ -1,9 +1,9 @@
 """Solve the buoyancy field of a whole clip, frame by frame, and record it for flakes to fly in."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from itertools import islice
-from typing import Self
+from typing import Any, Self
 
 import cv2
 import numpy as np
@@ -13,8 +13,6 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Plane
 from fire_atlas.effect.field.buoyancy import BuoyancyField, BuoyancySolver
 from fire_atlas.effect.field.forcing import Forcing
-from fire_atlas.recipe.effect import Buoyancy
-from fire_atlas.recipe.wind import Wind
 
 _OVERLAP = 0.25
 """Seconds over which the end of a loop's field cross-fades into its beginning."""
@@ -65,6 +63,23 @@ class FieldRecord:
             began = plane[past_end % len(plane)]
             began += (now - began) * weight
 
+    def cross_faded(
+        self,
+        after: "FieldRecord",
+        leaving: NDArray[np.intp],
+        entering: NDArray[np.intp],
+        share: NDArray[np.float64],
+    ) -> "FieldRecord":
+        """Return the record of a clip that leads from this loop to another: frames ``leaving`` of
+        this and ``entering`` of ``after``, of weight ``share``, each (n,)."""
+
+        def faded(one: NDArray[Any], other: NDArray[Any]) -> NDArray[np.float32]:
+            weight = share.astype(np.float32)[:, None, None]
+            return np.asarray(one[leaving] * (1 - weight) + other[entering] * weight, np.float32)
+
+        u, v, lit = (faded(getattr(self, n), getattr(after, n)) for n in ("u", "v", "lit"))
+        return replace(self, u=u, v=v, lit=np.rint(lit).astype(np.uint8), loop=False)
+
     def interpolated(self, time: float) -> NDArray[np.float32]:
         """Return u, v (px/s) and lit (0..1) of each cell at ``time`` s, (rows, columns, 3).
 
@@ -88,8 +103,23 @@ class FieldRecord:
         return np.asarray(cv2.merge(tuple(planes)), np.float32)
 
 
+@dataclass(frozen=True, slots=True)
+class SolvedFrame:
+    """The buoyancy field after a frame has acted on it.
+
+    Attributes:
+        number: Of the frame; past the end of a loop, its first frames again.
+        field: The field.
+        forcing: How the frame drove it.
+    """
+
+    number: int
+    field: BuoyancyField
+    forcing: Forcing
+
+
 def forcing_order(clip: Clip) -> list[int]:
-    """Return the frames of a clip in the order in which ``record_field`` takes their forcing.
+    """Return the frames of a clip in the order in which ``solve_field`` takes their forcing.
 
     A loop's last frames come first, because they act on the field before its first frame.
     """
@@ -97,33 +127,30 @@ def forcing_order(clip: Clip) -> list[int]:
     return [*range(clip.count - lead, clip.count), *range(clip.count - lead)]
 
 
-def record_field(
-    forcings: Iterator[Forcing],
-    clip: Clip,
-    buoyancy: Buoyancy,
-    direction: tuple[float, float],
-    wind: Wind,
-    seed: int,
-) -> FieldRecord:
-    """Solve eq. 12 through all frames of a clip and record the field of each.
+def solve_field(
+    forcings: Iterator[Forcing], clip: Clip, solver: BuoyancySolver
+) -> Iterator[SolvedFrame]:
+    """Solve eq. 12 through all frames of a clip, and yield the field after each.
 
     Args:
         forcings: The forcing of each frame, in the order of ``forcing_order(clip)``.
-        clip: The clip; only its length, rate and size are used.
-        buoyancy: The recipe's section.
-        direction: Of the lift, a unit vector in image axes.
-        wind: The recipe's wind in the clip's view.
-        seed: Random seed of the eddies.
+        clip: The clip; only its length and rate are used.
+        solver: Solves the equation.
     """
-    solver = BuoyancySolver.of(buoyancy, direction, clip, wind, seed)
-    record = FieldRecord.empty(clip.count, solver.shape, solver.cell, clip.fps, clip.loop)
     field = None
     for n, forcing in _steps(forcings, clip):
         field = solver.advance(
             field or solver.initial(forcing), forcing, n / clip.fps, 1 / clip.fps
         )
         if n >= 0:
-            record.write(n, field, forcing.lit)
+            yield SolvedFrame(n, field, forcing)
+
+
+def record_field(frames: Iterable[SolvedFrame], clip: Clip, solver: BuoyancySolver) -> FieldRecord:
+    """Return a record of the field of each frame of a clip, as ``solve_field`` yields them."""
+    record = FieldRecord.empty(clip.count, solver.shape, solver.cell, clip.fps, clip.loop)
+    for frame in frames:
+        record.write(frame.number, frame.field, frame.forcing.lit)
     return record
 
 

@@ -45,12 +45,15 @@ class AmbientFlow:
     height: int
 
     @classmethod
-    def of(cls, wind: Wind, buoyancy: Buoyancy, clip: Clip, seed: int) -> Self:
-        """Return the ambient flow of a clip; turbulence and gusts of a loop repeat with it."""
+    def of(cls, wind: Wind, buoyancy: Buoyancy, clip: Clip, seed: int, view: int = 0) -> Self:
+        """Return the ambient flow of a clip; turbulence and gusts of a loop repeat with it.
+
+        Each ``view`` has eddies of its own.
+        """
         rows, _ = grid_shape(clip.width, clip.height, buoyancy.cell)
         period = clip.count / clip.fps if clip.loop else None
         wind = wind if period is None else fit_gusts(wind, period)
-        eddies = Eddies.random(seed, rows, buoyancy.turbulence * clip.height, period)
+        eddies = Eddies.random(seed, rows, buoyancy.turbulence * clip.height, period, view)
         return cls(eddies, wind, clip.height)
 
     def velocity(self, time: float, shape: tuple[int, int]) -> tuple[Plane, Plane]:

@@ -12,18 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.easing import smooth_step
-from fire_atlas.core.pixels import Plane
+from fire_atlas.core.pixels import Plane, as_plane, decode_unit
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flakes.brightness import (
     ember_brightness,
     flicker,
+    held_share,
     light_over_life,
     out_of_focus,
 )
 from fire_atlas.effect.flakes.drawing import HALO_WIDTH, capsule_integral, drawn_width
 from fire_atlas.effect.flakes.emission import SPARK, TICK, Spawns
-from fire_atlas.effect.flakes.flight import ParticleState
+from fire_atlas.effect.flakes.particles import FlakeView, ParticleState
+from fire_atlas.effect.flakes.texture import MIN_WIDTH, TextureCells
 from fire_atlas.effect.flakes.tracks import COLUMNS
+
+Column = NDArray[np.float64]
 
 EMBER_LIGHT = (1.0, 0.13, 0.021)
 """Linear R, G, B of a glowing ember, a black body of about 1400 K: all embers have this colour, and
@@ -40,21 +44,33 @@ _MAX_HALF_LENGTH = 0.25
 """Limit on a sprite's half length in the border fade, as a fraction of the frame's shorter side: a
 larger sprite would be at the border wherever it is."""
 
-_OUT_OF_FOCUS, _DEFOCUS = 0.08, 3.0
-"""Share of embers out of focus, and how many times as wide they are drawn."""
+_OUT_OF_FOCUS, _DEFOCUS = 0.135, 3.0
+"""Share of embers out of focus, and how many times as wide the median one is drawn; the lens blurs
+all by as many px, however large they are."""
+
+_BLINDING = 3.0
+"""Light from which embers are in focus: as large, bright discs they would be all that one sees."""
+
+_HOTTEST = 30.0
+"""Light from which an ember is at most as wide as the median one: small ones burn hottest, and a
+large one that overexposes the film is a white bar, without the core and rim of those in footage."""
 
 _DIMMED_BY_LENGTH = 0.35
 """How much the light of a pixel falls with the length of a streak, in widths."""
 
-_LONG_TAIL = 0.45
+_LONG_TAIL = 0.25
 """Light at the tail of a very long streak over that at its head."""
+
+_GLARE = (0.15, 0.6)
+"""Light of the flame as shown, linear, from which an ember is dimmer there, and from which it is
+lost. Film shows little of what is added to a light near white; but the green and blue of flames are
+graded darker than their red, and would still show all that an ember adds to them, as beige."""
 
 _PIXEL_SHADES = 3
 """Number of brightness steps of hard flakes."""
 
 _PIXEL_LIGHT = 11.0
-"""Light of all hard flakes relative to the median ember: as bright as the bright ones, because so
-few shades cannot show dim ones."""
+"""Light of all hard flakes: that of bright ones, because so few shades cannot show dim ones."""
 
 _BATCH = 4096
 """Minimum number of flakes per numpy call: a call for only a few takes as long."""
@@ -70,13 +86,19 @@ class Appearance:
     Attributes:
         seed: The recipe's seed.
         colours: (stops, 3) linear light by speed, slow to fast; one stop for one colour.
-        intensity: Light of the median ember at its brightest.
+        intensity: Factor of the light of all flakes.
         stretch: Streak length besides motion blur, in frames of travel.
         shutter: Fraction of a frame during which the shutter is open.
         kappa: (H, W) κ of each pixel, a factor of a flake's blur (eq. 17).
+        glare: (frames, rows, columns) uint8, brightest channel of the flame in each cell, sRGB, in
+            each frame of a round; all 0 if no flake is lost in it.
+        cell: Side of a cell, px.
         fades: Whether flakes fade towards the frame's border.
         pixel: Whether flakes are hard squares.
         fps: Frames per second.
+        texture: The picture that flakes show; None for capsules and squares.
+        view: The camera that sees them, if the fire has depth.
+        count: Number of frames of the clip, after which a loop repeats.
     """
 
     seed: int
@@ -85,9 +107,14 @@ class Appearance:
     stretch: float
     shutter: float
     kappa: Plane
+    glare: NDArray[np.uint8]
+    cell: int
     fades: bool
     pixel: bool
     fps: float
+    texture: TextureCells | None = None
+    view: FlakeView | None = None
+    count: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,31 +124,48 @@ class _Embers:
     Attributes:
         spawns: All flakes.
         light: Light at the brightest, were it wider than a pixel.
+        held: Fraction of its life from which the flake dies.
         size: Drawn width, px, without and with the blur of the lens.
         blur: Part of the drawn width by which the flake is out of focus, px.
     """
 
     spawns: Spawns
     light: NDArray[np.float64]
+    held: NDArray[np.float64]
     size: NDArray[np.float64]
     blur: NDArray[np.float64]
 
     @classmethod
     def of(cls, spawns: Spawns, look: Appearance) -> "_Embers":
         """Decide the light and the drawn width of each flake."""
-        count, size = len(spawns.tick), drawn_width(spawns.size, look.pixel)
-        light = np.full(count, _PIXEL_LIGHT)
-        blur = np.zeros(count)
+        if look.texture is not None:
+            return cls._of_texture(spawns, look, look.texture)
+        count = len(spawns.tick)
+        light = np.full(count, _PIXEL_LIGHT) if look.pixel else ember_brightness(count, look.seed)
+        if count and not look.pixel:
+            most = np.where(light < _HOTTEST, np.inf, np.median(spawns.size))
+            spawns = replace(spawns, size=np.minimum(spawns.size, most))
+        size, blur = drawn_width(spawns.size, look.pixel), np.zeros(count)
         if not look.pixel:
-            light = ember_brightness(count, look.seed)
-            blur = (_DEFOCUS - 1) * size * out_of_focus(count, _OUT_OF_FOCUS, look.seed)
-        return cls(spawns, light * look.intensity, size + blur, blur)
+            blurred = out_of_focus(count, _OUT_OF_FOCUS, look.seed) & (light < _BLINDING)
+            blur = np.where(blurred, (_DEFOCUS - 1) * np.median(size) if count else 0.0, 0.0)
+        return cls(spawns, light * look.intensity, held_share(count, look.seed), size + blur, blur)
+
+    @classmethod
+    def _of_texture(cls, spawns: Spawns, look: Appearance, texture: TextureCells) -> "_Embers":
+        """Return flakes that are pictures: all in focus and, if as painted, equally bright."""
+        count = len(spawns.tick)
+        light = ember_brightness(count, look.seed) if texture.tinted else np.ones(count)
+        held, size = held_share(count, look.seed), np.maximum(spawns.size, MIN_WIDTH)
+        return cls(spawns, light * look.intensity, held, size, np.zeros(count))
 
 
 def track_rows(
     states: Iterable[ParticleState], spawns: Spawns, look: Appearance, workers: Workers
 ) -> Iterator[NDArray[np.float64]]:
-    """Yield one (flakes, 17) table per frame, columns ``tracks.COLUMNS``, while the flight goes on.
+    """Yield one table (flakes, columns) per frame, as in ``Tracks``, while the flight goes on.
+
+    ``states`` and ``spawns`` of a fire with depth are as the camera of the view sees them.
 
     A row's velocity leads to the flake's place in the next frame, so that an engine that moves it
     by ``v / fps`` arrives there; in a flake's last row it is the simulated velocity.
@@ -132,11 +176,16 @@ def track_rows(
         for pair in pairwise(chain(states, [ParticleState.empty()]))
     )
     flickers = flicker(min(len(spawns.tick), _FLICKERS), look.fps, look.seed)
-    flickering = (
-        (state, factor.take(state.id & (_FLICKERS - 1)))
-        for state, factor in zip(moving, flickers, strict=False)
+    shown = (
+        (
+            state,
+            factor.take(state.id & (_FLICKERS - 1))
+            * _seen_in(look.glare[i % len(look.glare)], look.cell, state)
+            * _shown(state, i, embers, look),
+        )
+        for i, (state, factor) in enumerate(zip(moving, flickers, strict=False))
     )
-    for tables in workers.map(lambda batch: _tables(batch, embers, look), _batches(flickering)):
+    for tables in workers.map(lambda batch: _tables(batch, embers, look), _batches(shown)):
         yield from tables
 
 
@@ -148,19 +197,47 @@ def _with_frame_velocity(
     there = np.searchsorted(following.id, state.id)
     here = np.flatnonzero(np.append(following.id, -1)[there] == state.id)
     there = there[here]
-    vx, vy = state.vx.copy(), state.vy.copy()
+    vx, vy, vz = state.vx.copy(), state.vy.copy(), state.vz.copy()
     vx[here] = (following.x[there] - state.x[here]) * fps
     vy[here] = (following.y[there] - state.y[here]) * fps
-    return replace(state, vx=vx, vy=vy)
+    vz[here] = (following.z[there] - state.z[here]) * fps
+    return replace(state, vx=vx, vy=vy, vz=vz)
 
 
-_Flickering = tuple[ParticleState, NDArray[np.float64]]
-"""The flakes of a frame, and the factor of each one's light by flicker."""
+def _shown(state: ParticleState, i: int, embers: _Embers, look: Appearance) -> Column | float:
+    """Return the factor of the light of flakes in frame ``i``: 0 if any part of one is behind
+    something opaque."""
+    if look.view is None or not len(state.id):
+        return 1.0
+    travel = np.hypot(state.vx, state.vy)
+    half = embers.size.take(state.id) * look.view.magnification(state.z) / 2
+    reach = half + travel / look.fps * (look.stretch + look.shutter) / 2
+    along, across = np.stack([state.vx, state.vy]) / np.maximum(travel, 1e-9), half
+    hidden = np.zeros(len(state.id), np.bool_)
+    for ahead, aside in ((0, 0), (reach, 0), (-reach, 0), (0, across), (0, -across)):
+        x = state.x + along[0] * ahead - along[1] * aside
+        y = state.y + along[1] * ahead + along[0] * aside
+        hidden |= look.view.hidden(i % look.count, x, y, state.z)
+    return (~hidden).astype(np.float64)
 
 
-def _batches(states: Iterable[_Flickering]) -> Iterator[list[_Flickering]]:
+def _seen_in(glare: NDArray[np.uint8], cell: int, state: ParticleState) -> NDArray[np.float64]:
+    """Return which part of its light is seen of each flake in the ``glare`` of the flame."""
+    rows, columns = glare.shape
+    row = np.clip((state.y / cell).astype(np.intp), 0, rows - 1)
+    column = np.clip((state.x / cell).astype(np.intp), 0, columns - 1)
+    shown = decode_unit(as_plane(glare[row, column] / 255))
+    lost = (shown - _GLARE[0]) / (_GLARE[1] - _GLARE[0])
+    return 1 - smooth_step(lost.astype(np.float64))
+
+
+_Seen = tuple[ParticleState, NDArray[np.float64]]
+"""The flakes of a frame, and the factor of each one's light by flicker and by glare."""
+
+
+def _batches(states: Iterable[_Seen]) -> Iterator[list[_Seen]]:
     """Yield the states in groups of successive frames, each of ``_BATCH`` flakes or more."""
-    batch, flakes = list[_Flickering](), 0
+    batch, flakes = list[_Seen](), 0
     for state in states:
         batch.append(state)
         flakes += len(state[1])
@@ -171,9 +248,7 @@ def _batches(states: Iterable[_Flickering]) -> Iterator[list[_Flickering]]:
         yield batch
 
 
-def _tables(
-    batch: list[_Flickering], embers: _Embers, look: Appearance
-) -> list[NDArray[np.float64]]:
+def _tables(batch: list[_Seen], embers: _Embers, look: Appearance) -> list[NDArray[np.float64]]:
     """Return the table of rows of each state."""
     states, factors = zip(*batch, strict=True)
     ends = np.cumsum([len(state.id) for state in states])
@@ -187,29 +262,39 @@ def _table(
     """Return the rows of flakes; their streaks follow x(δ) = x(t) + (δ − t) v κ (eq. 17).
 
     κ is of the gas, so it shortens the streaks of embers alone, not of sparks thrown out of it.
-    ``factor`` is that of each flake's light by flicker.
+    ``factor`` is that of each flake's light by flicker and by glare.
     """
     ids, spawns = state.id, embers.spawns
     travel, kind = np.hypot(state.vx, state.vy) / look.fps, spawns.kind.take(ids)
     size, life = embers.size.take(ids), spawns.life.take(ids)
+    size, own_size = _magnified(size, spawns.size.take(ids), state, look)
+    depth = [] if look.view is None else [state.z, state.vz]
     height, width = look.kappa.shape
     weight = look.kappa[
         np.clip(state.y.astype(np.intp), 0, height - 1),
         np.clip(state.x.astype(np.intp), 0, width - 1),
     ]
-    light = light_over_life(state.age / life) * factor
-    if look.pixel:
+    light = light_over_life(state.age / life, embers.held.take(ids)) * factor
+    streak = travel * (look.stretch + look.shutter * np.where(kind == SPARK, 1.0, weight))
+    if look.texture is not None:
+        stretch, tail = look.texture.aspect + streak / size, np.ones_like(size)
+        light = np.minimum(light, 1.0) if not look.texture.tinted else light
+        # One thinner than a pixel is drawn larger, but its light stays the same in sum.
+        thin, ratio = spawns.size.take(ids), look.texture.aspect
+        light *= thin * (ratio * thin + streak) / (size * (ratio * size + streak))
+        if look.texture.tinted:
+            light /= 1 + _DIMMED_BY_LENGTH * (1 + streak / size)
+    elif look.pixel:
         stretch, tail = np.ones_like(size), np.ones_like(size)
         light = np.ceil(np.minimum(light, 1.0) * _PIXEL_SHADES) / _PIXEL_SHADES
     else:
-        streak = travel * (look.stretch + look.shutter * np.where(kind == SPARK, 1.0, weight))
         stretch = 1 + streak / size
         tail = _LONG_TAIL + (1 - _LONG_TAIL) / stretch
         # Spread over pixels and by the lens, the light stays the same in sum.
-        light *= capsule_integral(streak, spawns.size.take(ids))
+        light *= capsule_integral(streak, own_size)
         light /= capsule_integral(streak, size) * (1 + _DIMMED_BY_LENGTH * stretch)
     if look.fades:
-        halo = size if look.pixel else size * HALO_WIDTH
+        halo = size if look.pixel or look.texture is not None else size * HALO_WIDTH
         half_length = (size * (stretch - 1) + halo) / 2
         light = light * _border_fade(state, half_length, travel, height, width)
     colour = colour_by_speed(state.smoothed_speed, height, look.colours) * embers.light.take(ids)
@@ -217,8 +302,19 @@ def _table(
     return np.stack([
         ids, state.x, state.y, state.vx, state.vy, size, stretch,
         np.arctan2(state.vy, state.vx), *colour, light, state.age, life,
-        kind, embers.blur.take(ids), tail,
+        kind, embers.blur.take(ids), tail, *depth,
     ]).T  # fmt: skip
+
+
+def _magnified(
+    size: Column, own_size: Column, state: ParticleState, look: Appearance
+) -> tuple[Column, Column]:
+    """Return the drawn and the own width of flakes, px, as large as the camera sees them."""
+    if look.view is None:
+        return size, own_size
+    nearer = look.view.magnification(state.z)
+    # The reach of a pixel, which is part of the drawn width, is the same at any distance.
+    return size + own_size * (nearer - 1), own_size * nearer
 
 
 def _border_fade(
@@ -248,17 +344,21 @@ def colour_by_speed(
 
 
 def spawn_table(
-    states: list[ParticleState], spawns: Spawns, frames: list[NDArray[np.float64]]
+    states: list[ParticleState],
+    spawns: Spawns,
+    frames: list[NDArray[np.float64]],
+    has_depth: bool = False,
 ) -> NDArray[np.float64]:
-    """Return the spawn data of all flakes ever seen, (flakes, 9): ``tracks.SPAWN_COLUMNS``.
+    """Return the spawn data of all flakes ever seen, (flakes, columns), as in ``Tracks``.
 
     ``frames`` are the rows of ``states``, which have the sizes as drawn.
     """
     order = np.concatenate([state.id for state in states])
     seen, first = np.unique(order, return_index=True)
-    vx, vy = (np.concatenate([getattr(s, name) for s in states])[first] for name in ("vx", "vy"))
+    velocity = [np.concatenate([getattr(s, f"v{axis}") for s in states])[first] for axis in "xyz"]
     size = np.concatenate(frames)[first, COLUMNS.index("size")]
     return np.column_stack([
-        seen, spawns.tick[seen] * TICK, spawns.life[seen], spawns.x[seen], spawns.y[seen], vx, vy,
-        size, np.zeros(len(seen)),
+        seen, spawns.tick[seen] * TICK, spawns.life[seen], spawns.x[seen], spawns.y[seen],
+        *velocity[:2], size, np.zeros(len(seen)),
+        *([spawns.z[seen], velocity[2]] if has_depth else []),
     ])  # fmt: skip

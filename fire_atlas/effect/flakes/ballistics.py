@@ -32,21 +32,19 @@ class Ballistics:
         """Return the flight of sparks in frames of ``height`` px."""
         return cls(spawns, WEIGHT * height, gravity)
 
-    def at(self, ids: NDArray[np.int64], age: Column) -> tuple[Column, Column, Column, Column]:
-        """Return x, y (px), vx and vy (px/s) of sparks at an age, s, each (sparks,)."""
-        spawns = self.spawns
-        x, y, launch_x, launch_y, terminal = (
-            column.take(ids)
-            for column in (
-                spawns.x, spawns.y, spawns.launch_x, spawns.launch_y, spawns.terminal_velocity
-            )
-        )  # fmt: skip
+    def at(self, ids: NDArray[np.int64], age: Column) -> tuple[Column, ...]:
+        """Return x, y, z (px), vx, vy and vz (px/s) of sparks at an age, s, each (sparks,)."""
+        names = "x", "y", "z", "launch_x", "launch_y", "launch_z", "terminal_velocity"
+        columns = (getattr(self.spawns, name).take(ids) for name in names)
+        x, y, z, launch_x, launch_y, launch_z, terminal = columns
         drag = self.weight / terminal
         fall = (self.weight + self.gravity) / drag
         left, way = np.exp(-drag * age), -np.expm1(-drag * age) / drag
         return (
             x + launch_x * way,
             y + (launch_y - fall) * way + fall * age,
+            z + launch_z * way,
             launch_x * left,
             (launch_y - fall) * left + fall,
+            launch_z * left,
         )

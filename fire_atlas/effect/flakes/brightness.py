@@ -15,38 +15,38 @@ from fire_atlas.effect.flakes.emission import TICK
 
 Column = NDArray[np.float64]
 
-_SPREAD = 1.5
-"""Standard deviation of the logarithm of the light of embers."""
+_MEDIAN, _SPREAD = 0.75, 1.9
+"""Median light of embers, and standard deviation of its logarithm."""
 
-_HOT_SHARE, _HOT_SCORE = 0.035, 3.3
-"""Share of embers that overexpose the film, and the standard score of their light's logarithm."""
+_HOT_SHARE, _HOT_LIGHT = 0.05, 180.0
+"""Share of embers as hot as embers get, and their light: they overexpose the film."""
 
 _TABLE_END, _TABLE_STEPS = 5.0, 2001
 
-_BORN_LIGHT, _RISEN, _HELD = 0.85, 0.15, 0.2
-"""Fraction of its full light that a new ember gives; the fractions of its life at which it reaches
-all of it, and from which it dies."""
+_BORN_LIGHT, _RISEN = 0.8, 0.2
+"""Fraction of its full light that a new ember gives, and of its life at which it reaches all of
+it: out of the flame, fresh air fans it."""
 
-_DYING = 0.75
-"""Exponent of the rest of the life by which the light of a dying ember falls."""
+_HELD = (0.0, 0.45)
+"""Minimum and maximum fraction of its life from which an ember dies: some have more to burn."""
 
-_FLICKER = 0.46
+_FLICKER = 0.49
 """Standard deviation of the logarithm of an ember's light by flicker."""
 
-_FLICKER_TIME = 0.06
+_FLICKER_TIME = 0.08
 """Time, s, in which the correlation of flicker falls to 1/e."""
 
 
 def ember_brightness(count: int, seed: int) -> Column:
-    """Return the light of each of ``count`` embers relative to the median one, (count,).
+    """Return the light, linear, of each of ``count`` embers at its brightest, (count,).
 
     It is log-normal, but for the few hottest. The embers share out the quantiles of the
     distribution at random, so that even a few show its whole spread.
     """
     place = generator(seed, RandomStream.LIGHT).permutation(count)
     quantile = (place + 0.5) / max(count, 1)
-    score = np.where(quantile > 1 - _HOT_SHARE, _HOT_SCORE, _normal_quantile(quantile))
-    return np.exp(_SPREAD * score)
+    light = _MEDIAN * np.exp(_SPREAD * _normal_quantile(quantile))
+    return np.where(quantile > 1 - _HOT_SHARE, _HOT_LIGHT, light)
 
 
 def out_of_focus(count: int, share: float, seed: int) -> NDArray[np.bool_]:
@@ -62,11 +62,18 @@ def _normal_quantile(quantile: Column) -> Column:
     return np.interp(quantile, below, score)
 
 
-def light_over_life(age_share: Column) -> Column:
-    """Return the light, 0..1, of embers that have lived ``age_share`` (0..1) of their lifetime."""
+def held_share(count: int, seed: int) -> Column:
+    """Return the fraction of its life from which each of ``count`` embers dies, (count,)."""
+    return generator(seed, RandomStream.LIGHT, 2).uniform(*_HELD, count)
+
+
+def light_over_life(age_share: Column, held: Column) -> Column:
+    """Return the light, 0..1, of embers that have lived ``age_share`` (0..1) of their lifetime.
+
+    They die from ``held`` of it on, evenly.
+    """
     risen = _BORN_LIGHT + (1 - _BORN_LIGHT) * np.minimum(age_share / _RISEN, 1.0)
-    left = np.clip((1 - age_share) / (1 - _HELD), 0.0, 1.0)
-    return risen * left**_DYING
+    return risen * np.clip((1 - age_share) / (1 - held), 0.0, 1.0)
 
 
 def flicker(count: int, fps: float, seed: int) -> Iterator[Column]:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Bytes, as_plane, decode_bytes, encode_bytes, expose
-from fire_atlas.effect.flakes.drawing import draw_flakes
-from fire_atlas.effect.flakes.tracks import COLUMNS
+from fire_atlas.effect.flakes.drawing import HALO_WIDTH, draw_flakes
+from fire_atlas.effect.flakes.tracks import COLUMNS, by_column
 from fire_atlas.vision.warp import sample_at
 
 Values = NDArray[np.float64]
@@ -71,9 +71,9 @@ class CloseUps:
     def of(cls, rows: Values, height: int) -> Self:
         """Draw and measure the flakes of ``rows`` (flakes, columns) in frames of ``height`` px."""
         scaled = _scaled(rows, HEIGHT / height)
-        column = dict(zip(COLUMNS, scaled.T, strict=True))
-        # The halo reaches four widths, and must not light another cell.
-        extent = column["size"] * (column["stretch"] + 4) + 8
+        column = by_column(scaled)
+        # The halo must not light another cell.
+        extent = column["size"] * (column["stretch"] + HALO_WIDTH) + 8
         side = np.array([*_SIDES, 0])[np.searchsorted(_SIDES, extent)]
         parts, order = [], []
         for each in _SIDES:

@@ -1,8 +1,8 @@
 """Draw flakes: additive sprites at sub-pixel positions, in linear light that may exceed 1.
 
-A soft flake is a capsule, drawn in spans: a span is the pixels of one row inside it. Its ends are
-computed in closed form, so that no pixel outside is touched. Capsules of similar size are drawn
-together, because numpy is only fast on long axes.
+A soft flake is a capsule, and so is its halo. Capsules whose boxes are about as wide are drawn
+together, all rows of their boxes side by side, because numpy is only fast on long axes. Wide and
+faint ones are drawn at a lower resolution, at which they look the same.
 """
 
 import math
@@ -15,26 +15,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import as_plane
-from fire_atlas.effect.flakes.layer import FAINTEST, FlakeLight
-from fire_atlas.effect.flakes.tracks import COLUMNS
+from fire_atlas.effect.flakes.layer import FAINTEST, FlakeLight, in_few_planes, ranges
+from fire_atlas.effect.flakes.texture import TextureCells, draw_textured
+from fire_atlas.effect.flakes.tracks import by_column
 
 Column = NDArray[np.float64]
 Single = NDArray[np.float32]
 Index = NDArray[np.intp]
 
-HALO_LIGHT, HALO_WIDTH = 0.004, 4
-"""Light of the halo that the lens puts around a flake, and its width, relative to the flake's."""
+HALO_LIGHT, HALO_WIDTH = 0.004, 2.5
+"""Light of the halo that the lens puts around a flake, and its width, relative to the flake's. One
+width off the axis, filmed embers give some .25 % of their light; at two, next to nothing."""
 
-_STRONG_HALO = 0.05
-"""Light from which a halo is drawn pixel by pixel; others are drawn at half the resolution."""
+_MAX_ERROR, _MIN_RADIUS = 2e-4, 1.5
+"""Light by which a capsule may differ at a lower resolution from what it is at the frame's, and its
+minimum radius there, px."""
+
+_ERROR = 1 / 3
+"""Largest difference of a capsule whose radius is 1 px at a lower resolution, as measured, relative
+to its light; it falls with the square of the radius."""
+
+_HALO_END = 1e-4
+"""Light at which a halo ends: a quarter of a step, because the ends of many add up."""
+
+_SHARPEN = np.array([-1 / 8, 10 / 8, -1 / 8], np.float32)
+"""Filter, along each axis, that makes up for the blur of ``cv2.pyrUp``."""
 
 _REACH_OF_PIXEL = math.sqrt(2)
 """Width, px, that the area of a pixel adds to a sprite's: its diagonal. Sprites then are so wide
 that samples at the centres of pixels, which players take, have about the light of the sprite."""
 
-_FLAKE_BATCH, _SPAN_BATCH = 1 << 16, 1 << 15
-"""Area, px², of flakes, and of spans, that are drawn together: small enough for the processor's
-cache, large enough to be worth a numpy call."""
+_BATCH = 1 << 15
+"""Area, px², of boxes that are drawn together: small enough for the processor's cache, large enough
+to be worth a numpy call."""
 
 _LARGE = 8.0
 """Radius, px, from which the samples at pixel centres sum to a sprite's light closely enough.
@@ -57,8 +70,25 @@ def capsule_integral(length: Column, width: Column) -> Column:
     return width * (length * (8 / 15) + width * (math.pi / 12))
 
 
-def draw_frame(rows: Column, height: int, width: int, hard: bool) -> FlakeLight:
-    """Draw the flakes of one frame, ``rows`` (flakes, columns), soft or ``hard`` ones."""
+def draw_frame(
+    rows: Column,
+    height: int,
+    width: int,
+    hard: bool,
+    texture: TextureCells | None = None,
+    cells: NDArray[np.int64] | None = None,
+) -> FlakeLight:
+    """Draw the flakes of one frame: soft capsules, ``hard`` squares, or cells of a texture.
+
+    Args:
+        rows: (flakes, columns) of the frame, as in ``Tracks.frames``.
+        height, width: Frame, px.
+        hard: Whether flakes are squares.
+        texture: The picture that they show instead.
+        cells: (flakes,), the cell of the texture that each shows.
+    """
+    if texture is not None and cells is not None:
+        return draw_textured(rows, cells, texture, height, width)
     return (draw_pixels if hard else draw_flakes)(rows, height, width)
 
 
@@ -71,34 +101,25 @@ def draw_flakes(rows: Column, height: int, width: int) -> FlakeLight:
         rows: (flakes, 17), columns ``tracks.COLUMNS``.
         height, width: Frame, px.
     """
-    light, colours = _in_few_planes(rows)
-    column = dict(zip(COLUMNS, rows.T, strict=True))
+    light, colours = in_few_planes(rows)
+    column = by_column(rows)
     radius = column["size"] / 2
-    shapes = np.stack([
+    flakes = np.stack([
         column["x"], column["y"], radius * (column["stretch"] - 1), radius, column["rotation"],
         column["tail"],
     ])  # fmt: skip
-    halos, halo_light = shapes.copy(), light * HALO_LIGHT
+    halos = flakes.copy()
     halos[3] *= HALO_WIDTH
-    halo_peak = halo_light.max(axis=0, initial=0)
-    reach = np.sqrt(1 - np.sqrt(np.minimum(FAINTEST / np.maximum(halo_peak, 1e-12), 1)))
-    strong = halo_peak > _STRONG_HALO
-    planes = np.zeros((len(colours), height, width), np.float32)
-    _draw(
-        planes,
-        np.hstack([shapes, halos[:, strong]]),
-        np.hstack([light, halo_light[:, strong]]),
-        np.concatenate([np.ones_like(radius), reach[strong]]),
-    )
-    weak = ~strong & (halo_peak > FAINTEST)
-    if weak.any():
-        half = np.zeros((len(colours), (height + 1) // 2, (width + 1) // 2), np.float32)
-        halos[:4] /= 2
-        halos[:2] += 0.25  # pyrUp puts a pixel's centre on that of every other pixel
-        _draw(half, halos[:, weak], halo_light[:, weak], reach[weak])
-        for plane, small in zip(planes, half, strict=True):
-            plane += cv2.pyrUp(small, dstsize=(width, height))
-    return FlakeLight(planes, colours)
+    shapes, light = np.hstack([flakes, halos]), np.hstack([light, light * HALO_LIGHT])
+    peak = light.max(axis=0, initial=0)
+    seen = np.flatnonzero(peak > FAINTEST)
+    shapes, light, peak = shapes[:, seen], light[:, seen], peak[seen]
+    reach = np.sqrt(1 - np.sqrt(np.minimum(_HALO_END / peak, 1)))
+    reach[seen < len(rows)] = 1
+    level = _level(shapes[3], peak)
+    pyramid = _Pyramid.of(len(colours), height, width, 1 + int(level.max(initial=0)))
+    _draw(pyramid, _Capsules.of(shapes, reach, level, pyramid), light)
+    return FlakeLight(pyramid.collapsed(), colours)
 
 
 def draw_pixels(rows: Column, height: int, width: int) -> FlakeLight:
@@ -107,12 +128,12 @@ def draw_pixels(rows: Column, height: int, width: int) -> FlakeLight:
     Where squares overlap, each channel is the brighter of both: a sum would be a new colour.
     """
     planes = np.zeros((3, height * width), np.float32)
-    column = dict(zip(COLUMNS, rows.T, strict=True))
+    column = by_column(rows)
     side = column["size"].astype(np.intp)
     left = np.rint(column["x"] - side / 2)
     top = np.rint(column["y"] - side / 2)
-    row_flake, row = _ranges(top, top + side - 1)
-    span, x = _ranges(left[row_flake], (left + side - 1)[row_flake])
+    row_flake, row = ranges(top, top + side - 1)
+    span, x = ranges(left[row_flake], (left + side - 1)[row_flake])
     flake, y = row_flake[span], row[span]
     seen = (x >= 0) & (x < width) & (y >= 0) & (y < height)
     flake, pixel = flake[seen], (y[seen] * width + x[seen])
@@ -142,251 +163,224 @@ def add_glow(light: FlakeLight, share: float, fades: bool) -> FlakeLight:
     return FlakeLight(np.stack(glowing), light.colours)
 
 
-def _in_few_planes(rows: Column) -> tuple[Column, Single]:
-    """Return the light of flakes in each plane, (planes, flakes), and the planes' colours.
+def _level(radius: Column, light: Column) -> Index:
+    """Return the level of the pyramid in which capsules of ``radius``, px, are drawn."""
+    least = np.maximum(np.sqrt(light * (_ERROR / _MAX_ERROR)), _MIN_RADIUS)
+    return np.maximum(np.log2(radius / least), 0).astype(np.intp)
 
-    One plane, if all flakes have the same colour.
+
+@dataclass(frozen=True, slots=True)
+class _Pyramid:
+    """A frame at resolutions that halve from level to level.
+
+    The first pixel of all levels has the same centre. Arrays (levels,), unless stated.
+
+    Attributes:
+        light: (planes, pixels) of all levels, one after another, the finest first.
+        first: Index of the first pixel of each level.
+        height, width: Size of each level, px.
     """
-    column = dict(zip(COLUMNS, rows.T, strict=True))
-    rgb = np.stack([column[name] for name in "rgb"])
-    brightest = rgb.max(axis=0, initial=0)
-    hues = rgb / np.maximum(brightest, 1e-12)
-    if (np.abs(hues - hues[:, :1]) < 1e-6).all() and hues.size:
-        return brightest[None] * column["a"], as_plane(hues[:, :1].T)
-    return rgb * column["a"], np.eye(3, dtype=np.float32)
 
+    light: Single
+    first: Index
+    height: Index
+    width: Index
 
-def _draw(planes: Single, shapes: Column, light: Column, reach: Column) -> None:
-    """Add capsules to planes (planes, H, W).
+    @classmethod
+    def of(cls, planes: int, height: int, width: int, levels: int) -> Self:
+        """Return a dark pyramid."""
+        scale = 1 << np.arange(levels)
+        heights, widths = -(-height // scale), -(-width // scale)
+        ends = np.cumsum(heights * widths)
+        return cls(
+            np.zeros((planes, ends[-1]), np.float32), ends - heights * widths, heights, widths
+        )
 
-    Args:
-        planes: Changed in place.
-        shapes: (6, capsules): x, y, half length and radius in px, rotation in rad, tail.
-        light: (planes, capsules), light at the head.
-        reach: (capsules,), fraction of the radius up to which each is drawn.
-    """
-    visible = light.max(axis=0, initial=0) > FAINTEST
-    light = light[:, visible]
-    capsules = _Capsules.of(shapes[:, visible], reach[visible], planes.shape[1:])
-    for group in _batches(capsules.rows, capsules.area, _FLAKE_BATCH):
-        spans = capsules.spans(group)
-        total = np.zeros(len(spans.length), np.float32)
-        drawn = []
-        for some in _batches(spans.length, spans.length, _SPAN_BATCH):
-            weights = spans.weights(some)
-            total[some] = weights.sum(axis=0)
-            drawn.append((some, weights))
-        total = total.reshape(-1, len(group)).sum(axis=0)
-        # Large capsules need no correction, and could not be corrected where the frame clips them.
-        exact = capsules.integral[group] / np.maximum(total, 1e-12)
-        shine = as_plane(light[:, group] * np.where(capsules.radius[group] < _LARGE, exact, 1.0))
-        for some, weights in drawn:
-            _add(planes, spans, some, weights, shine)
+    def collapsed(self) -> Single:
+        """Return the light of all levels at the finest resolution, (planes, H, W).
+
+        Just beyond the end of a capsule it may be less than 0, too little to be seen.
+        """
+        sizes = zip(self.height.tolist(), self.width.tolist(), strict=True)
+        parts = np.split(self.light, self.first[1:], axis=1)
+        levels = [part.reshape(-1, *size) for part, size in zip(parts, sizes, strict=True)]
+        for fine, coarse in zip(levels[-2::-1], levels[:0:-1], strict=True):
+            size = fine.shape[2], fine.shape[1]
+            for plane, small in zip(fine, coarse, strict=True):
+                # pyrUp blurs, with a variance of one pixel of its result.
+                sharp = cv2.sepFilter2D(small, -1, _SHARPEN, _SHARPEN)
+                cv2.add(plane, cv2.pyrUp(sharp, dstsize=size), dst=plane)
+        return levels[0]
 
 
 @dataclass(frozen=True, slots=True)
 class _Capsules:
-    """Capsules: all points at most ``radius`` from a segment. Arrays (capsules,).
-
-    Coordinates count from the pixel at the capsule's centre, so that single precision is exact
-    enough.
+    """Capsules: all points near a segment, each in a box of pixels. Arrays (capsules,).
 
     Attributes:
-        column, row: Column of the centre, and first row covered, px.
-        rows: Number of rows covered.
-        area: About the area covered, px².
-        offset_x: From the centre of pixel ``column`` to the capsule's centre, px.
-        offset_y: From the capsule's centre to the centre of the first row, px.
-        cos, sin: Of the direction from tail to head.
-        half: Half the length of the segment, px.
-        radius: Distance from the segment at which the light is 0, px.
-        reach: Fraction of ``radius`` up to which the capsule is drawn.
-        tail: Light at the tail, relative to that at the head.
-        integral: Sum of the weights of all pixels that are drawn, px².
-        first_column, last_column: Columns that may be covered, counted from ``column``.
+        rows, columns: Size of the box, px; large capsules have only what lies inside the frame.
+        row, column: First pixel of the box, px.
+        height, width: Size of the capsule's level of the pyramid, px.
+        first: Index in the pyramid of the first pixel of the box; it may lie outside the frame.
+        inside: Number of columns, from the box's first one, inside the frame; 0 if any row is
+            outside.
+        integral: Sum to which the weights of the pixels are scaled, px²; 0 if they are not.
+        shape: (8, capsules), single precision, lengths in radii: place of the centre of the first
+            pixel along the segment, from its middle, and across it; cosine and sine of the
+            segment's direction, by which the place changes from pixel to pixel; half its length;
+            squared distance from it up to which the capsule is drawn; light at its middle, and the
+            increase of light along it.
     """
 
-    column: Index
-    row: Index
     rows: Index
-    area: Index
-    offset_x: Single
-    offset_y: Single
-    cos: Single
-    sin: Single
-    half: Single
-    radius: Single
-    reach: Single
-    tail: Single
-    integral: Single
-    first_column: Single
-    last_column: Single
-
-    @classmethod
-    def of(cls, shapes: Column, reach: Column, frame: tuple[int, ...]) -> Self:
-        """Return capsules of ``shapes`` as for ``_draw``, in a ``frame`` (height, width)."""
-        x, y, half, radius, rotation, tail = shapes
-        cos, sin, drawn = np.cos(rotation), np.sin(rotation), radius * reach
-        height = half * np.abs(sin) + drawn
-        large = radius >= _LARGE
-        top = _clip_where(np.ceil(y - 0.5 - height), large, 0, frame[0])
-        end = _clip_where(np.floor(y + 0.5 + height), large, 0, frame[0])
-        rows = np.maximum(end - top, 0)
-        column = np.floor(x)
-        edge = np.where(large, 0, np.inf)
-        # ∫(1 − q²)² up to ``reach``, across the segment and over the two half discs at its ends.
-        across = 2 * reach - 4 / 3 * reach**3 + 2 / 5 * reach**5
-        disc = (1 - (1 - reach**2) ** 3) * (math.pi / 3)
-        return cls(
-            column=column.astype(np.intp),
-            row=top.astype(np.intp),
-            rows=rows.astype(np.intp),
-            area=(rows + 4 * drawn * (half + drawn)).astype(np.intp),
-            offset_x=as_plane(x - column - 0.5),
-            offset_y=as_plane(top + 0.5 - y),
-            cos=as_plane(cos),
-            sin=as_plane(sin),
-            half=as_plane(half),
-            radius=as_plane(radius),
-            reach=as_plane(reach),
-            tail=as_plane(tail),
-            integral=as_plane((1 + tail) / 2 * radius * (2 * half * across + radius * disc)),
-            first_column=as_plane(-column - edge),
-            last_column=as_plane(frame[1] - 1 - column + edge),
-        )
-
-    def spans(self, group: Index) -> "_RowSpans":
-        """Return the spans of a group of capsules, for each as many rows as the tallest has."""
-        step = np.arange(self.rows[group].max())[:, None]
-        dy = self.offset_y[group] + as_plane(step)
-        cos, sin, half = self.cos[group], self.sin[group], self.half[group]
-        radius = self.radius[group] * self.reach[group]
-        left, right, inside = _row_ends(dy, np.where(sin < 0, -cos, cos), np.abs(sin), half, radius)
-        offset_x = self.offset_x[group]
-        first = np.maximum(np.ceil(left + offset_x), self.first_column[group])
-        last = np.minimum(np.floor(right + offset_x), self.last_column[group])
-        inside &= step < self.rows[group]
-        dx, unit = first - offset_x, as_plane(1 / self.radius[group])
-        cos, sin, half = cos * unit, sin * unit, half * unit
-        # Only one that is longer than nothing has a tail.
-        slope = (1 - self.tail[group]) / np.maximum(2 * half, np.float32(1e-3))
-        x = self.column[group] + first.astype(np.intp)
-        y = self.row[group] + step
-        length = np.where(inside, last - first + 1, 0).astype(np.intp)
-        shape = np.empty((8, *first.shape), np.float32)
-        values = (
-            dx * cos + dy * sin, dy * cos - dx * sin, cos, sin, half, np.square(self.reach[group]),
-            (1 + self.tail[group]) / 2, slope,
-        )  # fmt: skip
-        for column, value in zip(shape, values, strict=True):
-            column[:] = value
-        return _RowSpans(x.ravel(), y.ravel(), length.ravel(), shape.reshape(8, -1))
-
-
-def _row_ends(
-    dy: Single, cos: Single, sin: Single, half: Single, radius: Single
-) -> tuple[Single, Single, NDArray[np.bool_]]:
-    """Return where capsules begin and end on rows ``dy`` px below their centres, and whether they
-    reach them at all, (rows, capsules); the ends are in px from their centres. ``sin`` >= 0.
-
-    The end of a row touches the disc around one point of the segment: of all such discs, that which
-    reaches furthest.
-    """
-    with np.errstate(divide="ignore"):
-        steep = 1 / np.maximum(sin, np.float32(1e-6))
-    ends, depths = [], []
-    for side in (np.float32(-1), np.float32(1)):
-        at = np.clip((dy + side * radius * cos) * steep, -half, half)
-        depth = np.square(radius) - np.square(dy - at * sin)
-        ends.append(at * cos + side * np.sqrt(np.maximum(depth, 0)))
-        depths.append(depth)
-    return ends[0], ends[1], np.minimum(*depths) > 0
-
-
-@dataclass(frozen=True, slots=True)
-class _RowSpans:
-    """Spans of n capsules: each is the pixels of one row that lie in one capsule.
-
-    The first row of every capsule comes first, then all second rows: span i is of capsule i mod n.
-    Lengths are in radii. Arrays (rows · n,).
-
-    Attributes:
-        x, y: First pixel, px; it may lie outside the frame.
-        length: Number of pixels; 0 where a capsule has no such row.
-        shape: (8, rows · n): place of the first pixel's centre along the segment, from its middle,
-            and across it; cosine and sine of the segment's direction, by which the place changes
-            from pixel to pixel; half the segment's length; squared distance from it up to which
-            the capsule is drawn; light at its middle, and the increase of light along it.
-    """
-
-    x: Index
-    y: Index
-    length: Index
+    columns: Index
+    row: Index
+    column: Index
+    height: Index
+    width: Index
+    first: Index
+    inside: Index
+    integral: Column
     shape: Single
 
-    def weights(self, some: Index) -> Single:
-        """Return the weight of each pixel of ``some`` spans, (pixels, spans); it is 0 beyond the
-        end of a span."""
-        along, across, cos, sin, half, reach, middle, slope = self.shape.take(some, axis=1)
-        step = np.arange(self.length.take(some).max(), dtype=np.float32)[:, None]
-        at = step * cos
-        at += along
-        q = step * sin
-        np.subtract(across, q, out=q)
-        nearest = np.minimum(at, half)
-        np.maximum(nearest, -half, out=nearest)
-        at -= nearest
-        at *= at
-        q *= q
-        q += at
-        np.putmask(q, q >= reach, np.float32(1))
-        np.subtract(np.float32(1), q, out=q)
-        q *= q
-        nearest *= slope
-        nearest += middle
-        q *= nearest
-        return as_plane(q)
+    @classmethod
+    def of(cls, shapes: Column, reach: Column, level: Index, pyramid: _Pyramid) -> Self:
+        """Return capsules.
+
+        Args:
+            shapes: (6, capsules): x, y, half length and radius in px, rotation in rad, tail.
+            reach: (capsules,), fraction of the radius up to which each is drawn.
+            level: (capsules,), level in which each is drawn.
+            pyramid: The frame.
+        """
+        scale = 1 / (1 << level)
+        x, y, half, radius = shapes[:4] * scale
+        shift = 0.5 - 0.5 * scale
+        x, y, rotation, tail = x + shift, y + shift, shapes[4], shapes[5]
+        cos, sin, drawn, unit = np.cos(rotation), np.sin(rotation), radius * reach, 1 / radius
+        large = radius >= _LARGE
+        height, width = pyramid.height.take(level), pyramid.width.take(level)
+        column, columns = _covered(x, half * np.abs(cos) + drawn, large, width)
+        row, rows = _covered(y, half * np.abs(sin) + drawn, large, height)
+        dx, dy = (column + 0.5 - x) * unit, (row + 0.5 - y) * unit
+        # ∫(1 − q²)² up to ``reach``, across the segment and over the two half discs at its ends.
+        square = reach * reach
+        left = 1 - square
+        across = reach * (2 - square * (4 / 3 - square * (2 / 5)))
+        disc = (1 - left * left * left) * (math.pi / 3)
+        middle = (1 + tail) / 2
+        integral = middle * radius * (2 * half * across + radius * disc)
+        # In less than a pixel nothing tapers: its tail, dark, might be all that is at its centre.
+        slope = (1 - tail) * radius / np.maximum(2 * half, 1)
+        values = (
+            dx * cos + dy * sin, dy * cos - dx * sin, cos * unit, sin * unit, half * unit, square,
+            middle, slope,
+        )  # fmt: skip
+        shape = np.empty((len(values), len(x)), np.float32)
+        for line, value in zip(shape, values, strict=True):
+            line[:] = value
+        is_inside = (column >= 0) & (row >= 0) & (row + rows <= height)
+        return cls(
+            rows=rows,
+            columns=np.where(rows > 0, columns, 0),
+            row=row,
+            column=column,
+            height=height,
+            width=width,
+            first=pyramid.first.take(level) + row * width + column,
+            inside=np.where(is_inside, width - column, 0),
+            # Large ones need no correction, and could not be corrected where the frame clips them.
+            integral=np.where(large, 0, integral),
+            shape=shape,
+        )
 
 
-def _clip_where(edge: Column, large: NDArray[np.bool_], low: float, high: float) -> Column:
-    """Clip the ``edge`` of each capsule that is ``large`` to low..high."""
-    return np.where(large, np.clip(edge, low, high), edge)
+def _covered(
+    centre: Column, reach: Column, clipped: NDArray[np.bool_], length: Index
+) -> tuple[Index, Index]:
+    """Return the first pixel within ``reach`` of ``centre``, and how many there are; of those that
+    are ``clipped``, only such as lie in 0..length − 1."""
+    first = np.ceil(centre - 0.5 - reach).astype(np.intp)
+    last = np.floor(centre - 0.5 + reach).astype(np.intp)
+    first = np.where(clipped, np.maximum(first, 0), first)
+    last = np.where(clipped, np.minimum(last, length - 1), last)
+    return first, np.maximum(last - first + 1, 0)
 
 
-def _batches(lengths: Index, areas: Index, batch_area: int) -> Iterator[Index]:
+def _draw(pyramid: _Pyramid, capsules: _Capsules, light: Column) -> None:
+    """Add capsules to a pyramid; ``light`` (planes, capsules) is that at the head."""
+    for group in _batches(capsules.columns, capsules.rows * capsules.columns):
+        rows, columns = capsules.rows.take(group), int(capsules.columns[group[-1]])
+        first, owner = np.cumsum(rows) - rows, np.repeat(np.arange(len(group)), rows)
+        row, capsule = np.arange(len(owner)) - first.take(owner), group.take(owner)
+        weights = _weights(capsules.shape.take(capsule, axis=1), row, columns)
+        total = np.add.reduceat(weights.sum(axis=0), first)
+        integral = capsules.integral.take(group)
+        exact = np.where(integral > 0, integral / np.maximum(total, 1e-12), 1)
+        pixel = _pixels(capsules, capsule, row, weights)
+        for plane, shine in zip(pyramid.light, as_plane(light[:, group] * exact), strict=True):
+            if shine.any():  # most flakes of a recipe's colours have no blue
+                np.add.at(plane, pixel, (weights * shine.take(owner)).ravel())
+
+
+def _weights(shape: Single, row: Index, columns: int) -> Single:
+    """Return the weights of the pixels of rows of boxes, (columns, rows); 0 outside of capsules.
+
+    Args:
+        shape: (8, rows), as in ``_Capsules``, of the capsule of each row.
+        row: (rows,), number of the row in its box.
+        columns: Number of pixels computed of each row.
+    """
+    along, across, cos, sin, half, reach, middle, slope = shape
+    down, right = as_plane(row), np.arange(columns, dtype=np.float32)[:, None]
+    at = right * cos
+    at += along + down * sin
+    q = right * sin
+    np.subtract(across + down * cos, q, out=q)
+    nearest = np.minimum(at, half)
+    np.maximum(nearest, -half, out=nearest)
+    at -= nearest
+    at *= at
+    q *= q
+    q += at
+    inside = q < reach
+    q -= np.float32(1)
+    q *= q
+    q *= inside
+    nearest *= slope
+    nearest += middle
+    q *= nearest
+    return as_plane(q)
+
+
+def _pixels(capsules: _Capsules, capsule: Index, row: Index, weights: Single) -> Index:
+    """Return the index in the pyramid of each of ``weights`` (columns, rows), flat; those of pixels
+    outside the frame become 0.
+
+    Args:
+        capsules: All capsules.
+        capsule: (rows,), index of the capsule of each row.
+        row: (rows,), number of the row in its box.
+        weights: Changed in place.
+    """
+    right, width = np.arange(len(weights))[:, None], capsules.width.take(capsule)
+    pixel = right + (capsules.first.take(capsule) + row * width)
+    some = np.flatnonzero(capsules.inside.take(capsule) < len(weights))
+    if some.size:
+        of = capsule[some]
+        x, y = capsules.column[of] + right, capsules.row[of] + row[some]
+        seen = (x >= 0) & (x < width[some]) & (y >= 0) & (y < capsules.height[of])
+        weights[:, some] *= seen
+        pixel[:, some] *= seen
+    return pixel.ravel()
+
+
+def _batches(lengths: Index, areas: Index) -> Iterator[Index]:
     """Yield the indices of all ``lengths`` > 0, sorted by them, in batches of equal area."""
     # Sorting 16-bit numbers is several times as fast, and the order need not be exact.
     order = np.argsort(np.minimum(lengths, np.iinfo(np.int16).max).astype(np.int16), kind="stable")
     order = order[np.count_nonzero(lengths <= 0) :]
-    group = np.cumsum(areas.take(order)) // batch_area
+    group = np.cumsum(areas.take(order)) // _BATCH
     for part in np.split(order, np.flatnonzero(np.diff(group)) + 1):
         if part.size:
             yield part
-
-
-def _add(planes: Single, spans: _RowSpans, some: Index, weights: Single, light: Single) -> None:
-    """Add ``some`` spans to planes (planes, H, W): ``weights`` (pixels, spans) times ``light``
-    (planes, flakes); weights of pixels outside the frame become 0."""
-    height, width = planes.shape[1:]
-    x, y, step = spans.x.take(some), spans.y.take(some), np.arange(len(weights))[:, None]
-    pixel = step + (y * width + x)
-    leaves = np.flatnonzero((x < 0) | (x + len(weights) > width) | (y < 0) | (y >= height))
-    if leaves.size:
-        x, y = x[leaves] + step, y[leaves]
-        seen = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-        weights[:, leaves] *= seen
-        pixel[:, leaves] *= seen
-    flake, pixel = some % light.shape[1], pixel.ravel()
-    for plane, shine in zip(planes.reshape(len(planes), -1), light, strict=True):
-        if shine.any():  # most flakes of a recipe's colours have no blue
-            np.add.at(plane, pixel, (weights * shine.take(flake)).ravel())
-
-
-def _ranges(
-    first: NDArray[np.float64], last: NDArray[np.float64]
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return, for every integer in the ranges first..last, the index of its range, and itself."""
-    count = np.maximum(last - first + 1, 0).astype(np.intp)
-    owner = np.repeat(np.arange(len(count)), count)
-    before = first.astype(np.intp) - (np.cumsum(count) - count)
-    return owner, before[owner] + np.arange(len(owner))

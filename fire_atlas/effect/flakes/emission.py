@@ -1,6 +1,7 @@
 """Emission: where and when flakes are spawned (Kim & Lee, sections III-B and C, Figure 7b)."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from typing import Self
 
@@ -8,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.chance import RandomStream, generator
-from fire_atlas.core.clip import Clip
+from fire_atlas.core.clip import Clip, Values
 from fire_atlas.core.pixels import Plane
 from fire_atlas.effect.flakes.drawing import drawn_width
+from fire_atlas.effect.flame.fires import Fire, Fires, Labels
 from fire_atlas.recipe.effect import Flakes
 
 TICK = 1 / 60
@@ -29,7 +31,11 @@ _CALM_RATE, _BURSTS_PER_FLAKE = 20.0, 1 / 60
 EMBER_SIZE = (0.0028, 0.0145)
 """Minimum and maximum width of an ember, heights."""
 
-_GOLDEN = (math.sqrt(5) - 1) / 2
+TEXTURE_SIZE = (0.02, 0.08)
+"""Minimum and maximum height of a user's texture, heights: so large that it can be made out."""
+
+_GOLDEN, _SILVER = (math.sqrt(5) - 1) / 2, math.sqrt(2) - 1
+"""Irrational steps, whose multiples fill 0..1 evenly and independently of each other."""
 
 EMBER, SPARK = 0, 1
 """Kinds of flakes: embers are carried by the gas, sparks are thrown and fly on their own."""
@@ -83,6 +89,7 @@ class Spawns:
         size_score: Standard score of the size's logarithm: standard deviations above the mean.
         turbulence_rate: Rate of the flake's own turbulent motion, Hz.
         turbulence_phase_x, turbulence_phase_y: Its phases, rad.
+        z, launch_z, turbulence_phase_z: The same in depth, towards the viewer; 0 in a flat clip.
     """
 
     kind: NDArray[np.int64]
@@ -99,6 +106,9 @@ class Spawns:
     turbulence_rate: NDArray[np.float64]
     turbulence_phase_x: NDArray[np.float64]
     turbulence_phase_y: NDArray[np.float64]
+    z: NDArray[np.float64]
+    launch_z: NDArray[np.float64]
+    turbulence_phase_z: NDArray[np.float64]
 
     def shifted(self, x: float, y: float) -> Self:
         """Return the same flakes, spawned ``x`` px further right and ``y`` px further down."""
@@ -135,8 +145,9 @@ class EmitterSettings:
         rate: Flakes per second at the automatic α, those of bursts included.
         burst_rate: Bursts per second at the automatic α.
         burst_sparks: Mean number of sparks in a burst, at least 1.
-        candidate_count: Mean number of candidates per frame at the automatic α: N(α_auto).
-        alpha: α, the recipe's or the automatic one: pixels with ‖Fv*‖ > α are candidates.
+        fires: The fires that shed them, each in proportion to its area. Their α is the recipe's or
+            the automatic one: pixels with ‖Fv*‖ > α are candidates. Their number of candidates is
+            that at the automatic α: N(α_auto).
         life, size: (min, max), s and px.
         height: Frame height, px.
         fps: Frames per second.
@@ -146,8 +157,7 @@ class EmitterSettings:
     rate: float
     burst_rate: float
     burst_sparks: float
-    candidate_count: float
-    alpha: float
+    fires: tuple[Fire, ...]
     life: tuple[float, float]
     size: tuple[float, float]
     height: int
@@ -160,8 +170,7 @@ class EmitterSettings:
         clip: Clip,
         *,
         moving_area: float,
-        candidate_count: float,
-        automatic_alpha: float,
+        fires: tuple[Fire, ...],
         seed: int,
     ) -> Self:
         """Convert the recipe's section to px and s, and replace ``auto`` by numbers.
@@ -170,11 +179,10 @@ class EmitterSettings:
             flakes: The recipe's section.
             clip: The clip; only its size, length and rate are used.
             moving_area: Area in which the fire moves, heights².
-            candidate_count: Mean number of candidates per frame at the automatic α.
-            automatic_alpha: The automatic α.
+            fires: The fires as measured.
             seed: The recipe's seed.
         """
-        smallest, largest = EMBER_SIZE if flakes.size == "auto" else flakes.size
+        smallest, largest = size_range(flakes)
         size = smallest * clip.height, largest * clip.height
         median = np.sqrt(size[0] * size[1])
         # Soft flakes thinner than a pixel are dimmer, but hard ones are drawn wider.
@@ -183,18 +191,26 @@ class EmitterSettings:
         automatic = automatic_rate(moving_area, width_ratio, duration)
         rate = automatic if flakes.rate == "auto" else flakes.rate
         bursts, sparks = _bursts_of(flakes, rate)
+        if flakes.alpha != "auto":
+            fires = tuple(replace(fire, alpha=flakes.alpha) for fire in fires)
         return cls(
             seed=seed,
             rate=rate,
             burst_rate=bursts,
             burst_sparks=sparks,
-            candidate_count=candidate_count,
-            alpha=automatic_alpha if flakes.alpha == "auto" else flakes.alpha,
+            fires=fires,
             life=flakes.life,
             size=size,
             height=clip.height,
             fps=clip.fps,
         )
+
+
+def size_range(flakes: Flakes) -> tuple[float, float]:
+    """Return the minimum and maximum width of flakes, heights."""
+    if flakes.size != "auto":
+        return flakes.size
+    return EMBER_SIZE if flakes.own_texture is None else TEXTURE_SIZE
 
 
 def automatic_rate(moving_area: float, width_ratio: float, duration: float) -> float:
@@ -235,7 +251,7 @@ def automatic_burst_rate(rate: float) -> float:
     return rate * _BURSTS_PER_FLAKE * min(max(rate / _CALM_RATE - 1, 0.0), 1.0)
 
 
-def emit(frame: int, strength: Plane, emitter: EmitterSettings) -> Spawns:
+def emit(frame: int, strength: Plane, labels: Labels, emitter: EmitterSettings) -> Spawns:
     """Spawn the flakes of one frame: as many as ``rate`` says, and bursts in addition to them.
 
     ``with_bursts_in_rate`` takes the sparks of bursts out of the number again, which needs the
@@ -243,26 +259,28 @@ def emit(frame: int, strength: Plane, emitter: EmitterSettings) -> Spawns:
 
     Candidates C_pos are the pixels whose strength ‖Fv*‖ exceeds α. The spawns of a frame are
     Poisson distributed with λ = rate · N(α) / N(α_auto) a second, so a lower α gives more flakes
-    (Figure 22); each picks a candidate with weight ‖Fv*‖. Bursts are a Poisson process.
+    (Figure 22); each picks a candidate with weight ‖Fv*‖. Of several fires each has a λ of its own:
+    the part of the rate that is its part of the flame's area. Bursts are a Poisson process.
 
     Args:
         frame: Index of the frame; its random numbers depend on it and the seed alone.
         strength: (H, W) ‖Fv*‖; 0 where no flake may be spawned.
+        labels: The fire of each pixel.
         emitter: How flakes are spawned.
     """
-    candidates = _Candidates.of(strength, emitter.alpha)
-    duration = candidates.places.size / emitter.candidate_count / emitter.fps
+    candidates = Candidates.of(strength, Fires(labels, emitter.fires))
+    duration = float(candidates.sheds.sum()) / emitter.fps
     first = round(frame / emitter.fps / TICK)
     ticks = max(1, round((frame + 1) / emitter.fps / TICK) - first)
     chance = generator(emitter.seed, RandomStream.EMISSION, frame)
     count = _steady_poisson(emitter.rate * duration, frame, emitter.seed)
     when = first + chance.integers(ticks, size=count)
-    places = candidates.choose(chance, count)
+    places = candidates.choose(chance, count, frame)
     spawned = [_flakes(chance, EMBER, when, places, emitter)]
     chance = generator(emitter.seed, RandomStream.BURSTS, frame)
     if bursts := int(chance.poisson(emitter.burst_rate * duration)):
         when = first + chance.integers(ticks, size=bursts)
-        places = candidates.choose(chance, bursts)
+        places = candidates.choose(chance, bursts, frame)
         # Poisson distributed about sizes of a gamma distribution: a negative binomial one.
         mean = chance.gamma(_BURST_SHAPE, (emitter.burst_sparks - 1) / _BURST_SHAPE, bursts)
         which = np.repeat(np.arange(bursts), 1 + chance.poisson(mean))
@@ -271,33 +289,51 @@ def emit(frame: int, strength: Plane, emitter: EmitterSettings) -> Spawns:
 
 
 @dataclass(frozen=True, slots=True)
-class _Candidates:
+class Candidates:
     """Candidate pixels C_pos of a frame.
 
     Attributes:
-        places: (candidates,) flat indices of pixels, ascending.
+        places: (candidates,) flat indices of pixels, fire by fire, ascending in each.
         weights: (candidates,) running sum of their ‖Fv*‖.
+        ends: (fires,) how many of the candidates belong to a fire or those before it.
+        sheds: (fires,) flakes of each fire, relative to all flakes at the automatic α.
         width: Width of the frame, px.
     """
 
     places: NDArray[np.intp]
     weights: NDArray[np.float64]
+    ends: NDArray[np.intp]
+    sheds: NDArray[np.float64]
     width: int
 
     @classmethod
-    def of(cls, strength: Plane, alpha: float) -> Self:
-        """Return the pixels whose ``strength`` ‖Fv*‖, (H, W), exceeds α."""
+    def of(cls, strength: Plane, fires: Fires) -> Self:
+        """Return the pixels whose ``strength`` ‖Fv*‖, (H, W), exceeds the α of their fire."""
+        alpha = fires.per_pixel([fire.alpha for fire in fires.each])
         places = np.flatnonzero(strength > alpha)
+        fire = fires.labels.ravel()[places]
+        if len(fires.each) > 1:
+            places = places[np.argsort(fire, kind="stable")]
+        count = np.bincount(fire, minlength=len(fires.each))
         weights = np.cumsum(strength.ravel()[places], dtype=np.float64)
-        return cls(places, weights, strength.shape[1])
+        share, usual = np.array([(each.share, each.candidate_count) for each in fires.each]).T
+        return cls(places, weights, np.cumsum(count), share * count / usual, strength.shape[1])
 
-    def choose(self, chance: np.random.Generator, count: int) -> NDArray[np.float64]:
-        """Return places (2, count), px, in pixels picked by weight; none without candidates."""
+    def choose(self, chance: np.random.Generator, count: int, frame: int) -> NDArray[np.float64]:
+        """Return places (2, count), px, in pixels picked by weight; none without candidates.
+
+        The fires take turns, each as often as it sheds: by chance alone, one of two that shed
+        little would shed most in a short clip.
+        """
         if count == 0 or self.places.size == 0:
             return np.empty((2, 0))
-        total = self.weights[-1]
-        at = np.searchsorted(self.weights, chance.random(count) * total, side="right")
-        picked = self.places[np.minimum(at, self.places.size - 1)]
+        turns = (np.arange(count) / count + frame * _SILVER) % 1.0 * self.sheds.sum()
+        fire = np.searchsorted(np.cumsum(self.sheds), turns, side="right")
+        fire = np.minimum(fire, np.flatnonzero(self.sheds)[-1])
+        bounds = np.append(0.0, np.append(0.0, self.weights)[self.ends])
+        first, last = bounds[fire], bounds[fire + 1]
+        at = np.searchsorted(self.weights, first + chance.random(count) * (last - first), "right")
+        picked = self.places[np.minimum(at, self.ends[fire] - 1)]
         row, column = np.divmod(picked, self.width)
         return np.stack([column, row]) + chance.random((2, count))
 
@@ -348,18 +384,55 @@ def _flakes(
         chance.uniform(*_TURBULENCE_RATE, count),
         chance.uniform(0, 2 * math.pi, count),
         chance.uniform(0, 2 * math.pi, count),
+        *np.zeros((3, count)),
     )
 
 
-def with_bursts_in_rate(spawns: Spawns, seed: int) -> Spawns:
+def in_depth(
+    spawns: Spawns,
+    fire_depth: Callable[[Values, Values, Values], Values],
+    frame: int,
+    seed: int,
+) -> Spawns:
+    """Return flakes of a flat view with a place in depth, on the fire that is seen there.
+
+    Sparks of a burst stay together; they are thrown into all directions around the vertical.
+
+    Args:
+        spawns: The flakes spawned in one frame.
+        fire_depth: As ``FireInDepth.fire_depth``, in that frame.
+        frame: Index of the frame, for the random numbers.
+        seed: The recipe's seed.
+    """
+    if not len(spawns.tick):
+        return spawns
+    chance = generator(seed, RandomStream.DEPTH, frame)
+    places = np.stack([spawns.x, spawns.y])
+    _, first, which = np.unique(places, axis=1, return_index=True, return_inverse=True)
+    x, y = places[:, first]
+    heading = chance.uniform(0, 2 * math.pi, len(spawns.tick))
+    return replace(
+        spawns,
+        z=fire_depth(x, y, chance.random(len(first)))[which.reshape(-1)],
+        launch_x=spawns.launch_x * np.cos(heading),
+        launch_z=spawns.launch_x * np.sin(heading),
+        turbulence_phase_z=chance.uniform(0, 2 * math.pi, len(spawns.tick)),
+    )
+
+
+def with_bursts_in_rate(spawns: Spawns, labels: Labels, seed: int) -> Spawns:
     """Remove as many flakes as there are sparks, so that as many are left as the rate says.
 
-    Embers are removed at random over the whole clip; sparks only where they alone are more than the
-    rate.
+    Embers are removed at random over the whole clip, in the fire that throws the sparks; sparks
+    only where they alone are more than the rate. ``labels`` has the fire of each pixel.
     """
     rank = generator(seed, RandomStream.REPLACED_BY_BURSTS).permutation(len(spawns.tick))
-    order = np.lexsort((rank, spawns.kind == EMBER))
-    return spawns.take(np.sort(order[: np.count_nonzero(spawns.kind == EMBER)]))
+    is_ember = spawns.kind == EMBER
+    fire = labels[spawns.y.astype(np.intp), spawns.x.astype(np.intp)]
+    order = np.lexsort((rank, is_ember, fire))
+    place = np.arange(len(order)) - np.searchsorted(fire[order], fire[order])
+    embers = np.bincount(fire, is_ember, int(labels.max()) + 1)
+    return spawns.take(np.sort(order[place < embers[fire[order]]]))
 
 
 def limit_alive(spawns: Spawns, limit: int, count: int, fps: float, seed: int) -> Spawns:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import expose, linear_to_srgb
 from fire_atlas.effect.flakes.close_ups import HEIGHT, SEEN, CloseUps
-from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
+from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks, by_column
 
 Values = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -83,7 +83,7 @@ def _in_order(tracks: Tracks) -> tuple[Values, Index, Index]:
 
 def _is_inside(rows: Values, tracks: Tracks) -> NDArray[np.bool_]:
     """Return which flakes are whole in the frame."""
-    column = dict(zip(COLUMNS, rows.T, strict=True))
+    column = by_column(rows)
     reach = column["size"] * column["stretch"] / 2
     return np.asarray(
         (np.minimum(column["x"], tracks.width - column["x"]) > reach)
@@ -251,7 +251,7 @@ def birth_figures(tracks: Tracks) -> dict[str, float]:
 
 def _can_be_seen(rows: Values) -> NDArray[np.bool_]:
     """Return which flakes have a middle bright enough to stand out from black."""
-    column = dict(zip(COLUMNS, rows.T, strict=True))
+    column = by_column(rows)
     light = np.maximum.reduce([column[name] for name in "rgb"]) * column["a"]
     return np.asarray(255 * linear_to_srgb(expose(light.astype(np.float32))) > SEEN)
 

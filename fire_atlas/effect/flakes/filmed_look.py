@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.effect.flakes.close_ups import HEIGHT, CloseUps
-from fire_atlas.effect.flakes.tracks import COLUMNS
+from fire_atlas.effect.flakes.tracks import by_column
 
 Values = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ def look_figures(rows: Values, seen: CloseUps) -> dict[str, float]:
     """
     if len(rows) < _FEW:
         return {}
-    column = dict(zip(COLUMNS, rows.T, strict=True))
+    column = by_column(rows)
     return {**_colour(seen), **_brightness(seen), **_shape(seen), **_widths(column)}
 
 

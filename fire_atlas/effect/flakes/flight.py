@@ -1,11 +1,12 @@
 """Flight: embers move with the buoyancy field, with inertia, jitter and gravity (eq. 13).
 
-Sparks are thrown and fly on their own (``ballistics.py``).
+Sparks are thrown and fly on their own (``ballistics.py``). In a fire with depth, flakes fly once in
+three dimensions, in the axes of its front, and are seen from every side (``particles.py``).
 """
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -16,6 +17,7 @@ from fire_atlas.core.pixels import as_plane
 from fire_atlas.effect.field.record import FieldRecord
 from fire_atlas.effect.flakes.ballistics import Ballistics
 from fire_atlas.effect.flakes.emission import SPARK, TICK, Spawns
+from fire_atlas.effect.flakes.particles import FlakeView, ParticleState
 from fire_atlas.vision.warp import sample_at
 
 Column = NDArray[np.float64]
@@ -60,6 +62,7 @@ class FlightSettings:
             streak has left the frame.
         max_alive: Maximum number of flakes alive at once.
         width, height: Frame size, px; flakes that have left the frame are removed.
+        views: The views of a fire with depth: flakes are removed that have left all their frames.
     """
 
     seed: int
@@ -71,84 +74,81 @@ class FlightSettings:
     max_alive: int
     width: int
     height: int
+    views: tuple[FlakeView, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class ParticleState:
-    """Flakes alive at one moment, sorted by id. Arrays (flakes,).
+class FlightField:
+    """The field that flakes fly in.
 
     Attributes:
-        id: Index of each in its ``Spawns``.
-        x, y: Place, px.
-        vx, vy: Velocity, px/s.
-        smoothed_speed: Speed, px/s, exponentially smoothed over time.
-        exposure: How far outside the flame it has been of late, 0..1.
-        age: Seconds since the flake was spawned.
+        front: As seen from the front.
+        side: As seen from the right of the front, at a right angle to it, if the fire has depth.
+        axis: x of the fire's vertical axis in both, px.
     """
 
-    id: NDArray[np.int64]
-    x: Column
-    y: Column
-    vx: Column
-    vy: Column
-    smoothed_speed: Column
-    exposure: Column
-    age: Column
+    front: FieldRecord
+    side: FieldRecord | None = None
+    axis: float = 0.0
 
-    @classmethod
-    def empty(cls) -> Self:
-        """Return no flakes."""
-        return cls(np.empty(0, np.int64), *(np.empty(0) for _ in fields(cls)[1:]))
-
-    def where(self, kept: NDArray[np.bool_]) -> "ParticleState":
-        """Return the flakes at which the mask is true."""
-        places = np.flatnonzero(kept)
-        if len(places) == len(kept):
-            return self
-        return ParticleState(*(getattr(self, f.name).take(places) for f in fields(self)))
-
-    @classmethod
-    def concatenate(cls, parts: Sequence["ParticleState"]) -> Self:
-        """Return the flakes of all parts, one part after the other."""
-        return cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
+    def at_time(self, time: float) -> "_FieldSampler":
+        """Return the field at ``time`` s."""
+        planes = self.front.interpolated(time)
+        side = None if self.side is None else self.side.interpolated(time)
+        return _FieldSampler(planes, side, self.axis, self.front.cell)
 
 
 def fly(
-    spawns: Spawns, record: FieldRecord, frames: int, settings: FlightSettings
+    spawns: Spawns, air: FlightField, frames: int, settings: FlightSettings
 ) -> Iterator[ParticleState]:
     """Yield the flakes of every frame; flake i is entry i of ``spawns``.
 
     Flakes move in ticks of 1/60 s; frames between two ticks interpolate linearly.
     """
-    model, state = _FlightModel.of(spawns, settings), ParticleState.empty()
-    spawned = np.searchsorted(spawns.tick, np.arange(math.ceil(frames / record.fps / TICK) + 2))
+    model, state = _FlightModel.of(spawns, settings, air), ParticleState.empty()
+    fps = air.front.fps
+    spawned = np.searchsorted(spawns.tick, np.arange(math.ceil(frames / fps / TICK) + 2))
     frame = 0
     for tick in range(len(spawned) - 1):
-        field = _FieldSampler(record.interpolated(tick * TICK), record.cell)
+        field = air.at_time(tick * TICK)
         state = model.spawn(state, int(spawned[tick]), int(spawned[tick + 1]), field)
         moved = model.step(state, field, tick)
-        while frame < frames and frame / record.fps / TICK < tick + 1:
-            yield model.between(state, moved, frame / record.fps / TICK - tick)
+        while frame < frames and frame / fps / TICK < tick + 1:
+            yield model.between(state, moved, frame / fps / TICK - tick)
             frame += 1
         state = moved.where(model.is_alive(moved))
 
 
 @dataclass(frozen=True, slots=True)
 class _FieldSampler:
-    """The field at one moment: ``planes`` (rows, columns, 3) are u, v (px/s) and lit (0..1) of each
-    ``cell`` px."""
+    """The field at one moment: planes (rows, columns, 3) are u, v (px/s) and lit (0..1) of each
+    ``cell`` px, as seen from the front and, if the fire has depth, from its right side."""
 
-    planes: NDArray[np.float32]
+    front: NDArray[np.float32]
+    side: NDArray[np.float32] | None
+    axis: float
     cell: int
 
-    def at(self, x: Column, y: Column) -> Column:
-        """Return u, v and lit, (3, flakes), at places in px: bilinear between cell centres,
-        continued outside by the border's values."""
+    def at(self, x: Column, y: Column, z: Column) -> tuple[Column, Column, Column, Column]:
+        """Return u, v, w (px/s, right, down, towards the viewer) and lit, (flakes,) each.
+
+        Each view shows the mean of what lies behind one another. So u is that of the front, w that
+        of the side, and v the mean of both. A flake is in the flame if it is in both views.
+        """
+        u, v, lit = self._sampled(self.front, x, y)
+        if self.side is None:
+            return u, v, np.zeros_like(u), lit
+        away, also, seen = self._sampled(self.side, self.axis - z, y)
+        return u, (v + also) / 2, -away, np.minimum(lit, seen)
+
+    def _sampled(self, planes: NDArray[np.float32], x: Column, y: Column) -> Column:
+        """Return the planes, (3, flakes), at places in px: bilinear between cell centres, continued
+        outside by the border's values."""
         map_x, map_y = (as_plane(c / self.cell - 0.5)[:, None] for c in (x, y))
         found = np.empty((len(x), 3))
         for start in range(0, len(x), _REMAP_LIMIT):
             part = slice(start, start + _REMAP_LIMIT)
-            found[part] = sample_at(self.planes, map_x[part], map_y[part])[:, 0]
+            found[part] = sample_at(planes, map_x[part], map_y[part])[:, 0]
         return np.ascontiguousarray(found.T)
 
 
@@ -163,6 +163,7 @@ class _FlightModel:
         fall_speed: (flakes,) terminal velocity under the recipe's gravity, px/s.
         thrown: (flakes,) whether each is a spark.
         ballistics: How the sparks fly.
+        has_depth: Whether they fly in three dimensions.
     """
 
     spawns: Spawns
@@ -171,15 +172,17 @@ class _FlightModel:
     fall_speed: Column
     thrown: NDArray[np.bool_]
     ballistics: Ballistics
+    has_depth: bool
 
     @classmethod
-    def of(cls, spawns: Spawns, settings: FlightSettings) -> Self:
+    def of(cls, spawns: Spawns, settings: FlightSettings, air: FlightField) -> Self:
         """Compute the constants of each flake; larger flakes lag longer behind the field."""
         lag = settings.lag * np.exp(_LAG_PER_SCORE * spawns.size_score)
         retained = np.exp(-TICK / np.maximum(lag, 1e-6))
         ballistics = Ballistics.of(spawns, settings.height, settings.gravity)
         thrown = spawns.kind == SPARK
-        return cls(spawns, settings, retained, settings.gravity * lag, thrown, ballistics)
+        fall, has_depth = settings.gravity * lag, air.side is not None
+        return cls(spawns, settings, retained, fall, thrown, ballistics, has_depth)
 
     def spawn(
         self, state: ParticleState, first: int, last: int, field: _FieldSampler
@@ -188,11 +191,11 @@ class _FlightModel:
         last = min(last, first + max(self.settings.max_alive - len(state.id), 0))
         if first == last:
             return state
-        x, y = self.spawns.x[first:last], self.spawns.y[first:last]
-        vx, vy, _ = field.at(x, y)
+        x, y, z = (each[first:last] for each in (self.spawns.x, self.spawns.y, self.spawns.z))
+        vx, vy, vz, _ = field.at(x, y, z)
         ids, age = np.arange(first, last, dtype=np.int64), np.zeros(last - first)
-        spawned = self._with_sparks(ParticleState(ids, x, y, vx, vy, age, age, age))
-        spawned = replace(spawned, smoothed_speed=np.hypot(spawned.vx, spawned.vy))
+        spawned = self._with_sparks(ParticleState(ids, x, y, vx, vy, age, age, age, z, vz))
+        spawned = replace(spawned, smoothed_speed=_speed(spawned.vx, spawned.vy, spawned.vz))
         return ParticleState.concatenate([state, spawned])
 
     def step(self, state: ParticleState, field: _FieldSampler, tick: int) -> ParticleState:
@@ -200,30 +203,37 @@ class _FlightModel:
 
         Sparks are placed where their throw has brought them.
         """
-        *u, lit = field.at(state.x, state.y)
-        vx, vy = u
+        *u, lit = field.at(state.x, state.y, state.z)
+        vx, vy, vz = u
         if self.settings.lag > 0:
             retained = self.retained.take(state.id)
             vx = u[0] + (state.vx - u[0]) * retained
             target = u[1] + self.fall_speed.take(state.id)
             vy = target + (state.vy - target) * retained
+            vz = u[2] + (state.vz - u[2]) * retained
         cos, sin = scatter_rotations(self.settings.seed, tick, state.id, self.settings.scatter)
-        vx, vy = vx * cos - vy * sin, vx * sin + vy * cos
+        if self.has_depth:
+            turn = scatter_directions(self.settings.seed, tick, state.id)
+            vx, vy, vz = _scattered_in_depth((vx, vy, vz), cos, sin, turn)
+        else:
+            vx, vy = vx * cos - vy * sin, vx * sin + vy * cos
         outside = np.square(np.square(1 - lit))
-        own_x, own_y = self._own_velocity(state, u[0], u[1], outside)
+        own_x, own_y, own_z = self._own_velocity(state, u, outside)
         ticks = tick + 1 - self.spawns.tick.take(state.id)  # counted, as summed ages would drift
         moved = self._with_sparks(
             replace(
                 state,
                 x=state.x + (vx + own_x) * TICK,
                 y=state.y + (vy + own_y) * TICK,
+                z=state.z + (vz + own_z) * TICK,
                 vx=vx,
                 vy=vy,
+                vz=vz,
                 exposure=state.exposure + (outside - state.exposure) * _EXPOSURE_GAIN,
                 age=np.multiply(ticks, TICK, dtype=np.float64),
             )
         )
-        speed = np.hypot(moved.x - state.x, moved.y - state.y) / TICK
+        speed = _speed(moved.x - state.x, moved.y - state.y, moved.z - state.z) / TICK
         change = (speed - state.smoothed_speed) * _COLOUR_GAIN
         return replace(moved, smoothed_speed=state.smoothed_speed + change)
 
@@ -232,30 +242,32 @@ class _FlightModel:
         sparks = np.flatnonzero(self.thrown.take(state.id))
         if not len(sparks):
             return state
-        columns = [c.copy() for c in (state.x, state.y, state.vx, state.vy)]
+        columns = [getattr(state, name).copy() for name in ("x", "y", "z", "vx", "vy", "vz")]
         flown = self.ballistics.at(state.id.take(sparks), state.age.take(sparks))
         for column, now in zip(columns, flown, strict=True):
             column[sparks] = now
-        x, y, vx, vy = columns
-        return replace(state, x=x, y=y, vx=vx, vy=vy)
+        x, y, z, vx, vy, vz = columns
+        return replace(state, x=x, y=y, z=z, vx=vx, vy=vy, vz=vz)
 
     def _own_velocity(
-        self, state: ParticleState, u: Column, v: Column, outside: Column
-    ) -> tuple[Column, Column]:
+        self, state: ParticleState, air: Sequence[Column], outside: Column
+    ) -> tuple[Column, Column, Column]:
         """Velocity of each ember relative to the field, px/s, that its neighbours do not share.
 
         It is the fall at terminal velocity, the drift that is faster or slower than the gas, and
         turbulence, so that neighbours do not fly in a line. All begin slowly ``outside`` the flame
         (0..1), and end at once inside.
         """
-        ids, spawns = state.id, self.spawns
+        ids, spawns, (u, v, w) = state.id, self.spawns, air
         speed = _WANDER * math.sqrt(2) * self.settings.turbulence
         turn = 2 * math.pi * spawns.turbulence_rate.take(ids) * state.age
         aside = speed * _sine(turn + spawns.turbulence_phase_x.take(ids))
         down = 0.5 * speed * _sine(turn + spawns.turbulence_phase_y.take(ids))
         own = state.exposure * outside
         drift, fall = spawns.drift.take(ids) - 1, spawns.terminal_velocity.take(ids)
-        return own * (aside + drift * u), own * (down + drift * v + fall)
+        towards = speed * _sine(turn + spawns.turbulence_phase_z.take(ids)) * self.has_depth
+        right, along = aside + drift * u, down + drift * v + fall
+        return own * right, own * along, own * (towards + drift * w)
 
     def between(self, before: ParticleState, after: ParticleState, part: float) -> ParticleState:
         """Return the flakes at ``part`` (0..1) of a tick, without those that have cooled.
@@ -263,14 +275,16 @@ class _FlightModel:
         Their velocity is that of their whole motion, relative to the frame.
         """
         age = before.age + part * TICK
-        moved_x, moved_y = after.x - before.x, after.y - before.y
+        moved_x, moved_y, moved_z = after.x - before.x, after.y - before.y, after.z - before.z
         seen = self._with_sparks(
             replace(
                 after,
                 x=before.x + moved_x * part,
                 y=before.y + moved_y * part,
+                z=before.z + moved_z * part,
                 vx=moved_x / TICK,
                 vy=moved_y / TICK,
+                vz=moved_z / TICK,
                 age=age,
             )
         )
@@ -278,17 +292,36 @@ class _FlightModel:
 
     def is_alive(self, state: ParticleState) -> NDArray[np.bool_]:
         """Return which flakes have neither cooled nor left the frame with their whole streak."""
-        margin = self.spawns.size.take(state.id)
+        views, size = self.settings.views, self.spawns.size.take(state.id)
+        if views:
+            inside = np.any([self._is_seen(state, size, view) for view in views], axis=0)
+        else:
+            inside = self._is_inside(state, size, (self.settings.width, self.settings.height))
+        return np.asarray((state.age < self.spawns.life.take(state.id)) & inside)
+
+    def _is_seen(self, state: ParticleState, size: Column, view: FlakeView) -> NDArray[np.bool_]:
+        """Return which flakes, of a ``size`` in px of the front, are in the frame of a view."""
+        seen = view.seen(state)
+        return self._is_inside(seen, size * view.magnification(seen.z), view.size)
+
+    def _is_inside(
+        self, state: ParticleState, margin: Column, size: tuple[int, int]
+    ) -> NDArray[np.bool_]:
+        """Return which flakes are in a frame of ``size``, px, or with a part of their streak."""
         if self.settings.streak > 0:
             margin = margin + np.hypot(state.vx, state.vy) * (self.settings.streak / 2)
-        alive: NDArray[np.bool_] = (
-            (state.age < self.spawns.life.take(state.id))
-            & (state.x > -margin)
-            & (state.x < self.settings.width + margin)
+        inside: NDArray[np.bool_] = (
+            (state.x > -margin)
+            & (state.x < size[0] + margin)
             & (state.y > -margin)
-            & (state.y < self.settings.height + margin)
+            & (state.y < size[1] + margin)
         )
-        return alive
+        return inside
+
+
+def _speed(x: Column, y: Column, z: Column) -> Column:
+    """Length of vectors; if z is 0, exactly that of x and y."""
+    return np.hypot(np.hypot(x, y), z)
 
 
 def _sine(angle: Column) -> NDArray[np.float32]:
@@ -323,3 +356,28 @@ def scatter_rotations(
     right = np.floor(draws)
     cos = scattering_cosine(draws - right, k)
     return cos, (2 * right - 1) * np.sqrt(1 - cos * cos)
+
+
+def scatter_directions(seed: int, tick: int, ids: NDArray[np.int64]) -> Column:
+    """Return the direction, rad, around its velocity, to which eq. 13 turns each flake at ``tick``;
+    it depends on (seed, tick, id) alone."""
+    count = min(int(ids.max(initial=-1)) + 1, _ANGLES)
+    draws = generator(seed, RandomStream.SCATTER_IN_DEPTH, tick).random(count)
+    return np.asarray(2 * math.pi * draws.take(ids & (_ANGLES - 1)))
+
+
+def _scattered_in_depth(
+    velocity: tuple[Column, Column, Column], cos: Column, sin: Column, turn: Column
+) -> tuple[Column, Column, Column]:
+    """Turn velocities (x, y, z) by an angle, given by its ``cos`` and ``sin``, to the direction
+    ``turn``, rad, around them: 0 is in the plane of the frame, as in a flat clip."""
+    x, y, z = velocity
+    flat = np.hypot(x, y)
+    unit = np.maximum(flat, 1e-12)
+    aside = sin * np.cos(turn) * (np.hypot(flat, z) / unit)
+    across = sin * np.sin(turn) / unit
+    return (
+        x * cos - y * aside - z * x * across,
+        y * cos + x * aside - z * y * across,
+        z * cos + flat * flat * across,
+    )

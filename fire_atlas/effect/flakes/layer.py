@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import as_plane
+from fire_atlas.effect.flakes.tracks import Table, by_column
 
 FAINTEST = 4e-4
 """Light, linear, below which nothing is drawn: one step of sRGB's 255."""
@@ -41,3 +42,27 @@ class FlakeLight:
         """Return the flat indices of all pixels that have visible light, ascending."""
         brightest = self.planes.max(axis=0) if len(self.planes) > 1 else self.planes[0]
         return np.flatnonzero(brightest > FAINTEST)
+
+
+def in_few_planes(rows: Table) -> tuple[Table, NDArray[np.float32]]:
+    """Return the light of flakes in each plane, (planes, flakes), and the planes' colours.
+
+    One plane, if all flakes have the same colour.
+    """
+    column = by_column(rows)
+    rgb = np.stack([column[name] for name in "rgb"])
+    brightest = rgb.max(axis=0, initial=0)
+    hues = rgb / np.maximum(brightest, 1e-12)
+    if (np.abs(hues - hues[:, :1]) < 1e-6).all() and hues.size:
+        return brightest[None] * column["a"], as_plane(hues[:, :1].T)
+    return rgb * column["a"], np.eye(3, dtype=np.float32)
+
+
+def ranges(
+    first: NDArray[np.floating | np.integer], last: NDArray[np.floating | np.integer]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return, for every integer in the ranges first..last, the index of its range, and itself."""
+    count = np.maximum(last - first + 1, 0).astype(np.intp)
+    owner = np.repeat(np.arange(len(count)), count)
+    before = first.astype(np.intp) - (np.cumsum(count) - count)
+    return owner, before[owner] + np.arange(len(owner))

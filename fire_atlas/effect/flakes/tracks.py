@@ -7,6 +7,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.camera import Camera
+
 COLUMNS = (
     "id", "x", "y", "vx", "vy", "size", "stretch", "rotation", "r", "g", "b", "a", "age", "life",
     "kind", "blur", "tail",
@@ -15,6 +17,10 @@ COLUMNS = (
 
 SPAWN_COLUMNS = ("id", "t", "life", "x", "y", "vx", "vy", "size", "wraps")
 """Columns of ``Tracks.spawns``, in px, px/s and s; ``wraps`` (0 or 1): seen past the loop's end."""
+
+DEPTH_COLUMNS = ("z", "vz")
+"""Further columns of frames and of spawns, the last, of a fire with depth: place towards the viewer
+from the plane through the middle of the fire, px, and velocity, px/s; in perspective, px there."""
 
 Table = NDArray[np.float64]
 """(rows, columns)."""
@@ -25,6 +31,22 @@ RowNumbers = tuple[NDArray[np.int64], ...]
 _ID, _AGE = COLUMNS.index("id"), COLUMNS.index("age")
 _SPAWN_DATA = [SPAWN_COLUMNS.index(name) for name in ("life", "x", "y", "vx", "vy", "size")]
 _T, _WRAPS = SPAWN_COLUMNS.index("t"), SPAWN_COLUMNS.index("wraps")
+
+
+@dataclass(frozen=True, slots=True)
+class TrackTexture:
+    """The texture that the flakes of some tracks show.
+
+    Attributes:
+        frames: Names of its cells in the atlas.
+        tinted: Whether the cells are masks of the flakes' light, or are shown as painted.
+        cells: For each row of each frame, the index in ``frames`` of the cell that it shows.
+    """
+
+    frames: tuple[str, ...]
+    tinted: bool
+    cells: RowNumbers
+
 
 _MIN_VISIBLE = 0.001
 """Light up to which a flake is invisible: 3 of 255 in sRGB."""
@@ -47,6 +69,9 @@ class Tracks:
     If ``hard``, a flake is a square of ``size`` whole px that all have the light rgb·a, at the
     nearest whole px; where squares overlap, each channel is that of the brighter one.
 
+    With a ``texture``, a flake is a picture instead, without halo and tail: ``texture.py`` says how
+    it lies in a rectangle of ``size`` · ``stretch`` by ``size`` px, and what its light is.
+
     A flight is the unbroken life of one flake, from the first frame that shows it to the last. In a
     loop it continues from the last frame into frame 0. A loop no longer than a flight shows several
     parts of it in one frame; the flake then changes its id on the way, so that no id is in a frame
@@ -58,12 +83,15 @@ class Tracks:
         loop: Whether frame 0 follows the last frame.
         seed: The recipe's seed.
         spawns: (ids, 9) float64, columns ``SPAWN_COLUMNS``, sorted by id.
-        frames: One (rows, 17) float64 table per frame, columns ``COLUMNS``, sorted by id.
+        frames: One (rows, 17) float64 table per frame, columns ``COLUMNS``, sorted by id. If the
+            fire has depth, ``DEPTH_COLUMNS`` follow, here and in ``spawns``.
         flights: Flight of each row of each frame, identified by the first id of its flake.
         flight_frames: For each row of each frame, number of frames since its flight began.
         hard: Whether flakes are hard squares.
         rounds: Number of rounds of the animation that the frames cover: flakes of a short loop
             repeat after several of its rounds.
+        texture: The picture that flakes show; None for capsules or squares.
+        camera: The camera that sees the flakes, if the fire has depth.
     """
 
     fps: float
@@ -77,11 +105,13 @@ class Tracks:
     flight_frames: RowNumbers
     hard: bool = False
     rounds: int = 1
+    texture: TrackTexture | None = None
+    camera: Camera | None = None
 
     @classmethod
     def one_shot(
         cls, fps: float, size: tuple[int, int], seed: int, spawns: Table, frames: Sequence[Table],
-        hard: bool = False,
+        hard: bool = False, texture: TrackTexture | None = None, camera: Camera | None = None,
     ) -> Self:  # fmt: skip
         """Return tracks that play once: each id is one flight.
 
@@ -89,12 +119,16 @@ class Tracks:
         """
         flights = tuple(rows[:, _ID].astype(np.int64) for rows in frames)
         since_first = _frames_since_first(flights)
-        return cls(fps, *size, False, seed, spawns, tuple(frames), flights, since_first, hard)
+        return cls(
+            fps, *size, False, seed, spawns, tuple(frames), flights, since_first, hard,
+            texture=texture, camera=camera,
+        )  # fmt: skip
 
     @classmethod
     def of_tables(
         cls, fps: float, size: tuple[int, int], loop: bool, seed: int, spawns: Table,
-        frames: Sequence[Table], rounds: int = 1,
+        frames: Sequence[Table], rounds: int = 1, texture: TrackTexture | None = None,
+        camera: Camera | None = None,
     ) -> Self:  # fmt: skip
         """Return tracks of tables read from a file; flights are recomputed from spawns and ages.
 
@@ -116,7 +150,18 @@ class Tracks:
         return cls(
             fps, *size, loop, seed, spawns, tuple(frames),
             tuple(np.split(flights, ends)), tuple(np.split(since_first, ends)), rounds=rounds,
+            texture=texture, camera=camera,
         )  # fmt: skip
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Columns of ``frames``."""
+        return COLUMNS + DEPTH_COLUMNS * (self.camera is not None)
+
+    @property
+    def spawn_columns(self) -> tuple[str, ...]:
+        """Columns of ``spawns``."""
+        return SPAWN_COLUMNS + DEPTH_COLUMNS * (self.camera is not None)
 
     @property
     def round_frames(self) -> int:
@@ -127,6 +172,10 @@ class Tracks:
     def frame_numbers(self) -> NDArray[np.intp]:
         """The frame number of each row, (all rows,)."""
         return np.repeat(np.arange(len(self.frames)), [len(rows) for rows in self.frames])
+
+    def with_cell_names(self, names: tuple[str, ...]) -> Self:
+        """Return the tracks with the names that the cells of their texture have in the atlas."""
+        return replace(self, texture=self.texture and replace(self.texture, frames=names))
 
     def following_rows(self) -> NDArray[np.int64]:
         """Return for each row the index, among all rows, of its flake in the next frame, or -1."""
@@ -158,6 +207,11 @@ class Tracks:
         latest = np.full(len(ids), np.iinfo(np.int64).min)
         np.maximum.at(latest, which, began)
         return np.asarray(ids + (began < latest[which]) * (ids.max(initial=0) + 1), np.float64)
+
+
+def by_column(rows: Table) -> dict[str, NDArray[np.float64]]:
+    """Return the columns of a table of ``Tracks.frames`` by name."""
+    return dict(zip((COLUMNS + DEPTH_COLUMNS)[: rows.shape[1]], rows.T, strict=True))
 
 
 def _frames_since_first(flights: RowNumbers) -> RowNumbers:
@@ -194,7 +248,18 @@ def fold_into_loop(tracks: Tracks, count: int, rounds: int = 1) -> Tracks:
         frames=tuple(np.split(rows[order], bounds)),
         flights=tuple(np.split(np.concatenate(tracks.flights)[order], bounds)),
         flight_frames=tuple(np.split(since_first[order], bounds)),
+        texture=_folded(tracks.texture, order, bounds),
     )
+
+
+def _folded(
+    texture: TrackTexture | None, order: NDArray[np.intp], bounds: NDArray[np.intp]
+) -> TrackTexture | None:
+    """Return the texture with its cells in the order of the rows of other frames."""
+    if texture is None:
+        return None
+    cells = np.concatenate(texture.cells)[order]
+    return replace(texture, cells=tuple(np.split(cells, bounds)))
 
 
 def _with_parts(spawns: Table, parts: int, id_step: float, period: float) -> Table:
@@ -210,7 +275,7 @@ def _with_parts(spawns: Table, parts: int, id_step: float, period: float) -> Tab
 
 def visible_count(rows: Table) -> int:
     """Return how many flakes of a frame's table are bright enough to be visible."""
-    column = dict(zip(COLUMNS, rows.T, strict=True))
+    column = by_column(rows)
     brightest = np.maximum.reduce([column["r"], column["g"], column["b"]]) * column["a"]
     return int(np.count_nonzero(brightest > _MIN_VISIBLE))
 
@@ -225,6 +290,7 @@ def first_frames(tracks: Tracks, count: int) -> Tracks:
         frames=frames,
         flights=tracks.flights[:count],
         flight_frames=tracks.flight_frames[:count],
+        texture=tracks.texture and replace(tracks.texture, cells=tracks.texture.cells[:count]),
     )
 
 
@@ -237,8 +303,8 @@ def as_drawn(tracks: Tracks) -> Tracks:
 
 
 def _snapped(rows: Table) -> Table:
-    column = dict(zip(COLUMNS, rows.T, strict=True))
+    column = by_column(rows)
     half, still = column["size"] / 2, np.zeros(len(rows))
     column |= {axis: np.rint(column[axis] - half) + half for axis in "xy"}
     column |= dict.fromkeys(("vx", "vy", "rotation"), still)
-    return np.stack([column[name] for name in COLUMNS]).T
+    return np.stack([*column.values()]).T

@@ -86,10 +86,13 @@ def kappa(shape: tuple[int, int], box: Box, buoyancy: tuple[float, float], n: fl
 def feature_vectors(
     brightness: Plane,
     sigma: tuple[float, float],
-    epsilon: float,
+    epsilon: float | np.float32 | Plane,
     kappa: Plane,
 ) -> tuple[Plane, Plane]:
-    """Return Fv = ∇f κ where ‖∇f‖ > ε, else 0 (eq. 2): x and y, each (H, W)."""
+    """Return Fv = ∇f κ where ‖∇f‖ > ε, else 0 (eq. 2): x and y, each (H, W).
+
+    ``epsilon`` is a number or (H, W).
+    """
     gx, gy = gradient(difference_of_gaussians(brightness, sigma))
     weight = kappa * (magnitude(gx, gy) > epsilon)
     return gx * weight, gy * weight

@@ -8,16 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.picture import Picture, as_light
+from fire_atlas.core.picture import Picture, as_bytes, as_light
 from fire_atlas.core.pixels import (
     Bytes,
     Pixels,
     Plane,
     as_plane,
     brightness,
-    encode_bytes,
     magnitude,
-    unpremultiply,
 )
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flame.segmentation import FlameSegmentation
@@ -96,16 +94,7 @@ def _sample(picture: Picture, segmentation: FlameSegmentation, blend_space: str)
     pixels = shrunk(as_light(np.ascontiguousarray(picture[::step, ::step])), _SIDE)
     plane = brightness(pixels, blend_space)
     flame = segmentation.mask(plane, lambda: pixels)
-    return FrameSample(pixels, plane, flame, _shown(rows))
-
-
-def _shown(pixels: Picture) -> Bytes:
-    """Return pixels (h, w, 4) of any type as straight sRGB and coverage, bytes."""
-    if pixels.dtype == np.uint8:
-        return pixels
-    light = as_light(pixels)
-    cover = np.rint(np.clip(light[..., 3:], 0, 1) * 255).astype(np.uint8)
-    return np.concatenate([encode_bytes(unpremultiply(light)), cover], axis=-1)
+    return FrameSample(pixels, plane, flame, as_bytes(rows))
 
 
 def _step(before: FrameSample, after: FrameSample, fps: float) -> tuple[float, float, float]:

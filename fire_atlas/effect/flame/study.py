@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip, Window
-from fire_atlas.core.pixels import Plane
+from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flame.direction import UP, flame_direction
 from fire_atlas.effect.flame.features import Box, gradient_magnitude, kappa
+from fire_atlas.effect.flame.fires import Fire, Fires, Labels, separate_fires
 from fire_atlas.effect.flame.samples import FlameSamples
 from fire_atlas.effect.flame.segmentation import FlameSegmentation
 from fire_atlas.recipe.effect import Features
@@ -46,10 +47,8 @@ class FlameStudy:
         base: (x, y) of the flame's foot, px.
         moving_area: Area within the box in which fire moves, heights².
         segmentation: Separates flame from everything else.
-        kappa: (H, W) float32, κ of each pixel (eq. 2).
-        epsilon: ε (eq. 2): the recipe's, or the automatic one.
-        alpha: Automatic α, the threshold of candidates for flakes.
-        candidate_count: Mean number of candidates per frame at the automatic α.
+        fires: The separate fires: each has its own ε, α and candidates.
+        kappa: (H, W) float32, κ of each pixel (eq. 2), in its own fire.
         mean_feature: Mean ‖Fv‖ of the features, the unit of the feature force.
         dies_out: Whether almost nothing of the flame is left in the last frame.
         samples: Small copies of a few frames; None if no step needs them.
@@ -60,10 +59,8 @@ class FlameStudy:
     base: tuple[float, float]
     moving_area: float
     segmentation: FlameSegmentation
+    fires: Fires
     kappa: Plane
-    epsilon: float
-    alpha: float
-    candidate_count: float
     mean_feature: float
     dies_out: bool
     samples: FlameSamples | None = None
@@ -88,7 +85,8 @@ class FlameStudy:
     def cropped(self, window: Window) -> "FlameStudy":
         """Return the study of a window of the frame."""
         segmentation = self.segmentation.cropped(window)
-        return replace(self, segmentation=segmentation, kappa=self.kappa[window.slices])
+        kappa, fires = self.kappa[window.slices], self.fires.cropped(window)
+        return replace(self, segmentation=segmentation, kappa=kappa, fires=fires)
 
 
 def study_flame(
@@ -123,23 +121,80 @@ def study_flame(
     if buoyancy is None:
         # Generated fire rises, and its recipe states the wind that bends it.
         buoyancy = flame_direction(samples) if samples and clip.flow is None else UP
-    box, base = _flame_box(masks)
-    spanned = box if features.kappa_over == "flame" else Box(0, 0, clip.width - 1, clip.height - 1)
-    weight = kappa((clip.height, clip.width), spanned, buoyancy, features.n)
+    total = as_plane(reduce(np.add, masks))
+    box, base = _flame_box(total)
+    # The paper knows one fire, whose κ spans the image.
+    is_one = features.preset == "paper"
+    labels = np.zeros(total.shape, np.uint8) if is_one else separate_fires(masks)
+    weight = _kappa(total, labels, features, buoyancy)
     pairs = [(slope.result(), mask) for slope, mask in zip(slopes, masks, strict=True)]
-    epsilon = _automatic_epsilon(pairs, workers) if features.epsilon == "auto" else features.epsilon
-    lengths = workers.map(lambda pair: _feature_lengths(*pair, weight, epsilon), pairs)
-    alpha, candidate_count, mean_feature = _automatic_alpha(list(lengths))
+    fires, mean_feature = _measured(pairs, total, labels, weight, features, workers)
     return FlameStudy(
-        buoyancy, box, base, _moving_area(segmentation.activity, box), segmentation, weight,
-        epsilon, alpha, candidate_count, mean_feature, _dies_out(planes, masks), samples,
+        buoyancy, box, base, _moving_area(segmentation.activity, box), segmentation, fires, weight,
+        mean_feature, _dies_out(planes, masks), samples,
     )  # fmt: skip
 
 
-def _flame_box(masks: list[Plane]) -> tuple[Box, tuple[float, float]]:
-    """Bounding box of the flame without stray pixels, and (x, y) of the flame's foot, px."""
-    height, width = masks[0].shape
-    total: Plane = reduce(np.add, masks)
+def _kappa(
+    total: Plane, labels: Labels, features: Features, buoyancy: tuple[float, float]
+) -> Plane:
+    """Return κ of each pixel, (H, W): over the box of its own fire, or over the image.
+
+    ``total`` is the sum of the flame's masks.
+    """
+    height, width = total.shape
+    if features.kappa_over == "image":
+        return kappa(total.shape, Box(0, 0, width - 1, height - 1), buoyancy, features.n)
+    weight = np.zeros_like(total)
+    for number in range(int(labels.max()) + 1):
+        own = labels == number
+        box, _ = _flame_box(as_plane(total * own))
+        np.copyto(weight, kappa(total.shape, box, buoyancy, features.n), where=own)
+    return weight
+
+
+def _measured(
+    pairs: list[tuple[Plane, Plane]],
+    total: Plane,
+    labels: Labels,
+    weight: Plane,
+    features: Features,
+    workers: Workers,
+) -> tuple[Fires, float]:
+    """Measure each fire, and the mean ‖Fv‖ of all features.
+
+    Args:
+        pairs: Gradients and masks (H, W) of a few frames.
+        total: (H, W) sum of the masks.
+        labels: The fire of each pixel.
+        weight: κ of each pixel.
+        features: The recipe's section.
+        workers: Measure frames.
+    """
+    area = np.bincount(labels.ravel(), total.ravel())
+    shares = area / area.sum() if area.sum() else np.ones(1)
+    fires, found = [], []
+    for number, share in enumerate(shares):
+        own = pairs
+        if len(shares) > 1:
+            own = [(slope, as_plane(mask * (labels == number))) for slope, mask in pairs]
+        epsilon = features.epsilon
+        if epsilon == "auto":
+            epsilon = _automatic_epsilon(own, workers)
+        lengths = list(workers.map(partial(_feature_lengths, kappa=weight, epsilon=epsilon), own))
+        fires.append(Fire(float(share), epsilon, *_automatic_alpha(lengths)))
+        found += lengths
+    all_lengths = np.concatenate(found)
+    mean = float(all_lengths.mean()) if all_lengths.size else 1.0
+    return Fires(labels, tuple(fires)), mean
+
+
+def _flame_box(total: Plane) -> tuple[Box, tuple[float, float]]:
+    """Bounding box of the flame without stray pixels, and (x, y) of the flame's foot, px.
+
+    ``total`` is the sum of its masks, (H, W).
+    """
+    height, width = total.shape
     if not total.any():
         return Box(0.0, 0.0, width - 1.0, height - 1.0), (width / 2, float(height))
     (left, right), (top, bottom) = (_central_range(total.sum(axis=axis)) for axis in (0, 1))
@@ -177,18 +232,18 @@ def _automatic_epsilon(pairs: list[tuple[Plane, Plane]], workers: Workers) -> fl
 
 
 def _feature_lengths(
-    slope: Plane, mask: Plane, kappa: Plane, epsilon: float
+    pair: tuple[Plane, Plane], kappa: Plane, epsilon: float
 ) -> NDArray[np.float32]:
-    """‖Fv‖ of the feature pixels of a frame, (features,)."""
+    """‖Fv‖ of the feature pixels of a frame with these gradients and this mask, (features,)."""
+    slope, mask = pair
     places = np.flatnonzero((slope > epsilon) & (mask > 0) & (kappa > 0))
     return slope.ravel()[places] * kappa.ravel()[places] * mask.ravel()[places]
 
 
-def _automatic_alpha(lengths: list[NDArray[np.float32]]) -> tuple[float, float, float]:
-    """Automatic α, its mean number of candidates per frame, and the mean ‖Fv‖ of a feature."""
+def _automatic_alpha(lengths: list[NDArray[np.float32]]) -> tuple[float, float]:
+    """Automatic α, and its mean number of candidates per frame."""
     features = np.concatenate(lengths)
     if features.size == 0:
-        return 0.0, 1.0, 1.0
+        return 0.0, 1.0
     alpha = float(np.quantile(features, _ALPHA_QUANTILE))
-    count = float(np.count_nonzero(features > alpha)) / len(lengths)
-    return alpha, max(count, 1.0), float(features.mean())
+    return alpha, max(float(np.count_nonzero(features > alpha)) / len(lengths), 1.0)

@@ -5,6 +5,8 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from fire_atlas.core.pixels import Plane
+from fire_atlas.effect.flakes import emission
 from fire_atlas.effect.flakes.emission import (
     EMBER,
     SPARK,
@@ -13,14 +15,16 @@ from fire_atlas.effect.flakes.emission import (
     Spawns,
     automatic_burst_rate,
     automatic_rate,
-    emit,
     with_bursts_in_rate,
 )
+from fire_atlas.effect.flame.fires import Fire
 from fire_atlas.recipe.effect import Flakes
 from tests.support.clips import clip_of
 
+FIRE = Fire(share=1.0, epsilon=0.0, alpha=1.0, candidate_count=100.0)
+ONE_FIRE = np.zeros((50, 60), np.uint8)
 EMITTER = EmitterSettings(
-    seed=5, rate=120.0, burst_rate=0.0, burst_sparks=16.0, candidate_count=100.0, alpha=1.0,
+    seed=5, rate=120.0, burst_rate=0.0, burst_sparks=16.0, fires=(FIRE,),
     life=(0.5, 1.5), size=(2.0, 8.0), height=200, fps=24.0,
 )  # fmt: skip
 
@@ -29,6 +33,16 @@ def _strength(candidates: int = 100) -> np.ndarray[tuple[int, int], np.dtype[np.
     plane = np.zeros((50, 60), np.float32)
     plane.ravel()[:candidates] = 2.0
     return plane
+
+
+def _with(**values: float) -> EmitterSettings:
+    """Return the emitter, its fire changed."""
+    return replace(EMITTER, fires=(replace(FIRE, **values),))
+
+
+def emit(frame: int, strength: Plane, emitter: EmitterSettings) -> Spawns:
+    """Return the flakes of one frame of a single fire."""
+    return emission.emit(frame, strength, np.zeros(strength.shape, np.uint8), emitter)
 
 
 def _all(frames: int, emitter: EmitterSettings, candidates: int = 100) -> Spawns:
@@ -47,8 +61,7 @@ def test_births_grow_with_the_number_of_candidates() -> None:
 def test_a_lower_alpha_gives_more_flakes() -> None:
     plane = np.linspace(0, 4, 3000, dtype=np.float32).reshape(50, 60)
     counts = [
-        sum(len(emit(i, plane, replace(EMITTER, alpha=a)).x) for i in range(20))
-        for a in (0.5, 1.0, 2.0, 3.0)
+        sum(len(emit(i, plane, _with(alpha=a)).x) for i in range(20)) for a in (0.5, 1.0, 2.0, 3.0)
     ]
     assert counts == sorted(counts, reverse=True) and counts[0] > 2 * counts[-1]
 
@@ -56,7 +69,7 @@ def test_a_lower_alpha_gives_more_flakes() -> None:
 def test_flakes_are_born_on_candidates_only_and_prefer_strong_ones() -> None:
     plane = np.zeros((40, 40), np.float32)
     plane[10, 10], plane[20, 30], plane[30, 5] = 2.0, 6.0, 0.9
-    born = [emit(i, plane, replace(EMITTER, candidate_count=1.0)) for i in range(60)]
+    born = [emit(i, plane, _with(candidate_count=1.0)) for i in range(60)]
     at = {(int(y), int(x)) for s in born for x, y in zip(s.x, s.y, strict=True)}
     assert at == {(10, 10), (20, 30)}
     strong = sum(int(np.sum(s.x >= 20)) for s in born)
@@ -78,9 +91,7 @@ def test_sizes_are_log_normal_between_their_bounds() -> None:
 
 def _bursts(rate: float, frames: int = 2000, sparks: float = 16.0) -> list[Spawns]:
     """Return all bursts of a fire that sheds nothing else, each of them alone."""
-    emitter = replace(
-        EMITTER, rate=0.0, burst_rate=rate, burst_sparks=sparks, candidate_count=3000.0
-    )
+    emitter = replace(_with(candidate_count=3000.0), rate=0.0, burst_rate=rate, burst_sparks=sparks)
     born = _all(frames, emitter, 3000)
     _, which = np.unique(np.stack([born.tick, born.x, born.y]), axis=1, return_inverse=True)
     return [born.take(np.flatnonzero(which == i)) for i in range(which.max(initial=-1) + 1)]
@@ -140,35 +151,35 @@ def test_a_given_share_of_sparks_is_kept(
     emitter = EmitterSettings.of(
         Flakes.model_validate(keys),
         clip_of([np.zeros((20, 20, 4), np.float32)]),
-        moving_area=0.3, candidate_count=100.0, automatic_alpha=1.0, seed=1,
+        moving_area=0.3, fires=(FIRE,), seed=1,
     )  # fmt: skip
     assert (emitter.burst_rate, emitter.burst_sparks) == pytest.approx((bursts, sparks))
 
 
 def test_sparks_of_bursts_take_the_place_of_single_flakes() -> None:
     single, crackling = _all(600, EMITTER), _all(600, replace(EMITTER, burst_rate=4.0))
-    both = with_bursts_in_rate(crackling, EMITTER.seed)
+    both = with_bursts_in_rate(crackling, ONE_FIRE, EMITTER.seed)
     assert len(both.x) == len(single.x) < len(crackling.x)
     assert both.kind.sum() == crackling.kind.sum() > 0.2 * len(single.x)
     assert np.isin(both.x, crackling.x).all() and (np.diff(both.tick) >= 0).all()
 
 
 def test_single_flakes_make_way_for_bursts_evenly_over_the_clip() -> None:
-    both = with_bursts_in_rate(_all(2400, replace(EMITTER, burst_rate=4.0)), EMITTER.seed)
+    both = with_bursts_in_rate(_all(2400, replace(EMITTER, burst_rate=4.0)), ONE_FIRE, EMITTER.seed)
     quarters = np.histogram(both.tick[both.kind == EMBER], 4, (0, 6000))[0]
     assert quarters.min() > 0.9 * quarters.max()
 
 
 def test_bursts_alone_are_never_more_than_the_rate() -> None:
     crackling = _all(600, replace(EMITTER, rate=10.0, burst_rate=4.0))
-    both = with_bursts_in_rate(crackling, EMITTER.seed)
+    both = with_bursts_in_rate(crackling, ONE_FIRE, EMITTER.seed)
     assert (both.kind == SPARK).all() and len(both.x) == pytest.approx(250, rel=0.05)
 
 
 def test_the_sparks_of_a_burst_are_born_on_candidates() -> None:
     plane = np.zeros((40, 40), np.float32)
     plane[10, 10], plane[12, 13], plane[11, 11], plane[30, 5] = 2.0, 6.0, 0.9, 3.0
-    emitter = replace(EMITTER, rate=0.0, burst_rate=240.0, candidate_count=3.0)
+    emitter = replace(_with(candidate_count=3.0), rate=0.0, burst_rate=240.0)
     born = Spawns.concatenate([emit(i, plane, emitter) for i in range(60)])
     at = {(int(y), int(x)) for x, y in zip(born.x, born.y, strict=True)}
     assert at == {(10, 10), (12, 13), (30, 5)}

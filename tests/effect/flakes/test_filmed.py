@@ -38,7 +38,7 @@ def shown(light: Values) -> Values:
 
 def weight(distance: Values, size: float) -> Values:
     """The sprite's light ``distance`` px off its axis, with its halo, over that on the axis."""
-    own, halo = (np.maximum(1 - (2 * distance / w) ** 2, 0) ** 2 for w in (size, 4 * size))
+    own, halo = (np.maximum(1 - (2 * distance / w) ** 2, 0) ** 2 for w in (size, 2.5 * size))
     return np.asarray(own + 0.004 * halo)
 
 

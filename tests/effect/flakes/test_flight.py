@@ -12,7 +12,8 @@ from scipy.integrate import solve_ivp
 from fire_atlas.effect.field.record import FieldRecord
 from fire_atlas.effect.flakes.ballistics import WEIGHT
 from fire_atlas.effect.flakes.emission import SPARK, Spawns
-from fire_atlas.effect.flakes.flight import FlightSettings, ParticleState, fly
+from fire_atlas.effect.flakes.flight import FlightField, FlightSettings, fly
+from fire_atlas.effect.flakes.particles import ParticleState
 
 FRAMES = 24
 FPS = 24.0
@@ -23,7 +24,7 @@ def _spawns(count: int, x: float = 100.0, y: float = 200.0, life: float = 10.0) 
     return Spawns(
         np.zeros(count, np.int64), np.zeros(count, np.int64), ones * x, ones * y, 0 * ones,
         0 * ones, 0 * ones, ones, life * ones, 2 * ones, 0 * ones,
-        ones, 0 * ones, 0 * ones,
+        ones, 0 * ones, 0 * ones, 0 * ones, 0 * ones, 0 * ones,
     )  # fmt: skip
 
 
@@ -51,7 +52,7 @@ def _flight(
 
 
 def _flown(field: FieldRecord, flight: FlightSettings, spawns: Spawns) -> list[ParticleState]:
-    return list(fly(spawns, field, FRAMES, flight))
+    return list(fly(spawns, FlightField(field), FRAMES, flight))
 
 
 @pytest.mark.parametrize("fps", [24.0, 60.0, 23.81, 10.0])
@@ -73,7 +74,7 @@ def test_jitter_does_not_depend_on_the_frame_rate() -> None:
     for fps in (12.0, 24.0, 48.0):
         field, flight = _uniform(60, 0, fps), _flight(scatter=0.9)
         frames = int(fps / 2) + 1
-        end = list(fly(_spawns(400, x=50), field, frames, flight))[-1]
+        end = list(fly(_spawns(400, x=50), FlightField(field), frames, flight))[-1]
         spread.append(float(np.std(end.y)))
     assert spread[0] > 0
     assert spread == pytest.approx([spread[0]] * 3, rel=1e-6)
@@ -132,7 +133,7 @@ def _thrown(fps: float, launch: tuple[float, float], gravity: float = 0.0) -> li
         terminal_velocity=np.full(1, 80.0),
     )
     flight = _flight(scatter=0.9, lag=0.01, gravity=gravity, turbulence=50.0)
-    return list(fly(spawns, _uniform(300.0, 0.0, fps), round(fps), flight))
+    return list(fly(spawns, FlightField(_uniform(300.0, 0.0, fps)), round(fps), flight))
 
 
 @pytest.mark.parametrize("gravity", [0.0, 60.0])
