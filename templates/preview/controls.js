@@ -1,7 +1,7 @@
 /** What the controls and keys do. */
 function playOrPause() {
   if (film.playing) film.pause();
-  else film.play();
+  else film.play(wayOn() !== null);
   before = null;
   say(film.playing ? "playing" : `paused at frame ${film.index + 1}`);
   refresh();
@@ -16,8 +16,22 @@ function seek(position) {
 
 /** The whole number before or after `at`. */
 const neighbour = (at, way) => (way < 0 ? Math.ceil(at) - 1 : Math.floor(at) + 1);
-const step = (way) => seek(neighbour(isFluid() ? film.position : film.index, way));
-const halfStep = (way) => seek(neighbour(2 * film.position, way) / 2);
+const step = (way) => move(neighbour(isFluid() ? film.position : film.index, way));
+const halfStep = (way) => move(neighbour(2 * film.position, way) / 2);
+
+/** Step to a position: on as the fire plays, into another animation where it goes on there. */
+function move(position) {
+  const way = wayOn();
+  const end = way?.frame + 1;
+  if (!way || film.position >= end || position < end) {
+    seek(position);
+    return;
+  }
+  film.pause();
+  follow(way, position - end);
+  refresh();
+  say($("scrub").getAttribute("aria-valuetext"));
+}
 
 /** Make the next choice, told to those who do not see it, with what is missing for more. */
 function change(name) {
@@ -25,20 +39,27 @@ function change(name) {
   say([word(name), $(`${name}-hint`)?.textContent].filter(Boolean).join(". "));
 }
 
-function select(index) {
+/** Show an animation from its beginning, playing as the one before did. */
+function show(index) {
   const { playing, speed } = film;
   film.pause();
   film = films[index];
   film.speed = speed;
   film.seek(0);
   if (playing) film.play();
-  before = null;
   const { animation } = film;
+  $("animation").value = index;
   $("repeat").checked = film.repeat;
   $("flake-controls").hidden = !animation.flakes;
   for (const each of document.querySelectorAll("[data-animation]")) {
     each.hidden = each.dataset.animation !== String(index);
   }
+}
+
+function select(index) {
+  show(index);
+  before = null;
+  tellWindOf(index);
   refresh();
 }
 
@@ -102,10 +123,7 @@ $("marks").addEventListener("pointerleave", () => {
 $("marks").addEventListener("click", (event) => {
   const found = frameAt(event);
   if (!found) return;
-  if (films[found.number] !== film) {
-    $("animation").value = found.number;
-    select(found.number);
-  }
+  if (films[found.number] !== film) select(found.number);
   seek(found.index);
 });
 $("stage").addEventListener("wheel", (event) => {
@@ -130,6 +148,7 @@ const KEYS = {
   1: () => choose("view", "play"),
   2: () => choose("view", "seam"),
   3: () => choose("view", "page"),
+  a: () => change("field"),
   b: () => next("backdrop"),
   d: () => next("seam"),
   f: () => next("flakes"),
@@ -138,6 +157,7 @@ const KEYS = {
   o: () => $("outline").click(),
   p: () => $("pixels").click(),
   r: () => $("repeat").click(),
+  w: nextWind,
   "[": () => changeSpeed(-1),
   "]": () => changeSpeed(1),
 };

@@ -57,13 +57,21 @@ class Film {
     this.time = this.start(index) + (wrapped - index) * this.animation.frames[index].duration;
   }
 
-  play() {
-    if (this.index === this.count - 1 && !this.repeat) this.time = 0;
+  /** Play, from the beginning if this is over and nothing goes on from here. */
+  play(goesOn) {
+    if (this.index === this.count - 1 && !this.repeat && !goesOn) this.time = 0;
     this.playing = true;
   }
 
   pause() {
     this.playing = false;
+  }
+
+  /** Time until frame `index` is over next. */
+  until(index) {
+    const end = this.ends[index];
+    if (this.time < end) return end - this.time;
+    return this.repeat ? this.duration - this.time + end : Infinity;
   }
 
   /** Let `elapsed` ms of the viewer's time go by. An animation that plays once stops at its end. */

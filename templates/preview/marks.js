@@ -16,6 +16,9 @@ class Marks {
     const context = this.context;
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.clearRect(0, 0, width, height);
+    // Chromium may drop a clear of the whole canvas after which nothing is drawn.
+    context.fillRect(0, 0, 1, 1);
+    context.clearRect(0, 0, 1, 1);
     context.scale(zoom * sharp, zoom * sharp);
     this.hair = 1 / zoom; // one CSS px
   }

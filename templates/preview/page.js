@@ -30,6 +30,9 @@ async function load() {
       painter.keep(sheet, i, await createImageBitmap(blob, asStored));
     }
   }
+  data.animations.filter(({ field }) => field).forEach((animation, i) => {
+    animation.marks = new FieldMarks(animation.field, new Int16Array(bytesOf(`field-${i}`).buffer));
+  });
   data.animations.forEach((animation, i) => {
     if (!animation.flakes) return;
     animation.flakes.rows = new Float32Array(bytesOf(`flakes-${i}`).buffer);
@@ -62,10 +65,11 @@ const moment = () => (isFluid() ? film.time : film.index);
 
 function tick(now) {
   const shown = moment();
+  const animation = film;
   const was = film.playing;
-  film.advance(before === null ? 0 : now - before);
+  advance(before === null ? 0 : now - before);
   before = now;
-  if (film.playing !== was) refresh();
+  if (film.playing !== was || film !== animation) refresh();
   else if (moment() !== shown) {
     draw(false);
     tell();

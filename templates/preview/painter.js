@@ -32,7 +32,7 @@ class Painter {
     this.gl = gl;
     this.program = new Program(gl, Painter.VERTEX, Painter.FRAGMENT);
     this.textures = new Map();
-    this.flakes = gl.getExtension("EXT_color_buffer_float") && new FlakePainter(gl);
+    this.flakes = gl.getExtension("EXT_color_buffer_float") && new FlakePainter(gl, this.blend);
   }
 
   /**
@@ -60,7 +60,8 @@ class Painter {
    * A cell has sheet, page, x, y, width, height, rotated and its left and top on the canvas, in px;
    * `bounds` is the part of the page, left, top, right and bottom, that samples of it may come from.
    * `backdrop` is {colour: [r, g, b] in 0..1, square: px of a checkerboard, or 0 for none}.
-   * `flakes` is {rows, first, count, offset, scale} to add the light of, or nothing.
+   * `flakes` is {rows, first, count, offset, scale, page, cells, tinted} to add the light of, or
+   * nothing; `cells` of a texture lie on a page.
    * `between` is {part, vectors}: how much of the way is over, and whether it goes along vectors.
    */
   draw(cells, mode, size, backdrop, flakes = null, between = { part: 0, vectors: false }) {
@@ -68,7 +69,7 @@ class Painter {
     if (this.canvas.width !== size[0] || this.canvas.height !== size[1]) {
       [this.canvas.width, this.canvas.height] = size;
     }
-    if (flakes) this.flakes.draw(flakes, size);
+    if (flakes) this.flakes.draw(flakes, this.textures.get(`composed ${flakes.page}`) ?? null, size);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, ...size);
     const program = this.program.use();

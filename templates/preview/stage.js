@@ -53,20 +53,26 @@ function drawSeam(scale) {
 }
 
 function drawFrame(scale) {
-  const { frame, part, following } = film;
+  const { frame, part } = film;
+  const next = isFluid() && part > 0 ? following() : null;
   const { flakes } = film.animation;
   const how = flakes ? chosen("flakes") : "off";
   const at = flakes && film.flakeFrame;
   const light = how === "light" && {
     rows: flakes.rows, first: flakes.firsts[at], count: flakes.counts[at],
     offset: frame.stage, scale: data.scale,
+    page: flakes.page, cells: flakes.cells, tinted: flakes.tinted,
   };
   const ground = backdrop(scale);
-  if (isFluid() && part > 0 && following) {
+  if (next) {
     const between = { part, vectors: chosen("between") === "vectors" };
-    painter.draw([frame, following].map(cellOf), "between", size(), ground, light || null, between);
+    painter.draw([frame, next].map(cellOf), "between", size(), ground, light || null, between);
   } else {
     painter.draw([cellOf(frame)], "frame", size(), ground, light || null);
+  }
+  const layer = chosen("field");
+  if (film.animation.field?.layers[layer]) {
+    film.animation.marks.draw(marks, layer, film.index, frame.stage, frame.source, data.scale);
   }
   if (how === "marks") marks.flakes(trail(flakes, at), frame.stage, data.scale);
   if ($("outline").checked) {

@@ -1,8 +1,11 @@
 /** What is told beside the picture, for eyes and for screen readers. */
 function tell() {
   const { animation, index, frame, count } = film;
-  const isBetween = isFluid() && film.part > 0 && film.following !== null;
-  const next = ((index + 1) % count) + 1;
+  const isBetween = isFluid() && film.part > 0 && following() !== null;
+  const way = wayOn();
+  const next = way?.frame === index
+    ? `${way.entry + 1} of ${data.animations[way.to].name}`
+    : ((index + 1) % count) + 1;
   const frames = isBetween ? `between frames ${index + 1} and ${next}` : `frame ${index + 1}`;
   const place = `${frames} of ${count}`;
   $("now").textContent = isBetween ? (film.position + 1).toFixed(2) : `${index + 1}`;
@@ -15,6 +18,13 @@ function tell() {
   $("scrub").setAttribute("aria-valuetext", place);
   const longest = Number($("scrub").max);
   $("scrub").style.setProperty("--done", longest ? Number($("scrub").value) / longest : 1);
+  if (data.states) {
+    const { levels } = data.states;
+    const level = Number($("wind").value);
+    $("level").textContent = levels[level];
+    $("wind").setAttribute("aria-valuetext", levels[level]);
+    $("wind").style.setProperty("--done", level / (levels.length - 1));
+  }
   $("caption").textContent = {
     play: animation.flakes && chosen("flakes") !== "off" ? `${frame.name} · ${flakesTold()}` : frame.name,
     seam: chosen("seam") === "overlay"
@@ -27,8 +37,15 @@ function tell() {
     seam: `${animation.name}, last and first frame, ${chosen("seam")}`,
     page: `page ${data.pages[sheetPage].file} with the outlines of its frames`,
   }[view()];
+  const field = animation.field?.layers[chosen("field")];
+  if ($("field-legend")) {
+    $("field-legend").hidden = !field;
+    $("field-title").textContent = field?.title ?? "";
+    $("field-longest").textContent = field?.longest ?? "";
+  }
+  const analysed = field && view() === "play" ? `, with ${field.title}` : "";
   const alone = chosen("layer") === "composed" ? "" : `, ${word("layer")} alone`;
-  $("picture").setAttribute("aria-label", `${shown}${alone}`);
+  $("picture").setAttribute("aria-label", `${shown}${alone}${analysed}`);
   $("zoom").textContent = `${+(scaleNow() * 100).toFixed(scaleNow() < 0.1 ? 1 : 0)} %`;
 }
 

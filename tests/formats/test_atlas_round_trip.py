@@ -15,7 +15,16 @@ from numpy.typing import NDArray
 
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.pages import build_sheets
-from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet, MotionScale, Region, Sprite
+from fire_atlas.atlas.sheet import (
+    AnimationFrames,
+    AtlasSheet,
+    MotionScale,
+    Region,
+    Sprite,
+    State,
+    StateGraph,
+    StateTransition,
+)
 from fire_atlas.atlas.trim import trimmed
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.channels.motion import Motion
@@ -25,6 +34,7 @@ from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
 from fire_atlas.formats.atlas.texture_packer import export_json_hash, read_atlas
 from fire_atlas.formats.pages.page_file import read_page, write_page
+from fire_atlas.formats.templates.context import context_of
 from fire_atlas.preview.frames import cut_frames
 from fire_atlas.recipe.output import Atlas, Engine, Layer
 
@@ -219,6 +229,36 @@ def test_motion_vectors_of_another_making_are_refused(
     path = write_json(sheet, tmp_path)
     document = json.loads(path.read_bytes())
     change(document["meta"]["maps"][0])
+    path.write_text(json.dumps(document))
+    with pytest.raises(SourceError, match=f"is not an atlas that fire-atlas wrote.*{reason}"):
+        read_atlas(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (lambda graph: graph["states"].pop("gale"), "two or more that increase"),
+        (lambda graph: graph["states"]["gale"].update(wind=9), "9 is not a number from 0 to 5"),
+        (lambda graph: graph["states"].update(storm={"wind": 5}), "'storm' is not one of"),
+        (lambda graph: graph["transitions"][0].update(to="storm"), "'storm' is not one of"),
+        (lambda graph: graph["transitions"][0].update(frame=2), "2 is not a number from 0 to 1"),
+        (lambda graph: graph.pop("transitions"), "KeyError: 'transitions'"),
+    ],
+)
+def test_a_graph_of_states_of_another_making_is_refused(
+    change: Callable[[dict[str, Any]], object], reason: str, tmp_path: Path
+) -> None:
+    frame = trimmed(np.full((8, 8, 4), 9, np.uint8))
+    loops = [AnimationFrames(n, (frame, frame), 40.0, True, None) for n in ("calm", "gale")]
+    states = StateGraph(
+        (State("calm", wind=0.0), State("gale", wind=3.0)),
+        (StateTransition("calm", 1, "gale", 0),),
+    )
+    path = write_json(replace(build_sheets("fire", loops, Atlas())[0], states=states), tmp_path)
+    document, sheet = json.loads(path.read_bytes()), read_atlas(path).sheet
+    assert sheet.states == states
+    assert context_of(sheet)["states"] == document["meta"]["states"]
+    change(document["meta"]["states"])
     path.write_text(json.dumps(document))
     with pytest.raises(SourceError, match=f"is not an atlas that fire-atlas wrote.*{reason}"):
         read_atlas(path)

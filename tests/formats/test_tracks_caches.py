@@ -11,7 +11,7 @@ from hypothesis import given
 from numpy.typing import NDArray
 
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, fold_into_loop
-from fire_atlas.pipeline.writers import track_writer
+from fire_atlas.formats.tracks.writers import track_writer
 from tests.support.any_tracks import any_tracks, flights_of
 
 WIDTH, HEIGHT, FPS = 640, 480, 24

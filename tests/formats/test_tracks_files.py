@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 from fire_atlas.formats.decimals import plain, table_text
 from fire_atlas.formats.tracks.columns import DECIMALS
-from fire_atlas.pipeline.writers import track_writer
+from fire_atlas.formats.tracks.writers import track_writer
 from fire_atlas.recipe.output import FlakeTrackName
 from tests.support.any_tracks import any_tracks
 
@@ -64,7 +64,7 @@ def test_the_json_tells_what_it_is() -> None:
         "size": [640, 480],
         "space": "source pixels, x right, y down, (0,0) top-left corner",
         "units": "px, px/s, s, rad",
-        "light": {"sum": "linear", "curve": "x/(1+x)", "halo": [0.004, 4]},
+        "light": {"sum": "linear", "curve": "x/(1+x)", "halo": [0.004, 2.5]},
         "columns": list(COLUMNS),
     }
 

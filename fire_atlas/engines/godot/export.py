@@ -1,12 +1,13 @@
 """Export a build to Godot: sprite frames, scene, import settings, flakes, lamp, flipbook."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
-from fire_atlas.atlas.sheet import AtlasSheet, MotionScale
+from fire_atlas.atlas.sheet import AtlasSheet, MotionScale, Region
 from fire_atlas.core.output_file import OutputFile
+from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.engines.godot.flakes import FlakeArrays, flake_arrays
+from fire_atlas.engines.godot.flakes import FlakeArrays, flake_arrays, flake_arrays_in_space
 from fire_atlas.engines.godot.import_settings import KEEP, import_settings
 from fire_atlas.engines.godot.lamp import TEXTURE_SIDE, lamp_of
 from fire_atlas.engines.godot.names import (
@@ -27,14 +28,16 @@ from fire_atlas.formats.templates.jinja import rendered
 from fire_atlas.recipe.output import GodotOptions
 
 _PLAYER, _TRACKS, _TABLES = "_flakes.gd", "_flake_tracks.gd", "_flakes.tres"
-_LAMP, _FLIPBOOK = "_light.gd", "_motion.gdshader"
+_PLAYER_3D, _TABLES_3D, _SCENE_3D = "_flakes_3d.gd", "_flakes_3d.tres", "_flakes_3d.tscn"
+_LAMP, _WIND, _FLIPBOOK = "_light.gd", "_wind.gd", "_motion.gdshader"
 
 
 def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
     """Yield sprite frames and scene of each scale, the flakes and lamp that all scales share, and
     import settings."""
     flakes = _played_flakes(product)
-    arrays = flake_arrays(flakes, _pivots(product.sheets[0])) if flakes else None
+    names = [cell.name for cell in _played_cells(product, product.sheets[0], options)]
+    arrays = flake_arrays(flakes, _pivots(product.sheets[0]), names) if flakes else None
     for sheet in product.sheets:
         yield from _page_settings(product, sheet, options)
         yield _frames(product, sheet, options)
@@ -43,11 +46,15 @@ def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile
             yield _summed_scene(product, sheet, arrays, options)
         yield from _flipbook(product, sheet, options)
     if arrays:
-        yield _flake_tables(product, flakes, arrays, options)
+        yield _flake_tables(product, _TABLES, arrays, list(flakes), options)
         for ending in (_TRACKS, _PLAYER):
-            yield from _script(product, ending, options)
+            yield from _script(product, ending, options, textured=bool(arrays.cells))
+    if options.version == 4:
+        yield from _flakes_in_space(product, options)
     if _is_lit(product, options):
         yield from _script(product, _LAMP, options, alpha=product.sheets[0].alpha)
+    if _changes_wind(product, options):
+        yield from _script(product, _WIND, options)
     if any(_played_motion(sheet, options) for sheet in product.sheets):
         yield from _script(product, _FLIPBOOK, options)
     if "csv" in product.track_formats and options.version == 4:
@@ -63,9 +70,41 @@ def _played_flakes(product: Product) -> dict[str, Tracks]:
     return not_baked or dict(product.tracks)
 
 
+def _played_cells(product: Product, sheet: AtlasSheet, options: GodotOptions) -> tuple[Region, ...]:
+    """Return the cells of textures that the scene draws flakes with: in Godot 4, of one page."""
+    one_page = len({cell.page for cell in sheet.cells}) == 1
+    return sheet.cells if one_page and options.version == 4 and product.tracks else ()
+
+
+def why_texture_is_not_played(product: Product, options: GodotOptions) -> str | None:
+    """Return advice if flakes have a texture, but the scene draws them without."""
+    sheet = product.sheets[0]
+    if not sheet.cells or _played_cells(product, sheet, options):
+        return None
+    reason = "only Godot 4 has a shader for it; set version: 4"
+    if options.version == 4:
+        reason = "the textures of its recipes are on several pages; raise atlas.max_size"
+    return f"flakes.texture: the scene draws flakes as soft streaks: {reason}, or bake the flakes"
+
+
+def _cells_of(product: Product, sheet: AtlasSheet, options: GodotOptions) -> list[dict[str, Any]]:
+    """Return what a shader needs of the cells: place on the page, and whether each is a mask."""
+    textures = [each.texture for each in product.tracks.values() if each.texture is not None]
+    masks = {name for texture in textures if texture.tinted for name in texture.frames}
+    return [
+        {"place": (cell.x, cell.y, cell.width, cell.height), "tinted": cell.name in masks}
+        for cell in _played_cells(product, sheet, options)
+    ]
+
+
 def _is_lit(product: Product, options: GodotOptions) -> bool:
     """Return whether the scene has a lamp; Godot 3 has no texture for it that a scene can hold."""
     return bool(product.lights) and options.version == 4
+
+
+def _changes_wind(product: Product, options: GodotOptions) -> bool:
+    """Return whether the scene passes from loop to loop as the wind changes, as Godot 4 can."""
+    return product.sheets[0].states is not None and options.version == 4
 
 
 def _page_settings(
@@ -155,33 +194,19 @@ def _frames(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Outpu
 def _scene(
     product: Product, sheet: AtlasSheet, flakes: dict[str, Tracks], options: GodotOptions
 ) -> OutputFile:
-    frames = sheet.name + FRAMES_ENDING
-    tables = f"{product.name}{_TABLES}"
     return _resource(
         "scene.tscn",
         sheet.name + SCENE_ENDING,
         product,
         options,
-        node=node_name(product.name),
-        sheet=sheet,
-        frames=(frames, uid_of(product, frames)),
-        first=next(iter(titles(animation.name for animation in sheet.animations).values())),
-        bounds=FrameBounds.of(sheet.regions),
+        **_played(product, sheet, options),
         glows=bool(product.tracks or product.lights),
-        pixel_art=product.pixel_art,
-        player=_script_reference(product, _PLAYER),
-        tables=(tables, uid_of(product, tables)) if flakes else None,
+        tables=_tables_reference(product) if flakes else None,
         hidden=product.baked.issuperset(flakes),
         lamp=_lamp(product, sheet) if _is_lit(product, options) else None,
         lamp_script=_script_reference(product, _LAMP),
         texture=TEXTURE_SIDE,
-        shader=_text(
-            "flakes.gdshader",
-            version=options.version,
-            alpha=sheet.alpha,
-            blend_space=sheet.blend_space,
-            film=False,
-        ),
+        shader=_shader("flakes", product, sheet, options, adds_up=False),
     )
 
 
@@ -189,16 +214,8 @@ def _summed_scene(
     product: Product, sheet: AtlasSheet, flakes: FlakeArrays, options: GodotOptions
 ) -> OutputFile:
     """Return the scene that adds up the light of flame and flakes and shows it as film does."""
-    frames, tables = sheet.name + FRAMES_ENDING, f"{product.name}{_TABLES}"
-    bounds = FrameBounds.of(sheet.regions)
     shaders = {
-        name: _text(
-            f"{template}.gdshader",
-            version=options.version,
-            alpha=sheet.alpha,
-            blend_space=sheet.blend_space,
-            film=True,
-        )
+        name: _shader(template, product, sheet, options, adds_up=True)
         for name, template in (("flame", "film_flame"), ("flakes", "flakes"), ("film", "film"))
     }
     return _resource(
@@ -206,30 +223,115 @@ def _summed_scene(
         f"{sheet.name}_film.tscn",
         product,
         options,
-        node=node_name(product.name),
-        sheet=sheet,
-        frames=(frames, uid_of(product, frames)),
-        first=next(iter(titles(animation.name for animation in sheet.animations).values())),
-        bounds=bounds,
-        film=bounds.enlarged(flakes.bounds, sheet.scale),
-        pixel_art=product.pixel_art,
-        player=_script_reference(product, _PLAYER),
-        tables=(tables, uid_of(product, tables)),
+        **_played(product, sheet, options),
+        tables=_tables_reference(product),
+        film=FrameBounds.of(sheet.regions).enlarged(flakes.bounds, sheet.scale),
         shaders=shaders,
     )
 
 
+def _played(product: Product, sheet: AtlasSheet, options: GodotOptions) -> dict[str, Any]:
+    """Return what the template of any scene needs of the frames that it plays."""
+    frames = sheet.name + FRAMES_ENDING
+    cells = _played_cells(product, sheet, options)
+    page = sheet.pages[cells[0].page].file if cells else None
+    return {
+        "node": node_name(product.name),
+        "sheet": sheet,
+        "frames": (frames, uid_of(product, frames)),
+        "first": next(iter(titles(animation.name for animation in sheet.animations).values())),
+        "bounds": FrameBounds.of(sheet.regions),
+        "pixel_art": product.pixel_art,
+        "player": _script_reference(product, _PLAYER),
+        "texture_page": page and (page, _image_uid(product, page)),
+        "graph": _graph(product, sheet) if _changes_wind(product, options) else None,
+    }
+
+
+def _graph(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
+    """Return what the template of a scene needs of the graph of states."""
+    assert sheet.states is not None
+    named = titles(animation.name for animation in sheet.animations)
+    winds = [(each.wind, each.animation) for each in sheet.states.states if each.wind is not None]
+    ways = sheet.states.transitions
+    properties = _text(
+        "wind.properties",
+        levels=[wind for wind, _ in winds],
+        loops=[named[animation] for _, animation in winds],
+        befores=[named[way.before] for way in ways],
+        leaves=[way.frame for way in ways],
+        afters=[named[way.after] for way in ways],
+        entries=[way.entry for way in ways],
+    )
+    return {"script": _script_reference(product, _WIND), "properties": properties.rstrip()}
+
+
+def _tables_reference(product: Product) -> tuple[str, str]:
+    """Return the name and the uid of the resource with the flakes."""
+    name = f"{product.name}{_TABLES}"
+    return name, uid_of(product, name)
+
+
+def _shader(
+    template: str, product: Product, sheet: AtlasSheet, options: GodotOptions, *, adds_up: bool
+) -> str:
+    """Return a shader that a scene holds.
+
+    ``adds_up``: whether it adds up the light of flame and flakes, to be shown as film does.
+    """
+    return _text(
+        f"{template}.gdshader",
+        version=options.version,
+        alpha=sheet.alpha,
+        blend_space=sheet.blend_space,
+        film=adds_up,
+        cells=_cells_of(product, sheet, options),
+    )
+
+
+def _flakes_in_space(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
+    """Yield a scene of the flakes of a fire with depth, in three dimensions, and its parts.
+
+    All views have the same flakes: it has those that the front sees.
+    """
+    flakes = {
+        name: tracks
+        for name, tracks in product.tracks.items()
+        if tracks.camera is not None and tracks.camera.azimuth == 0
+    }
+    if not flakes:
+        return
+    named, (first, *_) = titles(each.name for each in product.sheets[0].animations), flakes
+    tables = f"{product.name}{_TABLES_3D}"
+    arrays = flake_arrays_in_space(flakes)
+    yield _flake_tables(product, _TABLES_3D, arrays, list(flakes), options)
+    yield from _script(product, _PLAYER_3D, options)
+    yield _resource(
+        "flakes_3d.tscn", f"{product.name}{_SCENE_3D}", product, options,
+        node=node_name(product.name),
+        player=_script_reference(product, _PLAYER_3D),
+        tables=(tables, uid_of(product, tables)),
+        shader=_text("flakes_3d.gdshader"),
+        fps=flakes[first].fps,
+        first=named[first],
+    )  # fmt: skip
+
+
 def _flake_tables(
-    product: Product, flakes: dict[str, Tracks], arrays: FlakeArrays, options: GodotOptions
+    product: Product,
+    ending: str,
+    arrays: FlakeArrays,
+    animations: Sequence[str],
+    options: GodotOptions,
 ) -> OutputFile:
     named = titles(animation.name for animation in product.sheets[0].animations)
     return _resource(
         "flakes.tres",
-        f"{product.name}{_TABLES}",
+        f"{product.name}{ending}",
         product,
         options,
         script=_script_reference(product, _TRACKS),
-        animations=[named[animation] for animation in flakes],
+        animations=[named[animation] for animation in animations],
         flakes=arrays,
     )
 
@@ -286,4 +388,6 @@ def _resource(
 
 
 def _text(template: str, **context: Any) -> str:
-    return rendered(f"godot/{template}.j2", (number, real, quoted), **context)
+    """Return a rendered template; all know the halo of embers, which several draw."""
+    halo = {"halo_light": HALO_LIGHT, "halo_width": HALO_WIDTH}
+    return rendered(f"godot/{template}.j2", (number, real, quoted), **halo, **context)

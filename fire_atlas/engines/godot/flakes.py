@@ -1,18 +1,24 @@
-"""Flake tracks as packed arrays, which a script plays in Godot."""
+"""Flake tracks as packed arrays, which scripts play in Godot: in a plane, or in space."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH
-from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks, as_drawn
+from fire_atlas.effect.flakes.tracks import Tracks, as_drawn, by_column
 from fire_atlas.formats.decimals import table_text
-from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite
+from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite, in_world
 
 _DECIMALS = [
     DECIMALS["x"], DECIMALS["y"], 4, 4, DECIMALS["size"], DECIMALS["size"], DECIMALS["rotation"],
+    DECIMALS["r"], DECIMALS["g"], DECIMALS["b"], DECIMALS["tail"],
+]  # fmt: skip
+
+_DECIMALS_IN_SPACE = [
+    *[DECIMALS["x"]] * 3, 4, 4, 4, DECIMALS["size"], DECIMALS["size"],
     DECIMALS["r"], DECIMALS["g"], DECIMALS["b"], DECIMALS["tail"],
 ]  # fmt: skip
 
@@ -34,8 +40,11 @@ class FlakeArrays:
         rows: (rows, 11) position x, y from the pivot, px, y down; displacement to the next frame
             dx, dy, px; length and width, px; rotation, rad, clockwise on screen; linear light
             r, g, b at the head; light at the tail relative to that.
+        cells: For each row the index of the cell of a texture that it shows, -1 without one; empty
+            if no cells are played.
         most: Largest number of rows of a frame.
         bounds: (x, y, width, height) around all flakes, px from the pivot.
+        decimals: Of each number of a row.
     """
 
     begins: list[int]
@@ -45,19 +54,31 @@ class FlakeArrays:
     first: list[int]
     next: list[int]
     rows: NDArray[np.float64]
+    cells: list[int]
     most: int
     bounds: tuple[int, int, int, int]
+    decimals: Sequence[int] = tuple(_DECIMALS)
 
     def rows_text(self) -> str:
         """Return ``rows`` as text, one line per row."""
-        return table_text(self.rows, _DECIMALS, "", ", ", ",\n").decode().removesuffix(",\n")
+        return table_text(self.rows, self.decimals, "", ", ", ",\n").decode().removesuffix(",\n")
 
 
 def flake_arrays(
-    tracks: Mapping[str, Tracks], pivots: Mapping[str, tuple[float, float]]
+    tracks: Mapping[str, Tracks],
+    pivots: Mapping[str, tuple[float, float]],
+    names: Sequence[str] = (),
 ) -> FlakeArrays:
-    """Return the arrays of ``tracks``; ``pivots`` has the pivot of each animation, px."""
+    """Return the arrays of flakes.
+
+    Args:
+        tracks: By animation.
+        pivots: The pivot of each animation, px.
+        names: Of the cells of textures that can be played, in the order of their indices.
+    """
     begins, first, following = [0], [0], list[int]()
+    index = {name: i for i, name in enumerate(names)}
+    cells = list[int]()
     tables = []
     for name, recorded in tracks.items():
         assert_finite(recorded)
@@ -68,6 +89,7 @@ def flake_arrays(
         first += [first[-1] + int(end) for end in np.cumsum(counts)]
         begins.append(len(first) - 1)
         tables += [_rows(frame, each, pivots[name]) for frame in each.frames]
+        cells += _cells(each, index)
     rows = np.concatenate(tables)
     return FlakeArrays(
         begins=begins,
@@ -77,15 +99,24 @@ def flake_arrays(
         first=first,
         next=following,
         rows=rows,
+        cells=cells if names else [],
         most=int(np.diff(first).max()),
-        bounds=_bounds(rows),
+        bounds=_bounds(rows, np.array(cells) >= 0),
     )
+
+
+def _cells(tracks: Tracks, index: Mapping[str, int]) -> list[int]:
+    """Return the index of the cell that each row of all frames shows, -1 without a texture."""
+    texture = tracks.texture
+    if texture is None or not index:
+        return [-1] * sum(map(len, tracks.frames))
+    return [index[texture.frames[cell]] for cell in np.concatenate(texture.cells).tolist()]
 
 
 def _rows(
     frame: NDArray[np.float64], tracks: Tracks, pivot: tuple[float, float]
 ) -> NDArray[np.float64]:
-    column = dict(zip(COLUMNS, frame.T, strict=True))
+    column = by_column(frame)
     size = column["size"]
     light = (column[name] * column["a"] for name in "rgb")
     return np.column_stack([
@@ -95,12 +126,53 @@ def _rows(
     ])  # fmt: skip
 
 
-def _bounds(rows: NDArray[np.float64]) -> tuple[int, int, int, int]:
+def _bounds(rows: NDArray[np.float64], has_corners: NDArray[np.bool_]) -> tuple[int, int, int, int]:
+    """Return the box around all flakes; those of a texture reach to the corners of a rectangle."""
     if not len(rows):
         return 0, 0, 0, 0
     halo = rows[:, 7:10].max(axis=1) * HALO_LIGHT > _FAINTEST
     margin = np.where(halo, (HALO_WIDTH - 1) * rows[:, 5] / 2, 0)
-    extent = rows[:, 4] / 2 + margin + np.abs(rows[:, 2:4]).max(axis=1)
+    length = np.where(has_corners, np.hypot(rows[:, 4], rows[:, 5]), rows[:, 4])
+    extent = length / 2 + margin + np.abs(rows[:, 2:4]).max(axis=1)
     low = [int(np.floor((rows[:, axis] - extent).min())) for axis in (0, 1)]
     high = [int(np.ceil((rows[:, axis] + extent).max())) for axis in (0, 1)]
     return low[0], low[1], high[0] - low[0], high[1] - low[1]
+
+
+def flake_arrays_in_space(tracks: Mapping[str, Tracks]) -> FlakeArrays:
+    """Return the arrays of ``tracks`` of a fire with depth, as seen by any camera, without cells.
+
+    Rows have 12 numbers: position x, y, z from the middle of the fire on the ground, px, y up and
+    z towards the front; displacement to the next frame dx, dy, dz, px; length of the streak along
+    it, less its ends, and width, px; linear light r, g, b at the head; light at the tail relative
+    to that. ``bounds`` has the size of a cube around the origin that holds all flakes.
+    """
+    arrays = flake_arrays(tracks, dict.fromkeys(tracks, (0.0, 0.0)))
+    tables = [_rows_in_space(rows, each) for each in tracks.values() for rows in each.frames]
+    rows = np.concatenate(tables)
+    return replace(arrays, rows=rows, bounds=_cube(rows), decimals=_DECIMALS_IN_SPACE)
+
+
+def _rows_in_space(frame: NDArray[np.float64], tracks: Tracks) -> NDArray[np.float64]:
+    """Return rows in the axes of the world: right of the front, up, and towards it."""
+    camera, column = tracks.camera, by_column(frame)
+    if camera is None:
+        raise ValueError("the fire is flat")
+    place, velocity, width = (each * tracks.height for each in in_world(tracks, column))
+    right, up = camera.origin[0] - tracks.width / 2, tracks.height - camera.origin[1]
+    axes = camera.axes() * np.array([[1], [-1], [-1]])  # right, up, towards the camera
+    world = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
+    place = (place - [right, up, 0]) @ axes @ world.T
+    way = velocity @ axes @ world.T / tracks.fps
+    # The streak is along the way: as much of it as the streak in the view is of the way there.
+    seen = np.hypot(column["vx"], column["vy"]) / tracks.fps
+    share = column["size"] * (column["stretch"] - 1) / np.maximum(seen, 1e-6)
+    streak = np.where(seen > 1e-3, share, 0) * np.sqrt((way * way).sum(axis=1))
+    light = (column[name] * column["a"] for name in "rgb")
+    return np.column_stack([place, way, streak, width, *light, column["tail"]])
+
+
+def _cube(rows: NDArray[np.float64]) -> tuple[int, int, int, int]:
+    reach = np.abs(rows[:, :3]) + np.abs(rows[:, 3:6]) + rows[:, 6:8].sum(axis=1, keepdims=True)
+    side = 2 * math.ceil(reach.max(initial=0))
+    return -side // 2, -side // 2, side, side

@@ -8,6 +8,7 @@ import numpy as np
 
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.output_file import OutputFile, Role
+from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH
 from fire_atlas.engines.unity.flake_tracks import AnimationFlakes, flake_bytes
 from fire_atlas.engines.unity.meta import (
     SECONDARY_TEXTURES,
@@ -120,7 +121,13 @@ class _Export:
     def text(self, file: str, template: str, **context: object) -> Iterator[OutputFile]:
         """Yield a file rendered from a template, and its ``.meta``."""
         stem = file[: file.rindex(".")]
-        context = {"name": stem, "namespace": self.options.namespace, **context}
+        context = {
+            "name": stem,
+            "namespace": self.options.namespace,
+            "halo_light": HALO_LIGHT,
+            "halo_width": HALO_WIDTH,
+            **context,
+        }
         yield from self.asset(
             file, rendered(f"unity/{template}", (scalar, single), **context).encode()
         )

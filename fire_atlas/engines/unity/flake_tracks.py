@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks, as_drawn
+from fire_atlas.effect.flakes.tracks import Tracks, as_drawn, by_column
 from fire_atlas.formats.tracks.columns import assert_finite
 
 _VERSION = 2
@@ -77,7 +77,7 @@ def _head(animation: AnimationFlakes) -> bytes:
 def _rows(tracks: Tracks) -> NDArray[np.void]:
     assert_finite(tracks)
     table = np.concatenate(as_drawn(tracks).frames)
-    column = {name: table[:, i] for i, name in enumerate(COLUMNS)}
+    column = by_column(table)
     values = {**column, "dx": column["vx"] / tracks.fps, "dy": column["vy"] / tracks.fps}
     values |= {name: column[name] * column["a"] for name in "rgb"}
     rows = np.empty(len(table), ROW)

@@ -44,13 +44,14 @@ class PageSprite:
 
 
 def sprites_of(sheet: AtlasSheet, guid: Callable[[str], str]) -> dict[str, PageSprite]:
-    """Return the sprite of every frame, by the frame's name, in playing order.
+    """Return the sprite of every frame, by its name, in playing order, and of cells of textures.
 
     Args:
         sheet: The pages.
         guid: Gives the GUID of a file.
     """
-    names = sprite_names(region.name for region in sheet.regions)
+    placed = (*sheet.regions, *sheet.cells)
+    names = sprite_names(region.name for region in placed)
     return {
         region.name: PageSprite(
             name=names[region.name],
@@ -60,7 +61,7 @@ def sprites_of(sheet: AtlasSheet, guid: Callable[[str], str]) -> dict[str, PageS
             rect=rect_of(region, sheet.pages[region.page].height),
             pivot=pivot_of(region),
         )
-        for region in sheet.regions
+        for region in placed
     }
 
 

@@ -5,16 +5,27 @@ ValueError for an entry that is invalid.
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
 from fire_atlas import __version__
-from fire_atlas.atlas.sheet import AtlasSheet, CellGrid, MotionScale, Page, Region, SheetMap
+from fire_atlas.atlas.sheet import (
+    AtlasSheet,
+    CellGrid,
+    MotionScale,
+    Page,
+    Region,
+    SheetMap,
+    State,
+    StateGraph,
+    StateTransition,
+)
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.output_file import plain_name
 from fire_atlas.formats.checks import MAX_MILLISECONDS, number, one_of, text, whole
 from fire_atlas.formats.decimals import plain
 from fire_atlas.recipe.output import Engine
+from fire_atlas.recipe.wind import MAX_LEVEL
 
 _MAX_ANCHOR = 1000.0
 """Maximum distance of a pivot accepted when reading, in sizes of its frame."""
@@ -85,6 +96,7 @@ def meta_entry(sheet: AtlasSheet, page: int, regions: Sequence[Region]) -> dict[
         **page_entry(sheet, page),
         "frameTags": frame_tags(sheet, regions),
         **({"maps": map_entries(sheet, page)} if sheet.maps else {}),
+        **({"states": states_entry(sheet.states)} if sheet.states and page == 0 else {}),
         "fireAtlas": about_entry(sheet, page),
     }
 
@@ -164,6 +176,48 @@ def frame_tags(sheet: AtlasSheet, regions: Sequence[Region]) -> list[dict[str, A
             once = {} if animation.loop else {"repeat": "1"}
             tags.append({**tag, "direction": "forward", **once})
     return tags
+
+
+def states_entry(graph: StateGraph) -> dict[str, Any]:
+    """Return the graph of states: ``meta.states``, in which a game finds its way between loops."""
+    return {
+        "states": {
+            state.animation: {"loop": True, "wind": plain(state.wind, 6)}
+            if state.wind is not None
+            else {"next": state.following}
+            for state in graph.states
+        },
+        "transitions": [
+            {"from": each.before, "frame": each.frame, "to": each.after, "entry": each.entry}
+            for each in graph.transitions
+        ],
+    }
+
+
+def states_of(entry: dict[str, Any], frames: Mapping[str, int]) -> StateGraph:
+    """Read a graph of states; ``frames`` has the number of frames of each animation."""
+    names = tuple(frames)
+    states = tuple(
+        State(
+            one_of(name, names),
+            wind=None if "next" in state else number(state["wind"], 0, MAX_LEVEL),
+            following=one_of(state["next"], names) if "next" in state else None,
+        )
+        for name, state in entry["states"].items()
+    )
+    winds = [state.wind for state in states if state.wind is not None]
+    if len(winds) < 2 or winds != sorted(winds):
+        raise ValueError("the winds of its states are not two or more that increase")
+    transitions = tuple(
+        StateTransition(
+            before := one_of(each["from"], names),
+            whole(each["frame"], 0, frames[before] - 1),
+            after := one_of(each["to"], names),
+            whole(each["entry"], 0, frames[after] - 1),
+        )
+        for each in entry["transitions"]
+    )
+    return StateGraph(states, transitions)
 
 
 def map_entries(sheet: AtlasSheet, page: int) -> list[dict[str, Any]]:

@@ -5,12 +5,12 @@ JSON is the array with frames called "0", "1", ...
 """
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region
+from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region, StateGraph
 from fire_atlas.core.errors import OutputError, RecipeError, SourceError
 from fire_atlas.core.files import MAX_JSON_BYTES, read_file
 from fire_atlas.core.output_file import OutputFile, plain_name
@@ -23,9 +23,11 @@ from fire_atlas.formats.atlas.entries import (
     meta_entry,
     page_of,
     region_of,
+    states_of,
 )
 from fire_atlas.formats.checks import number, one_of, text
 from fire_atlas.formats.names import ENDINGS
+from fire_atlas.recipe.document import RECIPE_ENDINGS
 
 
 def export_json_hash(sheet: AtlasSheet) -> Iterator[OutputFile]:
@@ -92,8 +94,8 @@ def export_aseprite(sheet: AtlasSheet) -> Iterator[OutputFile]:
             f"exports: aseprite describes one page, but {sheet.name} needs {len(sheet.pages)}; "
             f"raise atlas.max_size, or export phaser instead"
         )
-    numbers = [str(i) for i in range(len(sheet.regions))]
-    text = _array_text(sheet, 0, sheet.regions, numbers)
+    names = [str(i) for i in range(len(sheet.regions))] + [cell.name for cell in sheet.cells]
+    text = _array_text(sheet, 0, (*sheet.regions, *sheet.cells), names)
     yield OutputFile(sheet.file(0, ENDINGS["aseprite"]), "atlas", text.encode())
 
 
@@ -132,7 +134,7 @@ def read_atlas(path: Path) -> AtlasFile:
 
 
 def _read_json(path: Path) -> dict[str, Any]:
-    if path.suffix in {".yaml", ".yml"}:
+    if path.suffix in RECIPE_ENDINGS:
         raise RecipeError(f"{path}: is a recipe; build it and give the .json that the build writes")
     try:
         document = json.loads(read_file(path, MAX_JSON_BYTES))
@@ -173,7 +175,29 @@ def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
         ),
         grid=grid_of(about),
         maps=maps_of([document["meta"].get("maps", []) for document in documents]),
+        states=_states(meta, {name: len(frames) for name, frames in played.items()}),
+        cells=_cells(documents),
     )
+
+
+def _cells(documents: Sequence[dict[str, Any]]) -> tuple[Region, ...]:
+    """Return the frames that no animation plays: the cells of textures of flakes."""
+    played = {
+        name
+        for document in documents
+        for frames in document["animations"].values()
+        for name in frames
+    }
+    return tuple(
+        region_of(name, page, entry)
+        for page, document in enumerate(documents)
+        for name, entry in document["frames"].items()
+        if name not in played
+    )
+
+
+def _states(meta: dict[str, Any], frames: Mapping[str, int]) -> StateGraph | None:
+    return states_of(meta["states"], frames) if "states" in meta else None
 
 
 def _played(

@@ -5,7 +5,7 @@ from typing import Any
 from fire_atlas import __version__
 from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region
 from fire_atlas.channels.encoding import motion_encoding
-from fire_atlas.formats.atlas.entries import strengths
+from fire_atlas.formats.atlas.entries import states_entry, strengths
 from fire_atlas.formats.decimals import plain
 
 
@@ -18,13 +18,15 @@ def context_of(sheet: AtlasSheet) -> dict[str, Any]:
     alpha, blend_space: As in the recipe.
     version: Version of fire-atlas.
     pages: Each with ``file``, ``width``, ``height``, ``safe_mip``, its ``maps`` (their files by
-        kind) and its ``frames``.
-    frames: All frames in playing order; see ``_frame``.
+        kind) and its ``frames``, those of textures of flakes among them.
+    frames: All frames in playing order, then the cells of textures of flakes; see ``_frame``.
     animations: Each with ``name``, ``loop``, ``duration`` (ms) and its ``frames``.
     grid: None without a grid, or ``columns``, ``rows``, ``cell_width``, ``cell_height``.
     motion: None, or how motion vectors are decoded; see ``_motion``.
+    states: None, or which animation may follow which, as ``meta.states`` of the JSON.
     """
-    frames = {region.name: _frame(sheet, i, region) for i, region in enumerate(sheet.regions)}
+    placed = (*sheet.regions, *sheet.cells)
+    frames = {region.name: _frame(sheet, i, region) for i, region in enumerate(placed)}
     grid = sheet.grid
     return {
         "name": sheet.name,
@@ -42,6 +44,7 @@ def context_of(sheet: AtlasSheet) -> dict[str, Any]:
             "cell_width": grid.cell_width, "cell_height": grid.cell_height,
         },
         "motion": _motion(sheet),
+        "states": sheet.states and states_entry(sheet.states),
     }  # fmt: skip
 
 

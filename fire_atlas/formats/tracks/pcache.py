@@ -8,17 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.output_file import OutputFile
-from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.formats.decimals import plain, table_text
 from fire_atlas.formats.names import flakes_file
 from fire_atlas.formats.tracks.columns import (
     AXES,
+    CELL,
     DECIMALS,
     POSITION_DECIMALS,
     VELOCITY_DECIMALS,
     assert_finite,
-    world_position,
-    world_velocity,
+    in_world,
 )
 
 _PROPERTIES = {
@@ -31,7 +31,7 @@ _PROPERTIES = {
     "spawnTime": DECIMALS["t"],
     "flakeId": 0,
 }
-"""Decimals of each property of a point."""
+"""Decimals of each property of a point. With a texture there is one more, ``CELL``."""
 
 _MAX_EXACT_ID = 2048
 """Half precision represents all integers up to here exactly."""
@@ -42,11 +42,13 @@ def write_tracks_pcache(name: str, tracks: Tracks) -> OutputFile:
 
     ``angle`` is the direction of the velocity, degrees counter-clockwise from +x, as Unity rotates
     about z; ``color`` the linear light at the flake's brightest, which may exceed 1; ``flakeId``
-    the JSON's id modulo 2048. Points with a negative ``spawnTime`` are flakes of an earlier round
-    of the loop that are still alive: a graph that repeats the loop must skip them.
+    the JSON's id modulo 2048; ``cell``, with a texture, the index of the first one it shows.
+    Points with a negative ``spawnTime`` are flakes of an earlier round of the loop that are still
+    alive: a graph that repeats the loop must skip them.
     """
     assert_finite(tracks)
-    points = table_text(_points(tracks), list(_PROPERTIES.values()), "", " ", "\n")
+    properties = {**_PROPERTIES, **({} if tracks.texture is None else {CELL: DECIMALS[CELL]})}
+    points = table_text(_points(tracks), list(properties.values()), "", " ", "\n")
     seconds = plain(len(tracks.frames) / tracks.fps, DECIMALS["t"])
     header = (
         "pcache",
@@ -56,7 +58,7 @@ def write_tracks_pcache(name: str, tracks: Tracks) -> OutputFile:
         "comment velocity m/s, lifetime and spawnTime s, angle degrees counter-clockwise from +x",
         f"comment plays {seconds} s, {'in a loop' if tracks.loop else 'once'}",
         f"elements {len(tracks.spawns)}",
-        *(f"property float {name}" for name in _PROPERTIES),
+        *(f"property float {name}" for name in properties),
         "end_header",
     )
     data = "".join(f"{line}\n" for line in header).encode("ascii") + points
@@ -64,23 +66,35 @@ def write_tracks_pcache(name: str, tracks: Tracks) -> OutputFile:
 
 
 def _points(tracks: Tracks) -> NDArray[np.float64]:
-    """Return (spawns, 15), columns as ``_PROPERTIES``."""
-    spawn = dict(zip(SPAWN_COLUMNS, tracks.spawns.T, strict=True))
+    """Return (spawns, 15 or, with a texture, 16), columns as the properties."""
+    spawn = dict(zip(tracks.spawn_columns, tracks.spawns.T, strict=True))
+    position, velocity, width = in_world(tracks, spawn)
     return np.column_stack([
-        world_position(tracks, spawn["x"], spawn["y"]),
-        world_velocity(tracks, spawn["vx"], spawn["vy"]),
+        position,
+        velocity,
         _brightest(tracks),
-        spawn["size"] / tracks.height,
-        np.degrees(np.arctan2(-spawn["vy"], spawn["vx"])),
+        width,
+        np.degrees(np.arctan2(velocity[:, 1], velocity[:, 0])),
         spawn["life"],
         spawn["t"],
         spawn["id"] % _MAX_EXACT_ID,
+        *_first_cells(tracks),
     ])  # fmt: skip
+
+
+def _first_cells(tracks: Tracks) -> list[NDArray[np.int64]]:
+    """Return the cell (spawns,) that each flake shows when it is youngest; none without one."""
+    if tracks.texture is None:
+        return []
+    rows, cells = np.concatenate(tracks.frames), np.concatenate(tracks.texture.cells)
+    order = np.lexsort((rows[:, COLUMNS.index("age")], rows[:, 0]))
+    ids, first = np.unique(rows[order, 0], return_index=True)
+    return [cells[order[first[np.searchsorted(ids, tracks.spawns[:, 0])]]]]
 
 
 def _brightest(tracks: Tracks) -> NDArray[np.float64]:
     """Return light and opacity (spawns, 4) of each flake when its opacity is highest."""
-    rows = np.concatenate([np.zeros((0, len(COLUMNS))), *tracks.frames])
+    rows = np.concatenate([np.zeros((0, len(tracks.columns))), *tracks.frames])
     rows = rows[np.lexsort((-rows[:, COLUMNS.index("a")], rows[:, 0]))]
     ids, first = np.unique(rows[:, 0], return_index=True)
     light = np.zeros((len(tracks.spawns), 4))

@@ -62,10 +62,10 @@ def wanted(rows: Table, pivot: tuple[float, float]) -> Table:
 
     The last column is the tail, and 2 more with a halo.
     """
-    column = dict(zip(COLUMNS, rows.T, strict=True))
+    column = dict(zip(COLUMNS, rows.T, strict=False))  # a fire with depth has z and vz too
     light = np.stack([column[c] * column["a"] for c in "rgb"])
     halo = light.max(axis=0) * 0.004 > 1e-4
-    width = column["size"] * np.where(halo, 4, 1)
+    width = column["size"] * np.where(halo, 2.5, 1)
     return np.column_stack([
         column["x"] - pivot[0], column["y"] - pivot[1],
         width + column["size"] * (column["stretch"] - 1), width,

@@ -79,7 +79,7 @@ def test_flame_sparks_and_lamp_fade_alike(
     alpha: str, sprite: str, godot4: Godot4, tmp_path: Path
 ) -> None:
     # Few sparks: where two lie on each other, the one behind shows through the one that fades.
-    flakes = {"bake": False, "sprite": sprite, "size": [0.02, 0.03], "rate": 12, "bursts": 0}
+    flakes = {"bake": False, "sprite": sprite, "size": [0.02, 0.03], "rate": 5, "bursts": 0}
     build(tmp_path, "fire", atlas={"alpha": alpha}, flakes=flakes, timeline={"loop": "none"})
     layers = ("flame", "flakes", "light")
     jobs = []
@@ -91,7 +91,10 @@ def test_flame_sparks_and_lamp_fade_alike(
     ground, *seen = drawn(godot4, tmp_path, [shot("fire"), *jobs])
     # A lamp shows by what it adds to the ground.
     added = [each - (ground if i >= 4 else 0) for i, each in enumerate(seen)]
-    kept = {layer: added[2 * i + 1].sum() / added[2 * i].sum() for i, layer in enumerate(layers)}
+    kept = {}
+    for i, layer in enumerate(layers):
+        lit = added[2 * i] > 10  # half of 1 is shown as 1 too
+        kept[layer] = added[2 * i + 1][lit].sum() / added[2 * i][lit].sum()
     assert kept["flame"] == pytest.approx(0.5, rel=0.02)
     assert kept["flakes"] == pytest.approx(kept["flame"], rel=0.02)
     assert kept["light"] == pytest.approx(kept["flame"], rel=0.02)

@@ -91,7 +91,7 @@ def expected(tracks: Tracks, frame: float, pivot: tuple[float, float]) -> NDArra
     x = column["x"] + column["vx"] / tracks.fps * passed - pivot[0]
     y = column["y"] + column["vy"] / tracks.fps * passed - pivot[1]
     light = np.stack([column[c] * column["a"] for c in "rgb"])
-    reach = np.where(light.max(axis=0) * 0.004 > 1e-4, 4, 1)
+    reach = np.where(light.max(axis=0) * 0.004 > 1e-4, 2.5, 1)
     half, turn = column["size"] / 2 * reach, column["rotation"]
     long = half + column["size"] / 2 * (column["stretch"] - 1)
     return np.column_stack([
@@ -151,9 +151,13 @@ def test_flakes_of_real_clips_fly_as_in_the_tracks(
         wanted = expected(tracks, frame, pivot)
         assert len(quads) == len(wanted)
         np.testing.assert_allclose(quads[:, :2], wanted[:, :2], atol=0.002)
-        np.testing.assert_allclose(quads[:, 2:6], wanted[:, 2:6], rtol=0.002, atol=0.02)
-        # The JSON rounds opacity to four decimals, of light far above 1.
+        # The JSON rounds opacity to five decimals, of light far above 1.
         np.testing.assert_allclose(quads[:, LIGHT], wanted[:, LIGHT], rtol=0.002, atol=5e-3)
+        # Whether the faintest halos are drawn may depend on that.
+        brightest = wanted[:, LIGHT].max(axis=1)
+        sure = np.abs(brightest - 0.025) > 5e-3
+        shape = quads[sure, 2:6], wanted[sure, 2:6]
+        np.testing.assert_allclose(*shape, rtol=0.002, atol=0.02)
 
 
 def _pivot(build: Path) -> tuple[float, float]:
