@@ -3,7 +3,7 @@
 import argparse
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NoReturn, TypeAlias
 
 from fire_atlas import __version__
@@ -22,6 +22,10 @@ start with:
   fire-atlas build campfire.yaml   write build/campfire.png, .json, ...
 
 exit codes: 0 built or up to date, 1 a build failed, 2 invalid recipe or usage, 130 interrupted"""
+
+
+DEFAULT_MAX_PIXELS = 8192 * 8192
+"""Default of ``--limit-pixels``: that of sources.listing, which --help does not import."""
 
 
 class _Formatter(argparse.RawDescriptionHelpFormatter):
@@ -74,6 +78,23 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     _refuse_rest(chosen, rest)
     args.command = word
     return args
+
+
+def refuse_build_options(args: argparse.Namespace, others: Mapping[str, object], why: str) -> None:
+    """Raise for an option that says how to build, or one of ``others`` by name, if it is given.
+
+    Raises:
+        RecipeError: It is; ``why`` it is of no use follows the option's name.
+    """
+    given = {
+        "--set": args.overrides,
+        "--jobs": args.jobs,
+        "--limit-pixels": args.max_pixels != DEFAULT_MAX_PIXELS,
+        **others,
+    }
+    for option, value in given.items():
+        if value:
+            raise RecipeError(f"{option} {why}")
 
 
 _Commands: TypeAlias = "argparse._SubParsersAction[_Parser]"
@@ -204,6 +225,11 @@ def _add_preview(commands: _Commands) -> _Parser:
     ):
         kinds.add_argument(f"--{kind}", dest="kind", action="store_const", const=kind, help=about)
     parser.set_defaults(kind="page")
+    kinds.add_argument(
+        "--field",
+        action="store_true",
+        help="of a recipe: the page also shows how the fire is analysed",
+    )
     parser.add_argument("-o", "--out", type=_path, metavar="FILE", help="file to write")
     parser.add_argument(
         "--background", default="#101014", metavar="COLOR", help="colour (default: %(default)s)"
@@ -217,11 +243,31 @@ def _add_preview(commands: _Commands) -> _Parser:
 
 
 def _add_inspect(commands: _Commands) -> _Parser:
-    parser = commands.add_parser("inspect", help="describe a built atlas in tables")
-    parser.add_argument("atlas", type=_path, metavar="ATLAS.json")
-    parser.add_argument(
+    parser = commands.add_parser(
+        "inspect", help="describe a built atlas in tables, or show how a fire is analysed"
+    )
+    parser.add_argument("subject", type=_path, metavar="ATLAS.json|RECIPE")
+    kinds = parser.add_mutually_exclusive_group()
+    kinds.add_argument(
         "--context", action="store_true", help="print the data that templates get, as JSON"
     )
+    kinds.add_argument(
+        "--field",
+        action="store_true",
+        help="of a recipe: draw features, candidates, force, field and blur of up to 12 frames",
+    )
+    field = parser.add_argument_group("options of --field")
+    field.add_argument(
+        "-o",
+        "--out",
+        type=_path,
+        metavar="DIR",
+        help="folder for the pictures (default: build/NAME.field/ beside the recipe)",
+    )
+    _add_set(field)
+    _add_jobs(field)
+    _add_overwrite(field, "replace files that are there")
+    _add_limits(field)
     _add_volume(parser)
     return parser
 
@@ -230,6 +276,9 @@ def _add_schema(commands: _Commands) -> _Parser:
     parser = commands.add_parser("schema", help="print the JSON Schema of recipes, for editors")
     _add_volume(parser)
     return parser
+
+
+_Options: TypeAlias = "argparse.ArgumentParser | argparse._ArgumentGroup"
 
 
 def _add_recipes(parser: _Parser) -> None:
@@ -249,12 +298,12 @@ def _add_out(parser: _Parser) -> None:
 
 
 def _add_overwrite(
-    parser: _Parser, meaning: str = "replace even files that no build wrote"
+    parser: _Options, meaning: str = "replace even files that no build wrote"
 ) -> None:
     parser.add_argument("--overwrite", action="store_true", help=meaning)
 
 
-def _add_jobs(parser: _Parser) -> None:
+def _add_jobs(parser: _Options) -> None:
     parser.add_argument(
         "--jobs", type=_positive, metavar="N", help="threads in all (default: all cores)"
     )
@@ -292,11 +341,11 @@ def _add_cache(parser: _Parser) -> None:
     )
 
 
-def _add_limits(parser: _Parser) -> None:
+def _add_limits(parser: _Options) -> None:
     parser.add_argument(
         "--limit-pixels",
         type=_positive,
-        default=8192 * 8192,  # as in sources.listing, which --help does not import
+        default=DEFAULT_MAX_PIXELS,
         dest="max_pixels",
         metavar="N",
         help="refuse pictures of more pixels (default: 8192 x 8192)",
@@ -304,7 +353,7 @@ def _add_limits(parser: _Parser) -> None:
 
 
 def _add_set(
-    parser: _Parser, meaning: str = "change a key, like flakes.rate=80 or flakes=none"
+    parser: _Options, meaning: str = "change a key, like flakes.rate=80 or flakes=none"
 ) -> None:
     parser.add_argument(
         "--set",
@@ -348,11 +397,12 @@ def _shard(text: str) -> tuple[int, int]:
 
 
 def _no_command(word: str, parsers: dict[str, _Parser]) -> str:
+    from fire_atlas.recipe.document import RECIPE_ENDINGS
     from fire_atlas.recipe.problem import did_you_mean
 
     if word.startswith("-"):
         return f"{word}: put options after the command, like fire-atlas build {word}"
-    if word.endswith((".yaml", ".yml")):
+    if word.endswith(RECIPE_ENDINGS):
         return f"there is no command {word}; did you mean fire-atlas build {word}?"
     near = did_you_mean(word, parsers)
     return f"there is no command {word}{near or '; commands are ' + ', '.join(parsers)}"

@@ -6,6 +6,7 @@ from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import SourceError
+from fire_atlas.outputs.dependencies import textures_of
 from fire_atlas.outputs.folder import recover_default
 from fire_atlas.pipeline.check import load_checked
 from fire_atlas.recipe.find import find_recipes
@@ -50,3 +51,4 @@ def _find_source(part: LoadedRecipe) -> None:
             list_inputs(source if isinstance(source, ClipInput) else ALL_FRAMES, path)
         except SourceError as error:
             raise SourceError(f"{part.tree.origin(key).locate(key)}: {error}") from None
+    textures_of(part.tree)

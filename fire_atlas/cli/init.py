@@ -11,7 +11,7 @@ from fire_atlas.outputs.folder import make_folder
 from fire_atlas.outputs.staging import write_whole
 from fire_atlas.recipe.inherit import presets
 from fire_atlas.recipe.problem import did_you_mean
-from fire_atlas.recipe.tree import RecipeTree, read_tree, source_files
+from fire_atlas.recipe.tree import RecipeTree, named_files, read_tree
 
 
 def run(args: Namespace) -> int:
@@ -63,7 +63,7 @@ def _relocated(tree: RecipeTree) -> tuple[str, dict[str, Path]]:
     text = tree.path.read_text(encoding="utf-8")
     lines = text.splitlines(keepends=True)
     samples: dict[str, Path] = {}
-    for key, source in source_files(tree).items():
+    for key, source in named_files(tree).items():
         origin = tree.origin(key)
         if origin.file != tree.path:  # inherited: relative to the preset that states it
             continue

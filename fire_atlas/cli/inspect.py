@@ -1,9 +1,10 @@
-"""The command ``inspect``: describe a built atlas in tables."""
+"""The command ``inspect``: describe a built atlas in tables, or show how a fire is analysed."""
 
 import json
 from argparse import Namespace
 from pathlib import Path
 
+from fire_atlas.cli.arguments import refuse_build_options
 from fire_atlas.cli.console import PlainConsole
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MAX_JSON_BYTES, read_file
@@ -15,12 +16,22 @@ from fire_atlas.preview.tables import BuildSentences, tables_of
 
 
 def run(args: Namespace) -> int:
-    """Print tables about a built atlas, or the context that templates get of it."""
-    atlas = read_atlas(args.atlas)
+    """Print tables about a built atlas, or the context that templates get of it; or write pictures
+    of how a recipe's fire is analysed."""
+    if args.field:
+        from fire_atlas.cli.field import write_field_pictures
+
+        return write_field_pictures(args)
+    refuse_build_options(
+        args,
+        {"-o": args.out, "--overwrite": args.overwrite},
+        "needs --field: tables are printed, no file is written",
+    )
+    atlas = read_atlas(args.subject)
     if args.context:
         print(json.dumps(context_of(atlas.sheet), indent=2))
         return 0
-    sentences = _sentences(args.atlas.parent / manifest_name(atlas.sheet.title))
+    sentences = _sentences(args.subject.parent / manifest_name(atlas.sheet.title))
     console = PlainConsole()
     for table in tables_of(atlas, read_all_tracks(atlas), sentences):
         console.print(table)

@@ -25,17 +25,22 @@ def run(args: Namespace) -> int:
     if not args.overwrite:
         refuse_existing([out, picture])
     loaded = _as_recipe(args.clip, args.side, args.overrides)
+    assert isinstance(loaded.recipe.source, ProfileSource), "_as_recipe makes one"
+    for key in loaded.recipe.source.keys_of_generating():
+        raise RecipeError(
+            f"--set {key}: says how fire is generated, not how it is learnt; "
+            f"set source.{key} in the recipe that names the profile"
+        )
 
     from fire_atlas.core.workers import Workers
     from fire_atlas.generators.profile.file import write_profile
-    from fire_atlas.generators.profile.learn.measure import length_advice
+    from fire_atlas.generators.profile.learn.fitness import length_advice
     from fire_atlas.preview.profile_picture import profile_picture
     from fire_atlas.sources.profile import learn_from_files
     from fire_atlas.sources.reader import OpeningContext
 
     view = view_for(False, args.quiet, args.verbose > 0)
     view.begin(out)
-    assert isinstance(loaded.recipe.source, ProfileSource), "_as_recipe makes one"
     with (
         Workers(args.jobs) as workers,
         Staging(out.parent, out.name, view.note) as staging,

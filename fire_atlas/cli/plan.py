@@ -11,7 +11,7 @@ from typing import Self, TypeAlias
 from fire_atlas.core.errors import FireAtlasError, OutputError, RecipeError
 from fire_atlas.core.output_file import is_named_after
 from fire_atlas.recipe.find import refuse_same_outputs
-from fire_atlas.recipe.tree import RecipeTree, read_tree, source_files
+from fire_atlas.recipe.tree import RecipeTree, named_files, read_tree
 
 FolderOf: TypeAlias = Callable[[RecipeTree], Path]
 """Gives the output folder of a recipe."""
@@ -72,9 +72,9 @@ def _writers(tree: RecipeTree, written: Mapping[Path, Sequence[RecipeTree]]) -> 
 
 
 def _sources(tree: RecipeTree) -> list[Path]:
-    """Return the files, folders and globs that a recipe and its members name as sources."""
+    """Return the files, folders and globs that a recipe and its members name as inputs."""
     with suppress(OSError, ValueError):  # not the name of a file: the build reports it
-        return [path for each in (tree, *tree.members) for path in source_files(each).values()]
+        return [path for each in (tree, *tree.members) for path in named_files(each).values()]
     return []
 
 

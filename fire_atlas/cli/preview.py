@@ -1,30 +1,26 @@
 """The command ``preview``: make an HTML page that plays a result, or a picture of it."""
 
 from argparse import Namespace
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
 from PIL import ImageColor
 
-from fire_atlas.cli.progress import BuildView, shows_interruption, view_for
+from fire_atlas.cli.arguments import refuse_build_options
+from fire_atlas.cli.progress import BuildView, view_for
+from fire_atlas.cli.temporary_build import BuiltAtlas, temporary_build
 from fire_atlas.cli.text import printable
-from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.names import flakes_file
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks, read_tracks
-from fire_atlas.outputs.folder import (
-    default_folder,
-    make_folder,
-    recover_default,
-    temporary_folder,
-)
+from fire_atlas.outputs.folder import default_folder, make_folder
 from fire_atlas.outputs.staging import refuse_existing, write_whole
+from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.page import is_preview_page, preview_page
 from fire_atlas.preview.pictures import Color, animated_image, contact_sheet
-from fire_atlas.recipe.tree import RecipeTree, read_tree
+from fire_atlas.recipe.tree import RecipeTree, is_recipe, read_tree
 
 _SUFFIX = {"page": ".html", "gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"}
 
@@ -38,8 +34,8 @@ def run(args: Namespace) -> int:
         refuse_existing([target])
     view = view_for(json_lines=False, quiet=args.quiet, verbose=False)
     view.begin(args.subject)
-    with _atlas(tree, args, view) as (path, clip):
-        data, count = _preview(path, clip, args.kind, background)
+    with _atlas(tree, args, view) as built:
+        data, count = _preview(built, args.kind, background)
     if args.out is None:
         make_folder(target.parent)
     write_whole(target, data, view.note)
@@ -48,15 +44,16 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def _preview(path: Path, clip: Clip | None, kind: Any, background: Color) -> tuple[bytes, int]:
-    """Return the HTML page or picture of the atlas at ``path``, and the number of its frames."""
+def _preview(built: BuiltAtlas, kind: Any, background: Color) -> tuple[bytes, int]:
+    """Return the HTML page or picture of an atlas, and the number of its frames."""
+    path = built.path
     atlas = read_atlas(path)
     match kind:
         case "page":
-            data = preview_page(atlas, read_all_tracks(atlas), background)
+            data = preview_page(atlas, read_all_tracks(atlas), background, FieldData(built.field))
         case "sheet":
             tracks = read_tracks(path.with_name(flakes_file(path.stem, "json")))
-            data = contact_sheet(atlas, tracks, clip, background)
+            data = contact_sheet(atlas, tracks, built.clip, background)
         case _:
             data = animated_image(atlas, kind, background)
     return data, len(atlas.frames)
@@ -64,7 +61,7 @@ def _preview(path: Path, clip: Clip | None, kind: Any, background: Color) -> tup
 
 def _default_target(args: Namespace, name: str) -> Path:
     """Return the default path: in the folder of a recipe's outputs, or beside a built atlas."""
-    folder = default_folder(args.subject) if _is_recipe(args.subject) else args.subject.parent
+    folder = default_folder(args.subject) if is_recipe(args.subject) else args.subject.parent
     return Path(folder / f"{name}.preview{_SUFFIX[args.kind]}")
 
 
@@ -77,46 +74,19 @@ def _color(text: str) -> Color:
         ) from None
 
 
-def _is_recipe(path: Path) -> bool:
-    return path.suffix in {".yaml", ".yml"}
-
-
 def _tree(args: Namespace) -> RecipeTree | None:
     """Return the recipe to build; None if the subject is an atlas."""
-    if _is_recipe(args.subject):
+    if is_recipe(args.subject):
         return read_tree(args.subject, [*args.overrides, "exports=[json]", "tracks=[json]"])
-    if args.overrides:
-        raise RecipeError("--set needs a recipe; it cannot change an atlas that is built")
+    why = "needs a recipe; an atlas that is built stays as it is"
+    refuse_build_options(args, {"--field": args.field}, why)
     return None
 
 
-@contextmanager
 def _atlas(
     tree: RecipeTree | None, args: Namespace, view: BuildView
-) -> Iterator[tuple[Path, Clip | None]]:
-    """Yield the path of the atlas's JSON, and the clip of its source if there is just one.
-
-    The atlas of a recipe is built in a temporary folder.
-    """
+) -> AbstractContextManager[BuiltAtlas]:
+    """Return a context that gives the atlas: the one named, or one built in a temporary folder."""
     if tree is None:
-        yield args.subject, None
-        return
-
-    from fire_atlas.pipeline.build import build
-    from fire_atlas.pipeline.check import load_checked
-    from fire_atlas.pipeline.context import BuildOptions
-    from fire_atlas.pipeline.open import open_alone
-
-    recover_default(args.subject, tree.name, view.note)
-    loaded = load_checked(tree)
-    with temporary_folder() as folder:
-        try:
-            with shows_interruption(view):
-                options = BuildOptions.of(args.jobs, args.max_pixels)
-                build(loaded, folder, options, view)
-        finally:
-            view.close()
-        opened = open_alone(loaded, args.max_pixels) if not loaded.members else None
-        clips = list(opened.values()) if isinstance(opened, Mapping) else []
-        clip = clips[0] if len(clips) == 1 else None
-        yield folder / f"{tree.name}.json", clip
+        return nullcontext(BuiltAtlas(args.subject))
+    return temporary_build(tree, args, view)

@@ -18,6 +18,7 @@ from fire_atlas.core.interruption import ends_by_interrupt
 from fire_atlas.outputs.dependencies import files_of, folders_of, recipe_files
 from fire_atlas.outputs.freshness import why_stale
 from fire_atlas.outputs.recovery import tidy
+from fire_atlas.recipe.document import RECIPE_ENDINGS
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.tree import RecipeTree, read_tree
 from fire_atlas.sources.listing import STILLS
@@ -28,7 +29,7 @@ _POLL_MILLISECONDS = 500
 _ENDED = "\nwatch has ended; every build's outputs are whole\n"
 """Message at Ctrl-C, below the ^C that a terminal shows."""
 
-_ENDINGS = {*STILLS, ".yaml", ".yml"}
+_ENDINGS = {*STILLS, *RECIPE_ENDINGS}
 """Endings of the files in a watched folder that may be frames or recipes."""
 
 

@@ -4,25 +4,33 @@ Frames are analysed by all workers; the field is solved frame by frame in one th
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip, Window, cropped
-from fire_atlas.core.picture import as_light, brightness_of
+from fire_atlas.core.clip import Clip, FireInDepth, Values, Window, cropped
+from fire_atlas.core.picture import Picture, as_light, brightest_shown, brightness_of
 from fire_atlas.core.pixels import Bytes, Plane, magnitude
+from fire_atlas.effect.field.buoyancy import BuoyancySolver
 from fire_atlas.effect.field.forcing import (
     Forcing,
     cell_means,
     flow_on_grid,
     halve_descent,
-    pad_to_grid,
+    padded_to_grid,
 )
-from fire_atlas.effect.field.record import FieldRecord, forcing_order, record_field
+from fire_atlas.effect.field.record import FieldRecord, forcing_order, record_field, solve_field
 from fire_atlas.effect.field.wind import wind_in_view
-from fire_atlas.effect.flakes.emission import EmitterSettings, Spawns, emit, with_bursts_in_rate
+from fire_atlas.effect.flakes.emission import (
+    Candidates,
+    EmitterSettings,
+    Spawns,
+    emit,
+    in_depth,
+    with_bursts_in_rate,
+)
 from fire_atlas.effect.flakes.rounds import rounds_of
 from fire_atlas.effect.flame.features import feature_vectors, refine
 from fire_atlas.effect.flame.study import FlameStudy
@@ -43,6 +51,7 @@ class AnalysisSettings:
     Attributes:
         wind: The wind as seen from the direction of the clip's view.
         flakes_in_pages: Whether flakes are drawn into pages or maps.
+        eddies: Number of the eddies: those of a fire with depth are others seen from its side.
     """
 
     seed: int
@@ -51,6 +60,7 @@ class AnalysisSettings:
     flakes: FlakesOrNone
     wind: Wind
     flakes_in_pages: bool
+    eddies: int = 0
 
     @classmethod
     def of(cls, recipe: Recipe, azimuth: float = 0.0) -> Self:
@@ -61,6 +71,21 @@ class AnalysisSettings:
         wind, flakes = wind_in_view(recipe.wind, azimuth), recipe.flakes
         in_pages = flakes != "none" and (flakes.bake or recipe.maps.flakes)
         return cls(recipe.seed, recipe.features, recipe.buoyancy, flakes, wind, in_pages)
+
+    def solver(self, clip: Clip, study: FlameStudy) -> BuoyancySolver:
+        """Return the solver of the clip's buoyancy field."""
+        return BuoyancySolver.of(
+            self.buoyancy, study.buoyancy, clip, self.wind, self.seed, self.eddies
+        )
+
+    def without_flakes(self) -> Self:
+        """Return the settings of an analysis in which no flake is born."""
+        return replace(self, flakes="none")
+
+    def from_the_side(self) -> Self:
+        """Return the settings of the view from the right, in which no flake is born."""
+        wind = wind_in_view(self.wind, 90.0)
+        return replace(self.without_flakes(), wind=wind, eddies=1)
 
     def rounds(self, clip: Clip) -> int:
         """Return how many rounds of a clip its flakes are simulated for."""
@@ -75,13 +100,20 @@ class Analysis:
 
     Attributes:
         field: The recorded buoyancy field, of one round of a loop.
+        glare: (frames, rows, columns) uint8, brightest channel of each cell of the field, sRGB.
         spawns: Spawns of all flakes, in all rounds.
         rounds: Number of rounds of a loop after which its flakes repeat.
     """
 
     field: FieldRecord
+    glare: NDArray[np.uint8]
     spawns: Spawns
     rounds: int
+
+    @classmethod
+    def without_flakes(cls, field: FieldRecord) -> Self:
+        """Return the analysis of a clip in which no flake is born."""
+        return cls(field, np.zeros_like(field.lit), Spawns.empty(), 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +125,7 @@ class _FrameAnalysis:
         flow: (h, w, 2), px of the thumbnail per frame; None unless the source states motion.
         mask: (H, W) float32, confidence that each pixel is flame, 0..1.
         lit: (rows, columns), brightness of each cell, 0..1.
+        glare: (rows, columns), brightest channel of each cell, sRGB in 0..1.
         feature_x, feature_y: (rows, columns), mean of Fv* in each cell, in units of its mean length
             in the clip.
         spawns: Flakes born in this frame, in all rounds of the clip.
@@ -103,6 +136,7 @@ class _FrameAnalysis:
     flow: NDArray[np.float32] | None
     mask: Plane
     lit: Plane
+    glare: Plane
     feature_x: Plane
     feature_y: Plane
     spawns: Spawns
@@ -114,28 +148,29 @@ def analyse(
 ) -> Analysis:
     """Find features, flow and spawns of every frame, and record the buoyancy field."""
     context.progress.stage("analyse", clip.count)
-    emitter = _emitter(clip, study, settings)
+    analyser = FrameAnalyser.of(clip, study, settings)
     spawns_of = dict[int, Spawns]()
+    solver = settings.solver(clip, study)
+    glare = np.zeros((clip.count, *solver.shape), np.uint8)
 
     def forcings() -> Iterator[Forcing]:
-        for i, spawns, forcing in _frames(clip, study, settings, emitter, context):
-            spawns_of[i] = spawns
+        for frame in analysed_frames(clip, analyser, context):
+            spawns_of[frame.number] = frame.spawns
+            glare[frame.number] = np.rint(frame.glare * 255)
             context.progress.advance()
-            yield forcing
+            yield frame.forcing
 
-    field = record_field(
-        forcings(), clip, settings.buoyancy, study.buoyancy, settings.wind, settings.seed
-    )
+    field = record_field(solve_field(forcings(), clip, solver), clip, solver)
     spawns = Spawns.concatenate([spawns_of[i] for i in sorted(spawns_of)])
-    spawns = with_bursts_in_rate(spawns, settings.seed)
+    spawns = with_bursts_in_rate(spawns, study.fires.labels, settings.seed)
     if study.dies_out and not clip.loop and not clip.tail:
         spawns = spawns.cooled_by((clip.count - 1) / clip.fps)
-    if not len(spawns.tick) and emitter.rate * clip.body / clip.fps > _SURE_SPAWNS:
+    if not len(spawns.tick) and analyser.emitter.rate * clip.body / clip.fps > _SURE_SPAWNS:
         context.progress.note(
             "no flake is born: no flame in the clip moves, or features.epsilon, "
             "features.clamp or flakes.alpha is too high for its edges"
         )
-    return Analysis(field, spawns, settings.rounds(clip))
+    return Analysis(field, glare, spawns, settings.rounds(clip))
 
 
 def _emitter(clip: Clip, study: FlameStudy, settings: AnalysisSettings) -> EmitterSettings:
@@ -145,84 +180,151 @@ def _emitter(clip: Clip, study: FlameStudy, settings: AnalysisSettings) -> Emitt
         flakes,
         clip,
         moving_area=study.moving_area,
-        candidate_count=study.candidate_count,
-        automatic_alpha=study.alpha,
+        fires=study.fires.each,
         seed=settings.seed,
     )
 
 
-def _frames(
-    clip: Clip,
-    study: FlameStudy,
-    settings: AnalysisSettings,
-    emitter: EmitterSettings,
-    context: BuildContext,
-) -> Iterator[tuple[int, Spawns, Forcing]]:
-    """Yield index, spawns and forcing of each frame, in ``forcing_order``."""
-    cell = settings.buoyancy.cell
-    # As in the paper, flakes may be born anywhere; otherwise only where something moves.
-    everywhere = settings.features.preset == "paper"
-    window = Window(0, 0, clip.width, clip.height) if everywhere else study.active_window(cell)
-    analyser = _FrameAnalyser(
-        cropped(clip, window),
-        study.cropped(window),
-        settings,
-        emitter,
-        is_small=clip.width * clip.height <= SMALL,
-        rounds=settings.rounds(clip),
-    )
-    order = forcing_order(clip)
+@dataclass(frozen=True, slots=True)
+class AnalysedFrame:
+    """Result of the analysis of one frame and the neighbour that its motion leads to.
+
+    Attributes:
+        number: Of the frame.
+        spawns: Flakes born in it, in all rounds of the clip.
+        glare: (rows, columns), brightest channel of each cell of the field, sRGB in 0..1; 0 where
+            nothing ever moves.
+        forcing: How it drives the velocity field.
+    """
+
+    number: int
+    spawns: Spawns
+    glare: Plane
+    forcing: Forcing
+
+
+def analysed_frames(
+    clip: Clip, analyser: "FrameAnalyser", context: BuildContext
+) -> Iterator[AnalysedFrame]:
+    """Yield the analysis of each frame of a clip, in ``forcing_order``."""
+    order, window = forcing_order(clip), analyser.window
     pairs = _pairs(context.workers.map(analyser.frame, order), clip.loop)
-    size = clip.width, clip.height
-    done = context.workers.map(lambda pair: (pair[0].spawns, analyser.forcing(*pair)), pairs)
-    for i, (spawns, forcing) in zip(order, done, strict=True):
-        yield i, spawns.shifted(window.left, window.top), pad_to_grid(forcing, window, size, cell)
+    size, cell = (clip.width, clip.height), analyser.settings.buoyancy.cell
+    done = context.workers.map(lambda pair: (pair[0], analyser.forcing(*pair)), pairs)
+    for i, (frame, forcing) in zip(order, done, strict=True):
+        yield AnalysedFrame(
+            i,
+            frame.spawns.shifted(window.left, window.top),
+            padded_to_grid(frame.glare, window, size, cell),
+            forcing.padded(window, size, cell),
+        )
+
+
+def glare_of(clip: Clip, cell: int, context: BuildContext) -> NDArray[np.uint8]:
+    """Return ``Analysis.glare`` of a clip whose field has cells of ``cell`` px."""
+
+    def glare(i: int) -> Plane:
+        return np.rint(cell_means(brightest_shown(clip.picture(i)), cell) * 255)
+
+    return np.stack([*context.workers.map(glare, range(clip.count))]).astype(np.uint8)
 
 
 @dataclass(frozen=True, slots=True)
-class _FrameAnalyser:
+class FrameFeatures:
+    """Features of one frame, in the window that is analysed. Planes are (H, W) float32.
+
+    Attributes:
+        picture: The frame, as in its file.
+        brightness: 0..255.
+        mask: Confidence that each pixel is flame, 0..1.
+        x, y: Fv* (eq. 3).
+        strength: ‖Fv*‖, by which candidates are chosen: by default only in the flame.
+    """
+
+    picture: Picture
+    brightness: Plane
+    mask: Plane
+    x: Plane
+    y: Plane
+    strength: Plane
+
+
+@dataclass(frozen=True, slots=True)
+class FrameAnalyser:
     """Analyses single frames of a clip; its methods run in several threads.
 
     Attributes:
-        clip: The clip, possibly cropped to where something moves.
-        study: Constants of the whole clip.
+        window: The part of the frame that is analysed: where anything ever moves.
+        clip, study: The clip, and what holds for all of it, cropped to the window.
         settings: Sections of the recipe.
         emitter: How flakes are spawned.
         is_small: Whether frames are so small that flow is computed at a finer scale.
         rounds: Number of rounds of the clip, each with flakes of its own.
+        depth: The fire in three dimensions, if it was made so, in px of the whole frame.
     """
 
+    window: Window
     clip: Clip
     study: FlameStudy
     settings: AnalysisSettings
     emitter: EmitterSettings
     is_small: bool
     rounds: int
+    depth: FireInDepth | None
 
-    def frame(self, i: int) -> _FrameAnalysis:
-        """Return the analysis of frame ``i`` on its own."""
-        clip, study, cell = self.clip, self.study, self.settings.buoyancy.cell
+    @classmethod
+    def of(cls, clip: Clip, study: FlameStudy, settings: AnalysisSettings) -> Self:
+        """Return the analyser of a clip's frames."""
+        # As in the paper, flakes may be born anywhere; otherwise only where something moves.
+        everywhere = settings.features.preset == "paper"
+        whole = Window(0, 0, clip.width, clip.height)
+        window = whole if everywhere else study.active_window(settings.buoyancy.cell)
+        return cls(
+            window,
+            cropped(clip, window),
+            study.cropped(window),
+            settings,
+            _emitter(clip, study, settings),
+            is_small=clip.width * clip.height <= SMALL,
+            rounds=settings.rounds(clip),
+            depth=clip.depth,
+        )
+
+    def features(self, i: int) -> FrameFeatures:
+        """Return the features of frame ``i``."""
+        clip, study, features = self.clip, self.study, self.settings.features
         picture = clip.picture(i)
         bright = brightness_of(picture, clip.blend_space)
         mask = study.segmentation.mask(bright, lambda: as_light(picture))
-        features = self.settings.features
         fx, fy = refine(
-            *feature_vectors(bright, features.sigma, study.epsilon, study.kappa),
+            *feature_vectors(bright, features.sigma, study.fires.epsilon(), study.kappa),
             study.buoyancy, features.beta, features.clamp,
         )  # fmt: skip
         strength = magnitude(fx, fy)
         if features.preset == "auto":
             strength = strength * mask
+        return FrameFeatures(picture, bright, mask, fx, fy, strength)
+
+    def candidates(self, features: FrameFeatures) -> Candidates:
+        """Return the candidates of a frame, in the window."""
+        fires = replace(self.study.fires, each=self.emitter.fires)
+        return Candidates.of(features.strength, fires)
+
+    def frame(self, i: int) -> _FrameAnalysis:
+        """Return the analysis of frame ``i`` on its own."""
+        clip, study, cell = self.clip, self.study, self.settings.buoyancy.cell
+        features = self.features(i)
         unit = np.float32(1 / study.mean_feature)
-        small = thumbnail(bright, self.is_small)
+        small = thumbnail(features.brightness, self.is_small)
         return _FrameAnalysis(
             small,
             None if clip.flow is None else shrunk_flow(clip.flow(i), small.shape, clip.fps),
-            mask,
-            cell_means(study.segmentation.lit(bright), cell),
-            cell_means(fx, cell) * unit,
-            cell_means(fy, cell) * unit,
-            self._spawns(i, strength),
+            features.mask,
+            cell_means(study.segmentation.lit(features.brightness), cell),
+            cell_means(brightest_shown(features.picture), cell),
+            cell_means(features.x, cell) * unit,
+            cell_means(features.y, cell) * unit,
+            self._spawns(i, features.strength),
             i in clip.backwards,
         )
 
@@ -231,7 +333,19 @@ class _FrameAnalyser:
         if i >= self.clip.body:
             return Spawns.empty()
         times = [i + each * self.clip.count for each in range(self.rounds)]
-        return Spawns.concatenate([emit(time, strength, self.emitter) for time in times])
+        labels = self.study.fires.labels
+        spawned = [emit(time, strength, labels, self.emitter) for time in times]
+        if (depth := self.depth) is not None:
+            left, top = self.window.left, self.window.top
+
+            def fire_depth(x: Values, y: Values, share: Values) -> Values:
+                return depth.fire_depth(i, x + left, y + top, share)
+
+            spawned = [
+                in_depth(each, fire_depth, time, self.settings.seed)
+                for each, time in zip(spawned, times, strict=True)
+            ]
+        return Spawns.concatenate(spawned)
 
     def forcing(self, here: _FrameAnalysis, other: _FrameAnalysis, is_last: bool) -> Forcing:
         """Return the forcing of the velocity field by ``here``, given the neighbour ``other``."""

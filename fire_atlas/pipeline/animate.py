@@ -1,69 +1,129 @@
 """Animate a clip: the fire-flake effect of Kim & Lee, section III, with all its steps."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.effect.flakes.tracks import Tracks, first_frames, visible_count
+from fire_atlas.core.pixels import Pixels
+from fire_atlas.effect.flakes.tracks import Tracks, visible_count
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
 from fire_atlas.pipeline.channels import measure_motion
 from fire_atlas.pipeline.classify import classify
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
+from fire_atlas.pipeline.flake_texture import PreparedTexture
+from fire_atlas.pipeline.fly_in_depth import flies_in_depth, fly_in_depth
 from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip
 from fire_atlas.pipeline.prepare import prepare
 from fire_atlas.pipeline.render import render, thumbnails_of_skipped_frames
-from fire_atlas.pipeline.simulate import SimulationSettings, simulate
+from fire_atlas.pipeline.simulate import (
+    FlightInDepth,
+    SimulationSettings,
+    see_flight,
+    simulate,
+    without_dark_end,
+)
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.timeline.tail import shortened
 
 
-def animate_views(recipe: Recipe, clips: Mapping[str, Clip], context: BuildContext) -> Contribution:
-    """Animate ``clips``, by name: views of one fire from evenly spaced directions.
+@dataclass(frozen=True, slots=True)
+class PreparedView:
+    """A view of a fire, ready to be analysed.
 
-    The first view decides the class of the fire, so that all sides shed alike.
-    """
-    animations = dict[str, FinishedAnimation]()
-    for name, clip in clips.items():
-        is_first = not animations
-        with context.timer.measure("study"):
-            clip, study = prepare(recipe, clip, is_first, context)
-            recipe = classify(recipe, clip, study, context) if is_first else recipe
-        azimuth = 360 * len(animations) / len(clips)
-        animations[name] = animate(recipe, clip, study, azimuth, context)
-    statistics = {name: each.all_statistics() for name, each in animations.items()}
-    figures = statistics.popitem()[1] if len(animations) == 1 else {"animations": statistics}
-    return Contribution(recipe.name, animations, figures)
-
-
-def animate(
-    recipe: Recipe, clip: Clip, study: FlameStudy, azimuth: float, context: BuildContext
-) -> FinishedAnimation:
-    """Make a finished animation of a clip: analyse, simulate, render, channels.
-
-    Args:
-        recipe: The whole recipe; each step reads sections of it.
+    Attributes:
+        name: Of its animation.
+        recipe: With everything filled in that the class of the fire decides.
         clip: The clip as it is played.
         study: Constants of the clip.
         azimuth: Direction of the view, degrees counter-clockwise seen from above, relative to
             which the wind blows.
-        context: Workers, progress and timer.
     """
-    timer = context.timer
+
+    name: str
+    recipe: Recipe
+    clip: Clip
+    study: FlameStudy
+    azimuth: float
+
+
+def animate_views(
+    recipe: Recipe, clips: Mapping[str, Clip], cells: Sequence[Pixels], context: BuildContext
+) -> Contribution:
+    """Animate ``clips``, by name: views of one fire from evenly spaced directions.
+
+    The first view decides the class of the fire, so that all sides shed alike. ``cells`` are those
+    of the flakes' texture, which all views share.
+    """
+    texture, flight, animations = None, None, dict[str, FinishedAnimation]()
+    for view in prepared_views(recipe, clips, context):
+        texture = texture or prepared_texture(view.recipe, view.clip, cells, context)
+        if flight is None and flies_in_depth(view.recipe, view.clip):
+            flight = fly_in_depth(view.recipe, view.clip, view.study, clips.values(), context)
+        simulated = add_flakes(view, flight, texture, context)
+        animations[view.name] = finish(view.recipe, simulated, context)
+    statistics = {name: each.all_statistics() for name, each in animations.items()}
+    figures = statistics.popitem()[1] if len(animations) == 1 else {"animations": statistics}
+    return Contribution(recipe.name, animations, figures, texture=texture)
+
+
+def prepared_texture(
+    recipe: Recipe, clip: Clip, cells: Sequence[Pixels], context: BuildContext
+) -> PreparedTexture | None:
+    """Return the texture of a recipe's flakes from its ``cells``; None if there are none."""
+    if recipe.flakes == "none" or not cells:
+        return None
+    return PreparedTexture.of(cells, recipe.flakes, clip, recipe.atlas, context)
+
+
+def prepared_views(
+    recipe: Recipe, clips: Mapping[str, Clip], context: BuildContext
+) -> Iterator[PreparedView]:
+    """Prepare ``clips``, views by name, one after the other; the first decides the fire's class."""
+    for number, (name, clip) in enumerate(clips.items()):
+        is_first = number == 0
+        with context.timer.measure("study"):
+            clip, study = prepare(recipe, clip, is_first, context)
+            recipe = classify(recipe, clip, study, context) if is_first else recipe
+        yield PreparedView(name, recipe, clip, study, 360 * number / len(clips))
+
+
+def add_flakes(
+    view: PreparedView,
+    flight: FlightInDepth | None,
+    texture: PreparedTexture | None,
+    context: BuildContext,
+) -> SimulatedClip:
+    """Analyse a view and simulate its flakes; those of a fire with depth have their ``flight``."""
+    recipe, clip, study, timer = view.recipe, view.clip, view.study, context.timer
     analysis = tracks = None
+    shape = texture.shape if texture else None
     with timer.measure("analyse"):
-        if recipe.has_effect:
-            analysis = analyse(clip, study, AnalysisSettings.of(recipe, azimuth), context)
+        if flight is None and recipe.has_effect:
+            analysis = analyse(clip, study, AnalysisSettings.of(recipe, view.azimuth), context)
+        elif recipe.blurs_flame:
+            settings = AnalysisSettings.of(recipe, view.azimuth).without_flakes()
+            analysis = analyse(clip, study, settings, context)
     with timer.measure("fly"):
-        if analysis is not None and recipe.flakes != "none":
-            tracks = simulate(clip, study, analysis, SimulationSettings.of(recipe), context)
+        if recipe.flakes != "none":
+            flying = SimulationSettings.of(recipe)
+            if flight is not None:
+                tracks = see_flight(clip, study, flight, flying, context, shape)
+            elif analysis is not None:
+                tracks = simulate(clip, study, analysis, flying, context, shape)
+        if tracks is not None:
             _note_flakes_left(clip, tracks, recipe.timeline.loop, context)
-            clip, tracks = _without_dark_end(clip, tracks)
-    simulated, settings = SimulatedClip(clip, study, analysis, tracks), RenderSettings.of(recipe)
-    with timer.measure("render"):
+            clip, tracks = without_dark_end(clip, tracks)
+    return SimulatedClip(clip, study, analysis, tracks, shape)
+
+
+def finish(recipe: Recipe, simulated: SimulatedClip, context: BuildContext) -> FinishedAnimation:
+    """Render the frames of a simulated clip, and measure what they hold besides colours."""
+    clip, settings = simulated.clip, RenderSettings.of(recipe)
+    with context.timer.measure("render"):
         frames = render(simulated, settings, context)
     skipped = thumbnails_of_skipped_frames(simulated, settings, context)
     motion = measure_motion(frames, skipped, clip.loop, recipe.maps, context)
@@ -71,12 +131,12 @@ def animate(
         frames=frames,
         fps=clip.fps,
         loop=clip.loop,
-        foot=study.base,
+        foot=simulated.study.base,
         motion=motion,
-        tracks=tracks,
+        tracks=simulated.tracks,
         bakes_flakes=settings.bakes_flakes,
         pixel_art=settings.pixel_art,
-        statistics=_statistics(recipe, clip, tracks),
+        statistics=_statistics(recipe, clip, simulated.tracks),
     )
 
 
@@ -91,15 +151,6 @@ def _note_flakes_left(clip: Clip, tracks: Tracks, loop: str, context: BuildConte
         context.progress.note(
             f"flakes in the last frame: {left}; timeline.tail: true lets them burn out"
         )
-
-
-def _without_dark_end(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:
-    """Return clip and tracks without the last frames of a tail in which no flake is visible."""
-    if not clip.tail:
-        return clip, tracks
-    lit = [n for n, rows in enumerate(tracks.frames) if n >= clip.body and visible_count(rows)]
-    clip = shortened(clip, lit[-1] + 1 - clip.body if lit else 0)
-    return clip, first_frames(tracks, clip.count)
 
 
 def _statistics(recipe: Recipe, clip: Clip, tracks: Tracks | None) -> dict[str, Any]:

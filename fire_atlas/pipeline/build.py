@@ -10,12 +10,23 @@ from fire_atlas.outputs.digest import tool_digest
 from fire_atlas.outputs.freshness import why_stale
 from fire_atlas.outputs.ownership import commit
 from fire_atlas.outputs.staging import Staging
-from fire_atlas.pipeline.animate import animate_views
 from fire_atlas.pipeline.check import CheckedRecipe
 from fire_atlas.pipeline.context import BuildContext, BuildOptions
-from fire_atlas.pipeline.contribution import animations_by_name, build_statistics
-from fire_atlas.pipeline.open import check_inputs, hash_inputs, input_files, open_input
-from fire_atlas.pipeline.pack_only import pack_only
+from fire_atlas.pipeline.contribute import contribute
+from fire_atlas.pipeline.contribution import (
+    animations_by_name,
+    build_statistics,
+    textures_by_name,
+    with_cell_names,
+    with_states,
+)
+from fire_atlas.pipeline.open import (
+    check_inputs,
+    hash_inputs,
+    input_files,
+    open_input,
+    open_texture,
+)
 from fire_atlas.pipeline.pages import images, pack
 from fire_atlas.pipeline.write import (
     product_of,
@@ -25,7 +36,6 @@ from fire_atlas.pipeline.write import (
     write_manifest,
 )
 from fire_atlas.pipeline.writers import exported_files, note_what_engines_need, track_files
-from fire_atlas.sources.sprites import Sprites
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,16 +82,16 @@ def build(
         for part in loaded.parts:
             with timer.measure("study"):
                 opened = open_input(part, context)
-                files += input_files(opened)
-            if isinstance(opened, Sprites):
-                contributions.append(pack_only(part.recipe, opened, context))
-            else:
-                contributions.append(animate_views(part.recipe, opened, context))
-        animations = animations_by_name(contributions)
+                cells = open_texture(part, context)
+                files += input_files(opened, part)
+            contributions.append(contribute(part.recipe, opened, cells, context))
+        contributions = with_cell_names(recipe.name, contributions)
+        animations, textures = animations_by_name(contributions), textures_by_name(contributions)
         with timer.measure("pack"):
-            sheets = pack(recipe.name, animations, recipe.atlas, recipe.maps, progress)
+            sheets = pack(recipe.name, animations, textures, recipe.atlas, recipe.maps, progress)
+            sheets = with_states(sheets, contributions)
         with timer.measure("write"):
-            drawn = images(sheets, animations.values(), recipe.atlas, recipe.maps)
+            drawn = images(sheets, animations, textures, recipe.atlas, recipe.maps)
             outputs = write_images(list(drawn), recipe.atlas, staging, context)
             product = product_of(sheets, animations, loaded, staging)
             exported = exported_files(recipe.exports, product, loaded.templates)

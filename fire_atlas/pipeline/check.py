@@ -15,7 +15,7 @@ from fire_atlas.formats.limits import description_limits, missing_extra, page_li
 from fire_atlas.recipe.load import LoadedRecipe, load_tree
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.problem import Problem
-from fire_atlas.recipe.tree import RecipeTree
+from fire_atlas.recipe.tree import MEMBERS, RecipeTree
 from fire_atlas.recipe.validate import refusal
 
 CheckedRecipe = NewType("CheckedRecipe", LoadedRecipe)
@@ -34,11 +34,27 @@ def load_checked(tree: RecipeTree) -> CheckedRecipe:
         OutputError: It needs an optional package that is not installed.
     """
     loaded = load_tree(tree)
-    if problems := list(_problems(loaded.recipe)):
+    if problems := [*_problems(loaded.recipe), *_members_in_wind(loaded)]:
         raise refusal(tree, problems)
     if missing := missing_extra(loaded.recipe.atlas):
         raise OutputError(missing)
     return CheckedRecipe(loaded)
+
+
+def _members_in_wind(loaded: LoadedRecipe) -> Iterator[Problem]:
+    """Yield a problem for each recipe with ``wind.levels`` among several that share pages: what
+    describes these has one graph of states."""
+    for i, member in enumerate(loaded.members):
+        if member.recipe.wind.levels:
+            yield Problem(
+                (*MEMBERS, i),
+                f"{member.recipe.name} has wind.levels, which need pages of their own; build it "
+                f"alone, or give it one wind.level",
+            )
+    if loaded.members and loaded.recipe.wind.levels:
+        yield Problem(
+            ("wind", "levels"), "need pages of their own; remove atlas.members, or the levels"
+        )
 
 
 def _problems(recipe: Recipe) -> Iterator[Problem]:

@@ -39,9 +39,10 @@ def classify(recipe: Recipe, clip: Clip, study: FlameStudy, context: BuildContex
     fire_class = _class_of(flakes, clip, study, context)
     defaults = DEFAULTS[fire_class]
     found: dict[str, Any] = {"fire_class": fire_class}
+    has_texture = flakes.own_texture is not None
     if flakes.sprite == "auto":
-        found["sprite"] = "pixel" if defaults.pixel else "soft"
-    if flakes.size == "auto":
+        found["sprite"] = "pixel" if defaults.pixel and not has_texture else "soft"
+    if flakes.size == "auto" and not has_texture:
         found["size"] = defaults.size
     if flakes.colors == "auto":
         found["colors"] = _colours(defaults, study)
@@ -53,7 +54,7 @@ def classify(recipe: Recipe, clip: Clip, study: FlameStudy, context: BuildContex
         flakes = flakes.model_copy(update={"rate": rate})
     palette = recipe.composite.palette
     if palette == "auto":
-        palette = "clip" if defaults.hard else "none"
+        palette = "clip" if defaults.hard and flakes.tint == "heat" else "none"
     composite = recipe.composite.model_copy(update={"palette": palette})
     return recipe.model_copy(update={"flakes": flakes, "composite": composite})
 
@@ -87,8 +88,7 @@ def _automatic_rate(flakes: Flakes, clip: Clip, study: FlameStudy, seed: int) ->
         flakes,
         clip,
         moving_area=study.moving_area,
-        candidate_count=study.candidate_count,
-        automatic_alpha=study.alpha,
+        fires=study.fires.each,
         seed=seed,
     )
     return emitter.rate

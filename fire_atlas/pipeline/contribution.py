@@ -3,16 +3,18 @@
 A build has one contribution, or one from each member if recipes share pages (``atlas.members``).
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet
+from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet, StateGraph
 from fire_atlas.channels.cross_validation import motion_statistics
 from fire_atlas.channels.motion import Motion
 from fire_atlas.core.cpu import cpu_class
 from fire_atlas.effect.composition.light import ClipLight
 from fire_atlas.effect.flakes.tracks import Tracks
+from fire_atlas.pipeline.flake_texture import NAME as TEXTURE
+from fire_atlas.pipeline.flake_texture import PreparedTexture
 from fire_atlas.pipeline.render import RenderedFrame
 
 
@@ -69,17 +71,22 @@ class Contribution:
         name: Name of the recipe.
         animations: By name.
         statistics: Figures about the animations, for the manifest.
+        states: In which order they may follow one another; None if each is played alone.
+        texture: The texture of the flakes; None without one.
     """
 
     name: str
     animations: Mapping[str, FinishedAnimation]
     statistics: dict[str, Any]
+    states: StateGraph | None = None
+    texture: PreparedTexture | None = None
 
 
 def build_statistics(contributions: Sequence[Contribution], sheet: AtlasSheet) -> dict[str, Any]:
     """Return statistics of the pages and of each recipe, and the class of the CPU."""
     area = sum(page.width * page.height for page in sheet.pages)
-    places = {(region.page, region.x, region.y): region for region in sheet.regions}
+    placed = (*sheet.regions, *sheet.cells)
+    places = {(region.page, region.x, region.y): region for region in placed}
     used = sum(region.width * region.height for region in places.values())
     of_all = {
         "pages": [[page.width, page.height] for page in sheet.pages],
@@ -98,12 +105,66 @@ def animations_by_name(contributions: Sequence[Contribution]) -> dict[str, Finis
     If several recipes share pages, the name of an animation begins with that of its recipe.
     """
     return {
-        _title(name, each, contributions): animation
+        animation_title(name, each.name, each.animations, len(contributions)): animation
         for each in contributions
         for name, animation in each.animations.items()
     }
 
 
-def _title(name: str, contribution: Contribution, contributions: Sequence[Contribution]) -> str:
-    is_only = len(contributions) == 1 or list(contribution.animations) == [contribution.name]
-    return name if is_only else f"{contribution.name}/{name}"
+def textures_by_name(contributions: Sequence[Contribution]) -> dict[str, PreparedTexture]:
+    """Return the textures of flakes by their names on the pages."""
+    return {
+        texture_title(each.name, len(contributions)): each.texture
+        for each in contributions
+        if each.texture is not None
+    }
+
+
+def texture_title(recipe: str, recipes: int) -> str:
+    """Return the name on the pages of the texture of a recipe's flakes, if pages are those of
+    ``recipes``."""
+    return TEXTURE if recipes == 1 else f"{recipe}/{TEXTURE}"
+
+
+def with_cell_names(name: str, contributions: Sequence[Contribution]) -> list[Contribution]:
+    """Return the contributions, in whose tracks the cells of textures have their names in the atlas
+    ``name``."""
+    return [
+        _with_cell_names(each, f"{name}/{texture_title(each.name, len(contributions))}")
+        for each in contributions
+    ]
+
+
+def _with_cell_names(contribution: Contribution, prefix: str) -> Contribution:
+    if contribution.texture is None:
+        return contribution
+    names = tuple(f"{prefix}/{i:04}" for i in range(len(contribution.texture.sprites)))
+    return replace(
+        contribution,
+        animations={
+            title: replace(each, tracks=each.tracks and each.tracks.with_cell_names(names))
+            for title, each in contribution.animations.items()
+        },
+    )
+
+
+def with_states(
+    sheets: Sequence[AtlasSheet], contributions: Sequence[Contribution]
+) -> tuple[AtlasSheet, ...]:
+    """Return the sheets with the graph of a recipe whose animations follow one another; such a
+    recipe has pages of its own."""
+    states = contributions[0].states
+    return tuple(replace(sheet, states=states) for sheet in sheets)
+
+
+def animation_title(name: str, recipe: str, animations: Collection[str], recipes: int) -> str:
+    """Return the name on the pages of an animation.
+
+    Args:
+        name: Of the animation within its recipe.
+        recipe: Name of the recipe.
+        animations: Names of all animations of the recipe.
+        recipes: Number of recipes that share the pages.
+    """
+    is_only = recipes == 1 or list(animations) == [recipe]
+    return name if is_only else f"{recipe}/{name}"

@@ -28,7 +28,8 @@ def expected_outputs(recipe: Recipe) -> Iterator[tuple[str, Role]]:
     """
     for scale in recipe.atlas.scales:
         yield from _sheet_files(recipe, recipe.name if scale == 1 else f"{recipe.name}@{scale:g}x")
-    if not recipe.atlas.members and recipe.views.count == 1 and recipe.flakes != "none":
+    is_one = not recipe.atlas.members and recipe.views.count == 1 and not recipe.wind.levels
+    if is_one and recipe.flakes != "none":
         for track in recipe.tracks:
             if track != "light":
                 yield flakes_file(recipe.name, track), "tracks"

@@ -11,10 +11,11 @@ from fire_atlas.atlas.encode import BlendSpace, encode_frame, is_page_ready
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import Picture, as_light
 from fire_atlas.core.pixels import LIGHT_STEPS, as_steps, expose
-from fire_atlas.effect.composition.blur import blur_along
+from fire_atlas.effect.composition.blur import EXAGGERATION, blur_along
 from fire_atlas.effect.composition.composite import compose
 from fire_atlas.effect.flakes.drawing import add_glow, draw_frame
 from fire_atlas.effect.flakes.layer import FlakeLight
+from fire_atlas.effect.flakes.texture import TextureCells
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.analyse import Analysis
@@ -35,12 +36,14 @@ class SimulatedClip:
         study: Constants of the whole clip.
         analysis: Spawns and field; None if the recipe has no effect.
         tracks: Flakes; None if there are none.
+        texture: What flakes are drawn with; None for capsules and squares.
     """
 
     clip: Clip
     study: FlameStudy
     analysis: Analysis | None
     tracks: Tracks | None
+    texture: TextureCells | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +102,8 @@ def layers_of(i: int, simulated: SimulatedClip, settings: RenderSettings) -> Lay
     is_needed = settings.bakes_flakes or settings.maps.flakes
     if tracks is None or flakes == "none" or not is_needed:
         return Layers(flame)
-    light = draw(flakes, tracks.frames[i], clip.height, clip.width)
+    cells = tracks.texture.cells[i] if tracks.texture is not None else None
+    light = draw(flakes, tracks.frames[i], clip.height, clip.width, simulated.texture, cells)
     return Layers(flame, light, settings.bakes_flakes)
 
 
@@ -113,19 +117,28 @@ def flame_of(
     field = analysis.field
     return blur_along(
         as_light(picture), field.u[i], field.v[i], field.cell, simulated.study.kappa,
-        blur.shutter / clip.fps, blur.samples,
+        EXAGGERATION * blur.shutter / clip.fps, blur.samples,
     )  # fmt: skip
 
 
-def draw(flakes: Flakes, rows: NDArray[np.float64], height: int, width: int) -> FlakeLight:
+def draw(
+    flakes: Flakes,
+    rows: NDArray[np.float64],
+    height: int,
+    width: int,
+    texture: TextureCells | None = None,
+    cells: NDArray[np.int64] | None = None,
+) -> FlakeLight:
     """Return the flake layer of one frame, drawn as the recipe states.
 
     Args:
         flakes: The recipe's section.
         rows: (flakes, columns) of the frame, as in ``Tracks.frames``.
         height, width: Size of the frame, px.
+        texture: What flakes are drawn with; None for capsules and squares.
+        cells: (flakes,), the cell of the texture that each shows.
     """
-    light = draw_frame(rows, height, width, flakes.sprite == "pixel")
+    light = draw_frame(rows, height, width, flakes.sprite == "pixel", texture, cells)
     glows = flakes.glow > 0 and flakes.sprite == "soft"
     return add_glow(light, flakes.glow, flakes.edge == "fade") if glows else light
 

@@ -2,9 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TypeAlias
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.fire_in_wind import FireInWind
+from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.dependencies import inputs_of, recipe_files
 from fire_atlas.outputs.digest import HashedFile
@@ -12,21 +15,24 @@ from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.source import FramesSource
-from fire_atlas.sources.registry import SourceSettings, open_source, open_sprites
+from fire_atlas.sources.flake_texture import read_cells
+from fire_atlas.sources.registry import (
+    SourceSettings,
+    open_source,
+    open_source_in_wind,
+    open_sprites,
+)
 from fire_atlas.sources.sheet import likely_grid
 from fire_atlas.sources.sprites import Sprites
 
+Opened: TypeAlias = Mapping[str, Clip] | FireInWind | Sprites
+"""An opened source: clips by the name of their animation, one for each view; a fire in several
+winds; or sprites, if the recipe only packs images of several animations or sizes."""
 
-def open_input(loaded: LoadedRecipe, context: BuildContext) -> Mapping[str, Clip] | Sprites:
-    """Open a recipe's source.
 
-    Returns:
-        Clips by the name of their animation, one for each view; or sprites, if the recipe only
-        packs images of several animations or sizes.
-    """
-    settings = SourceSettings.of(loaded, context.max_pixels)
-    sprites = None if loaded.recipe.has_effect else open_sprites(settings)
-    opened = open_source(settings, context.workers) if sprites is None else sprites
+def open_input(loaded: LoadedRecipe, context: BuildContext) -> Opened:
+    """Open a recipe's source."""
+    opened = _open(loaded, SourceSettings.of(loaded, context.max_pixels), context.workers)
     first = _first(opened)
     context.progress.note(f"{first.matte} matte: {first.matte_reason}")
     if isinstance(first, Clip):
@@ -35,6 +41,31 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Mapping[str, Clip
         if _is_one_picture(loaded, first):
             _note_likely_sheet(first, context)
     return opened
+
+
+def _open(loaded: LoadedRecipe, settings: SourceSettings, workers: Workers) -> Opened:
+    if loaded.recipe.wind.levels:
+        return open_source_in_wind(settings, workers)
+    sprites = None if loaded.recipe.has_effect else open_sprites(settings)
+    return open_source(settings, workers) if sprites is None else sprites
+
+
+def open_texture(loaded: LoadedRecipe, context: BuildContext) -> list[Pixels]:
+    """Return the cells of the texture of a recipe's flakes, (h, w, 4) each; none without one.
+
+    Raises:
+        SourceError: It is not an image, broken or empty.
+    """
+    flakes = loaded.recipe.flakes
+    if flakes == "none" or flakes.own_texture is None:
+        return []
+    ((key, path),) = loaded.texture_files.items()
+    try:
+        space = loaded.recipe.atlas.blend_space
+        return read_cells(flakes.own_texture, path, space, context.max_pixels)
+    except SourceError as error:
+        where = loaded.tree.origin(key).locate(key)
+        raise SourceError(f"{where}: {error}") from None
 
 
 def _is_one_picture(loaded: LoadedRecipe, clip: Clip) -> bool:
@@ -52,14 +83,14 @@ def _note_likely_sheet(clip: Clip, context: BuildContext) -> None:
         )
 
 
-def open_alone(loaded: LoadedRecipe, max_pixels: int) -> Mapping[str, Clip] | Sprites:
+def open_alone(loaded: LoadedRecipe, max_pixels: int) -> Opened:
     """Open a recipe's source outside of a build, to read its frames."""
     with Workers(1) as workers:
         return open_input(loaded, BuildContext.silent(workers, max_pixels))
 
 
 def hash_inputs(loaded: LoadedRecipe, staging: Staging, workers: Workers) -> list[HashedFile]:
-    """Hash every source and template file before any of them is opened.
+    """Hash every source, texture and template file before any of them is opened.
 
     Also protects these files and the recipes from being overwritten by outputs. A file that changes
     from now on makes the build stale, because the manifest has the hash taken here.
@@ -72,9 +103,9 @@ def hash_inputs(loaded: LoadedRecipe, staging: Staging, workers: Workers) -> lis
     return list(workers.map(HashedFile.of, files))
 
 
-def input_files(opened: Mapping[str, Clip] | Sprites) -> tuple[Path, ...]:
-    """Return the files of an opened source, in playing order."""
-    return _first(opened).inputs
+def input_files(opened: Opened, loaded: LoadedRecipe) -> tuple[Path, ...]:
+    """Return the files of an opened source, in playing order, then the texture of flakes."""
+    return (*_first(opened).inputs, *loaded.texture_files.values())
 
 
 def check_inputs(
@@ -100,6 +131,8 @@ def check_inputs(
             context.progress.note(f"{file.path}: changed while it was read; build again")
 
 
-def _first(opened: Mapping[str, Clip] | Sprites) -> Clip | Sprites:
-    """Return the sprites, or the first clip: all views have the same files and matte."""
+def _first(opened: Opened) -> Clip | Sprites:
+    """Return the sprites, or the first clip: all of them have the same files and matte."""
+    if isinstance(opened, FireInWind):
+        return opened.loops[0]
     return next(iter(opened.values())) if isinstance(opened, Mapping) else opened

@@ -1,6 +1,6 @@
 """Pack all frames onto pages, and draw the images of pages and maps one by one."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TypeAlias
 
@@ -10,10 +10,12 @@ from fire_atlas.atlas.sheet import AtlasSheet, Sprite
 from fire_atlas.atlas.split import max_size_for, split_animations
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.channels.page import draw_motion_page, vector_margin, with_maps
+from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import Role
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.progress import Progress
 from fire_atlas.pipeline.contribution import FinishedAnimation
+from fire_atlas.pipeline.flake_texture import PreparedTexture
 from fire_atlas.recipe.output import Atlas, Maps
 
 Image: TypeAlias = tuple[str, Role, Callable[[], Bytes]]
@@ -26,6 +28,7 @@ _MAX_NAMES = 12
 def pack(
     name: str,
     animations: Mapping[str, FinishedAnimation],
+    textures: Mapping[str, PreparedTexture],
     atlas: Atlas,
     maps: Maps,
     progress: Progress,
@@ -35,13 +38,19 @@ def pack(
     Args:
         name: File stem of the outputs.
         animations: By their names on the pages.
+        textures: Textures of flakes, by their names on the pages.
         atlas: Settings of the pages.
         maps: Settings of the maps beside them.
         progress: Receives a note if one page is not enough, for all or for one of the animations.
     """
     motions = [each.motion for each in animations.values() if each.motion is not None]
     packed = [animation.frames_for_pages(title) for title, animation in animations.items()]
-    sheets = build_sheets(name, packed, atlas, margin=vector_margin(motions), shares=maps == Maps())
+    cells = [each.frames_for_pages(title, packed[0].duration) for title, each in textures.items()]
+    sheets = build_sheets(
+        name, packed, atlas,
+        textures=cells, margin=vector_margin(motions), shares=maps == Maps(),
+    )  # fmt: skip
+    _refuse_split(sheets[0], textures)
     if len(sheets[0].pages) > 1:
         progress.note(
             f"needs {len(sheets[0].pages)} pages; a larger atlas.max_size, a smaller source.height "
@@ -50,6 +59,17 @@ def pack(
         _note_split(sheets[0], atlas, progress)
     encoding = None if maps.motion == "none" else motion_encoding(maps.motion)
     return tuple(with_maps(sheet, maps.layers, motions, encoding) for sheet in sheets)
+
+
+def _refuse_split(sheet: AtlasSheet, textures: Collection[str]) -> None:
+    """Refuse a texture whose cells are on several pages: players draw flakes with one."""
+    for title in textures:
+        prefix = f"{sheet.title}/{title}/"
+        if len({cell.page for cell in sheet.cells if cell.name.startswith(prefix)}) > 1:
+            raise OutputError(
+                "flakes.texture: its cells do not fit one page; use fewer, a smaller flakes.size, "
+                "or a larger atlas.max_size"
+            )
 
 
 def _note_split(sheet: AtlasSheet, atlas: Atlas, progress: Progress) -> None:
@@ -70,21 +90,24 @@ def _note_split(sheet: AtlasSheet, atlas: Atlas, progress: Progress) -> None:
 
 def images(
     sheets: Sequence[AtlasSheet],
-    animations: Iterable[FinishedAnimation],
+    animations: Mapping[str, FinishedAnimation],
+    textures: Mapping[str, PreparedTexture],
     atlas: Atlas,
     maps: Maps,
 ) -> Iterator[Image]:
     """Yield the images of all sheets, one for each scale: its pages, then its maps.
 
-    ``animations`` are in the order in which they were packed.
+    ``animations`` and ``textures`` are in the order in which they were packed. Maps do not show
+    textures.
     """
-    animations = list(animations)
-    frames = [frame for animation in animations for frame in animation.frames]
-    motions = [each.motion for each in animations if each.motion is not None]
+    cells = [cell for texture in textures.values() for cell in texture.sprites]
+    frames = [frame for animation in animations.values() for frame in animation.frames]
+    motions = [each.motion for each in animations.values() if each.motion is not None]
     for scale, sheet in enumerate(sheets):
         edges = Edges.of(atlas, sheet.scale)
         files = [page.file for page in sheet.pages]
-        yield from _sprite_pages(sheet, files, "page", [f.sprites[scale] for f in frames], edges)
+        shown = [each[scale] for each in (*(frame.sprites for frame in frames), *cells)]
+        yield from _sprite_pages(sheet, files, "page", shown, edges)
         for layer in maps.layers:
             sprites = [frame.layers[layer][scale] for frame in frames]
             yield from _sprite_pages(sheet, sheet.map(layer).files, "map", sprites, edges)
@@ -98,6 +121,6 @@ def images(
 def _sprite_pages(
     sheet: AtlasSheet, files: Sequence[str], role: Role, sprites: Sequence[Sprite], edges: Edges
 ) -> Iterator[Image]:
-    """Yield the images that show ``sprites`` where the sheet has its frames."""
+    """Yield the images that show ``sprites`` where the sheet has its frames and cells."""
     for i, file in enumerate(files):
         yield file, role, partial(draw_page, sheet, i, sprites, edges)

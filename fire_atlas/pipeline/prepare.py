@@ -39,4 +39,5 @@ def _arranged(clip: Clip, recipe: Recipe, context: BuildContext) -> Clip:
         workers=context.workers,
         progress=context.progress,
         only_packs=flakes == "none" and recipe.motion_blur == "none",
+        seed=recipe.seed,
     )

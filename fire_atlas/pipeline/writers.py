@@ -1,4 +1,4 @@
-"""Find the functions that write the formats a recipe names in ``exports`` and ``tracks``.
+"""Write the formats a recipe names in ``exports`` and ``tracks``.
 
 A new format is a module and a case here; the type checker demands the case once the name is in
 ``fire_atlas.recipe.output``. Writers are imported only when a recipe names them.
@@ -13,14 +13,13 @@ from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.progress import Progress
-from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.tracks.light import write_light
+from fire_atlas.formats.tracks.writers import track_writer
 from fire_atlas.recipe.output import (
     EngineExport,
     Export,
     ExportName,
-    FlakeTrackName,
     GodotExport,
     GodotOptions,
     TemplateExport,
@@ -36,9 +35,6 @@ Exporter: TypeAlias = Callable[[Product], Iterator[OutputFile]]
 
 SheetExporter: TypeAlias = Callable[[AtlasSheet], Iterator[OutputFile]]
 """Yields the files of an export for one scale."""
-
-TrackWriter: TypeAlias = Callable[[str, Tracks], OutputFile]
-"""Returns the file of an animation's flakes, from its file stem and tracks."""
 
 
 def exported_files(
@@ -66,11 +62,20 @@ def exported_files(
 def note_what_engines_need(exports: Sequence[Export], product: Product, progress: Progress) -> None:
     """Note what an engine cannot play of the result, and what would let it."""
     for _, export in exports_called(exports, "godot"):
-        from fire_atlas.engines.godot.export import why_motion_is_not_played
+        from fire_atlas.engines.godot.export import (
+            why_motion_is_not_played,
+            why_texture_is_not_played,
+        )
 
         options = export.godot if isinstance(export, GodotExport) else GodotOptions()
-        if advice := why_motion_is_not_played(product, options):
-            progress.note(advice)
+        for why in (why_motion_is_not_played, why_texture_is_not_played):
+            if advice := why(product, options):
+                progress.note(advice)
+    if product.sheets[0].cells and any(exports_called(exports, "unity")):
+        progress.note(
+            "flakes.texture: Unity's player draws flakes as soft streaks, not with the texture; "
+            "the pages have its cells as sprites, and flakes.bake: true draws flakes into frames"
+        )
 
 
 def track_files(formats: Sequence[TrackName], product: Product) -> Iterator[OutputFile]:
@@ -150,26 +155,3 @@ def exporter(export: ExportName | EngineExport) -> Exporter:
 def _for_each_sheet(export: SheetExporter) -> Exporter:
     """Return the exporter that applies ``export`` to every scale."""
     return lambda product: (file for sheet in product.sheets for file in export(sheet))
-
-
-def track_writer(name: FlakeTrackName) -> TrackWriter:
-    """Return the writer of flake tracks that a recipe calls ``name``."""
-    match name:
-        case "json":
-            from fire_atlas.formats.tracks.tracks_json import write_tracks_json
-
-            return write_tracks_json
-        case "csv":
-            from fire_atlas.formats.tracks.tracks_csv import write_tracks_csv
-
-            return write_tracks_csv
-        case "pcache":
-            from fire_atlas.formats.tracks.pcache import write_tracks_pcache
-
-            return write_tracks_pcache
-        case "hjson":
-            from fire_atlas.formats.tracks.hjson import write_tracks_hjson
-
-            return write_tracks_hjson
-        case _:
-            assert_never(name)

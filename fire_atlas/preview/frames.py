@@ -1,12 +1,15 @@
 """Cut the frames of a finished atlas out of its pages."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from fire_atlas.atlas.encode import light_over_black
 from fire_atlas.atlas.sheet import Region
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Bytes
+from fire_atlas.effect.flakes.texture import TextureCells
+from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.pages.page_file import read_page
 
@@ -17,8 +20,41 @@ def cut_frames(atlas: AtlasFile) -> Iterator[Bytes]:
     Raises:
         SourceError: A page file is missing, or is not as the atlas states.
     """
+    return _cut_out(atlas, atlas.frames)
+
+
+def cells_named(names: Sequence[str], cells: Sequence[Region]) -> list[Region]:
+    """Return the cells of a texture by their names in the tracks.
+
+    Raises:
+        SourceError: There is none of a name: the tracks are of another build than the atlas.
+    """
+    known = {cell.name: cell for cell in cells}
+    if missing := [name for name in names if name not in known]:
+        raise SourceError(f"the atlas has no {missing[0]}, which its tracks name; build it again")
+    return [known[name] for name in names]
+
+
+def texture_of(atlas: AtlasFile, tracks: Tracks) -> TextureCells | None:
+    """Return what the flakes of some tracks are drawn with, as the pages show it; None without.
+
+    Raises:
+        SourceError: A page file is missing, or the atlas lacks a cell.
+    """
+    if tracks.texture is None:
+        return None
+    cells, sheet = cells_named(tracks.texture.frames, atlas.sheet.cells), atlas.sheet
+    light = np.stack([
+        light_over_black(cell, sheet.alpha, sheet.blend_space)
+        for cell in _cut_out(atlas, cells)
+    ])  # fmt: skip
+    mask = light.max(axis=3, keepdims=True)
+    return TextureCells(mask if tracks.texture.tinted else light, over_life=False)
+
+
+def _cut_out(atlas: AtlasFile, regions: Iterable[Region]) -> Iterator[Bytes]:
     pages: dict[int, Bytes] = {}
-    for frame in atlas.frames:
+    for frame in regions:
         if frame.page not in pages:
             page = atlas.sheet.pages[frame.page]
             path = atlas.path.with_name(page.file)

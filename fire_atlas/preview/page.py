@@ -6,14 +6,14 @@ browser blends the same bytes that a client loads.
 
 import base64
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fire_atlas import __version__
-from fire_atlas.atlas.sheet import Animation, MotionScale, Region
+from fire_atlas.atlas.sheet import Animation, AtlasSheet, MotionScale, Region
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.files import open_file
 from fire_atlas.core.pixels import srgb_to_hex
@@ -23,18 +23,20 @@ from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.pages.page_file import read_page_file
 from fire_atlas.formats.templates.jinja import environment
+from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
-from fire_atlas.preview.frames import common_canvas
+from fire_atlas.preview.frames import cells_named, common_canvas
 from fire_atlas.preview.loops import figures_of_loops
 from fire_atlas.preview.pictures import Color
 
 _SCRIPTS = (
-    "film.js", "program.js", "flake_painter.js", "painter.js", "marks.js",
-    "state.js", "stage.js", "words.js", "controls.js", "page.js",
+    "film.js", "program.js", "flake_painter.js", "painter.js", "marks.js", "field_marks.js",
+    "state.js", "wind.js", "stage.js", "words.js", "controls.js", "page.js",
 )  # fmt: skip
 
 _DRAWN = ["id", "x", "y", "size", "stretch", "rotation", "tail", "r", "g", "b", "a"]
-"""Columns of the tracks that the page draws; ``flake_painter.js`` relies on their order."""
+"""Columns of the tracks that the page draws, and after them the cell of a texture, or -1;
+``flake_painter.js`` relies on their order."""
 
 _FORMULAS = {
     "straight": "rgb · a + background · (1 − a)",
@@ -62,10 +64,12 @@ _KEYBOARD = {
     "layers: composed, flame, flakes": ("l",),
     "next background": ("b",),
     "flakes: off, marks, light": ("f",),
+    "analysis: off, features ...": ("a",),
     "seam: overlaid, difference": ("d",),
     "outline, trim and pivot": ("o",),
     "square pixels": ("p",),
     "repeat": ("r",),
+    "next wind": ("w",),
 }
 
 
@@ -82,13 +86,16 @@ def is_preview_page(path: Path) -> bool:
         return False
 
 
-def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Color) -> bytes:
+def preview_page(
+    atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Color, field: FieldData
+) -> bytes:
     """Return the page as HTML.
 
     Args:
         atlas: The atlas to play.
         tracks: Flakes of each animation that has any, by its name.
         background: The first colour in the choice of backgrounds.
+        field: Marks of the analysis.
 
     Raises:
         SourceError: The file of a page or map is missing, or is not as the atlas states.
@@ -112,7 +119,9 @@ def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Col
             )
             for animation in atlas.sheet.animations
         ],
+        field=field.choices(animation.name for animation in atlas.sheet.animations),
         pages=[_page(atlas, i) for i in range(len(atlas.sheet.pages))],
+        levels=_levels(atlas.sheet),
         sheets=sheets,
         layers=_LAYERS,
         absent=[layer for layer in _LAYERS if layer not in sheets],
@@ -123,7 +132,7 @@ def preview_page(atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Col
         formula=_FORMULAS[atlas.sheet.alpha],
         shades={first: first, **{k: v for k, v in _BACKGROUNDS.items() if v != first}},
         keyboard=_KEYBOARD,
-        data=_json_in_html(_data(atlas, tracks, sheets)),
+        data=_json_in_html(_data(atlas, tracks, sheets, field)),
     )  # fmt: skip
     return html.encode()
 
@@ -140,7 +149,10 @@ def _frames(atlas: AtlasFile, animation: Animation) -> list[Region]:
 
 
 def _data(
-    atlas: AtlasFile, tracks: Mapping[str, Tracks], sheets: Mapping[str, list[str]]
+    atlas: AtlasFile,
+    tracks: Mapping[str, Tracks],
+    sheets: Mapping[str, list[str]],
+    field: FieldData,
 ) -> dict[str, Any]:
     """Return the data that the script plays."""
     motion = atlas.sheet.motion
@@ -150,6 +162,7 @@ def _data(
         "scale": atlas.sheet.scale,
         "hasCells": atlas.sheet.grid is not None,
         "motion": motion and _vectors(motion),
+        "states": _states(atlas.sheet),
         "sheets": list(sheets),
         "pages": [
             {
@@ -161,16 +174,55 @@ def _data(
             for page in atlas.sheet.pages
         ],
         "animations": [
-            _animation_data(animation, _frames(atlas, animation), tracks.get(animation.name))
+            {
+                **_animation_data(
+                    animation,
+                    _frames(atlas, animation),
+                    tracks.get(animation.name),
+                    atlas.sheet.cells,
+                ),
+                "field": field.of(animation.name),
+            }
             for animation in atlas.sheet.animations
         ],
     }
 
 
+def _levels(sheet: AtlasSheet) -> list[str]:
+    """Return the winds among which the page chooses; none for fire that does not answer it."""
+    states = sheet.states.states if sheet.states else ()
+    return [f"{state.wind:g}" for state in states if state.wind is not None]
+
+
+def _states(sheet: AtlasSheet) -> dict[str, Any] | None:
+    """Return the graph of states, in which an animation is its number."""
+    if sheet.states is None:
+        return None
+    number = {animation.name: i for i, animation in enumerate(sheet.animations)}
+    return {
+        "levels": _levels(sheet),
+        "loops": [
+            number[state.animation] for state in sheet.states.states if state.wind is not None
+        ],
+        "transitions": [
+            {
+                "from": number[each.before],
+                "frame": each.frame,
+                "to": number[each.after],
+                "entry": each.entry,
+            }
+            for each in sheet.states.transitions
+        ],
+    }
+
+
 def _animation_data(
-    animation: Animation, frames: list[Region], tracks: Tracks | None
+    animation: Animation, frames: list[Region], tracks: Tracks | None, cells: Sequence[Region]
 ) -> dict[str, Any]:
-    """Return the rectangles of an animation's frames, on their pages and on the common canvas."""
+    """Return the rectangles of an animation's frames, on their pages and on the common canvas.
+
+    ``cells`` are those of all textures of flakes.
+    """
     size, places = common_canvas(frames)
     return {
         "name": animation.name,
@@ -200,7 +252,28 @@ def _animation_data(
         and {
             "rounds": tracks.rounds,
             "counts": [len(rows) for rows in tracks.frames],
+            **_texture_data(tracks, cells),
         },
+    }
+
+
+def _texture_data(tracks: Tracks, cells: Sequence[Region]) -> dict[str, Any]:
+    """Return where the cells of the texture of some flakes are, all on one page."""
+    texture = tracks.texture
+    shown = [] if texture is None else cells_named(texture.frames, cells)
+    return {
+        "tinted": texture is not None and texture.tinted,
+        "page": shown[0].page if shown else 0,
+        "cells": [
+            {
+                "x": cell.x,
+                "y": cell.y,
+                "width": cell.width,
+                "height": cell.height,
+                "rotated": cell.rotated,
+            }
+            for cell in shown
+        ],
     }
 
 
@@ -239,6 +312,10 @@ def _figures(figures: list[Figure]) -> list[dict[str, Any]]:
 def _rows(tracks: Tracks) -> str:
     """Return the drawn columns of all rows, frame after frame, as base64 of float32."""
     rows = np.concatenate(tracks.frames)[:, [COLUMNS.index(name) for name in _DRAWN]]
+    cells = np.full(len(rows), -1)
+    if tracks.texture is not None:
+        cells = np.concatenate(tracks.texture.cells)
+    rows = np.column_stack([rows, cells])
     return base64.b64encode(rows.astype("<f4").tobytes()).decode()
 
 

@@ -11,11 +11,12 @@ from PIL import Image, ImageDraw, ImageFont
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Bytes, encode_bytes, expose
-from fire_atlas.effect.flakes.drawing import draw_flakes
+from fire_atlas.effect.flakes.drawing import draw_frame
+from fire_atlas.effect.flakes.texture import TextureCells
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import aligned_frames, cut_frames
+from fire_atlas.preview.frames import aligned_frames, cut_frames, texture_of
 
 Color = tuple[int, int, int]
 """sRGB, 0..255."""
@@ -91,7 +92,8 @@ def contact_sheet(
     if clip is not None and clip.count == count:
         rows.append([_input(clip, i, background) for i in chosen])
     if tracks is not None and tracks.round_frames == count:
-        rows.append([_flakes(tracks, i) for i in chosen])
+        texture = texture_of(atlas, tracks)
+        rows.append([_flakes(tracks, texture, i) for i in chosen])
     pictures = [
         _fit(blend(frame, background, atlas.sheet.alpha, atlas.sheet.blend_space))
         for i, frame in enumerate(cut_frames(atlas))
@@ -103,8 +105,9 @@ def contact_sheet(
     return file.getvalue()
 
 
-def _flakes(tracks: Tracks, i: int) -> Bytes:
-    light = draw_flakes(tracks.frames[i], tracks.height, tracks.width)
+def _flakes(tracks: Tracks, texture: TextureCells | None, i: int) -> Bytes:
+    cells = tracks.texture.cells[i] if tracks.texture is not None else None
+    light = draw_frame(tracks.frames[i], tracks.height, tracks.width, False, texture, cells)
     return _fit(encode_bytes(expose(light.rgb())))
 
 

@@ -77,7 +77,7 @@ def _frame(
     for x, y in side.points[i]:
         at_x, at_y = (x - left) * scale, (y - top) * scale
         draw.ellipse((at_x - 3, at_y - 3, at_x + 3, at_y + 3), fill=_POINT, outline=_INK)
-    label = f"{i}  {side.points[i].lean:+.0f}°"
+    label = f"{i}  {side.leans[i]:+.0f}°"
     draw.text((3, 2), label, fill=_INK)
     return image
 
@@ -126,7 +126,7 @@ def _table(profile: Profile) -> Image.Image:
 def _leans(side: Side) -> Image.Image:
     image, draw = _panel("lean of every frame, degrees")
     # Leans beyond the range count in the outermost bins.
-    counts, edges = np.histogram(np.clip(side.learnt_leans, -39.9, 39.9), bins=40, range=(-40, 40))
+    counts, edges = np.histogram(np.clip(side.leans, -39.9, 39.9), bins=40, range=(-40, 40))
     floor, tall = _PANEL - 28, _PANEL - 64
     step = (_PANEL - 16) / len(counts)
     for i, count in enumerate(counts):

@@ -11,6 +11,9 @@ from fire_atlas.core.files import MIB, read_file
 from fire_atlas.recipe.problem import COMMAND_LINE, KeyPath, Origin, Value, dotted
 from fire_atlas.recipe.yaml_graph import MalformedYamlError, compose, line_of
 
+RECIPE_ENDINGS = (".yaml", ".yml", ".fire")
+"""Endings of recipe files, YAML all: ``.fire`` is for editors, which import by the ending."""
+
 MAX_BYTES = MIB
 """Limit on the size of a recipe file, bytes."""
 

@@ -5,9 +5,9 @@ and Artificial Motion Blur". Lengths "in heights" are fractions of the frame's h
 recipe works at any resolution.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from fire_atlas.recipe.base import (
     BLOCK,
@@ -15,6 +15,7 @@ from fire_atlas.recipe.base import (
     NUMBER,
     OFF,
     PAIR,
+    WORD,
     Auto,
     Color,
     Direction,
@@ -23,6 +24,8 @@ from fire_atlas.recipe.base import (
     either,
     ordered,
 )
+from fire_atlas.recipe.problem import ContradictionError, Problem
+from fire_atlas.recipe.source import Grid
 
 AutoOrNumber = Annotated[
     Auto | Annotated[float, Field(ge=0, le=10000), NUMBER], either("`auto` or a number")
@@ -78,7 +81,8 @@ class Features(Settings):
     (eq. 2). Paper: 5."""
     kappa_over: Literal["flame", "image"] = "flame"
     """κ rises from 0 at the bottom to 1 at the top (or in the direction of ``lift``) of
-    the flame's bounding box, or of the whole image (paper)."""
+    the flame's bounding box, of each fire's own if there are several, or of the whole image
+    (paper)."""
     beta: float = Field(default=0.02, ge=0, le=10)
     """[β] Weight of the buoyancy direction that is added to each feature vector (eq. 3)."""
     clamp: float = Field(default=0.0, ge=0, le=10000)
@@ -105,7 +109,8 @@ class Buoyancy(Settings):
     """Rate at which the field adopts the flow inside the flame, 1/s."""
     feature_force: float = Field(default=0.1, ge=0, le=100)
     """[Fv*] Push by flame edges, heights/s²: the acceleration at an edge of average strength;
-    stronger edges push more."""
+    stronger edges push more. With ``motion: features``, where edges alone show how the flame moves,
+    they push 16 times as hard, because flakes fly past an edge in a moment."""
     lift: Lift = "auto"
     """[F_buoyancy] Upward acceleration, heights/s²; or [x, y] (y up) for fire that does not rise.
     ``auto``: 1.2, up, or in the direction in which the flame of the clip moves: a comet's flies
@@ -120,6 +125,33 @@ class Buoyancy(Settings):
     """Speed (rms) of the turbulence (curl noise) above the flame, heights/s."""
     projection: bool = False
     """Make the field divergence-free in every step. The paper does not."""
+
+
+MAX_TEXTURE_CELLS = 64
+"""Maximum number of cells of a texture of flakes: players keep all of them in their shaders."""
+
+
+class FlakeTexture(Settings):
+    """A picture of a flake, or a sheet of several."""
+
+    path: str = Field(min_length=1, pattern=r"^[^\x00]+$")
+    """An image, painted as a flake that flies to the right. Without transparency its black is
+    empty. Relative to the recipe file."""
+    grid: Grid | None = None
+    """Cut ``path`` into cells, left to right, top to bottom, at most 64."""
+    play: Literal["cell", "life"] = "cell"
+    """Each flake shows one ``cell``, drawn by lot, or all cells one after the other, spread over
+    its ``life``."""
+
+    @field_validator("grid")
+    @classmethod
+    def _few_cells(cls, grid: Grid | None) -> Grid | None:
+        if grid is not None and grid.columns * grid.rows > MAX_TEXTURE_CELLS:
+            raise ValueError(
+                f"has {grid.columns * grid.rows} cells, but a texture of flakes may have "
+                f"{MAX_TEXTURE_CELLS}; use fewer columns or rows"
+            )
+        return grid
 
 
 class Flakes(Settings):
@@ -140,7 +172,8 @@ class Flakes(Settings):
     rate: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100000), NUMBER], either("`auto` or a number")
     ] = "auto"
-    """Spawn rate, flakes per second, the sparks of ``bursts`` included. If you set ``alpha``, it is
+    """Spawn rate, flakes per second, the sparks of ``bursts`` included. Several fires in a frame
+    share it by their areas. If you set ``alpha``, it is
     scaled by the area of the edges above it, relative to the automatic α: half the area, half the
     flakes. ``auto``: by ``class`` and the area in which the fire moves, about 1 for a candle, 30
     for a campfire and 90 for a wall of fire; fewer if the frame is too small to show flakes of
@@ -178,7 +211,7 @@ class Flakes(Settings):
     ] = "auto"
     """[min, max] width of a flake, heights; sizes between them are log-normal. A soft flake thinner
     than a pixel is dimmer, not wider. ``auto``: [0.0028, 0.0145], and large dots for flat art and
-    pixel art (``class``)."""
+    pixel art (``class``); with a ``texture`` [0.02, 0.08], which shows what is painted."""
     rounds: Annotated[
         Auto | Annotated[int, Field(ge=1, le=MAX_ROUNDS), NUMBER],
         either("`auto` or a number of rounds"),
@@ -204,8 +237,8 @@ class Flakes(Settings):
     colours, or greys. Or colours from slow to fast flakes, sRGB hex (Figure 9); that is the default
     of ``features.preset: paper``."""
     intensity: float = Field(default=1.0, ge=0, le=1000)
-    """Light of a medium flake at its brightest, linear; others are many times as bright or as dim.
-    Film shows x as x / (1 + x)."""
+    """Multiplier of the flakes' light, linear. At 1, a medium one gives 0.75 at its brightest;
+    others are many times as bright or as dim. Film shows x as x / (1 + x)."""
     edge: Literal["fade", "crop"] = "fade"
     """Flakes that leave the frame ``fade`` out near its border, or are cut off by it (``crop``)."""
     glow: float = Field(default=0.0, ge=0, le=10)
@@ -214,8 +247,43 @@ class Flakes(Settings):
     sprite: Literal["auto", "soft", "pixel"] = "auto"
     """``soft``: round sprites. ``pixel``: hard squares of whole pixels, for pixel art. ``auto``: by
     ``class``."""
+    texture: Annotated[
+        Off
+        | Annotated[str, Field(min_length=1, pattern=r"^[^\x00]+$"), WORD]
+        | Annotated[FlakeTexture, BLOCK],
+        either("`none`, the path of an image, or a block with `path`"),
+        OFF,
+    ] = "none"
+    """A picture of your own instead of the soft capsule: its path, or a sheet of several
+    (``{path: embers.png, grid: {columns: 4, rows: 1}, play: life}``). It is turned so that its
+    right side leads; ``size`` is its height, across the motion. Its length keeps the picture's
+    proportions, and streaks lengthen it. It is packed beside the frames, no larger than the largest
+    flake, and named in the tracks."""
+    tint: Annotated[Literal["heat", "none"], OFF] = "heat"
+    """Colour of a ``texture``. ``heat``: the picture is a mask, by its brightest channel, of the
+    light and colour that the flake would have without it. ``none``: as painted, and fading as the
+    flake cools; ``intensity`` multiplies it."""
     max: int = Field(default=20000, ge=0, le=60000)
     """Maximum number of flakes alive at once."""
+
+    @property
+    def own_texture(self) -> FlakeTexture | None:
+        """The texture as a block, if there is one."""
+        if isinstance(self.texture, FlakeTexture):
+            return self.texture
+        return None if self.texture == "none" else FlakeTexture(path=self.texture)
+
+    @model_validator(mode="after")
+    def _refuse_contradictions(self) -> Self:
+        if self.own_texture is None and self.tint != "heat":
+            raise ContradictionError(
+                Problem(("tint",), "is the colour of flakes.texture; name one, or use colors")
+            )
+        if self.own_texture is not None and self.sprite == "pixel":
+            raise ContradictionError(
+                Problem(("sprite",), "pixel draws squares, but texture names a picture; remove one")
+            )
+        return self
 
 
 class MotionBlur(Settings):
@@ -226,7 +294,8 @@ class MotionBlur(Settings):
     samples: int = Field(default=9, ge=1, le=65)
     """Samples along the path of a flame pixel. Flakes are drawn as exact streaks."""
     flame: bool = False
-    """Blur the flame layer too, each pixel along the field."""
+    """Blur the flame layer too, each pixel along the field, the more the higher it is in the flame:
+    at the top over eight times the distance it moves while the shutter is open."""
 
 
 class Composite(Settings):

@@ -7,7 +7,7 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.files import natural_key
 from fire_atlas.recipe.document import read_document
 from fire_atlas.recipe.inherit import EXTENDS
-from fire_atlas.recipe.tree import RecipeTree
+from fire_atlas.recipe.tree import RecipeTree, is_recipe
 
 
 def find_recipes(arguments: Sequence[Path]) -> list[Path]:
@@ -39,18 +39,18 @@ def refuse_same_outputs(
 
 
 def _recipes_in(folder: Path) -> list[Path]:
-    files = [path for path in folder.iterdir() if path.suffix in {".yaml", ".yml"}]
+    files = [path for path in folder.iterdir() if is_recipe(path)]
     shown = [path for path in files if path.is_file() and not path.name.startswith(".")]
     recipes = [path for path in sorted(shown, key=natural_key) if _looks_like_recipe(path)]
     if not recipes:
         raise RecipeError(
-            f"{folder}: no recipe in this folder (a .yaml file with `source` or `extends`)"
+            f"{folder}: no recipe in this folder (a .yaml or .fire file with `source` or `extends`)"
         )
     return recipes
 
 
 def _looks_like_recipe(path: Path) -> bool:
-    """Return whether a YAML file is a recipe. True if it is broken, to report that later."""
+    """Return whether a file of YAML is a recipe. True if it is broken, to report that later."""
     try:
         values = read_document(path).values
     except RecipeError:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.shipped import shipped
-from fire_atlas.recipe.document import Document, read_document
+from fire_atlas.recipe.document import RECIPE_ENDINGS, Document, read_document
 from fire_atlas.recipe.problem import KeyPath, Value, did_you_mean
 
 EXTENDS = "extends"
@@ -66,7 +66,7 @@ def _base_of(document: Document, path: Path) -> Path:
     where = document.origins[(EXTENDS,)].locate((EXTENDS,))
     if not isinstance(name, str) or not name or "\0" in name:
         raise RecipeError(f"{where}: must be the name of a preset or the path of a recipe")
-    if "/" in name or "\\" in name or name.endswith((".yaml", ".yml")):
+    if "/" in name or "\\" in name or name.endswith(RECIPE_ENDINGS):
         file = path.parent / name
         if not file.is_file():
             raise RecipeError(f"{where}: there is no recipe file {file}")
@@ -77,7 +77,7 @@ def _base_of(document: Document, path: Path) -> Path:
 
 
 def _suggestion(name: str, folder: Path) -> str:
-    for beside in (f"{name}.yaml", f"{name}.yml"):
+    for beside in (name + ending for ending in RECIPE_ENDINGS):
         if (folder / beside).is_file():
             return f"; did you mean the file ./{beside}?"
     return did_you_mean(name, presets()) or f"; presets are {', '.join(presets())}"

@@ -9,7 +9,7 @@ import yaml
 
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Maps
-from fire_atlas.recipe.tree import RecipeTree, source_files, templates
+from fire_atlas.recipe.tree import RecipeTree, source_files, templates, texture_files
 from fire_atlas.recipe.validate import validate
 
 
@@ -23,6 +23,7 @@ class LoadedRecipe:
         base: The folder of ``path``.
         tree: The merged keys from which ``recipe`` was validated.
         source_files: Absolute path (or glob) of each file of the source, by its key.
+        texture_files: Absolute path of the texture of flakes by its key, if there is one.
         templates: Absolute path of each template in ``exports``, by its path in the recipe.
         members: Recipes whose effects share the pages. Their ``atlas``, ``maps`` and ``tracks`` are
             those of this recipe.
@@ -33,6 +34,7 @@ class LoadedRecipe:
     base: Path
     tree: RecipeTree
     source_files: dict[tuple[str, ...], Path]
+    texture_files: dict[tuple[str, ...], Path]
     templates: dict[str, Path]
     members: tuple["LoadedRecipe", ...] = ()
 
@@ -47,7 +49,14 @@ def load_tree(tree: RecipeTree) -> LoadedRecipe:
     recipe = validate(tree).model_copy(update={"name": tree.name})
     members = tuple(_member(each, recipe) for each in tree.members)
     return LoadedRecipe(
-        recipe, tree.path, tree.path.parent, tree, source_files(tree), templates(tree), members
+        recipe,
+        tree.path,
+        tree.path.parent,
+        tree,
+        source_files(tree),
+        texture_files(tree),
+        templates(tree),
+        members,
     )
 
 
@@ -64,7 +73,7 @@ def resolved_yaml(loaded: LoadedRecipe) -> str:
     base = loaded.base.resolve()
     if values["source"] is None:
         del values["source"]
-    for (*blocks, key), path in loaded.source_files.items():
+    for (*blocks, key), path in {**loaded.source_files, **loaded.texture_files}.items():
         block = values
         for name in blocks:
             block = block[name]

@@ -22,7 +22,7 @@ from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource, ProfileSource, Source, Views
 from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.recipe.tree import MAX_NAME, NAME_PATTERN
-from fire_atlas.recipe.wind import Wind
+from fire_atlas.recipe.wind import MIN_LOOP_IN_WIND, Wind
 
 
 class Recipe(Settings):
@@ -41,7 +41,8 @@ class Recipe(Settings):
     timeline: Timeline = Timeline()
     """Length, frame rate and looping of the result."""
     wind: Wind = Wind()
-    """Wind that bends the plume."""
+    """Wind that carries flakes away, and bends the flame of sources ``profile`` and ``silk``. The
+    flame of ``frames`` stays as it is."""
     features: Features = Features()
     """Which edges of the flame can shed sparks (eq. 1-3)."""
     buoyancy: Buoyancy = Buoyancy()
@@ -72,8 +73,12 @@ class Recipe(Settings):
     @property
     def has_effect(self) -> bool:
         """Whether frames are changed: flakes are added, or the flame is blurred."""
-        blurs_flame = self.motion_blur != "none" and self.motion_blur.flame
-        return self.flakes != "none" or blurs_flame
+        return self.blurs_flame or self.flakes != "none"
+
+    @property
+    def blurs_flame(self) -> bool:
+        """Whether the flame is blurred along the field."""
+        return self.motion_blur != "none" and self.motion_blur.flame
 
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> Self:
@@ -88,6 +93,8 @@ class Recipe(Settings):
                 "waits for flakes to burn out, but flakes is none; remove one of them",
             )
         yield from _rounds_in_pages(self.flakes, self.maps)
+        if self.wind.levels:
+            yield from _against_levels(self)
         if isinstance(self.source, FramesSource) and self.views != Views():
             yield Problem(
                 ("views",),
@@ -156,6 +163,37 @@ def _rounds_in_pages(flakes: FlakesOrNone, maps: Maps) -> Iterator[Problem]:
                 ("flakes", "rounds"),
                 f"the pages show the flakes of one round of the loop; use auto, or {remedy}",
             )
+
+
+def _against_levels(recipe: Recipe) -> Iterator[Problem]:
+    """Yield what cannot be combined with ``wind.levels``."""
+    levels = ("wind", "levels")
+    if isinstance(recipe.source, FramesSource):
+        yield Problem(
+            levels,
+            "a clip shows one wind; learn from it with source.kind: profile to make fire in "
+            "others, or give one wind.level",
+        )
+    if recipe.views.count > 1:
+        yield Problem(
+            levels, "are built for one side of the fire; remove views.count, or give one wind.level"
+        )
+    if recipe.timeline.loop == "none":
+        yield Problem(
+            levels, "are loops that a game changes between; remove loop: none of the timeline"
+        )
+    if recipe.timeline.frames is not None and recipe.timeline.frames < MIN_LOOP_IN_WIND:
+        yield Problem(
+            ("timeline", "frames"),
+            f"with wind.levels a loop needs at least {MIN_LOOP_IN_WIND} frames, to leave time for "
+            f"transitions",
+        )
+    if recipe.flakes != "none" and recipe.flakes.rounds not in ("auto", 1):
+        yield Problem(
+            ("flakes", "rounds"),
+            "with wind.levels the flakes repeat with their loop, so that transitions can take them "
+            "on; remove it",
+        )
 
 
 def _clip_only_keys(timeline: Timeline) -> Iterator[Problem]:

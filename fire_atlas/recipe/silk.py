@@ -30,6 +30,8 @@ Factor = Annotated[float, Field(gt=0, le=1000)]
 
 FuelName = Literal["wood", "candle", "gas"]
 
+Shape = Literal["sphere", "log", "match", "wax", "wick"]
+
 _MAX_SHEETS = 10_000
 
 
@@ -81,19 +83,21 @@ class Moment(Settings):
 class Intruder(Settings):
     """An object in the flame. It repels the flame, which closes again behind it."""
 
-    shape: Literal["sphere", "log", "match"]
-    """``sphere``, ``log`` (a lying cylinder), or ``match`` (a stick whose head catches fire in a
-    flame and goes on burning)."""
+    shape: Shape
+    """``sphere``, ``log`` (a lying cylinder), ``match`` (a stick whose head catches fire in a
+    flame, chars and goes on burning), ``wax`` (a cylinder lit from within, as of a candle), or
+    ``wick`` (a charred thread whose end glows in a flame)."""
     at: Place | None = None
-    """[x, y, z] of its middle (of a match: its head), heights, if it does not move."""
+    """[x, y, z] of its middle (of a match: its head; of a wick: its foot), heights, if it does not
+    move."""
     keyframes: Annotated[tuple[Moment, ...], LIST] = ()
     """Its place over time, if it moves."""
     radius: float = Field(default=0.04, gt=0, le=2)
-    """Radius of the sphere, log or match, heights."""
+    """Radius, heights."""
     length: float = Field(default=0.4, gt=0, le=5)
-    """Length of a log or match, heights."""
+    """Length of what is not a sphere, heights."""
     angle: float = Field(default=0.0, ge=-360, le=360)
-    """Direction in which a log or match points, seen from above, degrees: 0 to the right."""
+    """Direction in which it points, seen from above, degrees: 0 to the right."""
     tilt: float = Field(default=0.0, ge=-90, le=90)
     """Angle by which that end is raised, degrees."""
     strength: float = Field(default=1.0, ge=0, le=20)
@@ -117,8 +121,8 @@ class Texture(Settings):
     path: str = Field(min_length=1, pattern=r"^[^\x00]+$")
     """A clip of fire in any form that source ``frames`` reads. Relative to the recipe file."""
     synthesis: Literal["none", "motion"] = "none"
-    """``none``: images of the clip itself. ``motion``: new images, synthesised from the most
-    probable motion between two ``seeds`` (Appendix B)."""
+    """``none``: images of the clip itself. ``motion``: new images, from the most probable motion
+    between two ``seeds`` (Appendix B), smoothed and driven by eddies so that it goes on."""
     images: int | None = Field(default=None, ge=4, le=96)
     """[N] Number of images in the texture loop of a sheet. Default: 8, as in the paper; with
     ``synthesis: motion`` as many as a sheet shows in all frames."""

@@ -132,6 +132,10 @@ class ProfileSource(ClipInput):
             return []
         return sorted(learning & self.model_fields_set)
 
+    def keys_of_generating(self) -> list[str]:
+        """Return the keys given that say how fire is generated, which ``learn`` does not do."""
+        return sorted({"slices", "particles", "detail", "height"} & self.model_fields_set)
+
 
 Source = Annotated[
     Annotated[FramesSource, FRAMES]

@@ -29,7 +29,9 @@ class Timeline(Settings):
     ``silk`` or ``profile``) always loops: ``auto`` or ``none``."""
     frames: int | None = Field(default=None, ge=1, le=10_000)
     """Number of frames of the result. If it exceeds the clip's, the clip is extended by transitions
-    between moments that look alike. Default: as the best cut gives; 48 for generated fire."""
+    between moments that look alike. One, two or three images are animated instead: each turns into
+    the next, and the flame sways and breathes (with ``loop: auto`` or ``none``).
+    Default: as the best cut gives; 48 for generated fire."""
     fps: float | None = Field(default=None, ge=0.01, le=240)
     """Frames per second of the result. The fire keeps its speed. Frames in between are
     interpolated, but a drawing that the clip holds for several frames stays until the next one.

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.output_file import is_device
-from fire_atlas.recipe.document import parse_override, read_document
+from fire_atlas.recipe.document import RECIPE_ENDINGS, parse_override, read_document
 from fire_atlas.recipe.inherit import inherit, merge
 from fire_atlas.recipe.problem import KeyPath, Origin, Value
 
@@ -86,6 +86,11 @@ MEMBERS = ("atlas", "members")
 """The key that lists the recipes whose effects share the pages."""
 
 
+def is_recipe(path: Path) -> bool:
+    """Return whether a path is that of a recipe, by its ending."""
+    return path.suffix in RECIPE_ENDINGS
+
+
 def read_tree(path: Path, overrides: Sequence[str] = ()) -> RecipeTree:
     """Read the recipe ``path`` with all that it extends, ``overrides`` (``key=value``) and members.
 
@@ -142,6 +147,25 @@ def source_files(tree: RecipeTree) -> dict[tuple[str, ...], Path]:
     """Return the absolute path (or glob) of each file that the source names, by its key."""
     stated = {key: tree.value(key) for key in SOURCE_PATHS}
     return {key: tree.file_at(key, text) for key, text in stated.items() if isinstance(text, str)}
+
+
+TEXTURE_PATHS = (("flakes", "texture"), ("flakes", "texture", "path"))
+"""The keys that can name the texture of flakes; a recipe has one of them."""
+
+
+def texture_files(tree: RecipeTree) -> dict[tuple[str, ...], Path]:
+    """Return the absolute path of the texture of flakes, if there is one, by its key."""
+    stated = {key: tree.value(key) for key in TEXTURE_PATHS}
+    return {
+        key: tree.file_at(key, text)
+        for key, text in stated.items()
+        if isinstance(text, str) and text != "none"
+    }
+
+
+def named_files(tree: RecipeTree) -> dict[tuple[str, ...], Path]:
+    """Return the absolute path (or glob) of each file that the keys of a recipe name as input."""
+    return {**source_files(tree), **texture_files(tree)}
 
 
 def templates(tree: RecipeTree) -> dict[str, Path]:

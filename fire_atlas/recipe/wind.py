@@ -6,8 +6,14 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from fire_atlas.recipe.base import LIST, Settings
 
-Level = Annotated[float, Field(ge=0, le=5)]
+MAX_LEVEL = 5.0
+"""Strongest wind."""
+
+Level = Annotated[float, Field(ge=0, le=MAX_LEVEL)]
 """Strength of wind; one level is 0.15 frame heights per second."""
+
+MIN_LOOP_IN_WIND = 6
+"""Minimum frames of the loops of ``Wind.levels``."""
 
 
 def _degrees(value: Any) -> Any:
@@ -56,10 +62,15 @@ class Gusts(Settings):
 
 
 class Wind(Settings):
-    """A steady wind (``level``), one that changes (``keyframes``) or ``gusts``."""
+    """A steady wind (``level``), one that changes (``keyframes``), ``gusts``, or a choice of steady
+    winds for a game to change between (``levels``)."""
 
     level: Level = 0.0
     """Strength of a steady wind, 0-5; one level is 0.15 frame heights per second."""
+    levels: Annotated[tuple[Level, ...], LIST] = ()
+    """Strengths of steady wind, 0-5 and increasing, of generated fire that changes between them
+    while a game runs: a loop for each of them (``wind_0``, ``wind_1``, ...), and a short transition
+    from each to its neighbours (``wind_0_1``, ``wind_1_0``, ...)."""
     direction: Heading = 0.0
     """Direction a steady wind or gusts blow towards: ``right``, ``left``, or degrees, as seen from
     above: 0 right, 90 away from the viewer, 180 left."""
@@ -76,6 +87,7 @@ class Wind(Settings):
                 ("level", self.level > 0),
                 ("keyframes", bool(self.keyframes)),
                 ("gusts", self.gusts is not None),
+                ("levels", bool(self.levels)),
             )
             if is_given
         ]
@@ -84,4 +96,12 @@ class Wind(Settings):
         times = [keyframe.t for keyframe in self.keyframes]
         if times != sorted(times):
             raise ValueError("keyframes must be in order of t")
+        if self.levels and (len(self.levels) < 2 or list(self.levels) != sorted({*self.levels})):
+            raise ValueError("levels must be two or more that increase, like [0, 1, 3, 5]")
         return self
+
+    def steady(self) -> tuple[Self, ...]:
+        """Return the steady wind of each of the ``levels``; this wind alone if it has none."""
+        if not self.levels:
+            return (self,)
+        return tuple(self.model_copy(update={"level": each, "levels": ()}) for each in self.levels)

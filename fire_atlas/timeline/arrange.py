@@ -7,6 +7,7 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.timeline import Timeline
+from fire_atlas.timeline.few_images import FEW_IMAGES, animate_images
 from fire_atlas.timeline.holds import Holds
 from fire_atlas.timeline.looping import crossfade, keep_frames, loop_clip, pingpong, play_once
 from fire_atlas.timeline.retiming import flow_helps, retimed
@@ -22,6 +23,7 @@ def arrange(
     workers: Workers,
     progress: Progress,
     only_packs: bool = False,
+    seed: int = 0,
 ) -> Clip:
     """Return ``clip`` as ``timeline`` plays it, before any analysis of its flame.
 
@@ -33,6 +35,7 @@ def arrange(
         progress: Receives notes on what was decided, and why.
         only_packs: Whether the recipe only packs finished frames. They are then kept unchanged
             unless ``timeline`` sets something.
+        seed: The recipe's seed, by which a few images are animated.
 
     Raises:
         RecipeError: The timeline does not suit the clip.
@@ -42,7 +45,13 @@ def arrange(
     keeps_rate = timeline.fps in (None, clip.fps)
     if only_packs and keeps_rate and timeline.model_copy(update={"fps": None}) == Timeline():
         return keep_frames(clip, workers, progress)
-    played = _played(clip, timeline, wanted, workers, progress)
+    are_images = clip.count <= FEW_IMAGES and timeline.loop in ("auto", "none")
+    if wanted and are_images and clip.count < wanted:
+        played = animate_images(clip, wanted, timeline.loop == "auto", seed, workers)
+        images = "1 image becomes" if clip.count == 1 else f"{clip.count} images become"
+        progress.note(f"{images} {wanted} frames of a flame that sways (timeline.frames)")
+    else:
+        played = _played(clip, timeline, wanted, workers, progress)
     timed = _timed(played, timeline, workers, progress)
     if not timeline.tail:
         return timed

@@ -126,7 +126,7 @@ class _Retiming:
         if time <= _WHOLE or self._palette is None:
             return clip.picture(before)
         flow = self._flow_between(before, after)
-        return _interpolated(clip.read(before), clip.read(after), flow, time, self._palette)
+        return interpolated(clip.read(before), clip.read(after), flow, time, self._palette)
 
     def flow(self, i: int) -> NDArray[np.float32]:
         """Return the velocity of the fire in frame ``i``, like ``Clip.flow``.
@@ -162,7 +162,7 @@ class _Retiming:
 
     def _find_flow(self, before: int, after: int) -> BidirectionalFlow:
         clip = self._clip
-        return _flow_of(clip.read(before), clip.read(after), clip.blend_space)
+        return flow_between(clip.read(before), clip.read(after), clip.blend_space)
 
     def _find_velocity(self, i: int) -> NDArray[np.float32]:
         # A held drawing moves on by one step in all the time for which it is shown.
@@ -192,8 +192,8 @@ def _errors(clip: Clip, i: int, palette: Palette) -> tuple[float, float]:
     """Return the distance from frame ``i`` to its interpolation, and to its neighbours (mean)."""
     size = flow_size(clip.width, clip.height, SMALL)
     before, truth, after = (resized(clip.read(n), size) for n in (i - 1, i, i + 1))
-    flow = _flow_of(before, after, clip.blend_space)
-    made = _interpolated(before, after, flow, 0.5, palette)
+    flow = flow_between(before, after, clip.blend_space)
+    made = interpolated(before, after, flow, 0.5, palette)
     return distance(made, truth), (distance(before, truth) + distance(after, truth)) / 2
 
 
@@ -208,13 +208,14 @@ def _velocity(clip: Clip, before: int, after: int) -> NDArray[np.float32]:
     return optical_flow(one, other, is_small) * np.array(scale, np.float32) * np.float32(clip.fps)
 
 
-def _flow_of(before: Pixels, after: Pixels, blend_space: str) -> BidirectionalFlow:
+def flow_between(before: Pixels, after: Pixels, blend_space: str) -> BidirectionalFlow:
+    """Return the flow between two frames (H, W, 4), estimated on small copies."""
     size = flow_size(before.shape[1], before.shape[0], SMALL)
     one, other = (flow_input(resized(frame, size), blend_space) for frame in (before, after))
     return bidirectional_flow(one, other, _FLOW_SMOOTHING)
 
 
-def _interpolated(
+def interpolated(
     before: Pixels, after: Pixels, flow: BidirectionalFlow, time: float, palette: Palette
 ) -> Pixels:
     """Return the frame at ``time``, 0..1, between two frames.

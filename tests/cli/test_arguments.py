@@ -33,6 +33,7 @@ def test_recipes_and_options_may_stand_in_any_order() -> None:
     ("arguments", "message"),
     [
         (["biuld"], "there is no command biuld; did you mean build?"),
+        (["my.fire"], "there is no command my.fire; did you mean fire-atlas build my.fire?"),
         (["zzz"], "there is no command zzz; commands are build, check,"),
         (["fire.yaml"], "did you mean fire-atlas build fire.yaml?"),
         (["-q", "build"], "-q: put options after the command, like fire-atlas build -q"),

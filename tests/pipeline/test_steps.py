@@ -4,6 +4,7 @@ What a step reads is observed, not declared: every key of a recipe that is looke
 runs, or while its arguments are put together.
 """
 
+import itertools
 import json
 from collections import defaultdict
 from collections.abc import Callable
@@ -14,20 +15,15 @@ import pytest
 
 from fire_atlas.core.progress import SilentProgress
 from fire_atlas.core.shipped import shipped
-from fire_atlas.pipeline import animate, build, prepare
+from fire_atlas.pipeline import animate, build, change_wind, contribute, fly_in_depth, prepare
 from fire_atlas.pipeline.check import load_checked
 from fire_atlas.pipeline.context import BuildOptions
 from fire_atlas.recipe.base import Settings
 from fire_atlas.recipe.keys import all_keys, blocks_at
 from fire_atlas.recipe.tree import read_tree
 
-STEPS = {
-    "refuse_taken_names": build, "open_input": build, "arrange": prepare, "study_flame": prepare,
-    "classify": animate, "analyse": animate, "simulate": animate, "render": animate,
-    "thumbnails_of_skipped_frames": animate, "measure_motion": animate, "pack_only": build,
-    "pack": build, "write_images": build, "product_of": build,
-}  # fmt: skip
-"""Steps, each in the module that calls it."""
+CALLERS = (build, contribute, prepare, animate, change_wind, fly_in_depth)
+"""The modules that call the steps of ``TABLE``."""
 
 WHOLE = ("source", "views", "wind")
 """Sections that are read as a whole."""
@@ -46,8 +42,8 @@ DECIDED = {
 TABLE = {
     # The names of all outputs that are known before any work.
     "refuse_taken_names": {
-        *MAPS, "name", "exports", "tracks", "flakes", "views", "atlas.format", "atlas.members",
-        "atlas.scales",
+        *MAPS, "name", "exports", "tracks", "flakes", "views", "wind", "atlas.format",
+        "atlas.members", "atlas.scales",
     },
     # Whether a recipe only packs decides what its source may be.
     "open_input": {
@@ -57,6 +53,7 @@ TABLE = {
     "arrange": {
         "timeline.loop", "timeline.frames", "timeline.fps", "timeline.overlap", "timeline.tail",
         "flakes.life",
+        "seed",  # of the motion of a few images
     },
     "study_flame": {
         "features.sigma", "features.epsilon", "features.n", "features.kappa_over", "buoyancy.lift",
@@ -66,6 +63,7 @@ TABLE = {
     # What the automatic rate depends on, too.
     "classify": {
         *DECIDED, "seed", "flakes.fire_class", "flakes.alpha", "flakes.bursts", "flakes.life",
+        "flakes.texture",
     },
     "analyse": {
         "seed", "wind", "motion_blur.flame",
@@ -75,12 +73,25 @@ TABLE = {
         "buoyancy.turbulence", "buoyancy.projection",
         "flakes.rate", "flakes.bursts", "flakes.alpha", "flakes.life", "flakes.size",
         "flakes.sparks", "flakes.sprite", "flakes.bake", "flakes.rounds", "maps.flakes",
+        "flakes.tint",  # of the flakes that are not born in the view from the side
+        "flakes.texture",  # which is larger than embers
     },
     "simulate": {
-        "seed", "buoyancy.gravity", "buoyancy.turbulence", "composite.intensity",
+        "seed", "buoyancy.gravity", "buoyancy.turbulence", "composite.blend",
+        "composite.intensity",
         "motion_blur.shutter",
         "flakes.colors", "flakes.edge", "flakes.intensity", "flakes.lag", "flakes.life",
         "flakes.max", "flakes.scatter", "flakes.sprite", "flakes.stretch",
+    },
+    "simulate_in_depth": {
+        "seed", "buoyancy.gravity", "buoyancy.turbulence",
+        "flakes.edge", "flakes.lag", "flakes.life", "flakes.max", "flakes.scatter",
+    },
+    # The blur, to know whether a view needs a field of its own.
+    "see_flight": {
+        "seed", "composite.blend", "composite.intensity", "motion_blur.flame",
+        "motion_blur.shutter", "flakes.colors", "flakes.edge", "flakes.intensity",
+        "flakes.sprite", "flakes.stretch",
     },
     # The loop, only to say whether a tail would let flakes burn out; the source, only whether it is
     # pixel art, which engines do not filter.
@@ -107,6 +118,11 @@ TABLE = {
         "atlas.padding",
     },
     "product_of": {"tracks"},
+    "open_texture": {"atlas.blend_space", "flakes", "flakes.texture", "flakes.texture.grid"},
+    "prepared_texture": {
+        "atlas.alpha", "atlas.blend_space", "atlas.scales", "flakes.size", "flakes.texture",
+        "flakes.texture.play", "flakes.tint",
+    },
 }  # fmt: skip
 
 SHIPPED = shipped("samples")
@@ -131,6 +147,7 @@ RECIPES: dict[str, dict[str, Any]] = {
         "flakes": {"bake": False},
         "seed": 3,
     },
+    "texture": {"source": CLIP, "flakes": {"texture": str(SHIPPED / "pixel_flame.png")}},
     "silk": {
         "source": {"kind": "silk", "width": 48, "height": 64},
         "views": {"count": 2},
@@ -147,7 +164,20 @@ RECIPES: dict[str, dict[str, Any]] = {
         "maps": {"motion": "godot"},
     },
 }
-"""Recipes that take every branch."""
+"""Recipes that take every branch, but that of several winds."""
+
+SEVERAL_WINDS: dict[str, Any] = {
+    "source": {"kind": "silk", "width": 48, "height": 64, "rows": 10, "columns": 8},
+    "wind": {"levels": [0, 3]},
+    "timeline": {"frames": 6},
+}
+BETWEEN_WINDS = {
+    # The level of each loop, and of each state.
+    "study_flame": {"wind", "timeline.loop"}, "pack": {"wind"},
+    # What is stated of the loop before; above, what is noted.
+    "render": {"flakes.fire_class"},
+}  # fmt: skip
+"""What is looked up between the steps of a fire in several winds, by the step that comes next."""
 
 
 class Reads:
@@ -165,6 +195,13 @@ class Reads:
     def key(self, key: str) -> None:
         """Note a key for the step that runs, or else for the next one: it is an argument."""
         (self._between if self._step is None else self.of[self._step]).add(key)
+
+    def found(self) -> dict[str, set[str]]:
+        """Return the keys that each step read; sections that are read as a whole by their name."""
+        return {
+            step: {key.partition(".")[0] if key.startswith(WHOLE) else key for key in keys}
+            for step, keys in self.of.items()
+        }
 
     def watched(self, name: str, step: Callable[..., Any]) -> Callable[..., Any]:
         """Return a step whose reads are noted."""
@@ -193,8 +230,9 @@ def reads(monkeypatch: pytest.MonkeyPatch) -> Reads:
         return value
 
     monkeypatch.setattr(Settings, "__getattribute__", watched)
-    for name, module in STEPS.items():
-        monkeypatch.setattr(module, name, seen.watched(name, getattr(module, name)))
+    for name, module in itertools.product(TABLE, CALLERS):
+        if step := getattr(module, name, None):
+            monkeypatch.setattr(module, name, seen.watched(name, step))
     return seen
 
 
@@ -204,13 +242,19 @@ def test_each_step_reads_just_its_keys(reads: Reads, tmp_path: Path) -> None:
     for i, frame in enumerate(sorted((SHIPPED / "campfire").glob("*.png"))[:4]):
         (art / f"{'ab'[i % 2]}_{i}.png").write_bytes(frame.read_bytes())
     for name, keys in RECIPES.items():
-        recipe = tmp_path / f"{name}.yaml"
-        recipe.write_text(json.dumps(keys), encoding="utf-8")
-        loaded = load_checked(read_tree(recipe))
-        reads.forget()
-        build.build(loaded, tmp_path / "out", BuildOptions(2), SilentProgress())
-    found = {
-        step: {key.partition(".")[0] if key.startswith(WHOLE) else key for key in keys}
-        for step, keys in reads.of.items()
-    }
-    assert found == TABLE
+        build_watched(name, keys, tmp_path, reads)
+    assert reads.found() == TABLE
+
+
+def test_fire_in_several_winds_is_made_by_the_same_steps(reads: Reads, tmp_path: Path) -> None:
+    build_watched("winds", SEVERAL_WINDS, tmp_path, reads)
+    others = {step: keys - TABLE[step] for step, keys in reads.found().items()}
+    assert {step: keys for step, keys in others.items() if keys} == BETWEEN_WINDS
+
+
+def build_watched(name: str, keys: dict[str, Any], folder: Path, reads: Reads) -> None:
+    recipe = folder / f"{name}.yaml"
+    recipe.write_text(json.dumps(keys), encoding="utf-8")
+    loaded = load_checked(read_tree(recipe))
+    reads.forget()
+    build.build(loaded, folder / "out", BuildOptions(2), SilentProgress())

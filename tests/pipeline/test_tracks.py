@@ -63,7 +63,7 @@ def test_the_json_has_exactly_the_contracts_keys(built: tuple[Path, Tracks]) -> 
     assert tracks["size"] == [256, 320]
     assert tracks["space"] == "source pixels, x right, y down, (0,0) top-left corner"
     assert tracks["units"] == "px, px/s, s, rad"
-    assert tracks["light"] == {"sum": "linear", "curve": "x/(1+x)", "halo": [0.004, 4]}
+    assert tracks["light"] == {"sum": "linear", "curve": "x/(1+x)", "halo": [0.004, 2.5]}
     assert tracks["columns"] == COLUMNS
     assert all(list(spawn) == SPAWN_KEYS for spawn in tracks["spawns"])
     for i, frame in enumerate(tracks["frames"]):

@@ -6,7 +6,8 @@ import os
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from threading import Timer
+from typing import Any, Self
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from fire_atlas.core.shipped import shipped
 
 _HERE = Path(__file__).parent
 _MODULES = _HERE.parent / "exporters" / "web" / "node_modules"
+
+_SECONDS = 120
+"""Maximum length of a visit."""
 
 COUNT = 6
 """Frames of what is built if a test asks for no other number."""
@@ -31,9 +35,20 @@ class Seen:
 
 
 class Browser:
-    def __init__(self, node: str, folder: Path) -> None:
-        self._node = node
-        self._folder = folder
+    """A browser that is open for many visits, each in a profile of its own."""
+
+    def __init__(self, node: str) -> None:
+        modules = os.environ.get("FIRE_ATLAS_NODE_MODULES") or str(_MODULES)
+        self._driver = subprocess.Popen(
+            [node, _HERE / "drive.mjs"], env={**os.environ, "FIRE_ATLAS_NODE_MODULES": modules},
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8",
+        )  # fmt: skip
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._driver.communicate(timeout=_SECONDS)  # at the end of its input it closes the browser
 
     def visit(
         self,
@@ -43,20 +58,17 @@ class Browser:
         size: tuple[int, int] = (1200, 800),
     ) -> Seen:
         """Open ``page``, take ``steps`` (see ``drive.mjs``) and return what was seen."""
-        job = {
-            "id": "visit", "file": str(page), "width": size[0], "height": size[1],
-            "moves": moves, "steps": steps,
-        }  # fmt: skip
-        visits = self._folder / "visits.json"
-        visits.write_text(json.dumps([job]))
-        modules = os.environ.get("FIRE_ATLAS_NODE_MODULES") or str(_MODULES)
-        ran = subprocess.run(
-            [self._node, _HERE / "drive.mjs", visits],
-            env={**os.environ, "FIRE_ATLAS_NODE_MODULES": modules},
-            capture_output=True, text=True, encoding="utf-8", timeout=120, check=False,
-        )  # fmt: skip
-        assert ran.returncode == 0, ran.stderr
-        return Seen(**json.loads(ran.stdout)["visit"])
+        visit = {"file": str(page), "width": size[0], "height": size[1], "moves": moves}
+        assert self._driver.stdin and self._driver.stdout
+        watchdog = Timer(_SECONDS, self._driver.kill)
+        watchdog.start()
+        try:
+            print(json.dumps({**visit, "steps": steps}), file=self._driver.stdin, flush=True)
+            answer = json.loads(self._driver.stdout.readline() or '{"failed": "no answer"}')
+        finally:
+            watchdog.cancel()
+        assert "failed" not in answer, answer["failed"]
+        return Seen(**answer)
 
 
 def picture(result: dict[str, Any]) -> Bytes:

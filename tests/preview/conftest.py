@@ -1,5 +1,6 @@
 """The browser in which pages are looked at."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -8,5 +9,6 @@ from tests.preview.browser import Browser
 
 
 @pytest.fixture(scope="session")
-def browser(node: str, chromium: Path, tmp_path_factory: pytest.TempPathFactory) -> Browser:
-    return Browser(node, tmp_path_factory.mktemp("browser"))
+def browser(node: str, chromium: Path) -> Iterator[Browser]:
+    with Browser(node) as browser:
+        yield browser

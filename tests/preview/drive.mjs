@@ -1,18 +1,16 @@
 // Opens preview pages in headless Chromium, as a person does, and prints what it saw.
 //
-//   node drive.mjs VISITS.json
-//
-// VISITS.json is a list of {id, file, width, height, moves, steps}. `moves`: whether the viewer likes
-// motion. A step is ["click", selector], ["press_at", selector, x, y], ["hover", selector, x, y],
+// Each line of the input is a visit, {file, width, height, moves, steps}. `moves`: whether the viewer
+// likes motion. A step is ["click", selector], ["press_at", selector, x, y], ["hover", selector, x, y],
 // ["press", key], ["wait", ms], ["look"], ["pixels", selector] or ["run", script]; the last three give
-// a result. Printed is, by id, {results, errors, requests}: errors and warnings of the page, and every
-// address it asked for.
+// a result. Each is answered by a line, {results, errors, requests}: errors and warnings of the page,
+// and every address it asked for; or {failed}, why the visit could not be made.
 //
 // FIRE_ATLAS_NODE_MODULES names the node_modules; CHROMIUM another browser than /usr/bin/chromium.
 
-import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join, resolve } from "node:path";
+import { createInterface } from "node:readline";
 import { pathToFileURL } from "node:url";
 
 const modules = resolve(process.env.FIRE_ATLAS_NODE_MODULES);
@@ -37,7 +35,7 @@ const look = () => {
     value: document.getElementById("scrub").getAttribute("aria-valuetext"),
     size: [picture.width, picture.height],
     view: checked("view"), seam: checked("seam"), backdrop: checked("backdrop"), flakes: checked("flakes"),
-    between: checked("between"), layer: checked("layer"),
+    between: checked("between"), layer: checked("layer"), field: checked("field"),
     repeat: on("repeat"), outline: on("outline"), pixels: on("pixels"),
     focus: document.activeElement.id || document.activeElement.value,
   };
@@ -80,24 +78,26 @@ async function visit(browser, { file, width, height, moves, steps }) {
     }
   });
   page.on("request", (request) => requests.push(request.url()));
-  await page.goto(pathToFileURL(file).href);
-  await page.waitForSelector("body[data-ready]", { timeout: 20000 });
-  for (const step of steps) {
-    const result = await take(page, step);
-    if (["look", "pixels", "run"].includes(step[0])) results.push(result);
+  try {
+    await page.goto(pathToFileURL(file).href);
+    await page.waitForSelector("body[data-ready]", { timeout: 20000 });
+    for (const step of steps) {
+      const result = await take(page, step);
+      if (["look", "pixels", "run"].includes(step[0])) results.push(result);
+    }
+    return { results, errors, requests };
+  } catch (error) {
+    return { failed: [error.stack, ...errors].join("\n") };
+  } finally {
+    await page.close();
   }
-  await page.close();
-  return { results, errors, requests };
 }
 
 const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM || "/usr/bin/chromium",
   args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
 });
-const seen = {};
-try {
-  for (const job of JSON.parse(readFileSync(process.argv[2], "utf8"))) seen[job.id] = await visit(browser, job);
-} finally {
-  await browser.close();
+for await (const line of createInterface({ input: process.stdin })) {
+  console.log(JSON.stringify(await visit(browser, JSON.parse(line))));
 }
-console.log(JSON.stringify(seen));
+await browser.close();

@@ -11,6 +11,7 @@ from PIL import Image
 
 from fire_atlas.cli import main
 from fire_atlas.core.pixels import decode_bytes, encode_bytes
+from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.composition.composite import exposed_together
 from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.formats.atlas.texture_packer import read_atlas
@@ -281,8 +282,9 @@ def test_the_flakes_of_all_rounds_are_played(browser: Browser, tmp_path: Path) -
 
 
 def test_an_animation_that_plays_once_stops_at_its_end(browser: Browser, tmp_path: Path) -> None:
-    page = built(tmp_path, count=24, timeline={"loop": "none"})
-    seen = browser.visit(page, LOOK, ("wait", 2000), LOOK, ("press", "Space"), LOOK, moves=True)
+    source = {"path": str(shipped("samples") / "campfire"), "fps": 6, "count": 24, "height": 96}
+    page = built(tmp_path, source=source, timeline={"loop": "none"})
+    seen = browser.visit(page, LOOK, ("wait", 6000), LOOK, ("press", "Space"), LOOK, moves=True)
     start, end, again = seen.results
     assert (start["repeat"], start["playing"]) == (False, True)
     assert (end["frame"], end["playing"]) == (24, False)

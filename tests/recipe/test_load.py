@@ -52,7 +52,7 @@ def test_the_resolved_recipe_has_every_key_in_model_order(write: Write) -> None:
 
 
 def test_a_folder_stands_for_its_recipes_in_natural_order(write: Write, tmp_path: Path) -> None:
-    for name in ("fire10.yaml", "fire2.yml", "Fire1.yaml"):
+    for name in ("fire10.yaml", "fire2.yml", "Fire1.yaml", "fire3.fire"):
         write(SOURCE, name)
     write("services: {web: 1}", "docker-compose.yaml")
     write("extends: torch", "child.yaml")
@@ -60,7 +60,23 @@ def test_a_folder_stands_for_its_recipes_in_natural_order(write: Write, tmp_path
     write(SOURCE, "notes.txt")
     write("source: [", "zz-broken.yaml")
     names = [path.name for path in find_recipes([tmp_path])]
-    assert names == ["child.yaml", "Fire1.yaml", "fire2.yml", "fire10.yaml", "zz-broken.yaml"]
+    in_order = ["child.yaml", "Fire1.yaml", "fire2.yml", "fire3.fire", "fire10.yaml"]
+    assert names == [*in_order, "zz-broken.yaml"]
+
+
+@pytest.mark.parametrize("ending", ["yaml", "yml", "fire"])
+def test_a_recipe_may_have_any_of_three_endings(write: Write, ending: str) -> None:
+    write(SOURCE + "seed: 7", f"base.{ending}")
+    tree = read_tree(write(f"extends: base.{ending}", f"torch.{ending}"))
+    assert tree.name == "torch" and tree.values["seed"] == 7
+
+
+def test_of_one_stem_a_folder_has_one_recipe(write: Write, tmp_path: Path) -> None:
+    write(SOURCE, "torch.yaml")
+    write(SOURCE, "torch.fire")
+    trees = [read_tree(path) for path in find_recipes([tmp_path])]
+    with pytest.raises(RecipeError, match=r"would write the same files .* another `name`"):
+        refuse_same_outputs(trees, lambda tree: tree.path.parent / "build")
 
 
 def test_a_recipe_named_twice_is_built_once(write: Write, tmp_path: Path) -> None:

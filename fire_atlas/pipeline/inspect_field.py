@@ -1,0 +1,136 @@
+"""Show how fires are analysed: features, candidates, force, field and blur of every frame.
+
+Nothing is built: the steps up to the buoyancy field run as in a build, and what a build looks at in
+passing is kept.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.picture import as_light
+from fire_atlas.core.pixels import Pixels, Plane, as_plane
+from fire_atlas.effect.field.forcing import cell_means
+from fire_atlas.effect.field.record import SolvedFrame, record_field, solve_field
+from fire_atlas.pipeline.analyse import (
+    Analysis,
+    AnalysisSettings,
+    FrameAnalyser,
+    analysed_frames,
+)
+from fire_atlas.pipeline.animate import PreparedView
+from fire_atlas.pipeline.check import CheckedRecipe
+from fire_atlas.pipeline.context import BuildContext
+from fire_atlas.pipeline.contribute import prepared
+from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip, flame_of
+from fire_atlas.pipeline.open import open_input
+from fire_atlas.preview.field_marks import FieldLayer, FieldMarks, MarkGrid, Marks
+from fire_atlas.recipe.effect import MotionBlur
+from fire_atlas.sources.sprites import Sprites
+
+
+@dataclass(frozen=True, slots=True)
+class InspectedAnimation:
+    """An animation with the marks of its analysis.
+
+    Attributes:
+        name: As on the pages.
+        simulated: Its clip, with the analysis but without flakes.
+        settings: How its frames are rendered.
+        marks: Of all frames.
+    """
+
+    name: str
+    simulated: SimulatedClip
+    settings: RenderSettings
+    marks: FieldMarks
+
+    @property
+    def clip(self) -> Clip:
+        """The clip as it is played."""
+        return self.simulated.clip
+
+    def under(self, layer: FieldLayer | None, i: int) -> Pixels:
+        """Return frame ``i`` as it lies under a layer: under blur, the flame as the pages have
+        it."""
+        picture = self.clip.picture(i)
+        if layer == "blur":
+            picture = flame_of(i, picture, self.simulated, self.settings)
+        return as_light(picture)
+
+
+def inspect_field(loaded: CheckedRecipe, context: BuildContext) -> Iterator[InspectedAnimation]:
+    """Analyse every animation of a recipe, and yield each with its marks.
+
+    Raises:
+        RecipeError: The recipe has no effect, so there is no field.
+    """
+    for part in loaded.parts:
+        opened = open_input(part, context)
+        if isinstance(opened, Sprites) or not part.recipe.has_effect:
+            raise RecipeError(
+                f"{part.path}: has neither flakes nor motion blur, so no field is computed; "
+                f"take out flakes: none or motion_blur: none"
+            )
+        for title, view in prepared(part.recipe, opened, len(loaded.parts), context):
+            yield _inspected(title, view, context)
+
+
+def _inspected(name: str, view: PreparedView, context: BuildContext) -> InspectedAnimation:
+    clip, study, recipe = view.clip, view.study, view.recipe
+    settings = AnalysisSettings.of(recipe, view.azimuth)
+    analyser, solver = FrameAnalyser.of(clip, study, settings), settings.solver(clip, study)
+    forces = dict[int, tuple[Plane, Plane]]()
+    context.progress.stage("analyse", clip.count)
+
+    def solved() -> Iterator[SolvedFrame]:
+        forcings = (each.forcing for each in analysed_frames(clip, analyser, context))
+        for frame in solve_field(forcings, clip, solver):
+            if frame.number < clip.count:
+                forces[frame.number] = solver.buoyancy(frame.field.heat, frame.forcing)
+                context.progress.advance()
+            yield frame
+
+    field = record_field(solved(), clip, solver)
+    grid = MarkGrid.of(clip.width, clip.height, field.cell)
+    blur = recipe.motion_blur
+    exposure = blur.shutter / clip.fps if isinstance(blur, MotionBlur) else None
+    weight = cell_means(study.kappa, field.cell)
+
+    def marks(i: int) -> Mapping[FieldLayer, Marks]:
+        found: dict[FieldLayer, Marks] = {
+            **_births(i, analyser, grid),
+            "force": grid.means(*forces[i], field.cell),
+            "field": grid.means(field.u[i], field.v[i], field.cell),
+        }
+        if exposure is not None:
+            path = as_plane(weight * np.float32(exposure))
+            moved = as_plane(field.u[i] * path), as_plane(field.v[i] * path)
+            found["blur"] = grid.means(*moved, field.cell)
+        return found
+
+    frames = list(context.workers.map(marks, range(clip.count)))
+    simulated = SimulatedClip(clip, study, Analysis.without_flakes(field), None)
+    return InspectedAnimation(
+        name, simulated, RenderSettings.of(recipe), FieldMarks.of(grid, frames)
+    )
+
+
+def _births(i: int, analyser: FrameAnalyser, grid: MarkGrid) -> dict[FieldLayer, Marks]:
+    """Return the marks of where flakes are born in frame ``i``: features and candidates.
+
+    In the tail of a clip none is born.
+    """
+    features, window = analyser.features(i), analyser.window
+    candidates = analyser.candidates(features)
+    row, column = np.divmod(candidates.places, candidates.width)
+    weight = np.diff(candidates.weights, prepend=0.0)
+    if i >= analyser.clip.body:
+        row, column, weight = row[:0], column[:0], weight[:0]
+    return {
+        "features": grid.strongest(features.x, features.y, (window.left, window.top)),
+        "candidates": grid.dots(column + window.left, row + window.top, weight),
+    }

@@ -1,0 +1,265 @@
+"""Pictures of the analysis: a clip whose motion is known, and what ``inspect --field`` writes."""
+
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+from scipy import ndimage
+
+from fire_atlas.cli import main
+from fire_atlas.core.workers import Workers
+from fire_atlas.pipeline.check import load_checked
+from fire_atlas.pipeline.context import BuildContext
+from fire_atlas.pipeline.inspect_field import InspectedAnimation, inspect_field
+from fire_atlas.preview.field_marks import FieldLayer, FieldMarks, MarkGrid, Marks
+from fire_atlas.recipe.effect import MotionBlur
+from fire_atlas.recipe.tree import read_tree
+from tests.support.wind import SILK
+from tests.support.wind import recipe_in as in_winds
+
+WIDTH, HEIGHT, COUNT, FPS = 96, 64, 10, 24
+STEP = 3
+"""How far the fire moves from frame to frame, px."""
+
+N = 2.0
+"""Exponent of κ."""
+
+
+class Moving(NamedTuple):
+    """A fire that moves sideways, inspected."""
+
+    way: int
+    seen: InspectedAnimation
+    frames: list[NDArray[np.float64]]
+
+    def centre(self, i: int) -> float:
+        """x of its centre in frame ``i``, px."""
+        return WIDTH / 2 + self.way * STEP * (i - COUNT / 2)
+
+
+def fire_at(x: float) -> NDArray[np.uint8]:
+    """Return a grey picture of a textured ball of fire with its centre at ``x``."""
+    rows, columns = np.mgrid[:HEIGHT, :WIDTH] + 0.5
+    ball = np.clip((15 - np.hypot(columns - x, rows - HEIGHT / 2)) / 3, 0, 1)
+    texture = 0.75 + 0.25 * np.sin((columns - x) / 2.2) * np.sin(rows / 2.7)
+    return np.asarray(np.rint(255 * ball * texture), np.uint8)
+
+
+def recipe_in(folder: Path, way: int) -> Path:
+    """Write a recipe for a fire that moves right (1) or left (-1), by the paper's constants."""
+    (folder / "clip").mkdir(parents=True)
+    for i in range(COUNT):
+        grey = fire_at(WIDTH / 2 + way * STEP * (i - COUNT / 2))
+        Image.fromarray(np.dstack([grey] * 3)).save(folder / "clip" / f"{i:02}.png")
+    recipe = folder / "ball.yaml"
+    recipe.write_text(
+        json.dumps({
+            "source": {"path": "clip", "fps": FPS, "matte": "luminance"},
+            "timeline": {"loop": "none"},
+            "features": {"preset": "paper", "n": N},
+            # Towards where it moves, but too weak to move anything.
+            "buoyancy": {"lift": [way * 1e-6, 0], "turbulence": 0},
+        }),
+        encoding="utf-8",
+    )  # fmt: skip
+    return recipe
+
+
+@pytest.fixture(scope="module", params=[1, -1], ids=["right", "left"])
+def moving(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Moving:
+    way: int = request.param
+    recipe = recipe_in(tmp_path_factory.mktemp("moving"), way)
+    with Workers(2) as workers:
+        loaded = load_checked(read_tree(recipe))
+        (seen,) = inspect_field(loaded, BuildContext.silent(workers))
+    files = sorted((recipe.parent / "clip").iterdir())
+    frames = []
+    for file in files:
+        with Image.open(file) as image:
+            frames.append(np.asarray(image.convert("L"), np.float64))
+    return Moving(way, seen, frames)
+
+
+def inside(moving: Moving, i: int, layer: FieldLayer) -> NDArray[np.float32]:
+    """Return the arrows of a layer that begin well within the fire."""
+    arrows = moving.seen.marks.frames[i][layer]
+    near = np.hypot(arrows[:, 0] - moving.centre(i), arrows[:, 1] - HEIGHT / 2) < 11
+    return np.asarray(arrows[near])
+
+
+@pytest.mark.parametrize("i", [3, 6])
+def test_arrows_of_field_and_force_point_where_the_fire_moves(moving: Moving, i: int) -> None:
+    field = np.median(inside(moving, i, "field")[:, 2:], axis=0)
+    assert field[0] == pytest.approx(moving.way * STEP * FPS, rel=0.08)
+    assert abs(field[1]) < 2
+    force = np.median(inside(moving, i, "force")[:, 2:], axis=0)
+    assert force[0] * moving.way > 50 * abs(force[1])
+
+
+def expected_features(moving: Moving, i: int) -> NDArray[np.float64]:
+    """Return Fv* (H, W, 2) of eq. 1-3 with ε = 40 and β = 0.02, computed by SciPy alone."""
+    frame = moving.frames[i]
+    narrow, wide = (ndimage.gaussian_filter(frame, s, mode="nearest") for s in (1.0, 1.6))
+    slope = np.stack([ndimage.sobel(wide - narrow, axis=a, mode="nearest") for a in (1, 0)], -1)
+    along = np.arange(WIDTH) / (WIDTH - 1)
+    kappa = (along if moving.way > 0 else 1 - along) ** N
+    strong = np.hypot(*np.moveaxis(slope, -1, 0)) > 40
+    vectors = slope * (kappa * strong)[..., None]
+    length = np.hypot(*np.moveaxis(vectors, -1, 0))
+    return np.asarray(vectors + 0.02 * length[..., None] * np.array([moving.way, 0]))
+
+
+@pytest.mark.parametrize("i", [3, 6])
+def test_arrows_of_features_are_the_papers_vectors_where_they_stand(moving: Moving, i: int) -> None:
+    arrows, expected = moving.seen.marks.frames[i]["features"], expected_features(moving, i)
+    column, row = (np.floor(arrows[:, k]).astype(int) for k in (0, 1))
+    longest = np.abs(expected).max()
+    assert np.abs(arrows[:, 2:] - expected[row, column]).max() < 0.05 * longest
+    ahead = (arrows[:, 0] - moving.centre(i)) * moving.way
+    length = np.hypot(arrows[:, 2], arrows[:, 3])
+    assert length[ahead > 5].mean() > 2 * length[ahead < -5].mean(), "κ grows to the front"
+
+
+@pytest.mark.parametrize("i", [3, 6])
+def test_candidates_lie_where_the_vectors_exceed_alpha(moving: Moving, i: int) -> None:
+    dots = moving.seen.marks.frames[i]["candidates"]
+    assert moving.seen.marks.grid.block == 1
+    weight = np.zeros((HEIGHT, WIDTH))
+    weight[np.floor(dots[:, 1]).astype(int), np.floor(dots[:, 0]).astype(int)] = dots[:, 2]
+    expected = np.hypot(*np.moveaxis(expected_features(moving, i), -1, 0))
+    alike = (weight > 0) == (expected > 0.03)
+    # ε cuts off at a slope of 40, which the two filters round differently.
+    assert (weight > 0).sum() > 100 and (~alike).sum() <= 0.02 * (weight > 0).sum()
+    both = (weight > 0) & (expected > 0.03)
+    assert np.abs(weight - expected)[both].max() < 0.05 * expected.max()
+
+
+def test_blur_is_the_fields_path_while_the_shutter_is_open(moving: Moving) -> None:
+    frame = moving.seen.marks.frames[5]
+    blur, field = frame["blur"], frame["field"]
+    assert np.array_equal(blur[:, :2], field[:, :2])
+    along = (field[:, 0] - 0.5) / (WIDTH - 1)
+    kappa = (along if moving.way > 0 else 1 - along) ** N
+    assert isinstance(moving.seen.settings.motion_blur, MotionBlur)
+    shutter = moving.seen.settings.motion_blur.shutter
+    expected = field[:, 2] * kappa * shutter / FPS
+    assert np.abs(blur[:, 2] - expected).max() < 0.02 * np.abs(expected).max()
+
+
+def test_of_vectors_that_cancel_the_strongest_is_shown() -> None:
+    x = np.zeros((8, 8), np.float32)
+    x[2, 3], x[2, 4], x[6, 6] = -5, 4, 1
+    marks = MarkGrid(4, 1).strongest(x, np.zeros_like(x), (8, 16))
+    assert marks.tolist() == [[11.5, 18.5, -5, 0], [12.5, 18.5, 4, 0], [14.5, 22.5, 1, 0]]
+
+
+def test_candidates_that_share_a_square_are_one_dot() -> None:
+    places = np.array([0, 1, 5]), np.array([0, 0, 3])
+    dots = MarkGrid(4, 2).dots(*places, np.array([1.0, 3.0, 2.0]))
+    assert dots.tolist() == [[1.25, 0.5, 4.0], [5.5, 3.5, 2.0]]
+
+
+def test_the_longest_mark_is_that_of_the_whole_clip() -> None:
+    frames: list[dict[FieldLayer, Marks]] = [
+        {"field": np.array([[0, 0, 3 * k, 4 * k]], np.float32)} for k in (1, 2)
+    ]
+    longest = FieldMarks.of(MarkGrid(4, 1), frames).longest
+    assert longest["field"] == pytest.approx(10, rel=0.02)
+
+
+FEW = "source.count=4"
+LAYERS = ("blur", "candidates", "features", "field", "force", "frame")
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> dict[int, Path]:
+    """The pictures of both fires: the default folder, by the way the fire moves."""
+    folders = {}
+    for way in (1, -1):
+        recipe = recipe_in(tmp_path_factory.mktemp("written"), way)
+        assert main(["inspect", "--field", str(recipe), "-q", "--set", FEW]) == 0
+        folders[way] = recipe.parent / "build" / "ball.field"
+    return folders
+
+
+def test_each_layer_is_a_picture_beside_the_frame(written: dict[int, Path]) -> None:
+    names = {path.name for path in written[1].iterdir()}
+    assert names == {f"{i:04}.{layer}.png" for i in range(4) for layer in LAYERS}
+    sizes = set()
+    for path in written[1].glob("0003.*"):
+        with Image.open(path) as image:
+            sizes.add(image.size)
+    assert len(sizes) == 1, "so that one can switch between them"
+
+
+def pixels(folder: Path, name: str) -> NDArray[np.int64]:
+    with Image.open(folder / name) as image:
+        return np.asarray(image.convert("RGB"), np.int64)
+
+
+def test_pictures_have_coloured_marks_on_the_darkened_frame(written: dict[int, Path]) -> None:
+    frame = pixels(written[1], "0003.frame.png")[:-46]
+    for layer in LAYERS[:-1]:
+        shown = pixels(written[1], f"0003.{layer}.png")[:-46]
+        marked = np.ptp(shown, axis=2) > 60  # the ball is grey
+        assert 200 < marked.sum() < 0.4 * marked.size, layer
+        assert shown[~marked].mean() < 0.8 * frame[~marked].mean(), layer
+
+
+def test_another_input_gives_other_pictures(written: dict[int, Path]) -> None:
+    for layer in LAYERS[:-1]:
+        right, left = (pixels(written[way], f"0003.{layer}.png") for way in (1, -1))
+        marked = [np.ptp(each[:-46], axis=2) > 60 for each in (right, left)]
+        assert (marked[0] ^ marked[1]).sum() > 0.3 * (marked[0] | marked[1]).sum(), layer
+
+
+def test_each_loop_of_a_fire_in_several_winds_has_the_field_of_its_wind(tmp_path: Path) -> None:
+    keys = {"wind": {"levels": [0, 4], "direction": "right"}, "timeline": {"frames": 6}}
+    recipe = in_winds(tmp_path, {**SILK, **keys})
+    with Workers(1) as workers:
+        calm, windy = inspect_field(load_checked(read_tree(recipe)), BuildContext.silent(workers))
+    assert [calm.name, windy.name] == ["wind_0", "wind_1"]
+    calm_x, windy_x = (
+        np.mean([frame["field"][:, 2].mean() for frame in seen.marks.frames])
+        for seen in (calm, windy)
+    )
+    # A level is 0.15 frame heights per second; drag pulls the air towards that.
+    assert 0.5 < (windy_x - calm_x) / (4 * 0.15 * calm.clip.height) < 1.5
+
+
+def test_pictures_of_earlier_runs_are_kept_unless_told_otherwise(
+    written: dict[int, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    recipe = str(written[1].parents[1] / "ball.yaml")
+    command = ["inspect", "--field", recipe, "-q", "--set", "source.count=2"]
+    assert main(command) == 1
+    stated = capsys.readouterr().err
+    assert "0000.frame.png: exists already" in stated and "--overwrite" in stated
+    assert main([*command, "--overwrite"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "stated"),
+    [
+        (["--field", "fire.json"], "--field needs a recipe"),
+        (["--field", "plain.yaml"], "take out flakes: none or motion_blur: none"),
+        (["fire.json", "-o", "pictures"], "-o needs --field"),
+        (["fire.json", "--jobs", "2"], "--jobs needs --field"),
+        (["fire.json", "--limit-pixels", "99"], "--limit-pixels needs --field"),
+    ],
+)
+def test_what_cannot_be_inspected_is_refused_with_advice(
+    words: list[str], stated: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    Image.new("RGBA", (8, 8)).save(tmp_path / "a.png")
+    plain = "source: {path: a.png}\nflakes: none\nmotion_blur: none\n"
+    (tmp_path / "plain.yaml").write_text(plain)
+    assert main(["inspect", *words]) == 2
+    assert stated in capsys.readouterr().err
+    assert {path.name for path in tmp_path.iterdir()} == {"a.png", "plain.yaml"}

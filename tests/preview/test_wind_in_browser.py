@@ -1,0 +1,143 @@
+"""The slider of the preview page changes the wind of a fire, in a real browser."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fire_atlas.cli import main
+from fire_atlas.preview.blend import blend
+from fire_atlas.preview.frames import cut_frames
+from tests.preview.browser import Browser, assert_quiet, picture, previewed
+from tests.support.wind import LEVELS, SILK, Place, Walker, recipe_in
+
+LOOK = ("look",)
+SHOWN = "document.getElementById('caption').textContent.split(' ')[0]"
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    recipe = recipe_in(tmp_path_factory.mktemp("wind"), SILK)
+    assert main(["build", str(recipe), "-q", "--jobs", "1"]) == 0
+    return previewed(recipe.parent / "build" / "fire.json")
+
+
+@pytest.fixture(scope="module")
+def walker(page: Path) -> Walker:
+    return Walker.of(page.with_name("fire.json"))
+
+
+def place_of(frame: str) -> Place:
+    _, name, number = frame.split("/")
+    return name, int(number)
+
+
+def set_wind(level: int) -> tuple[tuple[Any, ...], ...]:
+    """Return the steps that move the slider to a level, by key."""
+    on = [("press", "ArrowRight")] * level
+    return ("run", "document.getElementById('wind').focus()"), ("press", "Home"), *on
+
+
+def test_twenty_random_moves_of_the_slider_show_what_a_game_shows(
+    browser: Browser, page: Path, walker: Walker
+) -> None:
+    chance = np.random.default_rng(5)
+    moves = list(zip(chance.integers(0, len(LEVELS), 20), chance.integers(5, 80, 20), strict=True))
+    steps: list[tuple[Any, ...]] = []
+    for level, count in moves:
+        step = f"(document.getElementById('on').click(), {SHOWN})"
+        walk = f"Array.from({{length: {count}}}, () => {step})"
+        steps += [*set_wind(int(level)), ("run", walk), ("pixels", "#picture"), LOOK]
+    seen = browser.visit(page, *steps)
+    assert_quiet(seen, page)
+    results = [each for each in seen.results if each is not None]
+    pixels = dict(zip(walker.frames, cut_frames(walker.atlas), strict=True))
+    now, visited = ("wind_0", 0), set[str]()
+    for i, (level, count) in enumerate(moves):
+        frames, drawn, look = results[3 * i : 3 * i + 3]
+        wanted = []
+        for _ in range(count):
+            now = walker.after(now, int(level))
+            wanted.append(now)
+            visited.add(now[0])
+        assert [place_of(frame) for frame in frames] == wanted
+        expected = blend(pixels[now], (16, 16, 20), "straight", "srgb")
+        assert np.abs(picture(drawn)[..., :3].astype(int) - expected).max() <= 2
+        assert look["label"] == f"{now[0]}, frame {now[1] + 1} of {walker.count(now[0])}"
+    assert visited == {state.animation for state in walker.graph.states}
+
+
+def test_it_plays_through_all_winds_in_between(
+    browser: Browser, page: Path, walker: Walker
+) -> None:
+    watch = f"""new Promise((done) => {{
+      const seen = [];
+      const watch = new MutationObserver(() => {{
+        const frame = {SHOWN};
+        if (frame !== seen.at(-1)) seen.push(frame);
+        if (frame.includes("/wind_2/")) done(seen);
+      }});
+      watch.observe(document.getElementById("caption"), {{childList: true}});
+      setTimeout(() => done(seen), 30000);
+    }})"""
+    seen = browser.visit(page, *set_wind(2), ("run", watch), moves=True)
+    assert_quiet(seen, page)
+    places = [place_of(frame) for frame in seen.results[-1]]
+    now, names = places[0], [places[0][0]]
+    for place in places[1:]:
+        passed = 0
+        while now != place and passed < 24:
+            now = walker.after(now, 2)
+            passed += 1
+        assert now == place
+        names += [place[0]] if place[0] != names[-1] else []
+    assert set(names) <= {"wind_0", "wind_0_1", "wind_1", "wind_1_2", "wind_2"}
+    assert len(names) > 2 and names[-1] == "wind_2"
+
+
+def test_frames_pass_into_the_next_animation_where_the_fire_goes_on_there(
+    browser: Browser, page: Path, walker: Walker
+) -> None:
+    [way] = [each for each in walker.graph.transitions if each.before == "wind_0"]
+    seen = browser.visit(
+        page, ("click", "[name=between][value=blend]"), *set_wind(1),
+        *[("press", "Tab")], *[("click", "#on")] * way.frame, ("press", "."),
+        ("pixels", "#picture"), LOOK, ("press", "."), LOOK,
+    )  # fmt: skip
+    assert_quiet(seen, page)
+    drawn, half, entered = seen.results[-3:]
+    pixels = dict(zip(walker.frames, cut_frames(walker.atlas), strict=True))
+    leaving, entry = ("wind_0", way.frame), (way.after, way.entry)
+    weighed = []
+    for place in (leaving, entry):
+        pixel = pixels[place].astype(float) / 255
+        weighed.append(np.dstack([pixel[..., :3] * pixel[..., 3:], pixel[..., 3:]]))
+    mixed = (weighed[0] + weighed[1]) / 2
+    ground = np.array([16, 16, 20]) / 255
+    expected = 255 * (mixed[..., :3] + ground * (1 - mixed[..., 3:]))
+    assert np.abs(picture(drawn)[..., :3] - expected).max() <= 2
+    assert half["label"].startswith(f"wind_0, between frames {way.frame + 1} and 1 of wind_0_1")
+    assert entered["label"].startswith("wind_0_1, frame 1 of")
+
+
+def test_a_key_sets_the_next_wind(browser: Browser, page: Path) -> None:
+    level = ("run", "document.getElementById('level').textContent")
+    seen = browser.visit(page, *[("press", "w"), level] * 3, LOOK)
+    assert_quiet(seen, page)
+    *levels, look = [each for each in seen.results if each is not None]
+    assert levels == ["2", "5", "0"], "after the strongest comes the weakest"
+    assert look["said"] == "wind 0"
+
+
+def test_the_slider_follows_a_chosen_animation(browser: Browser, page: Path) -> None:
+    choose = """(name) => {
+      const list = document.getElementById("animation");
+      list.value = [...list.options].find((each) => each.text === name).value;
+      list.dispatchEvent(new Event("change"));
+      return document.getElementById("level").textContent;
+    }"""
+    names = ["wind_2", "wind_2_1", "wind_0", "wind_0_1"]
+    seen = browser.visit(page, *[("run", f"({choose})({name!r})") for name in names])
+    assert_quiet(seen, page)
+    assert seen.results == ["5", "2", "0", "2"]
