@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,10 @@ settings.load_profile("untimed")
 pin_kernels()  # as the command line does, before any test imports numpy
 
 os.environ.pop("FIRE_ATLAS_CACHE", None)  # what a test builds is built
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    # A shell's background jobs ignore Ctrl-C, and so would every command that a test interrupts.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 PACKAGES = ("pixi.js", "phaser", "phaser4", "playwright-core")
 

@@ -74,9 +74,6 @@ INSTEAD_OF_WHOLE = {
 }
 """Words that are good ones in company, but say nothing as the name of a class or a module."""
 
-FIXED_BY_A_FORMAT = {"fire_atlas/generators/profile/file.py": {"breadth", "kinship"}}
-"""Keys of files, by the module whose model has a field of that name."""
-
 NOT_IN_PROSE = r"\b(told|by itself|broods?|swarms?|blazes?|reels?|kinships?|haste|grates?)\b"
 
 
@@ -161,7 +158,6 @@ def test_no_name_is_made_of_a_retired_word() -> None:
         f"{each.path}:{each.line} {each.name}: say {instead}"
         for each in names()
         if (instead := better(each.name, each.is_thing))
-        and each.name not in FIXED_BY_A_FORMAT.get(each.path, ())
     ]
     assert found == []
 

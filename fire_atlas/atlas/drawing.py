@@ -39,10 +39,14 @@ class Edges:
 
 
 def draw_page(sheet: AtlasSheet, page: int, sprites: Sequence[Sprite], edges: Edges) -> Bytes:
-    """Draw one page, (H, W, 4) uint8, with the sprites of the sheet's regions, in order."""
+    """Draw one page, (H, W, 4) uint8.
+
+    ``sprites`` are those of the sheet's regions, in order, and of its cells after them, if they are
+    to be on this image.
+    """
     image = np.zeros((sheet.pages[page].height, sheet.pages[page].width, 4), np.uint8)
     drawn = set()
-    for region, sprite in zip(sheet.regions, sprites, strict=True):
+    for region, sprite in zip((*sheet.regions, *sheet.cells), sprites, strict=False):
         if region.page == page and (region.x, region.y) not in drawn:
             drawn.add((region.x, region.y))
             _draw(image, region, sprite, edges)

@@ -24,7 +24,15 @@ from numpy.typing import NDArray
 from fire_atlas.atlas.sheet import Sprite
 from fire_atlas.atlas.trim import trimmed, up_to
 from fire_atlas.core.picture import Picture, as_light, where_covered
-from fire_atlas.core.pixels import Bytes, Pixels, Plane, encode_bytes, encode_unit
+from fire_atlas.core.pixels import (
+    Bytes,
+    Pixels,
+    Plane,
+    decode_bytes,
+    encode_bytes,
+    encode_unit,
+    srgb_to_linear,
+)
 from fire_atlas.recipe.output import Atlas
 
 Alpha = Literal["straight", "premultiplied", "additive"]
@@ -54,6 +62,17 @@ def encode_frame(pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> Bytes
         strip = slice(top, top + _STRIP)
         image[strip] = _encode_strip(pixels[strip], alpha, blend_space)
     return image
+
+
+def light_over_black(image: Bytes, alpha: str, blend_space: str) -> NDArray[np.float32]:
+    """Return the light (H, W, 3) that a renderer shows of encoded RGBA bytes over black."""
+    rgb = image[..., :3]
+    if alpha != "straight":
+        return decode_bytes(rgb)
+    cover = image[..., 3:] * np.float32(1 / 255)
+    if blend_space == "linear":
+        return decode_bytes(rgb) * cover
+    return srgb_to_linear(rgb * np.float32(1 / 255) * cover)
 
 
 def is_page_ready(picture: Picture, settings: Atlas) -> bool:

@@ -44,6 +44,7 @@ def build_sheets(
     animations: Sequence[AnimationFrames],
     settings: Atlas,
     *,
+    textures: Sequence[AnimationFrames] = (),
     margin: int = 0,
     shares: bool = True,
 ) -> tuple[AtlasSheet, ...]:
@@ -53,22 +54,24 @@ def build_sheets(
         name: File stem of the outputs.
         animations: The animations.
         settings: The recipe's section.
+        textures: The cells of the textures of flakes, which are no animations.
         margin: Empty px kept around trimmed frames.
         shares: Whether frames with the same pixels may share one place.
     """
     units = PackingUnits.of(settings)
-    trim = _trim_of(settings)
-    parts = [
-        part for each in animations for part in trim_rects(each.sprites, trim, units.px, margin)
-    ]
-    sprites = [sprite for animation in animations for sprite in animation.sprites]
+    packed = [*animations, *textures]
+    parts = _parts(animations, textures, _trim_of(settings), units.px, margin)
+    sprites = [sprite for each in packed for sprite in each.sprites]
     keeps_all = settings.layout == "grid" or not (settings.dedupe and shares)
     originals = list(range(len(parts))) if keeps_all else _originals(sprites, parts)
     listed = _listed(name, animations)
-    names = [frame for animation in listed for frame in animation.frames]
+    cell_lists = [_with_frame_names(each, f"{name}/{each.name}") for each in textures]
+    names = [frame for each in (*listed, *cell_lists) for frame in each.frames]
     _refuse_too_large(names, parts, units)
-    counts = [len(each.sprites) for each in animations]
+    counts = [len(each.sprites) for each in packed]
     packing, cells = _packed(parts, originals, counts, settings, units)
+    regions = _regions(names, packed, parts, packing, settings, units.px)
+    frames = sum(len(each.frames) for each in listed)
     whole = AtlasSheet(
         name=name,
         title=name,
@@ -78,11 +81,24 @@ def build_sheets(
         blend_space=settings.blend_space,
         image_format=settings.format,
         pages=tuple(Page("", *size) for size in packing.pages),
-        regions=tuple(_regions(names, animations, parts, packing, settings, units.px)),
+        regions=tuple(regions[:frames]),
         animations=listed,
         grid=cells,
+        cells=tuple(replace(cell, anchor=(0.5, 0.5)) for cell in regions[frames:]),
     )
     return tuple(_variant(whole, scale, settings) for scale in settings.scales)
+
+
+def _parts(
+    animations: Sequence[AnimationFrames],
+    textures: Sequence[AnimationFrames],
+    trim: Trim,
+    unit: int,
+    margin: int,
+) -> list[Rect]:
+    """Return the part of its frame that each sprite shows; cells of textures stay whole."""
+    parts = [part for each in animations for part in trim_rects(each.sprites, trim, unit, margin)]
+    return parts + [part for each in textures for part in trim_rects(each.sprites, "none", unit)]
 
 
 def _listed(name: str, animations: Sequence[AnimationFrames]) -> tuple[Animation, ...]:
@@ -240,6 +256,7 @@ def _variant(whole: AtlasSheet, scale: float, settings: Atlas) -> AtlasSheet:
         name=whole.title if scale == 1 else f"{whole.title}@{scale:g}x",
         scale=scale,
         regions=tuple(_scaled_region(region, part) for region in whole.regions),
+        cells=tuple(_scaled_region(cell, part) for cell in whole.cells),
         grid=whole.grid and CellGrid(
             whole.grid.columns, whole.grid.rows,
             part(whole.grid.cell_width), part(whole.grid.cell_height),
@@ -284,7 +301,7 @@ def _safe_mips(sheet: AtlasSheet, extrude: int) -> list[int | None]:
 
 
 def _deepest(sheet: AtlasSheet, page: int, extrude: int) -> int | None:
-    places = sorted({(r.x, r.y, *r.page_size) for r in sheet.regions if r.page == page})
+    places = sorted({(r.x, r.y, *r.page_size) for r in sheet.regions_of(page)})
     x, y, width, height = np.array(places, np.int64).T
     across, down = _Spans(x, x + width), _Spans(y, y + height)
     last = max(sheet.pages[page].width, sheet.pages[page].height).bit_length() - 1

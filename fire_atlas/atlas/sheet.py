@@ -122,6 +122,51 @@ class Animation:
 
 
 @dataclass(frozen=True, slots=True)
+class State:
+    """An animation as a state of a fire that a game changes.
+
+    Attributes:
+        animation: Its name.
+        wind: Level of wind of a loop; None for a transition.
+        following: Name of the loop that a transition leads to; None for a loop.
+    """
+
+    animation: str
+    wind: float | None = None
+    following: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class StateTransition:
+    """A step from a frame of one animation to a frame of another that nobody sees.
+
+    Attributes:
+        before: Name of the animation that is left.
+        frame: Its last frame that is shown.
+        after: Name of the animation that follows.
+        entry: Its first frame that is shown.
+    """
+
+    before: str
+    frame: int
+    after: str
+    entry: int
+
+
+@dataclass(frozen=True, slots=True)
+class StateGraph:
+    """Which animations may follow one another, and from which frame to which.
+
+    Attributes:
+        states: The loops by increasing wind, then the transitions between them.
+        transitions: All steps between them.
+    """
+
+    states: tuple[State, ...]
+    transitions: tuple[StateTransition, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class CellGrid:
     """The grid of equal cells into which every page of a sheet is divided.
 
@@ -188,6 +233,8 @@ class AtlasSheet:
         animations: The animations; each frame belongs to one of them.
         grid: The cells of the pages; None if frames are packed.
         maps: Images beside the pages: motion vectors and layers.
+        states: In which order the animations may follow one another; None if each plays alone.
+        cells: The cells of the textures of flakes, whole: no borders are cut off.
     """
 
     name: str
@@ -202,6 +249,8 @@ class AtlasSheet:
     animations: tuple[Animation, ...]
     grid: CellGrid | None = None
     maps: tuple[SheetMap, ...] = ()
+    states: StateGraph | None = None
+    cells: tuple[Region, ...] = ()
 
     @property
     def files(self) -> list[str]:
@@ -223,8 +272,8 @@ class AtlasSheet:
         return f"{self.name}-{page}{ending}" if page else f"{self.name}{ending}"
 
     def regions_of(self, page: int) -> list[Region]:
-        """Return the frames on a page, in playing order."""
-        return [region for region in self.regions if region.page == page]
+        """Return the frames on a page, in playing order, then the cells of textures."""
+        return [region for region in (*self.regions, *self.cells) if region.page == page]
 
     def with_safe_mips(self, levels: list[int | None]) -> Self:
         """Return the sheet with the deepest safe mip level of each page filled in."""

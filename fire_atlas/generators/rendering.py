@@ -1,14 +1,14 @@
 """Interface of all fire generators: a fire seen by one camera, as frames and their motion."""
 
 from pathlib import Path
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip
+from fire_atlas.core.camera import Camera
+from fire_atlas.core.clip import Clip, FireInDepth, Values
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.generators.camera import Camera
 from fire_atlas.generators.settings import GenerationSettings
 
 
@@ -27,11 +27,25 @@ class Rendering(Protocol):
     def camera(self) -> Camera:
         """The camera, which also sets the size of a frame."""
 
+    @property
+    def front(self) -> Camera:
+        """The camera in front of the fire, level, with parallel lines of sight, in px of the same
+        size; its frame holds the whole fire."""
+
     def frame(self, index: int) -> Pixels:
         """Draw frame ``index``: (height, width, 4), a fresh array."""
 
     def motion(self, index: int) -> NDArray[np.float32]:
         """Velocity of the fire in frame ``index``: (height, width, 2) px/s, x right, y down."""
+
+    def seen_by(self, camera: Camera) -> Self:
+        """Return the rendering of the same fire by another camera."""
+
+    def fire_depth(self, index: int, x: Values, y: Values, share: Values) -> Values:
+        """Return the depth at which fire burns behind places; see ``FireInDepth``."""
+
+    def hidden(self, index: int, x: Values, y: Values, z: Values) -> NDArray[np.bool_]:
+        """Return which places are behind something opaque; see ``FireInDepth``."""
 
 
 def rendered_clip(
@@ -60,4 +74,11 @@ def rendered_clip(
         matte_reason=rendering.matte_reason,
         loop=settings.loop,
         flow=rendering.motion,
+        depth=FireInDepth(
+            rendering.camera,
+            rendering.front,
+            lambda camera: rendered_clip(rendering.seen_by(camera), settings, blend_space, inputs),
+            rendering.fire_depth,
+            rendering.hidden,
+        ),
     )

@@ -1,6 +1,6 @@
 """Settings that all fire generators share, read from a recipe."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 from fire_atlas.recipe.models import Recipe
@@ -41,6 +41,10 @@ class GenerationSettings:
         loop = timeline.loop != "none"
         wind = fit_gusts(recipe.wind, frames / fps) if loop else recipe.wind
         return cls(recipe.seed, wind, frames, fps, loop, recipe.views)
+
+    def in_each_wind(self) -> list[Self]:
+        """Return the settings in each of the steady winds to change between."""
+        return [replace(self, wind=wind) for wind in self.wind.steady()]
 
     def azimuths(self) -> list[float]:
         """Return the direction of each view, degrees counter-clockwise seen from above."""

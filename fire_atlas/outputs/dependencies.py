@@ -5,7 +5,8 @@ Imports nothing heavy, so that a build that is up to date ends at once.
 
 from pathlib import Path
 
-from fire_atlas.recipe.tree import RecipeTree, source_files, templates
+from fire_atlas.core.errors import SourceError
+from fire_atlas.recipe.tree import RecipeTree, source_files, templates, texture_files
 from fire_atlas.sources.listing import FixedRange, list_inputs
 
 
@@ -37,7 +38,7 @@ def recipe_files(tree: RecipeTree) -> list[Path]:
 
 
 def inputs_of(tree: RecipeTree) -> list[Path]:
-    """Return the source and template files of a valid recipe, in the order of the manifest.
+    """Return the files of sources, textures and templates, in the order of the manifest.
 
     Globs and folders are resolved as they are now.
 
@@ -53,7 +54,23 @@ def _source_inputs(tree: RecipeTree) -> list[Path]:
     start, count = (tree.value(("source", key)) for key in ("start", "count"))
     first = start if isinstance(start, int) else 0
     used = FixedRange(first, count if isinstance(count, int) else None)
-    return [path for files in source_files(tree).values() for path in list_inputs(used, files)]
+    frames = [path for files in source_files(tree).values() for path in list_inputs(used, files)]
+    return [*frames, *textures_of(tree)]
+
+
+def textures_of(tree: RecipeTree) -> list[Path]:
+    """Return the file of the texture of flakes, if there is one.
+
+    Raises:
+        SourceError: It does not exist, or is a folder.
+    """
+    for key, path in texture_files(tree).items():
+        where = tree.origin(key).locate(key)
+        if not path.exists():
+            raise SourceError(f"{where}: there is no image {path}; paths begin at the recipe file")
+        if path.is_dir():
+            raise SourceError(f"{where}: {path} is a folder; name one image, or a sheet with grid")
+    return list(texture_files(tree).values())
 
 
 def folders_of(tree: RecipeTree) -> list[Path]:

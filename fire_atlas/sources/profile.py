@@ -6,8 +6,13 @@ from pathlib import Path
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MAX_JSON_BYTES, read_file
+from fire_atlas.core.fire_in_wind import FireInWind
 from fire_atlas.generators.profile.file import read_profile
-from fire_atlas.generators.profile.fire import generate_clips, learn_profile
+from fire_atlas.generators.profile.fire import (
+    generate_clips,
+    generate_in_wind,
+    learn_profile,
+)
 from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.generators.settings import GenerationSettings
@@ -33,15 +38,35 @@ def open_profile(
     Raises:
         SourceError: A file is missing or damaged, or a clip shows no fire to learn from.
     """
-    if paths[0].suffix == PROFILE_SUFFIX:
-        profile, inputs = _read(paths), tuple(paths)
-    else:
-        profile, clips = learn_from_files(source, paths, context)
-        inputs = tuple(file for clip in clips for file in clip.inputs)
+    profile, inputs = _profile_of(source, paths, context)
     settings = ProfileFireSettings(generation, source.slices, source.particles, source.detail)
     return generate_clips(
         profile, settings, source.height, context.blend_space, inputs, context.workers
     )
+
+
+def open_profile_in_wind(
+    source: ProfileSource,
+    paths: Sequence[Path],
+    generation: GenerationSettings,
+    context: OpeningContext,
+) -> FireInWind:
+    """Generate fire in each of the winds that it changes between; see ``open_profile``."""
+    profile, inputs = _profile_of(source, paths, context)
+    settings = ProfileFireSettings(generation, source.slices, source.particles, source.detail)
+    return generate_in_wind(
+        profile, settings, source.height, context.blend_space, inputs, context.workers
+    )
+
+
+def _profile_of(
+    source: ProfileSource, paths: Sequence[Path], context: OpeningContext
+) -> tuple[Profile, tuple[Path, ...]]:
+    """Read the profile, or learn it from clips; return it and the files it came from."""
+    if paths[0].suffix == PROFILE_SUFFIX:
+        return _read(paths), tuple(paths)
+    profile, clips = learn_from_files(source, paths, context)
+    return profile, tuple(file for clip in clips for file in clip.inputs)
 
 
 def learn_from_files(

@@ -16,8 +16,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fire_atlas.core.clip import Clip
+    from fire_atlas.core.fire_in_wind import FireInWind
     from fire_atlas.core.workers import Workers
     from fire_atlas.recipe.load import LoadedRecipe
+    from fire_atlas.sources.reader import OpeningContext
     from fire_atlas.sources.sprites import Sprites
 
 
@@ -65,7 +67,7 @@ class SourceSettings:
 
 
 def open_source(settings: SourceSettings, workers: Workers) -> dict[str, Clip]:
-    """Open the clip of a source, or generate its clips.
+    """Open the clip of a source, or generate its clips in the wind of the recipe.
 
     Args:
         settings: The source and related settings.
@@ -79,11 +81,11 @@ def open_source(settings: SourceSettings, workers: Workers) -> dict[str, Clip]:
         SourceError: The input is missing, broken, too large, or does not fit the settings.
         RecipeError: The settings of a generated fire exceed a limit.
     """
+    from fire_atlas.core.clip import kept
     from fire_atlas.sources.framing import PageLimit
-    from fire_atlas.sources.reader import OpeningContext
 
     source, files = settings.source, settings.files
-    context = OpeningContext(settings.blend_space, workers, max_pixels=settings.max_pixels)
+    context = _context(settings, workers)
     match source:
         case FramesSource():
             from fire_atlas.sources.frames import open_frames
@@ -102,11 +104,37 @@ def open_source(settings: SourceSettings, workers: Workers) -> dict[str, Clip]:
             clips = open_silk(source, texture, settings.generation, context)
         case _:
             assert_never(source)
-    from fire_atlas.core.clip import cached
-
     names = [f"view_{k}" for k in range(len(clips))] if len(clips) > 1 else [settings.name]
-    kept = (replace(clip, picture=cached(clip.picture, range(clip.count))) for clip in clips)
-    return dict(zip(names, kept, strict=True))
+    return dict(zip(names, map(kept, clips), strict=True))
+
+
+def open_source_in_wind(settings: SourceSettings, workers: Workers) -> FireInWind:
+    """Generate the fire of a source in each of the winds of ``wind.levels``; see ``open_source``.
+
+    Raises:
+        ValueError: The source is a clip, which shows one wind.
+    """
+    from fire_atlas.core.clip import kept
+
+    source, files, context = settings.source, settings.files, _context(settings, workers)
+    if isinstance(source, ProfileSource):
+        from fire_atlas.sources.profile import open_profile_in_wind
+
+        fire = open_profile_in_wind(source, tuple(files.values()), settings.generation, context)
+    elif isinstance(source, SilkSource):
+        from fire_atlas.sources.silk import open_silk_in_wind
+
+        texture = files.get(("source", "texture", "path"))
+        fire = open_silk_in_wind(source, texture, settings.generation, context)
+    else:
+        raise ValueError("a clip shows one wind")
+    return replace(fire, loops=tuple(map(kept, fire.loops)))
+
+
+def _context(settings: SourceSettings, workers: Workers) -> OpeningContext:
+    from fire_atlas.sources.reader import OpeningContext
+
+    return OpeningContext(settings.blend_space, workers, max_pixels=settings.max_pixels)
 
 
 def open_sprites(settings: SourceSettings) -> Sprites | None:

@@ -1,16 +1,24 @@
 """Source ``silk``: simulated cloths of fire, rendered as a clip for each view."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.fire_in_wind import FireInWind, WindChange, change_shares
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.generators.rendering import rendered_clip
 from fire_atlas.generators.settings import GenerationSettings
-from fire_atlas.generators.silk.renderer import SilkView, generate_silk, silk_camera
+from fire_atlas.generators.silk.renderer import (
+    SilkView,
+    changing_silk,
+    generate_silk,
+    silk_camera,
+)
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
@@ -36,20 +44,69 @@ def open_silk(
         SourceError: The clip is missing, broken, or shows no fire.
         RecipeError: As in ``generate_silk``.
     """
-    footage = None
-    if texture is not None:
-        linear = replace(context, blend_space="linear")
-        footage = open_frames(FramesSource(path=str(texture)), texture, linear)
+    footage = _footage(texture, context)
     renderer = generate_silk(source, generation, footage)
     views = generation.views
-    inputs = footage.inputs if footage else ()
-
-    def luminance_matte(light: NDArray[np.float32]) -> Pixels:
-        return matte.luminance_of_light(light, context.blend_space)
-
     cameras = [
         silk_camera(source, azimuth, views.elevation, views.distance)
         for azimuth in generation.azimuths()
     ]
-    seen = [SilkView(renderer, camera, luminance_matte) for camera in cameras]
+    seen = [SilkView(renderer, camera, _luminance_matte(context)) for camera in cameras]
+    inputs = footage.inputs if footage else ()
     return [rendered_clip(view, generation, context.blend_space, inputs) for view in seen]
+
+
+def open_silk_in_wind(
+    source: SilkSource,
+    texture: Path | None,
+    generation: GenerationSettings,
+    context: OpeningContext,
+) -> FireInWind:
+    """Simulate the fire in each of the winds that it changes between; see ``open_silk``."""
+    footage = _footage(texture, context)
+    inputs = footage.inputs if footage else ()
+    camera = silk_camera(source, 0.0, generation.views.elevation, generation.views.distance)
+    seen_as = _luminance_matte(context)
+    winds = generation.in_each_wind()
+    views = [SilkView(generate_silk(source, each, footage), camera, seen_as) for each in winds]
+    loops = tuple(
+        rendered_clip(view, each, context.blend_space, inputs)
+        for view, each in zip(views, winds, strict=True)
+    )
+
+    def change(before: int, after: int, start: int, count: int) -> WindChange:
+        return _change(loops[before], views[before], views[after], start, count)
+
+    return FireInWind(loops, change)
+
+
+def _change(loop: Clip, before: SilkView, after: SilkView, start: int, count: int) -> WindChange:
+    """Return the change from ``loop``, seen in ``before``, as ``FireInWind.change`` does."""
+    frames = loop.count
+    share = np.zeros(frames)
+    share[(start + 1 + np.arange(count)) % frames] = change_shares(count)
+
+    @cache  # many changes are compared by their loops, and few are drawn
+    def view() -> SilkView:
+        return replace(before, renderer=changing_silk(before.renderer, after.renderer, share))
+
+    clip = replace(
+        loop,
+        count=count,
+        picture=lambda k: view().frame((start + 1 + k) % frames),
+        loop=False,
+        flow=None,
+    )
+    return WindChange(clip, (start + 1 + count) % frames)
+
+
+def _footage(texture: Path | None, context: OpeningContext) -> Clip | None:
+    """Open the clip for the textures, if there is one."""
+    if texture is None:
+        return None
+    linear = replace(context, blend_space="linear")
+    return open_frames(FramesSource(path=str(texture)), texture, linear)
+
+
+def _luminance_matte(context: OpeningContext) -> Callable[[NDArray[np.float32]], Pixels]:
+    return lambda light: matte.luminance_of_light(light, context.blend_space)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fire_atlas.core.picture import brightness_of, to_light
+from fire_atlas.core.picture import as_bytes, brightness_of, to_light
 from fire_atlas.core.pixels import brightness
 
 
@@ -22,3 +22,13 @@ def test_nothing_is_dark() -> None:
     nothing = np.zeros((4, 5, 4), np.uint8)
     nothing[..., :3] = 200
     assert not brightness_of(nothing, "srgb").any()
+
+
+def test_bytes_survive_the_way_to_light_and_back() -> None:
+    picture = np.zeros((2, 128, 4), np.uint8)
+    picture[..., :3] = np.arange(256).reshape(2, 128, 1)
+    picture[..., 3] = 255 - np.arange(128)
+    assert as_bytes(picture) is picture
+    back = as_bytes(to_light(picture))
+    assert back.dtype == np.uint8 and np.abs(back.astype(int) - picture).max() <= 1
+    assert np.array_equal(back[..., 3], picture[..., 3])

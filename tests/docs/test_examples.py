@@ -29,6 +29,7 @@ INPUTS = {
     "clip.gif": "torch.gif",
     "samples/campfire": "campfire",
     "sheets/explosion.png": "cartoon_flame.png",
+    "sheets/embers.png": "pixel_flame.png",
 }
 """Inputs that examples name -> the samples that stand in for them."""
 
@@ -83,6 +84,14 @@ RECIPES = [(page, block) for page in PAGES for block in runnable_blocks(page, "y
 
 def test_pages_show_scripts() -> None:
     assert {"README.md", "docs/command-line.md", "docs/silk.md"} <= {page for page, _ in SCRIPTS}
+
+
+def test_the_first_page_shows_the_ready_campfire() -> None:
+    (shown,) = (yaml.safe_load(block) for block in code_blocks("README.md", "yaml"))
+    text = (shipped("recipes") / "campfire.yaml").read_text(encoding="utf-8")
+    ready = yaml.safe_load(text.replace("../samples/", "samples/"))  # as init writes it
+    for key, value in shown.items():
+        assert value == ready[key] or value.items() <= ready[key].items(), key
 
 
 @pytest.mark.slow

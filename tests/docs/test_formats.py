@@ -15,9 +15,10 @@ from referencing import Registry, Resource
 from fire_atlas.cli import main
 from fire_atlas.core.output_file import Role
 from fire_atlas.core.shipped import shipped
-from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS
+from fire_atlas.effect.flakes.tracks import COLUMNS, DEPTH_COLUMNS, SPAWN_COLUMNS
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.templates.context import context_of
+from fire_atlas.formats.tracks.columns import CELL
 from tests.docs.markdown import PAGES, code_blocks, page_text, prose, section, table_column
 
 FORMATS = "docs/formats.md"
@@ -65,6 +66,12 @@ RECIPES: dict[str, dict[str, Any]] = {
         "atlas": {"layout": "grid"},
         "exports": ["json", "phaser", {"godot": {"version": 3}}],
         "tracks": ["json", "light"],
+    },
+    "winds": {
+        "source": {"kind": "silk", "width": 48, "height": 48},
+        "timeline": {"frames": 6},
+        "wind": {"levels": [0, 3]},
+        "exports": ["json", "godot"],
     },
     "sprites": {
         "source": {**CAMPFIRE, "count": 4},
@@ -159,7 +166,7 @@ def test_every_file_of_a_build_is_listed(built: Path) -> None:
     known = set(table_column(page_text(FORMATS).partition("\n## ")[0]))
     stems = "|".join(RECIPES)
     for path in built.iterdir():
-        ending = re.sub(rf"^({stems})(@0\.5x)?(-\d+)?(\.(view_\d|pages))?", "", path.name)
+        ending = re.sub(rf"^({stems})(@0\.5x)?(-\d+)?(\.((view|wind)[_\d]+|pages))?", "", path.name)
         companion = re.search(r"\.(meta|import|(gd|gdshader)\.uid)$", ending)
         assert (companion[0] if companion else ending) in known, path.name
 
@@ -173,8 +180,12 @@ def test_roles_of_outputs_are_those_of_the_schema() -> None:
 def test_tables_of_tracks_have_every_column(built: Path) -> None:
     text = section(FORMATS, "Tracks: JSON")
     rows, spawns = text.split("| key of a spawn |")
-    assert table_column(rows) == list(COLUMNS)
-    assert tuple(table_column("| key of a spawn |" + spawns)) == SPAWN_COLUMNS
+    spawns, cameras = spawns.split("| key of `camera` |")
+    assert tuple(table_column(rows)) == (*COLUMNS, *DEPTH_COLUMNS, CELL)
+    assert tuple(table_column("| key of a spawn |" + spawns)) == SPAWN_COLUMNS + DEPTH_COLUMNS
+    tracks = json.loads((built / "sides.view_1.flakes.json").read_text())
+    assert list(tracks["camera"]) == table_column("| key |" + cameras)
+    assert tuple(tracks["columns"]) == COLUMNS + DEPTH_COLUMNS
     header = (built / "everything.flakes.csv").read_text().splitlines()[0]
     assert header.split(",") == ["frame", "t", *COLUMNS]
 
@@ -213,7 +224,11 @@ def test_godots_arrays_are_those_of_the_tables(built: Path) -> None:
     resource = dict(re.findall(r"^(\w+) = ([^\n]*)", text.partition("[resource]")[2], re.M))
     assert list(resource) == ["script", *table_column(arrays)]
     row = resource["rows"].removeprefix("PackedFloat32Array(").rstrip(",").split(",")
-    assert len(row) == len(table_column("| number of a row |" + numbers))
+    in_plane, in_space = numbers.split("| number of a row in space |")
+    assert len(row) == len(table_column("| number of a row |" + in_plane))
+    text = (built / "winds_flakes_3d.tres").read_text()
+    row = text.partition("rows = PackedFloat32Array(")[2].splitlines()[0].rstrip(",").split(",")
+    assert len(row) == len(table_column("| number of a row |" + in_space))
 
 
 def test_unitys_bytes_are_as_their_tables_say(built: Path) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ ID, X, Y, VX, VY, SIZE, STRETCH, ROTATION, R, G, B, A, AGE, LIFE, KIND, BLUR, TA
 )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class EffectRun:
     """The effect, run on a clip."""
 
@@ -43,7 +44,13 @@ class EffectRun:
     recipe: Recipe
     study: FlameStudy
     analysis: Analysis
-    tracks: Tracks
+
+    @cached_property
+    def tracks(self) -> Tracks:
+        """The flight of its flakes; many tests ask for no more than their births."""
+        settings = SimulationSettings.of(self.recipe)
+        with Workers(2) as workers:
+            return simulate(self.clip, self.study, self.analysis, settings, context_of(workers))
 
     def finished(self, i: int) -> Pixels:
         """Return frame ``i`` as it goes into the atlas."""
@@ -88,7 +95,7 @@ def context_of(workers: Workers, progress: Progress | None = None) -> BuildConte
 
 
 def run_effect(clip: Clip, keys: Mapping[str, Any] | None = None, jobs: int = 2) -> EffectRun:
-    """Run the effect on ``clip`` with a recipe of ``keys``, up to the tracks."""
+    """Run the effect on ``clip`` with a recipe of ``keys``."""
     recipe = recipe_of(keys or {})
     with Workers(jobs) as workers:
         clip = arrange(clip, recipe.timeline, _LIFE, workers, SilentProgress())
@@ -96,8 +103,7 @@ def run_effect(clip: Clip, keys: Mapping[str, Any] | None = None, jobs: int = 2)
         study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
         recipe = classify(recipe, clip, study, context)
         analysis = analyse(clip, study, AnalysisSettings.of(recipe), context)
-        tracks = simulate(clip, study, analysis, SimulationSettings.of(recipe), context)
-    return EffectRun(clip, recipe, study, analysis, tracks)
+    return EffectRun(clip, recipe, study, analysis)
 
 
 def pixel_of(rows: Array, clip: Clip) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

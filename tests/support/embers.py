@@ -86,7 +86,7 @@ def sampled(rows: NDArray[np.float64]) -> Iterator[NDArray[np.float64]]:
         half = max(column["size"] * (column["stretch"] - 1) / 2, 1e-9)
         nearest = np.clip(along, -half, half)
         away = np.hypot(along - nearest, across) * 2 / column["size"]
-        core, halo = (np.maximum(1 - (away / width) ** 2, 0) ** 2 for width in (1, 4))
+        core, halo = (np.maximum(1 - (away / width) ** 2, 0) ** 2 for width in (1, 2.5))
         fall = column["tail"] + (1 - column["tail"]) * (nearest + half) / (2 * half)
         if column["stretch"] == 1:
             fall = np.full_like(fall, (1 + column["tail"]) / 2)

@@ -78,6 +78,42 @@ func seek_flakes(job: Dictionary) -> Array:
 	return seen
 
 
+# Answers where a camera in space sees the flakes of `scene`, x and y in px, at each of `times`, in
+# frames of `animation`; or a picture of what it sees last.
+func see_flakes(job: Dictionary) -> Variant:
+	var flakes: MultiMeshInstance3D = load(job["scene"]).instantiate()
+	flakes.playing = false
+	add_child(flakes)
+	var eye := Camera3D.new()
+	eye.far = 1000.0
+	if job["distance"] == null:
+		eye.set_orthogonal(job["height"], 0.01, 1000.0)
+	else:
+		eye.fov = rad_to_deg(2.0 * atan(job["height"] / 2.0 / job["distance"]))
+	var turn := Basis.from_euler(Vector3(-job["elevation"], job["azimuth"], 0.0))
+	var away: float = 100.0 if job["distance"] == null else job["distance"]
+	eye.transform = Transform3D(turn, turn * Vector3(0.0, job["raised"], away))
+	add_child(eye)
+	eye.make_current()
+	await get_tree().process_frame
+	var seen := []
+	for time: float in job["times"]:
+		flakes.seek(job["animation"], time)
+		var places := []
+		for i in flakes.multimesh.visible_instance_count:
+			var place := flakes.multimesh.get_instance_transform(i).origin
+			places.append(_numbers(eye.unproject_position(flakes.to_global(place))))
+		seen.append(places)
+	if job.get("picture", false):
+		await get_tree().process_frame
+		await RenderingServer.frame_post_draw
+		var image := get_viewport().get_texture().get_image()
+		seen = [Marshalls.raw_to_base64(image.save_png_to_buffer())]
+	flakes.free()
+	eye.free()
+	return seen
+
+
 # Answers how the lamp of `scene` shines at each of `times`: energy, colour, place.
 func seek_light(job: Dictionary) -> Array:
 	var node := _staged(job)
@@ -114,6 +150,20 @@ func play(job: Dictionary) -> Array:
 	for tick in int(job["ticks"]):
 		await get_tree().process_frame
 		seen.append([node.frame + node.frame_progress, _flakes(node.get_node_or_null("Flakes"))])
+	_clear(node)
+	return seen
+
+
+# Plays `scene`, a fire in several winds; answers after each 1/60 s its animation, its frame and the
+# region of the page that it shows. `winds` is what blows from each 1/60 s on.
+func change_wind(job: Dictionary) -> Array:
+	var node: AnimatedSprite2D = _staged(job)
+	var seen := []
+	for wind: float in job["winds"]:
+		node.wind = wind
+		await get_tree().process_frame
+		var texture: AtlasTexture = node.sprite_frames.get_frame_texture(node.animation, node.frame)
+		seen.append([node.animation, node.frame, _numbers(texture.region)])
 	_clear(node)
 	return seen
 

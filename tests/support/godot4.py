@@ -100,7 +100,9 @@ class Godot4:
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
             browser = subprocess.Popen(
                 [self.chromium, "--headless=new", "--no-sandbox", "--use-angle=swiftshader",
-                 "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
+                 "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--disable-extensions",
+                 "--disable-background-networking", "--disable-component-update", "--disable-sync",
+                 "--no-first-run",
                  f"--user-data-dir={profile}", address],
                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
             )  # fmt: skip

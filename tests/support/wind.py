@@ -1,0 +1,105 @@
+"""Fire in several winds: small builds of it, and a game that walks its graph of states."""
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.atlas.sheet import StateGraph
+from fire_atlas.core.pixels import Pixels
+from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
+from fire_atlas.preview.blend import as_seen
+from fire_atlas.preview.frames import cut_frames
+from fire_atlas.vision.thumbnails import distance
+
+LEVELS = [0, 2, 5]
+
+SILK: dict[str, Any] = {
+    "source": {
+        "kind": "silk", "width": 56, "height": 64, "rows": 10, "columns": 8,
+        "sheets": {"arrangement": "crossed", "count": 3, "width": 0.4, "height": 0.6},
+    },
+    "wind": {"levels": LEVELS},
+    "timeline": {"frames": 24, "fps": 12},
+}  # fmt: skip
+"""A recipe that takes a few seconds to build."""
+
+Place = tuple[str, int]
+"""An animation and the number of a frame in it."""
+
+
+@dataclass(frozen=True)
+class Walker:
+    """The frames of a finished build, and what leads from one to the next."""
+
+    atlas: AtlasFile
+
+    @classmethod
+    def of(cls, json_file: Path) -> "Walker":
+        return cls(read_atlas(json_file))
+
+    @property
+    def graph(self) -> StateGraph:
+        assert self.atlas.sheet.states is not None
+        return self.atlas.sheet.states
+
+    @property
+    def loops(self) -> list[str]:
+        return [state.animation for state in self.graph.states if state.wind is not None]
+
+    @cached_property
+    def frames(self) -> dict[Place, Pixels]:
+        """All frames, in linear light."""
+        sheet = self.atlas.sheet
+        places = [(each.name, i) for each in sheet.animations for i in range(len(each.frames))]
+        seen = (as_seen(cut, sheet.alpha, sheet.blend_space) for cut in cut_frames(self.atlas))
+        return dict(zip(places, seen, strict=True))
+
+    def count(self, animation: str) -> int:
+        return sum(name == animation for name, _ in self.frames)
+
+    def step(self, one: Place, other: Place) -> float:
+        return distance(self.frames[one], self.frames[other])
+
+    def steps_of(self, loop: str) -> list[float]:
+        count = self.count(loop)
+        return [self.step((loop, i), (loop, (i + 1) % count)) for i in range(count)]
+
+    def ends_of(self, transition: str) -> tuple[str, str]:
+        """Return the loops that a transition leads from and to."""
+        before = next(each.before for each in self.graph.transitions if each.after == transition)
+        after = next(each.after for each in self.graph.transitions if each.before == transition)
+        return before, after
+
+    def after(self, place: Place, wanted: int) -> Place:
+        """Return what a game shows after a frame, when the level with index ``wanted`` is to blow:
+        as `docs/wind.md` says."""
+        name, frame = place
+        ways = [each for each in self.graph.transitions if each.before == name]
+        if name in self.loops:
+            now = self.loops.index(name)
+            towards = f"{name}_{now + (1 if wanted > now else -1)}"
+            ways = [each for each in ways if wanted != now and each.after == towards]
+        for way in ways:
+            if way.frame == frame:
+                return way.after, way.entry
+        return name, (frame + 1) % self.count(name)
+
+
+def recipe_in(folder: Path, keys: dict[str, Any], **others: Any) -> Path:
+    path = folder / "fire.yaml"
+    path.write_text(json.dumps({**keys, **others}))
+    return path
+
+
+def lean_of(frames: list[Pixels]) -> float:
+    """Return how far the light of frames leans to the right: the slope of its middle, px per px."""
+    light = np.stack([frame[..., 0] for frame in frames]).mean(axis=0)
+    rows: NDArray[np.intp] = np.flatnonzero(light.sum(axis=1) > 0.2 * light.sum(axis=1).max())
+    columns = np.arange(light.shape[1])
+    middle = (light[rows] * columns).sum(axis=1) / light[rows].sum(axis=1)
+    return -float(np.polyfit(rows, middle, 1)[0])
