@@ -65,6 +65,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         "cache": _add_cache_command(commands),
         "preview": _add_preview(commands),
         "inspect": _add_inspect(commands),
+        "plugin": _add_plugin(commands),
         "schema": _add_schema(commands),
     }
     word = argv[0] if argv else "--help"
@@ -268,6 +269,22 @@ def _add_inspect(commands: _Commands) -> _Parser:
     _add_jobs(field)
     _add_overwrite(field, "replace files that are there")
     _add_limits(field)
+    _add_volume(parser)
+    return parser
+
+
+def _add_plugin(commands: _Commands) -> _Parser:
+    parser = commands.add_parser("plugin", help="copy the add-on of an engine into a project")
+    parser.add_argument("engine", choices=["godot"], metavar="godot")
+    parser.add_argument(
+        "folder",
+        nargs="?",
+        type=_path,
+        default=".",
+        metavar="DIR",
+        help="the project's folder (default: this folder)",
+    )
+    _add_overwrite(parser, "replace files that this command did not write, or that were changed")
     _add_volume(parser)
     return parser
 

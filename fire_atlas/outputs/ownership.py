@@ -124,7 +124,10 @@ def _manifest_of_another(out: Path, name: str) -> Manifest | None:
 
 
 def refuse_replacing(
-    manifests: FolderManifests, outputs: Iterable[tuple[str, str]], overwrite: bool = False
+    manifests: FolderManifests,
+    outputs: Iterable[tuple[str, str]],
+    overwrite: bool = False,
+    advice: str = _ADVICE,
 ) -> None:
     """Refuse to write ``outputs`` (name, role) over files that do not belong to the build.
 
@@ -132,6 +135,7 @@ def refuse_replacing(
         manifests: The manifests in the output folder.
         outputs: Without those that would not change: builds may share files with equal bytes.
         overwrite: Replace files that no manifest lists. Files of another build are still refused.
+        advice: What the user can do if any is refused.
 
     Raises:
         OutputError: Some would replace a file that belongs to another build, is not an output, or
@@ -146,7 +150,7 @@ def refuse_replacing(
             )
     taken = [each for each in there if not overwrite and not manifests.may_replace(*each)]
     if taken:
-        raise OutputError("\n".join([*(_objection(manifests, *each) for each in taken), _ADVICE]))
+        raise OutputError("\n".join([*(_objection(manifests, *each) for each in taken), advice]))
 
 
 def _objection(manifests: FolderManifests, file: str, role: str) -> str:
@@ -181,8 +185,12 @@ def stale_outputs(manifests: FolderManifests, written: Collection[str]) -> list[
     return [manifests.out / name for name in old if name in stale]
 
 
-def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> tuple[Path, ...]:
+def commit(
+    name: str, outputs: Sequence[OutputEntry], staging: Staging, advice: str = _ADVICE
+) -> tuple[Path, ...]:
     """Move all outputs of the build ``name`` into place, and remove those it no longer writes.
+
+    ``advice`` ends the error about files that must not be replaced.
 
     Returns:
         The outputs in their places.
@@ -195,7 +203,7 @@ def commit(name: str, outputs: Sequence[OutputEntry], staging: Staging) -> tuple
     with staging.folder_locked():
         manifests = FolderManifests.read(staging.out, name)
         changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
-        refuse_replacing(manifests, changed, staging.overwrite)
+        refuse_replacing(manifests, changed, staging.overwrite, advice)
         staging.commit(stale_outputs(manifests, [output.name for output in outputs]))
     return tuple(staging.out / output.name for output in outputs)
 

@@ -47,6 +47,8 @@ def project(tmp_path: Path) -> Path:
         target.parent.mkdir(parents=True, exist_ok=True)
         (shutil.copytree if source.is_dir() else shutil.copyfile)(source, target)
     (folder / "my.j2").write_text(TEMPLATE)
+    (folder / "game").mkdir()
+    (folder / "game/project.godot").write_text("config_version=5\n")
     command = tmp_path / "bin" / "fire-atlas"
     command.parent.mkdir()
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -P -m fire_atlas "$@"\n')

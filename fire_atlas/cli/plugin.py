@@ -1,0 +1,41 @@
+"""The command ``plugin``: copy the add-on of an engine into a project."""
+
+from argparse import Namespace
+from collections.abc import Callable
+from pathlib import Path
+
+from fire_atlas.cli.progress import view_for
+from fire_atlas.cli.text import printable
+from fire_atlas.engines.godot.addon import (
+    ADDON_NAME,
+    addon_files,
+    addon_folder,
+    version_of_project,
+)
+from fire_atlas.outputs.addon import install
+
+
+def run(args: Namespace) -> int:
+    """Copy the add-on, or replace an older one; files of the user are never replaced."""
+    project = Path(args.folder)
+    view = view_for(False, args.quiet, False)
+    view.begin(project)
+    lines = _install_for_godot(project, args.overwrite, view.note)
+    if not args.quiet:
+        for line in lines:
+            print(printable(line))
+    return 0
+
+
+def _install_for_godot(
+    project: Path, overwrite: bool, note: Callable[[str], None]
+) -> tuple[str, ...]:
+    """Write the add-on into a Godot project; return what to tell the user."""
+    version = version_of_project(project)
+    folder, files = addon_folder(project), list(addon_files(version))
+    if not install(folder, ADDON_NAME, files, overwrite, note):
+        return (f"{folder}: up to date",)
+    return (
+        f"wrote {len(files)} files for Godot {version} to {folder}",
+        "next: enable Fire Atlas in the editor, in Project > Project Settings > Plugins",
+    )

@@ -1,0 +1,95 @@
+"""``plugin``: an engine's add-on is copied into a project, and nothing of the user is lost."""
+
+from pathlib import Path
+
+import pytest
+
+from fire_atlas.cli import main
+
+FOLDER = Path("addons/fire_atlas")
+
+
+@pytest.fixture(params=[3, 4])
+def project(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    """A project of Godot 3 or 4."""
+    (tmp_path / "project.godot").write_text(f"; a game\nconfig_version={request.param + 1}\n")
+    return tmp_path
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_the_add_on_is_written_for_the_version_of_the_project(
+    project: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(project)
+    assert main(["plugin", "godot"]) == 0
+    version = "4" if "=5" in (project / "project.godot").read_text() else "3"
+    assert f"files for Godot {version} to" in capsys.readouterr().out
+    scripts = [path.read_text() for path in (project / FOLDER).glob("*.gd")]
+    assert scripts
+    assert all(("@tool" in text) == (version == "4") for text in scripts)
+    assert (
+        f'script="{(project / FOLDER / "plugin.gd").name}"'
+        in (project / FOLDER / "plugin.cfg").read_text()
+    )
+    assert main(["plugin", "godot", "."]) == 0
+    assert "up to date" in capsys.readouterr().out
+
+
+def test_what_the_user_changed_or_added_is_kept(
+    project: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = project / FOLDER
+    folder.mkdir(parents=True)
+    (folder / "mine.gd").write_text("# mine\n")
+    assert main(["plugin", "godot", str(project)]) == 0
+    written = contents(folder)
+    (folder / "plugin.gd").write_text("# changed\n")
+    capsys.readouterr()
+    assert main(["plugin", "godot", str(project)]) == 1
+    error = capsys.readouterr().err
+    assert "plugin.gd: was changed" in error and "--overwrite" in error
+    assert contents(folder) == {**written, "plugin.gd": b"# changed\n"}
+    assert main(["plugin", "godot", str(project), "--overwrite"]) == 0
+    assert contents(folder) == written
+
+
+def test_a_newer_version_of_the_tool_replaces_the_files_of_an_older_one(
+    project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as older:
+        older.setattr("fire_atlas.engines.godot.addon.__version__", "0.0.1")
+        assert main(["plugin", "godot", str(project)]) == 0
+    old = contents(project / FOLDER)
+    assert main(["plugin", "godot", str(project)]) == 0
+    new = contents(project / FOLDER)
+    assert b'version="0.0.1"' in old["plugin.cfg"]
+    assert new.keys() == old.keys() and new["plugin.cfg"] != old["plugin.cfg"]
+
+
+@pytest.mark.parametrize(
+    ("text", "advice"),
+    [
+        (None, "is no Godot project"),
+        ("config_version=3\n", "states config_version=3"),
+        ("[application]\n", "states no config_version"),
+    ],
+)
+def test_what_is_no_project_of_godot_is_refused(
+    text: str | None, advice: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if text is not None:
+        (tmp_path / "project.godot").write_text(text)
+    assert main(["plugin", "godot", str(tmp_path)]) == 1
+    assert advice in capsys.readouterr().err
+    assert not (tmp_path / "addons").exists()
+
+
+def test_a_folder_inside_a_project_is_told_which_one(
+    project: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (project / "art").mkdir()
+    assert main(["plugin", "godot", str(project / "art")]) == 1
+    assert f"did you mean fire-atlas plugin godot {project}?" in capsys.readouterr().err
