@@ -15,12 +15,13 @@ import subprocess
 import tempfile
 import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any
+from queue import SimpleQueue
+from typing import Any, Self
 
 import numpy as np
 from PIL import Image
@@ -52,14 +53,30 @@ _SCENE = """\
 script = ExtResource("1")
 """
 _PAGE = """\
-<!DOCTYPE html><canvas id="canvas" width="{}" height="{}"></canvas><script src="index.js"></script>
+<!DOCTYPE html><style>body { margin: 0 } iframe { border: 0; width: 100vw; height: 100vh }</style><script>
+window.engine = WebAssembly.compileStreaming(fetch("index.wasm"));
+const frame = document.createElement("iframe");
+document.documentElement.append(frame);
+new EventSource("runs").onmessage = (event) => { frame.src = event.data; };
+</script>
+"""
+"""Shows in a frame one run after the other. All share the engine's code, which it compiles once."""
+
+_RUN_PAGE = """\
+<!DOCTYPE html><canvas id="canvas" width="{}" height="{}"></canvas><script src="../index.js"></script>
 <script>
 let sent = Promise.resolve();
 function report(kind, text) {{
-  sent = sent.then(() => fetch("/report/" + kind, {{method: "POST", body: text}}));
+  sent = sent.then(() => fetch("report/" + kind, {{method: "POST", body: text}}));
 }}
 const say = (...words) => report("line", words.join(" "));
-new Engine({{args: ["--fixed-fps", "60"], canvasResizePolicy: 0, executable: "index"}})
+const download = fetch;
+fetch = async (file, how) => file === "../index.wasm" ? new Response("") : download(file, how);
+WebAssembly.instantiateStreaming = async (_, imports) => {{
+  const module = await parent.engine;
+  return {{module, instance: await WebAssembly.instantiate(module, imports)}};
+}};
+new Engine({{args: ["--fixed-fps", "60"], canvasResizePolicy: 0, executable: "../index"}})
   .startGame({{canvas: document.getElementById("canvas"), mainPack: "game.pck",
               onPrint: say, onPrintError: say}})
   .catch((error) => {{ say("ERROR: " + error); report("done", ""); }});
@@ -67,12 +84,25 @@ new Engine({{args: ["--fixed-fps", "60"], canvasResizePolicy: 0, executable: "in
 """
 
 
-@dataclass(frozen=True)
 class Godot4:
-    """The engine: the folder of its runtime, and the browser that runs it."""
+    """The engine in a browser that stays open for many runs; a context manager."""
 
-    runtime: Path
-    chromium: Path
+    def __init__(self, runtime: Path, chromium: Path) -> None:
+        """Name the folder of the engine's runtime, and the browser that runs it."""
+        self._runtime = runtime
+        self._chromium = chromium
+        self._open = ExitStack()
+        self._next: SimpleQueue[str | None] = SimpleQueue()
+        self._run = _Run(0, b"", (0, 0))
+
+    def __enter__(self) -> Self:
+        address = self._open.enter_context(self._served())
+        self._open.callback(self._next.put, None)
+        self._open.enter_context(self._browsed(address))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._open.close()
 
     def run(
         self, project: Path, jobs: Sequence[Mapping[str, Any]], size: tuple[int, int] = (64, 64)
@@ -87,19 +117,34 @@ class Godot4:
         Raises:
             AssertionError: The engine reported an error or a warning, or did not finish.
         """
-        session = _Session(self.runtime, _pack(_packed_files(project, jobs, size)), size)
-        with session.served() as address, self._browsed(address):
-            finished = session.done.wait(_SECONDS)
-        faults = [line for line in session.lines if _is_fault(line)]
-        assert finished and not faults, "\n".join(session.lines)
-        assert len(session.answers) == len(jobs), "\n".join(session.lines)
-        return session.answers
+        run = _Run(self._run.number + 1, _pack(_packed_files(project, jobs, size)), size)
+        self._run = run
+        self._next.put(f"{run.number}/")
+        finished = run.done.wait(_SECONDS)
+        self._next.put("about:blank")
+        faults = [line for line in run.lines if _is_fault(line)]
+        assert finished and not faults, "\n".join(run.lines)
+        assert len(run.answers) == len(jobs), "\n".join(run.lines)
+        return run.answers
+
+    @contextmanager
+    def _served(self) -> Iterator[str]:
+        """Serve pages on 127.0.0.1, and yield the address."""
+        server = ThreadingHTTPServer(("127.0.0.1", 0), partial(_Handler, self))
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            yield f"http://127.0.0.1:{server.server_port}/"
+        finally:
+            server.shutdown()
+            thread.join()
+            server.server_close()
 
     @contextmanager
     def _browsed(self, address: str) -> Iterator[None]:
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
             browser = subprocess.Popen(
-                [self.chromium, "--headless=new", "--no-sandbox", "--use-angle=swiftshader",
+                [self._chromium, "--headless=new", "--no-sandbox", "--use-angle=swiftshader",
                  "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--disable-extensions",
                  "--disable-background-networking", "--disable-component-update", "--disable-sync",
                  "--no-first-run",
@@ -111,6 +156,48 @@ class Godot4:
             finally:
                 browser.terminate()
                 browser.wait()
+
+    def runs(self) -> Iterator[str]:
+        """Yield the address of what to show, as long as the browser is open."""
+        return iter(self._next.get, None)
+
+    def file(self, name: str) -> tuple[bytes, str] | None:
+        """Return content and type of what a browser asks for."""
+        run = self._run
+        if name == "":
+            return _PAGE.encode(), "text/html"
+        if name == f"{run.number}/":
+            return _RUN_PAGE.format(*run.size).encode(), "text/html"
+        if name == f"{run.number}/game.pck":
+            return run.pack, "application/octet-stream"
+        kinds = {".js": "text/javascript", ".wasm": "application/wasm"}
+        path = self._runtime / Path(name).name
+        return (path.read_bytes(), kinds[path.suffix]) if path.suffix in kinds else None
+
+    def take(self, name: str, text: str) -> None:
+        """Take a report, ``"<run>/report/<kind>"``; those of earlier runs are ignored."""
+        number, _, kind = name.split("/")
+        run = self._run
+        if number != str(run.number) or run.done.is_set():
+            return
+        if kind == "answer":
+            run.answers.append(json.loads(text))
+        elif kind == "line":
+            run.lines.append(text)
+        if kind == "done" or text.startswith("SCRIPT ERROR"):
+            run.done.set()
+
+
+@dataclass
+class _Run:
+    """What one run is, and what was told of it."""
+
+    number: int
+    pack: bytes
+    size: tuple[int, int]
+    lines: list[str] = field(default_factory=list)
+    answers: list[Any] = field(default_factory=list)
+    done: threading.Event = field(default_factory=threading.Event)
 
 
 def picture(answer: str) -> Bytes:
@@ -124,68 +211,35 @@ def _is_fault(line: str) -> bool:
     return bool(re.search("ERROR|WARNING", line)) and _NO_FAULT not in line
 
 
-@dataclass
-class _Session:
-    """What one run serves on 127.0.0.1, and what it is told there."""
-
-    runtime: Path
-    pack: bytes
-    size: tuple[int, int]
-    lines: list[str] = field(default_factory=list)
-    answers: list[Any] = field(default_factory=list)
-    done: threading.Event = field(default_factory=threading.Event)
-
-    @contextmanager
-    def served(self) -> Iterator[str]:
-        """Serve the page, and yield its address."""
-        server = ThreadingHTTPServer(("127.0.0.1", 0), partial(_Handler, self))
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
-        try:
-            yield f"http://127.0.0.1:{server.server_port}/"
-        finally:
-            server.shutdown()
-            thread.join()
-            server.server_close()
-
-    def file(self, name: str) -> tuple[bytes, str] | None:
-        """Return content and type of what a browser asks for."""
-        if name == "":
-            return _PAGE.format(*self.size).encode(), "text/html"
-        if name == "game.pck":
-            return self.pack, "application/octet-stream"
-        kinds = {".js": "text/javascript", ".wasm": "application/wasm"}
-        path = self.runtime / Path(name).name
-        return (path.read_bytes(), kinds[path.suffix]) if path.suffix in kinds else None
-
-    def take(self, kind: str, text: str) -> None:
-        """Take a report of the page."""
-        if kind == "answer":
-            self.answers.append(json.loads(text))
-        elif kind == "line":
-            self.lines.append(text)
-        if kind == "done" or text.startswith("SCRIPT ERROR"):
-            self.done.set()
-
-
 class _Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
 
-    def __init__(self, session: _Session, *args: Any) -> None:
-        self.session = session
+    def __init__(self, engine: Godot4, *args: Any) -> None:
+        self.engine = engine
         super().__init__(*args)
 
     def log_message(self, *args: object) -> None:
         """Say nothing."""
 
     def do_GET(self) -> None:
-        found = self.session.file(self.path.lstrip("/"))
+        if self.path == "/runs":
+            self._send_runs()
+            return
+        found = self.engine.file(self.path.lstrip("/"))
         self._answer(200 if found else 404, *(found or (b"", "text/plain")))
 
     def do_POST(self) -> None:
         text = self.rfile.read(int(self.headers["Content-Length"])).decode()
-        self.session.take(self.path.rpartition("/")[2], text)
+        self.engine.take(self.path.lstrip("/"), text)
         self._answer(200, b"", "text/plain")
+
+    def _send_runs(self) -> None:
+        self.send_response(200)
+        self.send_header("Content-Type", "text/event-stream")
+        self.send_header("Connection", "close")
+        self.end_headers()
+        for address in self.engine.runs():
+            self.wfile.write(f"data: {address}\n\n".encode())
 
     def _answer(self, code: int, data: bytes, kind: str) -> None:
         self.send_response(code)

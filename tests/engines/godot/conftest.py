@@ -1,5 +1,6 @@
 """Godot 3 and 4, which open and play what a build writes."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,9 +18,10 @@ def godot() -> None:
 
 
 @pytest.fixture(scope="session")
-def godot4(chromium: Path) -> Godot4:
-    """Return Godot 4.6, whose web runtime the browser runs."""
+def godot4(chromium: Path) -> Iterator[Godot4]:
+    """Yield Godot 4.6, whose web runtime the browser runs."""
     runtime = node_modules() / PACKAGE / "godot"
     if not runtime.is_dir():
         missing("needs Godot 4's web runtime: `npm ci --prefix tests/formats/web`")
-    return Godot4(runtime, chromium)
+    with Godot4(runtime, chromium) as engine:
+        yield engine
