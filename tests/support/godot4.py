@@ -53,7 +53,8 @@ _SCENE = """\
 script = ExtResource("1")
 """
 _PAGE = """\
-<!DOCTYPE html><style>body { margin: 0 } iframe { border: 0; width: 100vw; height: 100vh }</style><script>
+<!DOCTYPE html><style>body { margin: 0 } iframe { border: 0; width: 100vw; height: 100vh }</style>
+<script>
 window.engine = WebAssembly.compileStreaming(fetch("index.wasm"));
 const frame = document.createElement("iframe");
 document.documentElement.append(frame);
@@ -63,7 +64,8 @@ new EventSource("runs").onmessage = (event) => { frame.src = event.data; };
 """Shows in a frame one run after the other. All share the engine's code, which it compiles once."""
 
 _RUN_PAGE = """\
-<!DOCTYPE html><canvas id="canvas" width="{}" height="{}"></canvas><script src="../index.js"></script>
+<!DOCTYPE html><canvas id="canvas" width="{}" height="{}"></canvas>
+<script src="../index.js"></script>
 <script>
 let sent = Promise.resolve();
 function report(kind, text) {{
