@@ -275,7 +275,7 @@ def _add_inspect(commands: _Commands) -> _Parser:
 
 def _add_plugin(commands: _Commands) -> _Parser:
     parser = commands.add_parser("plugin", help="copy the add-on of an engine into a project")
-    parser.add_argument("engine", choices=["godot"], metavar="godot")
+    parser.add_argument("engine", choices=["godot", "unity"], metavar="godot|unity")
     parser.add_argument(
         "folder",
         nargs="?",

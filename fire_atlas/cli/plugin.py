@@ -13,6 +13,7 @@ from fire_atlas.engines.godot.addon import (
     version_of_project,
 )
 from fire_atlas.outputs.addon import install
+from fire_atlas.outputs.manifest import manifest_name
 
 
 def run(args: Namespace) -> int:
@@ -20,7 +21,8 @@ def run(args: Namespace) -> int:
     project = Path(args.folder)
     view = view_for(False, args.quiet, False)
     view.begin(project)
-    lines = _install_for_godot(project, args.overwrite, view.note)
+    installed = _install_for_godot if args.engine == "godot" else _install_for_unity
+    lines = installed(project, args.overwrite, view.note)
     if not args.quiet:
         for line in lines:
             print(printable(line))
@@ -38,4 +40,25 @@ def _install_for_godot(
     return (
         f"wrote {len(files)} files for Godot {version} to {folder}",
         "next: enable Fire Atlas in the editor, in Project > Project Settings > Plugins",
+    )
+
+
+def _install_for_unity(
+    project: Path, overwrite: bool, note: Callable[[str], None]
+) -> tuple[str, ...]:
+    """Write the package into a Unity project; return what to tell the user."""
+    from fire_atlas.engines.unity.package import PACKAGE_NAME, package_files, package_folder
+
+    package = package_folder(project)
+    folders = package_files(manifest_name(PACKAGE_NAME))
+    changed = [
+        install(package / folder, PACKAGE_NAME, files, overwrite, note)
+        for folder, files in folders.items()
+    ]
+    if not any(changed):
+        return (f"{package}: up to date",)
+    return (
+        f"wrote {sum(map(len, folders.values()))} files to {package}",
+        "next: open the project in Unity 2021.3 or later; select a recipe in the Project window, "
+        "then Assets > Fire Atlas > Build Selected Recipes",
     )

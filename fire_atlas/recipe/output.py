@@ -235,8 +235,20 @@ class UnityOptions(Settings):
     """Write an assembly definition for the output folder, named like the namespace. Unity allows
     one per folder, and scripts in subfolders belong to it too."""
 
+    player: Literal["own", "package"] = "own"
+    """Scripts and shaders of the prefab. ``own``: written beside it, for this fire alone.
+    ``package``: those of the package that ``fire-atlas plugin unity`` copies into a project, for
+    all fires; the prefab then has the component ``FireAtlasPlayer`` and, with ``light`` among the
+    ``tracks``, a lamp."""
+
     @model_validator(mode="after")
     def _name_the_assembly(self) -> Self:
+        if self.assembly and self.player == "package":
+            problem = Problem(
+                ("assembly",),
+                "has no scripts to hold with player: package; remove it",
+            )
+            raise ContradictionError(problem)
         if self.assembly and self.namespace == DEFAULT_NAMESPACE:
             problem = Problem(
                 ("assembly",),

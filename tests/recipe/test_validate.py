@@ -45,7 +45,7 @@ def advice(path: Path, *overrides: str) -> list[str]:
         (
             "exports: [{unity: {ppu: 3}}]",
             "2: exports.0.unity.ppu",
-            "unknown key; the keys here are pixels_per_unit, flakes, namespace, assembly",
+            "unknown key; the keys here are pixels_per_unit, flakes, namespace, assembly, player",
         ),
         (
             "exports: [{unity: {}, to: x}]",

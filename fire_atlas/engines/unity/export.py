@@ -1,14 +1,18 @@
 """Export a build to Unity: assets with their ``.meta``, so that nothing has to be set by hand."""
 
-import re
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
-
-import numpy as np
 
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.output_file import OutputFile, Role
-from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH
+from fire_atlas.engines.unity.assets import (
+    PlayerNames,
+    assembly_text,
+    meta_text,
+    player_text,
+    scalar,
+    shader_text,
+    single,
+)
 from fire_atlas.engines.unity.flake_tracks import AnimationFlakes, flake_bytes
 from fire_atlas.engines.unity.meta import (
     SECONDARY_TEXTURES,
@@ -28,41 +32,27 @@ from fire_atlas.engines.unity.names import (
     player_name,
     state_names,
 )
+from fire_atlas.engines.unity.package import (
+    FLAKES,
+    FLAKES_SHADER,
+    PLAYER,
+    SPRITE_SHADER,
+    package_guid,
+)
 from fire_atlas.engines.unity.sprites import PageSprite, max_texture_size, pivot_px, sprites_of
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
+from fire_atlas.formats.tracks.light import light_file
 from fire_atlas.recipe.output import UnityOptions
 
 _DEFAULT_SPRITE_MATERIAL = "{fileID: 10754, guid: 0000000000000000f000000000000000, type: 0}"
 """Unity's own material, for straight alpha."""
 
-_PLAIN_SCALAR = re.compile(r"[A-Za-z_][\w./@+-]*( [\w./@+-]+)*", re.ASCII)
-"""Text that needs no quotes in YAML."""
-
-_ESCAPED = {'"': '\\"', "\\": "\\\\"}
+_LAMP_RANGE, _LAMP_DEPTH = 4, 0.25
+"""Range of the lamp of a new prefab, and how far before the sprite it is: in heights of a frame."""
 
 _EXPOSED = 6
 """Value of a flake material's ``_Light``: flakes are shown as film shows them."""
-
-
-class _AssetType(NamedTuple):
-    """Unity's importer of a type of file, and the local id of its main object."""
-
-    importer: str
-    main_id: int = 0
-
-
-_ASSET_TYPES = {
-    ".anim": _AssetType("NativeFormatImporter", 7400000),
-    CONTROLLER_ENDING: _AssetType("NativeFormatImporter", 9100000),
-    ".mat": _AssetType("NativeFormatImporter", 2100000),
-    PREFAB_ENDING: _AssetType("PrefabImporter"),
-    ".shader": _AssetType("ShaderImporter"),
-    ".cs": _AssetType("MonoImporter"),
-    ".bytes": _AssetType("TextScriptImporter"),
-    ".asmdef": _AssetType("AssemblyDefinitionImporter"),
-}
-"""Asset types by the ending of the file name."""
 
 
 def export_unity(product: Product, options: UnityOptions) -> Iterator[OutputFile]:
@@ -87,11 +77,19 @@ class _Export:
     def files(self) -> Iterator[OutputFile]:
         """Yield every file: shaders and scripts first, then what refers to them."""
         if self.product.sheets[0].alpha != "straight":
-            yield from self.shader(self.name, "sprite.shader.j2")
+            yield from self.sprite_material()
         if self.plays_flakes:
             yield from self.flakes()
+        if self.uses_package:
+            for animation in self.product.lights:
+                yield self.meta(light_file(self.product.stem(animation)))
         for sheet in self.product.sheets:
             yield from self.effect(sheet)
+
+    @property
+    def uses_package(self) -> bool:
+        """Whether the prefab has the scripts and shaders of the package, not its own."""
+        return self.options.player == "package"
 
     @property
     def plays_flakes(self) -> bool:
@@ -106,68 +104,95 @@ class _Export:
 
     def asset(self, file: str, data: bytes, role: Role = "engine") -> Iterator[OutputFile]:
         """Yield a file and its ``.meta``."""
-        meta = file + META_ENDING
-        asset_type = _ASSET_TYPES[file[file.rindex(".") :]]
         yield OutputFile(file, role, data)
-        fresh = rendered(
-            "unity/asset.meta.j2",
-            guid=self.guid(file),
-            importer=asset_type.importer,
-            main_id=asset_type.main_id,
-        )
+        yield self.meta(file)
+
+    def meta(self, file: str) -> OutputFile:
+        """Return the ``.meta`` of a file."""
+        meta = file + META_ENDING
         old = read_meta(meta, self.product.existing(meta))
-        yield OutputFile(meta, "import", merged(old, fresh, ()).encode())
+        return OutputFile(
+            meta, "import", merged(old, meta_text(file, self.guid(file)), ()).encode()
+        )
 
     def text(self, file: str, template: str, **context: object) -> Iterator[OutputFile]:
         """Yield a file rendered from a template, and its ``.meta``."""
-        stem = file[: file.rindex(".")]
-        context = {
-            "name": stem,
-            "namespace": self.options.namespace,
-            "halo_light": HALO_LIGHT,
-            "halo_width": HALO_WIDTH,
-            **context,
-        }
+        context = {"name": file[: file.rindex(".")], **context}
         yield from self.asset(
             file, rendered(f"unity/{template}", (scalar, single), **context).encode()
         )
 
-    def shader(
-        self, stem: str, template: str, floats: Mapping[str, int] | None = None
+    def shader(self, stem: str, template: str, title: str) -> Iterator[OutputFile]:
+        """Yield a shader of the build's own."""
+        shader = f"{self.options.namespace}/{self.name}/{title}"
+        text = shader_text(template, shader, self.name, universal=False)
+        yield from self.asset(f"{stem}.shader", text.encode())
+
+    def material(
+        self, stem: str, shader: str, floats: Mapping[str, int] | None = None
     ) -> Iterator[OutputFile]:
-        """Yield a shader and its material, which sets the float properties ``floats``.
+        """Yield a material: the GUID of its shader, and float properties of it.
 
         An existing material is kept: the user may have changed it.
         """
-        yield from self.text(f"{stem}.shader", template, name=self.name)
         material = (
             self.product.existing(f"{stem}.mat")
             or rendered(
                 "unity/material.mat.j2",
                 (scalar, single),
                 name=stem,
-                shader=self.guid(f"{stem}.shader"),
+                shader=shader,
                 floats=floats or {},
             ).encode()
         )
         yield from self.asset(f"{stem}.mat", material, "import")
 
+    def sprite_material(self) -> Iterator[OutputFile]:
+        """Yield the material of sprites whose alpha is not straight, and its shader."""
+        shader = package_guid(SPRITE_SHADER)
+        if not self.uses_package:
+            yield from self.shader(self.name, "sprite.shader.j2", "Sprite")
+            shader = self.guid(f"{self.name}.shader")
+        yield from self.material(self.name, shader)
+
     def flakes(self) -> Iterator[OutputFile]:
         """Yield the tracks of the flakes, and the script and shader that play them."""
-        class_name = self.player.removesuffix(".cs")
-        yield from self.text(self.player, "player.cs.j2", name=self.name, **{"class": class_name})
-        if self.options.assembly:
-            yield from self.text(f"{self.options.namespace}.asmdef", "assembly.asmdef.j2")
-        yield from self.shader(f"{self.name}.flakes", "flakes.shader.j2", {"_Light": _EXPOSED})
-        yield from self.asset(f"{self.name}.flakes.bytes", flake_bytes(self.flakes_by_animation()))
+        stem, shader = f"{self.name}.flakes", package_guid(FLAKES_SHADER)
+        if not self.uses_package:
+            yield from self.asset(self.player, self.player_script().encode())
+            if self.options.assembly:
+                text = assembly_text(self.options.namespace)
+                yield from self.asset(f"{self.options.namespace}.asmdef", text.encode())
+            yield from self.shader(stem, "flakes.shader.j2", "Flakes")
+            shader = self.guid(f"{stem}.shader")
+        yield from self.material(stem, shader, {"_Light": _EXPOSED})
+        yield from self.asset(f"{stem}.bytes", flake_bytes(self.flakes_by_animation()))
+
+    def player_script(self) -> str:
+        """Return the script that plays the flakes of this build."""
+        names = PlayerNames(
+            self.player.removesuffix(".cs"),
+            self.options.namespace,
+            heading=f"Plays the flakes of the effect {self.name}. Written by fire-atlas; a rebuild "
+            f"writes it again.",
+            name=self.name,
+            menu=f"{self.options.namespace}/{self.name} flakes",
+            mesh=f"{self.name} flakes",
+            file=f"{self.name}.flakes.bytes",
+        )
+        return player_text(names)
 
     def flakes_by_animation(self) -> Iterator[AnimationFlakes]:
         """Yield the flakes of each animation."""
-        sheet = self.product.sheets[0]
-        first = {each.name: each.frames[0] for each in sheet.animations}
-        pivots = {region.name: pivot_px(region) for region in sheet.regions}
+        pivots = self.pivots()
         for animation, tracks in self.product.tracks.items():
-            yield AnimationFlakes(self.states[animation], pivots[first[animation]], tracks)
+            yield AnimationFlakes(self.states[animation], pivots[animation], tracks)
+
+    def pivots(self) -> dict[str, tuple[float, float]]:
+        """Return the pivot (x, y) of each animation in its full-size frame, px, y down."""
+        sheet = self.product.sheets[0]
+        pivots = {region.name: pivot_px(region) for region in sheet.regions}
+        return {each.name: pivots[each.frames[0]] for each in sheet.animations}
 
     def effect(self, sheet: AtlasSheet) -> Iterator[OutputFile]:
         """Yield the files of one scale: ``.meta`` of pages, animations, controller and prefab."""
@@ -239,7 +264,7 @@ class _Export:
         units = self.options.pixels_per_unit * sheet.scale
         material = f"{{fileID: 2100000, guid: {self.guid(f'{self.name}.mat')}, type: 2}}"
         player = {
-            "script": self.guid(self.player),
+            "script": package_guid(FLAKES) if self.uses_package else self.guid(self.player),
             "material": self.guid(f"{self.name}.flakes.mat"),
             "tracks": self.guid(f"{self.name}.flakes.bytes"),
             "pixels_per_unit": self.options.pixels_per_unit,
@@ -253,23 +278,25 @@ class _Export:
             material=_DEFAULT_SPRITE_MATERIAL if sheet.alpha == "straight" else material,
             controller=self.guid(sheet.name + CONTROLLER_ENDING),
             player=player if self.plays_flakes else None,
+            whole=self.whole_player() if self.uses_package else None,
         )
 
-
-def scalar(text: str) -> str:
-    """Return text as a YAML scalar in one line: plain, or quoted in ASCII."""
-    if _PLAIN_SCALAR.fullmatch(text):
-        return text
-    return f'"{"".join(map(_escaped, text))}"'
-
-
-def single(value: float) -> str:
-    """Return the shortest text from which float32 reads the same number."""
-    return np.format_float_positional(np.float32(value), trim="-")
-
-
-def _escaped(character: str) -> str:
-    code = ord(character)
-    if 32 <= code < 127:
-        return _ESCAPED.get(character, character)
-    return f"\\u{code:04X}" if code < 0x10000 else f"\\U{code:08X}"
+    def whole_player(self) -> dict[str, object]:
+        """Return what the prefab states of the package's player of flame, flakes and lamp."""
+        height = self.product.sheets[0].regions[0].frame_height / self.options.pixels_per_unit
+        pivots = self.pivots()
+        return {
+            "script": package_guid(PLAYER),
+            "pixels_per_unit": self.options.pixels_per_unit,
+            "shows_flakes": self.plays_flakes and not self.product.baked,
+            "lights": [
+                {
+                    "state": self.states[animation],
+                    "track": self.guid(light_file(self.product.stem(animation))),
+                    "pivot": pivots[animation],
+                }
+                for animation in self.product.lights
+            ],
+            "range": _LAMP_RANGE * height,
+            "depth": -_LAMP_DEPTH * height,
+        }

@@ -55,9 +55,7 @@ def write_light(name: str, light: ClipLight) -> OutputFile:
     }
     text = json.dumps(head, ensure_ascii=False)[:-1]
     frames = ",\n".join(json.dumps(row) for row in rows)
-    return OutputFile(
-        f"{name}.light.json", "light", f'{text},\n"frames": [\n{frames}\n]}}\n'.encode()
-    )
+    return OutputFile(light_file(name), "light", f'{text},\n"frames": [\n{frames}\n]}}\n'.encode())
 
 
 def light_of_frames(light: ClipLight) -> list[dict[str, float]]:
@@ -91,3 +89,8 @@ def _shape(frame: FrameLight, light: ClipLight) -> dict[str, float]:
 
 def _rounded(values: dict[str, float]) -> dict[str, float]:
     return {key: round(float(value), _DECIMALS[key]) for key, value in values.items()}
+
+
+def light_file(name: str) -> str:
+    """Return the name of the file with the light of an animation, whose file stem is ``name``."""
+    return f"{name}.light.json"

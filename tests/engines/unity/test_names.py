@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fire_atlas.core.errors import OutputError
-from fire_atlas.engines.unity.export import scalar, single
+from fire_atlas.engines.unity.assets import scalar, single
 from fire_atlas.engines.unity.names import file_stems, player_name, sprite_names, state_names
 from fire_atlas.recipe.tree import NAME_PATTERN
 from tests.engines.unity.products import Fire, exported

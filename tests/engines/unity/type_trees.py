@@ -14,6 +14,7 @@ VERSION = "2021.3.0f1"
 IMPORTERS = {
     "TextureImporter": 1006, "ShaderImporter": 1007, "TextScriptImporter": 1031,
     "NativeFormatImporter": 1034, "MonoImporter": 1035, "PrefabImporter": 468431735,
+    "DefaultImporter": 1030, "PackageManifestImporter": 1896753126,
     "AssemblyDefinitionImporter": 294290339,
 }  # fmt: skip
 

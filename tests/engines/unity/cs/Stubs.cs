@@ -1,4 +1,4 @@
-// What the player touches of Unity's scripting API, with the signatures of 2021.3. The little that
+// What players touch of Unity's scripting API, with the signatures of 2021.3. The little that
 // its results depend on works; all else is there to compile against.
 
 using System;
@@ -17,7 +17,14 @@ namespace UnityEngine
     public class Component : Object
     {
         public static Func<Type, object> Siblings = type => null;
+        public Transform transform { get; } = new Transform();
         public T GetComponent<T>() { return (T)Siblings(typeof(T)); }
+        public T GetComponentInChildren<T>(bool includeInactive) { return (T)Siblings(typeof(T)); }
+    }
+
+    public sealed class Transform
+    {
+        public Vector3 localPosition { get; set; }
     }
 
     public class Behaviour : Component
@@ -49,19 +56,33 @@ namespace UnityEngine
         public Color color { get; set; }
     }
 
+    public sealed class Light : Behaviour
+    {
+        public Color color { get; set; }
+        public float intensity { get; set; }
+    }
+
     public class RuntimeAnimatorController : Object { }
 
     public struct AnimatorStateInfo
     {
         public int shortNameHash { get; set; }
         public float normalizedTime { get; set; }
+        public bool loop { get; set; }
     }
 
     public sealed class Animator : Behaviour
     {
         public AnimatorStateInfo Current;
         public RuntimeAnimatorController runtimeAnimatorController { get; set; }
+        public float speed { get; set; }
         public AnimatorStateInfo GetCurrentAnimatorStateInfo(int layer) { return Current; }
+
+        public void Play(int stateNameHash, int layer, float normalizedTime)
+        {
+            Current.shortNameHash = stateNameHash;
+            Current.normalizedTime = normalizedTime;
+        }
 
         public static int StringToHash(string name)
         {
@@ -75,6 +96,7 @@ namespace UnityEngine
     {
         public byte[] Content;
         public byte[] bytes { get { return (byte[])Content.Clone(); } }
+        public string text { get { return System.Text.Encoding.UTF8.GetString(Content); } }
     }
 
     public struct Vector2
@@ -101,7 +123,15 @@ namespace UnityEngine
     {
         public float r, g, b, a;
         public Color(float r, float g, float b, float a) { this.r = r; this.g = g; this.b = b; this.a = a; }
+        public static Color white { get { return new Color(1, 1, 1, 1); } }
         public Color linear { get { return this; } }
+        public Color gamma { get { return this; } }
+        public static Color operator *(Color a, Color b) { return new Color(a.r * b.r, a.g * b.g, a.b * b.b, a.a * b.a); }
+
+        public static Color Lerp(Color a, Color b, float t)
+        {
+            return new Color(Mathf.Lerp(a.r, b.r, t), Mathf.Lerp(a.g, b.g, t), Mathf.Lerp(a.b, b.b, t), Mathf.Lerp(a.a, b.a, t));
+        }
     }
 
     public struct Bounds
@@ -128,6 +158,8 @@ namespace UnityEngine
         public static float Floor(float f) { return (float)Math.Floor(f); }
         public static float Cos(float f) { return (float)Math.Cos(f); }
         public static float Sin(float f) { return (float)Math.Sin(f); }
+        public static float Lerp(float a, float b, float t) { return a + (b - a) * Clamp(t, 0, 1); }
+        public static float LinearToGammaSpace(float value) { return (float)Math.Pow(value, 1 / 2.2); }
         public static float Clamp(float value, float min, float max) { return value < min ? min : value > max ? max : value; }
 
         public static float HalfToFloat(ushort half)
@@ -145,6 +177,10 @@ namespace UnityEngine
 
     public static class Debug
     {
+        public static void Log(object message, Object context) { Console.WriteLine("log: " + message); }
+        public static void LogWarning(object message) { Console.WriteLine("warning: " + message); }
+        public static void LogWarning(object message, Object context) { Console.WriteLine("warning: " + message); }
+        public static void LogError(object message) { Console.WriteLine("error: " + message); }
         public static void LogError(object message, Object context) { Console.WriteLine("error: " + message); }
     }
 
@@ -172,6 +208,18 @@ namespace UnityEngine
     }
 
     [AttributeUsage(AttributeTargets.Field)]
+    public sealed class HeaderAttribute : Attribute
+    {
+        public HeaderAttribute(string header) { }
+    }
+
+    [AttributeUsage(AttributeTargets.Field)]
+    public sealed class MinAttribute : Attribute
+    {
+        public MinAttribute(float min) { }
+    }
+
+    [AttributeUsage(AttributeTargets.Field)]
     public sealed class SerializeField : Attribute { }
 
     [AttributeUsage(AttributeTargets.Field)]
@@ -181,8 +229,22 @@ namespace UnityEngine
     }
 }
 
+namespace UnityEngine.Events
+{
+    public class UnityEvent
+    {
+        public int Times;
+        public void Invoke() { Times++; }
+    }
+}
+
 namespace UnityEngine.Rendering
 {
+    public static class GraphicsSettings
+    {
+        public static bool lightsUseLinearIntensity { get; set; }
+    }
+
     public enum VertexAttribute { Position = 0, TexCoord0 = 4, TexCoord1 = 5, TexCoord2 = 6 }
     public enum VertexAttributeFormat { Float32 = 0 }
     public enum IndexFormat { UInt16, UInt32 }

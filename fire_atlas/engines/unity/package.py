@@ -1,0 +1,134 @@
+"""The package for Unity's editor and games, which ``fire-atlas plugin unity`` writes.
+
+Its own scripts are in ``templates/unity_package``. The player of flakes and the shaders come from
+the templates of ``export``, so that each is written in one place.
+"""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from fire_atlas import __version__
+from fire_atlas.core.errors import OutputError
+from fire_atlas.core.output_file import OutputFile, Role
+from fire_atlas.core.shipped import shipped
+from fire_atlas.engines.unity.assets import (
+    PlayerNames,
+    assembly_text,
+    meta_text,
+    player_text,
+    shader_text,
+)
+from fire_atlas.engines.unity.names import META_ENDING, guid_of
+from fire_atlas.formats.templates.jinja import rendered
+
+PACKAGE_NAME = "com.fire-atlas.unity"
+"""Name of the package, and of its folder in ``Packages``."""
+
+PLAYER, FLAKES = "Runtime/FireAtlasPlayer.cs", "Runtime/FireAtlasFlakes.cs"
+"""Components that prefabs have."""
+
+SPRITE_SHADER, FLAKES_SHADER = "Runtime/Sprite.shader", "Runtime/Flakes.shader"
+"""Shaders that materials have."""
+
+_SHADERS = {
+    SPRITE_SHADER: ("sprite.shader.j2", "Fire Atlas/Sprite"),
+    FLAKES_SHADER: ("flakes.shader.j2", "Fire Atlas/Flakes"),
+}
+"""Template and name of each shader."""
+
+_FLAKES_PLAYER = PlayerNames(
+    class_name="FireAtlasFlakes",
+    namespace="FireAtlas",
+    heading="Plays the flakes of a fire. Written by fire-atlas plugin unity.",
+    name="a fire",
+    menu="Fire Atlas/Fire Atlas Flakes",
+    mesh="Fire Atlas flakes",
+    file="a build's .flakes.bytes file",
+)
+
+_COPIED = (
+    "README.md",
+    PLAYER,
+    "Runtime/LightTrack.cs",
+    "Editor/RecipeBuild.cs",
+    "Editor/RecipeMenu.cs",
+    "Editor/RecipePreferences.cs",
+)
+"""Files that are in ``templates/unity_package``, without their folder."""
+
+
+def package_guid(file: str) -> str:
+    """Return the GUID of a file of the package, by its path in the package's folder."""
+    return guid_of(PACKAGE_NAME, file)
+
+
+def package_folder(project: Path) -> Path:
+    """Return the folder of the package in a project.
+
+    Raises:
+        OutputError: The folder ``project`` is no Unity project.
+    """
+    if not _is_project(project):
+        above = next(filter(_is_project, project.resolve().parents), None)
+        near = f"did you mean fire-atlas plugin unity {above}?" if above else "name its folder"
+        raise OutputError(
+            f"{project.resolve()}: has no folders Assets and ProjectSettings, so it is no Unity "
+            f"project; {near}"
+        )
+    return project / "Packages" / PACKAGE_NAME
+
+
+def package_files(manifest: str) -> Mapping[str, list[OutputFile]]:
+    """Return the files of each folder of the package, by the folder's path in it.
+
+    Args:
+        manifest: File name of the manifest that is written into each folder. Unity imports it like
+            any other file, so it has a ``.meta`` as well.
+    """
+    content = _content()
+    folders = ["", *dict.fromkeys(path.rpartition("/")[0] for path in content if "/" in path)]
+    return {
+        folder: [
+            *(_files_in(folder, content)),
+            _meta(folder, manifest),
+            *(_meta("", each) for each in folders if each and not folder),
+        ]
+        for folder in folders
+    }
+
+
+def _is_project(folder: Path) -> bool:
+    return all((folder / each).is_dir() for each in ("Assets", "ProjectSettings"))
+
+
+def _files_in(folder: str, content: Mapping[str, str]) -> Iterator[OutputFile]:
+    """Yield the files of one folder, each with its ``.meta``."""
+    for path, text in content.items():
+        parent, _, file = path.rpartition("/")
+        if parent == folder:
+            role: Role = "script" if file.endswith(".cs") else "engine"
+            yield OutputFile(file, role, text.encode())
+            yield _meta(folder, file)
+
+
+def _meta(folder: str, file: str) -> OutputFile:
+    path = f"{folder}/{file}" if folder else file
+    return OutputFile(file + META_ENDING, "import", meta_text(file, package_guid(path)).encode())
+
+
+def _content() -> dict[str, str]:
+    """Return the text of each file but ``.meta``, by its path in the package's folder."""
+    templates = shipped("templates") / "unity_package"
+    names = {path: path.rpartition("/")[2] for path in _COPIED}
+    package = {"package": PACKAGE_NAME, "version": __version__}
+    return {
+        "package.json": rendered("unity_package/package.json.j2", (), **package),
+        **{path: (templates / name).read_text(encoding="utf-8") for path, name in names.items()},
+        "Runtime/FireAtlas.Runtime.asmdef": assembly_text("FireAtlas.Runtime"),
+        "Editor/FireAtlas.Editor.asmdef": assembly_text("FireAtlas.Editor", editor=True),
+        FLAKES: player_text(_FLAKES_PLAYER),
+        **{
+            path: shader_text(template, name, "a fire", universal=True)
+            for path, (template, name) in _SHADERS.items()
+        },
+    }

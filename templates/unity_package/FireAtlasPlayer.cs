@@ -1,0 +1,205 @@
+// Plays a fire that fire-atlas built: flame, flakes and lamp. Written by fire-atlas plugin unity.
+
+namespace FireAtlas
+{
+    using global::System;
+    using global::UnityEngine;
+    using global::UnityEngine.Events;
+    using global::UnityEngine.Rendering;
+
+    /// <summary>Flame, flakes and lamp of a fire as one component, with properties and events.</summary>
+    /// <remarks>The Animator plays the flame, and the flakes follow it; this component sets what they
+    /// share and drives a lamp by the light of each frame. It works on every prefab that fire-atlas
+    /// writes for Unity. It allocates nothing while it plays.</remarks>
+    [AddComponentMenu("Fire Atlas/Fire Atlas Player")]
+    [DisallowMultipleComponent]
+    public sealed class FireAtlasPlayer : MonoBehaviour
+    {
+        /// <summary>The light of one animation.</summary>
+        [Serializable]
+        public struct StateLight
+        {
+            [Tooltip("Name of the animation's state in the Animator.")]
+            public string state;
+
+            [Tooltip("A build's .light.json file.")]
+            public TextAsset track;
+
+            [Tooltip("Pivot of the animation in its frame: pixels, y down.")]
+            public Vector2 pivot;
+        }
+
+        [Header("Parts")]
+        [SerializeField] Animator animator = null;
+        [SerializeField] SpriteRenderer sprite = null;
+
+        [SerializeField, Tooltip("The component that draws the flakes, if the fire has any.")]
+        Behaviour flakes = null;
+
+        [SerializeField, Tooltip("The lamp to drive, if there is one.")]
+        Light lamp = null;
+
+        [SerializeField, Tooltip("The light of each animation; recipes write it with tracks: [light].")]
+        StateLight[] lights = new StateLight[0];
+
+        [SerializeField, Tooltip("Pixels of the full-size frame that are one unit long.")]
+        float pixelsPerUnit = 100;
+
+        [Header("Playing")]
+        [SerializeField, Tooltip("State to begin with; empty for the Animator's own.")]
+        string state = "";
+
+        [SerializeField, Min(0), Tooltip("1 is as fast as the fire was built.")]
+        float speed = 1;
+
+        [SerializeField] bool playing = true;
+
+        [Header("Look")]
+        [SerializeField, Tooltip("Colour and opacity of flame, flakes and lamp.")]
+        Color tint = Color.white;
+
+        [SerializeField, Tooltip("Whether flakes are drawn. Leave it off where they are in the pictures already.")]
+        bool showFlakes = true;
+
+        [SerializeField, Min(0), Tooltip("Mean intensity of the lamp.")]
+        float lampIntensity = 1;
+
+        [Header("Events")]
+        [SerializeField, Tooltip("A loop begins again.")]
+        UnityEvent looped = new UnityEvent();
+
+        [SerializeField, Tooltip("What plays once has ended.")]
+        UnityEvent finished = new UnityEvent();
+
+        LightTrack[] tracks = new LightTrack[0];
+        int[] hashes = new int[0];
+        int lastState;
+        float lastTime = -1;
+
+        /// <summary>How fast the fire plays: 1 as it was built, at least 0.</summary>
+        public float Speed
+        {
+            get { return speed; }
+            set { speed = Math.Max(value, 0); }
+        }
+
+        /// <summary>Whether the fire plays, or stands still.</summary>
+        public bool Playing
+        {
+            get { return playing; }
+            set { playing = value; }
+        }
+
+        /// <summary>Colour and opacity of flame, flakes and lamp.</summary>
+        public Color Tint
+        {
+            get { return tint; }
+            set { tint = value; }
+        }
+
+        /// <summary>Whether flakes are drawn, by a fire whose flakes are not in its pictures.</summary>
+        public bool ShowFlakes
+        {
+            get { return showFlakes; }
+            set { showFlakes = value; }
+        }
+
+        /// <summary>Mean intensity of the lamp, at least 0.</summary>
+        public float LampIntensity
+        {
+            get { return lampIntensity; }
+            set { lampIntensity = Math.Max(value, 0); }
+        }
+
+        /// <summary>A loop begins again.</summary>
+        public UnityEvent Looped
+        {
+            get { return looped; }
+        }
+
+        /// <summary>What plays once has ended.</summary>
+        public UnityEvent Finished
+        {
+            get { return finished; }
+        }
+
+        /// <summary>Plays a state of the Animator.</summary>
+        /// <param name="name">Name of the state: that of the build, or of one of its animations.</param>
+        /// <param name="start">Where to begin, 0 to 1.</param>
+        public void Play(string name, float start = 0)
+        {
+            playing = true;
+            lastTime = -1;
+            if (animator != null) animator.Play(Animator.StringToHash(name), 0, start);
+        }
+
+        /// <summary>Finds the parts when the component is added to a prefab of a build.</summary>
+        void Reset()
+        {
+            animator = GetComponent<Animator>();
+            sprite = GetComponent<SpriteRenderer>();
+            lamp = GetComponentInChildren<Light>(true);
+            var quads = GetComponentInChildren<MeshFilter>(true);
+            flakes = quads == null ? null : quads.GetComponent<MonoBehaviour>();
+            showFlakes = flakes != null && flakes.enabled;
+        }
+
+        void OnEnable()
+        {
+            hashes = Array.ConvertAll(lights, each => Animator.StringToHash(each.state));
+            tracks = Array.ConvertAll(lights, each => LightTrack.Of(each.track));
+            if (!string.IsNullOrEmpty(state)) Begin();
+        }
+
+        void Begin()
+        {
+            bool wanted = playing;
+            Play(state);
+            playing = wanted;
+        }
+
+        /// <summary>Sets the parts before the Animator moves on.</summary>
+        void Update()
+        {
+            if (animator != null) animator.speed = playing ? speed : 0;
+            if (sprite != null) sprite.color = tint;
+            if (flakes != null && flakes.enabled != showFlakes) flakes.enabled = showFlakes;
+        }
+
+        /// <summary>Follows where the Animator is now.</summary>
+        void LateUpdate()
+        {
+            if (animator == null || !animator.isActiveAndEnabled) return;
+            AnimatorStateInfo now = animator.GetCurrentAnimatorStateInfo(0);
+            if (lamp != null) Shine(now);
+            Announce(now);
+        }
+
+        void Shine(AnimatorStateInfo now)
+        {
+            int i = Array.IndexOf(hashes, now.shortNameHash);
+            if (i < 0 || tracks[i] == null) return;
+            LightTrack.Moment moment = tracks[i].At(now.normalizedTime);
+            float light = lampIntensity * moment.intensity * tint.a;
+            bool linear = GraphicsSettings.lightsUseLinearIntensity;
+            lamp.intensity = linear ? light : Mathf.LinearToGammaSpace(light);
+            lamp.color = (moment.colour * tint.linear).gamma;
+            Vector3 place = lamp.transform.localPosition;
+            place.x = (moment.x - lights[i].pivot.x) / pixelsPerUnit;
+            place.y = (lights[i].pivot.y - moment.y) / pixelsPerUnit;
+            if (sprite != null && sprite.flipX) place.x = -place.x;
+            if (sprite != null && sprite.flipY) place.y = -place.y;
+            lamp.transform.localPosition = place;
+        }
+
+        void Announce(AnimatorStateInfo now)
+        {
+            bool same = now.shortNameHash == lastState && lastTime >= 0;
+            float before = same ? lastTime : now.normalizedTime;
+            lastState = now.shortNameHash;
+            lastTime = now.normalizedTime;
+            if (now.loop && Mathf.Floor(lastTime) > Mathf.Floor(before)) looped.Invoke();
+            if (!now.loop && before < 1 && lastTime >= 1) finished.Invoke();
+        }
+    }
+}

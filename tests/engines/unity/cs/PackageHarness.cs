@@ -1,0 +1,147 @@
+// Runs the package outside of Unity and prints what it does.
+//
+// light FILE TIME,...             intensity, colour and place of the light at each time
+// play FILE                       what a player sets and announces over two rounds; its allocations
+// arguments NAME...               the command line for recipes, then whether each name is a recipe
+// build COMMAND PROJECT NAME...   selects assets and builds them; "" selects none and builds all
+// stop COMMAND PROJECT NAME...    the same, cancelled at once
+
+using System;
+using System.Globalization;
+using System.IO;
+using System.Linq;
+using System.Reflection;
+using System.Threading;
+using FireAtlas;
+using FireAtlas.Editor;
+using UnityEditor;
+using UnityEngine;
+using UnityEngine.Rendering;
+
+static class PackageHarness
+{
+    static readonly CultureInfo Plain = CultureInfo.InvariantCulture;
+
+    static void Main(string[] args)
+    {
+        Thread.CurrentThread.CurrentCulture = new CultureInfo("de-DE");
+        string[] rest = args.Skip(1).ToArray();
+        switch (args[0])
+        {
+            case "light": Light(rest[0], rest[1].Split(',')); break;
+            case "play": Play(rest[0]); break;
+            case "arguments": Arguments(rest); break;
+            default: Build(rest, args[0] == "stop"); break;
+        }
+    }
+
+    static TextAsset Asset(string path)
+    {
+        return new TextAsset { Content = File.ReadAllBytes(path) };
+    }
+
+    static void Print(params float[] numbers)
+    {
+        Console.WriteLine(string.Join(" ", numbers.Select(number => number.ToString("R", Plain))));
+    }
+
+    static void Light(string path, string[] times)
+    {
+        LightTrack track = LightTrack.Of(Asset(path));
+        if (track == null) return;
+        foreach (string time in times)
+        {
+            LightTrack.Moment now = track.At(float.Parse(time, Plain));
+            Print(now.intensity, now.colour.r, now.colour.g, now.colour.b, now.x, now.y);
+        }
+    }
+
+    static void Play(string path)
+    {
+        var animator = new Animator { enabled = true };
+        animator.Current.loop = true;
+        var sprite = new SpriteRenderer();
+        var lamp = new Light();
+        var flakes = new FireAtlasFlakes();
+        Component.Siblings = type => type == typeof(Animator) ? animator : type == typeof(SpriteRenderer) ? sprite
+            : type == typeof(Light) ? lamp : type == typeof(MeshFilter) ? (object)new MeshFilter() : flakes;
+        var player = new FireAtlasPlayer { enabled = true };
+        Call(player, "Reset")();
+        Console.WriteLine("flakes after Reset " + player.ShowFlakes);
+        Set(player, "lights", new[] { new FireAtlasPlayer.StateLight { state = "fire", track = Asset(path), pivot = new Vector2(30, 54) } });
+        Set(player, "pixelsPerUnit", 50f);
+        Set(player, "state", "fire");
+        Call(player, "OnEnable")();
+        Action update = Call(player, "Update"), late = Call(player, "LateUpdate");
+        player.Speed = 2;
+        player.LampIntensity = 3;
+        player.Tint = new Color(1, 0.5f, 0.25f, 0.5f);
+        player.ShowFlakes = true;
+        GraphicsSettings.lightsUseLinearIntensity = true;
+        foreach (float time in new[] { 0, 0.4f, 1.1f, 1.9f, 2 })
+        {
+            animator.Current.normalizedTime = time;
+            update();
+            late();
+            Vector3 place = lamp.transform.localPosition;
+            Print(lamp.intensity, lamp.color.r, lamp.color.g, lamp.color.b, place.x, place.y, player.Looped.Times, player.Finished.Times);
+        }
+        Print(animator.speed, sprite.color.r, sprite.color.g, sprite.color.b, sprite.color.a, flakes.enabled ? 1 : 0);
+        player.Playing = false;
+        sprite.flipX = true;
+        update();
+        late();
+        Print(animator.speed, lamp.transform.localPosition.x);
+        animator.Current.loop = false;
+        player.Play("fire", 0.5f);
+        foreach (float time in new[] { 0.5f, 0.9f, 1, 1.2f })
+        {
+            animator.Current.normalizedTime = time;
+            late();
+        }
+        Print(player.Looped.Times, player.Finished.Times, player.Playing ? 1 : 0);
+        GC.Collect();
+        int collections = GC.CollectionCount(0);
+        animator.Current.loop = true;
+        for (int i = 0; i < 20000; i++)
+        {
+            animator.Current.normalizedTime = i * 0.013f;
+            update();
+            late();
+        }
+        Print(GC.CollectionCount(0) - collections);
+    }
+
+    static void Arguments(string[] names)
+    {
+        Console.WriteLine(RecipeBuild.Arguments(names));
+        foreach (string name in names) Console.WriteLine(RecipeBuild.IsRecipe(name));
+    }
+
+    static void Build(string[] args, bool stop)
+    {
+        RecipePreferences.Command = args[0];
+        Application.dataPath = args[1] + "/Assets";
+        Selection.assetGUIDs = args.Skip(2).ToArray();
+        if (args[2] == "") RecipeMenu.StartAll();
+        else RecipeMenu.StartSelected();
+        if (stop) Progress.Cancel(1);
+        while (RecipeMenu.Running)
+        {
+            EditorApplication.update();
+            Thread.Sleep(20);
+        }
+        Console.WriteLine("locks " + EditorApplication.Locks + (EditorApplication.update == null ? "" : " still watching"));
+    }
+
+    static void Set(object target, string field, object value)
+    {
+        target.GetType().GetField(field, BindingFlags.Instance | BindingFlags.NonPublic).SetValue(target, value);
+    }
+
+    static Action Call(object target, string method)
+    {
+        MethodInfo found = target.GetType().GetMethod(method, BindingFlags.Instance | BindingFlags.NonPublic);
+        return (Action)Delegate.CreateDelegate(typeof(Action), target, found);
+    }
+}
