@@ -75,6 +75,7 @@ namespace FireAtlas
         int[] hashes = new int[0];
         int lastState;
         float lastTime = -1;
+        bool flakesShown;
 
         /// <summary>How fast the fire plays: 1 as it was built, at least 0.</summary>
         public float Speed
@@ -142,12 +143,14 @@ namespace FireAtlas
             var quads = GetComponentInChildren<MeshFilter>(true);
             flakes = quads == null ? null : quads.GetComponent<MonoBehaviour>();
             showFlakes = flakes != null && flakes.enabled;
+            if (sprite != null) tint = sprite.color;
         }
 
         void OnEnable()
         {
             hashes = Array.ConvertAll(lights, each => Animator.StringToHash(each.state));
             tracks = Array.ConvertAll(lights, each => LightTrack.Of(each.track));
+            ShowOrHideFlakes();
             if (!string.IsNullOrEmpty(state)) Begin();
         }
 
@@ -163,7 +166,14 @@ namespace FireAtlas
         {
             if (animator != null) animator.speed = playing ? speed : 0;
             if (sprite != null) sprite.color = tint;
-            if (flakes != null && flakes.enabled != showFlakes) flakes.enabled = showFlakes;
+            if (showFlakes != flakesShown) ShowOrHideFlakes();
+        }
+
+        /// <summary>Called for a change only: flakes without a valid file turn themselves off.</summary>
+        void ShowOrHideFlakes()
+        {
+            flakesShown = showFlakes;
+            if (flakes != null) flakes.enabled = showFlakes;
         }
 
         /// <summary>Follows where the Animator is now.</summary>

@@ -68,7 +68,12 @@ namespace FireAtlas.Editor
 
         static string InProject(string path)
         {
-            return "Assets" + path.Substring(Application.dataPath.Length).Replace('\\', '/');
+            return "Assets" + AssetPath(path.Substring(Application.dataPath.Length));
+        }
+
+        static string AssetPath(string path)
+        {
+            return path.Replace(Path.DirectorySeparatorChar, '/');
         }
 
         static void Start(string[] recipes)
@@ -111,7 +116,7 @@ namespace FireAtlas.Editor
 
         static void Show(RecipeBuild.Line line)
         {
-            Object recipe = string.IsNullOrEmpty(line.recipe) ? null : AssetDatabase.LoadMainAssetAtPath(line.recipe);
+            Object recipe = string.IsNullOrEmpty(line.recipe) ? null : AssetDatabase.LoadMainAssetAtPath(AssetPath(line.recipe));
             switch (line.@event)
             {
                 case "stage":

@@ -222,8 +222,9 @@ def test_a_player_sets_flame_flakes_and_lamp(harness: Harness, tmp_path: Path) -
     file = tmp_path / "fire.light.json"
     file.write_bytes(write_light("fire", lit("fire")).data)
     first, *lines = harness("play", file)
+    assert lines.pop(5) == "flakes that turned themselves off False"
     numbers = [list(map(float, line.split())) for line in lines]
-    assert first == "flakes after Reset False"
+    assert first == "flakes after Reset False, tint 0.5"
     rows = json.loads(file.read_bytes())["frames"]
     start = rows[0]
     tint = (1, 0.5, 0.25)

@@ -60,14 +60,14 @@ static class PackageHarness
     {
         var animator = new Animator { enabled = true };
         animator.Current.loop = true;
-        var sprite = new SpriteRenderer();
+        var sprite = new SpriteRenderer { color = new Color(0.5f, 0.5f, 0.5f, 1) };
         var lamp = new Light();
         var flakes = new FireAtlasFlakes();
         Component.Siblings = type => type == typeof(Animator) ? animator : type == typeof(SpriteRenderer) ? sprite
             : type == typeof(Light) ? lamp : type == typeof(MeshFilter) ? (object)new MeshFilter() : flakes;
         var player = new FireAtlasPlayer { enabled = true };
         Call(player, "Reset")();
-        Console.WriteLine("flakes after Reset " + player.ShowFlakes);
+        Console.WriteLine("flakes after Reset {0}, tint {1}", player.ShowFlakes, player.Tint.r.ToString(Plain));
         Set(player, "lights", new[] { new FireAtlasPlayer.StateLight { state = "fire", track = Asset(path), pivot = new Vector2(30, 54) } });
         Set(player, "pixelsPerUnit", 50f);
         Set(player, "state", "fire");
@@ -86,6 +86,13 @@ static class PackageHarness
             Vector3 place = lamp.transform.localPosition;
             Print(lamp.intensity, lamp.color.r, lamp.color.g, lamp.color.b, place.x, place.y, player.Looped.Times, player.Finished.Times);
         }
+        flakes.enabled = false;
+        update();
+        Console.WriteLine("flakes that turned themselves off " + flakes.enabled);
+        player.ShowFlakes = false;
+        update();
+        player.ShowFlakes = true;
+        update();
         Print(animator.speed, sprite.color.r, sprite.color.g, sprite.color.b, sprite.color.a, flakes.enabled ? 1 : 0);
         player.Playing = false;
         sprite.flipX = true;
