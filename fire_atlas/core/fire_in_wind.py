@@ -16,10 +16,12 @@ class WindChange:
 
     Attributes:
         clip: The frames. They play once.
+        shares: (frames,) share of the new wind in each frame, between 0 and 1.
         entry: Frame of the loop in the new wind that follows them.
     """
 
     clip: Clip
+    shares: NDArray[np.float64]
     entry: int
 
 
@@ -30,15 +32,21 @@ class FireInWind:
     Attributes:
         loops: A loop in each wind, from one seed: all have the same size, length and frame rate,
             and show the fire at about the same moments.
-        change: ``change(before, after, start, count)`` returns the ``count`` frames in which the
-            wind changes from that of loop ``before`` to that of ``after``, from the frame that
-            would follow frame ``start`` of ``before``.
+        change: ``change(before, after, start, progress)`` returns the frames in which the wind
+            changes from that of loop ``before`` to that of ``after``, from the frame that would
+            follow frame ``start`` of ``before``. ``progress`` (frames,) ascends: the part of the
+            change, between 0 and 1, that has passed in each frame.
     """
 
     loops: tuple[Clip, ...]
-    change: Callable[[int, int, int, int], WindChange]
+    change: Callable[[int, int, int, NDArray[np.float64]], WindChange]
 
 
-def change_shares(count: int) -> NDArray[np.float64]:
-    """Return the share (count,) of the new wind in each frame of a change, between 0 and 1."""
-    return smooth_step(np.arange(1, count + 1) / (count + 1))
+def even_progress(count: int) -> NDArray[np.float64]:
+    """Return the progress (count,) of a change that passes at one speed."""
+    return np.arange(1, count + 1) / (count + 1)
+
+
+def change_shares(progress: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the share of the new wind, 0..1, at each ``progress`` of a change."""
+    return smooth_step(progress)

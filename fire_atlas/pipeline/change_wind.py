@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from fire_atlas.atlas.sheet import State, StateGraph, StateTransition
-from fire_atlas.core.fire_in_wind import FireInWind, change_shares
+from fire_atlas.core.fire_in_wind import FireInWind
 from fire_atlas.core.pixels import Pixels, as_plane
 from fire_atlas.effect.flakes.cross_fade import cross_faded
 from fire_atlas.pipeline.animate import (
@@ -85,7 +85,7 @@ def _changing(loops: Sequence[SimulatedClip], chosen: ChosenChange) -> Simulated
     """Return the clip of a change with flakes and field, which fade from one loop to the other."""
     before, after = loops[chosen.before], loops[chosen.after]
     clip, tracks, analysis = chosen.change.clip, None, None
-    share = change_shares(clip.count)
+    share = chosen.change.shares
     leaving, entering = change_frames(
         chosen.start, chosen.change.entry, clip.count, before.clip.count
     )

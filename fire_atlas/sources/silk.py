@@ -74,17 +74,22 @@ def open_silk_in_wind(
         for view, each in zip(views, winds, strict=True)
     )
 
-    def change(before: int, after: int, start: int, count: int) -> WindChange:
-        return _change(loops[before], views[before], views[after], start, count)
+    def change(before: int, after: int, start: int, progress: NDArray[np.float64]) -> WindChange:
+        return _change(loops[before], views[before], views[after], start, change_shares(progress))
 
     return FireInWind(loops, change)
 
 
-def _change(loop: Clip, before: SilkView, after: SilkView, start: int, count: int) -> WindChange:
-    """Return the change from ``loop``, seen in ``before``, as ``FireInWind.change`` does."""
-    frames = loop.count
+def _change(
+    loop: Clip, before: SilkView, after: SilkView, start: int, shares: NDArray[np.float64]
+) -> WindChange:
+    """Return the change from ``loop``, seen in ``before``, with the new wind's ``shares`` (count,).
+
+    The nodes of the sheets go from one simulation to the other at the same moments of both.
+    """
+    frames, count = loop.count, len(shares)
     share = np.zeros(frames)
-    share[(start + 1 + np.arange(count)) % frames] = change_shares(count)
+    share[(start + 1 + np.arange(count)) % frames] = shares
 
     @cache  # many changes are compared by their loops, and few are drawn
     def view() -> SilkView:
@@ -97,7 +102,7 @@ def _change(loop: Clip, before: SilkView, after: SilkView, start: int, count: in
         loop=False,
         flow=None,
     )
-    return WindChange(clip, (start + 1 + count) % frames)
+    return WindChange(clip, shares, (start + 1 + count) % frames)
 
 
 def _footage(texture: Path | None, context: OpeningContext) -> Clip | None:

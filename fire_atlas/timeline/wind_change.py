@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip, cached
-from fire_atlas.core.fire_in_wind import FireInWind, WindChange, change_shares
+from fire_atlas.core.fire_in_wind import FireInWind, WindChange, even_progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.vision.thumbnails import distance, shrunk
 
-CHANGE_TIMES = 0.5, 0.75, 1.0, 1.5
+CHANGE_TIMES = 0.5, 0.75, 1.0, 1.5, 2.0
 """Durations of a change of wind, seconds. A longer one is tried where a shorter one takes large
 steps: calm fire, which hardly moves otherwise, has to lean slowly."""
 
@@ -22,8 +22,11 @@ MAX_STEP = 1.25
 _STEP_TARGET = 1.15
 """Largest step that is looked for, in median steps: flakes will add to it."""
 
-_TRIES = 4
+_TRIES = 3
 """Maximum number of frames from which a change of one duration is drawn."""
+
+_PACES = 4
+"""Maximum number of paces at which a change is drawn, each after the steps of the one before."""
 
 _SIDE = 64
 """Longest side of the small copies of frames by which those to try are found, px."""
@@ -77,8 +80,8 @@ def choose_changes(fire: FireInWind, workers: Workers) -> list[ChosenChange]:
     """Return the changes from each wind to the next and back, in this order.
 
     The frames from which a change may start are ranked by the steps of both loops and their
-    distance at the same moments. Then changes are drawn from the best on, until the steps of one
-    are small.
+    distance at the same moments. Then changes are drawn from the best on, each at paces that make
+    its steps more equal, until the steps of one are small.
     """
     loops = [MeasuredLoop.of(clip, workers) for clip in fire.loops]
     pairs = [pair for k in range(1, len(loops)) for pair in ((k - 1, k), (k, k - 1))]
@@ -91,28 +94,45 @@ def _chosen(
     one, other = loops[before], loops[after]
     median = float(np.median(np.concatenate([one.steps, other.steps])))
     best: ChosenChange | None = None
-    for count in _frames_of_changes(one.clip):
-        changes = [fire.change(before, after, start, count) for start in range(one.clip.count)]
+    counts = _frames_of_changes(one.clip)
+    for count in counts:
+        is_longest = count == counts[-1]
+        pace = even_progress(count)
+        changes = [fire.change(before, after, start, pace) for start in range(one.clip.count)]
         expected = [_expected(one, other, i, change) for i, change in enumerate(changes)]
         for start in np.argsort(expected, kind="stable")[:_TRIES].tolist():
-            change = _kept(changes[start])
-            step = _largest_step(one, other, start, change, workers) / max(median, 1e-12)
-            if best is None or step < best.largest_step:
-                best = ChosenChange(before, after, start, change, step)
-            if step <= _STEP_TARGET:
-                return best
+            progress = pace
+            for _ in range(_PACES):
+                change = _kept(fire.change(before, after, start, progress))
+                steps = _steps(one, other, start, change, workers) / max(median, 1e-12)
+                step = float(steps.max())
+                if best is None or step < best.largest_step:
+                    best = ChosenChange(before, after, start, change, step)
+                if step <= _STEP_TARGET:
+                    return best
+                if steps.mean() >= (best.largest_step if is_longest else _STEP_TARGET):
+                    break  # no other pace makes the mean less, a longer change does
+                progress = _evened(progress, steps)
     if best is None:
         raise ValueError("a loop has at least one frame")
     return best
 
 
-def _largest_step(
+def _steps(
     one: MeasuredLoop, other: MeasuredLoop, start: int, change: WindChange, workers: Workers
-) -> float:
-    """Return the largest step of a change, from the loop before to that after."""
+) -> NDArray[np.float64]:
+    """Return the steps (frames + 1,) of a change, from the loop before to that after."""
     shown = workers.map(change.clip.read, range(change.clip.count))
     frames = [one.clip.read(start), *shown, other.clip.read(change.entry)]
-    return max(distance(*pair) for pair in itertools.pairwise(frames))
+    return np.array([distance(*pair) for pair in itertools.pairwise(frames)])
+
+
+def _evened(progress: NDArray[np.float64], steps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the progress (count,) at which a change would have equal steps, if what it does
+    between two frames of ``progress``, which are ``steps`` (count + 1,) apart, is done evenly."""
+    passed = np.concatenate([[0.0], np.cumsum(steps)])
+    at = np.concatenate([[0.0], progress, [1.0]])
+    return np.interp(even_progress(len(progress)) * passed[-1], passed, at)
 
 
 def _frames_of_changes(loop: Clip) -> list[int]:
@@ -132,7 +152,7 @@ def _expected(one: MeasuredLoop, other: MeasuredLoop, start: int, change: WindCh
     that from one fire to the other."""
     count, frames = change.clip.count, one.clip.count
     leaving, entering = change_frames(start, change.entry, count, frames)
-    share = np.concatenate([[0.0], change_shares(count), [1.0]])
+    share = np.concatenate([[0.0], change.shares, [1.0]])
     left = np.concatenate([[start], leaving])
     entered = np.concatenate([[(int(entering[0]) - 1) % frames], entering])
     apart = np.array(

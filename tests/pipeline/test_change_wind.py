@@ -16,12 +16,14 @@ from tests.support.wind import SILK, Walker, lean_of, recipe_in
 
 PROFILE: dict[str, Any] = {
     "source": {
-        "kind": "profile", "path": str(shipped("samples") / "campfire"), "count": 24, "height": 64,
+        "kind": "profile", "path": str(shipped("samples") / "candle"), "count": 24, "height": 64,
         "slices": 4,
     },
-    "wind": {"levels": [0, 3]},
-    "timeline": {"frames": 24},
+    "wind": {"levels": [0, 2]},
+    "timeline": {"frames": 24, "fps": 12},
+    "flakes": {"rate": 60, "bake": False},
 }  # fmt: skip
+"""A calm fire, which leans faster than it moves otherwise if the wind changes at an even pace."""
 
 KINDS = {"silk": SILK, "profile": PROFILE}
 

@@ -9,7 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.fire_in_wind import FireInWind, WindChange, change_shares
+from fire_atlas.core.fire_in_wind import (
+    FireInWind,
+    WindChange,
+    change_shares,
+    even_progress,
+)
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.calibration import calibrate
 from fire_atlas.generators.profile.generate.generated_fire import (
@@ -79,35 +84,40 @@ def generate_in_wind(
         for view, generation in zip(views, generations, strict=True)
     )
 
-    def change(before: int, after: int, start: int, count: int) -> WindChange:
-        return _change(loops[before], views[before], fires[after], start, count)
+    def change(before: int, after: int, start: int, progress: NDArray[np.float64]) -> WindChange:
+        return _change(loops[before], views[before], fires[after], start, progress)
 
     return FireInWind(loops, change)
 
 
 def _change(
-    loop: Clip, view: ProfileRendering, after: GeneratedFire, start: int, count: int
-) -> WindChange:
+    loop: Clip, view: ProfileRendering, after: GeneratedFire, start: int,
+    progress: NDArray[np.float64],
+) -> WindChange:  # fmt: skip
     """Return the change from ``loop``, seen in ``view``, as ``FireInWind.change`` does."""
-    before = view.fire
-    times, entry = _times_of_change(before, after, start, count)
+    before, shares = view.fire, change_shares(progress)
+    times, entry = _times_of_change(before, after, start, progress)
     shown = [
         view.showing(before.changing(after, float(share), float(time)))
-        for share, time in zip(change_shares(count), times, strict=True)
+        for share, time in zip(shares, times, strict=True)
     ]
-    clip = replace(loop, count=count, picture=lambda k: shown[k].frame(0), loop=False, flow=None)
-    return WindChange(clip, entry)
+    clip = replace(
+        loop, count=len(shown), picture=lambda k: shown[k].frame(0), loop=False, flow=None
+    )
+    return WindChange(clip, shares, entry)
 
 
 def _times_of_change(
-    before: GeneratedFire, after: GeneratedFire, start: int, count: int
+    before: GeneratedFire, after: GeneratedFire, start: int, progress: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], int]:
-    """Return the fire's own time in each frame of a change (count,), and the frame of ``after``
-    that follows. Each loop may have its own frame times, but all have one period."""
+    """Return the fire's own time at each ``progress`` (count,) of a change, and the frame of
+    ``after`` that follows. Each loop may have its own frame times, but all have one period."""
     begin, period = float(before.frame_times[start]), after.period
-    faded = np.diff(np.concatenate([[0.0], change_shares(count), [1.0]]))
-    passed = np.cumsum(1 - _SLOWING * faded / faded.max())
+    even = np.concatenate([[0.0], even_progress(len(progress)), [1.0]])
+    faded = np.diff(change_shares(even))
+    passed = np.concatenate([[0.0], np.cumsum(1 - _SLOWING * faded / faded.max())])
     # By how much each frame of the new wind is later than the end of the change.
     late = np.mod(after.frame_times - begin - passed[-1] + period / 2, period) - period / 2
     entry = int(np.argmin(np.abs(late)))
-    return begin + passed[:-1] * (1 + float(late[entry]) / passed[-1]), entry
+    times = np.interp(progress, even, passed) * (1 + float(late[entry]) / passed[-1])
+    return begin + times, entry
