@@ -25,6 +25,11 @@ Version: TypeAlias = Literal[3, 4]
 _FILES: dict[str, tuple[Version, ...]] = {
     "plugin.cfg.j2": (3, 4),
     "plugin.gd.j2": (3, 4),
+    "builder.gd.j2": (3, 4),
+    "exporter.gd.j2": (3, 4),
+    "files.gd.j2": (3, 4),
+    "importer.gd.j2": (3, 4),
+    "inputs.gd.j2": (3, 4),
 }
 """Files in ``templates/godot_addon``, and the versions of Godot that get them."""
 

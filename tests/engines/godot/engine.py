@@ -5,6 +5,7 @@ import os
 import re
 import shutil
 import subprocess
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,8 +22,8 @@ config/name="a game"
 
 [editor_plugins]
 
-enabled=PoolStringArray( "quit_when_imported" )
-"""
+enabled=PoolStringArray( {} )
+{}"""
 _PLUGIN = """\
 [plugin]
 
@@ -48,10 +49,14 @@ class Game:
     folder: Path
 
     @classmethod
-    def at(cls, folder: Path) -> "Game":
-        """Start a project in ``folder``, which may hold files already."""
+    def at(cls, folder: Path, addons: Sequence[str] = (), settings: str = "") -> "Game":
+        """Start a project in ``folder``, which may hold files already.
+
+        ``addons`` are enabled, if they are there; ``settings`` end the project's file.
+        """
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "project.godot").write_text(_PROJECT)
+        enabled = ", ".join(f'"{each}"' for each in [*addons, "quit_when_imported"])
+        (folder / "project.godot").write_text(_PROJECT.format(enabled, settings))
         plugin = folder / "addons/quit_when_imported"
         plugin.mkdir(parents=True, exist_ok=True)
         (plugin / "plugin.cfg").write_text(_PLUGIN)
@@ -64,7 +69,7 @@ class Game:
         This old editor sometimes crashes as it quits.
         """
         for _ in range(3):
-            faults = self._faults(self._run("godot3-server", "--editor"))
+            faults = self.faults(self._run("godot3-server", "--editor"))
             if faults or self._is_imported():
                 return faults
         raise AssertionError("the editor did not import everything")
@@ -90,8 +95,12 @@ class Game:
             line = ["xvfb-run", "-a", "godot3", "--video-driver", "GLES2", "--audio-driver"]
             line += ["Dummy", "--resolution", "{}x{}".format(*size)]
         said = self._run(*line, "-s", script)
-        assert not self._faults(said), said
+        assert not self.faults(said), said
         return json.loads((self.folder / "answer.json").read_text())
+
+    def edit(self, *options: str) -> list[str]:
+        """Open the project in the editor until it has imported everything; return what it says."""
+        return self._run("godot3-server", "--editor", *options).splitlines()
 
     def _run(self, *line: str) -> str:
         home = self.folder.parent / "home"
@@ -104,7 +113,8 @@ class Game:
         return ran.stdout
 
     @staticmethod
-    def _faults(said: str) -> list[str]:
+    def faults(said: str) -> list[str]:
+        """Return the warnings and errors in what the engine says."""
         return [
             line
             for line in said.splitlines()

@@ -2,14 +2,43 @@ tool
 extends EditorPlugin
 
 # What the editor does with `--quit` is too early: it leaves files it has not looked at yet.
+# Before it quits, it does what `later.json` lists: moves files, as somebody in another program, from
+# which the user then comes back to the editor.
 
-const CALM_FRAMES = 4
+const CALM_FRAMES = 8
+const LATER = "res://later.json"
 
 var calm = 0
+
+
+func _enter_tree():
+	var files = get_editor_interface().get_resource_filesystem()
+	files.connect("filesystem_changed", self, "_begin_anew")
+	files.connect("sources_changed", self, "_begin_anew")
+
+
+func _begin_anew(_exist = false):
+	calm = 0
 
 
 func _process(_delta):
 	var files = get_editor_interface().get_resource_filesystem()
 	calm = 0 if files.is_scanning() else calm + 1
-	if calm == CALM_FRAMES:
+	if calm < CALM_FRAMES:
+		return
+	calm = 0
+	if not _do_what_is_left():
 		get_tree().quit()
+
+
+func _do_what_is_left():
+	var file = File.new()
+	if file.open(LATER, File.READ) != OK:
+		return false
+	var moves = parse_json(file.get_as_text())
+	file.close()
+	Directory.new().remove(LATER)
+	for from in moves:
+		Directory.new().rename(from, moves[from])
+	get_tree().root.propagate_notification(MainLoop.NOTIFICATION_WM_FOCUS_IN)
+	return true

@@ -1,0 +1,159 @@
+"""The add-on for the editor: recipes become assets, and games hold what they need alone."""
+
+import hashlib
+import json
+import os
+import re
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+from zipfile import ZipFile
+
+import pytest
+
+from fire_atlas.cli import main
+from fire_atlas.core.shipped import shipped
+from tests.engines.godot.engine import Game
+from tests.support.repo import PACKAGE
+
+PRESET = """\
+[preset.0]
+
+name="pack"
+platform="Linux/X11"
+runnable=true
+custom_features=""
+export_filter="all_resources"
+include_filter="*.json"
+exclude_filter=""
+export_path=""
+script_export_mode=0
+script_encryption_key=""
+
+[preset.0.options]
+"""
+
+
+OF_ITS_OWN = (
+    "ERROR: _reimport_file: BUG: File queued for import",
+    "ERROR: _reimport_file: Method failed",
+    "WARNING: _notification: Scan thread aborted",
+)
+"""What this version of the engine says of all imported scenes that refer to others, and of any
+add-on that imports as the editor quits."""
+
+
+def game_with_addon(folder: Path, command: str) -> Game:
+    """Return a project that has the add-on, which calls ``command``."""
+    game = Game.at(folder, ["fire_atlas"], f'\n[fire_atlas]\n\ncommand="{command}"\n')
+    assert main(["plugin", "godot", "-q", str(game.folder)]) == 0
+    return game
+
+
+@pytest.fixture(scope="module")
+def command(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The command under test, as a program at a path with a space."""
+    path = tmp_path_factory.mktemp("some tools") / "fire-atlas"
+    path.write_text(
+        f'#!/bin/sh\nPYTHONPATH="{PACKAGE.parent}" exec "{sys.executable}" -m fire_atlas "$@"\n'
+    )
+    path.chmod(0o755)
+    return path
+
+
+def copy_clip(to: Path, first: int = 0, count: int = 3) -> None:
+    """Copy frames of a small fire, as a user would who drew them yesterday."""
+    to.mkdir(parents=True, exist_ok=True)
+    frames = sorted((shipped("samples") / "campfire").glob("*.png"))[first : first + count]
+    for i, frame in enumerate(frames):
+        os.utime(shutil.copyfile(frame, to / f"{i}.png"), (1_700_000_000, 1_700_000_000))
+
+
+def write_recipe(path: Path, **keys: Any) -> None:
+    recipe: dict[str, Any] = {
+        "source": {"path": "../clips/fire", "height": 40},
+        "exports": ["json", {"godot": {"version": 3}}],
+        **keys,
+    }
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(recipe, indent=1))
+
+
+def imported_page(game: Game, page: Path) -> str:
+    """Return the digest of the picture that the editor has imported as a page."""
+    (stated,) = (game.folder / ".import").glob(f"{page.name}-*.md5")
+    found = re.search(r'source_md5="(\w+)"', stated.read_text())
+    assert found
+    return found[1]
+
+
+def said_by(game: Game) -> tuple[str, list[str]]:
+    """Open the game in the editor; return what it says, and its faults but for those of its own."""
+    said = game.edit()
+    faults = [line for line in game.faults("\n".join(said)) if not line.startswith(OF_ITS_OWN)]
+    return "\n".join(said), faults
+
+
+@pytest.fixture(scope="module")
+def edited(
+    godot: None, command: Path, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Game, str, list[str]]:
+    """A game into which a recipe was dropped, and of whose clip a frame was then drawn anew."""
+    folder = tmp_path_factory.mktemp("work")
+    game = game_with_addon(folder / "game", str(command))
+    copy_clip(game.folder / "clips/fire")
+    (game.folder / "clips/.gdignore").touch()
+    write_recipe(game.folder / "fires/torch.fire")
+    copy_clip(folder / "new", 20, 1)
+    later = {str(folder / "new/0.png"): str(game.folder / "clips/fire/0.png")}
+    (game.folder / "later.json").write_text(json.dumps(later))
+    return game, *said_by(game)
+
+
+def test_a_recipe_becomes_an_asset_and_again_when_its_input_changes(
+    edited: tuple[Game, str, list[str]],
+) -> None:
+    game, said, faults = edited
+    assert said.count("torch.fire: built") == 2 and not faults, said
+    page = game.folder / "fires/build/torch.png"
+    assert imported_page(game, page) == hashlib.md5(page.read_bytes()).hexdigest()
+    described = game.ask("describe.gd", ["res://fires/torch.fire", "res://fires/build/torch.tscn"])
+    asset, scene = described.values()
+    assert asset == scene
+    assert (asset["name"], asset["type"]) == ("Torch", "AnimatedSprite")
+    assert asset["flakes"]["rows"] > 0
+
+
+def test_an_exported_game_holds_no_manifest_and_no_json_that_it_does_not_read(
+    edited: tuple[Game, str, list[str]],
+) -> None:
+    game, _, _ = edited
+    (game.folder / "export_presets.cfg").write_text(PRESET)
+    (game.folder / "dialogues.json").write_text("{}")
+    game.edit("--export-pack", "pack", str(game.folder.parent / "game.zip"))
+    with ZipFile(game.folder.parent / "game.zip") as pack:
+        names = set(pack.namelist()) - {"job.json", "answer.json"}
+    assert {"fires/torch.fire.import", "fires/build/torch.tscn", "dialogues.json"} <= names
+    assert [name for name in names if name.endswith(".json")] == ["dialogues.json"]
+    assert not [name for name in names if name.startswith("addons/fire_atlas/")]
+
+
+def test_the_editor_says_what_to_do_and_imports_what_was_mended(
+    godot: None, command: Path, tmp_path: Path
+) -> None:
+    game = game_with_addon(tmp_path / "game", "/nowhere/fire-atlas")
+    copy_clip(game.folder / "clips/fire")
+    write_recipe(game.folder / "fires/torch.fire")
+    said, _ = said_by(game)
+    assert "torch.fire: `/nowhere/fire-atlas` cannot be run" in said
+    assert said.count("pip install fire-atlas") == 1
+    settings = game.folder / "project.godot"
+    settings.write_text(settings.read_text().replace("/nowhere/fire-atlas", str(command)))
+    write_recipe(game.folder / "fires/typo.fire", flakess="none")
+    write_recipe(game.folder / "fires/other.fire", exports=["json"])
+    said, faults = said_by(game)
+    assert "torch.fire: built" in said
+    assert re.search(r"typo.fire:\d+: flakess: unknown key; did you mean flakes\?", said)
+    assert "other.fire: its build writes no scene for Godot 3: write `exports: [{godot" in said
+    assert len([line for line in faults if "Error importing" not in line]) == 2, faults
