@@ -132,7 +132,8 @@ def _evened(progress: NDArray[np.float64], steps: NDArray[np.float64]) -> NDArra
     between two frames of ``progress``, which are ``steps`` (count + 1,) apart, is done evenly."""
     passed = np.concatenate([[0.0], np.cumsum(steps)])
     at = np.concatenate([[0.0], progress, [1.0]])
-    return np.interp(even_progress(len(progress)) * passed[-1], passed, at)
+    even: NDArray[np.float64] = np.interp(even_progress(len(progress)) * passed[-1], passed, at)
+    return even
 
 
 def _frames_of_changes(loop: Clip) -> list[int]:
