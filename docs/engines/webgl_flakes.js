@@ -76,15 +76,15 @@ export class FlakePlayer {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  /** Lengths in half widths: place and half the segment. Light of a flake, and of its halo. */
+  /** Lengths in half widths: place, and how much longer than wide. Light of a flake, and of its halo. */
   static WEIGHTS = (light, width) => `
-    vec2 weights(vec2 place, vec2 segment) {
-      float nearest = clamp(place.x, -segment.x, segment.x);
-      vec2 off = place - vec2(nearest, 0.0);
-      float core = max(1.0 - dot(off, off), 0.0);
-      float halo = max(1.0 - dot(off, off) / float(${width * width}), 0.0);
-      float fall = mix(segment.y, 1.0, 0.5 + 0.5 * nearest / max(segment.x, 1e-3));
-      return fall * vec2(core * core, float(${light}) * halo * halo);
+    float soft(vec2 at, float tail) {
+      float inside = max(1.0 - abs(at.x * at.x * at.x) - at.y * at.y, 0.0);
+      return mix(tail, 1.0, 0.5 + 0.5 * at.x) * inside * inside * inside;
+    }
+    vec2 weights(vec2 place, vec2 streak) {
+      vec2 halo = place / (vec2(streak.x, 0.0) + float(${width}));
+      return vec2(soft(place / vec2(streak.x + 1.0, 1.0), streak.y), float(${light}) * soft(halo, streak.y));
     }
     vec2 placeOf(vec2 pixel, vec4 spot) {
       vec2 off = pixel - spot.xy;
@@ -100,27 +100,27 @@ export class FlakePlayer {
     uniform float passed;
     flat out vec3 full;
     flat out vec4 spot; // centre, px; along the flake, in half widths a px
-    flat out vec2 segment; // half its length, light at its tail
+    flat out vec2 streak; // how much longer than wide, in half widths; light at its tail
     ${FlakePlayer.WEIGHTS(light, width)}
     float evened() {
       float rate = length(spot.zw), sum = 0.0;
-      vec2 reach = (segment.x * abs(spot.zw) / rate + 1.0) / rate;
+      vec2 reach = ((streak.x + 1.0) * abs(spot.zw) + abs(spot.wz)) / (rate * rate);
       for (float y = floor(spot.y - reach.y) + 0.5; y < spot.y + reach.y; y += 1.0) {
         for (float x = floor(spot.x - reach.x) + 0.5; x < spot.x + reach.x; x += 1.0) {
-          sum += weights(placeOf(vec2(x, y), spot), segment).x;
+          sum += weights(placeOf(vec2(x, y), spot), streak).x;
         }
       }
-      float whole = (0.5 + 0.5 * segment.y) * (segment.x * 32.0 / 15.0 + 1.0471976) / (rate * rate);
+      float whole = (0.5 + 0.5 * streak.y) * (streak.x + 1.0) * 1.0140310 / (rate * rate);
       return whole / max(sum, 1e-6);
     }
     void main() {
       float scale = canvas.y / size.y, radius = 0.5 * shape.x * scale;
       vec2 way = vec2(cos(shape.z), sin(shape.z));
       spot = vec4((motion.xy + motion.zw * passed) * scale, way / radius);
-      segment = vec2(shape.y - 1.0, shape.w);
+      streak = vec2(shape.y - 1.0, shape.w);
       full = glow.rgb * glow.a * (radius < 8.0 ? evened() : 1.0);
       vec2 q = vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0;
-      q *= radius * (vec2(segment.x, 0.0) + float(${width})) + 0.5;
+      q *= radius * (vec2(streak.x, 0.0) + float(${width})) + 0.5;
       vec2 p = spot.xy + mat2(way, -way.y, way.x) * q;
       gl_Position = vec4((p / canvas * 2.0 - 1.0) * vec2(1.0, -1.0), 0.0, 1.0);
     }`;
@@ -130,12 +130,12 @@ export class FlakePlayer {
     uniform vec2 canvas;
     flat in vec3 full;
     flat in vec4 spot;
-    flat in vec2 segment;
+    flat in vec2 streak;
     out vec4 sum;
     ${FlakePlayer.WEIGHTS(light, width)}
     void main() {
       vec2 pixel = vec2(gl_FragCoord.x, canvas.y - gl_FragCoord.y);
-      vec2 weight = weights(placeOf(pixel, spot), segment);
+      vec2 weight = weights(placeOf(pixel, spot), streak);
       sum = vec4(full * (weight.x + weight.y), 0.0);
     }`;
 

@@ -36,7 +36,7 @@ class SimulatedClip:
         study: Constants of the whole clip.
         analysis: Spawns and field; None if the recipe has no effect.
         tracks: Flakes; None if there are none.
-        texture: What flakes are drawn with; None for capsules and squares.
+        texture: What flakes are drawn with; None for streaks and squares.
     """
 
     clip: Clip
@@ -135,7 +135,7 @@ def draw(
         flakes: The recipe's section.
         rows: (flakes, columns) of the frame, as in ``Tracks.frames``.
         height, width: Size of the frame, px.
-        texture: What flakes are drawn with; None for capsules and squares.
+        texture: What flakes are drawn with; None for streaks and squares.
         cells: (flakes,), the cell of the texture that each shows.
     """
     light = draw_frame(rows, height, width, flakes.sprite == "pixel", texture, cells)

@@ -254,7 +254,7 @@ class Flakes(Settings):
         either("`none`, the path of an image, or a block with `path`"),
         OFF,
     ] = "none"
-    """A picture of your own instead of the soft capsule: its path, or a sheet of several
+    """A picture of your own instead of the soft streak: its path, or a sheet of several
     (``{path: embers.png, grid: {columns: 4, rows: 1}, play: life}``). It is turned so that its
     right side leads; ``size`` is its height, across the motion. Its length keeps the picture's
     proportions, and streaks lengthen it. It is packed beside the frames, no larger than the largest

@@ -1,11 +1,12 @@
 /**
- * Adds up the light of flakes, linear and beyond white, from the rows of their tracks: capsules with
- * halos, or cells of a texture, as the formats' page says.
+ * Adds up the light of flakes, linear and beyond white, from the rows of their tracks: tapered streaks
+ * with halos, or cells of a texture, as the formats' page says.
  */
 class FlakePainter {
   static FLOATS = 12;
   static HALO_LIGHT = 0.004; // relative to the flake's
   static HALO_WIDTH = 2.5;
+  static INTEGRAL = 1.0140310; // of a flake's light, for each half length times half width
   static FAINTEST = 1e-4; // light, linear, below which a halo is not drawn
   static CELLS = 64; // the most that a texture may have
   static SAMPLES = 4; // the most along a pixel's side, where a cell is drawn smaller
@@ -22,7 +23,7 @@ class FlakePainter {
     this.size = [0, 0];
     gl.bindVertexArray(this.array);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
-    // Rows are id, x, y, size, stretch, rotation, tail, r, g, b, a, cell (-1: a capsule).
+    // Rows are id, x, y, size, stretch, rotation, tail, r, g, b, a, cell (-1: a streak).
     const inputs = [["centre", 1, 2], ["shape", 3, 4], ["glow", 7, 4], ["cell", 11, 1]];
     for (const [name, first, floats] of inputs) {
       const place = gl.getAttribLocation(this.program.program, name);
@@ -79,17 +80,19 @@ class FlakePainter {
   }
 
   /**
-   * Light at a place of a capsule, relative to that at its head: its own, and its halo's. Lengths are in
-   * half widths; `along` is half the segment.
+   * Light at a place of a streak, relative to that at its head: its own, and its halo's. Lengths are in
+   * half widths; `longer` is how much longer than wide it is.
    */
   static WEIGHTS = `
-    vec2 weights(vec2 place, float along, float tail) {
-      float nearest = clamp(place.x, -along, along);
-      float away = dot(place - vec2(nearest, 0.0), place - vec2(nearest, 0.0));
-      float core = max(1.0 - away, 0.0);
-      float halo = max(1.0 - away / ${FlakePainter.HALO_WIDTH ** 2}, 0.0);
-      float fall = mix(tail, 1.0, 0.5 + 0.5 * nearest / max(along, 1e-3));
-      return fall * vec2(core * core, ${FlakePainter.HALO_LIGHT} * halo * halo);
+    float soft(vec2 at, float tail) {
+      float inside = max(1.0 - abs(at.x * at.x * at.x) - at.y * at.y, 0.0);
+      return mix(tail, 1.0, 0.5 + 0.5 * at.x) * inside * inside * inside;
+    }
+    vec2 weights(vec2 place, float longer, float tail) {
+      float wide = float(${FlakePainter.HALO_WIDTH});
+      float core = soft(place / vec2(longer + 1.0, 1.0), tail);
+      float halo = soft(place / vec2(longer + wide, wide), tail);
+      return vec2(core, ${FlakePainter.HALO_LIGHT} * halo);
     }
     vec2 placeOf(vec2 pixel, vec4 spot) {
       vec2 off = pixel - spot.xy;
@@ -105,25 +108,25 @@ class FlakePainter {
     uniform float scale;
     uniform ivec4 places[${FlakePainter.CELLS}];
     uniform int rotated[${FlakePainter.CELLS}];
-    flat out ivec4 place;  // of the cell on its page; no width: a capsule
+    flat out ivec4 place;  // of the cell on its page; no width: a streak
     flat out int turned;
     flat out vec4 axes;  // along and across the flake, px of the cell for each of the canvas
     flat out vec3 light;
     flat out vec4 spot;  // centre, px; along the flake, in half widths a px
-    flat out vec2 segment;  // half its length, light at its tail
+    flat out vec2 streak;  // how much longer than wide, in half widths; light at its tail
     ${FlakePainter.WEIGHTS}
 
     /** The pixels of a small flake add up to its light wherever it lies between them. */
-    float evened(float along, float tail) {
+    float evened(float longer, float tail) {
       float rate = length(spot.zw);
-      vec2 reach = (along * abs(spot.zw) / rate + 1.0) / rate;
+      vec2 reach = ((longer + 1.0) * abs(spot.zw) + abs(spot.wz)) / (rate * rate);
       float sum = 0.0;
       for (float y = floor(spot.y - reach.y) + 0.5; y < spot.y + reach.y; y += 1.0) {
         for (float x = floor(spot.x - reach.x) + 0.5; x < spot.x + reach.x; x += 1.0) {
-          sum += weights(placeOf(vec2(x, y), spot), along, tail).x;
+          sum += weights(placeOf(vec2(x, y), spot), longer, tail).x;
         }
       }
-      float whole = (0.5 + 0.5 * tail) * (along * 32.0 / 15.0 + 1.0471976) / (rate * rate);
+      float whole = (0.5 + 0.5 * tail) * (longer + 1.0) * ${FlakePainter.INTEGRAL} / (rate * rate);
       return whole / max(sum, 1e-6);
     }
 
@@ -131,7 +134,7 @@ class FlakePainter {
       float radius = 0.5 * shape.x * scale;
       vec2 way = vec2(cos(shape.z), sin(shape.z));
       spot = vec4(offset + scale * centre, way / radius);
-      segment = vec2(shape.y - 1.0, shape.w);
+      streak = vec2(shape.y - 1.0, shape.w);
       light = glow.rgb * glow.a;
       vec2 q = vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0;
       place = ivec4(0);
@@ -149,8 +152,8 @@ class FlakePainter {
       }
       float brightest = max(light.r, max(light.g, light.b));
       float reach = brightest * ${FlakePainter.HALO_LIGHT} > ${FlakePainter.FAINTEST} ? ${FlakePainter.HALO_WIDTH} : 1.0;
-      if (radius < 8.0) light *= evened(segment.x, segment.y);
-      q *= radius * vec2(segment.x + reach, reach) + 0.5;
+      if (radius < 8.0) light *= evened(streak.x, streak.y);
+      q *= radius * vec2(streak.x + reach, reach) + 0.5;
       vec2 p = spot.xy + q.x * way + q.y * vec2(-way.y, way.x);
       gl_Position = vec4((p / canvas * 2.0 - 1.0) * vec2(1.0, -1.0), 0.0, 1.0);
     }`;
@@ -167,7 +170,7 @@ class FlakePainter {
     flat in vec4 axes;
     flat in vec3 light;
     flat in vec4 spot;
-    flat in vec2 segment;
+    flat in vec2 streak;
     out vec4 shown;
     ${FlakePainter.WEIGHTS}
 
@@ -214,7 +217,7 @@ class FlakePainter {
         shown = vec4(tinted == 1 ? value : painted / (1.0 - painted), 1.0);
         return;
       }
-      vec2 weight = weights(placeOf(pixel, spot), segment.x, segment.y);
+      vec2 weight = weights(placeOf(pixel, spot), streak.x, streak.y);
       shown = vec4(light * (weight.x + weight.y), 1.0);
     }`;
 }

@@ -7,6 +7,7 @@ import pytest
 
 from fire_atlas.effect.flakes.appearance import EMBER_LIGHT
 from fire_atlas.effect.flakes.brightness import held_share, light_over_life
+from fire_atlas.effect.flakes.drawing import SEEN_LENGTH
 from fire_atlas.effect.flakes.emission import TICK, EmitterSettings, emit
 from fire_atlas.effect.flakes.statistics import flake_figures
 from fire_atlas.effect.flame.fires import Fire
@@ -118,7 +119,7 @@ def test_sizes_that_are_seen_spread_too_though_a_pixel_grid_cannot_show_the_smal
 
 def test_streaks_are_as_long_as_the_way_in_the_open_shutter(effect: EffectRun) -> None:
     rows = effect.rows
-    streak = (rows[:, STRETCH] - 1) * rows[:, SIZE]
+    streak = (rows[:, STRETCH] - 1) * rows[:, SIZE] * SEEN_LENGTH
     weight = effect.study.kappa[pixel_of(rows, effect.clip)]
     way = np.hypot(rows[:, VX], rows[:, VY]) / effect.clip.fps * 0.7 * weight
     moves = way > 0.05
@@ -127,7 +128,7 @@ def test_streaks_are_as_long_as_the_way_in_the_open_shutter(effect: EffectRun) -
 
 def test_streaks_taper_the_more_the_longer_they_are(effect: EffectRun) -> None:
     stretch, tail = effect.rows[:, STRETCH], effect.rows[:, TAIL]
-    assert tail == pytest.approx(0.25 + 0.75 / stretch)
+    assert tail == pytest.approx(1 / stretch)
 
 
 def test_a_few_embers_are_out_of_focus(effect: EffectRun) -> None:
@@ -135,8 +136,7 @@ def test_a_few_embers_are_out_of_focus(effect: EffectRun) -> None:
     blurred = rows[:, BLUR] > 0
     assert np.mean(blurred) == pytest.approx(0.1, abs=0.025)
     blur, focused = rows[blurred, BLUR], rows[~blurred, SIZE]
-    assert blur == pytest.approx(blur[0])
-    assert blur[0] / np.median(focused) == pytest.approx(2, rel=0.1)
+    assert np.median(blur) / np.median(focused) == pytest.approx(1.9, rel=0.2)
     assert rows[blurred, R].max() < 3 < rows[~blurred, R].max()
 
 

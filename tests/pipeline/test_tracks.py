@@ -123,15 +123,14 @@ def plainly_drawn(tracks: Any, rows: dict[int, Row]) -> NDArray[np.float64]:
     y, x = np.mgrid[:height, :width] + 0.5
     for row in rows.values():
         cos, sin = math.cos(row["rotation"]), math.sin(row["rotation"])
-        half = row["size"] * (row["stretch"] - 1) / 2
         along = (x - row["x"]) * cos + (y - row["y"]) * sin
-        at = np.minimum(np.maximum(along, -half), half)
-        d = np.hypot(x - row["x"] - at * cos, y - row["y"] - at * sin)
-        rise = (at + half) / (2 * half) if half > 0 else 1.0
-        taper = row["tail"] + (1 - row["tail"]) * rise
+        across = (y - row["y"]) * cos - (x - row["x"]) * sin
         for width_factor, factor in ((1, 1), (halo_width, halo_light)):
-            q = 2 * d / (row["size"] * width_factor)
-            shine = np.where(q < 1, (1 - q**2) ** 2, 0) * taper * factor * row["a"]
+            u = 2 * along / (row["size"] * (row["stretch"] + width_factor - 1))
+            v = 2 * across / (row["size"] * width_factor)
+            inside = np.maximum(1 - np.abs(u) ** 3 - v**2, 0)
+            rise = row["tail"] + (1 - row["tail"]) * (1 + u) / 2
+            shine = inside**3 * rise * factor * row["a"]
             light += shine[..., None] * (row["r"], row["g"], row["b"])
     return np.asarray(light / (1 + light))
 

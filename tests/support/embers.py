@@ -83,15 +83,14 @@ def sampled(rows: NDArray[np.float64]) -> Iterator[NDArray[np.float64]]:
         cos, sin = np.cos(column["rotation"]), np.sin(column["rotation"])
         dx, dy = x - column["x"], y - column["y"]
         along, across = dx * cos + dy * sin, dy * cos - dx * sin
-        half = max(column["size"] * (column["stretch"] - 1) / 2, 1e-9)
-        nearest = np.clip(along, -half, half)
-        away = np.hypot(along - nearest, across) * 2 / column["size"]
-        core, halo = (np.maximum(1 - (away / width) ** 2, 0) ** 2 for width in (1, 2.5))
-        fall = column["tail"] + (1 - column["tail"]) * (nearest + half) / (2 * half)
-        if column["stretch"] == 1:
-            fall = np.full_like(fall, (1 + column["tail"]) / 2)
         rgb = np.array([column[name] for name in "rgb"]) * column["a"]
-        yield (fall * (core + 0.004 * halo))[..., None] * rgb
+        length, width = column["size"] * column["stretch"], column["size"]
+        light = np.zeros((SIDE, SIDE))
+        for wider, share in ((0, 1), (1.5 * width, 0.004)):
+            u, v = 2 * along / (length + wider), 2 * across / (width + wider)
+            inside = np.maximum(1 - np.abs(u) ** 3 - v**2, 0)
+            light += share * (column["tail"] + (1 - column["tail"]) * (1 + u) / 2) * inside**3
+        yield light[..., None] * rgb
 
 
 def blended(rows: NDArray[np.float64], blend: Callable[[Picture, Picture], Picture]) -> Picture:

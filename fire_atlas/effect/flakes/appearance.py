@@ -15,13 +15,13 @@ from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane, as_plane, decode_unit
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flakes.brightness import (
+    defocus,
     ember_brightness,
     flicker,
     held_share,
     light_over_life,
-    out_of_focus,
 )
-from fire_atlas.effect.flakes.drawing import HALO_WIDTH, capsule_integral, drawn_width
+from fire_atlas.effect.flakes.drawing import HALO_WIDTH, SEEN_LENGTH, drawn_width
 from fire_atlas.effect.flakes.emission import SPARK, TICK, Spawns
 from fire_atlas.effect.flakes.particles import FlakeView, ParticleState
 from fire_atlas.effect.flakes.texture import MIN_WIDTH, TextureCells
@@ -44,22 +44,20 @@ _MAX_HALF_LENGTH = 0.25
 """Limit on a sprite's half length in the border fade, as a fraction of the frame's shorter side: a
 larger sprite would be at the border wherever it is."""
 
-_OUT_OF_FOCUS, _DEFOCUS = 0.135, 3.0
-"""Share of embers out of focus, and how many times as wide the median one is drawn; the lens blurs
-all by as many px, however large they are."""
+_OUT_OF_FOCUS, _DEFOCUS = 0.125, (0.8, 3.0)
+"""Share of embers out of focus, and by how much the lens makes them wider, in widths of the median
+one: the least and the most."""
 
 _BLINDING = 3.0
 """Light from which embers are in focus: as large, bright discs they would be all that one sees."""
 
 _HOTTEST = 30.0
-"""Light from which an ember is at most as wide as the median one: small ones burn hottest, and a
-large one that overexposes the film is a white bar, without the core and rim of those in footage."""
+"""Light from which an ember is at most as wide as the median one, and one that would be wider is as
+much narrower: small ones burn hottest, and a large one that overexposes the film is a white bar,
+without the core and rim of those in footage."""
 
 _DIMMED_BY_LENGTH = 0.35
 """How much the light of a pixel falls with the length of a streak, in widths."""
-
-_LONG_TAIL = 0.25
-"""Light at the tail of a very long streak over that at its head."""
 
 _GLARE = (0.15, 0.6)
 """Light of the flame as shown, linear, from which an ember is dimmer there, and from which it is
@@ -96,7 +94,7 @@ class Appearance:
         fades: Whether flakes fade towards the frame's border.
         pixel: Whether flakes are hard squares.
         fps: Frames per second.
-        texture: The picture that flakes show; None for capsules and squares.
+        texture: The picture that flakes show; None for streaks and squares.
         view: The camera that sees them, if the fire has depth.
         count: Number of frames of the clip, after which a loop repeats.
     """
@@ -143,12 +141,15 @@ class _Embers:
         count = len(spawns.tick)
         light = np.full(count, _PIXEL_LIGHT) if look.pixel else ember_brightness(count, look.seed)
         if count and not look.pixel:
-            most = np.where(light < _HOTTEST, np.inf, np.median(spawns.size))
-            spawns = replace(spawns, size=np.minimum(spawns.size, most))
+            median = np.median(spawns.size)
+            thin = np.minimum(spawns.size, median**2 / spawns.size)
+            spawns = replace(spawns, size=np.where(light < _HOTTEST, spawns.size, thin))
         size, blur = drawn_width(spawns.size, look.pixel), np.zeros(count)
+        median_width = np.median(size) if count else 0.0
         if not look.pixel:
-            blurred = out_of_focus(count, _OUT_OF_FOCUS, look.seed) & (light < _BLINDING)
-            blur = np.where(blurred, (_DEFOCUS - 1) * np.median(size) if count else 0.0, 0.0)
+            degree, (least, most) = defocus(count, _OUT_OF_FOCUS, look.seed), _DEFOCUS
+            blurred = (degree > 0) & (light < _BLINDING)
+            blur = np.where(blurred, (least + (most - least) * degree) * median_width, 0.0)
         return cls(spawns, light * look.intensity, held_share(count, look.seed), size + blur, blur)
 
     @classmethod
@@ -288,11 +289,13 @@ def _table(
         stretch, tail = np.ones_like(size), np.ones_like(size)
         light = np.ceil(np.minimum(light, 1.0) * _PIXEL_SHADES) / _PIXEL_SHADES
     else:
-        stretch = 1 + streak / size
-        tail = _LONG_TAIL + (1 - _LONG_TAIL) / stretch
+        # It fades towards its ends: as drawn it is longer than it is seen.
+        longer = streak / SEEN_LENGTH
+        stretch = 1 + longer / size
+        tail = 1 / stretch  # a round one has none; that of a long one is dark
         # Spread over pixels and by the lens, the light stays the same in sum.
-        light *= capsule_integral(streak, own_size)
-        light /= capsule_integral(streak, size) * (1 + _DIMMED_BY_LENGTH * stretch)
+        light *= (own_size + longer) * own_size
+        light /= (size + longer) * size * (1 + _DIMMED_BY_LENGTH * stretch)
     if look.fades:
         halo = size if look.pixel or look.texture is not None else size * HALO_WIDTH
         half_length = (size * (stretch - 1) + halo) / 2

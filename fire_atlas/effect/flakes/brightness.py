@@ -15,10 +15,10 @@ from fire_atlas.effect.flakes.emission import TICK
 
 Column = NDArray[np.float64]
 
-_MEDIAN, _SPREAD = 0.75, 1.9
+_MEDIAN, _SPREAD = 1.1, 1.75
 """Median light of embers, and standard deviation of its logarithm."""
 
-_HOT_SHARE, _HOT_LIGHT = 0.05, 180.0
+_HOT_SHARE, _HOT_LIGHT = 0.05, 350.0
 """Share of embers as hot as embers get, and their light: they overexpose the film."""
 
 _TABLE_END, _TABLE_STEPS = 5.0, 2001
@@ -49,10 +49,11 @@ def ember_brightness(count: int, seed: int) -> Column:
     return np.where(quantile > 1 - _HOT_SHARE, _HOT_LIGHT, light)
 
 
-def out_of_focus(count: int, share: float, seed: int) -> NDArray[np.bool_]:
-    """Return which of ``count`` embers are out of focus: a ``share`` of them, at random."""
+def defocus(count: int, share: float, seed: int) -> Column:
+    """Return how far each of ``count`` embers is out of focus, 0..1: a ``share`` of them, at
+    random, by all degrees."""
     place = generator(seed, RandomStream.LIGHT, 1).permutation(count)
-    return np.asarray((place + 0.5) / max(count, 1) < share)
+    return np.clip(1 - (place + 0.5) / max(count, 1) / share, 0.0, 1.0)
 
 
 def _normal_quantile(quantile: Column) -> Column:

@@ -1,8 +1,8 @@
 """Draw flakes: additive sprites at sub-pixel positions, in linear light that may exceed 1.
 
-A soft flake is a capsule, and so is its halo. Capsules whose boxes are about as wide are drawn
-together, all rows of their boxes side by side, because numpy is only fast on long axes. Wide and
-faint ones are drawn at a lower resolution, at which they look the same.
+A soft flake is a streak that fades towards its outline. Streaks whose boxes are about as wide are
+drawn together, all rows of their boxes side by side, because numpy is only fast on long axes. Wide
+and faint ones are drawn at a lower resolution, at which they look the same.
 """
 
 import math
@@ -27,12 +27,18 @@ HALO_LIGHT, HALO_WIDTH = 0.004, 2.5
 """Light of the halo that the lens puts around a flake, and its width, relative to the flake's. One
 width off the axis, filmed embers give some .25 % of their light; at two, next to nothing."""
 
+SEEN_LENGTH = (1 - 0.214 ** (1 / 3)) ** (1 / 3)
+"""Length at half of the brightness in the middle, as a fraction of the length as drawn."""
+
+SPRITE_INTEGRAL = 16 / 35 * math.gamma(1 / 3) * math.gamma(9 / 2) / math.gamma(29 / 6) / 3
+"""∫(1 − |u|³ − v²)³ over a sprite of length and width 1; u and v are 1 at the ends of its axes."""
+
 _MAX_ERROR, _MIN_RADIUS = 2e-4, 1.5
-"""Light by which a capsule may differ at a lower resolution from what it is at the frame's, and its
+"""Light by which a streak may differ at a lower resolution from what it is at the frame's, and its
 minimum radius there, px."""
 
 _ERROR = 1 / 3
-"""Largest difference of a capsule whose radius is 1 px at a lower resolution, as measured, relative
+"""Largest difference of a streak whose radius is 1 px at a lower resolution, as measured, relative
 to its light; it falls with the square of the radius."""
 
 _HALO_END = 1e-4
@@ -41,9 +47,9 @@ _HALO_END = 1e-4
 _SHARPEN = np.array([-1 / 8, 10 / 8, -1 / 8], np.float32)
 """Filter, along each axis, that makes up for the blur of ``cv2.pyrUp``."""
 
-_REACH_OF_PIXEL = math.sqrt(2)
-"""Width, px, that the area of a pixel adds to a sprite's: its diagonal. Sprites then are so wide
-that samples at the centres of pixels, which players take, have about the light of the sprite."""
+_REACH_OF_PIXEL = 1.7
+"""Width, px, that the area of a pixel adds to a sprite's. Sprites then are so wide that samples at
+the centres of pixels, which players take, have about the light of the sprite."""
 
 _BATCH = 1 << 15
 """Area, px², of boxes that are drawn together: small enough for the processor's cache, large enough
@@ -51,7 +57,7 @@ to be worth a numpy call."""
 
 _LARGE = 8.0
 """Radius, px, from which the samples at pixel centres sum to a sprite's light closely enough.
-Such capsules are clipped to the frame at once; small ones only after all pixels are summed."""
+Such streaks are clipped to the frame at once; small ones only after all pixels are summed."""
 
 _GLOW_SIGMA = 0.018
 """Width (σ) of the glow that a recipe asks for, heights."""
@@ -65,11 +71,6 @@ def drawn_width(width: Column, hard: bool) -> Column:
     return np.clip(np.rint(width), 1, 2) if hard else width + _REACH_OF_PIXEL
 
 
-def capsule_integral(length: Column, width: Column) -> Column:
-    """Return ∫(1 − (2d/width)²)², px², over a capsule around a segment of ``length`` px."""
-    return width * (length * (8 / 15) + width * (math.pi / 12))
-
-
 def draw_frame(
     rows: Column,
     height: int,
@@ -78,7 +79,7 @@ def draw_frame(
     texture: TextureCells | None = None,
     cells: NDArray[np.int64] | None = None,
 ) -> FlakeLight:
-    """Draw the flakes of one frame: soft capsules, ``hard`` squares, or cells of a texture.
+    """Draw the flakes of one frame: soft streaks, ``hard`` squares, or cells of a texture.
 
     Args:
         rows: (flakes, columns) of the frame, as in ``Tracks.frames``.
@@ -95,7 +96,7 @@ def draw_frame(
 def draw_flakes(rows: Column, height: int, width: int) -> FlakeLight:
     """Draw the soft flakes of one frame with their halos, as ``Tracks`` states.
 
-    The pixels of a small capsule sum to its exact integral, wherever it lies between them.
+    The pixels of a small streak sum to its exact integral, wherever it lies between them.
 
     Args:
         rows: (flakes, 17), columns ``tracks.COLUMNS``.
@@ -104,21 +105,21 @@ def draw_flakes(rows: Column, height: int, width: int) -> FlakeLight:
     light, colours = in_few_planes(rows)
     column = by_column(rows)
     radius = column["size"] / 2
-    flakes = np.stack([
-        column["x"], column["y"], radius * (column["stretch"] - 1), radius, column["rotation"],
+    shapes = np.stack([
+        column["x"], column["y"], radius * column["stretch"], radius, column["rotation"],
         column["tail"],
     ])  # fmt: skip
-    halos = flakes.copy()
-    halos[3] *= HALO_WIDTH
-    shapes, light = np.hstack([flakes, halos]), np.hstack([light, light * HALO_LIGHT])
+    halos = shapes.copy()
+    halos[2:4] += radius * (HALO_WIDTH - 1)
+    shapes, light = np.hstack([shapes, halos]), np.hstack([light, light * HALO_LIGHT])
     peak = light.max(axis=0, initial=0)
     seen = np.flatnonzero(peak > FAINTEST)
     shapes, light, peak = shapes[:, seen], light[:, seen], peak[seen]
-    reach = np.sqrt(1 - np.sqrt(np.minimum(_HALO_END / peak, 1)))
-    reach[seen < len(rows)] = 1
+    left = np.minimum(_HALO_END / peak, 1) ** (1 / 3)
+    left[seen < len(rows)] = 0
     level = _level(shapes[3], peak)
     pyramid = _Pyramid.of(len(colours), height, width, 1 + int(level.max(initial=0)))
-    _draw(pyramid, _Capsules.of(shapes, reach, level, pyramid), light)
+    _draw(pyramid, _Streaks.of(shapes, left, level, pyramid), light)
     return FlakeLight(pyramid.collapsed(), colours)
 
 
@@ -164,7 +165,7 @@ def add_glow(light: FlakeLight, share: float, fades: bool) -> FlakeLight:
 
 
 def _level(radius: Column, light: Column) -> Index:
-    """Return the level of the pyramid in which capsules of ``radius``, px, are drawn."""
+    """Return the level of the pyramid in which streaks of ``radius``, px, are drawn."""
     least = np.maximum(np.sqrt(light * (_ERROR / _MAX_ERROR)), _MIN_RADIUS)
     return np.maximum(np.log2(radius / least), 0).astype(np.intp)
 
@@ -199,7 +200,7 @@ class _Pyramid:
     def collapsed(self) -> Single:
         """Return the light of all levels at the finest resolution, (planes, H, W).
 
-        Just beyond the end of a capsule it may be less than 0, too little to be seen.
+        Just beyond the edge of a streak it may be less than 0, too little to be seen.
         """
         sizes = zip(self.height.tolist(), self.width.tolist(), strict=True)
         parts = np.split(self.light, self.first[1:], axis=1)
@@ -214,22 +215,21 @@ class _Pyramid:
 
 
 @dataclass(frozen=True, slots=True)
-class _Capsules:
-    """Capsules: all points near a segment, each in a box of pixels. Arrays (capsules,).
+class _Streaks:
+    """Streaks, each in a box of pixels. Arrays (streaks,).
 
     Attributes:
-        rows, columns: Size of the box, px; large capsules have only what lies inside the frame.
+        rows, columns: Size of the box, px; large streaks have only what lies inside the frame.
         row, column: First pixel of the box, px.
-        height, width: Size of the capsule's level of the pyramid, px.
+        height, width: Size of the streak's level of the pyramid, px.
         first: Index in the pyramid of the first pixel of the box; it may lie outside the frame.
         inside: Number of columns, from the box's first one, inside the frame; 0 if any row is
             outside.
         integral: Sum to which the weights of the pixels are scaled, px²; 0 if they are not.
-        shape: (8, capsules), single precision, lengths in radii: place of the centre of the first
-            pixel along the segment, from its middle, and across it; cosine and sine of the
-            segment's direction, by which the place changes from pixel to pixel; half its length;
-            squared distance from it up to which the capsule is drawn; light at its middle, and the
-            increase of light along it.
+        shape: (8, streaks), single precision: place of the centre of the first pixel along the
+            longer axis, from the middle, and along the shorter one, both 1 at the axes' ends; the
+            changes of the first place from column to column and from row to row, and those of the
+            second; light in the middle, and its increase along the longer axis.
     """
 
     rows: Index
@@ -244,37 +244,30 @@ class _Capsules:
     shape: Single
 
     @classmethod
-    def of(cls, shapes: Column, reach: Column, level: Index, pyramid: _Pyramid) -> Self:
-        """Return capsules.
+    def of(cls, shapes: Column, left: Column, level: Index, pyramid: _Pyramid) -> Self:
+        """Return streaks.
 
         Args:
-            shapes: (6, capsules): x, y, half length and radius in px, rotation in rad, tail.
-            reach: (capsules,), fraction of the radius up to which each is drawn.
-            level: (capsules,), level in which each is drawn.
+            shapes: (6, streaks): x, y, half length and radius in px, rotation in rad, tail.
+            left: (streaks,), 1 − |u|³ − v² up to which each is drawn.
+            level: (streaks,), level in which each is drawn.
             pyramid: The frame.
         """
         scale = 1 / (1 << level)
         x, y, half, radius = shapes[:4] * scale
         shift = 0.5 - 0.5 * scale
-        x, y, rotation, tail = x + shift, y + shift, shapes[4], shapes[5]
-        cos, sin, drawn, unit = np.cos(rotation), np.sin(rotation), radius * reach, 1 / radius
+        x, y, tail = x + shift, y + shift, shapes[5]
+        cos, sin = np.cos(shapes[4]), np.sin(shapes[4])
         large = radius >= _LARGE
         height, width = pyramid.height.take(level), pyramid.width.take(level)
-        column, columns = _covered(x, half * np.abs(cos) + drawn, large, width)
-        row, rows = _covered(y, half * np.abs(sin) + drawn, large, height)
-        dx, dy = (column + 0.5 - x) * unit, (row + 0.5 - y) * unit
-        # ∫(1 − q²)² up to ``reach``, across the segment and over the two half discs at its ends.
-        square = reach * reach
-        left = 1 - square
-        across = reach * (2 - square * (4 / 3 - square * (2 / 5)))
-        disc = (1 - left * left * left) * (math.pi / 3)
-        middle = (1 + tail) / 2
-        integral = middle * radius * (2 * half * across + radius * disc)
-        # In less than a pixel nothing tapers: its tail, dark, might be all that is at its centre.
-        slope = (1 - tail) * radius / np.maximum(2 * half, 1)
+        length, thickness = half * (1 - left) ** (1 / 3), radius * (1 - left) ** 0.5
+        column, columns = _covered(x, _extent(length * cos, thickness * sin), large, width)
+        row, rows = _covered(y, _extent(length * sin, thickness * cos), large, height)
+        dx, dy, middle = column + 0.5 - x, row + 0.5 - y, (1 + tail) / 2
+        right, down = (cos / half, -sin / radius), (sin / half, cos / radius)
         values = (
-            dx * cos + dy * sin, dy * cos - dx * sin, cos * unit, sin * unit, half * unit, square,
-            middle, slope,
+            *(dx * each + dy * other for each, other in zip(right, down, strict=True)),
+            right[0], down[0], right[1], down[1], middle, (1 - tail) / 2,
         )  # fmt: skip
         shape = np.empty((len(values), len(x)), np.float32)
         for line, value in zip(shape, values, strict=True):
@@ -290,9 +283,21 @@ class _Capsules:
             first=pyramid.first.take(level) + row * width + column,
             inside=np.where(is_inside, width - column, 0),
             # Large ones need no correction, and could not be corrected where the frame clips them.
-            integral=np.where(large, 0, integral),
+            integral=np.where(large, 0, 4 * SPRITE_INTEGRAL * middle * half * radius),
             shape=shape,
         )
+
+
+def _extent(along: Column, across: Column) -> Column:
+    """Return how far from its middle a sprite |u|³ + v² = 1 reaches along an axis of the frame.
+
+    The result is up to a tenth more than that.
+
+    ``along`` and ``across`` are how far the ends of its own axes are.
+    """
+    # The sprite lies in the rectangle around it, and in an ellipse that is 1.12 times as large.
+    reach = np.minimum(np.abs(along) + np.abs(across), 1.12 * np.hypot(along, across))
+    return np.asarray(reach, np.float64)
 
 
 def _covered(
@@ -307,69 +312,68 @@ def _covered(
     return first, np.maximum(last - first + 1, 0)
 
 
-def _draw(pyramid: _Pyramid, capsules: _Capsules, light: Column) -> None:
-    """Add capsules to a pyramid; ``light`` (planes, capsules) is that at the head."""
-    for group in _batches(capsules.columns, capsules.rows * capsules.columns):
-        rows, columns = capsules.rows.take(group), int(capsules.columns[group[-1]])
+def _draw(pyramid: _Pyramid, streaks: _Streaks, light: Column) -> None:
+    """Add streaks to a pyramid; ``light`` (planes, streaks) is that at the head."""
+    for group in _batches(streaks.columns, streaks.rows * streaks.columns):
+        rows, columns = streaks.rows.take(group), int(streaks.columns[group[-1]])
         first, owner = np.cumsum(rows) - rows, np.repeat(np.arange(len(group)), rows)
-        row, capsule = np.arange(len(owner)) - first.take(owner), group.take(owner)
-        weights = _weights(capsules.shape.take(capsule, axis=1), row, columns)
+        row, streak = np.arange(len(owner)) - first.take(owner), group.take(owner)
+        weights = _weights(streaks.shape.take(streak, axis=1), row, columns)
         total = np.add.reduceat(weights.sum(axis=0), first)
-        integral = capsules.integral.take(group)
+        integral = streaks.integral.take(group)
         exact = np.where(integral > 0, integral / np.maximum(total, 1e-12), 1)
-        pixel = _pixels(capsules, capsule, row, weights)
+        pixel = _pixels(streaks, streak, row, weights)
         for plane, shine in zip(pyramid.light, as_plane(light[:, group] * exact), strict=True):
             if shine.any():  # most flakes of a recipe's colours have no blue
                 np.add.at(plane, pixel, (weights * shine.take(owner)).ravel())
 
 
 def _weights(shape: Single, row: Index, columns: int) -> Single:
-    """Return the weights of the pixels of rows of boxes, (columns, rows); 0 outside of capsules.
+    """Return the weights of the pixels of rows of boxes, (columns, rows); 0 outside of streaks.
 
     Args:
-        shape: (8, rows), as in ``_Capsules``, of the capsule of each row.
+        shape: (8, rows), as in ``_Streaks``, of the streak of each row.
         row: (rows,), number of the row in its box.
         columns: Number of pixels computed of each row.
     """
-    along, across, cos, sin, half, reach, middle, slope = shape
+    along, across, along_right, along_down, across_right, across_down, middle, slope = shape
     down, right = as_plane(row), np.arange(columns, dtype=np.float32)[:, None]
-    at = right * cos
-    at += along + down * sin
-    q = right * sin
-    np.subtract(across + down * cos, q, out=q)
-    nearest = np.minimum(at, half)
-    np.maximum(nearest, -half, out=nearest)
-    at -= nearest
-    at *= at
-    q *= q
-    q += at
-    inside = q < reach
-    q -= np.float32(1)
-    q *= q
-    q *= inside
-    nearest *= slope
-    nearest += middle
-    q *= nearest
-    return as_plane(q)
+    u = right * along_right
+    u += along + down * along_down
+    v = right * across_right
+    v += across + down * across_down
+    light = u * slope
+    light += middle
+    cube = np.abs(u)
+    u *= u
+    u *= cube
+    v *= v
+    u += v
+    inside = np.subtract(np.float32(1), u, out=u)
+    np.maximum(inside, 0, out=inside)
+    light *= inside
+    inside *= inside
+    light *= inside
+    return as_plane(light)
 
 
-def _pixels(capsules: _Capsules, capsule: Index, row: Index, weights: Single) -> Index:
+def _pixels(streaks: _Streaks, streak: Index, row: Index, weights: Single) -> Index:
     """Return the index in the pyramid of each of ``weights`` (columns, rows), flat; those of pixels
     outside the frame become 0.
 
     Args:
-        capsules: All capsules.
-        capsule: (rows,), index of the capsule of each row.
+        streaks: All streaks.
+        streak: (rows,), index of the streak of each row.
         row: (rows,), number of the row in its box.
         weights: Changed in place.
     """
-    right, width = np.arange(len(weights))[:, None], capsules.width.take(capsule)
-    pixel = right + (capsules.first.take(capsule) + row * width)
-    some = np.flatnonzero(capsules.inside.take(capsule) < len(weights))
+    right, width = np.arange(len(weights))[:, None], streaks.width.take(streak)
+    pixel = right + (streaks.first.take(streak) + row * width)
+    some = np.flatnonzero(streaks.inside.take(streak) < len(weights))
     if some.size:
-        of = capsule[some]
-        x, y = capsules.column[of] + right, capsules.row[of] + row[some]
-        seen = (x >= 0) & (x < width[some]) & (y >= 0) & (y < capsules.height[of])
+        of = streak[some]
+        x, y = streaks.column[of] + right, streaks.row[of] + row[some]
+        seen = (x >= 0) & (x < width[some]) & (y >= 0) & (y < streaks.height[of])
         weights[:, some] *= seen
         pixel[:, some] *= seen
     return pixel.ravel()

@@ -1,4 +1,4 @@
-"""A picture with which flakes are drawn instead of as capsules, turned with their velocity.
+"""A picture with which flakes are drawn instead of as streaks, turned with their velocity.
 
 Kim & Lee scale and rotate a texture by the velocity of the field (section III-C, Figure 9); this
 one may be painted by the user, in one cell or several.

@@ -56,15 +56,16 @@ _MIN_VISIBLE = 0.001
 class Tracks:
     """All flakes of a build.
 
-    A flake is a soft capsule: with d the distance, px, of a point from the segment of length
-    size·(stretch − 1) that is centred on (x, y) and lies along ``rotation`` (clockwise from +x on
-    screen), its light is rgb·a · (1 − (2d/size)²)² inside size/2, times a factor that rises
-    linearly from ``tail`` at the segment's beginning to 1 at its end, its head. Around it is a halo
-    (``drawing.HALO_LIGHT``, ``HALO_WIDTH``): the same capsule, ``HALO_WIDTH`` times as wide, with
-    ``HALO_LIGHT`` of the light. ``size`` is the width as drawn: it has the reach of a pixel in it,
-    and ``blur``, the px by which a flake out of focus is wider. ``kind`` is 0 for an ember that
-    the gas carries, and 1 for a spark that is thrown. The light of all flakes of a frame is summed,
-    linear; what is shown is x / (1 + x) of it in each channel.
+    A flake is a streak that tapers and fades towards its ends, size·stretch px long and size px
+    wide, centred on (x, y) and along ``rotation`` (clockwise from +x on screen). With u and v, -1
+    to 1 from end to end along it and across, its light is rgb·a · (1 − |u|³ − v²)³ where that is
+    above 0, times a factor that rises linearly from ``tail`` at u = −1 to 1 at u = 1, its head.
+    Around it is a halo (``drawing.HALO_LIGHT``, ``HALO_WIDTH``): the same with ``HALO_LIGHT`` of
+    the light, ``HALO_WIDTH`` times as wide, and longer by as many px as it is wider. ``size`` is
+    the width as drawn: it has the reach of a pixel in it, and ``blur``, the px by which a flake out
+    of focus is wider. ``kind`` is 0 for an ember that the gas carries, and 1 for a spark that is
+    thrown. The light of all flakes of a frame is summed, linear; what is shown is x / (1 + x) of it
+    in each channel.
 
     If ``hard``, a flake is a square of ``size`` whole px that all have the light rgb·a, at the
     nearest whole px; where squares overlap, each channel is that of the brighter one.
@@ -90,7 +91,7 @@ class Tracks:
         hard: Whether flakes are hard squares.
         rounds: Number of rounds of the animation that the frames cover: flakes of a short loop
             repeat after several of its rounds.
-        texture: The picture that flakes show; None for capsules or squares.
+        texture: The picture that flakes show; None for streaks or squares.
         camera: The camera that sees the flakes, if the fire has depth.
     """
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from fire_atlas.atlas.sheet import AtlasSheet, MotionScale, Region
 from fire_atlas.core.output_file import OutputFile
-from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH
+from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH, SPRITE_INTEGRAL
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.engines.godot.flakes import FlakeArrays, flake_arrays, flake_arrays_in_space
 from fire_atlas.engines.godot.import_settings import KEEP, import_settings
@@ -388,6 +388,10 @@ def _resource(
 
 
 def _text(template: str, **context: Any) -> str:
-    """Return a rendered template; all know the halo of embers, which several draw."""
-    halo = {"halo_light": HALO_LIGHT, "halo_width": HALO_WIDTH}
-    return rendered(f"godot/{template}.j2", (number, real, quoted), **halo, **context)
+    """Return a rendered template; all know how embers are drawn, as several draw them."""
+    embers = {
+        "halo_light": HALO_LIGHT,
+        "halo_width": HALO_WIDTH,
+        "flake_integral": 4 * SPRITE_INTEGRAL,
+    }
+    return rendered(f"godot/{template}.j2", (number, real, quoted), **embers, **context)

@@ -15,7 +15,7 @@ from fire_atlas.effect.flakes.tracks import Tracks
 
 DECIMALS = {
     "id": 0, "t": 6, "x": 3, "y": 3, "vx": 2, "vy": 2, "size": 3, "stretch": 3, "rotation": 4,
-    "r": 5, "g": 5, "b": 5, "a": 5, "age": 3, "life": 3, "kind": 0, "blur": 3, "tail": 3,
+    "r": 5, "g": 5, "b": 5, "a": 6, "age": 3, "life": 3, "kind": 0, "blur": 3, "tail": 3,
     "wraps": 0, "cell": 0, "z": 3, "vz": 2,
 }  # fmt: skip
 """Decimals of each column of ``Tracks``, the same in every format. 0: an integer."""

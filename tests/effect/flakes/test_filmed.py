@@ -36,33 +36,38 @@ def shown(light: Values) -> Values:
     return np.asarray(255 * linear_to_srgb(expose(light.astype(np.float32))), np.float64)
 
 
-def weight(distance: Values, size: float) -> Values:
-    """The sprite's light ``distance`` px off its axis, with its halo, over that on the axis."""
-    own, halo = (np.maximum(1 - (2 * distance / w) ** 2, 0) ** 2 for w in (size, 2.5 * size))
+def weight(distance: Values, size: float, power: int = 2, longer: float = 0.0) -> Values:
+    """The sprite's light ``distance`` px off its middle, with its halo, over that in the middle:
+    across it or, with ``power`` 3, along one that is ``longer`` by as many px than wide."""
+    own, halo = (
+        np.maximum(1 - np.abs(2 * distance / (w + longer)) ** power, 0) ** 3
+        for w in (size, 2.5 * size)
+    )
     return np.asarray(own + 0.004 * halo)
 
 
-def half_width(light: float, size: float) -> float:
+def half_width(light: float, size: float, power: int = 2) -> float:
     """The distance, px, at which the red of an ember is half of its peak."""
     distance = np.linspace(0, size, 10_001)
-    red = shown(light * weight(distance, size))
+    red = shown(light * weight(distance, size, power))
     return float(distance[np.argmax(red < red[0] / 2)])
 
 
 @pytest.mark.parametrize("light", [0.1, 0.5, 2.0, 12.0])
 @pytest.mark.parametrize("size", [7.0, 12.0])
 def test_a_round_ember_has_the_measures_of_its_formula(light: float, size: float) -> None:
-    seen = CloseUps.of(embers(a=light, size=size), HEIGHT)
+    upright = np.pi / 2  # along its rotation a round one is not quite as across it
+    seen = CloseUps.of(embers(a=light, size=size, rotation=upright), HEIGHT)
     red = shown(light * EMBER * 1.004)[0]
     assert seen.peak[0] == pytest.approx(red, abs=2)
     core = seen.core[0]
     assert 0.85 * red <= core[0] <= red + 2
     # The core is one colour of light at several brightnesses: green follows from its red.
     axis = shown(np.outer(light * np.linspace(0.2, 1, 200), EMBER))
-    assert core[1] == pytest.approx(np.interp(core[0], axis[:, 0], axis[:, 1]), abs=4)
+    assert core[1] == pytest.approx(np.interp(core[0], axis[:, 0], axis[:, 1]), abs=5)
     width = 2 * half_width(light, size)
     assert seen.width[0] == pytest.approx(width, abs=0.5)
-    assert seen.length[0] == pytest.approx(width, abs=0.75)
+    assert seen.length[0] == pytest.approx(2 * half_width(light, size, 3), abs=0.75)
     off = weight(seen.width[0] * np.array([1, 1.5, 2.5]), size)
     halo = expose(as_plane(light * np.outer(off, EMBER))).sum(axis=1)
     halo /= expose(as_plane(light * EMBER)).sum()
@@ -77,9 +82,8 @@ def test_a_streak_has_its_length_and_its_weaker_half(rotation: float) -> None:
     rows = embers(a=light, size=size, stretch=stretch, rotation=rotation, tail=tail)
     seen = CloseUps.of(rows, HEIGHT)
     at = np.linspace(-30, 30, 2001)
-    segment = size * (stretch - 1)
-    along = tail + (1 - tail) * np.clip(at / segment + 0.5, 0, 1)
-    line = light * along * weight(np.maximum(np.abs(at) - segment / 2, 0), size)
+    along = tail + (1 - tail) * np.clip(at / (size * stretch) + 0.5, 0, 1)
+    line = light * along * weight(at, size, 3, size * (stretch - 1))
     red = shown(line)
     level = np.interp(0, at, red) / 2
     assert seen.length[0] == pytest.approx(np.ptp(at[red >= level]), abs=1.0)
@@ -224,7 +228,11 @@ GRID = np.geomspace(0.02, 5, 200)
 def total_light(light: float, size: float = 9.0) -> float:
     """The light of an ember's pixels brighter than 26 of 255, by the formula of its sprite."""
     y, x = np.mgrid[-20:21, -20:21]
-    pixels = shown(light * np.multiply.outer(weight(np.hypot(x, y), size), EMBER))
+    own, halo = (
+        np.maximum(1 - np.abs(2 * x / w) ** 3 - (2 * y / w) ** 2, 0) ** 3
+        for w in (size, 2.5 * size)
+    )
+    pixels = shown(light * np.multiply.outer(own + 0.004 * halo, EMBER))
     seen = np.rint(pixels.max(axis=2)) > 26
     return float(decode_bytes(np.rint(pixels).astype(np.uint8))[seen].sum())
 

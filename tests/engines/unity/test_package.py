@@ -131,7 +131,7 @@ def test_shaders_for_both_pipelines_draw_alike() -> None:
         assert blends[0] == blends[1]
         assert files[path].count("{") == files[path].count("}")
     functions = [
-        text[text.index("float weight(") : text.index("half4 shade(")]
+        text[text.index("float soft(") : text.index("half4 shade(")]
         for text in files[FLAKES_SHADER].split("    SubShader\n")[1:]
     ]
     own = exported(ALONE.product())["fire.flakes.shader"].decode()

@@ -193,7 +193,7 @@ class Shader:
     @classmethod
     def compiled(cls, folder: Path) -> "Shader":
         text = exported(Fire({"fire": 1}).product())["fire.flakes.shader"].decode()
-        functions = text[text.index("float weight(") : text.index("half4 shade(")]
+        functions = text[text.index("float soft(") : text.index("half4 shade(")]
         source, program = folder / "Shader.cs", folder / "Shader.exe"
         around = (CSHARP / "Hlsl.cs").read_text(encoding="utf-8")
         source.write_text(around.replace("FUNCTIONS", functions), encoding="utf-8")

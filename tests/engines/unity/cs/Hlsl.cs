@@ -19,7 +19,7 @@ struct float4
 
 class Shader
 {
-    static float max(float a, float b) { return Math.Max(a, b); }
+    static float abs(float value) { return Math.Abs(value); }
     static float clamp(float value, float low, float high) { return Math.Min(Math.Max(value, low), high); }
     static float saturate(float value) { return clamp(value, 0, 1); }
     static float lerp(float a, float b, float part) { return a + (b - a) * part; }
