@@ -13,6 +13,15 @@ func _report(kind: String, text: String) -> void:
 	JavaScriptBridge.eval("report('%s', %s)" % [kind, JSON.stringify(text)])
 
 
+# Answers what a `script` of the project does, a Node with a function `answer(job)`.
+func ask(job: Dictionary) -> Variant:
+	var asked: Node = load(job["script"]).new()
+	add_child(asked)
+	var answer: Variant = await asked.answer(job)
+	asked.free()
+	return answer
+
+
 # Answers what the engine understood of the SpriteFrames at `path`.
 func describe_frames(job: Dictionary) -> Dictionary:
 	var frames: SpriteFrames = load(job["path"])

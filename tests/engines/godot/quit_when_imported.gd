@@ -38,6 +38,7 @@ func _do_what_is_left():
 	var moves = parse_json(file.get_as_text())
 	file.close()
 	Directory.new().remove(LATER)
+	OS.delay_msec(1100)  # this engine counts the times of files in whole seconds
 	for from in moves:
 		Directory.new().rename(from, moves[from])
 	get_tree().root.propagate_notification(MainLoop.NOTIFICATION_WM_FOCUS_IN)

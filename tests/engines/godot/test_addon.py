@@ -15,7 +15,40 @@ import pytest
 from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from tests.engines.godot.engine import Game
+from tests.support.godot4 import Godot4
 from tests.support.repo import PACKAGE
+
+SAID = {
+    '{"event": "note", "message": "it loops"}\n{"event": "done", "fresh": false}\n': (
+        0, ["it loops"], True
+    ),
+    '{"event": "done", "fresh": true}\n': (0, [], False),
+    '{"event": "error", "message": "a.fire:3: no"}\nerror: a.fire:3: no\n': (1, [], False),
+    "sh: 1: the-command: not found\n": (2, [], False),
+}  # fmt: skip
+"""What the command prints -> how many errors that is, which notes, and whether it has built."""
+
+NEEDS = r"""/a\ \#$$b/t.manifest.json: \
+  C\:/x\ y.png \
+  /clip
+
+C\:/x\ y.png:
+
+/clip:
+"""
+"""A depfile."""
+
+EXPORTED = {
+    "user://build/torch.manifest.json": True,
+    "user://build/torch.json": True,
+    "user://build/torch.flakes.json": True,
+    "user://build/torch.tscn": False,
+    "keep user://build/torch.json": False,
+    "keep user://build/torch.manifest.json": True,
+    "res://addons/fire_atlas/plugin.gd": True,
+    "res://addons/fire_atlas/node.gd": False,
+}
+"""Files of a project, before some what the setting is -> whether the exporter keeps them out."""
 
 PRESET = """\
 [preset.0]
@@ -104,7 +137,7 @@ def edited(
     game = game_with_addon(folder / "game", str(command))
     copy_clip(game.folder / "clips/fire")
     (game.folder / "clips/.gdignore").touch()
-    write_recipe(game.folder / "fires/torch.fire")
+    write_recipe(game.folder / "my fires #1/torch.fire")
     copy_clip(folder / "new", 20, 1)
     later = {str(folder / "new/0.png"): str(game.folder / "clips/fire/0.png")}
     (game.folder / "later.json").write_text(json.dumps(later))
@@ -116,10 +149,10 @@ def test_a_recipe_becomes_an_asset_and_again_when_its_input_changes(
 ) -> None:
     game, said, faults = edited
     assert said.count("torch.fire: built") == 2 and not faults, said
-    page = game.folder / "fires/build/torch.png"
+    page = game.folder / "my fires #1/build/torch.png"
     assert imported_page(game, page) == hashlib.md5(page.read_bytes()).hexdigest()
-    described = game.ask("describe.gd", ["res://fires/torch.fire", "res://fires/build/torch.tscn"])
-    asset, scene = described.values()
+    paths = [f"res://my fires #1/{name}" for name in ("torch.fire", "build/torch.tscn")]
+    asset, scene = game.ask("describe.gd", paths).values()
     assert asset == scene
     assert (asset["name"], asset["type"]) == ("Torch", "AnimatedSprite")
     assert asset["flakes"]["rows"] > 0
@@ -134,7 +167,7 @@ def test_an_exported_game_holds_no_manifest_and_no_json_that_it_does_not_read(
     game.edit("--export-pack", "pack", str(game.folder.parent / "game.zip"))
     with ZipFile(game.folder.parent / "game.zip") as pack:
         names = set(pack.namelist()) - {"job.json", "answer.json"}
-    assert {"fires/torch.fire.import", "fires/build/torch.tscn", "dialogues.json"} <= names
+    assert {f"my fires #1/{name}" for name in ("torch.fire.import", "build/torch.tscn")} <= names
     assert [name for name in names if name.endswith(".json")] == ["dialogues.json"]
     assert not [name for name in names if name.startswith("addons/fire_atlas/")]
 
@@ -157,3 +190,46 @@ def test_the_editor_says_what_to_do_and_imports_what_was_mended(
     assert re.search(r"typo.fire:\d+: flakess: unknown key; did you mean flakes\?", said)
     assert "other.fire: its build writes no scene for Godot 3: write `exports: [{godot" in said
     assert len([line for line in faults if "Error importing" not in line]) == 2, faults
+
+
+def test_what_needs_no_editor_does_the_same_in_godot_4(godot4: Godot4, tmp_path: Path) -> None:
+    """The runtime has no editor: others stand in for its classes, and the command is run here."""
+    game = tmp_path / "game"
+    copy_clip(tmp_path / "clips/fire")
+    write_recipe(game / "torch.fire", exports=["json", "godot"])
+    (game / "project.godot").write_text("config_version=5")
+    assert main(["plugin", "godot", "-q", str(game)]) == 0
+    depfile, out = tmp_path / "torch.d", game / "build"
+    assert main(["build", "-q", str(game / "torch.fire"), "--depfile", str(depfile)]) == 0
+    for path in (game / "addons/fire_atlas").glob("*.gd"):
+        text = path.read_text().replace(": EditorFileSystem", ": Node")
+        path.write_text(re.sub(r"extends Editor\w+", 'extends "res://editor.gd"', text))
+    for name in ("addon.gd", "editor.gd"):
+        shutil.copy(Path(__file__).with_name(name), game)
+    files = {
+        **{
+            f"build/{p.name}": p.read_text()
+            for p in out.iterdir()
+            if p.suffix in (".json", ".tscn")
+        },
+        "torch.d": depfile.read_text().replace(f"{out}/", r"user\://build/"),
+    }
+    job = {"do": "ask", "script": "res://addon.gd", "files": files, "exported": [*EXPORTED],
+           "recipe": str(game / "torch.fire"), "needs": NEEDS, "said": [*SAID]}  # fmt: skip
+    (answer,) = godot4.run(game, [job])
+    assert answer["plugin"] is True
+    assert answer["needs"] == ["/a #$b/t.manifest.json", "C:/x y.png", "/clip"]
+    for (errors, notes, is_new), stated in zip(answer["events"], SAID.values(), strict=True):
+        assert (len(errors), notes, is_new) == stated
+    asset = answer["asset"]
+    assert (asset["root"], asset["frames"]) == ("Torch", "res://build/torch.tres")
+    assert asset["errors"] == []
+    clip = tmp_path / "clips/fire"
+    assert asset["inputs"] == [str(p) for p in (*sorted(clip.iterdir()), clip)]
+    assert asset["pictures"] == ["user://build/torch.png"]
+    written = {path.name for path in out.iterdir()} - {"torch.manifest.json"}
+    assert {Path(path).name for path in asset["outputs"]} == written
+    changed = {"user://torch.fire": "user://imported/torch-1"}
+    inputs = ["user://build/torch.json", "user://new.png"]
+    assert answer["changes"] == [{}, changed, {}, changed, inputs, {}, False]
+    assert answer["kept_out"] == [path for path, is_kept_out in EXPORTED.items() if is_kept_out]

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from fire_atlas.atlas.sheet import Region
 from fire_atlas.effect.composition.light import ClipLight, FrameLight
+from fire_atlas.engines.godot.addon import addon_files
 from fire_atlas.engines.godot.sprite_frames import (
     FrameBounds,
     frame_timing,
@@ -32,6 +33,7 @@ def test_the_scripts_are_sound(program: str, tmp_path: Path) -> None:
     product = Product((sheet_of_fire(),), tracks, frozenset(), lambda name: None, lights=light)
     scripts = [file for file in exported_files(["godot"], product, {}) if file.name.endswith(".gd")]
     assert len(scripts) == 3
+    scripts += [file for file in addon_files(4) if file.name.endswith(".gd")]
     for file in scripts:
         (tmp_path / file.name).write_bytes(file.data)
     tool = Path(sysconfig.get_path("scripts")) / program
