@@ -214,6 +214,8 @@ def _motion_sentence(animation: str, report: ValidationReport | None) -> str:
 
 def _flakes(tracks: Tracks, title: str) -> Table:
     table = Table("flakes", "", "should be", "", title=title)
+    rounds = f", {tracks.rounds} rounds of the loop" if tracks.rounds > 1 else ""
+    table.add_row("length", f"{len(tracks.frames) / tracks.fps:.4g} s{rounds}")
     for figure in flake_figures(tracks):
         table.add_row(
             figure.name,
