@@ -49,7 +49,9 @@ def test_inspect_prints_the_numbers_of_the_page(
     (strength,) = re.findall(r"│ unreal │ ([\d.]+) of a cell a frame", printed)
     assert number["motion strength"] == f"{float(strength):.2g} of a cell a frame"
     assert f"length │ {number['length of the tracks']} │" in printed
-    assert f"streak, of a frame's way │ {number['streak'].split()[0]} │" in printed
+    (streak,) = re.findall(r"streak, of a frame's way │ ([\d.]+) │", printed)
+    assert number["streak"] == f"{float(streak):.1f} of a frame's way"
+    assert f"x + {float(streak):.1f} · speed / {rate} |" in prose(PAGE)
 
 
 def test_sizes_and_frames_in_the_text_follow_from_the_numbers(build: Path) -> None:
