@@ -191,6 +191,11 @@ def advice(path: Path, *overrides: str) -> list[str]:
             "needs a `namespace` of your own, a different one for each folder: names of "
             "assemblies must be unique in a Unity project",
         ),
+        (
+            "exports:\n  - unity:\n      assembly: true\n      player: package",
+            "4: exports.0.unity.assembly",
+            "has no scripts to hold with player: package; remove it",
+        ),
         ("version: 2", "2: version", "must be 1; got 2"),
         ("seed: -1", "2: seed", "must be at least 0; got -1"),
         ("name: 7", "2: name", "must be text (put it in quotes if it is meant to be); got 7"),

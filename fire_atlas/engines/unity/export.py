@@ -38,6 +38,7 @@ from fire_atlas.engines.unity.package import (
     PLAYER,
     SPRITE_SHADER,
     package_guid,
+    shader_template,
 )
 from fire_atlas.engines.unity.sprites import PageSprite, max_texture_size, pivot_px, sprites_of
 from fire_atlas.formats.product import Product
@@ -77,7 +78,7 @@ class _Export:
     def files(self) -> Iterator[OutputFile]:
         """Yield every file: shaders and scripts first, then what refers to them."""
         if self.product.sheets[0].alpha != "straight":
-            yield from self.sprite_material()
+            yield from self.material(self.name, SPRITE_SHADER, "Sprite")
         if self.plays_flakes:
             yield from self.flakes()
         if self.uses_package:
@@ -122,50 +123,44 @@ class _Export:
             file, rendered(f"unity/{template}", (scalar, single), **context).encode()
         )
 
-    def shader(self, stem: str, template: str, title: str) -> Iterator[OutputFile]:
-        """Yield a shader of the build's own."""
-        shader = f"{self.options.namespace}/{self.name}/{title}"
-        text = shader_text(template, shader, self.name, universal=False)
-        yield from self.asset(f"{stem}.shader", text.encode())
-
     def material(
-        self, stem: str, shader: str, floats: Mapping[str, int] | None = None
+        self, stem: str, shared: str, title: str, floats: Mapping[str, int] | None = None
     ) -> Iterator[OutputFile]:
-        """Yield a material: the GUID of its shader, and float properties of it.
+        """Yield a material, and its shader unless it has that of the package.
 
-        An existing material is kept: the user may have changed it.
+        An existing material is kept, as the user may have changed it; but where the shaders were
+        the other ones before, it gets those of now.
+
+        Args:
+            stem: File stem of the material.
+            shared: The shader in the package.
+            title: Last part of the shader's name.
+            floats: Float properties of a new material.
         """
+        used, unused = package_guid(shared), self.guid(f"{stem}.shader")
+        if not self.uses_package:
+            used, unused = unused, used
+            shader = f"{self.options.namespace}/{self.name}/{title}"
+            text = shader_text(shader_template(shared), shader, self.name, universal=False)
+            yield from self.asset(f"{stem}.shader", text.encode())
+        old = self.product.existing(f"{stem}.mat")
+        new = {"name": stem, "shader": used, "floats": floats or {}}
         material = (
-            self.product.existing(f"{stem}.mat")
-            or rendered(
-                "unity/material.mat.j2",
-                (scalar, single),
-                name=stem,
-                shader=shader,
-                floats=floats or {},
-            ).encode()
+            old.replace(unused.encode(), used.encode())
+            if old
+            else rendered("unity/material.mat.j2", (scalar, single), **new).encode()
         )
         yield from self.asset(f"{stem}.mat", material, "import")
 
-    def sprite_material(self) -> Iterator[OutputFile]:
-        """Yield the material of sprites whose alpha is not straight, and its shader."""
-        shader = package_guid(SPRITE_SHADER)
-        if not self.uses_package:
-            yield from self.shader(self.name, "sprite.shader.j2", "Sprite")
-            shader = self.guid(f"{self.name}.shader")
-        yield from self.material(self.name, shader)
-
     def flakes(self) -> Iterator[OutputFile]:
         """Yield the tracks of the flakes, and the script and shader that play them."""
-        stem, shader = f"{self.name}.flakes", package_guid(FLAKES_SHADER)
         if not self.uses_package:
             yield from self.asset(self.player, self.player_script().encode())
             if self.options.assembly:
                 text = assembly_text(self.options.namespace)
                 yield from self.asset(f"{self.options.namespace}.asmdef", text.encode())
-            yield from self.shader(stem, "flakes.shader.j2", "Flakes")
-            shader = self.guid(f"{stem}.shader")
-        yield from self.material(stem, shader, {"_Light": _EXPOSED})
+        stem = f"{self.name}.flakes"
+        yield from self.material(stem, FLAKES_SHADER, "Flakes", {"_Light": _EXPOSED})
         yield from self.asset(f"{stem}.bytes", flake_bytes(self.flakes_by_animation()))
 
     def player_script(self) -> str:

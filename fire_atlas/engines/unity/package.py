@@ -30,11 +30,8 @@ PLAYER, FLAKES = "Runtime/FireAtlasPlayer.cs", "Runtime/FireAtlasFlakes.cs"
 SPRITE_SHADER, FLAKES_SHADER = "Runtime/Sprite.shader", "Runtime/Flakes.shader"
 """Shaders that materials have."""
 
-_SHADERS = {
-    SPRITE_SHADER: ("sprite.shader.j2", "Fire Atlas/Sprite"),
-    FLAKES_SHADER: ("flakes.shader.j2", "Fire Atlas/Flakes"),
-}
-"""Template and name of each shader."""
+_SHADERS = {SPRITE_SHADER: "Fire Atlas/Sprite", FLAKES_SHADER: "Fire Atlas/Flakes"}
+"""Name of each shader in Unity's menus."""
 
 _FLAKES_PLAYER = PlayerNames(
     class_name="FireAtlasFlakes",
@@ -60,6 +57,11 @@ _COPIED = (
 def package_guid(file: str) -> str:
     """Return the GUID of a file of the package, by its path in the package's folder."""
     return guid_of(PACKAGE_NAME, file)
+
+
+def shader_template(file: str) -> str:
+    """Return the template of a shader, by its path in the package; builds have the same one."""
+    return f"{file.rpartition('/')[2].lower()}.j2"
 
 
 def package_folder(project: Path) -> Path:
@@ -128,7 +130,7 @@ def _content() -> dict[str, str]:
         "Editor/FireAtlas.Editor.asmdef": assembly_text("FireAtlas.Editor", editor=True),
         FLAKES: player_text(_FLAKES_PLAYER),
         **{
-            path: shader_text(template, name, "a fire", universal=True)
-            for path, (template, name) in _SHADERS.items()
+            path: shader_text(shader_template(path), name, "a fire", universal=True)
+            for path, name in _SHADERS.items()
         },
     }

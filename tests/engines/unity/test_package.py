@@ -187,6 +187,29 @@ def test_a_build_of_its_own_player_refers_to_nothing_of_the_package() -> None:
     assert f"{player_name('fire')}.cs" in files
 
 
+def test_a_material_of_the_user_follows_to_the_other_shader_and_back() -> None:
+    product = ALONE.product(alpha="premultiplied")
+    first = exported(product)
+    edited = first["fire.mat"].replace(b"{r: 1, g: 1,", b"{r: 1, g: 0,")
+    assert edited != first["fire.mat"]
+    lying = {**first, "fire.mat": edited}
+    changed = exported(replace(product, existing=lying.get), player="package")
+    package = guids_of_package()
+    (shader,) = re.findall(rb"m_Shader: .*guid: (\w+)", changed["fire.mat"])
+    assert package[shader.decode()] == SPRITE_SHADER and b"g: 0," in changed["fire.mat"]
+    back = exported(replace(product, existing={**lying, **changed}.get))
+    assert back["fire.mat"] == edited
+
+
+def test_the_package_plays_flakes_as_a_build_does() -> None:
+    """The scripts differ in names alone."""
+    own = exported(ALONE.product())["fire_flakes.cs"].decode().splitlines()
+    shared = files_of_package()[FLAKES].splitlines()
+    differing = [pair for pair in zip(own, shared, strict=True) if pair[0] != pair[1]]
+    named = ("// ", "/// ", "[", "public sealed class", "Debug.LogError(", "mesh = new Mesh")
+    assert differing and all(line.strip().startswith(named) for pair in differing for line in pair)
+
+
 @pytest.mark.parametrize("loop", [True, False])
 def test_light_is_that_of_the_frames_and_between_them(
     harness: Harness, loop: bool, tmp_path: Path
@@ -262,8 +285,10 @@ def game(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = project / "Assets" / 'It\'s "my" $HOME é'
     folder.mkdir(parents=True)
     source = "extends: candle"
-    frames = "timeline: {frames: 3}\nsource: {height: 48}"
-    (folder / "candle.fire").write_text(f"{source}\n{frames}\nexports: [json, unity]\n")
+    frames = "timeline: {frames: 3}\nsource: {height: 48}\ntracks: [light]"
+    (folder / "candle.fire").write_text(
+        f"{source}\n{frames}\nexports: [json, unity: {{player: package}}]\n"
+    )
     (folder / "wrong.fire").write_text("extends: candle\nflakes: {ratee: 3}\n")
     (folder / "plain.yaml").write_text(f"{source}\n{frames}\n")
     tool = project / "fire-atlas"
@@ -278,7 +303,9 @@ def test_the_menu_builds_recipes_and_shows_advice(harness: Harness, game: Path) 
     folder = next((game / "Assets").iterdir())
     inside = f"Assets/{folder.name}"
     said = harness("build", game / "fire-atlas", game, inside)
-    assert (folder / "build" / "candle.prefab").is_file()
+    written = {path.name for path in (folder / "build").glob("candle.*")}
+    assert {"candle.prefab", "candle.mat", "candle.light.json", "candle.light.json.meta"} <= written
+    assert not any(".shader" in name for name in written)
     assert any(re.match(f"log: {re.escape(inside)}/candle.fire: wrote \\d+ files", x) for x in said)
     errors = [line for line in said if line.startswith("error: ")]
     assert errors == [
