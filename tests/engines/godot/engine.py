@@ -69,7 +69,7 @@ class Game:
         This old editor sometimes crashes as it quits.
         """
         for _ in range(3):
-            faults = self.faults(self._run("godot3-server", "--editor"))
+            faults = self.faults(self.run("godot3-server", "--editor"))
             if faults or self._is_imported():
                 return faults
         raise AssertionError("the editor did not import everything")
@@ -94,15 +94,12 @@ class Game:
         if any(size):
             line = ["xvfb-run", "-a", "godot3", "--video-driver", "GLES2", "--audio-driver"]
             line += ["Dummy", "--resolution", "{}x{}".format(*size)]
-        said = self._run(*line, "-s", script)
+        said = self.run(*line, "-s", script)
         assert not self.faults(said), said
         return json.loads((self.folder / "answer.json").read_text())
 
-    def edit(self, *options: str) -> list[str]:
-        """Open the project in the editor until it has imported everything; return what it says."""
-        return self._run("godot3-server", "--editor", *options).splitlines()
-
-    def _run(self, *line: str) -> str:
+    def run(self, *line: str) -> str:
+        """Run a program of the engine in the project; return what it says."""
         home = self.folder.parent / "home"
         places = ("HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_CACHE_HOME")
         ran = subprocess.run(

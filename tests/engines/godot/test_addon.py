@@ -18,6 +18,18 @@ from tests.engines.godot.engine import Game
 from tests.support.godot4 import Godot4
 from tests.support.repo import PACKAGE
 
+PLAY = """\
+extends SceneTree
+
+
+func _init():
+	var fire = load("res://my fires #1/torch.fire").instance()
+	var flakes = fire.get_node("Flakes").tracks.rows.size() > 0
+	print("plays %d frames, shows flakes: %s" % [fire.frames.get_frame_count("torch"), flakes])
+	fire.free()
+	quit()
+"""
+
 SAID = {
     '{"event": "note", "message": "it loops"}\n{"event": "done", "fresh": false}\n': (
         0, ["it loops"], True
@@ -123,9 +135,8 @@ def imported_page(game: Game, page: Path) -> str:
 
 def said_by(game: Game) -> tuple[str, list[str]]:
     """Open the game in the editor; return what it says, and its faults but for those of its own."""
-    said = game.edit()
-    faults = [line for line in game.faults("\n".join(said)) if not line.startswith(OF_ITS_OWN)]
-    return "\n".join(said), faults
+    said = game.run("godot3-server", "--editor")
+    return said, [line for line in game.faults(said) if not line.startswith(OF_ITS_OWN)]
 
 
 @pytest.fixture(scope="module")
@@ -164,12 +175,18 @@ def test_an_exported_game_holds_no_manifest_and_no_json_that_it_does_not_read(
     game, _, _ = edited
     (game.folder / "export_presets.cfg").write_text(PRESET)
     (game.folder / "dialogues.json").write_text("{}")
-    game.edit("--export-pack", "pack", str(game.folder.parent / "game.zip"))
-    with ZipFile(game.folder.parent / "game.zip") as pack:
+    (game.folder / "play.gd").write_text(PLAY)
+    path, elsewhere = game.folder.parent / "game.zip", game.folder.parent / "elsewhere"
+    game.run("godot3-server", "--editor", "--export-pack", "pack", str(path))
+    with ZipFile(path) as pack:
         names = set(pack.namelist()) - {"job.json", "answer.json"}
     assert {f"my fires #1/{name}" for name in ("torch.fire.import", "build/torch.tscn")} <= names
     assert [name for name in names if name.endswith(".json")] == ["dialogues.json"]
     assert not [name for name in names if name.startswith("addons/fire_atlas/")]
+    elsewhere.mkdir()
+    said = Game(elsewhere).run("godot3-server", "--main-pack", str(path), "-s", "res://play.gd")
+    assert "plays 3 frames, shows flakes: True" in said
+    assert all("_get_modified_time" in fault for fault in game.faults(said))  # of all imports
 
 
 def test_the_editor_says_what_to_do_and_imports_what_was_mended(
@@ -185,11 +202,15 @@ def test_the_editor_says_what_to_do_and_imports_what_was_mended(
     settings.write_text(settings.read_text().replace("/nowhere/fire-atlas", str(command)))
     write_recipe(game.folder / "fires/typo.fire", flakess="none")
     write_recipe(game.folder / "fires/other.fire", exports=["json"])
+    write_recipe(game.folder / "fires/a$b.fire")
     said, faults = said_by(game)
     assert "torch.fire: built" in said
     assert re.search(r"typo.fire:\d+: flakess: unknown key; did you mean flakes\?", said)
     assert "other.fire: its build writes no scene for Godot 3: write `exports: [{godot" in said
-    assert len([line for line in faults if "Error importing" not in line]) == 2, faults
+    assert "a$b.fire: its path holds a $" in said
+    assert len([line for line in faults if "Error importing" not in line]) == 3, faults
+    shutil.rmtree(game.folder / "fires/build")  # which version control may ignore
+    assert "torch.fire: built" in said_by(game)[0]
 
 
 def test_what_needs_no_editor_does_the_same_in_godot_4(godot4: Godot4, tmp_path: Path) -> None:
