@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
 
+from fire_atlas.atlas.polygon import Point, Triangle, doubled_area
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.recipe.output import Engine
 
@@ -72,6 +73,24 @@ class Page:
 
 
 @dataclass(frozen=True, slots=True)
+class Mesh:
+    """A polygon around all that is visible of a frame, to be drawn instead of its rectangle.
+
+    Attributes:
+        vertices: Clockwise; px of the trimmed frame, not rotated, y down.
+        triangles: The triangles that it consists of, as indices of vertices.
+    """
+
+    vertices: tuple[Point, ...]
+    triangles: tuple[Triangle, ...]
+
+    @property
+    def area(self) -> float:
+        """The area that it covers, px²."""
+        return doubled_area(self.vertices) / 2
+
+
+@dataclass(frozen=True, slots=True)
 class Region:
     """A frame of an animation and the place of its pixels on a page. All in px, y down.
 
@@ -85,6 +104,7 @@ class Region:
         frame_width, frame_height: Size of the untrimmed frame.
         anchor: (x, y) of the pivot in 0..1 of the untrimmed frame, y down.
         duration: Duration, ms.
+        mesh: What of it is drawn; None: its rectangle.
     """
 
     name: str
@@ -100,6 +120,7 @@ class Region:
     frame_height: int
     anchor: tuple[float, float]
     duration: float
+    mesh: Mesh | None = None
 
     @property
     def page_size(self) -> tuple[int, int]:
@@ -110,6 +131,21 @@ class Region:
     def trimmed(self) -> bool:
         """Whether borders were cut off."""
         return (self.width, self.height) != (self.frame_width, self.frame_height)
+
+    @property
+    def drawn_area(self) -> float:
+        """The area of the trimmed frame that is drawn, px²."""
+        return self.width * self.height if self.mesh is None else self.mesh.area
+
+    @property
+    def fills_rectangle(self) -> bool:
+        """Whether all of the trimmed frame is drawn."""
+        return self.drawn_area == self.width * self.height
+
+    def on_page(self, point: Point) -> Point:
+        """Return where on the page a point of the trimmed frame is, px."""
+        x, y = (self.height - point[1], point[0]) if self.rotated else point
+        return self.x + x, self.y + y
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,6 +298,11 @@ class AtlasSheet:
     def motion(self) -> MotionScale | None:
         """Scale of the motion vectors; None if there are none."""
         return next((each.motion for each in self.maps if each.motion), None)
+
+    @property
+    def has_meshes(self) -> bool:
+        """Whether frames have meshes: then all have."""
+        return any(region.mesh is not None for region in self.regions)
 
     def map(self, kind: str) -> SheetMap:
         """Return the maps of that kind, which must exist."""

@@ -2,7 +2,7 @@
 decides which rectangle of its frame a region shows."""
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,15 +25,19 @@ def lit_rect(image: Bytes) -> Rect | None:
 
 
 def visible_rect(image: Bytes, threshold: int) -> Rect | None:
-    """Return the smallest rectangle around all visible pixels of (H, W, 4), if any.
+    """Return the smallest rectangle around all visible pixels of (H, W, 4), if any."""
+    if not threshold:
+        return lit_rect(image)
+    return _extent(visible_pixels(image, threshold).view(np.uint8))
+
+
+def visible_pixels(image: Bytes, threshold: int) -> NDArray[np.bool_]:
+    """Return which pixels of (H, W, 4) are visible: (H, W).
 
     A pixel is visible if its alpha or, on additive pages, its light is above ``threshold``.
     """
-    if not threshold:
-        return lit_rect(image)
-    straight = image[..., 3].any()
-    seen = image[..., 3] if straight else image.max(axis=2)
-    return _extent((seen > threshold).astype(np.uint8))
+    seen = image[..., 3] if threshold and image[..., 3].any() else image.max(axis=2)
+    return cast(NDArray[np.bool_], seen > threshold)
 
 
 def trimmed(

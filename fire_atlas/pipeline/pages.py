@@ -1,10 +1,12 @@
 """Pack all frames onto pages, and draw the images of pages and maps one by one."""
 
+import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TypeAlias
 
 from fire_atlas.atlas.drawing import Edges, draw_page
+from fire_atlas.atlas.mesh import with_meshes
 from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.atlas.sheet import AtlasSheet, Sprite
 from fire_atlas.atlas.split import max_size_for, split_animations
@@ -33,7 +35,8 @@ def pack(
     maps: Maps,
     progress: Progress,
 ) -> tuple[AtlasSheet, ...]:
-    """Pack the frames of all animations onto the pages of each scale, and their maps.
+    """Pack the frames of all animations onto the pages of each scale, and their maps; find the
+    meshes of frames.
 
     Args:
         name: File stem of the outputs.
@@ -57,6 +60,21 @@ def pack(
             f"or fewer frames could make one page enough"
         )
         _note_split(sheets[0], atlas, progress)
+    if atlas.mesh != "none":
+        sheets = tuple(
+            with_meshes(
+                sheet,
+                [
+                    [frame.sprites[scale], *(layer[scale] for layer in frame.layers.values())]
+                    for animation in animations.values()
+                    for frame in animation.frames
+                ],
+                atlas.mesh.vertices,
+                threshold=atlas.trim_threshold,
+                margin=math.ceil(vector_margin(motions) * sheet.scale),
+            )
+            for scale, sheet in enumerate(sheets)
+        )
     encoding = None if maps.motion == "none" else motion_encoding(maps.motion)
     return tuple(with_maps(sheet, maps.layers, motions, encoding) for sheet in sheets)
 

@@ -63,12 +63,14 @@ def note_what_engines_need(exports: Sequence[Export], product: Product, progress
     """Note what an engine cannot play of the result, and what would let it."""
     for _, export in exports_called(exports, "godot"):
         from fire_atlas.engines.godot.export import (
+            why_meshes_are_not_drawn,
             why_motion_is_not_played,
             why_texture_is_not_played,
         )
 
         options = export.godot if isinstance(export, GodotExport) else GodotOptions()
-        for why in (why_motion_is_not_played, why_texture_is_not_played):
+        reasons = (why_motion_is_not_played, why_texture_is_not_played, why_meshes_are_not_drawn)
+        for why in reasons:
             if advice := why(product, options):
                 progress.note(advice)
     if product.sheets[0].cells and any(exports_called(exports, "unity")):

@@ -18,6 +18,7 @@ from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
 from fire_atlas.preview.loops import figures_of_loops
+from fire_atlas.preview.overdraw import Overdraw, overdraw_of
 
 _VISIBLE_HUE = 6.0
 """Hues further than this, ΔE, outside of the clip's own are noticed."""
@@ -55,7 +56,7 @@ class BuildSentences:
 def tables_of(
     atlas: AtlasFile, tracks: Mapping[str, Tracks], sentences: BuildSentences
 ) -> Iterator[Table | str]:
-    """Yield tables of pages, frames, loops, maps and flakes.
+    """Yield tables of pages, frames, overdraw, loops, maps and flakes.
 
     Args:
         atlas: The atlas to describe.
@@ -67,6 +68,7 @@ def tables_of(
     """
     yield _pages(atlas)
     yield _frames(atlas)
+    yield _overdraw(atlas)
     if (loops := _loops(atlas)) is not None:
         yield loops
     yield from sentences.blends
@@ -157,6 +159,41 @@ def _frames(atlas: AtlasFile) -> Table:
             f"{x:.3g}, {y:.3g}",
         )  # fmt: skip
     return table
+
+
+def _overdraw(atlas: AtlasFile) -> Table:
+    """Return how much a renderer draws of each animation, and of all."""
+    caption = "overdraw: area that is drawn / pixels that show something"
+    if not atlas.sheet.has_meshes:
+        caption += "; atlas.mesh: {vertices: 8} draws tight polygons"
+    heads = ("animation", "drawn as", "overdraw", "of rectangles")
+    table = Table(*heads, title="overdraw", caption=caption)
+    figures = overdraw_of(atlas)
+    if len(figures) > 1:
+        figures["all"] = Overdraw.together(list(figures.values()))
+    for name, each in figures.items():
+        table.add_row(
+            name,
+            _drawn_as(each) if atlas.sheet.has_meshes else "rectangles",
+            _ratio(each.drawn, each.visible),
+            _ratio(each.rectangles, each.visible),
+        )
+    return table
+
+
+def _drawn_as(figures: Overdraw) -> str:
+    """Return how many frames have meshes, and how many keep their rectangles for what reason."""
+    counts = {
+        f"as meshes of up to {figures.vertices} vertices": figures.meshes,
+        "as rectangles: opaque": figures.opaque,
+        "as rectangles: empty": figures.empty,
+        "as rectangles: filled to all corners": figures.full,
+    }
+    return "\n".join(f"{count} {how}" for how, count in counts.items() if count)
+
+
+def _ratio(area: float, visible: int) -> str:
+    return f"{area / visible:.2f}" if visible else "-"
 
 
 def _loops(atlas: AtlasFile) -> Table | None:

@@ -15,6 +15,7 @@ from fire_atlas.recipe.base import (
     UNDECIDED,
     UNITY,
     WORD,
+    Off,
     Settings,
     either,
 )
@@ -77,6 +78,19 @@ def _valid_scales(scales: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(sorted(scales, reverse=True))
 
 
+class MeshSettings(Settings):
+    """Tight meshes: frames are drawn as polygons, so that less is drawn that shows nothing."""
+
+    vertices: int = Field(default=8, ge=4, le=32)
+    """Maximum number of vertices of a frame's mesh. Of the samples, 8 cover at most 1.08 of the
+    convex hull of what is visible, and 16 mostly less than the hull: they follow hollows."""
+
+
+MeshOrNone = Annotated[
+    Off | Annotated[MeshSettings, BLOCK], either("`none` or a block of settings"), OFF
+]
+
+
 class Atlas(Settings):
     """The pages: how frames are packed on them, and how their pixels are stored."""
 
@@ -110,6 +124,10 @@ class Atlas(Settings):
     trim_threshold: int = Field(default=0, ge=0, le=254)
     """Borders count as empty where alpha (for ``alpha: additive``, light) is at most this, of
     255."""
+    mesh: MeshOrNone = "none"
+    """Tight polygons around what is visible of each frame (above ``trim_threshold``), drawn instead
+    of rectangles by Godot 4 and Unity, and listed in all JSON. ``fire-atlas inspect`` prints how
+    much less is drawn."""
     dedupe: bool = True
     """Frames with equal pixels are stored once. Not in a grid, nor with ``maps``."""
     pivot: Pivot = "base"

@@ -54,7 +54,7 @@ RECIPES: dict[str, dict[str, Any]] = {
     "pages": {
         "source": CAMPFIRE,
         "timeline": {"loop": "none"},
-        "atlas": {"max_size": 96},
+        "atlas": {"max_size": 96, "mesh": {"vertices": 6}},
         "maps": {"motion": "godot"},
         "exports": ["json", "json-array", "phaser", "css", "tpsheet", "godot"],
     },

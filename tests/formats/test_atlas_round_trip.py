@@ -37,6 +37,7 @@ from fire_atlas.formats.pages.page_file import read_page, write_page
 from fire_atlas.formats.templates.context import context_of
 from fire_atlas.preview.frames import cut_frames
 from fire_atlas.recipe.output import Atlas, Engine, Layer
+from tests.support.sheets import sheet_with_meshes, sparks_and_others
 
 FRAME = (26, 30)
 """Width and height of the untrimmed frames, px."""
@@ -170,6 +171,41 @@ def test_frames_come_back_from_the_files_of_their_pages(
         height, width = sprite.image.shape[:2]
         whole[sprite.y : sprite.y + height, sprite.x : sprite.x + width] = sprite.image
         np.testing.assert_array_equal(frame, whole)
+
+
+@pytest.mark.parametrize("atlas", [{}, {"rotate": True}, {"layout": "grid"}])
+def test_meshes_come_back_as_they_were(atlas: dict[str, Any], tmp_path: Path) -> None:
+    sheet = sheet_with_meshes(sparks_and_others(), **atlas)
+    sparks, full, empty, again = (sheet.regions[i] for i in (0, 4, 5, 6))
+    assert sparks.mesh is not None and 4 < len(sparks.mesh.vertices) <= 7
+    assert not sparks.fills_rectangle
+    assert full.fills_rectangle and again.mesh == sparks.mesh
+    assert empty.fills_rectangle
+    path = write_json(sheet, tmp_path)
+    assert read_atlas(path).sheet == rounded(sheet)
+    frames = context_of(sheet)["frames"]
+    assert frames[0]["mesh"]["vertices"] == [list(each) for each in sparks.mesh.vertices]
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (lambda frame: frame["vertices"].append([41, 0]), "41 is not a number from"),
+        (lambda frame: frame["vertices"].append([9.5, 9]), "9.5 is not a number from"),
+        (lambda frame: frame["triangles"].append([0, 1, 99]), "99 is not a number from 0 to"),
+        (lambda frame: frame["triangles"].append([0, 1]), "ValueError"),
+        (lambda frame: frame.pop("triangles"), "KeyError: 'triangles'"),
+    ],
+)
+def test_meshes_of_another_making_are_refused(
+    change: Callable[[dict[str, Any]], object], reason: str, tmp_path: Path
+) -> None:
+    path = write_json(sheet_with_meshes(sparks_and_others()), tmp_path)
+    document = json.loads(path.read_bytes())
+    change(document["frames"]["fire/0000"])
+    path.write_text(json.dumps(document))
+    with pytest.raises(SourceError, match=f"is not an atlas that fire-atlas wrote.*{reason}"):
+        read_atlas(path)
 
 
 plain = arrays(np.uint8, st.tuples(st.integers(1, 80), st.integers(1, 9), st.just(4)))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.encode import encode_frame, encode_sprites, shrink
+from fire_atlas.atlas.mesh import with_meshes
 from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.atlas.sheet import AnimationFrames
 from fire_atlas.core.pixels import Bytes, Pixels
@@ -55,6 +56,7 @@ class Case:
 
 PAGES: dict[str, Any] = {"max_size": 64}
 HALF: dict[str, Any] = {"scales": [1, 0.5]}
+MESH: dict[str, Any] = {"mesh": {"vertices": 6}}
 SHARED = {"torch": 9, "candle": 7, "ember": 5}
 """Numbers of frames of animations that share pages; one page holds two of them at most."""
 CASES = [
@@ -65,6 +67,8 @@ CASES = [
     Case("pixi", "json", ".json", HALF, 0.5),
     Case("pixi", "json", ".json", {**HALF, "alpha": "premultiplied", **PAGES}, 0.5),
     Case("pixi", "json", ".json", {"rotate": True}),
+    Case("pixi", "json", ".json", MESH),
+    Case("pixi", "json", ".json", {**MESH, **HALF, "rotate": True, "alpha": "premultiplied"}, 0.5),
     Case("pixi", "json", ".json", {"trim": "animation", "extrude": 2, "border": 3, "bleed": 2}),
     Case("pixi", "json", ".json", {"layout": "grid", "pot": True, "format": "webp"}),
     *(
@@ -94,7 +98,8 @@ def clip(case: Case) -> list[Pixels]:
 
 
 def frames() -> list[Pixels]:
-    """Frames that move, one empty, one of a single px, one that fills the frame, one repeated."""
+    """Frames that move, two without two of their corners, one empty, one of a single px, one that
+    fills the frame, one repeated."""
     chance = np.random.default_rng(12)
     made = []
     for _ in range(9):
@@ -105,6 +110,9 @@ def frames() -> list[Pixels]:
         room = pixels[y : y + patch.shape[0], x : x + patch.shape[1]]
         room[:] = patch[: room.shape[0], : room.shape[1]]
         made.append(pixels)
+    for pixels in (made[1], made[2]):
+        middle = np.abs(np.add.outer(np.arange(HEIGHT), np.arange(WIDTH)) - 46) < 14
+        pixels[~middle] = 0
     made[3][:] = 0
     made[5][:] = 0
     made[5][17, 40] = 1
@@ -124,7 +132,13 @@ def write(case: Case, folder: Path) -> list[str]:
         for title, count in counts.items()
     ]
     sheets = build_sheets("fire", animations, settings)
-    for sheet, sprites in zip(sheets, zip(*drawn, strict=True), strict=True):
+    shown = list(zip(*drawn, strict=True))
+    if settings.mesh != "none":
+        sheets = tuple(
+            with_meshes(sheet, [[each] for each in sprites], settings.mesh.vertices)
+            for sheet, sprites in zip(sheets, shown, strict=True)
+        )
+    for sheet, sprites in zip(sheets, shown, strict=True):
         for i, page in enumerate(sheet.pages):
             with Workers(1) as workers, (folder / page.file).open("wb") as file:
                 image = draw_page(sheet, i, sprites, Edges.of(settings, sheet.scale))
@@ -153,6 +167,7 @@ def drawn(node: str, chromium: Path, tmp_path_factory: pytest.TempPathFactory) -
             "id": case.name, "client": case.client, "folder": str(root / case.name),
             "json": case.json, "title": case.title, "size": [CANVAS, CANVAS], "at": AT, "zoom": 1,
             "premultiplied": case.atlas.get("alpha") == "premultiplied", "names": names,
+            "meshes": "mesh" in case.atlas,
         })  # fmt: skip
     (root / "cases.json").write_text(json.dumps(jobs))
     ran = subprocess.run(

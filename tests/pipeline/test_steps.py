@@ -112,6 +112,7 @@ TABLE = {
         "atlas.dedupe", "atlas.extrude", "atlas.format", "atlas.layout", "atlas.max_size",
         "atlas.multiple_of", "atlas.padding", "atlas.pivot", "atlas.pot", "atlas.rotate",
         "atlas.scales", "atlas.square", "atlas.trim",
+        "atlas.mesh", "atlas.mesh.vertices", "atlas.trim_threshold",
     },
     "write_images": {
         *MAPS, "atlas.bleed", "atlas.compression", "atlas.extrude", "atlas.format",
@@ -136,7 +137,7 @@ RECIPES: dict[str, dict[str, Any]] = {
         "flakes": {"glow": 1.0, "edge": "crop"},
         "motion_blur": {"flame": True},
         "composite": {"palette": "clip"},
-        "atlas": {"layout": "grid", "scales": [1, 0.5], "bleed": 2},
+        "atlas": {"layout": "grid", "scales": [1, 0.5], "bleed": 2, "mesh": {"vertices": 6}},
         "maps": {"motion": "godot", "flame": True, "flakes": True},
         "tracks": ["light", "json"],
     },

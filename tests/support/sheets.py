@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from fire_atlas.atlas.mesh import with_meshes
 from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet, Sprite
 from fire_atlas.atlas.trim import trimmed
@@ -51,3 +52,20 @@ def sheet_of_fire(**settings: Any) -> AtlasSheet:
     sprites[4] = trimmed(np.zeros((1, 1, 4), np.uint8), 0, 0, (FRAME, FRAME))
     animation = AnimationFrames("campfire", (*sprites, sprites[0]), 1000 / 24, True, (30, 54))
     return build_sheets("campfire", [animation], Atlas.model_validate(settings))[0]
+
+
+def sparks_and_others() -> list[Sprite]:
+    """Frames of meshes: four of sparks, one that is full, an empty one, the first once more."""
+    rng = np.random.default_rng(3)
+    images = [np.zeros((26, 40, 4), np.uint8) for _ in range(6)]
+    for i, image in enumerate(images[:4]):
+        image[3:22, 5 : 24 + i] = rng.random((19, 19 + i, 1)) < 0.1
+    images[4][:] = 7
+    return [trimmed(image) for image in (*images, images[0])]
+
+
+def sheet_with_meshes(sprites: list[Sprite], **settings: Any) -> AtlasSheet:
+    """The sheet of an animation whose frames have meshes of up to seven vertices."""
+    animation = AnimationFrames("fire", tuple(sprites), 40.0, True, None)
+    sheet = build_sheets("fire", [animation], Atlas.model_validate(settings))[0]
+    return with_meshes(sheet, [[each] for each in sprites], 7)

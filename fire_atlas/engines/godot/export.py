@@ -10,6 +10,7 @@ from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.engines.godot.flakes import FlakeArrays, flake_arrays, flake_arrays_in_space
 from fire_atlas.engines.godot.import_settings import KEEP, import_settings
 from fire_atlas.engines.godot.lamp import TEXTURE_SIDE, lamp_of
+from fire_atlas.engines.godot.meshes import SURFACE_FORMAT, surface_of
 from fire_atlas.engines.godot.names import (
     FRAMES_ENDING,
     IMPORT_ENDING,
@@ -85,6 +86,13 @@ def why_texture_is_not_played(product: Product, options: GodotOptions) -> str | 
     if options.version == 4:
         reason = "the textures of its recipes are on several pages; raise atlas.max_size"
     return f"flakes.texture: the scene draws flakes as soft streaks: {reason}, or bake the flakes"
+
+
+def why_meshes_are_not_drawn(product: Product, options: GodotOptions) -> str | None:
+    """Return advice if frames have meshes, but the scene draws their rectangles."""
+    if options.version == 4 or not product.sheets[0].has_meshes:
+        return None
+    return "atlas.mesh: the scene draws rectangles: only Godot 4 draws meshes right; set version: 4"
 
 
 def _cells_of(product: Product, sheet: AtlasSheet, options: GodotOptions) -> list[dict[str, Any]]:
@@ -184,11 +192,19 @@ def _flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Ite
 def _frames(product: Product, sheet: AtlasSheet, options: GodotOptions) -> OutputFile:
     name = sheet.name + FRAMES_ENDING
     pages = [(page.file, _image_uid(product, page.file)) for page in sheet.pages]
-    textures, texture_of_frame = textures_of(sheet)
-    animations = animations_of(sheet, texture_of_frame, options)
+    textures, texture_of_frame = textures_of(sheet, draws_meshes=options.version == 4)
+    bounds = FrameBounds.of(sheet.regions)
+    surfaces = [
+        surface_of(each, each.mesh, sheet.pages[each.page], bounds) if each.mesh else None
+        for each in textures
+    ]
     return _resource(
-        "frames.tres", name, product, options, pages=pages, textures=textures, animations=animations
-    )
+        "frames.tres", name, product, options,
+        pages=pages,
+        textures=list(zip(textures, surfaces, strict=True)),
+        surface_format=SURFACE_FORMAT,
+        animations=animations_of(sheet, texture_of_frame, options),
+    )  # fmt: skip
 
 
 def _scene(

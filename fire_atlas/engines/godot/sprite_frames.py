@@ -13,7 +13,7 @@ from fractions import Fraction
 from math import gcd, lcm
 from typing import NamedTuple, Self
 
-from fire_atlas.atlas.sheet import AtlasSheet, Region
+from fire_atlas.atlas.sheet import AtlasSheet, Mesh, Region
 from fire_atlas.engines.godot.names import titles
 from fire_atlas.recipe.output import GodotOptions
 
@@ -84,7 +84,10 @@ class FrameBounds:
 
 @dataclass(frozen=True, slots=True)
 class AtlasTexture:
-    """A rectangle of a page with a margin around it; px, y down."""
+    """A rectangle of a page with a margin around it; px, y down.
+
+    ``mesh`` is what of it is drawn, None if all.
+    """
 
     page: int
     x: int
@@ -92,6 +95,7 @@ class AtlasTexture:
     width: int
     height: int
     margin: Margin
+    mesh: Mesh | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,15 +123,18 @@ class FrameTiming(NamedTuple):
     durations: tuple[float, ...]
 
 
-def textures_of(sheet: AtlasSheet) -> tuple[list[AtlasTexture], dict[str, int]]:
+def textures_of(
+    sheet: AtlasSheet, *, draws_meshes: bool
+) -> tuple[list[AtlasTexture], dict[str, int]]:
     """Return all textures, each once, and the index of the texture of each frame by its name."""
     bounds = FrameBounds.of(sheet.regions)
     indices: dict[AtlasTexture, int] = {}
     index_of_frame = {}
     for region in sheet.regions:
         texture = AtlasTexture(
-            region.page, region.x, region.y, region.width, region.height, bounds.margin(region)
-        )
+            region.page, region.x, region.y, region.width, region.height, bounds.margin(region),
+            region.mesh if draws_meshes and not region.fills_rectangle else None,
+        )  # fmt: skip
         index_of_frame[region.name] = indices.setdefault(texture, len(indices))
     return list(indices), index_of_frame
 

@@ -15,6 +15,7 @@ from fire_atlas.engines.unity.assets import (
 )
 from fire_atlas.engines.unity.flake_tracks import AnimationFlakes, flake_bytes
 from fire_atlas.engines.unity.meta import (
+    MESH_TYPE,
     SECONDARY_TEXTURES,
     TEXTURE_KEYS,
     merged,
@@ -223,12 +224,15 @@ class _Export:
             sprites=[] if data else [sprites[region.name] for region in sheet.regions_of(index)],
             alpha=sheet.alpha,
             data=data,
+            tight=sheet.has_meshes and not data,
             secondary=[{"guid": self.guid(each), "name": "_MotionTex"} for each in secondary],
             max_size=size,
             pixels_per_unit=self.options.pixels_per_unit * sheet.scale,
         )
         old = read_meta(file, self.product.existing(file))
-        owned = (*TEXTURE_KEYS, *((SECONDARY_TEXTURES,) if secondary else ()))
+        owned = [*TEXTURE_KEYS]
+        owned += [SECONDARY_TEXTURES] if secondary else []
+        owned += [MESH_TYPE] if sheet.has_meshes else []
         meta = with_max_size(merged(old, fresh, owned), size)
         return OutputFile(file, "import", meta.encode())
 

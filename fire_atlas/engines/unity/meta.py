@@ -34,6 +34,9 @@ TEXTURE_KEYS: tuple[YamlPath, ...] = (
 SECONDARY_TEXTURES: YamlPath = (_TEXTURE, "spriteSheet", "secondaryTextures")
 """The key that builds overwrite as well if the page has motion vectors."""
 
+MESH_TYPE: YamlPath = (_TEXTURE, "spriteMeshType")
+"""The key that builds overwrite as well if frames have meshes."""
+
 _CONFLICT = re.compile(r"^(<{7}|>{7}) ", re.MULTILINE)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from fire_atlas.atlas.polygon import rectangle
 from fire_atlas.atlas.sheet import AtlasSheet, Region
 from fire_atlas.engines.unity.names import local_file_id, sprite_guid, sprite_names
 
@@ -33,6 +34,8 @@ class PageSprite:
         page: GUID of its page.
         rect: Its place on the page, px, y up.
         pivot: In 0..1 of the rect, y up.
+        outline: Vertices of what of it is drawn, clockwise, px from the middle of the rect, y
+            up; none on a sheet without meshes.
     """
 
     name: str
@@ -41,6 +44,7 @@ class PageSprite:
     page: str
     rect: SpriteRect
     pivot: tuple[float, float]
+    outline: tuple[tuple[float, float], ...]
 
 
 def sprites_of(sheet: AtlasSheet, guid: Callable[[str], str]) -> dict[str, PageSprite]:
@@ -60,6 +64,7 @@ def sprites_of(sheet: AtlasSheet, guid: Callable[[str], str]) -> dict[str, PageS
             page=guid(sheet.pages[region.page].file),
             rect=rect_of(region, sheet.pages[region.page].height),
             pivot=pivot_of(region),
+            outline=outline_of(region) if sheet.has_meshes else (),
         )
         for region in placed
     }
@@ -76,6 +81,16 @@ def pivot_of(region: Region) -> tuple[float, float]:
     x, y = pivot_px(region)
     bottom = region.trim_y + region.height
     return (x - region.trim_x) / region.width, (bottom - y) / region.height
+
+
+def outline_of(region: Region) -> tuple[tuple[float, float], ...]:
+    """Return the outline of what is drawn of a frame; that of its rectangle if it has no mesh.
+
+    Unity would find an outline of its own for a sprite without one.
+    """
+    width, height = region.width, region.height
+    vertices = region.mesh.vertices if region.mesh else rectangle(0, 0, width, height)
+    return tuple((x - width / 2, height / 2 - y) for x, y in vertices)
 
 
 def pivot_px(region: Region) -> tuple[float, float]:

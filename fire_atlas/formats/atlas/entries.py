@@ -12,6 +12,7 @@ from fire_atlas import __version__
 from fire_atlas.atlas.sheet import (
     AtlasSheet,
     CellGrid,
+    Mesh,
     MotionScale,
     Page,
     Region,
@@ -50,7 +51,34 @@ def frame_entry(region: Region) -> dict[str, Any]:
         "sourceSize": {"w": region.frame_width, "h": region.frame_height},
         "duration": plain(region.duration, 3),
         "anchor": {"x": plain(region.anchor[0], 6), "y": plain(region.anchor[1], 6)},
+        **({} if region.mesh is None else _mesh_entry(region, region.mesh)),
     }
+
+
+def _mesh_entry(region: Region, mesh: Mesh) -> dict[str, Any]:
+    """Return a frame's mesh: vertices in px of the untrimmed frame, and in px of the page."""
+    return {
+        "vertices": [[x + region.trim_x, y + region.trim_y] for x, y in mesh.vertices],
+        "verticesUV": [list(region.on_page(vertex)) for vertex in mesh.vertices],
+        "triangles": [list(triangle) for triangle in mesh.triangles],
+    }
+
+
+def _mesh_of(entry: dict[str, Any]) -> Mesh | None:
+    """Read the mesh of a frame, whose vertices lie in its trimmed part; None if it has none."""
+    if "vertices" not in entry:
+        return None
+    trim = entry["spriteSourceSize"]
+    left, top = whole(trim["x"]), whole(trim["y"])
+    right, bottom = left + whole(trim["w"]), top + whole(trim["h"])
+    vertices = tuple(
+        (whole(x, left, right) - left, whole(y, top, bottom) - top) for x, y in entry["vertices"]
+    )
+    last = len(vertices) - 1
+    triangles = tuple(
+        (whole(a, 0, last), whole(b, 0, last), whole(c, 0, last)) for a, b, c in entry["triangles"]
+    )
+    return Mesh(vertices, triangles)
 
 
 def region_of(name: str, page: int, entry: dict[str, Any]) -> Region:
@@ -71,6 +99,7 @@ def region_of(name: str, page: int, entry: dict[str, Any]) -> Region:
         frame_height=whole(full["h"], 1),
         anchor=(_anchor(anchor["x"]), _anchor(anchor["y"])),
         duration=number(entry["duration"], 0, MAX_MILLISECONDS),
+        mesh=_mesh_of(entry),
     )
 
 

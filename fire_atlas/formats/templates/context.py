@@ -80,7 +80,10 @@ def _frame(sheet: AtlasSheet, index: int, region: Region) -> dict[str, Any]:
     The size is upright; on the page a ``rotated`` frame is turned 90° clockwise.
     ``trim_x``, ``trim_y`` is the top-left corner of these pixels in the untrimmed frame, whose size
     is ``source_width`` × ``source_height``; ``anchor_x``, ``anchor_y`` the pivot in 0..1 of that.
+    ``mesh`` is None, or the ``vertices`` [x, y] of what is drawn, px of the trimmed pixels, and its
+    ``triangles`` of three indices.
     """
+    mesh = region.mesh
     return {
         "name": region.name,
         "index": index,
@@ -99,7 +102,11 @@ def _frame(sheet: AtlasSheet, index: int, region: Region) -> dict[str, Any]:
         "anchor_x": plain(region.anchor[0], 6),
         "anchor_y": plain(region.anchor[1], 6),
         "duration": plain(region.duration, 3),
-    }
+        "mesh": mesh and {
+            "vertices": [list(vertex) for vertex in mesh.vertices],
+            "triangles": [list(triangle) for triangle in mesh.triangles],
+        },
+    }  # fmt: skip
 
 
 def _page(sheet: AtlasSheet, index: int, frames: dict[str, Any]) -> dict[str, Any]:

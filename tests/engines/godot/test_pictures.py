@@ -50,8 +50,15 @@ CASES = [
     Case("webp", {"alpha": "premultiplied", "format": "webp"}),
     Case("grid", {"alpha": "premultiplied", "layout": "grid", "pot": True}),
     Case("half", {"alpha": "premultiplied", "scales": [1, 0.5]}, "@0.5x"),
+    Case("meshes", {"alpha": "premultiplied", "mesh": {"vertices": 8}}),
+    Case("half_mesh", {"mesh": {"vertices": 12}, "scales": [1, 0.5]}, "@0.5x"),
     Case("untrimmed", {"alpha": "straight", "trim": "none", "extrude": 2, "dedupe": False}),
 ]
+
+WHITE = Case("white", {"mesh": {"vertices": 8}})
+"""Its page is painted white: the screen shows the mesh."""
+CORNER = (SIZE[0] - 20, SIZE[1] - 10)
+"""Where a sprite is seen only because of its offset to the top and to the left."""
 
 
 def build(game: Path, case: Case, version: int) -> None:
@@ -96,6 +103,13 @@ def shots_of_4(godot4: Godot4, tmp_path_factory: pytest.TempPathFactory) -> Path
                 "animation": case.name, "frame": i,
                 "background": "{:02x}{:02x}{:02x}".format(*BACKGROUND),
             }  # fmt: skip
+    build(folder, WHITE, 4)
+    with Image.open(folder / "white.png") as page:
+        Image.new("RGBA", page.size, "white").save(folder / "white.png")
+    jobs["white.shot"] = {
+        "do": "draw", "scene": "res://white.tscn", "at": CORNER, "animation": "white",
+        "frame": 0, "background": "000000",
+    }  # fmt: skip
     answers = godot4.run(folder, list(jobs.values()), SIZE)
     for name, answer in zip(jobs, answers, strict=True):
         Image.fromarray(screenshot(answer)).save(folder / name, "PNG")
@@ -139,6 +153,27 @@ def assert_drawn(case: Case, folder: Path, most: int) -> None:
         assert difference.max() <= most
         assert (wanted != np.array(BACKGROUND)).any(axis=2).sum() > 1000
     assert (len(atlas.sheet.pages) > 1) == ("max_size" in case.atlas)
+
+
+def test_godot_4_draws_the_mesh_of_a_frame_and_nothing_beside_it(shots_of_4: Path) -> None:
+    """Pixels whose middle is in one of its triangles, which each are half-planes."""
+    frame = json.loads((shots_of_4 / "white.json").read_bytes())["frames"]["white/0000"]
+    size, anchor = frame["sourceSize"], frame["anchor"]
+    left = CORNER[0] - round(anchor["x"] * size["w"])
+    top = CORNER[1] - round(anchor["y"] * size["h"])
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]] + 0.5
+    wanted, on_edge = np.zeros(x.shape, np.bool_), np.zeros(x.shape, np.bool_)
+    for corners in frame["triangles"]:
+        a, b, c = ([p[0] + left, p[1] + top] for p in (frame["vertices"][i] for i in corners))
+        sides = [
+            (q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0])
+            for p, q in ((a, b), (b, c), (c, a))
+        ]
+        wanted |= np.min(sides, axis=0) >= 0
+        on_edge |= np.min(np.abs(sides), axis=0) == 0
+    drawn = shot(shots_of_4 / "white.shot").max(axis=2) > 0
+    assert (drawn == wanted)[~on_edge].all()
+    assert 3000 < wanted.sum() < 0.9 * frame["frame"]["w"] * frame["frame"]["h"]
 
 
 MARKED: dict[str, dict[str, Any]] = {

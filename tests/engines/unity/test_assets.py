@@ -1,6 +1,7 @@
 """The assets are what the editor itself would have written: every key, every reference."""
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -11,6 +12,7 @@ from fire_atlas.engines.unity.names import player_name
 from fire_atlas.engines.unity.sprites import max_texture_size
 from tests.engines.unity.products import ALONE, SEVERAL, Fire, exported, kinds
 from tests.engines.unity.type_trees import Loader, documents, faults, importer
+from tests.support.sheets import product_of, sheet_with_meshes, sparks_and_others
 
 YAML_ENDINGS = (".anim", ".controller", ".prefab", ".mat", ".meta")
 
@@ -204,3 +206,23 @@ def test_one_name_twice_in_a_project_takes_two_namespaces() -> None:
     assert not guids(forest).keys() & guids(desert).keys()
     assert b"namespace Forest" in forest["fire_flakes.cs"]
     assert b'Shader "Desert/fire/Sprite"' in desert["fire.shader"]
+
+
+def test_outlines_are_the_meshes_in_units_of_the_sprite_editor() -> None:
+    sheet = sheet_with_meshes(sparks_and_others())
+    lying = exported(product_of(sheet_with_meshes(sparks_and_others())))["fire.png.meta"]
+    was_full = lying.replace(b"spriteMeshType: 1", b"spriteMeshType: 0")
+    product = replace(product_of(sheet), existing={"fire.png.meta": was_full}.get)
+    meta = exported(product)["fire.png.meta"].decode()
+    assert faults("fire.png.meta", meta) == []
+    _, fields = importer(meta)
+    assert fields["spriteMeshType"] == 1
+    sprites = {sprite["name"]: sprite for sprite in fields["spriteSheet"]["sprites"]}
+    for region in sheet.regions:
+        sprite = sprites[region.name.replace("/", "_")]
+        (outline,) = sprite["outline"]
+        assert region.mesh is not None
+        # From the middle of the rect, y up, to the trimmed frame's top-left corner, y down.
+        rect = sprite["rect"]
+        back = [(p["x"] + rect["width"] / 2, rect["height"] / 2 - p["y"]) for p in outline]
+        assert back == list(region.mesh.vertices)

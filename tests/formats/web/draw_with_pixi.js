@@ -12,7 +12,23 @@ function readBack(gl, width, height) {
   return btoa(text);
 }
 
-window.draw = async ({ id, json, title, premultiplied, size, at, zoom }) => {
+/** A frame as a mesh, as docs/engines/web.md has it. */
+function meshOf(sheet, name) {
+  const { anchor, sourceSize, vertices, verticesUV, triangles } = sheet.data.frames[name];
+  const { size, scale } = sheet.data.meta;
+  return new PIXI.Mesh({
+    geometry: new PIXI.MeshGeometry({
+      positions: new Float32Array(vertices.flatMap(([x, y]) => [
+        (x - anchor.x * sourceSize.w) / scale, (y - anchor.y * sourceSize.h) / scale,
+      ])),
+      uvs: new Float32Array(verticesUV.flatMap(([x, y]) => [x / size.w, y / size.h])),
+      indices: new Uint32Array(triangles.flat()),
+    }),
+    texture: new PIXI.Texture({ source: sheet.textures[name].source }),
+  });
+}
+
+window.draw = async ({ id, json, title, premultiplied, size, at, zoom, meshes }) => {
   const [width, height] = size;
   const app = new PIXI.Application();
   PIXI.TextureSource.defaultOptions.scaleMode = "nearest";
@@ -37,7 +53,15 @@ window.draw = async ({ id, json, title, premultiplied, size, at, zoom }) => {
   const frames = textures.map((_, i) => {
     sprite.gotoAndStop(i);
     sprite.anchor.copyFrom(sprite.texture.defaultAnchor);
+    const mesh = meshes ? meshOf(sheet, textures[i].label) : null;
+    if (mesh) {
+      sprite.visible = false;
+      mesh.position.set(...at);
+      mesh.scale.set(zoom);
+      app.stage.addChild(mesh);
+    }
     app.render();
+    mesh?.destroy();
     return readBack(app.renderer.gl, width, height);
   });
 

@@ -3,7 +3,7 @@
 //   node play.mjs CASES.json OUT_FOLDER
 //
 // CASES.json is a list of {id, client, folder, json, title, premultiplied, size: [w, h], at: [x, y],
-// zoom}. For each, every frame of every animation is drawn with its pivot at `at` on a canvas of
+// zoom, meshes}. For each, every frame of every animation is drawn with its pivot at `at` on a canvas of
 // `size`, and written to OUT_FOLDER/<id>.rgba, frame after frame, as premultiplied RGBA bytes, top row
 // first; what was found besides is printed as JSON, by id. Files are served on 127.0.0.1 alone.
 //

@@ -1,0 +1,59 @@
+"""Give each frame of a sheet a tight polygon, so that renderers draw fewer empty pixels."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.atlas.outline import outline
+from fire_atlas.atlas.polygon import triangulated
+from fire_atlas.atlas.sheet import AtlasSheet, Mesh, Rect, Region, Sprite
+from fire_atlas.atlas.trim import crop, visible_pixels
+
+
+def with_meshes(
+    sheet: AtlasSheet,
+    frames: Sequence[Sequence[Sprite]],
+    vertices: int,
+    *,
+    threshold: int = 0,
+    margin: int = 0,
+) -> AtlasSheet:
+    """Return a sheet whose frames have meshes.
+
+    Args:
+        sheet: The sheet.
+        frames: Of each frame, what the page and its maps show of it.
+        vertices: Maximum number of vertices of a mesh.
+        threshold: Pixels count as visible if their alpha or light is above this, of 255.
+        margin: Empty px kept around what is visible.
+    """
+    meshes: dict[tuple[int, int, int], Mesh] = {}
+    regions = []
+    for region, sprites in zip(sheet.regions, frames, strict=True):
+        place = region.page, region.x, region.y
+        if place not in meshes:  # frames with the same pixels share it
+            visible = _visible(region, sprites, threshold, margin)
+            meshes[place] = _mesh(outline(visible, vertices))
+        regions.append(replace(region, mesh=meshes[place]))
+    return replace(sheet, regions=tuple(regions))
+
+
+def _visible(
+    region: Region, sprites: Sequence[Sprite], threshold: int, margin: int
+) -> NDArray[np.bool_]:
+    """Return which pixels of a trimmed frame (H, W) must be drawn."""
+    rect = Rect(region.trim_x, region.trim_y, region.width, region.height)
+    visible = np.zeros((region.height, region.width), np.bool_)
+    for sprite in sprites:
+        visible |= visible_pixels(crop(sprite, rect), threshold)
+    if not margin:
+        return visible
+    around = np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)
+    return cv2.dilate(visible.view(np.uint8), around).astype(np.bool_)
+
+
+def _mesh(polygon: Sequence[tuple[int, int]]) -> Mesh:
+    return Mesh(tuple(polygon), triangulated(polygon))
