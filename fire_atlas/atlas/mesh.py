@@ -1,6 +1,6 @@
 """Give each frame of a sheet a tight polygon, so that renderers draw fewer empty pixels."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import cv2
@@ -20,6 +20,7 @@ def with_meshes(
     *,
     threshold: int = 0,
     margin: int = 0,
+    done: Callable[[], object] = lambda: None,
 ) -> AtlasSheet:
     """Return a sheet whose frames have meshes.
 
@@ -29,6 +30,7 @@ def with_meshes(
         vertices: Maximum number of vertices of a mesh.
         threshold: Pixels count as visible if their alpha or light is above this, of 255.
         margin: Empty px kept around what is visible.
+        done: Called after each frame.
     """
     meshes: dict[tuple[int, int, int], Mesh] = {}
     regions = []
@@ -38,6 +40,7 @@ def with_meshes(
             visible = _visible(region, sprites, threshold, margin)
             meshes[place] = _mesh(outline(visible, vertices))
         regions.append(replace(region, mesh=meshes[place]))
+        done()
     return replace(sheet, regions=tuple(regions))
 
 

@@ -60,23 +60,42 @@ def pack(
             f"or fewer frames could make one page enough"
         )
         _note_split(sheets[0], atlas, progress)
-    if atlas.mesh != "none":
-        sheets = tuple(
-            with_meshes(
-                sheet,
-                [
-                    [frame.sprites[scale], *(layer[scale] for layer in frame.layers.values())]
-                    for animation in animations.values()
-                    for frame in animation.frames
-                ],
-                atlas.mesh.vertices,
-                threshold=atlas.trim_threshold,
-                margin=math.ceil(vector_margin(motions) * sheet.scale),
-            )
-            for scale, sheet in enumerate(sheets)
-        )
+    sheets = _with_meshes(sheets, animations, vector_margin(motions), atlas, progress)
     encoding = None if maps.motion == "none" else motion_encoding(maps.motion)
     return tuple(with_maps(sheet, maps.layers, motions, encoding) for sheet in sheets)
+
+
+def _with_meshes(
+    sheets: Sequence[AtlasSheet],
+    animations: Mapping[str, FinishedAnimation],
+    margin: int,
+    atlas: Atlas,
+    progress: Progress,
+) -> tuple[AtlasSheet, ...]:
+    """Return the sheets of all scales with a mesh for each frame, if the recipe asks for them.
+
+    Args:
+        sheets: The sheets, the largest first.
+        animations: What they show: pages and layers share their meshes.
+        margin: Empty px that are kept around what is visible, at full size.
+        atlas: Settings of the pages.
+        progress: Advances with each frame of each scale.
+    """
+    if atlas.mesh == "none":
+        return tuple(sheets)
+    frames = [frame for animation in animations.values() for frame in animation.frames]
+    progress.stage("mesh", len(sheets) * len(frames))
+    return tuple(
+        with_meshes(
+            sheet,
+            [[f.sprites[scale], *(each[scale] for each in f.layers.values())] for f in frames],
+            atlas.mesh.vertices,
+            threshold=atlas.trim_threshold,
+            margin=math.ceil(margin * sheet.scale),
+            done=progress.advance,
+        )
+        for scale, sheet in enumerate(sheets)
+    )
 
 
 def _refuse_split(sheet: AtlasSheet, textures: Collection[str]) -> None:
