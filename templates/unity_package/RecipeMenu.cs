@@ -23,6 +23,7 @@ namespace FireAtlas.Editor
         static RecipeBuild build;
         static int progress;
         static bool reported;
+        static string[] waiting = new string[0];
 
         /// <summary>Whether a build is running.</summary>
         public static bool Running
@@ -40,7 +41,7 @@ namespace FireAtlas.Editor
         [MenuItem(BuildSelected)]
         public static void StartSelected()
         {
-            Start(Selected().ToArray());
+            Build(Selected().ToArray());
         }
 
         [MenuItem(BuildAll, true)]
@@ -56,7 +57,7 @@ namespace FireAtlas.Editor
             string[] found = Directory.GetFiles(Application.dataPath, "*.fire", SearchOption.AllDirectories);
             string[] recipes = found.Select(InProject).OrderBy(path => path, System.StringComparer.Ordinal).ToArray();
             if (recipes.Length == 0) Debug.LogWarning("Fire Atlas: there is no recipe that ends in .fire below Assets");
-            else Start(recipes);
+            else Build(recipes);
         }
 
         /// <summary>Returns the selected recipes and folders, as paths in the project.</summary>
@@ -74,6 +75,13 @@ namespace FireAtlas.Editor
         static string AssetPath(string path)
         {
             return path.Replace(Path.DirectorySeparatorChar, '/');
+        }
+
+        /// <summary>Builds recipes: now, or after the build that is running.</summary>
+        public static void Build(string[] recipes)
+        {
+            if (Running) waiting = waiting.Union(recipes).ToArray();
+            else Start(recipes);
         }
 
         static void Start(string[] recipes)
@@ -111,7 +119,10 @@ namespace FireAtlas.Editor
             if (!stopped) Progress.Finish(progress, failed ? Progress.Status.Failed : Progress.Status.Succeeded);
             build.Dispose();
             build = null;
+            string[] next = stopped ? new string[0] : waiting;
+            waiting = new string[0];
             AssetDatabase.Refresh();
+            if (next.Length > 0) Build(next);
         }
 
         static void Show(RecipeBuild.Line line)

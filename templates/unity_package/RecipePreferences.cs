@@ -4,10 +4,10 @@ namespace FireAtlas.Editor
 {
     using global::UnityEditor;
 
-    /// <summary>Where the program fire-atlas is on this machine.</summary>
+    /// <summary>Where the program fire-atlas is on this machine, and when it runs.</summary>
     public static class RecipePreferences
     {
-        const string Key = "FireAtlas.Command", Default = "fire-atlas";
+        const string Key = "FireAtlas.Command", Default = "fire-atlas", ImportKey = "FireAtlas.BuildOnImport";
 
         /// <summary>Name or path of the program.</summary>
         public static string Command
@@ -16,13 +16,26 @@ namespace FireAtlas.Editor
             set { EditorPrefs.SetString(Key, string.IsNullOrEmpty(value) ? Default : value); }
         }
 
+        /// <summary>Whether .fire recipes are built as they are imported: new, or changed.</summary>
+        public static bool BuildOnImport
+        {
+            get { return EditorPrefs.GetBool(ImportKey, false); }
+            set { EditorPrefs.SetBool(ImportKey, value); }
+        }
+
         [SettingsProvider]
         static SettingsProvider Provider()
         {
             return new SettingsProvider("Preferences/Fire Atlas", SettingsScope.User)
             {
-                guiHandler = _ => Command = EditorGUILayout.DelayedTextField("Path of fire-atlas", Command),
+                guiHandler = _ => Show(),
             };
+        }
+
+        static void Show()
+        {
+            Command = EditorGUILayout.DelayedTextField("Path of fire-atlas", Command);
+            BuildOnImport = EditorGUILayout.Toggle("Build .fire recipes on import", BuildOnImport);
         }
     }
 }

@@ -48,6 +48,7 @@ _COPIED = (
     PLAYER,
     "Runtime/LightTrack.cs",
     "Editor/RecipeBuild.cs",
+    "Editor/RecipeImport.cs",
     "Editor/RecipeMenu.cs",
     "Editor/RecipePreferences.cs",
 )

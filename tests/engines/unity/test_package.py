@@ -322,6 +322,19 @@ def test_the_menu_builds_recipes_and_shows_advice(harness: Harness, game: Path) 
     assert not any("plain.yaml" in line for line in every)
 
 
+def test_recipes_are_built_on_import_if_the_preferences_say_so(
+    harness: Harness, game: Path
+) -> None:
+    """Twice, since they are imported again during the first build."""
+    tool = game / "counted"
+    tool.write_text('#!/bin/sh\necho "$@" >> "$0.txt"\n')
+    tool.chmod(0o755)
+    said = harness("import", tool, game, "Assets/a.fire", "Assets/b.yaml", "Assets/c.png")
+    assert said[:2] == ["off: running False", "on: running True"]
+    assert said[2:] == ["finished: Succeeded", "refresh"] * 2 + ["locks 0"]
+    assert Path(f"{tool}.txt").read_text() == "build --json Assets/a.fire\n" * 2
+
+
 def test_a_missing_or_broken_program_is_explained(harness: Harness, game: Path) -> None:
     (line, locks) = harness("build", game / "not-there", game, "Assets/a.fire")
     assert line.startswith(f"error: Fire Atlas: there is no program {game / 'not-there'}.")

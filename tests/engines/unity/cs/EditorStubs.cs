@@ -161,11 +161,14 @@ namespace UnityEditor
         static readonly Dictionary<string, string> Values = new Dictionary<string, string>();
         public static string GetString(string key, string defaultValue) { return Values.ContainsKey(key) ? Values[key] : defaultValue; }
         public static void SetString(string key, string value) { Values[key] = value; }
+        public static bool GetBool(string key, bool defaultValue) { return Values.ContainsKey(key) ? Values[key] == "1" : defaultValue; }
+        public static void SetBool(string key, bool value) { Values[key] = value ? "1" : "0"; }
     }
 
     public static class EditorGUILayout
     {
         public static string DelayedTextField(string label, string text) { return text; }
+        public static bool Toggle(string label, bool value) { return value; }
     }
 
     public enum SettingsScope { User, Project }
@@ -191,6 +194,8 @@ namespace UnityEditor
         public static UnityEngine.Object LoadMainAssetAtPath(string assetPath) { return null; }
         public static void Refresh() { Console.WriteLine("refresh"); }
     }
+
+    public class AssetPostprocessor { }
 
     public static class Progress
     {

@@ -5,6 +5,7 @@
 // arguments NAME...               the command line for recipes, then whether each name is a recipe
 // build COMMAND PROJECT NAME...   selects assets and builds them; "" selects none and builds all
 // stop COMMAND PROJECT NAME...    the same, cancelled at once
+// import COMMAND PROJECT NAME...  imports assets: with the preference off, on, and on while that build runs
 
 using System;
 using System.Globalization;
@@ -31,7 +32,7 @@ static class PackageHarness
             case "light": Light(rest[0], rest[1].Split(',')); break;
             case "play": Play(rest[0]); break;
             case "arguments": Arguments(rest); break;
-            default: Build(rest, args[0] == "stop"); break;
+            default: Build(args[0], rest); break;
         }
     }
 
@@ -125,20 +126,32 @@ static class PackageHarness
         foreach (string name in names) Console.WriteLine(RecipeBuild.IsRecipe(name));
     }
 
-    static void Build(string[] args, bool stop)
+    static void Build(string how, string[] args)
     {
         RecipePreferences.Command = args[0];
         Application.dataPath = args[1] + "/Assets";
         Selection.assetGUIDs = args.Skip(2).ToArray();
-        if (args[2] == "") RecipeMenu.StartAll();
+        if (how == "import") Import(Selection.assetGUIDs);
+        else if (args[2] == "") RecipeMenu.StartAll();
         else RecipeMenu.StartSelected();
-        if (stop) Progress.Cancel(1);
+        if (how == "stop") Progress.Cancel(1);
         while (RecipeMenu.Running)
         {
             EditorApplication.update();
             Thread.Sleep(20);
         }
         Console.WriteLine("locks " + EditorApplication.Locks + (EditorApplication.update == null ? "" : " still watching"));
+    }
+
+    static void Import(string[] assets)
+    {
+        MethodInfo found = typeof(RecipeImport).GetMethod("OnPostprocessAllAssets", BindingFlags.Static | BindingFlags.NonPublic);
+        var none = new string[0];
+        found.Invoke(null, new object[] { assets, none, none, none });
+        Console.WriteLine("off: running " + RecipeMenu.Running);
+        RecipePreferences.BuildOnImport = true;
+        for (int i = 0; i < 2; i++) found.Invoke(null, new object[] { assets, none, none, none });
+        Console.WriteLine("on: running " + RecipeMenu.Running);
     }
 
     static void Set(object target, string field, object value)
