@@ -2,26 +2,29 @@ extends Node
 # Does what the add-on does in the editor, but for running the command.
 
 const ADDON := "res://addons/fire_atlas/%s.gd"
+const RECIPE := "user://torch.fire"
+const IMPORTED := "user://.godot/imported"
 
 var Builder: GDScript = load(ADDON % "builder")
+var Editor: GDScript = load("res://editor.gd")
 var Files: GDScript = load(ADDON % "files")
 var Inputs: GDScript = load(ADDON % "inputs")
 
 
-# Answers what the add-on reads of the `files` of a build, of what was `said` to it and in a depfile
-# (`needs`).
+# Answers what the add-on does with the `files` of a build, and reads of what was `said` to it and in
+# a depfile (`needs`).
 func answer(job: Dictionary) -> Variant:
-	DirAccess.make_dir_absolute("user://build")
-	DirAccess.make_dir_absolute("user://imported")
+	for folder: String in [IMPORTED, "user://build", "user://clip"]:
+		DirAccess.make_dir_recursive_absolute(folder)
 	for file: String in job["files"]:
-		Files.write_text("user://" + file, job["files"][file])
+		var text: String = job["files"][file]
+		Files.write_text("user://" + file, text.replace("RECIPE", ProjectSettings.globalize_path(RECIPE)))
 	return {
 		"needs": Builder.read_depfile(job["needs"]),
 		"events": job["said"].map(_events),
-		"asset": _asset(job["recipe"]),
+		"imported": await _imported(),
 		"changes": _changes(),
 		"kept_out": job["exported"].filter(_is_kept_out),
-		"plugin": load(ADDON % "plugin").can_instantiate(),
 	}
 
 
@@ -31,44 +34,58 @@ func _events(said: String) -> Array:
 	return [builder.errors, builder.notes, builder.is_new]
 
 
-# The asset as it plays, and which pictures are imported with it.
-func _asset(recipe: String) -> Dictionary:
-	var builder: RefCounted = Builder.new()
-	builder._read_outputs("user://torch.d", recipe)
-	builder.scene = builder.scene.replace("user://", "res://")
-	var importer: Node = load(ADDON % "importer").new()
-	Files.write_text("user://asset.tscn", importer._scene(builder))
-	importer.free()
-	var root: AnimatedSprite2D = load("user://asset.tscn").instantiate()
-	var seen := {
-		"root": root.name,
-		"frames": root.sprite_frames.resource_path,
-		"errors": builder.errors,
-		"inputs": builder.inputs,
-		"outputs": builder.outputs,
-		"pictures": builder.pictures,
+# What the editor is told to do as a recipe is imported, and as one of its inputs goes; the asset.
+func _imported() -> Dictionary:
+	Editor.editor = Editor.new()
+	var plugin: Node = load(ADDON % "plugin").new()
+	add_child(plugin)
+	var none: Array[String] = []
+	var generated: Array[String] = []
+	var path := IMPORTED + "/torch"
+	var error: Error = Editor.importer._import(RECIPE, path, {}, none, generated)
+	for i in 3:
+		if i == 2:
+			DirAccess.remove_absolute("user://clip/0.png")
+		Editor.editor.filesystem_changed.emit()
+		await get_tree().process_frame
+	remove_child(plugin)
+	plugin.free()
+	Editor.editor.free()
+	var inputs: PackedStringArray = Inputs.remembered(path)
+	DirAccess.remove_absolute(path + Inputs.ENDING)
+	return {
+		"calls": Editor.calls,
+		"error": error,
+		"generated": generated,
+		"inputs": inputs,
+		"asset": _asset(Files.read_text(path + ".tscn")),
 	}
+
+
+func _asset(text: String) -> Array:
+	Files.write_text("user://asset.tscn", text.replace("user://build", "res://build"))
+	var root: AnimatedSprite2D = load("user://asset.tscn").instantiate()
+	var seen := [root.name, root.sprite_frames.resource_path]
 	root.free()
 	return seen
 
 
-# What the add-on takes for changed: at once, when a file has changed that was there, and again;
-# then if the recipe could not be built.
+# What the add-on takes for changed: at once, when a file has come that was not there, and again;
+# if the recipe could not be built; if the recipe has gone.
 func _changes() -> Array:
+	var path := IMPORTED + "/torch"
 	var inputs := PackedStringArray(["user://build/torch.json", "user://new.png"])
 	var now := int(Time.get_unix_time_from_system())
-	Files.write_text("user://torch.fire", "{}")
-	Inputs.remember("user://imported/torch-1", "user://torch.fire", inputs, now + 60, false)
-	var seen := [Inputs.find_changed("user://imported", false)]
+	Inputs.remember(path, RECIPE, inputs, now + 60, false)
+	var seen := [Inputs.find_changed(IMPORTED, false)]
 	Files.write_text("user://new.png", "new")
-	seen.append(Inputs.find_changed("user://imported", false))
-	seen.append(Inputs.find_changed("user://imported", true))
-	Inputs.remember("user://imported/torch-1", "user://torch.fire", inputs, now + 60, true)
-	seen.append(Inputs.find_changed("user://imported", true))
-	seen.append(Inputs.remembered("user://imported/torch-1"))
-	DirAccess.remove_absolute("user://torch.fire")
-	seen.append(Inputs.find_changed("user://imported", true))
-	seen.append(FileAccess.file_exists("user://imported/torch-1.inputs.json"))
+	seen.append(Inputs.find_changed(IMPORTED, false))
+	seen.append(Inputs.find_changed(IMPORTED, true))
+	Inputs.remember(path, RECIPE, inputs, now + 60, true)
+	seen.append(Inputs.find_changed(IMPORTED, true))
+	DirAccess.remove_absolute(RECIPE)
+	seen.append(Inputs.find_changed(IMPORTED, true))
+	seen.append(Files.names_in(IMPORTED))
 	return seen
 
 
