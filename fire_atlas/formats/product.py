@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from fire_atlas.atlas.sheet import AtlasSheet
+from fire_atlas.core.camera import Camera
 from fire_atlas.effect.composition.light import ClipLight
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.names import animation_stem
@@ -24,6 +25,7 @@ class Product:
         track_formats: Formats in which the flake tracks are written.
         lights: The light of each animation whose light was measured, by its name.
         pixel_art: Whether all is pixel art, whose pixels stay sharp when they are shown larger.
+        cameras: The camera that sees each animation of a fire with depth, by its name.
     """
 
     sheets: tuple[AtlasSheet, ...]
@@ -33,6 +35,7 @@ class Product:
     track_formats: tuple[TrackName, ...] = ()
     lights: Mapping[str, ClipLight] = field(default_factory=dict)
     pixel_art: bool = False
+    cameras: Mapping[str, Camera] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

@@ -136,6 +136,7 @@ def finish(recipe: Recipe, simulated: SimulatedClip, context: BuildContext) -> F
         tracks=simulated.tracks,
         bakes_flakes=settings.bakes_flakes,
         pixel_art=settings.pixel_art,
+        camera=None if clip.depth is None else clip.depth.camera,
         statistics=_statistics(recipe, clip, simulated.tracks),
     )
 

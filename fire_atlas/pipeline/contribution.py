@@ -10,6 +10,7 @@ from typing import Any
 from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet, StateGraph
 from fire_atlas.channels.cross_validation import motion_statistics
 from fire_atlas.channels.motion import Motion
+from fire_atlas.core.camera import Camera
 from fire_atlas.core.cpu import cpu_class
 from fire_atlas.effect.composition.light import ClipLight
 from fire_atlas.effect.flakes.tracks import Tracks
@@ -31,6 +32,7 @@ class FinishedAnimation:
         tracks: Flakes, if there are any.
         bakes_flakes: Whether flakes are drawn into the frames.
         pixel_art: Whether it is pixel art, whose pixels stay sharp when they are shown larger.
+        camera: The camera that sees the fire, if it has depth.
         statistics: Figures about the clip and its flakes, for the manifest.
     """
 
@@ -42,6 +44,7 @@ class FinishedAnimation:
     tracks: Tracks | None = None
     bakes_flakes: bool = False
     pixel_art: bool = False
+    camera: Camera | None = None
     statistics: Mapping[str, Any] = field(default_factory=dict)
 
     def frames_for_pages(self, name: str) -> AnimationFrames:

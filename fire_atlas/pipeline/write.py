@@ -114,4 +114,7 @@ def product_of(
     baked = frozenset(name for name in tracks if animations[name].bakes_flakes)
     pixel_art = all(each.pixel_art for each in animations.values())
     track_formats = loaded.recipe.tracks
-    return Product(sheets, tracks, baked, staging.existing, track_formats, lights, pixel_art)
+    cameras = {name: each.camera for name, each in animations.items() if each.camera is not None}
+    return Product(
+        sheets, tracks, baked, staging.existing, track_formats, lights, pixel_art, cameras
+    )

@@ -166,7 +166,9 @@ def test_every_file_of_a_build_is_listed(built: Path) -> None:
     known = set(table_column(page_text(FORMATS).partition("\n## ")[0]))
     stems = "|".join(RECIPES)
     for path in built.iterdir():
-        ending = re.sub(rf"^({stems})(@0\.5x)?(-\d+)?(\.((view|wind)[_\d]+|pages))?", "", path.name)
+        ending = re.sub(
+            rf"^({stems})(@0\.5x)?(-\d+)?(\.((view|wind)(_\d+)+|pages))?", "", path.name
+        )
         companion = re.search(r"\.(meta|import|(gd|gdshader)\.uid)$", ending)
         assert (companion[0] if companion else ending) in known, path.name
 

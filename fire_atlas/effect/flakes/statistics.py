@@ -46,7 +46,7 @@ def flake_figures(tracks: Tracks) -> list[Figure]:
     drawn: small frames widen the smallest flakes to what a pixel grid can show. If that concerns
     most flakes, no range is given for the spread of sizes.
     """
-    flights = _flights(tracks)
+    flights = flights_of(tracks)
     if not flights:
         return []
     rows = np.concatenate(flights)
@@ -78,7 +78,7 @@ def flake_figures(tracks: Tracks) -> list[Figure]:
     ]
 
 
-def _flights(tracks: Tracks) -> list[NDArray[np.float64]]:
+def flights_of(tracks: Tracks) -> list[NDArray[np.float64]]:
     """Return all rows of each flight, (rows, 17), in the order of its frames."""
     rows, flight = np.concatenate(tracks.frames), np.concatenate(tracks.flights)
     if not len(rows):

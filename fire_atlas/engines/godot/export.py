@@ -1,5 +1,7 @@
 """Export a build to Godot: sprite frames, scene, import settings, flakes, lamp, flipbook."""
 
+import math
+import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -22,6 +24,7 @@ from fire_atlas.engines.godot.names import (
     titles,
     uid_of,
 )
+from fire_atlas.engines.godot.particles import particle_settings
 from fire_atlas.engines.godot.sprite_frames import FrameBounds, animations_of, pivot, textures_of
 from fire_atlas.formats.names import flakes_file
 from fire_atlas.formats.product import Product
@@ -30,6 +33,10 @@ from fire_atlas.recipe.output import GodotOptions
 
 _PLAYER, _TRACKS, _TABLES = "_flakes.gd", "_flake_tracks.gd", "_flakes.tres"
 _PLAYER_3D, _TABLES_3D, _SCENE_3D = "_flakes_3d.gd", "_flakes_3d.tres", "_flakes_3d.tscn"
+_VIEW = re.compile(r"view_\d+")
+"""The word for a view in the name of an animation."""
+
+_PARTICLES = "_particles.tscn"
 _LAMP, _WIND, _FLIPBOOK = "_light.gd", "_wind.gd", "_motion.gdshader"
 
 
@@ -52,6 +59,7 @@ def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile
             yield from _script(product, ending, options, textured=bool(arrays.cells))
     if options.version == 4:
         yield from _flakes_in_space(product, options)
+        yield from _particles(product, options)
     if _is_lit(product, options):
         yield from _script(product, _LAMP, options, alpha=product.sheets[0].alpha)
     if _changes_wind(product, options):
@@ -222,8 +230,33 @@ def _scene(
         lamp=_lamp(product, sheet) if _is_lit(product, options) else None,
         lamp_script=_script_reference(product, _LAMP),
         texture=TEXTURE_SIDE,
+        views=_views(product, sheet) if options.version == 4 else (),
         shader=_shader("flakes", product, sheet, options, adds_up=False),
     )
+
+
+def _views(product: Product, sheet: AtlasSheet) -> list[dict[str, Any]]:
+    """Return what a node in space needs of the views of fires with depth, by animation: whose view
+    it is; azimuth and elevation of its camera, degrees; and where the middle of the fire on the
+    ground is seen, px of this scale from the pivot, y down."""
+    named = titles(animation.name for animation in sheet.animations)
+    pivots = _pivots(product.sheets[0])
+    views = []
+    for name, camera in product.cameras.items():
+        off = [at - by for at, by in zip(camera.origin, pivots[name], strict=True)]
+        views.append({
+            "title": named[name],
+            "fire": _fire(name).replace("/", "_").replace(",", " ") or product.name,
+            "azimuth": math.degrees(camera.azimuth),
+            "elevation": math.degrees(camera.elevation),
+            "foot": [length * sheet.scale for length in off],
+        })  # fmt: skip
+    return views
+
+
+def _fire(animation: str) -> str:
+    """Return the name of an animation without the word for its view; empty if it has no other."""
+    return "/".join(word for word in animation.split("/") if not _VIEW.fullmatch(word))
 
 
 def _summed_scene(
@@ -289,11 +322,13 @@ def _tables_reference(product: Product) -> tuple[str, str]:
 
 
 def _shader(
-    template: str, product: Product, sheet: AtlasSheet, options: GodotOptions, *, adds_up: bool
-) -> str:
+    template: str, product: Product, sheet: AtlasSheet, options: GodotOptions, *,
+    adds_up: bool, particles: bool = False,
+) -> str:  # fmt: skip
     """Return a shader that a scene holds.
 
-    ``adds_up``: whether it adds up the light of flame and flakes, to be shown as film does.
+    ``adds_up``: whether it adds up the light of flame and flakes, to be shown as film does;
+    ``particles``: whether it draws particles of the engine, which show no cells of textures.
     """
     return _text(
         f"{template}.gdshader",
@@ -301,8 +336,30 @@ def _shader(
         alpha=sheet.alpha,
         blend_space=sheet.blend_space,
         film=adds_up,
-        cells=_cells_of(product, sheet, options),
+        particles=particles,
+        cells=() if particles else _cells_of(product, sheet, options),
     )
+
+
+def _particles(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
+    """Yield a scene of particles for the flakes of each fire, of which views share one."""
+    sheet, states = product.sheets[0], product.sheets[0].states
+    shader = _shader("flakes", product, sheet, options, adds_up=False, particles=True)
+    loops = {state.animation for state in states.states if state.wind is not None} if states else {}
+    for name, tracks in product.tracks.items():
+        is_front = tracks.camera is None or tracks.camera.azimuth == 0
+        if not is_front or (states and name not in loops):
+            continue
+        sparks = particle_settings(tracks, _pivots(sheet)[name])
+        if sparks is not None:
+            stem = product.stem(_fire(name)) if _fire(name) else product.name
+            yield _resource(
+                "particles.tscn", f"{stem}{_PARTICLES}", product, options,
+                node=f"{node_name(stem)}Sparks",
+                shader=shader,
+                sparks=sparks,
+                levels=[[level] * 3 for level in sparks.look.brightness],
+            )  # fmt: skip
 
 
 def _flakes_in_space(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
