@@ -1,0 +1,144 @@
+@tool
+@icon("fire_atlas_2d.svg")
+class_name FireAtlas2D
+extends Node2D
+## A fire that fire-atlas built: flame, sparks and lamp as one node.
+##
+## Drag the scene that a build wrote, like [code]campfire.tscn[/code], to [member fire]. The node's
+## own place is the foot of the fire (the recipe's [code]atlas.pivot[/code]). [br]
+## To fade a fire of straight pages, animate [code]modulate.a[/code]; premultiplied and additive
+## pages are light already: fade all four, [code]modulate = Color(a, a, a, a)[/code]. Sparks and
+## lamp fade with the flame.
+
+## Emitted when an animation that does not loop has ended.
+signal animation_finished
+## Emitted each time a loop begins again.
+signal looped
+
+const FireParts := preload("fire_parts.gd")
+
+## The scene that a build wrote: [code]campfire.tscn[/code], or [code]campfire_film.tscn[/code],
+## which adds up the light of flame and sparks and has no lamp.
+@export var fire: PackedScene:
+	set(scene):
+		fire = scene
+		_show_fire()
+## The animation that is shown; another one begins at its first frame.
+@export var animation: StringName:
+	set(title):
+		animation = title
+		if _parts != null:
+			_parts.choose(title)
+	get:
+		return animation if _parts == null else _parts.sprite.animation
+## Whether it plays. At the end of an animation that does not loop this becomes false.
+@export var playing: bool = true:
+	set(on):
+		playing = on
+		_play_or_pause()
+## How fast it plays: 2 is twice as fast, -1 backwards.
+@export var speed_scale: float = 1.0:
+	set(times):
+		speed_scale = times
+		_apply()
+## The wind, in levels of the recipe's [code]wind.levels[/code]: the fire passes to the nearest one.
+@export var wind: float = 0.0:
+	set(level):
+		wind = level
+		_apply()
+@export_group("Sparks", "sparks_")
+## Whether sparks are shown. Those that the pages show ([code]flakes: {bake: true}[/code]) stay.
+@export var sparks_shown: bool = true:
+	set(on):
+		sparks_shown = on
+		_apply()
+		update_configuration_warnings()
+## Their light, relative to what the build made: brighter sparks are yellower, dimmer ones redder.
+@export_range(0.0, 4.0, 0.01, "or_greater") var sparks_brightness: float = 1.0:
+	set(times):
+		sparks_brightness = times
+		_apply()
+@export_group("Lamp", "lamp_")
+## Whether the lamp shines. There is one if the recipe has [code]tracks: [light][/code].
+@export var lamp_shines: bool = true:
+	set(on):
+		lamp_shines = on
+		_apply()
+## Energy of the lamp when the fire is as bright as in the mean.
+@export_range(0.0, 16.0, 0.01, "or_greater") var lamp_energy: float = 1.0:
+	set(energy):
+		lamp_energy = energy
+		_apply()
+
+var _parts: FireParts
+
+
+## Plays an animation from its first frame; without a name, the one that is shown.
+func play(title: StringName = &"") -> void:
+	if title != &"":
+		animation = title
+	seek(0.0)
+	playing = true
+
+
+## Shows a moment of the animation, in frames: 2.5 is half way from frame 2 to frame 3.
+func seek(time: float) -> void:
+	if _parts != null:
+		_parts.sprite.set_frame_and_progress(floori(time), time - floorf(time))
+
+
+func _get_configuration_warnings() -> PackedStringArray:
+	var hides_baked: bool = _parts != null and _parts.is_baked and not sparks_shown
+	return FireParts.warnings(fire, _parts != null, hides_baked)
+
+
+func _validate_property(property: Dictionary) -> void:
+	if property["name"] == "animation" and _parts != null:
+		property["hint"] = PROPERTY_HINT_ENUM
+		property["hint_string"] = ",".join(_parts.sprite.sprite_frames.get_animation_names())
+	if property["name"] == "wind" and (_parts == null or not "wind" in _parts.sprite):
+		property["usage"] &= ~PROPERTY_USAGE_EDITOR
+
+
+func _show_fire() -> void:
+	var title: StringName = animation
+	if _parts != null:
+		remove_child(_parts.root)
+		_parts.root.queue_free()
+	_parts = FireParts.of(fire)
+	if _parts != null:
+		_parts.sprite.animation_finished.connect(_end)
+		_parts.sprite.animation_looped.connect(looped.emit)
+		_parts.choose(title)
+		_play_or_pause()
+		_apply()
+		add_child(_parts.root, false, Node.INTERNAL_MODE_FRONT)
+	notify_property_list_changed()
+	update_configuration_warnings()
+
+
+func _play_or_pause() -> void:
+	if _parts == null:
+		return
+	if playing:
+		_parts.sprite.play()
+	else:
+		_parts.sprite.pause()
+
+
+func _apply() -> void:
+	if _parts == null:
+		return
+	_parts.sprite.speed_scale = speed_scale
+	_parts.sprite.set("wind", wind)
+	if _parts.sparks != null:
+		_parts.sparks.visible = sparks_shown and not _parts.is_baked
+		_parts.sparks.set("brightness", sparks_brightness)
+	if _parts.lamp != null:
+		_parts.lamp.visible = lamp_shines
+		_parts.lamp.set("mean_energy", lamp_energy)
+
+
+func _end() -> void:
+	playing = false
+	animation_finished.emit()

@@ -1,0 +1,64 @@
+@tool
+extends RefCounted
+# The parts of a scene that fire-atlas built, as the nodes of this add-on use them.
+
+# The scene, which belongs to whoever asked for its parts.
+var root: Node
+# Plays the flame.
+var sprite: AnimatedSprite2D
+# Flies the sparks; null without.
+var sparks: MultiMeshInstance2D
+# Shines; null without.
+var lamp: PointLight2D
+# Whether the pages show the sparks, so that nothing else may.
+var is_baked: bool = false
+
+
+# Returns the parts of a new instance of a scene; null if fire-atlas did not build it.
+static func of(scene: PackedScene) -> RefCounted:
+	if scene == null:
+		return null
+	var parts: RefCounted = new()
+	return parts if parts.take(scene.instantiate()) else null
+
+
+# What the editor says of a node whose scene is missing or no fire, or shows sparks that are to be
+# hidden.
+static func warnings(scene: PackedScene, is_fire: bool, hides_baked: bool) -> PackedStringArray:
+	if scene == null:
+		return ["Drag the scene that a build wrote, like campfire.tscn, to the property Fire."]
+	if not is_fire:
+		return [
+			"%s is not such a scene: drag one that a build wrote, like campfire.tscn, to Fire."
+			% scene.resource_path
+		]
+	if hides_baked:
+		return ["The pages show the sparks: to hide them, build with flakes: {bake: false}."]
+	return []
+
+
+# Takes the parts of a scene; frees it and returns false if they are not there.
+func take(scene: Node) -> bool:
+	root = scene
+	sprite = root as AnimatedSprite2D
+	if sprite == null:
+		sprite = root.get_node_or_null("Film/Fire") as AnimatedSprite2D
+	if sprite == null:
+		root.free()
+		return false
+	sprite.autoplay = ""
+	sparks = sprite.get_node_or_null("Flakes") as MultiMeshInstance2D
+	lamp = sprite.get_node_or_null("Light") as PointLight2D
+	is_baked = sparks != null and not sparks.visible
+	return true
+
+
+# Shows an animation from its first frame; says which there are if it is none of them.
+func choose(title: StringName) -> void:
+	if title == &"" or title == sprite.animation:
+		return
+	if sprite.sprite_frames.has_animation(title):
+		sprite.animation = title
+	else:
+		var known: String = ", ".join(sprite.sprite_frames.get_animation_names())
+		push_warning("%s has no animation %s; there are: %s" % [root.name, title, known])
