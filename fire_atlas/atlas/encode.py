@@ -75,6 +75,24 @@ def light_over_black(image: Bytes, alpha: str, blend_space: str) -> NDArray[np.f
     return srgb_to_linear(rgb * np.float32(1 / 255) * cover)
 
 
+def as_straight(image: Bytes, alpha: str, blend_space: str) -> Bytes:
+    """Return encoded RGBA bytes (H, W, 4) with straight alpha for a player that blends in sRGB.
+
+    Over black it shows what a renderer shows of ``image``. Where that is brighter than the coverage
+    allows, as light that is only added is, coverage is raised to it.
+    """
+    if (alpha, blend_space) == ("straight", "srgb"):
+        return image
+    shown = encode_unit(light_over_black(image, alpha, blend_space))
+    cover = np.maximum(image[..., 3] * np.float32(1 / 255), shown.max(axis=2))
+    cover = np.ceil(cover * np.float32(255) - np.float32(1e-3)) / np.float32(255)
+    straight = np.zeros(image.shape, np.uint8)
+    colour = shown / np.maximum(cover, _MIN_DIVISOR)[..., None]
+    straight[..., :3] = np.rint(np.clip(colour, 0, 1) * 255)
+    straight[..., 3] = np.rint(cover * 255)
+    return straight
+
+
 def is_page_ready(picture: Picture, settings: Atlas) -> bool:
     """Whether the pages hold the picture's bytes unchanged: straight alpha, full size only."""
     return picture.dtype == np.uint8 and settings.alpha == "straight" and settings.scales == (1.0,)

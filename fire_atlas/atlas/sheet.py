@@ -1,5 +1,6 @@
 """The finished layout of an atlas, which all writers of files read: pages, regions, animations."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
 
@@ -146,6 +147,18 @@ class Region:
         """Return where on the page a point of the trimmed frame is, px."""
         x, y = (self.height - point[1], point[0]) if self.rotated else point
         return self.x + x, self.y + y
+
+
+def common_canvas(frames: Sequence[Region]) -> tuple[tuple[int, int], list[tuple[int, int]]]:
+    """Return the size of a canvas for all ``frames``, aligned at their pivots, and the top-left
+    corner of each untrimmed frame on it; px."""
+    pivots = [
+        (round(f.anchor[0] * f.frame_width), round(f.anchor[1] * f.frame_height)) for f in frames
+    ]
+    left, top = max(x for x, _ in pivots), max(y for _, y in pivots)
+    right = max(f.frame_width - x for f, (x, _) in zip(frames, pivots, strict=True))
+    bottom = max(f.frame_height - y for f, (_, y) in zip(frames, pivots, strict=True))
+    return (left + right, top + bottom), [(left - x, top - y) for x, y in pivots]
 
 
 @dataclass(frozen=True, slots=True)

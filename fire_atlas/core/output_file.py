@@ -11,6 +11,7 @@ Role: TypeAlias = Literal[
     "atlas",
     "tracks",
     "light",
+    "movie",
     "template",
     "engine",
     "scene",
@@ -21,10 +22,10 @@ Role: TypeAlias = Literal[
 """Purpose of an output, as in the manifest.
 
 ``page`` and ``map`` are images; ``atlas``, ``tracks`` and ``light`` describe them for any client;
-``template`` comes from a template of the user; ``engine``, ``scene`` and ``script`` are for one
-engine. ``import`` is a file with an engine's import settings for another output. The engine and the
-user change it too, so a change of it does not make the build stale. It is removed along with the
-file it belongs to.
+``movie`` plays without one; ``template`` comes from a template of the user; ``engine``, ``scene``
+and ``script`` are for one engine. ``import`` is a file with an engine's import settings for another
+output. The engine and the user change it too, so a change of it does not make the build stale. It
+is removed along with the file it belongs to.
 """
 
 

@@ -6,7 +6,14 @@ Imports nothing heavy, because ``check`` must be quick.
 from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 
-from fire_atlas.recipe.output import Atlas, Export, ExportName, export_name, exports_called
+from fire_atlas.recipe.output import (
+    Atlas,
+    Export,
+    ExportName,
+    MovieName,
+    export_name,
+    exports_called,
+)
 from fire_atlas.recipe.problem import Problem
 
 _MAX_WEBP_SIDE = 16383
@@ -22,14 +29,34 @@ def page_limits(atlas: Atlas) -> Iterator[Problem]:
         )
 
 
-def missing_extra(atlas: Atlas) -> str | None:
-    """Return an error message if a package that such pages need is not installed, else None."""
-    if (atlas.format, atlas.compression) != ("png", "small") or find_spec("oxipng"):
-        return None
-    return (
-        "atlas.compression: small needs oxipng for PNG pages: pip install 'fire-atlas[small]', or "
-        "set atlas.compression to fast, or atlas.format to webp"
-    )
+def movie_limits(movies: Sequence[MovieName], atlas: Atlas) -> Iterator[Problem]:
+    """Yield a problem for each movie whose file would have the name of another one."""
+    for i, movie in enumerate(movies):
+        if movie in movies[:i]:
+            yield Problem(("movies", i), f"{movie} is listed twice; once is enough")
+        if movie == atlas.format:
+            yield Problem(
+                ("movies", i),
+                f"the page has the name that this movie needs, with the ending .{movie}; set "
+                f"atlas.format to png, or use apng here",
+            )
+
+
+def missing_extra(atlas: Atlas, movies: Sequence[MovieName]) -> str | None:
+    """Return an error message if a package that pages or movies need is not installed, else
+    None."""
+    if (atlas.format, atlas.compression) == ("png", "small") and not find_spec("oxipng"):
+        return (
+            "atlas.compression: small needs oxipng for PNG pages: pip install "
+            "'fire-atlas[small]', or set atlas.compression to fast, or atlas.format to webp"
+        )
+    videos = [movie for movie in movies if movie in ("webm", "mp4")]
+    if videos and not find_spec("av"):
+        return (
+            f"movies: {' and '.join(videos)} need PyAV: pip install 'fire-atlas[video]', or use "
+            f"webp, apng or gif"
+        )
+    return None
 
 
 def description_limits(atlas: Atlas, exports: Sequence[Export]) -> Iterator[Problem]:

@@ -20,6 +20,7 @@ from fire_atlas.pipeline.contribution import (
     with_cell_names,
     with_states,
 )
+from fire_atlas.pipeline.movies import movie_files
 from fire_atlas.pipeline.open import (
     check_inputs,
     hash_inputs,
@@ -94,14 +95,14 @@ def build(
             drawn = images(sheets, animations, textures, recipe.atlas, recipe.maps)
             outputs = write_images(list(drawn), recipe.atlas, staging, context)
             product = product_of(sheets, animations, loaded, staging)
+            movies = movie_files(recipe.movies, sheets[0], animations, context)
             exported = exported_files(recipe.exports, product, loaded.templates)
             outputs += write_files(exported, staging)
             note_what_engines_need(recipe.exports, product, progress)
             outputs += write_files(track_files(recipe.tracks, product), staging)
+            outputs += write_files(movies, staging)
             statistics = build_statistics(contributions, sheets[0])
             check_inputs(inputs, files, loaded, context)
-            outputs.append(
-                write_manifest(loaded, tool.result(), inputs, outputs, statistics, staging)
-            )
+            outputs += [write_manifest(loaded, tool.result(), inputs, outputs, statistics, staging)]
             written = commit(recipe.name, outputs, staging)
     return BuildReport(written, timer.seconds, statistics, staging.has_merged)

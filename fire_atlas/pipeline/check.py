@@ -11,7 +11,12 @@ from fire_atlas.channels.limits import map_limits
 from fire_atlas.core.errors import OutputError
 from fire_atlas.engines.godot.limits import godot_limits
 from fire_atlas.engines.unity.limits import unity_limits
-from fire_atlas.formats.limits import description_limits, missing_extra, page_limits
+from fire_atlas.formats.limits import (
+    description_limits,
+    missing_extra,
+    movie_limits,
+    page_limits,
+)
 from fire_atlas.recipe.load import LoadedRecipe, load_tree
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.problem import Problem
@@ -26,8 +31,8 @@ builds."""
 def load_checked(tree: RecipeTree) -> CheckedRecipe:
     """Validate a recipe that has been read, and check the limits of its outputs.
 
-    Its members, if any, contribute only frames, so only its own ``atlas``, ``maps``, ``exports``
-    and ``tracks`` are checked.
+    Its members, if any, contribute only frames, so only its own ``atlas``, ``maps``, ``exports``,
+    ``tracks`` and ``movies`` are checked.
 
     Raises:
         RecipeError: It is invalid or exceeds a limit; with file, line and key of each problem.
@@ -36,7 +41,7 @@ def load_checked(tree: RecipeTree) -> CheckedRecipe:
     loaded = load_tree(tree)
     if problems := [*_problems(loaded.recipe), *_members_in_wind(loaded)]:
         raise refusal(tree, problems)
-    if missing := missing_extra(loaded.recipe.atlas):
+    if missing := missing_extra(loaded.recipe.atlas, loaded.recipe.movies):
         raise OutputError(missing)
     return CheckedRecipe(loaded)
 
@@ -64,5 +69,6 @@ def _problems(recipe: Recipe) -> Iterator[Problem]:
     yield from page_limits(atlas)
     yield from map_limits(recipe.maps, atlas, has_flakes)
     yield from description_limits(atlas, exports)
+    yield from movie_limits(recipe.movies, atlas)
     yield from godot_limits(atlas, exports, recipe.tracks)
     yield from unity_limits(atlas, exports)

@@ -33,6 +33,8 @@ def expected_outputs(recipe: Recipe) -> Iterator[tuple[str, Role]]:
         for track in recipe.tracks:
             if track != "light":
                 yield flakes_file(recipe.name, track), "tracks"
+        for movie in recipe.movies:
+            yield f"{recipe.name}.{movie}", "movie"
     yield manifest_name(recipe.name), "manifest"
 
 

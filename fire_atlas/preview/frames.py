@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from fire_atlas.atlas.encode import light_over_black
-from fire_atlas.atlas.sheet import Region
+from fire_atlas.atlas.sheet import Region, common_canvas
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.effect.flakes.texture import TextureCells
@@ -74,18 +74,6 @@ def aligned_frames(atlas: AtlasFile) -> Iterator[Bytes]:
         canvas = np.zeros((height, width, 4), np.uint8)
         canvas[y : y + frame.shape[0], x : x + frame.shape[1]] = frame
         yield canvas
-
-
-def common_canvas(frames: Sequence[Region]) -> tuple[tuple[int, int], list[tuple[int, int]]]:
-    """Return the size of a canvas for all ``frames``, aligned at their pivots, and the top-left
-    corner of each untrimmed frame on it; px."""
-    pivots = [
-        (round(f.anchor[0] * f.frame_width), round(f.anchor[1] * f.frame_height)) for f in frames
-    ]
-    left, top = max(x for x, _ in pivots), max(y for _, y in pivots)
-    right = max(f.frame_width - x for f, (x, _) in zip(frames, pivots, strict=True))
-    bottom = max(f.frame_height - y for f, (_, y) in zip(frames, pivots, strict=True))
-    return (left + right, top + bottom), [(left - x, top - y) for x, y in pivots]
 
 
 def _cut(page: Bytes, frame: Region) -> Bytes | None:

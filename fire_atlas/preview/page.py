@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from fire_atlas import __version__
-from fire_atlas.atlas.sheet import Animation, AtlasSheet, MotionScale, Region
+from fire_atlas.atlas.sheet import Animation, AtlasSheet, MotionScale, Region, common_canvas
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.files import open_file
 from fire_atlas.core.pixels import srgb_to_hex
@@ -25,7 +25,7 @@ from fire_atlas.formats.pages.page_file import read_page_file
 from fire_atlas.formats.templates.jinja import environment
 from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
-from fire_atlas.preview.frames import cells_named, common_canvas
+from fire_atlas.preview.frames import cells_named
 from fire_atlas.preview.loops import figures_of_loops
 from fire_atlas.preview.pictures import Color
 

@@ -1,7 +1,7 @@
 """Animated images and contact sheets of an atlas."""
 
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Literal
 
 import cv2
@@ -10,11 +10,14 @@ from PIL import Image, ImageDraw, ImageFont
 
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.picture import with_alpha
 from fire_atlas.core.pixels import Bytes, encode_bytes, expose
 from fire_atlas.effect.flakes.drawing import draw_frame
 from fire_atlas.effect.flakes.texture import TextureCells
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
+from fire_atlas.formats.movies.movie import Movie
+from fire_atlas.formats.movies.writers import write_movie
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.frames import aligned_frames, cut_frames, texture_of
 
@@ -30,51 +33,16 @@ _GAP = 4
 _LABEL = 16
 _LABEL_COLOR = (170, 170, 180)
 
-_PILLOW_FORMAT = {"gif": "GIF", "webp": "WEBP", "apng": "PNG"}
-_TIME_STEP = {"gif": 10, "webp": 1, "apng": 1}
-"""Unit of durations in each format, ms."""
-_MIN_DURATION = {"gif": 20, "webp": 1, "apng": 1}
-"""Minimum duration of a frame, ms: browsers slow down GIFs with shorter ones."""
-
 
 def animated_image(atlas: AtlasFile, kind: AnimationKind, background: Color) -> bytes:
     """Return a GIF, WebP or APNG file of an atlas that plays over ``background``."""
-    durations = [frame.duration for frame in atlas.frames]
-    shown = dict(schedule(durations, _TIME_STEP[kind], _MIN_DURATION[kind]))
     pictures = [
-        Image.fromarray(blend(frame, background, atlas.sheet.alpha, atlas.sheet.blend_space))
-        for i, frame in enumerate(aligned_frames(atlas))
-        if i in shown
+        with_alpha(blend(frame, background, atlas.sheet.alpha, atlas.sheet.blend_space))
+        for frame in aligned_frames(atlas)
     ]
-    file = io.BytesIO()
-    pictures[0].save(
-        file,
-        _PILLOW_FORMAT[kind],
-        save_all=True,
-        append_images=pictures[1:],
-        duration=list(shown.values()),
-        loop=0,
-        **({"lossless": True} if kind == "webp" else {}),
-    )
-    return file.getvalue()
-
-
-def schedule(durations: Sequence[float], tick: int, minimum: int) -> list[tuple[int, int]]:
-    """Return the indices of the frames to show, each with its duration, ms.
-
-    Durations are multiples of ``tick`` and at least ``minimum``. Rounding errors do not add up:
-    every frame ends within half a tick of its time. Frames too short to show are left out, and
-    their time is added to the next one.
-    """
-    shown: list[tuple[int, int]] = []
-    start, end = 0, 0.0
-    for i, duration in enumerate(durations):
-        end += duration
-        length = round(end / tick) * tick - start
-        if length >= minimum:
-            shown.append((i, length))
-            start += length
-    return shown or [(0, minimum)]
+    height, width = pictures[0].shape[:2]
+    durations = tuple(frame.duration for frame in atlas.frames)
+    return write_movie(kind, Movie(width, height, durations, True, pictures.__getitem__))
 
 
 def contact_sheet(

@@ -63,7 +63,8 @@ def load_tree(tree: RecipeTree) -> LoadedRecipe:
 def _member(tree: RecipeTree, host: Recipe) -> LoadedRecipe:
     """Load a member with the settings of ``host`` for the shared pages."""
     loaded = load_tree(tree)
-    shared = {"atlas": host.atlas, "maps": host.maps, "tracks": host.tracks}
+    names = ("atlas", "maps", "tracks", "movies")
+    shared = {name: getattr(host, name) for name in names}
     return replace(loaded, recipe=loaded.recipe.model_copy(update=shared))
 
 

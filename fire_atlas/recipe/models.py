@@ -16,7 +16,7 @@ from fire_atlas.recipe.effect import (
     MotionBlur,
     MotionBlurOrNone,
 )
-from fire_atlas.recipe.output import GODOT_BLEED, Atlas, Export, Maps, TrackName
+from fire_atlas.recipe.output import GODOT_BLEED, Atlas, Export, Maps, MovieName, TrackName
 from fire_atlas.recipe.problem import ContradictionError, Problem
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource, ProfileSource, Source, Views
@@ -63,6 +63,11 @@ class Recipe(Settings):
     """Files to write with the motion of the flakes: their places in every frame (``json``,
     ``csv``), the same as a Niagara cache (``hjson``), or their spawns for Unity's VFX Graph
     (``pcache``). ``light``: the light of the fire, for a lamp in the scene."""
+    movies: Annotated[tuple[MovieName, ...], LIST] = ()
+    """Files to write that play without an engine, one for each animation: ``webm`` (VP9 with alpha,
+    for browsers and overlays of streams), ``webp`` and ``apng`` (lossless), ``gif`` (one palette; a
+    pattern of dots for alpha), ``mp4`` (H.264 for video editors: the picture over black, and beside
+    it its alpha in grey). ``webm`` and ``mp4`` need ``fire-atlas[video]`` installed."""
 
     @property
     def is_pixel_art(self) -> bool:

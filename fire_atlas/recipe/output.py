@@ -1,4 +1,4 @@
-"""Recipe blocks of the outputs: atlas, maps, exports, tracks."""
+"""Recipe blocks of the outputs: atlas, maps, exports, tracks, movies."""
 
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, Literal, Self, TypeAlias
@@ -28,6 +28,7 @@ ExportName = Literal[
 
 FlakeTrackName = Literal["json", "csv", "pcache", "hjson"]
 TrackName = Literal[FlakeTrackName, "light"]
+MovieName = Literal["webm", "webp", "apng", "gif", "mp4"]
 Engine = Literal["unity", "unreal", "godot"]
 """Engines with a convention of their own for motion vectors."""
 
@@ -144,7 +145,7 @@ class Atlas(Settings):
     Smaller ones are filtered in linear light and called ``name@0.5x``."""
     members: Annotated[tuple[Annotated[str, Field(min_length=1)], ...], LIST] = ()
     """Other recipes, relative to the recipe file, whose effects share these pages. This recipe's
-    ``atlas``, ``maps``, ``exports`` and ``tracks`` replace theirs."""
+    ``atlas``, ``maps``, ``exports``, ``tracks`` and ``movies`` replace theirs."""
     format: Literal["png", "webp"] = "png"
     """File format of the pages; ``webp`` is lossless."""
     compression: Literal["fast", "small"] = "fast"

@@ -50,6 +50,7 @@ RECIPES: dict[str, dict[str, Any]] = {
         "maps": {"motion": "godot", "flame": True, "flakes": True},
         "exports": ["json", "json-array", "phaser", "aseprite", "tpsheet", "godot", "unity"],
         "tracks": ["json", "csv", "pcache", "hjson", "light"],
+        "movies": ["webm", "webp", "apng", "gif", "mp4"],
     },
     "pages": {
         "source": CAMPFIRE,
@@ -66,6 +67,7 @@ RECIPES: dict[str, dict[str, Any]] = {
         "atlas": {"layout": "grid"},
         "exports": ["json", "phaser", {"godot": {"version": 3}}],
         "tracks": ["json", "light"],
+        "movies": ["gif"],
     },
     "winds": {
         "source": {"kind": "silk", "width": 48, "height": 48},

@@ -42,7 +42,7 @@ DECIDED = {
 TABLE = {
     # The names of all outputs that are known before any work.
     "refuse_taken_names": {
-        *MAPS, "name", "exports", "tracks", "flakes", "views", "wind", "atlas.format",
+        *MAPS, "name", "exports", "tracks", "movies", "flakes", "views", "wind", "atlas.format",
         "atlas.members", "atlas.scales",
     },
     # Whether a recipe only packs decides what its source may be.
@@ -119,6 +119,7 @@ TABLE = {
         "atlas.padding",
     },
     "product_of": {"tracks"},
+    "movie_files": {"movies"},
     "open_texture": {"atlas.blend_space", "flakes", "flakes.texture", "flakes.texture.grid"},
     "prepared_texture": {
         "atlas.alpha", "atlas.blend_space", "atlas.scales", "flakes.size", "flakes.texture",

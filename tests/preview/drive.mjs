@@ -2,8 +2,8 @@
 //
 // Each line of the input is a visit, {file, width, height, moves, steps}. `moves`: whether the viewer
 // likes motion. A step is ["click", selector], ["press_at", selector, x, y], ["hover", selector, x, y],
-// ["press", key], ["wait", ms], ["look"], ["pixels", selector] or ["run", script]; the last three give
-// a result. Each is answered by a line, {results, errors, requests}: errors and warnings of the page,
+// ["press", key], ["wait", ms], ["look"], ["pixels", selector], ["run", script] or ["screenshot"], a PNG
+// in base64; the last four give a result. Each is answered by a line, {results, errors, requests}: errors and warnings of the page,
 // and every address it asked for; or {failed}, why the visit could not be made.
 //
 // FIRE_ATLAS_NODE_MODULES names the node_modules; CHROMIUM another browser than /usr/bin/chromium.
@@ -62,6 +62,7 @@ async function take(page, [what, first, ...rest]) {
     case "look": return page.evaluate(look);
     case "pixels": return page.evaluate(pixels, first);
     case "run": return page.evaluate(first);
+    case "screenshot": return (await page.screenshot()).toString("base64");
     default: throw new Error(`no step ${what}`);
   }
 }
@@ -83,7 +84,7 @@ async function visit(browser, { file, width, height, moves, steps }) {
     await page.waitForSelector("body[data-ready]", { timeout: 20000 });
     for (const step of steps) {
       const result = await take(page, step);
-      if (["look", "pixels", "run"].includes(step[0])) results.push(result);
+      if (["look", "pixels", "run", "screenshot"].includes(step[0])) results.push(result);
     }
     return { results, errors, requests };
   } catch (error) {

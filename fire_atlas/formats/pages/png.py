@@ -20,7 +20,7 @@ from fire_atlas.core.workers import Workers
 _BAND_ROWS = 64
 """Rows in a band. Changing it changes the bytes of every page."""
 
-_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _HEADER_OF_RGBA8 = bytes([8, 6, 0, 0, 0])
 _PERCEPTUAL_INTENT = b"\x00"
 _ZLIB_HEADER = b"\x78\x01"
@@ -39,16 +39,29 @@ def write_png(file: BinaryIO, image: Bytes, workers: Workers) -> None:
     """Write an (H, W, 4) uint8 RGBA image to ``file``, band by band."""
     image = np.ascontiguousarray(image)
     height, width = image.shape[:2]
-    file.write(_SIGNATURE)
-    _write_chunk(file, b"IHDR", struct.pack(">II", width, height) + _HEADER_OF_RGBA8)
-    _write_chunk(file, b"sRGB", _PERCEPTUAL_INTENT)
-    _write_chunk(file, b"IDAT", _ZLIB_HEADER)
+    file.write(SIGNATURE)
+    write_header(file, width, height)
+    write_chunk(file, b"IDAT", _ZLIB_HEADER)
     adler = 1
     for band in workers.map(lambda top: _deflate_band(image, top), range(0, height, _BAND_ROWS)):
-        _write_chunk(file, b"IDAT", band.deflated)
+        write_chunk(file, b"IDAT", band.deflated)
         adler = _joined_adler(adler, band)
-    _write_chunk(file, b"IDAT", struct.pack(">I", adler))
-    _write_chunk(file, b"IEND", b"")
+    write_chunk(file, b"IDAT", struct.pack(">I", adler))
+    write_chunk(file, b"IEND", b"")
+
+
+def write_header(file: BinaryIO, width: int, height: int) -> None:
+    """Write the chunks that say what the pixels are: 8-bit sRGB with straight alpha."""
+    write_chunk(file, b"IHDR", struct.pack(">II", width, height) + _HEADER_OF_RGBA8)
+    write_chunk(file, b"sRGB", _PERCEPTUAL_INTENT)
+
+
+def compressed_pixels(image: Bytes) -> bytes:
+    """Return the pixels of an (H, W, 4) uint8 RGBA image as one zlib stream, smaller than a page's
+    and by one thread: for the frames of an animation."""
+    image, deflate = np.ascontiguousarray(image), zlib.compressobj(9)
+    bands = range(0, image.shape[0], _BAND_ROWS)
+    return b"".join(deflate.compress(_filtered(image, top).data) for top in bands) + deflate.flush()
 
 
 def write_small_png(file: BinaryIO, image: Bytes, workers: Workers) -> None:
@@ -96,7 +109,8 @@ def _joined_adler(adler: int, band: _Band) -> int:
     return joined_high << 16 | joined_low
 
 
-def _write_chunk(file: BinaryIO, kind: bytes, data: bytes) -> None:
+def write_chunk(file: BinaryIO, kind: bytes, data: bytes) -> None:
+    """Write a chunk of a PNG: its length, kind, data and checksum."""
     file.write(struct.pack(">I", len(data)) + kind)
     file.write(data)
     file.write(struct.pack(">I", zlib.crc32(data, zlib.crc32(kind))))

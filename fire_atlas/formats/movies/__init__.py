@@ -1,0 +1,1 @@
+"""Files that play an animation without an engine: animated images and videos."""
