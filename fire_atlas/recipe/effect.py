@@ -210,7 +210,7 @@ class Flakes(Settings):
         either("`auto` or two numbers: [min, max]"),
     ] = "auto"
     """[min, max] width of a flake, heights; sizes between them are log-normal. A soft flake thinner
-    than a pixel is dimmer, not wider. ``auto``: [0.0028, 0.0145], and large dots for flat art and
+    than a pixel is dimmer, not wider. ``auto``: [0.0026, 0.017], and large dots for flat art and
     pixel art (``class``); with a ``texture`` [0.02, 0.08], which shows what is painted."""
     rounds: Annotated[
         Auto | Annotated[int, Field(ge=1, le=MAX_ROUNDS), NUMBER],

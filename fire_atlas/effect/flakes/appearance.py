@@ -44,16 +44,16 @@ _MAX_HALF_LENGTH = 0.25
 """Limit on a sprite's half length in the border fade, as a fraction of the frame's shorter side: a
 larger sprite would be at the border wherever it is."""
 
-_OUT_OF_FOCUS, _DEFOCUS = 0.125, (0.8, 3.0)
+_OUT_OF_FOCUS, _DEFOCUS = 0.13, (0.8, 3.0)
 """Share of embers out of focus, and by how much the lens makes them wider, in widths of the median
 one: the least and the most."""
 
 _BLINDING = 3.0
 """Light from which embers are in focus: as large, bright discs they would be all that one sees."""
 
-_HOTTEST = 30.0
+_HOT = 4.0
 """Light from which an ember is at most as wide as the median one, and one that would be wider is as
-much narrower: small ones burn hottest, and a large one that overexposes the film is a white bar,
+much narrower: small ones burn hottest, and a large one that overexposes the film is a pale bar,
 without the core and rim of those in footage."""
 
 _DIMMED_BY_LENGTH = 0.35
@@ -143,7 +143,7 @@ class _Embers:
         if count and not look.pixel:
             median = np.median(spawns.size)
             thin = np.minimum(spawns.size, median**2 / spawns.size)
-            spawns = replace(spawns, size=np.where(light < _HOTTEST, spawns.size, thin))
+            spawns = replace(spawns, size=np.where(light < _HOT, spawns.size, thin))
         size, blur = drawn_width(spawns.size, look.pixel), np.zeros(count)
         median_width = np.median(size) if count else 0.0
         if not look.pixel:

@@ -15,7 +15,7 @@ from fire_atlas.effect.flakes.emission import TICK
 
 Column = NDArray[np.float64]
 
-_MEDIAN, _SPREAD = 1.1, 1.75
+_MEDIAN, _SPREAD = 1.2, 1.95
 """Median light of embers, and standard deviation of its logarithm."""
 
 _HOT_SHARE, _HOT_LIGHT = 0.05, 350.0

@@ -28,7 +28,7 @@ _MIN_SPAWNS = 6.0
 _CALM_RATE, _BURSTS_PER_FLAKE = 20.0, 1 / 60
 """Spawn rate, 1/s, up to which a fire is too calm for bursts; bursts per flake from twice that."""
 
-EMBER_SIZE = (0.0028, 0.0145)
+EMBER_SIZE = (0.0026, 0.017)
 """Minimum and maximum width of an ember, heights."""
 
 TEXTURE_SIZE = (0.02, 0.08)
