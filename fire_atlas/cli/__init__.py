@@ -47,8 +47,9 @@ def _run(args: Namespace) -> int:
     """Run the command in ``args``: the function ``run`` of the module with its name."""
     pin_kernels()
     # Imports create many objects and no garbage: garbage collection at the default rate would take
-    # a tenth of their time, and a last collection at exit as long again.
-    gc.set_threshold(50_000)
+    # a tenth of their time, and a last collection at exit as long again. So many objects a short
+    # build does not create.
+    gc.set_threshold(200_000)
     atexit.register(gc.freeze)
     command = import_module(f"fire_atlas.cli.{args.command}")
     code = int(command.run(args))

@@ -33,16 +33,16 @@ SEEN_LENGTH = (1 - 0.214 ** (1 / 3)) ** (1 / 3)
 SPRITE_INTEGRAL = 16 / 35 * math.gamma(1 / 3) * math.gamma(9 / 2) / math.gamma(29 / 6) / 3
 """∫(1 − |u|³ − v²)³ over a sprite of length and width 1; u and v are 1 at the ends of its axes."""
 
-_MAX_ERROR, _MIN_RADIUS = 2e-4, 1.5
+_MAX_ERROR, _MIN_RADIUS = FAINTEST, 1.5
 """Light by which a streak may differ at a lower resolution from what it is at the frame's, and its
 minimum radius there, px."""
 
-_ERROR = 1 / 3
+_ERROR = 0.7
 """Largest difference of a streak whose radius is 1 px at a lower resolution, as measured, relative
 to its light; it falls with the square of the radius."""
 
-_HALO_END = 1e-4
-"""Light at which a halo ends: a quarter of a step, because the ends of many add up."""
+_FADED = 1e-4
+"""Light at which a streak or a halo ends: a quarter of a step, because the ends of many add up."""
 
 _SHARPEN = np.array([-1 / 8, 10 / 8, -1 / 8], np.float32)
 """Filter, along each axis, that makes up for the blur of ``cv2.pyrUp``."""
@@ -115,8 +115,7 @@ def draw_flakes(rows: Column, height: int, width: int) -> FlakeLight:
     peak = light.max(axis=0, initial=0)
     seen = np.flatnonzero(peak > FAINTEST)
     shapes, light, peak = shapes[:, seen], light[:, seen], peak[seen]
-    left = np.minimum(_HALO_END / peak, 1) ** (1 / 3)
-    left[seen < len(rows)] = 0
+    left = np.minimum(_FADED / peak, 1) ** (1 / 3)
     level = _level(shapes[3], peak)
     pyramid = _Pyramid.of(len(colours), height, width, 1 + int(level.max(initial=0)))
     _draw(pyramid, _Streaks.of(shapes, left, level, pyramid), light)
@@ -323,8 +322,12 @@ def _draw(pyramid: _Pyramid, streaks: _Streaks, light: Column) -> None:
         integral = streaks.integral.take(group)
         exact = np.where(integral > 0, integral / np.maximum(total, 1e-12), 1)
         pixel = _pixels(streaks, streak, row, weights)
-        for plane, shine in zip(pyramid.light, as_plane(light[:, group] * exact), strict=True):
-            if shine.any():  # most flakes of a recipe's colours have no blue
+        shines = as_plane(light[:, group] * exact)
+        for plane, shine in zip(pyramid.light, shines, strict=True):
+            if len(shines) == 1:
+                weights *= shine.take(owner)
+                np.add.at(plane, pixel, weights.ravel())
+            elif shine.any():  # most flakes of a recipe's colours have no blue
                 np.add.at(plane, pixel, (weights * shine.take(owner)).ravel())
 
 
