@@ -189,7 +189,7 @@ func _add(parts: FireParts) -> void:
 		material == null or material.blend_mode != CanvasItemMaterial.BLEND_MODE_PREMULT_ALPHA
 	)
 	_sprite = AnimatedSprite3D.new()
-	_sprite.sprite_frames = parts.sprite.sprite_frames
+	_sprite.sprite_frames = _as_rectangles(parts.sprite.sprite_frames)
 	_sprite.centered = false
 	_sprite.pixel_size = pixel_size
 	_sprite.material_override = _material(parts.sprite)
@@ -219,6 +219,39 @@ func _add(parts: FireParts) -> void:
 	_choose()
 	_apply()
 	_play_or_pause()
+
+
+# The frames as rectangles of their pages: where they are meshes, sprites in space do not draw them.
+static func _as_rectangles(frames: SpriteFrames) -> SpriteFrames:
+	var flat: SpriteFrames = frames.duplicate()
+	for title in flat.get_animation_names():
+		for i in flat.get_frame_count(title):
+			var meshed: MeshTexture = flat.get_frame_texture(title, i) as MeshTexture
+			if meshed != null:
+				var duration: float = flat.get_frame_duration(title, i)
+				flat.set_frame(title, i, _rectangle_of(meshed), duration)
+	return flat
+
+
+# The smallest rectangle around a mesh.
+static func _rectangle_of(meshed: MeshTexture) -> AtlasTexture:
+	var arrays: Array = meshed.mesh.surface_get_arrays(0)
+	var page: Texture2D = meshed.base_texture
+	var drawn: Rect2 = _bounds(arrays[Mesh.ARRAY_VERTEX])
+	var place: Rect2 = _bounds(arrays[Mesh.ARRAY_TEX_UV])
+	var flat: AtlasTexture = AtlasTexture.new()
+	flat.atlas = page
+	flat.region = Rect2((place.position * page.get_size()).round(), drawn.size)
+	flat.margin = Rect2(drawn.position, meshed.image_size - drawn.size)
+	flat.filter_clip = true
+	return flat
+
+
+static func _bounds(points: PackedVector2Array) -> Rect2:
+	var bounds: Rect2 = Rect2(points[0], Vector2.ZERO)
+	for point in points:
+		bounds = bounds.expand(point)
+	return bounds
 
 
 # The sprite's material: as that of the scene in two dimensions, and turned to the camera.

@@ -53,6 +53,7 @@ def torch(game: Path) -> Path:
     keys = {
         "views.count": 4, "timeline.frames": 6, "source.height": 80, "flakes.bake": "false",
         "atlas.alpha": "premultiplied", "exports": "[json, godot]", "tracks": "[json, light]",
+        "atlas.mesh": "{vertices: 8}",  # which sprites in space draw as rectangles
     }  # fmt: skip
     recipe = shipped("recipes") / "windy_torch.yaml"
     line = ["build", "-q", "--jobs", "1", str(recipe), "-o", str(game)]
