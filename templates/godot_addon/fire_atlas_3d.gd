@@ -173,7 +173,9 @@ func _show_fire() -> void:
 	_light = null
 	var parts: FireParts = FireParts.of(fire)
 	if parts != null:
-		_add(parts)
+		# A film scene shows the flame through a shader of its own, in two dimensions.
+		if parts.sprite == parts.root:
+			_add(parts)
 		parts.root.free()
 	notify_property_list_changed()
 	update_configuration_warnings()
