@@ -15,8 +15,8 @@ func answer(job: Dictionary) -> Variant:
 	return await call(job["ask"], job)
 
 
-# Answers a picture and the state of a FireAtlas2D after each of `steps`: properties are `set` to what
-# texts say, a moment is sought, and time passes, `ticks` of 1/60 s.
+# Answers a picture and the state of a FireAtlas2D after each of `steps`: properties are `set` to
+# what texts say, a moment is sought, and time passes, `ticks` of 1/60 s.
 func change(job: Dictionary) -> Array:
 	var ground := _ground(job["background"])
 	var fire := _fire("2d", job["scene"])
