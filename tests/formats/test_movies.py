@@ -17,6 +17,7 @@ from PIL import Image, ImageSequence
 
 from fire_atlas.atlas.encode import as_straight, encode_frame
 from fire_atlas.cli import main
+from fire_atlas.core.errors import OutputError
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.shipped import shipped
 from fire_atlas.formats.atlas.texture_packer import read_atlas
@@ -216,6 +217,13 @@ def test_images_state_whether_they_loop() -> None:
                 # 0 is for ever; a GIF that plays once says nothing.
                 once = None if name == "gif" else 1
                 assert image.info.get("loop") == (0 if loop else once), name
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "apng"])
+def test_frames_that_a_format_cannot_hold_are_refused(name: MovieName) -> None:
+    movie = Movie(70_000, 1, (40.0,), True, lambda i: np.zeros((1, 70_000, 4), np.uint8))
+    with pytest.raises(OutputError, match=f"movies: {name}: frames have at most"):
+        write_movie(name, movie)
 
 
 @pytest.mark.parametrize("blend_space", ["srgb", "linear"])

@@ -114,9 +114,10 @@ def _encoded(movie: Movie, encoding: _Format) -> bytes:
         with container:
             _write_frames(movie, encoding, container, av)
     except (av.FFmpegError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
         raise OutputError(
             f"movies: {encoding.container}: FFmpeg cannot encode {movie.width}x{movie.height} px "
-            f"by {encoding.codec} ({error}); a smaller source.height or another format may help"
+            f"by {encoding.codec} ({reason}); use another format, or a smaller source.height"
         ) from error
     return file.getvalue()
 

@@ -2,8 +2,12 @@
 
 from typing import assert_never
 
+from fire_atlas.core.errors import OutputError
 from fire_atlas.formats.movies.movie import Movie
 from fire_atlas.recipe.output import MovieName
+
+_MAX_SIDE: dict[MovieName, int] = {"webp": 16383, "gif": 65535, "mp4": 8192, "webm": 65535}
+"""Maximum side of a frame, px: what headers or encoders can state. An MP4 is twice as wide."""
 
 
 def write_movie(name: MovieName, movie: Movie) -> bytes:
@@ -12,6 +16,12 @@ def write_movie(name: MovieName, movie: Movie) -> bytes:
     Raises:
         OutputError: The format cannot hold the movie.
     """
+    most = _MAX_SIDE.get(name)
+    if most is not None and max(movie.width, movie.height) > most:
+        raise OutputError(
+            f"movies: {name}: frames have at most {most} px a side, but these are {movie.width}x"
+            f"{movie.height}; use another format, or a smaller source.height"
+        )
     match name:
         case "webp":
             from fire_atlas.formats.movies.images import webp
