@@ -213,8 +213,9 @@ def test_frames_have_durations_of_their_own_and_any_size(name: MovieName) -> Non
 def test_equal_neighbours_are_one_longer_frame_and_time_goes_on() -> None:
     pictures = [squares(True).frame(i) for i in (0, 0, 1)]
     movie = Movie(65, 47, DURATIONS, True, pictures.__getitem__)
-    for name, starts in (("webp", [0, 160]), ("gif", [0, 160]), ("apng", [0, 100, 160])):
-        assert [start for _, start in by_pillow(write_movie(name, movie))] == starts, name
+    starts: dict[MovieName, list[int]] = {"webp": [0, 160], "gif": [0, 160], "apng": [0, 100, 160]}
+    for name, expected in starts.items():
+        assert [start for _, start in by_pillow(write_movie(name, movie))] == expected, name
 
 
 def test_images_state_whether_they_loop() -> None:
