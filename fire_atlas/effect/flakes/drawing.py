@@ -41,6 +41,10 @@ _ERROR = 0.7
 """Largest difference of a streak whose radius is 1 px at a lower resolution, as measured, relative
 to its light; it falls with the square of the radius."""
 
+_FEW = 1 / 3
+"""Area of what could be drawn at lower resolutions, as a fraction of the frame's, below which that
+takes longer than to draw all at the frame's own."""
+
 _FADED = 1e-4
 """Light at which a streak or a halo ends: a quarter of a step, because the ends of many add up."""
 
@@ -117,6 +121,9 @@ def draw_flakes(rows: Column, height: int, width: int) -> FlakeLight:
     shapes, light, peak = shapes[:, seen], light[:, seen], peak[seen]
     left = np.minimum(_FADED / peak, 1) ** (1 / 3)
     level = _level(shapes[3], peak)
+    wide = shapes[2:4, level > 0]
+    if 4 * (wide[0] * wide[1]).sum() < _FEW * height * width:
+        level[:] = 0
     pyramid = _Pyramid.of(len(colours), height, width, 1 + int(level.max(initial=0)))
     _draw(pyramid, _Streaks.of(shapes, left, level, pyramid), light)
     return FlakeLight(pyramid.collapsed(), colours)

@@ -145,7 +145,8 @@ def test_halos_are_as_stated_though_wide_ones_are_drawn_at_lower_resolutions(
     strength: float, size: float
 ) -> None:
     rows = row(x=90.2, y=80.9, size=size, stretch=2.0, rotation=0.4, tail=0.6, r=strength)
-    drawn = draw_flakes(rows, 161, 183).rgb()[..., 0]
+    many = np.vstack([rows, row(x=-900.0, size=120.0)])  # too few would all be drawn at the frame's
+    drawn = draw_flakes(many, 161, 183).rgb()[..., 0]
     wanted, bare = (stated(rows, 161, 183, halo)[..., 0] for halo in (True, False))
     outside = bare == 0
     assert wanted[outside].max() > 3e-4

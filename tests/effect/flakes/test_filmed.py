@@ -208,7 +208,7 @@ def test_flicker_has_its_depth_step_and_correlation(deviation: float) -> None:
     for i in range(1, frames):
         score[:, i] = kept * score[:, i - 1] + np.sqrt(1 - kept**2) * score[:, i]
     light = 0.5 * np.exp(deviation * score)
-    place = np.full((200, frames), 320.0)
+    place = np.full((200, frames), 320.5)
     got = figures_of(flown(place, place, light))
     # The same of the light of whole embers, by their formula.
     series = np.log(np.interp(light, GRID, [total_light(each) for each in GRID]))
