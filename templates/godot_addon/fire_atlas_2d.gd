@@ -109,7 +109,9 @@ func _show_fire() -> void:
 	if _parts != null:
 		_parts.sprite.animation_finished.connect(_end)
 		_parts.sprite.animation_looped.connect(looped.emit)
-		_parts.choose(title)
+		# Another fire may have other animations: then it shows its own first one.
+		if _parts.sprite.sprite_frames.has_animation(title):
+			_parts.choose(title)
 		_play_or_pause()
 		_apply()
 		add_child(_parts.root, false, Node.INTERNAL_MODE_FRONT)

@@ -38,6 +38,8 @@ const MIN_COSINE: float = 0.2
 	set(title):
 		animation = title
 		_choose()
+		if _sprite != null and title != &"" and not title in _fires():
+			push_warning("%s has no animation %s; there are: %s" % [name, title, ", ".join(_fires())])
 ## Whether it plays. At the end of an animation that does not loop this becomes false.
 @export var playing: bool = true:
 	set(on):
@@ -284,13 +286,11 @@ func _fires() -> PackedStringArray:
 	return names
 
 
-# Shows the chosen animation from its first frame, as it is seen from the camera.
+# Shows the chosen animation from its first frame, or the first one if there is no such.
 func _choose() -> void:
 	if _sprite == null:
 		return
 	var names: PackedStringArray = _fires()
-	if animation != &"" and not animation in names:
-		push_warning("%s has no animation %s; there are: %s" % [name, animation, ", ".join(names)])
 	var chosen: String = animation if animation in names else names[0]
 	_shown = []
 	for title in _sprite.sprite_frames.get_animation_names():
