@@ -65,7 +65,7 @@ def test_sparks_of_the_ready_explosion_fly_out_of_it_and_do_not_hang_in_its_smok
     assert main(["build", str(recipe), "--out", str(tmp_path), "-q"]) == 0
     tracks = tracks_of(tmp_path, "explosion")
     column = {name: number for number, name in enumerate(tracks["columns"])}
-    lit = [np.array([r for r in f["rows"] if r[column["a"]] > 0.1]) for f in tracks["frames"]]
+    lit = [np.array([r for r in f["rows"] if r[column["a"]] > 0.05]) for f in tracks["frames"]]
     counts = [len(rows) for rows in lit]
     assert max(counts) > 60
     assert max(counts[20:]) < 0.1 * max(counts)

@@ -8,7 +8,7 @@ var _looped: int = 0
 
 
 # In its first half second this browser's software renderer may go on drawing the first custom data
-# of a MultiMesh that changes in every frame.
+# of a MultiMesh that changes in every frame; if it is busy, for longer.
 func answer(job: Dictionary) -> Variant:
 	for tick in 40:
 		await get_tree().process_frame

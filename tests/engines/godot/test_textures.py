@@ -81,7 +81,9 @@ def test_in_godot_4_flakes_show_their_cells_as_in_our_frames(
     for name, summed, plain in zip(CASES, shots[:3], shots[3:], strict=True):
         own, _ = wanted(tmp_path, name, LAST)
         difference = np.abs(summed[: own.shape[0], : own.shape[1]] - own)
-        assert difference.max() <= 10 and np.quantile(difference, 0.999) <= 3
+        # A mask is lit up to 350 times, and with it what the engine's filter rounds.
+        largest = 6 if CASES[name][0]["tint"] == "none" else 20
+        assert difference.max() <= largest and np.quantile(difference, 0.999) <= 3
         own, alone = wanted(tmp_path, name, FIRST)
         assert (own[alone] > 100).any()
         assert np.abs(plain[: own.shape[0], : own.shape[1]] - own)[alone].max() <= 6
