@@ -195,6 +195,8 @@ def test_meshes_come_back_as_they_were(atlas: dict[str, Any], tmp_path: Path) ->
         (lambda frame: frame["triangles"].append([0, 1, 99]), "99 is not a number from 0 to"),
         (lambda frame: frame["triangles"].append([0, 1]), "ValueError"),
         (lambda frame: frame.pop("triangles"), "KeyError: 'triangles'"),
+        (lambda frame: frame.update(vertices=[], triangles=[]), "not clockwise around an area"),
+        (lambda frame: frame["vertices"].reverse(), "not clockwise around an area"),
     ],
 )
 def test_meshes_of_another_making_are_refused(

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
 from fire_atlas import __version__
+from fire_atlas.atlas.polygon import doubled_area
 from fire_atlas.atlas.sheet import (
     AtlasSheet,
     CellGrid,
@@ -78,6 +79,8 @@ def _mesh_of(entry: dict[str, Any]) -> Mesh | None:
     triangles = tuple(
         (whole(a, 0, last), whole(b, 0, last), whole(c, 0, last)) for a, b, c in entry["triangles"]
     )
+    if len(vertices) < 3 or doubled_area(vertices) <= 0:
+        raise ValueError("the vertices of a mesh are not clockwise around an area")
     return Mesh(vertices, triangles)
 
 
