@@ -8,6 +8,7 @@ as its area becomes less.
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from itertools import islice, pairwise
 from typing import NamedTuple
 
@@ -27,28 +28,32 @@ from fire_atlas.atlas.polygon import (
     without_straight_vertices,
 )
 
-_FINE = 3
-"""The polygon that follows the shape closely has at most this many times the vertices asked for,
-beside those of the hull."""
+_FINE_VERTICES = 3
+"""Maximum number of vertices that pockets add to those of the hull, as a multiple of the number
+asked for."""
 
-_LEAST_POCKET = 0.002
+_MIN_POCKET = 0.002
 """Smallest pocket that is cut out, as a fraction of the hull's area."""
 
-_NEAR = 3
+_SEARCH_RADIUS = 3
 """Distance from the ideal place of a vertex up to which corners of pixels are tried, px."""
 
-_BRANCHES, _KEPT, _LAST = 3, 4, 5
-"""While the last so many vertices are removed, the first number of ways is tried for each, and the
-second number of polygons is kept for the next."""
+_POCKETS_TRIED, _CORNERS_TRIED = 3, 4
+"""Maximum number of pockets tried on an edge, and of corners of pixels tried as each one's tip."""
 
-_ROUNDS = 12
+_BEAM_REMOVALS, _BEAM_WIDTH, _BEAM_CHANGES = 5, 4, 3
+"""The last removals of vertices are a beam search: how many they are, how many polygons are kept
+after each, and how many changes of each polygon are tried. Those before are greedy, being many and
+of little effect."""
+
+_MAX_EXCHANGES = 12
 """Maximum number of times that vertices are exchanged."""
 
 _EXCHANGED = 2
 """Number of vertices that are added and removed again at a time."""
 
-_STEPS = tuple((x, y) for x in range(-2, 3) for y in range(-2, 3) if (x, y) != (0, 0))
-"""The ways in which a vertex is moved at once, px."""
+_MOVES = tuple((x, y) for x in range(-2, 3) for y in range(-2, 3) if (x, y) != (0, 0))
+"""Ways, px, in which a vertex is moved in one step."""
 
 _TINY = 1e-9
 """Exceeds the rounding errors of places, px."""
@@ -69,7 +74,7 @@ def outline(visible: NDArray[np.bool_], vertices: int) -> list[Point]:
         return rectangle(0, 0, width, height)
     shape = _VisibleShape(visible)
     box = rectangle(*shape.bounds)
-    fine = _carved(shape.hull, shape, len(shape.hull) + _FINE * vertices)
+    fine = _carved(shape.hull, shape, len(shape.hull) + _FINE_VERTICES * vertices)
     coarse = _reduced(fine, shape, vertices)
     return min(box, _refined(coarse if len(coarse) <= vertices else box, shape, vertices),
                key=doubled_area)  # fmt: skip
@@ -187,8 +192,8 @@ def _valid_changes(
 
 def _carved(polygon: list[Point], shape: _VisibleShape, most: int) -> list[Point]:
     """Return the polygon with pockets cut out, the largest first, up to ``most`` vertices."""
-    least = _LEAST_POCKET * doubled_area(shape.hull)
-    pockets = _Remembered(lambda a, b: _pocket(a, b, shape))
+    least = _MIN_POCKET * doubled_area(shape.hull)
+    pockets = cache(lambda a, b: _pocket(a, b, shape))
     while len(polygon) < most:
         found = ((i, pockets(*edge)) for i, edge in enumerate(edges(polygon)))
         changes = (_Change(i, 0, *pocket) for i, pocket in found if pocket and pocket[1] > least)
@@ -201,20 +206,6 @@ def _carved(polygon: list[Point], shape: _VisibleShape, most: int) -> list[Point
 
 _Vertex = tuple[tuple[Point], int]
 """A new vertex, and twice the area that the polygon loses by it."""
-
-
-class _Remembered:
-    """A function of points that is computed once for the same ones."""
-
-    def __init__(self, function: Callable[..., _Vertex | None]) -> None:
-        self._function = function
-        self._known: dict[tuple[Point, ...], _Vertex | None] = {}
-
-    def __call__(self, *points: Point) -> _Vertex | None:
-        """Return its value."""
-        if points not in self._known:
-            self._known[points] = self._function(*points)
-        return self._known[points]
 
 
 def _pocket(a: Point, b: Point, shape: _VisibleShape) -> _Vertex | None:
@@ -237,13 +228,14 @@ def _pocket(a: Point, b: Point, shape: _VisibleShape) -> _Vertex | None:
     depths = squared / np.maximum(at_a + at_b, _TINY)
     depths[at_a + at_b < _TINY] = 0
     across = np.array((-along[1], along[0]))
-    for i in np.argsort(-depths, kind="stable")[:_BRANCHES]:
+    for i in np.argsort(-depths, kind="stable")[:_POCKETS_TRIED]:
         place = start + (along * at_a[i] + across) * (depths[i] / squared)
         points = _corners_near(*place)
         deep, far = _seen_from(start, along, points)
         fits = shape.holds(points) & (deep > 0)
         fits &= (far >= at_a[i] * deep - _TINY) & (squared - far >= at_b[i] * deep - _TINY)
-        for j in np.argsort(np.where(fits, -deep, 0), kind="stable")[: min(fits.sum(), _KEPT)]:
+        deepest = np.argsort(np.where(fits, -deep, 0), kind="stable")
+        for j in deepest[: min(fits.sum(), _CORNERS_TRIED)]:
             corner = (int(points[j, 0]), int(points[j, 1]))
             if not (
                 shape.is_crossed(a, corner)
@@ -265,30 +257,32 @@ def _seen_from(
 
 def _corners_near(x: float, y: float) -> Points:
     """Return the corners of pixels near a place: (n, 2)."""
-    side = np.arange(-_NEAR, _NEAR + 1)
+    side = np.arange(-_SEARCH_RADIUS, _SEARCH_RADIUS + 1)
     columns, rows = np.meshgrid(round(x) + side, round(y) + side)
     return np.stack((columns.ravel(), rows.ravel()), axis=1)
 
 
 def _reduced(polygon: list[Point], shape: _VisibleShape, most: int) -> list[Point]:
     """Return the polygon with at most that many vertices, unless no way is found."""
-    joints = _Remembered(lambda a, u, v, b: _joint(a, u, v, b, shape))
+    joints = cache(lambda a, u, v, b: _joint(a, u, v, b, shape))
     kept = [polygon]
     while len(kept[0]) > most:
-        is_last = len(kept[0]) - most <= _LAST
+        is_last = len(kept[0]) - most <= _BEAM_REMOVALS
         smaller: dict[frozenset[Point], list[Point]] = {}
         for each in kept:
             changes = _valid_changes(_removals(each, joints), each, shape)
-            for change in islice(changes, _BRANCHES if is_last else 1):
+            for change in islice(changes, _BEAM_CHANGES if is_last else 1):
                 changed = change.apply(each)
                 smaller.setdefault(frozenset(changed), changed)
         if not smaller:
             break
-        kept = sorted(smaller.values(), key=doubled_area)[: _KEPT if is_last else 1]
+        kept = sorted(smaller.values(), key=doubled_area)[: _BEAM_WIDTH if is_last else 1]
     return kept[0]
 
 
-def _removals(polygon: Sequence[Point], joints: _Remembered) -> Iterator[_Change]:
+def _removals(
+    polygon: Sequence[Point], joints: Callable[[Point, Point, Point, Point], _Vertex | None]
+) -> Iterator[_Change]:
     """Yield the changes that take away a vertex and only let the polygon grow."""
     for i in range(len(polygon)):
         a, u, v, b = (polygon[(i + j) % len(polygon)] for j in range(4))
@@ -325,7 +319,7 @@ def _joint(a: Point, u: Point, v: Point, b: Point, shape: _VisibleShape) -> _Ver
 def _refined(polygon: list[Point], shape: _VisibleShape, most: int) -> list[Point]:
     """Return the polygon with vertices exchanged and moved for as long as its area becomes less."""
     polygon = _settled(polygon, shape)
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_EXCHANGES):
         finer = _settled(_carved(polygon, shape, most + _EXCHANGED), shape)
         other = _settled(_reduced(finer, shape, most), shape)
         if len(other) > most or doubled_area(other) >= doubled_area(polygon):
@@ -351,7 +345,7 @@ def _moves(polygon: Sequence[Point], i: int, shape: _VisibleShape) -> Iterator[_
     """Yield the changes that move a vertex a little and gain area."""
     a, v, b = polygon[i - 1], polygon[i], polygon[(i + 1) % len(polygon)]
     now = turn(a, v, b)
-    for x, y in _STEPS:
+    for x, y in _MOVES:
         to = (v[0] + x, v[1] + y)
         gain = now - turn(a, to, b)
         if gain > 0 and shape.holds(np.array(to)):

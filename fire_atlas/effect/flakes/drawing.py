@@ -41,7 +41,7 @@ _ERROR = 0.7
 """Largest difference of a streak whose radius is 1 px at a lower resolution, as measured, relative
 to its light; it falls with the square of the radius."""
 
-_FEW = 1 / 3
+_MIN_WIDE_AREA = 1 / 3
 """Area of what could be drawn at lower resolutions, as a fraction of the frame's, below which that
 takes longer than to draw all at the frame's own."""
 
@@ -119,13 +119,13 @@ def draw_flakes(rows: Column, height: int, width: int) -> FlakeLight:
     peak = light.max(axis=0, initial=0)
     seen = np.flatnonzero(peak > FAINTEST)
     shapes, light, peak = shapes[:, seen], light[:, seen], peak[seen]
-    left = np.minimum(_FADED / peak, 1) ** (1 / 3)
+    end = np.minimum(_FADED / peak, 1) ** (1 / 3)
     level = _level(shapes[3], peak)
     wide = shapes[2:4, level > 0]
-    if 4 * (wide[0] * wide[1]).sum() < _FEW * height * width:
+    if 4 * (wide[0] * wide[1]).sum() < _MIN_WIDE_AREA * height * width:
         level[:] = 0
     pyramid = _Pyramid.of(len(colours), height, width, 1 + int(level.max(initial=0)))
-    _draw(pyramid, _Streaks.of(shapes, left, level, pyramid), light)
+    _draw(pyramid, _Streaks.of(shapes, end, level, pyramid), light)
     return FlakeLight(pyramid.collapsed(), colours)
 
 
@@ -250,12 +250,12 @@ class _Streaks:
     shape: Single
 
     @classmethod
-    def of(cls, shapes: Column, left: Column, level: Index, pyramid: _Pyramid) -> Self:
+    def of(cls, shapes: Column, end: Column, level: Index, pyramid: _Pyramid) -> Self:
         """Return streaks.
 
         Args:
             shapes: (6, streaks): x, y, half length and radius in px, rotation in rad, tail.
-            left: (streaks,), 1 − |u|³ − v² up to which each is drawn.
+            end: (streaks,), least 1 − |u|³ − v², 0..1, at which each is drawn: 0 draws all of it.
             level: (streaks,), level in which each is drawn.
             pyramid: The frame.
         """
@@ -266,7 +266,7 @@ class _Streaks:
         cos, sin = np.cos(shapes[4]), np.sin(shapes[4])
         large = radius >= _LARGE
         height, width = pyramid.height.take(level), pyramid.width.take(level)
-        length, thickness = half * (1 - left) ** (1 / 3), radius * (1 - left) ** 0.5
+        length, thickness = half * (1 - end) ** (1 / 3), radius * (1 - end) ** 0.5
         column, columns = _covered(x, _extent(length * cos, thickness * sin), large, width)
         row, rows = _covered(y, _extent(length * sin, thickness * cos), large, height)
         dx, dy, middle = column + 0.5 - x, row + 0.5 - y, (1 + tail) / 2

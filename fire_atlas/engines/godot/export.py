@@ -21,6 +21,7 @@ from fire_atlas.engines.godot.names import (
     number,
     quoted,
     real,
+    title_in_godot,
     titles,
     uid_of,
 )
@@ -189,7 +190,7 @@ def _flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Ite
         page=(sheet.pages[0].file, _image_uid(product, sheet.pages[0].file)),
         material=(material, uid_of(product, material)),
         animation=animation,
-        title=titles([animation.name])[animation.name],
+        title=title_in_godot(animation.name),
         length=count * seconds,
         last=(last * seconds, last),
         offset=(first.trim_x - first.x - x, first.trim_y - first.y - y),
@@ -246,7 +247,7 @@ def _views(product: Product, sheet: AtlasSheet) -> list[dict[str, Any]]:
         off = [at - by for at, by in zip(camera.origin, pivots[name], strict=True)]
         views.append({
             "title": named[name],
-            "fire": _fire(name).replace("/", "_").replace(",", " ") or product.name,
+            "fire": title_in_godot(_fire(name)) or product.name,
             "azimuth": math.degrees(camera.azimuth),
             "elevation": math.degrees(camera.elevation),
             "foot": [length * sheet.scale for length in off],

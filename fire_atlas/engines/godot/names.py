@@ -46,15 +46,20 @@ def node_name(name: str) -> str:
     return "".join(word[:1].upper() + word[1:] for word in re.split(r"[^A-Za-z0-9]+", name)) or "_"
 
 
+def title_in_godot(animation: str) -> str:
+    """Return the name of an animation in Godot, whose editor allows no ``/`` and ``,``."""
+    return animation.replace("/", "_").replace(",", " ")
+
+
 def titles(animations: Iterable[str]) -> dict[str, str]:
-    """Return the name of each animation in Godot, whose editor allows no ``/`` and ``,``.
+    """Return the names of animations in Godot, by those in the atlas.
 
     Raises:
         OutputError: Two would have the same name.
     """
     made: dict[str, str] = {}
     for animation in animations:
-        title = animation.replace("/", "_").replace(",", " ")
+        title = title_in_godot(animation)
         if title in made.values():
             other = next(name for name in made if made[name] == title)
             raise OutputError(

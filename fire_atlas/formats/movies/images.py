@@ -21,8 +21,8 @@ _MAX_DELAY = 65535
 _GIF_TICK, _GIF_MINIMUM = 10, 20
 """Unit and minimum of durations in a GIF, ms: browsers slow down frames that are shorter."""
 
-_PALETTE = 255
-"""Number of colours in a GIF; the last entry of its table means transparent."""
+_MAX_COLOURS = 255
+"""Maximum number of colours in a GIF; the last entry of its table means transparent."""
 _TRANSPARENT = 255
 _PALETTE_FRAMES = 16
 _PALETTE_PIXELS = 1 << 18
@@ -112,7 +112,7 @@ class _Palette(NamedTuple):
             is_opaque &= bool(seen.all())
             if few is not None:
                 few = np.union1d(few, _as_numbers(frame[seen]))
-                few = few if len(few) <= _PALETTE else None
+                few = few if len(few) <= _MAX_COLOURS else None
         return cls(_sampled_palette(movie) if few is None else _as_colours(few), is_opaque)
 
     def picture(self, frame: Bytes) -> Image.Image:
@@ -137,7 +137,7 @@ def _sampled_palette(movie: Movie) -> Bytes:
         samples.append(frame[..., :3][_is_shown(frame[..., 3])])
     pixels = np.concatenate(samples)
     pixels = pixels[:: -(-len(pixels) // _PALETTE_PIXELS)]
-    chosen = Image.fromarray(pixels[None]).quantize(_PALETTE, kmeans=1).getpalette()
+    chosen = Image.fromarray(pixels[None]).quantize(_MAX_COLOURS, kmeans=1).getpalette()
     return np.unique(np.array(chosen, np.uint8).reshape(-1, 3), axis=0)
 
 

@@ -26,9 +26,10 @@ class Movie:
 
 
 def schedule(durations: Sequence[float], tick: int, minimum: int) -> list[tuple[int, int]]:
-    """Return the indices of the frames to show, each with its duration, ms.
+    """Return the indices of the frames to show, each with its duration.
 
-    Durations are multiples of ``tick`` and at least ``minimum``. Rounding errors do not add up:
+    All times have one unit. Durations returned are multiples of ``tick`` and at least ``minimum``.
+    Rounding errors do not add up:
     every frame ends within half a tick of its time. Frames too short to show are left out, and
     their time is added to the next one.
     """
