@@ -23,6 +23,7 @@ from fire_atlas.cli.progress import BuildView
 from fire_atlas.cli.side_by_side import BuildEvent, build_arguments
 from fire_atlas.core.cpu import cpu_class
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.files import absolute
 from fire_atlas.outputs.digest import tool_digest
 
 _SECONDS = 10
@@ -46,10 +47,10 @@ class ClusterBuilder:
         """
         logging.getLogger("distributed").setLevel(logging.CRITICAL)  # errors are reported by us
         cloudpickle.register_pickle_by_value(cluster_worker)
-        out = args.out and Path(os.path.abspath(args.out))  # noqa: PTH100 - links stay as named
+        out = args.out and absolute(Path(args.out))
         cache = args.cache
         if cache and "://" not in cache:
-            cache = os.path.abspath(cache)  # noqa: PTH100
+            cache = str(absolute(Path(cache)))
         self._args = Namespace(**{**vars(args), "out": out, "cache": cache})
         self._view = view
         self._topic = f"fire-atlas-{os.urandom(8).hex()}"
@@ -64,7 +65,7 @@ class ClusterBuilder:
 
     def start(self, recipe: Path, unfinished: int) -> None:
         """Hand a recipe to the scheduler, to be built with one thread."""
-        shared = Path(os.path.abspath(recipe))  # noqa: PTH100 - links stay as named
+        shared = absolute(recipe)
         topic = self._topic
         key = f"{topic}-{len(self._recipes)}"
         self._recipes[key] = recipe

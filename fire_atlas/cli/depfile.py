@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.files import absolute
 from fire_atlas.outputs.dependencies import dependencies_of
 from fire_atlas.outputs.manifest import manifest_name
 from fire_atlas.recipe.tree import RecipeTree
@@ -77,7 +78,7 @@ def _is_depfile(path: Path) -> bool:
 def _escaped(path: Path) -> str:
     """Return a path as written in a depfile: relative to the current folder if it is inside."""
     here = Path.cwd()
-    whole = Path(os.path.abspath(path))  # noqa: PTH100 - links stay as they are named
+    whole = absolute(path)
     text = (whole.relative_to(here) if whole.is_relative_to(here) else whole).as_posix()
     if _UNWRITABLE.search(text):
         raise OutputError(

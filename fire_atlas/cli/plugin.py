@@ -47,6 +47,7 @@ def _install_for_unity(
     project: Path, overwrite: bool, note: Callable[[str], None]
 ) -> tuple[str, ...]:
     """Write the package into a Unity project; return what to tell the user."""
+    # Imported here because it needs numpy, which the add-on for Godot does not.
     from fire_atlas.engines.unity.package import PACKAGE_NAME, package_files, package_folder
 
     package = package_folder(project)

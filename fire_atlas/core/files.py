@@ -59,6 +59,11 @@ def _open_without_waiting(path: str, flags: int) -> int:
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
+def absolute(path: Path) -> Path:
+    """Return an absolute path without ``..``; links stay as they are named."""
+    return Path(os.path.abspath(path))  # noqa: PTH100 - ``resolve`` follows links
+
+
 def natural_key(path: Path) -> tuple[object, ...]:
     """Return a sort key by which fire2 comes before fire10, whatever the machine and its locale."""
     parts = [re.split(r"([0-9]+)", part.casefold()) for part in path.parts]

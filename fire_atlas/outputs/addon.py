@@ -43,12 +43,25 @@ def install(
     tidy(folder, name, note)
     with Staging(folder, name, note, overwrite) as staging:
         entries = tuple(_staged(each.name, each.role, each.data, staging) for each in files)
-        manifest = encode_manifest(Manifest(name, "", "", "", (), entries, {}))
+        manifest = encode_manifest(_manifest(name, entries))
         marker = _staged(manifest_name(name), "manifest", manifest, staging)
         if all(entry.is_intact(folder) for entry in (*entries, marker)):
             return False
         commit(name, (*entries, marker), staging, _ADVICE)
     return True
+
+
+def _manifest(name: str, outputs: tuple[OutputEntry, ...]) -> Manifest:
+    """Return a manifest without what only a recipe has."""
+    return Manifest(
+        name,
+        request_digest="",
+        recipe_digest="",
+        tool_digest="",
+        inputs=(),
+        outputs=outputs,
+        statistics={},
+    )
 
 
 def _staged(name: str, role: Role, data: bytes, staging: Staging) -> OutputEntry:

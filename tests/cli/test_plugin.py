@@ -75,6 +75,7 @@ def test_a_newer_version_of_the_tool_replaces_the_files_of_an_older_one(
         (None, "is no Godot project"),
         ("config_version=3\n", "states config_version=3"),
         ("[application]\n", "states no config_version"),
+        (f"config_version={'5' * 5000}\n", f"states config_version={'5' * 20};"),
     ],
 )
 def test_what_is_no_project_of_godot_is_refused(
@@ -85,6 +86,17 @@ def test_what_is_no_project_of_godot_is_refused(
     assert main(["plugin", "godot", str(tmp_path)]) == 1
     assert advice in capsys.readouterr().err
     assert not (tmp_path / "addons").exists()
+
+
+@pytest.mark.parametrize("engine", ["godot", "unity"])
+def test_a_link_that_leads_to_itself_is_refused_with_advice(
+    engine: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    link = tmp_path / "game"
+    link.symlink_to(link)
+    assert main(["plugin", engine, str(link)]) == 1
+    error = capsys.readouterr().err
+    assert str(link) in error and "folder" in error and "bug" not in error
 
 
 def test_a_folder_inside_a_project_is_told_which_one(

@@ -11,7 +11,7 @@ from typing import Literal, TypeAlias
 
 from fire_atlas import __version__
 from fire_atlas.core.errors import OutputError
-from fire_atlas.core.files import MIB, read_file
+from fire_atlas.core.files import MIB, absolute, read_file
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.shipped import shipped
 from fire_atlas.formats.templates.jinja import rendered
@@ -39,8 +39,11 @@ _FILES: dict[str, tuple[Version, ...]] = {
 """Files in ``templates/godot_addon``, and the versions of Godot that get them."""
 
 _CONFIG_VERSION = re.compile(rb"^config_version\s*=\s*(\d+)", re.MULTILINE)
-_VERSIONS: dict[int, Version] = {4: 3, 5: 4}
+_VERSIONS: dict[bytes, Version] = {b"4": 3, b"5": 4}
 """Versions of Godot by the ``config_version`` that their projects state."""
+
+_MAX_DIGITS = 20
+"""Maximum number of digits of a wrong ``config_version`` that an error shows."""
 
 
 def addon_folder(project: Path) -> Path:
@@ -73,9 +76,11 @@ def version_of_project(project: Path) -> Version:
         stated = _CONFIG_VERSION.search(read_file(path, MIB))
     except OSError as error:
         raise OutputError(_no_project(project, error)) from error
-    version = _VERSIONS.get(int(stated[1])) if stated else None
+    version = _VERSIONS.get(stated[1]) if stated else None
     if version is None:
-        found = f"config_version={int(stated[1])}" if stated else "no config_version"
+        found = (
+            f"config_version={stated[1][:_MAX_DIGITS].decode()}" if stated else "no config_version"
+        )
         raise OutputError(
             f"{path}: states {found}; the add-on is for projects of Godot 3.1 and later, which "
             f"state 4, and of Godot 4, which state 5: open the project in one of them first"
@@ -85,9 +90,11 @@ def version_of_project(project: Path) -> Version:
 
 def _no_project(project: Path, error: OSError) -> str:
     """Return advice for a folder in which no project can be read."""
-    path = project / "project.godot"
-    if path.exists():
+    path, folder = project / "project.godot", absolute(project)
+    if isinstance(error, PermissionError):
         return f"{path}: cannot be read ({error.strerror}); change its permissions"
-    above = [folder for folder in project.resolve().parents if (folder / path.name).is_file()]
+    if not isinstance(error, FileNotFoundError | NotADirectoryError):
+        return f"{path}: cannot be read ({error.strerror}); name the folder of a Godot project"
+    above = [each for each in folder.parents if (each / path.name).is_file()]
     near = f"did you mean fire-atlas plugin godot {above[0]}?" if above else "name its folder"
-    return f"{path}: there is no such file, so {project.resolve()} is no Godot project; {near}"
+    return f"{path}: there is no such file, so {folder} is no Godot project; {near}"

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from fire_atlas import __version__
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.files import absolute
 from fire_atlas.core.output_file import OutputFile, Role
 from fire_atlas.core.shipped import shipped
 from fire_atlas.engines.unity.assets import (
@@ -72,10 +73,11 @@ def package_folder(project: Path) -> Path:
         OutputError: The folder ``project`` is no Unity project.
     """
     if not _is_project(project):
-        above = next(filter(_is_project, project.resolve().parents), None)
+        folder = absolute(project)
+        above = next(filter(_is_project, folder.parents), None)
         near = f"did you mean fire-atlas plugin unity {above}?" if above else "name its folder"
         raise OutputError(
-            f"{project.resolve()}: has no folders Assets and ProjectSettings, so it is no Unity "
+            f"{folder}: has no folders Assets and ProjectSettings, so it is no Unity "
             f"project; {near}"
         )
     return project / "Packages" / PACKAGE_NAME
