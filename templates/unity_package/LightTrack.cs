@@ -56,8 +56,8 @@ namespace FireAtlas
             return null;
         }
 
-        /// <summary>Returns the light at a time in lengths of the animation, between two frames that
-        /// of both. Beyond the end a loop begins again, and all else stays as it is.</summary>
+        /// <summary>Returns the light at a time in lengths of the animation, mixed between two frames
+        /// by their nearness. Beyond the end a loop begins again, and all else stays as it is.</summary>
         public Moment At(float time)
         {
             Frame[] frames = document.frames;

@@ -205,7 +205,7 @@ def test_the_editor_says_what_to_do_and_imports_what_was_mended(
     write_recipe(game.folder / "fires/torch.fire")
     said, _ = said_by(game)
     assert "torch.fire: `/nowhere/fire-atlas` cannot be run" in said
-    assert "Install it (pip install fire-atlas)" in said
+    assert "Install it (`pip install ./fire-atlas`" in said
     settings = game.folder / "project.godot"
     settings.write_text(settings.read_text().replace("/nowhere/fire-atlas", str(command)))
     write_recipe(game.folder / "fires/typo.fire", flakess="none")

@@ -338,7 +338,7 @@ def test_recipes_are_built_on_import_if_the_preferences_say_so(
 def test_a_missing_or_broken_program_is_explained(harness: Harness, game: Path) -> None:
     (line, locks) = harness("build", game / "not-there", game, "Assets/a.fire")
     assert line.startswith(f"error: Fire Atlas: there is no program {game / 'not-there'}.")
-    assert "pip install fire-atlas" in line and "Preferences > Fire Atlas" in line
+    assert "pip install ./fire-atlas" in line and "Preferences > Fire Atlas" in line
     assert locks == "locks 0"
     broken = game / "broken"
     broken.write_text("#!/bin/sh\necho no such module >&2\nexit 3\n")
