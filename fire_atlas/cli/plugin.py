@@ -35,7 +35,7 @@ def _install_for_godot(
     """Write the add-on into a Godot project; return what to tell the user."""
     version = version_of_project(project)
     folder, files = addon_folder(project), list(addon_files(version))
-    if not install(folder, ADDON_NAME, files, overwrite, note):
+    if not install(project, folder, ADDON_NAME, files, overwrite, note):
         return (f"{folder}: up to date",)
     return (
         f"wrote {len(files)} files for Godot {version} to {folder}",
@@ -53,7 +53,7 @@ def _install_for_unity(
     package = package_folder(project)
     folders = package_files(manifest_name(PACKAGE_NAME))
     changed = [
-        install(package / folder, PACKAGE_NAME, files, overwrite, note)
+        install(project, package / folder, PACKAGE_NAME, files, overwrite, note)
         for folder, files in folders.items()
     ]
     if not any(changed):

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from fire_atlas.core.output_file import OutputFile, Role
+from fire_atlas.outputs.folder import refuse_leading_out
 from fire_atlas.outputs.manifest import Manifest, OutputEntry, encode_manifest, manifest_name
 from fire_atlas.outputs.ownership import commit
 from fire_atlas.outputs.recovery import tidy
@@ -19,6 +20,7 @@ _ADVICE = (
 
 
 def install(
+    project: Path,
     folder: Path,
     name: str,
     files: Sequence[OutputFile],
@@ -28,6 +30,7 @@ def install(
     """Write the files of the add-on ``name`` into ``folder``, all or none.
 
     Args:
+        project: The project that the folder belongs to.
         folder: Made if it does not exist.
         name: File stem of the manifest.
         files: All files that the add-on has in this folder.
@@ -38,8 +41,10 @@ def install(
         Whether anything was written; not if all is there already.
 
     Raises:
-        OutputError: A file of the user would be replaced, or one cannot be written.
+        OutputError: A file of the user would be replaced, one cannot be written, or the folder
+            leads out of the project.
     """
+    refuse_leading_out(folder, project, "the project; remove the link")
     tidy(folder, name, note)
     with Staging(folder, name, note, overwrite) as staging:
         entries = tuple(_staged(each.name, each.role, each.data, staging) for each in files)

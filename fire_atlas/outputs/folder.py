@@ -22,12 +22,28 @@ def default_folder(recipe: Path) -> Path:
             must not choose which of the user's folders is written to.
     """
     folder = recipe.parent / "build"
-    if not folder.resolve().is_relative_to(recipe.parent.resolve()):
-        raise OutputError(
-            f"{folder}: is a link to {folder.resolve()}, outside the recipe's folder; if you want "
-            f"the outputs there, say so with -o"
-        )
+    refuse_leading_out(
+        folder,
+        recipe.parent,
+        "the recipe's folder; if you want the outputs there, say so with -o",
+    )
     return folder
+
+
+def refuse_leading_out(folder: Path, owner: Path, advice: str) -> None:
+    """Refuse a folder that a link takes out of ``owner``, which may come from a stranger.
+
+    Args:
+        folder: Inside of ``owner`` by its name.
+        owner: The folder that it must stay in.
+        advice: Ends the error: what ``owner`` is, and what to do.
+
+    Raises:
+        OutputError: It leads out.
+    """
+    real = Path(os.path.realpath(folder))  # ``resolve`` fails where links lead in a circle
+    if not real.is_relative_to(os.path.realpath(owner)):
+        raise OutputError(f"{folder}: is a link to {real}, outside {advice}")
 
 
 def recover_default(recipe: Path, name: str, note: Callable[[str], None]) -> None:

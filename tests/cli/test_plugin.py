@@ -99,6 +99,16 @@ def test_a_link_that_leads_to_itself_is_refused_with_advice(
     assert str(link) in error and "folder" in error and "bug" not in error
 
 
+def test_a_link_that_leads_out_of_the_project_is_refused(
+    project: Path, tmp_path_factory: pytest.TempPathFactory, capsys: pytest.CaptureFixture[str]
+) -> None:
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    (project / "addons").symlink_to(elsewhere)
+    assert main(["plugin", "godot", str(project)]) == 1
+    assert "outside the project; remove the link" in capsys.readouterr().err
+    assert not list(elsewhere.iterdir())
+
+
 def test_a_folder_inside_a_project_is_told_which_one(
     project: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
