@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Self, TypeAlias
 
 from fire_atlas.core.errors import FireAtlasError, OutputError, RecipeError
+from fire_atlas.core.files import real
 from fire_atlas.core.output_file import is_named_after
 from fire_atlas.recipe.find import refuse_same_outputs
 from fire_atlas.recipe.tree import RecipeTree, named_files, read_tree
@@ -40,7 +41,7 @@ class Plan:
         """
         written: dict[Path, list[RecipeTree]] = {}
         for tree in trees:
-            written.setdefault(folder_of(tree).resolve(), []).append(tree)
+            written.setdefault(real(folder_of(tree)), []).append(tree)
         before = {tree.path: _writers(tree, written) for tree in trees}
         by_path = {tree.path: tree for tree in trees}
         try:

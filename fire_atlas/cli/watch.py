@@ -14,6 +14,7 @@ from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import BuildView, shows_interruption, view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.files import real
 from fire_atlas.core.interruption import ends_by_interrupt
 from fire_atlas.outputs.dependencies import files_of, folders_of, recipe_files
 from fire_atlas.outputs.freshness import why_stale
@@ -130,7 +131,7 @@ def _folder_id(folder: Path) -> _FolderId | None:
 def _build_all(args: Namespace, view: BuildView, before: _Watched) -> _Watched:
     """Build the recipes that are not up to date; return the files and folders to watch."""
     failures = Failures(args.verbose > 1, view.failed)
-    named = [path.resolve() for path in args.recipes]
+    named = [real(path) for path in args.recipes]
     watched = _Watched(
         {path for path in named if not path.is_dir()}, {path for path in named if path.is_dir()}
     )
@@ -139,7 +140,7 @@ def _build_all(args: Namespace, view: BuildView, before: _Watched) -> _Watched:
             view.begin(tree.path)
             with failures.caught():
                 _add_inputs(tree, watched)
-                watched.outs.add(folder_of(tree, args).resolve())
+                watched.outs.add(real(folder_of(tree, args)))
                 tidy(folder_of(tree, args), tree.name, view.note)
                 if why_stale(tree, folder_of(tree, args)) is not None:
                     view.done(build_recipe(tree, args, view))
@@ -152,9 +153,9 @@ def _build_all(args: Namespace, view: BuildView, before: _Watched) -> _Watched:
 
 def _add_inputs(tree: RecipeTree, watched: _Watched) -> None:
     """Add the files and folders that a build of ``tree`` reads, as far as they exist."""
-    watched.files |= {path.resolve() for path in recipe_files(tree)}
-    watched.folders |= {folder.resolve() for folder in folders_of(tree)}
+    watched.files |= {real(path) for path in recipe_files(tree)}
+    watched.folders |= {real(folder) for folder in folders_of(tree)}
     try:
-        watched.files |= {path.resolve() for path in files_of(tree)}
+        watched.files |= {real(path) for path in files_of(tree)}
     except SourceError:
         return  # the build reports it

@@ -64,6 +64,11 @@ def absolute(path: Path) -> Path:
     return Path(os.path.abspath(path))  # noqa: PTH100 - ``resolve`` follows links
 
 
+def real(path: Path) -> Path:
+    """Return an absolute path without links; one that leads in a circle stays as it is."""
+    return Path(os.path.realpath(path))  # ``Path.resolve`` fails there
+
+
 def natural_key(path: Path) -> tuple[object, ...]:
     """Return a sort key by which fire2 comes before fire10, whatever the machine and its locale."""
     parts = [re.split(r"([0-9]+)", part.casefold()) for part in path.parts]

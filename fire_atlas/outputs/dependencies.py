@@ -6,6 +6,7 @@ Imports nothing heavy, so that a build that is up to date ends at once.
 from pathlib import Path
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.files import real
 from fire_atlas.recipe.tree import RecipeTree, source_files, templates, texture_files
 from fire_atlas.sources.listing import FixedRange, list_inputs
 
@@ -27,7 +28,7 @@ def dependencies_of(tree: RecipeTree, out: Path) -> list[Path]:
     Raises:
         SourceError: As in ``files_of``.
     """
-    changed = out.resolve(), out.resolve().parent
+    changed = real(out), real(out).parent
     folders = [folder for folder in folders_of(tree) if folder not in changed]
     return [*files_of(tree), *folders]
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from tempfile import gettempdir
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.files import real
 from fire_atlas.core.interruption import if_interrupted
 from fire_atlas.outputs.disk import readable_errors
 from fire_atlas.outputs.recovery import recover
@@ -39,11 +40,13 @@ def refuse_leading_out(folder: Path, owner: Path, advice: str) -> None:
         advice: Ends the error: what ``owner`` is, and what to do.
 
     Raises:
-        OutputError: It leads out.
+        OutputError: It leads out, or in a circle.
     """
-    real = Path(os.path.realpath(folder))  # ``resolve`` fails where links lead in a circle
-    if not real.is_relative_to(os.path.realpath(owner)):
-        raise OutputError(f"{folder}: is a link to {real}, outside {advice}")
+    target = real(folder)
+    if target.is_symlink():
+        raise OutputError(f"{folder}: is a link that leads in a circle; remove it")
+    if not target.is_relative_to(real(owner)):
+        raise OutputError(f"{folder}: is a link to {target}, outside {advice}")
 
 
 def recover_default(recipe: Path, name: str, note: Callable[[str], None]) -> None:

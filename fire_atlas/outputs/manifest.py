@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from fire_atlas import __version__
-from fire_atlas.core.files import MAX_JSON_BYTES, read_file
+from fire_atlas.core.files import MAX_JSON_BYTES, read_file, real
 from fire_atlas.core.output_file import MANIFEST_ENDING, Role, plain_name
 from fire_atlas.outputs.digest import HashedFile, file_digest
 
@@ -99,7 +99,7 @@ def manifest_name(name: str) -> str:
 
 def input_path(path: Path, folder: Path) -> str:
     """Return an input's path as stated in the manifest of a recipe in ``folder``."""
-    return Path(os.path.relpath(path, folder.resolve())).as_posix()
+    return Path(os.path.relpath(path, real(folder))).as_posix()
 
 
 def read_manifest(out: Path, name: str) -> Manifest | None:

@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import BinaryIO, Self
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.files import real
 from fire_atlas.core.interruption import if_interrupted, signals_wait
 from fire_atlas.outputs.disk import readable_errors
 from fire_atlas.outputs.journal import StagingFolder, commit
@@ -66,7 +67,7 @@ class Staging:
 
     def protect(self, inputs: Iterable[Path]) -> None:
         """Protect ``inputs`` from being overwritten by outputs."""
-        self._inputs.update(path.resolve() for path in inputs)
+        self._inputs.update(real(path) for path in inputs)
 
     @contextmanager
     def open(self, name: str) -> Iterator[BinaryIO]:
@@ -125,7 +126,7 @@ class Staging:
             raise OutputError(
                 f"{target}: is {kind}, which a build never replaces; remove it, or {advice}"
             )
-        if target.resolve() in self._inputs:
+        if real(target) in self._inputs:
             raise OutputError(f"{target}: is an input and would be overwritten; {advice}")
 
 

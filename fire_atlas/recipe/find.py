@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.core.files import natural_key
+from fire_atlas.core.files import natural_key, real
 from fire_atlas.recipe.document import read_document
 from fire_atlas.recipe.inherit import EXTENDS
 from fire_atlas.recipe.tree import RecipeTree, is_recipe
@@ -15,7 +15,7 @@ def find_recipes(arguments: Sequence[Path]) -> list[Path]:
     found: dict[Path, Path] = {}
     for argument in arguments:
         for path in _recipes_in(argument) if argument.is_dir() else [argument]:
-            found.setdefault(path.resolve(), path)
+            found.setdefault(real(path), path)
     return list(found.values())
 
 
@@ -29,7 +29,7 @@ def refuse_same_outputs(
     owners: dict[tuple[Path, str], Path] = {}
     for tree in trees:
         folder = folder_of(tree)
-        key = folder.resolve(), tree.name.casefold()
+        key = real(folder), tree.name.casefold()
         other = owners.setdefault(key, tree.path)
         if other != tree.path:
             raise RecipeError(

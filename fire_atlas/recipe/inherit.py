@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.files import real
 from fire_atlas.core.shipped import shipped
 from fire_atlas.recipe.document import RECIPE_ENDINGS, Document, read_document
 from fire_atlas.recipe.problem import KeyPath, Value, did_you_mean
@@ -84,9 +85,9 @@ def _suggestion(name: str, folder: Path) -> str:
 
 
 def _refuse_circle(document: Document, files: list[Path], base: Path) -> None:
-    seen = [file.resolve() for file in files]
-    if base.resolve() in seen:
-        circle = [*files[seen.index(base.resolve()) :], base]
+    seen = [real(file) for file in files]
+    if real(base) in seen:
+        circle = [*files[seen.index(real(base)) :], base]
         way = " -> ".join(file.name for file in circle)
         where = document.origins[(EXTENDS,)].locate((EXTENDS,))
         raise RecipeError(f"{where}: goes round in a circle ({way}); remove one `extends`")

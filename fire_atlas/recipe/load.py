@@ -7,6 +7,7 @@ from typing import Any
 
 import yaml
 
+from fire_atlas.core.files import real
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Maps
 from fire_atlas.recipe.tree import RecipeTree, source_files, templates, texture_files
@@ -71,7 +72,7 @@ def _member(tree: RecipeTree, host: Recipe) -> LoadedRecipe:
 def resolved_yaml(loaded: LoadedRecipe) -> str:
     """Return the recipe with all defaults as YAML, which builds the same beside ``loaded.path``."""
     values = loaded.recipe.model_dump(mode="json", by_alias=True)
-    base = loaded.base.resolve()
+    base = real(loaded.base)
     if values["source"] is None:
         del values["source"]
     for (*blocks, key), path in {**loaded.source_files, **loaded.texture_files}.items():
@@ -79,9 +80,7 @@ def resolved_yaml(loaded: LoadedRecipe) -> str:
         for name in blocks:
             block = block[name]
         block[key] = _relative(path, base)
-    values["atlas"]["members"] = [
-        _relative(member.path.resolve(), base) for member in loaded.members
-    ]
+    values["atlas"]["members"] = [_relative(real(member.path), base) for member in loaded.members]
     if loaded.recipe.atlas.layout == "grid" or loaded.recipe.maps != Maps():
         values["atlas"]["dedupe"] = False  # the default in grids and with maps
     for export in values["exports"]:

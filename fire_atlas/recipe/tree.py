@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.files import real
 from fire_atlas.core.output_file import is_device
 from fire_atlas.recipe.document import RECIPE_ENDINGS, parse_override, read_document
 from fire_atlas.recipe.inherit import inherit, merge
@@ -79,7 +80,7 @@ class RecipeTree:
         to the recipe: a build must not depend on the folder in which it is started.
         """
         folder = (self.origin(path).file or self.path).parent
-        return (folder / text).resolve()
+        return real(folder / text)
 
 
 MEMBERS = ("atlas", "members")
@@ -187,7 +188,7 @@ def templates(tree: RecipeTree) -> dict[str, Path]:
 
 def _template_at(tree: RecipeTree, key: KeyPath, name: str) -> Path:
     path, origin = tree.file_at(key, name), tree.origin(key)
-    folder = (origin.file or tree.path).parent.resolve()
+    folder = real((origin.file or tree.path).parent)
     if not path.is_relative_to(folder) and path.suffix not in TEMPLATE_SUFFIXES:
         raise RecipeError(
             f"{origin.locate(key)}: {path} lies outside the recipe's folder; templates from there "

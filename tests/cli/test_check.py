@@ -25,6 +25,16 @@ def test_every_recipe_of_a_folder_is_checked(run: Run, campfire: Path) -> None:
     assert "bad.yaml:1: source.fsp: unknown key; did you mean source.fps?" in result.stderr
 
 
+def test_files_that_are_links_in_a_circle_are_missing(run: Run, campfire: Path) -> None:
+    campfire.with_name("loop").symlink_to("loop")
+    campfire.with_name("a.yaml").write_text("source: {path: loop}\n")
+    campfire.with_name("b.yaml").write_text("extends: loop\n")
+    campfire.with_name("c.yaml").symlink_to("c.yaml")
+    said = run("check", "a.yaml", "b.yaml").stderr
+    assert "a.yaml:1: source.path" in said and "b.yaml:1: extends" in said and "bug" not in said
+    assert "c.yaml: there is no such recipe file" in run("check", "c.yaml").stderr
+
+
 def test_resolved_prints_the_whole_recipe(run: Run, campfire: Path) -> None:
     result = run("check", campfire.name, "--resolved", "--set", "seed=7")
     values = yaml.safe_load(result.stdout)

@@ -94,6 +94,14 @@ def test_only_a_folder_asked_for_may_be_a_link_to_elsewhere(repo: Repo) -> None:
 
 
 @posix
+def test_a_folder_that_is_a_link_in_a_circle_is_refused(repo: Repo) -> None:
+    repo.clip()
+    repo.build.symlink_to("build")
+    ran = repo.run("build", repo.recipe())
+    assert ran.code == 1 and "build: is a link that leads in a circle; remove it" in ran.err
+
+
+@posix
 def test_a_default_folder_may_be_a_link_within_the_recipes_folder(repo: Repo) -> None:
     repo.clip()
     (repo.folder / "assets").mkdir()
