@@ -65,6 +65,7 @@ EXPORTED = {
     "user://build/torch.tscn": False,
     "keep user://build/torch.json": False,
     "keep user://build/torch.manifest.json": True,
+    "user://mods/game.manifest.json": False,
     "res://addons/fire_atlas/plugin.gd": True,
     "res://addons/fire_atlas/node.gd": False,
 }
@@ -245,6 +246,7 @@ def test_the_add_on_does_the_same_in_godot_4_without_its_editor(
     built = [path for path in (game / "build").iterdir() if path.suffix in (".json", ".tscn")]
     files = {f"build/{path.name}": path.read_text() for path in built}
     files |= {".godot/imported/torch.d": needs, "torch.fire": "", "said": next(iter(SAID))}
+    files["mods/game.manifest.json"] = '{"outputs": {"mod": 1}}'
     files |= {f"clip/{i}.png": "a frame" for i in range(3)}
     job = {"do": "ask", "script": "res://addon.gd", "files": files, "exported": [*EXPORTED],
            "needs": NEEDS, "said": [*SAID]}  # fmt: skip
