@@ -22,6 +22,12 @@ _MAX_WEBP_SIDE = 16383
 
 def page_limits(atlas: Atlas) -> Iterator[Problem]:
     """Yield a problem for each setting that the image files of pages cannot hold."""
+    if atlas.format == "png" and atlas.quality != "lossless":
+        yield Problem(
+            ("atlas", "quality"),
+            f"PNG is always lossless; set atlas.format to webp for quality {atlas.quality}, or "
+            f"leave it out (compression: small makes PNGs smaller)",
+        )
     if atlas.format == "webp" and atlas.max_size > _MAX_WEBP_SIDE:
         yield Problem(
             ("atlas", "max_size"),

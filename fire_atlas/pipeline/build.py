@@ -33,9 +33,9 @@ from fire_atlas.pipeline.write import (
     product_of,
     refuse_taken_names,
     write_files,
-    write_images,
     write_manifest,
 )
+from fire_atlas.pipeline.write_images import write_images
 from fire_atlas.pipeline.writers import exported_files, note_what_engines_need, track_files
 
 
@@ -93,7 +93,7 @@ def build(
             sheets = with_states(sheets, contributions)
         with timer.measure("write"):
             drawn = images(sheets, animations, textures, recipe.atlas, recipe.maps)
-            outputs = write_images(list(drawn), recipe.atlas, staging, context)
+            outputs, errors = write_images(list(drawn), recipe.atlas, staging, context)
             product = product_of(sheets, animations, loaded, staging)
             movies = movie_files(recipe.movies, sheets[0], animations, context)
             exported = exported_files(recipe.exports, product, loaded.templates)
@@ -101,7 +101,7 @@ def build(
             note_what_engines_need(recipe.exports, product, progress)
             outputs += write_files(track_files(recipe.tracks, product), staging)
             outputs += write_files(movies, staging)
-            statistics = build_statistics(contributions, sheets[0])
+            statistics = build_statistics(contributions, sheets[0], errors)
             check_inputs(inputs, files, loaded, context)
             outputs += [write_manifest(loaded, tool.result(), inputs, outputs, statistics, staging)]
             written = commit(recipe.name, outputs, staging)

@@ -14,6 +14,7 @@ from fire_atlas.core.camera import Camera
 from fire_atlas.core.cpu import cpu_class
 from fire_atlas.effect.composition.light import ClipLight
 from fire_atlas.effect.flakes.tracks import Tracks
+from fire_atlas.formats.pages.colour_error import ColourError, error_statistics
 from fire_atlas.pipeline.flake_texture import NAME as TEXTURE
 from fire_atlas.pipeline.flake_texture import PreparedTexture
 from fire_atlas.pipeline.render import RenderedFrame
@@ -85,8 +86,10 @@ class Contribution:
     texture: PreparedTexture | None = None
 
 
-def build_statistics(contributions: Sequence[Contribution], sheet: AtlasSheet) -> dict[str, Any]:
-    """Return statistics of the pages and of each recipe, and the class of the CPU."""
+def build_statistics(
+    contributions: Sequence[Contribution], sheet: AtlasSheet, errors: Mapping[str, ColourError]
+) -> dict[str, Any]:
+    """Return statistics of pages, of lossy images by file, of each recipe, and the CPU class."""
     area = sum(page.width * page.height for page in sheet.pages)
     placed = (*sheet.regions, *sheet.cells)
     places = {(region.page, region.x, region.y): region for region in placed}
@@ -94,6 +97,7 @@ def build_statistics(contributions: Sequence[Contribution], sheet: AtlasSheet) -
     of_all = {
         "pages": [[page.width, page.height] for page in sheet.pages],
         "occupancy": round(used / area, 4),
+        **error_statistics(errors),
         "cpu": cpu_class(),
     }
     if len(contributions) == 1:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
-from typing import TypeAlias
+from typing import NamedTuple
 
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.mesh import with_meshes
@@ -20,8 +20,17 @@ from fire_atlas.pipeline.contribution import FinishedAnimation
 from fire_atlas.pipeline.flake_texture import PreparedTexture
 from fire_atlas.recipe.output import Atlas, Maps
 
-Image: TypeAlias = tuple[str, Role, Callable[[], Bytes]]
-"""Name and role of an image, and the function that draws it: (H, W, 4) uint8."""
+
+class Image(NamedTuple):
+    """An image to be written."""
+
+    name: str
+    role: Role
+    draw: Callable[[], Bytes]
+    """Draws it: (H, W, 4) uint8."""
+    is_data: bool = False
+    """It holds vectors, not colours: it is written without loss."""
+
 
 _MAX_NAMES = 12
 """Maximum number of animations that a note names."""
@@ -152,7 +161,8 @@ def images(
             vectors = [each for motion in motions for each in motion.frames()]
             encoding = motion_encoding(maps.motion)
             for i, file in enumerate(sheet.map("motion").files):
-                yield file, "map", partial(draw_motion_page, sheet, i, vectors, encoding, edges)
+                draw = partial(draw_motion_page, sheet, i, vectors, encoding, edges)
+                yield Image(file, "map", draw, is_data=True)
 
 
 def _sprite_pages(
@@ -160,4 +170,4 @@ def _sprite_pages(
 ) -> Iterator[Image]:
     """Yield the images that show ``sprites`` where the sheet has its frames and cells."""
     for i, file in enumerate(files):
-        yield file, role, partial(draw_page, sheet, i, sprites, edges)
+        yield Image(file, role, partial(draw_page, sheet, i, sprites, edges))

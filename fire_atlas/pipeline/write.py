@@ -1,11 +1,10 @@
-"""Write the outputs of a build: pages, the files that describe them, and the manifest."""
+"""Write the outputs of a build but its images: the files that describe them, and the manifest."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.output_file import OutputFile
-from fire_atlas.formats.pages.page_file import write_page
 from fire_atlas.formats.product import Product
 from fire_atlas.outputs.digest import HashedFile, request_digest, text_digest
 from fire_atlas.outputs.manifest import (
@@ -17,13 +16,10 @@ from fire_atlas.outputs.manifest import (
 )
 from fire_atlas.outputs.ownership import FolderManifests, refuse_replacing
 from fire_atlas.outputs.staging import Staging
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import FinishedAnimation
 from fire_atlas.pipeline.expected import expected_outputs
-from fire_atlas.pipeline.pages import Image
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.output import Atlas
 
 
 def refuse_taken_names(recipe: Recipe, staging: Staging) -> None:
@@ -36,20 +32,6 @@ def refuse_taken_names(recipe: Recipe, staging: Staging) -> None:
     for name, _ in expected:
         staging.refuse(name)
     refuse_replacing(FolderManifests.read(staging.out, recipe.name), expected, staging.overwrite)
-
-
-def write_images(
-    images: Sequence[Image], atlas: Atlas, staging: Staging, context: BuildContext
-) -> list[OutputEntry]:
-    """Draw and write the images one by one, so that only one is in memory."""
-    context.progress.stage("write", len(images))
-    outputs = []
-    for name, role, draw in images:
-        with staging.open(name) as file:
-            write_page(file, draw(), atlas, context.workers)
-        outputs.append(OutputEntry.of(name, role, staging.path(name)))
-        context.progress.advance()
-    return outputs
 
 
 def write_files(files: Iterable[OutputFile], staging: Staging) -> list[OutputEntry]:

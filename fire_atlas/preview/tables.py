@@ -16,6 +16,7 @@ from fire_atlas.effect.flakes.filmed import compare_with_filmed, is_hard
 from fire_atlas.effect.flakes.statistics import flake_figures
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
+from fire_atlas.formats.pages.colour_error import read_errors
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
 from fire_atlas.preview.loops import figures_of_loops
 from fire_atlas.preview.overdraw import Overdraw, overdraw_of
@@ -29,11 +30,13 @@ class BuildSentences:
     """What the statistics in a manifest say of a build.
 
     Attributes:
+        pages: Of the colours of lossy pages; they follow the table of pages.
         blends: Of frames of cross-fades; they follow the table of loops.
         motion: Of motion vectors; they follow the table of maps.
         flakes: Of flakes; they follow it too.
     """
 
+    pages: tuple[str, ...] = ()
     blends: tuple[str, ...] = ()
     motion: tuple[str, ...] = ()
     flakes: tuple[str, ...] = ()
@@ -47,6 +50,9 @@ class BuildSentences:
         """
         motion = (_motion_sentence(*report) for report in read_reports(statistics).items())
         return cls(
+            pages=tuple(
+                f"{file}: {error.sentence()}" for file, error in read_errors(statistics).items()
+            ),
             blends=tuple(_blend_sentences(statistics)),
             motion=tuple(motion),
             flakes=tuple(_flake_sentences(statistics)),
@@ -67,6 +73,7 @@ def tables_of(
         SourceError: A page file is missing, or is not as the atlas states.
     """
     yield _pages(atlas)
+    yield from sentences.pages
     yield _frames(atlas)
     yield _overdraw(atlas)
     if (loops := _loops(atlas)) is not None:

@@ -9,6 +9,7 @@ from fire_atlas.recipe.base import (
     BLOCK,
     GODOT,
     LIST,
+    NUMBER,
     OFF,
     PAIR,
     TEMPLATE,
@@ -60,6 +61,11 @@ MAX_PAGE_SIDE = 16384
 
 GODOT_BLEED = 4
 """Default of ``atlas.bleed`` for straight pages with ``exports: [godot]``, px."""
+
+Quality = Annotated[
+    Annotated[Literal["lossless"], WORD] | Annotated[int, Field(ge=1, le=100), NUMBER],
+    either("`lossless` or a whole number from 1 to 100"),
+]
 
 _SMALLER = (0.5, 0.25, 0.125)
 
@@ -147,10 +153,15 @@ class Atlas(Settings):
     """Other recipes, relative to the recipe file, whose effects share these pages. This recipe's
     ``atlas``, ``maps``, ``exports``, ``tracks`` and ``movies`` replace theirs."""
     format: Literal["png", "webp"] = "png"
-    """File format of the pages; ``webp`` is lossless."""
+    """File format of the pages. ``webp`` is lossless unless ``quality`` is a number."""
+    quality: Quality = "lossless"
+    """Of ``format: webp``: ``lossless``, or 1 to 100, which makes files much smaller by changing
+    colours. Alpha stays exact, and so do motion vectors; the build states how far colours are off.
+    80 suits filmed and rendered fire; pixel art loses its edges, and may be smaller lossless."""
     compression: Literal["fast", "small"] = "fast"
     """Write pages ``fast``, or pack and compress them as ``small`` as possible (PNG then needs
-    ``fire-atlas[small]`` installed)."""
+    ``fire-atlas[small]`` installed, and has a palette where at most 256 colours with alpha allow
+    it)."""
     alpha: Literal["straight", "premultiplied", "additive"] = "straight"
     """How alpha is stored. ``additive``: light on black, alpha 0."""
     blend_space: Literal["srgb", "linear"] = "srgb"

@@ -34,6 +34,10 @@ def checked(folder: Path, capsys: pytest.CaptureFixture[str], **keys: Any) -> tu
         ({"blend_space": "linear"}, ["css"], "straight alpha in sRGB"),
         ({"alpha": "additive", "bleed": 2}, ["json"], "alpha additive needs none"),
         ({"trim": "none", "trim_threshold": 3}, ["json"], "nothing is cut with trim none"),
+        ({"quality": 80}, ["json"], "atlas.quality: PNG is always lossless; .*format to webp"),
+        ({"format": "webp", "quality": 0}, ["json"], "atlas.quality: must be .*1"),
+        ({"format": "webp", "quality": "best"}, ["json"], "atlas.quality: must be .*lossless"),
+        ({"format": "webp", "quality": 80}, ["unity"], "unity does not import atlas.format webp"),
         ({"format": "webp", "max_size": 16384}, ["json"], "at most 16383 px a side"),
         ({"border": 8, "max_size": 16}, ["json"], "leave nothing of max_size"),
         ({"scales": [0.5]}, ["json"], "must hold 1"),
@@ -79,7 +83,8 @@ def test_a_missing_extra_is_reported_before_any_work(
         {"layout": "grid", "pot": True, "square": True, "multiple_of": 4, "trim": "none"},
         {"layout": "grid", "dedupe": False, "extrude": 2, "bleed": 2, "scales": [1, 0.25]},
         {"rotate": True, "border": 4, "square": True, "pivot": [0.5, 0.8]},
-        {"format": "webp", "compression": "small", "alpha": "additive"},
+        {"format": "webp", "compression": "small", "alpha": "additive", "quality": 50},
+        {"format": "png", "quality": "lossless"},
     ],
 )
 def test_what_goes_together_is_accepted(

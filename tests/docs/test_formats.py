@@ -80,7 +80,7 @@ RECIPES: dict[str, dict[str, Any]] = {
         "flakes": "none",
         "motion_blur": "none",
         "maps": {"motion": "godot"},
-        "atlas": {"format": "webp"},
+        "atlas": {"format": "webp", "quality": 80},
     },
     "played": {
         "source": {**CAMPFIRE, "count": 4},

@@ -116,7 +116,7 @@ TABLE = {
     },
     "write_images": {
         *MAPS, "atlas.bleed", "atlas.compression", "atlas.extrude", "atlas.format",
-        "atlas.padding",
+        "atlas.padding", "atlas.quality",
     },
     "product_of": {"tracks"},
     "movie_files": {"movies"},

@@ -1,9 +1,9 @@
-"""Read and write the image files of pages: PNG, or lossless WebP."""
+"""Read and write the image files of pages: PNG, or WebP, lossless or lossy."""
 
 import io
 from functools import partial
 from pathlib import Path
-from typing import BinaryIO, Literal, assert_never
+from typing import BinaryIO, assert_never
 
 import numpy as np
 from PIL import Image
@@ -21,12 +21,22 @@ _MAX_BYTES = 2048 * MIB
 _WEBP_EFFORT = {"fast": (0, 50), "small": (6, 100)}
 """Pillow's ``method`` and ``quality``: lossless files get smaller, but take longer."""
 
+_LOSSY_WEBP_EFFORT = {"fast": 4, "small": 6}
+"""Pillow's ``method``. On fire, 6 takes about 20 times as long for 2 to 10 % less: most of it goes
+into alpha."""
 
-def write_page(file: BinaryIO, image: Bytes, settings: Atlas, workers: Workers) -> None:
-    """Write an (H, W, 4) uint8 RGBA page."""
+
+def write_page(
+    file: BinaryIO, image: Bytes, settings: Atlas, workers: Workers, *, is_data: bool = False
+) -> None:
+    """Write an (H, W, 4) uint8 RGBA page; without loss if it is data, which no client may get
+    changed."""
     match settings.format:
         case "webp":
-            _write_webp(file, image, settings.compression, workers)
+            if settings.quality == "lossless" or is_data:
+                _write_lossless_webp(file, image, settings, workers)
+            else:
+                _write_lossy_webp(file, image, settings.quality, settings, workers)
         case "png":
             write = write_small_png if settings.compression == "small" else write_png
             write(file, image, workers)
@@ -34,13 +44,21 @@ def write_page(file: BinaryIO, image: Bytes, settings: Atlas, workers: Workers) 
             assert_never(settings.format)
 
 
-def _write_webp(
-    file: BinaryIO, image: Bytes, compression: Literal["fast", "small"], workers: Workers
-) -> None:
-    """Write an (H, W, 4) uint8 RGBA image to ``file``, lossless."""
-    method, quality = _WEBP_EFFORT[compression]
+def _write_lossless_webp(file: BinaryIO, image: Bytes, settings: Atlas, workers: Workers) -> None:
+    method, quality = _WEBP_EFFORT[settings.compression]
     # `exact` keeps colours where alpha is 0.
     save = partial(Image.fromarray(image).save, lossless=True, exact=True, method=method)
+    workers.start(lambda: save(file, "WEBP", quality=quality)).result()
+
+
+def _write_lossy_webp(
+    file: BinaryIO, image: Bytes, quality: int, settings: Atlas, workers: Workers
+) -> None:
+    """Write an image whose colours may differ, but not its alpha."""
+    method = _LOSSY_WEBP_EFFORT[settings.compression]
+    # Not `exact`, the encoder would put any colour where alpha is 0: light, on pages whose colours
+    # are premultiplied or added.
+    save = partial(Image.fromarray(image).save, alpha_quality=100, exact=True, method=method)
     workers.start(lambda: save(file, "WEBP", quality=quality)).result()
 
 
