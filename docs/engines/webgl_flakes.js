@@ -110,6 +110,7 @@ export class FlakePlayer {
           sum += weights(placeOf(vec2(x, y), spot), streak).x;
         }
       }
+      // 1.0140310: the integral of (1 - |u|^3 - v^2)^3 where that is above 0.
       float whole = (0.5 + 0.5 * streak.y) * (streak.x + 1.0) * 1.0140310 / (rate * rate);
       return whole / max(sum, 1e-6);
     }
