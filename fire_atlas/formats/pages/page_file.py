@@ -22,7 +22,7 @@ _WEBP_EFFORT = {"fast": (0, 50), "small": (6, 100)}
 """Pillow's ``method`` and ``quality``: lossless files get smaller, but take longer."""
 
 _LOSSY_WEBP_EFFORT = {"fast": 4, "small": 6}
-"""Pillow's ``method``. On fire, 6 takes about 20 times as long for 2 to 10 % less: most of it goes
+"""Pillow's ``method``. On fire, 6 takes about 20 times as long for 2 to 16 % less: most of it goes
 into alpha."""
 
 
