@@ -7,11 +7,7 @@ var _ended: int = 0
 var _looped: int = 0
 
 
-# In its first half second this browser's software renderer may go on drawing the first custom data
-# of a MultiMesh that changes in every frame; if it is busy, for longer.
 func answer(job: Dictionary) -> Variant:
-	for tick in 40:
-		await get_tree().process_frame
 	return await call(job["ask"], job)
 
 
@@ -33,6 +29,7 @@ func change(job: Dictionary) -> Array:
 			fire.seek(step["seek"])
 		for tick in int(step.get("ticks", 0)):
 			await get_tree().process_frame
+		_make_meshes_anew(fire)
 		var picture := await _picture()
 		var sprite: AnimatedSprite2D = fire._parts.sprite
 		var state := {"time": sprite.frame + sprite.frame_progress, "ended": _ended}
@@ -147,6 +144,13 @@ func _counts() -> Array:
 		Performance.get_monitor(Performance.OBJECT_NODE_COUNT),
 		Performance.get_monitor(Performance.OBJECT_ORPHAN_NODE_COUNT),
 	]
+
+
+# This browser's software renderer, if it is busy, goes on drawing the custom data that a MultiMesh had
+# when it was drawn first: what is drawn first must be what the sparks are now.
+func _make_meshes_anew(fire: Node) -> void:
+	for sparks: MultiMeshInstance2D in fire.find_children("*", "MultiMeshInstance2D", true, false):
+		sparks.multimesh = sparks.multimesh.duplicate()
 
 
 func _picture() -> String:
