@@ -296,7 +296,7 @@ def test_godot_3_plays_all_rounds_of_the_tracks(godot: None, tmp_path: Path) -> 
     flakes_alone(game.folder, tracks_of_three_rounds(), 3)
     assert game.import_all() == []
     job = {"scene": "res://game.tscn", "animation": "campfire", "times": [], "frames": [0]}
-    played = game.ask("fly.gd", {**job, "seconds": 1.6}, (60, 60))["played"]
+    played = game.ask("fly.gd", {**job, "seconds": 2.4}, (60, 60))["played"]
     assert_goes_through_all_rounds(played[2:])
 
 
