@@ -29,9 +29,8 @@ def schedule(durations: Sequence[float], tick: int, minimum: int) -> list[tuple[
     """Return the indices of the frames to show, each with its duration.
 
     All times have one unit. Durations returned are multiples of ``tick`` and at least ``minimum``.
-    Rounding errors do not add up:
-    every frame ends within half a tick of its time. Frames too short to show are left out, and
-    their time is added to the next one.
+    Rounding errors do not add up: every frame ends within half a tick of its time. Frames too short
+    to show are left out, and their time is added to the next one.
     """
     shown: list[tuple[int, int]] = []
     start, end = 0, 0.0
