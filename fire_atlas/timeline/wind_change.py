@@ -1,13 +1,13 @@
 """Choose when a fire's loop in one wind is left for that in another, so that no step is seen."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip, cached
+from fire_atlas.core.clip import Clip, kept
 from fire_atlas.core.fire_in_wind import FireInWind, WindChange, even_progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.vision.thumbnails import distance, shrunk
@@ -92,7 +92,7 @@ def _chosen(
     fire: FireInWind, loops: Sequence[MeasuredLoop], before: int, after: int, workers: Workers
 ) -> ChosenChange:
     one, other = loops[before], loops[after]
-    median = float(np.median(np.concatenate([one.steps, other.steps])))
+    unit = max(float(np.median(np.concatenate([one.steps, other.steps]))), 1e-12)
     best: ChosenChange | None = None
     counts = _frames_of_changes(one.clip)
     for count in counts:
@@ -101,21 +101,38 @@ def _chosen(
         changes = [fire.change(before, after, start, pace) for start in range(one.clip.count)]
         expected = [_expected(one, other, i, change) for i, change in enumerate(changes)]
         for start in np.argsort(expected, kind="stable")[:_TRIES].tolist():
-            progress = pace
-            for _ in range(_PACES):
-                change = _kept(fire.change(before, after, start, progress))
-                steps = _steps(one, other, start, change, workers) / max(median, 1e-12)
-                step = float(steps.max())
+            for change, steps in _at_paces(fire, loops, (before, after, start), pace, workers):
+                step, mean = float(steps.max()) / unit, float(steps.mean()) / unit
                 if best is None or step < best.largest_step:
                     best = ChosenChange(before, after, start, change, step)
                 if step <= _STEP_TARGET:
                     return best
-                if steps.mean() >= (best.largest_step if is_longest else _STEP_TARGET):
+                if mean >= (best.largest_step if is_longest else _STEP_TARGET):
                     break  # no other pace makes the mean less, a longer change does
-                progress = _evened(progress, steps)
     if best is None:
         raise ValueError("a loop has at least one frame")
     return best
+
+
+def _at_paces(
+    fire: FireInWind,
+    loops: Sequence[MeasuredLoop],
+    place: tuple[int, int, int],
+    progress: NDArray[np.float64],
+    workers: Workers,
+) -> Iterator[tuple[WindChange, NDArray[np.float64]]]:
+    """Yield a change and its steps (frames + 1,), first at the pace of ``progress``, and then each
+    time at one that would have made the steps before equal.
+
+    ``place`` is the loop before, the loop after, and the last frame of the one before.
+    """
+    before, after, start = place
+    for _ in range(_PACES):
+        change = fire.change(before, after, start, progress)
+        change = replace(change, clip=kept(change.clip))
+        steps = _steps(loops[before], loops[after], start, change, workers)
+        yield change, steps
+        progress = _evened(progress, steps)
 
 
 def _steps(
@@ -140,12 +157,6 @@ def _frames_of_changes(loop: Clip) -> list[int]:
     """Return the numbers of frames that a change may have: less than a loop."""
     counts = [min(max(round(time * loop.fps), 4), loop.count - 2) for time in CHANGE_TIMES]
     return sorted({*counts})
-
-
-def _kept(change: WindChange) -> WindChange:
-    """Return a change whose frames are cached."""
-    clip = change.clip
-    return replace(change, clip=replace(clip, picture=cached(clip.picture, range(clip.count))))
 
 
 def _expected(one: MeasuredLoop, other: MeasuredLoop, start: int, change: WindChange) -> float:
