@@ -25,11 +25,13 @@ namespace FireAtlas
             public Frame[] frames = null;
         }
 
+#pragma warning disable 0649 // JsonUtility assigns them
         [Serializable]
         struct Frame
         {
             public float intensity, r, g, b, x, y;
         }
+#pragma warning restore 0649
 
         readonly Document document;
 
