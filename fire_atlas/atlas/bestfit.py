@@ -79,10 +79,10 @@ def fill(batch: Batch) -> Positions:
         if not going.any():
             return Positions(remaining.x, remaining.y)
         chosen, fits = remaining.choose(ledge, room)
-        rows = np.flatnonzero(fits & going)
+        rows = (fits & going).nonzero()[0]
         width, height = remaining.size(rows, chosen[rows])
         remaining.take(rows, chosen[rows], skyline.place(rows, ledge, width, height), ledge.y[rows])
-        stuck = np.flatnonzero(~fits & going)
+        stuck = (~fits & going).nonzero()[0]
         skyline.raise_ledges(stuck, ledge, batch.page_heights[stuck])
 
 
@@ -137,22 +137,47 @@ class _Remaining:
         scores: Floats = np.minimum(step, np.float32(_MAX_STEP * self._side))
         scores *= np.float32(-_STEP / self._side)
         scores += self._priorities
-        fills, level_near, level_far = rest == 0, self._heights == near, step == 0
-        scores[level_far] += np.float32(_LEVEL_WITH_FAR)
-        scores[level_near] += np.float32(_LEVEL_WITH_NEAR)
-        scores[fills] += np.float32(_FILLS)
-        scores[fills & level_near] += np.float32(_FILLS_TO_NEAR)
-        scores[fills & level_far] += np.float32(_FILLS_TO_FAR)
-        scores[fills & (self._heights > far)] += np.float32(_FILLS_BEYOND)
-        self._penalise_slivers(scores, rest, near)
-        scores[(rest < 0) | (self._heights > room.astype(np.float32)[:, None])] = -np.inf
+        too_wide = rest < 0
+        # Few rectangles leave nothing, or too little for any other, or end level with a wall.
+        special = rest < self._narrowest[:, None]
+        special &= ~too_wide
+        special |= self._heights == near
+        special |= step == 0
+        at = special.ravel().nonzero()[0]
+        scores.put(at, self._with_extras(at, scores, rest, near, far))
+        too_wide |= self._heights > room.astype(np.float32)[:, None]
+        np.putmask(scores, too_wide, np.float32(-np.inf))
         return scores
 
-    def _penalise_slivers(self, scores: Floats, rest: Floats, near: Floats) -> None:
-        """Score rectangles that leave a gap beside them too narrow for any other."""
-        at = np.nonzero((rest > 0) & (rest < self._narrowest[:, None]))
-        lost = rest[at] * np.minimum(self._heights[at], near[at[0], 0])
-        scores[at] += np.float32(_SLIVER) - lost * np.float32(_WASTE / self._side**2)
+    def _with_extras(
+        self, at: Indices, scores: Floats, rest: Floats, near: Floats, far: Floats
+    ) -> Floats:
+        """Return the scores of the rectangles at the flat indices ``at``, with what their ends add.
+
+        Args:
+            at: (n,), into ``scores`` and ``rest``.
+            scores: (B, columns), without it.
+            rest: (B, columns), width of the ledge that each rectangle leaves, px.
+            near: (B, 1), length of the wall that ends first, px.
+            far: (B, 1), length of the other one, px.
+        """
+        score, gap, height = scores.take(at), rest.take(at), self._heights.take(at)
+        page = at // scores.shape[1]
+        near_wall, far_wall = near.take(page), far.take(page)
+        fills, level_near, level_far = gap == 0, height == near_wall, height == far_wall
+        for which, extra in (
+            (level_far, _LEVEL_WITH_FAR),
+            (level_near, _LEVEL_WITH_NEAR),
+            (fills, _FILLS),
+            (fills & level_near, _FILLS_TO_NEAR),
+            (fills & level_far, _FILLS_TO_FAR),
+            (fills & (height > far_wall), _FILLS_BEYOND),
+        ):
+            score += which * np.float32(extra)
+        lost = gap * np.minimum(height, near_wall)
+        sliver = np.float32(_SLIVER) - lost * np.float32(_WASTE / self._side**2)
+        leaves_sliver = (gap > 0) & (gap < self._narrowest.take(page))
+        return score + np.where(leaves_sliver, sliver, np.float32(0))
 
     def _drop_placed(self) -> None:
         """Drop columns that were placed, and find the narrowest of the others."""
