@@ -29,7 +29,7 @@ from fire_atlas.effect.flakes.tracks import COLUMNS
 
 Column = NDArray[np.float64]
 
-EMBER_LIGHT = (1.0, 0.13, 0.021)
+EMBER_LIGHT = (1.0, 0.123, 0.014)
 """Linear R, G, B of a glowing ember, a black body of about 1400 K: all embers have this colour, and
 only the shoulder of the film makes the bright ones yellow."""
 
@@ -44,11 +44,11 @@ _MAX_HALF_LENGTH = 0.25
 """Limit on a sprite's half length in the border fade, as a fraction of the frame's shorter side: a
 larger sprite would be at the border wherever it is."""
 
-_OUT_OF_FOCUS, _DEFOCUS = 0.13, (0.8, 3.0)
+_OUT_OF_FOCUS, _DEFOCUS = 0.4, (1.5, 3.4)
 """Share of embers out of focus, and by how much the lens makes them wider, in widths of the median
 one: the least and the most."""
 
-_BLINDING = 3.0
+_BLINDING = 2.0
 """Light from which embers are in focus: as large, bright discs they would be all that one sees."""
 
 _HOT = 4.0
@@ -56,10 +56,17 @@ _HOT = 4.0
 much narrower: small ones burn hottest, and a large one that overexposes the film is a pale bar,
 without the core and rim of those in footage."""
 
+_SPARK = 1.7
+"""Light of a spark relative to that of an ember: what is thrown comes from the hottest part."""
+
+_WIDE = 0.65
+"""Power of the ratio of widths above the median to it: wide ones of middling light are even, brown
+bars."""
+
 _DIMMED_BY_LENGTH = 0.35
 """How much the light of a pixel falls with the length of a streak, in widths."""
 
-_GLARE = (0.15, 0.6)
+_GLARE = (0.06, 0.4)
 """Light of the flame as shown, linear, from which an ember is dimmer there, and from which it is
 lost. Film shows little of what is added to a light near white; but the green and blue of flames are
 graded darker than their red, and would still show all that an ember adds to them, as beige."""
@@ -139,17 +146,16 @@ class _Embers:
         if look.texture is not None:
             return cls._of_texture(spawns, look, look.texture)
         count = len(spawns.tick)
-        light = np.full(count, _PIXEL_LIGHT) if look.pixel else ember_brightness(count, look.seed)
-        if count and not look.pixel:
-            median = np.median(spawns.size)
-            thin = np.minimum(spawns.size, median**2 / spawns.size)
-            spawns = replace(spawns, size=np.where(light < _HOT, spawns.size, thin))
-        size, blur = drawn_width(spawns.size, look.pixel), np.zeros(count)
-        median_width = np.median(size) if count else 0.0
+        light = np.full(count, _PIXEL_LIGHT)
         if not look.pixel:
-            degree, (least, most) = defocus(count, _OUT_OF_FOCUS, look.seed), _DEFOCUS
-            blurred = (degree > 0) & (light < _BLINDING)
-            blur = np.where(blurred, (least + (most - least) * degree) * median_width, 0.0)
+            light = ember_brightness(count, look.seed) * np.where(spawns.kind == SPARK, _SPARK, 1.0)
+        degree = np.zeros(count) if look.pixel else defocus(count, _OUT_OF_FOCUS, look.seed)
+        blurred = (degree > 0) & (light < _BLINDING)
+        if count and not look.pixel:
+            spawns = replace(spawns, size=_thinned(spawns.size, blurred | (light >= _HOT)))
+        size, (least, most) = drawn_width(spawns.size, look.pixel), _DEFOCUS
+        median_width = np.median(size) if count else 0.0
+        blur = np.where(blurred, (least + (most - least) * degree) * median_width, 0.0)
         return cls(spawns, light * look.intensity, held_share(count, look.seed), size + blur, blur)
 
     @classmethod
@@ -159,6 +165,15 @@ class _Embers:
         light = ember_brightness(count, look.seed) if texture.tinted else np.ones(count)
         held, size = held_share(count, look.seed), np.maximum(spawns.size, MIN_WIDTH)
         return cls(spawns, light * look.intensity, held, size, np.zeros(count))
+
+
+def _thinned(size: Column, most: NDArray[np.bool_]) -> Column:
+    """Return widths of which those above the median are less wide, and of ``most`` as much
+    narrower as they were wider."""
+    median = np.median(size)
+    wider = size / median
+    thin = np.where(most, 1 / wider, wider**_WIDE)
+    return np.asarray(median * np.where(wider > 1, thin, wider), np.float64)
 
 
 def track_rows(
@@ -276,7 +291,7 @@ def _table(
         np.clip(state.x.astype(np.intp), 0, width - 1),
     ]
     light = light_over_life(state.age / life, embers.held.take(ids)) * factor
-    streak = travel * (look.stretch + look.shutter * np.where(kind == SPARK, 1.0, weight))
+    streak = travel * _exposed(state, np.where(kind == SPARK, 1.0, weight), look)
     if look.texture is not None:
         stretch, tail = look.texture.aspect + streak / size, np.ones_like(size)
         light = np.minimum(light, 1.0) if not look.texture.tinted else light
@@ -307,6 +322,14 @@ def _table(
         np.arctan2(state.vy, state.vx), *colour, light, state.age, life,
         kind, embers.blur.take(ids), tail, *depth,
     ]).T  # fmt: skip
+
+
+def _exposed(state: ParticleState, weight: Column, look: Appearance) -> Column:
+    """Return the frames of travel that each flake's streak shows; κ, ``weight``, shortens it.
+
+    A streak lies evenly about its middle, and does not reach back to before the flake's birth.
+    """
+    return np.minimum(look.stretch + look.shutter * weight, 2 * look.fps * state.age)
 
 
 def _magnified(

@@ -15,25 +15,29 @@ from fire_atlas.effect.flakes.emission import TICK
 
 Column = NDArray[np.float64]
 
-_MEDIAN, _SPREAD = 1.2, 1.95
+_MEDIAN, _SPREAD = 1.35, 1.85
 """Median light of embers, and standard deviation of its logarithm."""
 
-_HOT_SHARE, _HOT_LIGHT = 0.05, 350.0
-"""Share of embers as hot as embers get, and their light: they overexpose the film."""
+_HOT_SHARE, _HOTTEST = 0.14, 650.0
+"""Share of embers that may overexpose the film, and the light of the hottest: between it and that
+of the least hot of them, all degrees are as frequent."""
+
+_HOT_SCORE = 1.0803
+"""Standard score of the quantile 1 − ``_HOT_SHARE``."""
 
 _TABLE_END, _TABLE_STEPS = 5.0, 2001
 
-_BORN_LIGHT, _RISEN = 0.8, 0.2
+_BORN_LIGHT, _RISEN = 0.55, 0.25
 """Fraction of its full light that a new ember gives, and of its life at which it reaches all of
 it: out of the flame, fresh air fans it."""
 
 _HELD = (0.0, 0.45)
 """Minimum and maximum fraction of its life from which an ember dies: some have more to burn."""
 
-_FLICKER = 0.49
+_FLICKER = 0.5
 """Standard deviation of the logarithm of an ember's light by flicker."""
 
-_FLICKER_TIME = 0.08
+_FLICKER_TIME = 0.13
 """Time, s, in which the correlation of flicker falls to 1/e."""
 
 
@@ -46,7 +50,9 @@ def ember_brightness(count: int, seed: int) -> Column:
     place = generator(seed, RandomStream.LIGHT).permutation(count)
     quantile = (place + 0.5) / max(count, 1)
     light = _MEDIAN * np.exp(_SPREAD * _normal_quantile(quantile))
-    return np.where(quantile > 1 - _HOT_SHARE, _HOT_LIGHT, light)
+    degree = np.maximum(quantile / _HOT_SHARE - (1 / _HOT_SHARE - 1), 0.0)
+    least = _MEDIAN * math.exp(_SPREAD * _HOT_SCORE)
+    return np.where(degree > 0, least * (_HOTTEST / least) ** degree, light)
 
 
 def defocus(count: int, share: float, seed: int) -> Column:

@@ -49,7 +49,7 @@ _BURST_SHAPE = 4.0
 _LAUNCH_SPEED, _LAUNCH_SPREAD = 0.9, 0.6
 """Median speed at which a spark is thrown, heights/s, and standard deviation of its logarithm."""
 
-_LAUNCH_RISE = 0.5
+_LAUNCH_RISE = 0.6
 """Upward velocity of a burst's centre relative to its sparks' speed: sparks fly up rather than
 down."""
 
@@ -66,7 +66,12 @@ _DRIFT_SPREAD = 0.5
 _TURBULENCE_RATE = (0.2, 1.0)
 """Minimum and maximum rate of a flake's own turbulent motion, Hz."""
 
-_SPARK_SMALLER = 0.5
+_EDDY, _EDDY_SPREAD = 0.5, 1.0
+"""Distance, heights, at which embers of one moment are moved alike again by turbulence, and the
+standard deviation, rad, of what each is ahead of its neighbours: eddies are larger than the gaps
+between embers."""
+
+_SPARK_SMALLER = 1.0
 """Number of standard deviations by which sparks of a burst are smaller than other flakes."""
 
 _SIZE_SPREAD = 2.0
@@ -368,6 +373,8 @@ def _flakes(
     score = np.clip(score, -_SIZE_SPREAD, _SIZE_SPREAD)
     smallest, largest = np.log(emitter.size)
     size = np.exp((smallest + largest) / 2 + score * (largest - smallest) / (2 * _SIZE_SPREAD))
+    passed = sum(_TURBULENCE_RATE) / 2 * TICK * tick
+    eddy = 2 * math.pi * np.stack([x / height / _EDDY + passed, x / height / _EDDY - passed])
     fall = _FALL_SPEED[kind] * np.exp(_FALL_SPREAD * chance.standard_normal(count))
     return Spawns(
         np.full(count, kind),
@@ -382,8 +389,7 @@ def _flakes(
         size,
         score,
         chance.uniform(*_TURBULENCE_RATE, count),
-        chance.uniform(0, 2 * math.pi, count),
-        chance.uniform(0, 2 * math.pi, count),
+        *(eddy + _EDDY_SPREAD * chance.standard_normal((2, count))),
         *np.zeros((3, count)),
     )
 

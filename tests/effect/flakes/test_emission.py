@@ -109,10 +109,10 @@ def test_a_burst_throws_small_sparks_from_one_point_at_one_moment(mean: float) -
         assert (born.kind == SPARK).all()
 
 
-def test_sparks_are_half_a_standard_deviation_smaller_than_embers() -> None:
+def test_sparks_are_a_standard_deviation_smaller_than_embers() -> None:
     sparks = Spawns.concatenate(_bursts(3.0))
     smaller = np.log(np.median(sparks.size) / 4)
-    assert smaller / (np.log(4) / 4) == pytest.approx(-0.5, abs=0.1)
+    assert smaller / (np.log(4) / 4) == pytest.approx(-1, abs=0.1)
 
 
 def test_sparks_of_a_burst_fly_apart_at_widely_spread_speeds() -> None:
