@@ -32,6 +32,7 @@ class RandomStream(IntEnum):
     TEXTURE_CELLS = 23
     DEPTH = 24
     SCATTER_IN_DEPTH = 25
+    HAZE = 26
 
 
 def generator(seed: int, stream: RandomStream, index: int = 0) -> np.random.Generator:

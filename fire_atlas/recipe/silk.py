@@ -198,3 +198,6 @@ class SilkSource(Settings):
     """Colours of the ``fuel``, or of a ``blackbody``, hotter where sheets move faster (eq. 16)."""
     intensity: float = Field(default=1.0, gt=0, le=100)
     """Brightness of the flame; high values clip to white."""
+    glow: float = Field(default=0.0, ge=0, le=1)
+    """Part of the flame's light that air and lens scatter: a soft glow around it, also in front of
+    objects, which fades towards the frame's edges."""

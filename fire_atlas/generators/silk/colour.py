@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.blackbody import blackbody
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane, as_plane, srgb_to_linear
 from fire_atlas.generators.silk.fuel import Fuel
@@ -28,43 +29,12 @@ _OPACITY_EXPONENTS = np.array([1.0, 1.7, 3.0])
 """Exponents for red, green and blue of a warm fire, so that thin fire is dimmer and redder."""
 
 _BLUE = "#3050ff"
-_BLUE_HEIGHT, _SOOT_HEIGHT = 0.1, 0.26
-"""Height of a blue foot, and height below which missing soot makes it dim, sheet heights."""
+_BLUE_HEIGHT, _SOOT_HEIGHT = 0.12, 0.4
+"""Height of a blue foot, above which soot has formed that hides what is behind it; and height up to
+which the soot is still so cool that the flame is dim: sheet heights."""
 
 _DENSE_HEAT = 0.3
 """Heat (or light, of images of light) from which on a flame is as dense as it can be."""
-
-# CIE 1931 colour matching functions as sums of lobes (Wyman, Sloan & Shirley 2013): height, peak
-# wavelength (nm), 1/width below and above the peak.
-_X = (
-    (1.056, 599.8, 0.0264, 0.0323),
-    (0.362, 442.0, 0.0624, 0.0374),
-    (-0.065, 501.1, 0.0490, 0.0382),
-)
-_Y = ((0.821, 568.8, 0.0213, 0.0247), (0.286, 530.9, 0.0613, 0.0322))
-_Z = ((1.217, 437.0, 0.0845, 0.0278), (0.681, 459.0, 0.0385, 0.0725))
-
-_SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
-"""From XYZ to linear sRGB (IEC 61966-2-1)."""
-
-_PLANCK = 1.438777e7
-"""hc/k, nm K."""
-
-
-def blackbody(kelvin: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return linear sRGB (n, 3) of black bodies, brightest channel 1, by Planck's law (eq. 16).
-
-    B(λ) ∝ λ⁻⁵ / (exp(hc/λkT) − 1); eq. 16 up to constants.
-    """
-    wave = np.arange(380.0, 781.0, 5.0)
-    glow = wave**-5 / np.expm1(_PLANCK / (wave * np.asarray(kelvin, np.float64)[:, None]))
-    seen = [
-        sum(h * np.exp(-0.5 * ((wave - m) * np.where(wave < m, a, b)) ** 2) for h, m, a, b in lobes)
-        for lobes in (_X, _Y, _Z)
-    ]
-    xyz = np.einsum("nw,cw->nc", glow, np.stack(seen))
-    rgb = np.maximum(np.einsum("nc,rc->nr", xyz, _SRGB), 0.0)
-    return np.asarray(rgb / rgb.max(axis=1, keepdims=True))
 
 
 def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -121,7 +91,7 @@ class ColourMap:
         if not self.blue.any():
             return light
         foot = np.exp(-((_up(heat) / _BLUE_HEIGHT) ** 2))[:, None, None]
-        soot = _sooty_part(heat)[:, None, None]
+        soot = _risen(heat, _SOOT_HEIGHT)[:, None, None]
         return np.asarray(light * soot + heat[..., None] * foot * self.blue, np.float32)
 
     def thickness(self, image: Image) -> Plane:
@@ -129,7 +99,7 @@ class ColourMap:
         bright = image[..., 0] if image.shape[2] == 1 else image.max(axis=-1)
         thickness = np.float32(self.soot) * smooth_step(bright / _DENSE_HEAT)
         if self.blue.any():
-            thickness = thickness * _sooty_part(thickness)[:, None]
+            thickness = thickness * _risen(thickness, _BLUE_HEIGHT)[:, None]
         return as_plane(thickness)
 
     def _table_index(self, v_rms: float) -> int:
@@ -144,9 +114,9 @@ def _up(image: Plane) -> NDArray[np.float32]:
     return np.asarray((height - np.arange(height, dtype=np.float32)) / height, np.float32)
 
 
-def _sooty_part(image: Plane) -> NDArray[np.float32]:
-    """Return the part of a flame's soot that has formed in each row, above a blue foot."""
-    return np.asarray(1 - np.exp(-((_up(image) / _SOOT_HEIGHT) ** 2)), np.float32)
+def _risen(image: Plane, height: float) -> NDArray[np.float32]:
+    """Return a factor for each row of an image: 0 at its lower edge, about 1 above ``height``."""
+    return np.asarray(1 - np.exp(-((_up(image) / height) ** 2)), np.float32)
 
 
 def _linear_of_hex(colours: Sequence[str]) -> NDArray[np.float32]:

@@ -38,6 +38,8 @@ _GLOW = np.array([2.2, 0.36, 0.03])
 _LIGHT_GAIN, _LIGHT_SOFTENING = 90.0, 0.03
 """Gain of the fire's light on objects; added to its squared distance to limit it, heights²."""
 
+_UP = np.array([0.0, 0.0, 1.0])
+
 _AMBIENT = 0.01
 """Light on objects where no fire lights them, so that they are not black."""
 
@@ -370,7 +372,9 @@ def _surface(
         return _Surface(facing, dark + _WAX, dark)
     if body.shape == "wick":
         up = share * body.radius / length
-        return _wick(up, normal, hearth.heat(distance) * hearth.beat(up))
+        # The flame stands above its foot, so a wick in it is hot all the way up.
+        level = np.sqrt(np.maximum(distance**2 - (away @ camera.view_of(_UP)) ** 2, 0.0))
+        return _wick(up, normal, hearth.heat(level) * hearth.beat(up))
     # Two directions across the log that turn with it, so that its bark is the same from any side.
     level = camera.view_of(_level_across(body.axis))
     angle = np.arctan2(from_end @ np.cross(along, level), from_end @ level)

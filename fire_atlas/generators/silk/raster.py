@@ -170,7 +170,7 @@ def accumulate(
     return target.reshape(height, width, -1)
 
 
-_MIN_SPREAD = 0.012
+_MIN_SPREAD = 0.004
 """Least standard deviation of depth, heights: sheets that cross blend over about this distance."""
 
 

@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
-from fire_atlas.core.clip import Clip, Values
+from fire_atlas.core.clip import Clip, Form, Values
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk import raster
 from fire_atlas.generators.silk.colour import expose
+from fire_atlas.generators.silk.form import POINT_DISTANCE, PointCloud, form_of
+from fire_atlas.generators.silk.glow import scattered
 from fire_atlas.generators.silk.intruder_drawing import (
     Hearth,
     IntruderBuffers,
@@ -57,6 +59,12 @@ _NEAR_FADE = 0.25
 
 _GLOW_BEATS = 0.6
 """Rate at which the glow of logs swells, Hz."""
+
+_MIN_SOLID = 0.5
+"""Part of a pixel that an intruder covers from which on the pixel has its form."""
+
+_TOWARDS = np.array([1, 1, -1], np.float32)
+"""Signs that turn camera axes (right, down, away) into right, down and towards the viewer."""
 
 _MAX_DARK = 1e-4
 """Weight of light up to which a pixel counts as dark and has no motion."""
@@ -101,12 +109,14 @@ class SilkRenderer:
         recording: Positions of the sheets in every frame.
         textures: Textures of the sheets.
         frames: Number of frames.
+        glow: Part of the flame's light that is scattered around it.
     """
 
     scene: SilkScene
     recording: Recording
     textures: SheetTextures
     frames: int
+    glow: float
 
     def draw(self, i: int, camera: Camera) -> SilkFrame:
         """Draw frame ``i`` as seen by ``camera``. In a loop, frame ``frames`` equals frame 0."""
@@ -127,19 +137,65 @@ class SilkRenderer:
             passed = medium.transmittance(flame.pixel, flame.depth, flame.thickness)
             seen = flame.light * passed[:, None]
             light += raster.accumulate(flame.pixel, seen, width, height)
+        glow = scattered(light, camera.scale * _SUPERSAMPLING, self.glow) if self.glow else 0
         if intruders.is_empty:
             bare = np.zeros((camera.height, camera.width), np.float32)
-            return SilkFrame(expose(_averaged(light, camera)), bare)
+            return SilkFrame(expose(_averaged(light + glow, camera)), bare)
         total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * _SUPERSAMPLING) ** 2
         lights = [(total * share, place) for share, place in self._fires(i, camera)]
         lit = intruders.lit_by(lights)
         light += lit * np.exp(-medium.thickness).astype(np.float32).reshape(height, width, 1)
+        light += glow
         coverage = _averaged(intruders.coverage, camera)
         shown = expose(_averaged(light, camera))
         # At an edge samples are exposed one by one, or a bright one would hide its neighbours.
         edge = (coverage > 0) & (coverage < 1)
         shown[edge] = _averaged(expose(light), camera)[edge]
         return SilkFrame(shown, coverage)
+
+    def smoke(self, i: int, camera: Camera) -> Plane:
+        """Return the share of light (height, width), 0..1, that soot keeps back in frame ``i``: of
+        an optical depth τ of all sheets, 1 − exp(−τ)."""
+        width, height = camera.width * _SUPERSAMPLING, camera.height * _SUPERSAMPLING
+        intruders = draw_intruders(
+            self.scene.intruders, i / self.scene.fps, camera, _SUPERSAMPLING, self._hearth(i)
+        )
+        thickness = np.zeros((height, width, 1), np.float32)
+        for sheets in self._batches():
+            flame = self._flame(i, sheets, camera, intruders)
+            thickness += raster.accumulate(flame.pixel, flame.thickness[:, None], width, height)
+        return _averaged(-np.expm1(-thickness[..., 0]), camera)
+
+    def form(self, i: int, camera: Camera) -> Form:
+        """Return the form of the fire and of what is in it in frame ``i``."""
+        clouds = [self._points(i, sheets, camera) for sheets in self._batches()]
+        place = np.concatenate([each.place for each in clouds])
+        weight = np.concatenate([each.weight for each in clouds])
+        fire, is_fire = form_of(PointCloud(place, weight), camera)
+        hearth, time = self._hearth(i), i / self.scene.fps
+        solid = draw_intruders(self.scene.intruders, time, camera, 1, hearth)
+        if solid.is_empty:
+            return fire
+        depth = solid.position[..., 2] * np.float32(-camera.scale)
+        shown = (solid.coverage > _MIN_SOLID) & (~is_fire | (depth > fire.depth))
+        normal = np.where(shown[..., None], solid.normal * _TOWARDS, fire.normal)
+        return Form(np.where(shown, depth, fire.depth), as_plane(normal))
+
+    def _points(self, i: int, sheets: slice, camera: Camera) -> PointCloud:
+        """Return points of ``sheets`` in frame ``i``, each with the light of its part."""
+        x = np.asarray(self.recording.x[i, sheets], np.float64)
+        rows, columns = (
+            math.ceil(lengths(np.diff(x, axis=axis)).sum(axis=axis).max() / POINT_DISTANCE) + 1
+            for axis in (1, 2)
+        )
+        points = _refined(_refined(x, rows, 1), columns, 2)
+        texel = self.textures.texel_grid(sheets, rows, columns)
+        texture = self.textures.light(i, sheets)[..., :3]
+        found = raster.sample_texture(texture, as_plane(texel.reshape(-1, 2)))
+        across, up = np.gradient(points, axis=2), np.gradient(points, axis=1)
+        area = lengths(np.cross(across, up))
+        lit = expose(found).max(axis=1).reshape(area.shape)
+        return PointCloud.seen_by(camera, points, lit * area)
 
     def motion(self, i: int, camera: Camera) -> NDArray[np.float32]:
         """Return the velocity of the fire in frame ``i``: (height, width, 2) px/s.
@@ -224,22 +280,26 @@ class SilkRenderer:
         heights, and opacities (sheets, rows, columns), 0..1.
 
         Seen edge-on, a sheet would be a bright line. The flame it represents has depth, so the
-        sheet fades and those that cross it are seen instead. Gas that moves faster (v_rms², as in
-        eq. 17) is thinner, and so is high gas.
+        sheet fades and those that cross it are seen instead.
         """
         x = np.asarray(self.recording.x[i, sheets], np.float64)
         facing = np.abs(np.einsum("srcd,srcd->src", normals(x), camera.sight_lines(x)))
         # From above no upright sheet faces the camera, so divide by the best possible cosine.
         facing /= max(math.cos(camera.elevation), _MIN_COSINE)
         share = smooth_step((facing - _VANISHING_COSINE) / _FADE_RANGE)
-        thin = self.scene.of_fuels(lambda fuel: fuel.thin_speed)
-        energy = ((self.recording.v_rms[i] / thin) ** 2)[sheets, None, None]
-        up = np.linspace(0.0, 1.0, x.shape[1])[None, :, None]
-        density = (1 - _THINNING * up) / (1 + np.minimum(energy * energy, _MAX_THINNING))
-        lit = self.recording.lit[i, sheets, None, None]
         projected = camera.project(x)
         before = smooth_step((camera.distance + projected[..., 2]) / _NEAR_FADE)
-        return projected, share * density * lit * before
+        return projected, share * self._density(i, sheets) * before
+
+    def _density(self, i: int, sheets: slice) -> NDArray[np.float64]:
+        """Return how dense the gas on ``sheets`` is in frame ``i``, (sheets, rows, 1), 0..1.
+
+        Gas that moves faster (v_rms², as in eq. 17) is thinner, and so is high gas.
+        """
+        thin = self.scene.of_fuels(lambda fuel: fuel.thin_speed)
+        energy = ((self.recording.v_rms[i] / thin) ** 2)[sheets, None, None]
+        up = np.linspace(0.0, 1.0, self.recording.x.shape[2])[None, :, None]
+        return np.asarray((1 - _THINNING * up) / (1 + np.minimum(energy * energy, _MAX_THINNING)))
 
     def _batches(self) -> list[slice]:
         sheets = self.scene.model.sheets
@@ -293,6 +353,15 @@ class SilkRenderer:
             share = float(weight.sum())
             fires.append((share, camera.view_of(weight @ middle / max(share, 1e-9))))
         return fires
+
+
+def _refined(nodes: NDArray[np.float64], count: int, axis: int) -> NDArray[np.float64]:
+    """Return nodes with ``count`` along an axis, interpolated linearly between those given."""
+    at = np.linspace(0, nodes.shape[axis] - 1, count)
+    below = np.minimum(at.astype(np.intp), nodes.shape[axis] - 2)
+    share = (at - below).reshape([-1 if k == axis else 1 for k in range(nodes.ndim)])
+    first, second = np.take(nodes, below, axis), np.take(nodes, below + 1, axis)
+    return np.asarray(first + (second - first) * share)
 
 
 def _averaged(samples: NDArray[np.float32], camera: Camera) -> NDArray[np.float32]:
@@ -351,6 +420,14 @@ class SilkView:
         surface = surface_depth(scene.intruders, index / scene.fps, self.camera, x, y)
         return np.asarray(surface < z / -self.camera.scale)
 
+    def form(self, index: int) -> Form:
+        """Return the form of the fire in frame ``index``."""
+        return self.renderer.form(index, self.camera)
+
+    def smoke(self, index: int) -> Plane:
+        """Return the share of light (height, width), 0..1, that soot keeps back in a frame."""
+        return self.renderer.smoke(index, self.camera)
+
 
 def generate_silk(
     source: SilkSource, settings: GenerationSettings, footage: Clip | None = None
@@ -367,7 +444,7 @@ def generate_silk(
         check_loop(scene, settings.frames / settings.fps)
     recording = simulate(scene, settings.frames, settings.loop)
     textures = make_textures(source, settings, footage, scene, recording)
-    return SilkRenderer(scene, recording, textures, settings.frames)
+    return SilkRenderer(scene, recording, textures, settings.frames, source.glow)
 
 
 def changing_silk(
@@ -388,6 +465,7 @@ def changing_silk(
         blended(before.recording, after.recording, share),
         FadingTextures.between(before.textures, after.textures, share),
         before.frames,
+        before.glow,
     )
 
 

@@ -31,7 +31,7 @@ _MAX_NODES = 200_000
 _MAX_POSITIONS = 20_000_000
 """Maximum number of node positions recorded (240 MB)."""
 
-_MATCH_FLAME = 13.0, 20.0
+_MATCH_FLAME = 19.0, 22.0
 """Width and height of the sheets on a burning match, in radii of the match."""
 
 _GOLDEN_ANGLE = 2.399963
@@ -250,8 +250,8 @@ def _arranged(
 
 
 def _match_flames(body: IntruderBody) -> list[SheetPlacement]:
-    """Return two crossed sheets at the head of a match."""
+    """Return three crossed sheets at the head of a match."""
     width, height = (body.radius * k for k in _MATCH_FLAME)
     x, y, z = (float(c) for c in body.positions[0])
     base = (x, y, z - 0.06 * height)
-    return [SheetPlacement(base, width, height, angle) for angle in (25.0, 115.0)]
+    return [SheetPlacement(base, width, height, angle) for angle in (25.0, 85.0, 145.0)]

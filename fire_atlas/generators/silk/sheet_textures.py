@@ -18,7 +18,7 @@ from fire_atlas.generators.silk.procedural_texture import synthesise_texture
 from fire_atlas.generators.silk.raster import Triangles
 from fire_atlas.generators.silk.scene import SilkScene
 from fire_atlas.generators.silk.simulation import Recording
-from fire_atlas.generators.silk.texture import TextureLoop
+from fire_atlas.generators.silk.texture import Image, TextureLoop
 from fire_atlas.recipe.silk import SilkSource, Texture
 
 _MAX_LOOPS = 6
@@ -49,6 +49,7 @@ class SheetTextures:
         rate: (frames, sheets) speed of playing, images per second.
         colours: (sheets,) conversion of images to light.
         v_rms: (frames, sheets) root mean square speed of the nodes, heights/s.
+        lit: (frames, sheets) 0 where a sheet does not burn yet, 1 where it burns fully.
     """
 
     loops: tuple[TextureLoop, ...]
@@ -58,6 +59,7 @@ class SheetTextures:
     rate: NDArray[np.float64]
     colours: tuple[ColourMap, ...]
     v_rms: NDArray[np.float64]
+    lit: NDArray[np.float64]
 
     def light(self, i: int, sheets: slice) -> NDArray[np.float32]:
         """Light and optical depth of ``sheets`` in frame ``i``, stacked vertically:
@@ -86,6 +88,7 @@ class SheetTextures:
         image = self.loops[self.texture_index[sheet]].image_at(float(self.phase[i, sheet]))
         if self.mirrored[sheet]:
             image = np.ascontiguousarray(image[:, ::-1])
+        image = _catching_fire(image, np.float32(self.lit[i, sheet]))
         colours = self.colours[sheet]
         light = colours.light(image, float(self.v_rms[i, sheet]))
         return np.dstack([light, colours.thickness(image)])
@@ -118,7 +121,7 @@ class FadingTextures(SheetTextures):
     ) -> "FadingTextures":
         """Return textures that fade from ``before`` into ``after``."""
         played = before.loops, before.texture_index, before.mirrored, before.phase, before.rate
-        return cls(*played, before.colours, before.v_rms, after, share)
+        return cls(*played, before.colours, before.v_rms, before.lit, after, share)
 
     def light(self, i: int, sheets: slice) -> NDArray[np.float32]:
         """See ``SheetTextures.light``."""
@@ -132,6 +135,17 @@ class FadingTextures(SheetTextures):
         self, i: int, before: NDArray[np.float32], after: NDArray[np.float32]
     ) -> NDArray[np.float32]:
         return as_plane(before + (after - before) * np.float32(self.share[i]))
+
+
+def _catching_fire(image: Image, lit: np.float32) -> Image:
+    """Return an image of a fire of which the part ``lit`` burns, 0..1.
+
+    Heat falls as the fuel burns down on its way up. Where less fuel comes, it is used up sooner: so
+    the flame is shorter. An image of light is dimmer instead.
+    """
+    if lit == 1:
+        return image
+    return image * lit if image.shape[2] == 3 else np.maximum(image - (1 - lit), 0)
 
 
 def cull_dark(triangles: Triangles, light: NDArray[np.float32]) -> Triangles:
@@ -221,6 +235,7 @@ def _play(
         rate=rate,
         colours=colours,
         v_rms=recording.v_rms,
+        lit=recording.lit,
     )
 
 

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fire_atlas.core.blackbody import blackbody
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
 from fire_atlas.generators.silk.clip_texture import cut_texture, synthesise_from_clip
-from fire_atlas.generators.silk.colour import ColourMap, blackbody
+from fire_atlas.generators.silk.colour import ColourMap
 from fire_atlas.generators.silk.fuel import FUELS, Burner
 from fire_atlas.generators.silk.motion_synthesis import (
     SeedImages,

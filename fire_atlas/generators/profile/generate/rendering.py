@@ -13,11 +13,12 @@ from scipy.interpolate import CubicSpline
 from scipy.special import ndtr
 
 from fire_atlas.core.camera import Camera
-from fire_atlas.core.clip import Values
+from fire_atlas.core.clip import Form, Values
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
 from fire_atlas.effect.field.wind import peak_level
 from fire_atlas.generators.profile.generate.blend_masks import MASK_CELL, BlendMask, blend_masks
 from fire_atlas.generators.profile.generate.colouring import TableColours
+from fire_atlas.generators.profile.generate.form import ColumnSide, column_form
 from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
 from fire_atlas.generators.profile.generate.particle_cloud import (
     ParticleCloud,
@@ -178,6 +179,24 @@ class ProfileRendering:
     def hidden(self, index: int, x: Values, y: Values, z: Values) -> NDArray[np.bool_]:
         """Return which places are behind something opaque: none."""
         return np.zeros(len(x), np.bool_)
+
+    def form(self, index: int) -> Form:
+        """Return the form of the fire in frame ``index``: the column of ``fire_depth``."""
+        camera = self.camera
+        side = self.seen_by(replace(camera, azimuth=camera.azimuth + math.pi / 2))
+        up = camera.origin[1] - (np.arange(camera.height, dtype=np.float64) + 0.5)
+        rows = up / (camera.scale * math.cos(camera.elevation))
+        sides, heights = list[ColumnSide](), np.asarray(rows, np.float64)
+        for view in (side, self):
+            pose = view.pose(index)
+            heights, half, middle = view._outline(pose, rows / math.cos(pose.lean))
+            sides.append(ColumnSide(half, middle))
+        taper = np.asarray(self.taper(np.clip(heights, 0, 1)), np.float64)
+        return column_form(sides[1], sides[0], np.maximum(taper, 0), camera)
+
+    def smoke(self, index: int) -> Plane:
+        """Return the share of light (height, width) that smoke keeps back: none."""
+        return np.zeros((self.camera.height, self.camera.width), np.float32)
 
     def pose(self, index: int) -> FramePose:
         """Return the pose of the fire in frame ``index``."""

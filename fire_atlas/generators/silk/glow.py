@@ -1,0 +1,49 @@
+"""Glow of bright light on what is around it, as hazy air and the glass of a lens scatter it."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.easing import smooth_step
+from fire_atlas.core.pixels import as_plane
+
+_SPREADS = 0.025, 0.06, 0.14
+"""Standard deviations of the Gaussians that the glow is the sum of, heights, each with as much
+light: so it falls steeply beside a flame, and slowly further away."""
+
+_COARSE = 3.0
+"""Standard deviation, samples of a smaller picture, at which a glow is as smooth as in a larger."""
+
+_EDGE = 0.12
+"""Distance from the frame's edges over which the glow fades, heights, so that no box is seen."""
+
+
+def scattered(light: NDArray[np.float32], scale: float, share: float) -> NDArray[np.float32]:
+    """Return light (height, width, 3) that is scattered from HDR ``light`` of the same shape.
+
+    Args:
+        light: Linear light before it is exposed.
+        scale: Samples per height.
+        share: Part of the light that is scattered.
+    """
+    glow = np.sum([_blurred(light, spread * scale) for spread in _SPREADS], axis=0)
+    rows, columns = (_edge_fade(length, _EDGE * scale) for length in light.shape[:2])
+    weight = np.float32(share / len(_SPREADS)) * rows[:, None] * columns
+    return np.asarray(np.maximum(glow, 0) * weight[..., None], np.float32)
+
+
+def _blurred(light: NDArray[np.float32], spread: float) -> NDArray[np.float32]:
+    """Return ``light`` blurred by a Gaussian of standard deviation ``spread``, samples."""
+    height, width = light.shape[:2]
+    factor = min(1.0, _COARSE / spread)
+    size = max(1, round(width * factor)), max(1, round(height * factor))
+    small = cv2.resize(light, size, interpolation=cv2.INTER_AREA)
+    # Nothing is known beyond the frame, so that light is lost there.
+    wide = cv2.GaussianBlur(small, (0, 0), spread * factor, borderType=cv2.BORDER_CONSTANT)
+    return as_plane(cv2.resize(wide, (width, height), interpolation=cv2.INTER_CUBIC))
+
+
+def _edge_fade(length: int, edge: float) -> NDArray[np.float32]:
+    """Return weights (length,), 0 at both ends and 1 from ``edge`` samples on."""
+    from_end = np.minimum(np.arange(length), np.arange(length)[::-1]) / max(edge, 1.0)
+    return smooth_step(from_end).astype(np.float32)
