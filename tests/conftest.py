@@ -22,7 +22,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell's background jobs ignore Ctrl-C, and so would every command that a test interrupts.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-PACKAGES = ("pixi.js", "phaser", "phaser4", "playwright-core")
+PACKAGES = ("ktx-parse", "pixi.js", "phaser", "phaser4", "playwright-core", "three")
 
 
 MARKS = {

@@ -3,14 +3,14 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import cv2
 import numpy as np
+from numpy.typing import DTypeLike, NDArray
 
-from fire_atlas.atlas.sheet import AtlasSheet, Rect, Region, Sprite
+from fire_atlas.atlas.sheet import AtlasSheet, PlacedImage, Rect, Region
 from fire_atlas.atlas.trim import crop
-from fire_atlas.core.pixels import Bytes
 from fire_atlas.recipe.output import Atlas
 
 
@@ -38,13 +38,20 @@ class Edges:
         )
 
 
-def draw_page(sheet: AtlasSheet, page: int, sprites: Sequence[Sprite], edges: Edges) -> Bytes:
-    """Draw one page, (H, W, 4) uint8.
+def draw_page(
+    sheet: AtlasSheet,
+    page: int,
+    sprites: Sequence[PlacedImage],
+    edges: Edges,
+    dtype: DTypeLike = np.uint8,
+) -> NDArray[Any]:
+    """Draw one page, (H, W, 4) of ``dtype``.
 
     ``sprites`` are those of the sheet's regions, in order, and of its cells after them, if they are
     to be on this image.
     """
-    image = np.zeros((sheet.pages[page].height, sheet.pages[page].width, 4), np.uint8)
+    size = sheet.pages[page].height, sheet.pages[page].width
+    image = np.zeros((*size, 4), dtype)
     drawn = set()
     for region, sprite in zip((*sheet.regions, *sheet.cells), sprites, strict=False):
         if region.page == page and (region.x, region.y) not in drawn:
@@ -53,7 +60,7 @@ def draw_page(sheet: AtlasSheet, page: int, sprites: Sequence[Sprite], edges: Ed
     return image
 
 
-def _draw(page: Bytes, region: Region, sprite: Sprite, edges: Edges) -> None:
+def _draw(page: NDArray[Any], region: Region, sprite: PlacedImage, edges: Edges) -> None:
     frame = crop(sprite, Rect(region.trim_x, region.trim_y, region.width, region.height))
     if region.rotated:
         frame = np.rot90(frame, -1)
@@ -67,7 +74,7 @@ def _draw(page: Bytes, region: Region, sprite: Sprite, edges: Edges) -> None:
     _paste(page, frame, x, y)
 
 
-def _paste(page: Bytes, image: Bytes, x: int, y: int) -> None:
+def _paste(page: NDArray[Any], image: NDArray[Any], x: int, y: int) -> None:
     """Copy ``image`` onto ``page`` at (x, y), clipped to the page."""
     left, top = max(-x, 0), max(-y, 0)
     right, bottom = page.shape[1] - x, page.shape[0] - y
@@ -75,7 +82,7 @@ def _paste(page: Bytes, image: Bytes, x: int, y: int) -> None:
     page[y + top : y + top + seen.shape[0], x + left : x + left + seen.shape[1]] = seen
 
 
-def bleed_colour(image: Bytes, reach: int) -> Bytes:
+def bleed_colour(image: NDArray[Any], reach: int) -> NDArray[Any]:
     """Return ``image`` (H, W, 4) with colour in its transparent pixels; alpha is unchanged.
 
     Those within ``reach`` px of a visible pixel get the colour of the nearest one.
@@ -86,7 +93,7 @@ def bleed_colour(image: Bytes, reach: int) -> Bytes:
     distance, labels = cv2.distanceTransformWithLabels(
         hidden.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
     )
-    colours = np.zeros((int(labels.max()) + 1, 3), np.uint8)
+    colours = np.zeros((int(labels.max()) + 1, 3), image.dtype)
     colours[labels[~hidden]] = image[..., :3][~hidden]
     near = hidden & (distance <= reach)
     image = image.copy()

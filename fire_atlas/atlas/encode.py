@@ -15,12 +15,16 @@ c is the colour divided by its coverage, clipped at 1. A page cannot be brighter
 composition raises coverage where it needs more light.
 """
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal, cast
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.atlas.compressed import CompressedImage
+from fire_atlas.atlas.deep import deepened
 from fire_atlas.atlas.sheet import Sprite
 from fire_atlas.atlas.trim import trimmed, up_to
 from fire_atlas.core.picture import Picture, as_light, where_covered
@@ -31,9 +35,13 @@ from fire_atlas.core.pixels import (
     decode_bytes,
     encode_bytes,
     encode_unit,
+    srgb_of,
     srgb_to_linear,
 )
 from fire_atlas.recipe.output import Atlas
+
+_MOST_LIGHT = np.float32(np.finfo(np.float16).max)
+"""The most light that a half float holds."""
 
 Alpha = Literal["straight", "premultiplied", "additive"]
 BlendSpace = Literal["srgb", "linear"]
@@ -93,25 +101,73 @@ def as_straight(image: Bytes, alpha: str, blend_space: str) -> Bytes:
     return straight
 
 
+def over_smoke(page: Bytes, smoke: Bytes, alpha: str, blend_space: str) -> Bytes:
+    """Return encoded RGBA bytes (H, W, 4) of fire over its smoke, encoded as the page is; of pages
+    that are added, with the smoke's coverage as alpha."""
+    fire, below = (_blended(each, alpha, blend_space) for each in (page, smoke))
+    left = 1 - fire[..., 3:]
+    both = np.minimum(fire + left * below, 1)
+    if alpha == "straight":
+        both[..., :3] /= np.maximum(both[..., 3:], _MIN_DIVISOR)
+    if blend_space == "linear":
+        both[..., :3] = encode_unit(np.asarray(both[..., :3], np.float32))
+    return np.asarray(np.rint(both * 255), np.uint8)
+
+
+def _blended(image: Bytes, alpha: str, blend_space: str) -> NDArray[np.float32]:
+    """Return what a client adds of encoded bytes, in its blend space, and their coverage, 0..1."""
+    values = image * np.float32(1 / 255)
+    if blend_space == "linear":
+        values[..., :3] = decode_bytes(np.ascontiguousarray(image[..., :3]))
+    if alpha == "straight":
+        values[..., :3] *= values[..., 3:]
+    return values
+
+
 def is_page_ready(picture: Picture, settings: Atlas) -> bool:
     """Whether the pages hold the picture's bytes unchanged: straight alpha, full size only."""
-    return picture.dtype == np.uint8 and settings.alpha == "straight" and settings.scales == (1.0,)
+    is_plain = settings.alpha == "straight" and settings.scales == (1.0,) and settings.bits == 8
+    return picture.dtype == np.uint8 and is_plain
 
 
 def encode_sprites(picture: Picture, settings: Atlas) -> tuple[Sprite, ...]:
     """Encode and trim a frame (H, W, 4) for the pages of each scale, the largest first."""
     if is_page_ready(picture, settings):
         return (_sprite_of_bytes(picture, settings.trim_threshold),)
-    pixels = as_light(picture)
     return tuple(
         encode_sprite(
-            pixels if scale == 1 else shrink(pixels, round(1 / scale)),
+            each,
             settings.alpha,
             settings.blend_space,
             settings.trim_threshold,
+            bits=settings.bits,
         )
-        for scale in settings.scales
+        for each in scaled(as_light(picture), settings.scales)
     )
+
+
+def scaled(pixels: Pixels, scales: Sequence[float]) -> list[Pixels]:
+    """Return a frame (H, W, 4) in each of ``scales``."""
+    return [pixels if scale == 1 else shrink(pixels, round(1 / scale)) for scale in scales]
+
+
+def light_images(pixels: Pixels, scales: Sequence[float]) -> tuple[CompressedImage, ...]:
+    """Return the light of a frame (H, W, 4) as trimmed half floats for the pages of each scale."""
+    return tuple(_light_image(each) for each in scaled(pixels, scales))
+
+
+def _light_image(pixels: Pixels) -> CompressedImage:
+    half = np.minimum(pixels, _MOST_LIGHT).astype(np.float16)
+    rows, columns = _extent((half != 0).any(axis=2))
+    return CompressedImage.of(half[rows, columns], columns.start, rows.start)
+
+
+def _extent(seen: NDArray[np.bool_]) -> tuple[slice, slice]:
+    """Return the rows and columns of the smallest box around what is seen in (H, W)."""
+    across, down = np.flatnonzero(seen.any(axis=0)), np.flatnonzero(seen.any(axis=1))
+    if not down.size:
+        return slice(0, 0), slice(0, 0)
+    return slice(int(down[0]), int(down[-1]) + 1), slice(int(across[0]), int(across[-1]) + 1)
 
 
 def shrink(pixels: Pixels, factor: int) -> Pixels:
@@ -138,18 +194,51 @@ def _sprite_of_bytes(image: Bytes, threshold: int) -> Sprite:
 
 
 def encode_sprite(
-    pixels: Pixels, alpha: Alpha, blend_space: BlendSpace, threshold: int = 0
+    pixels: Pixels, alpha: Alpha, blend_space: BlendSpace, threshold: int = 0, *, bits: int = 8
 ) -> Sprite:
-    """Encode and trim pixels (H, W, 4); empty borders are not encoded, to save time."""
+    """Encode and trim pixels (H, W, 4); empty borders are not encoded, to save time.
+
+    The sprite of 16 ``bits`` has 8 as well, by which it is placed.
+    """
     frame_size = pixels.shape[1], pixels.shape[0]
-    visible = pixels[..., 3] > _INVISIBLE
-    rows, columns = np.flatnonzero(visible.any(axis=1)), np.flatnonzero(visible.any(axis=0))
-    if not rows.size:
+    rows, columns = _extent(pixels[..., 3] > _INVISIBLE)
+    if rows.stop == 0:
         return trimmed(np.zeros((1, 1, 4), np.uint8), frame_size=frame_size)
-    top, left = int(rows[0]), int(columns[0])
-    lit = pixels[top : rows[-1] + 1, left : columns[-1] + 1]
+    lit = pixels[rows, columns]
     image = encode_frame(lit, alpha, blend_space)
-    return trimmed(image, left, top, frame_size, threshold)
+    sprite = trimmed(image, columns.start, rows.start, frame_size, threshold)
+    return _in_16_bits(sprite, pixels, alpha, blend_space) if bits == 16 else sprite
+
+
+def _in_16_bits(sprite: Sprite, pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> Sprite:
+    """Return a sprite with its 16 bits, of the frame's pixels (H, W, 4)."""
+    height, width = sprite.image.shape[:2]
+    lit = pixels[sprite.y : sprite.y + height, sprite.x : sprite.x + width]
+    words = np.empty(sprite.image.shape, np.uint16)
+    for top in range(0, height, _STRIP):
+        strip = slice(top, top + _STRIP)
+        exact = _exact(lit[strip], alpha, blend_space)
+        words[strip] = deepened(sprite.image[strip], exact)
+    return replace(sprite, deep=CompressedImage.of(words, sprite.x, sprite.y))
+
+
+def _exact(pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> NDArray[np.float64]:
+    """Return what is stored of pixels (H, W, 4) before it is rounded, 0..1."""
+    coverage = np.clip(pixels[..., 3], 0.0, 1.0)
+    stored = np.empty(pixels.shape, np.float64)
+    if alpha == "straight":
+        shown = _rounded_up_where_dim(coverage) if blend_space == "linear" else coverage
+        light = _limited(pixels, np.minimum(coverage, shown))
+        stored[:] = srgb_of(np.minimum(_colour(light, shown), 1))
+        stored[..., 3] = shown
+        return stored
+    light = _limited(pixels, coverage)
+    if blend_space == "linear":
+        stored[:] = srgb_of(light)
+    else:
+        stored[:] = srgb_of(np.minimum(_colour(light, coverage), 1)) * coverage[..., None]
+    stored[..., 3] = 0 if alpha == "additive" else coverage
+    return stored
 
 
 def _encode_strip(pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> Bytes:

@@ -15,6 +15,12 @@ _LONG, _LONG_COST = 3.0, 0.02
 """Pages with an aspect above the first count as larger, by the second for each 1 of aspect more:
 their long side is the first to exceed a device's maximum texture size."""
 
+LEVELS_APART = 3
+"""Mip levels of compressed textures at which frames stay apart by default: down to a quarter."""
+
+_MOST_APART = 5
+"""Maximum of these: at the fifth, a block covers 64 px of the page."""
+
 
 def effective_area(size: Size) -> float:
     """Return the area of a page, increased if the page is very long."""
@@ -78,11 +84,14 @@ class PackingUnits:
     """The lengths with which a sheet is packed, so that positions are whole px in every scale.
 
     Attributes:
-        px: Length of a unit: this many px are 1 px in the smallest scale.
-        edge: Width of the extruded edge of a frame, px, in whole units.
+        step: This many px are 1 px in the smallest scale.
+        px: Length of a unit, a multiple of ``step``: more than that for compressed textures.
+        edge: Width of what belongs to a frame around it, px: its extruded edge, and for compressed
+            textures the space that keeps it apart in mip levels.
         rules: Limits on pages, in units.
     """
 
+    step: int
     px: int
     edge: int
     rules: PageRules
@@ -90,18 +99,56 @@ class PackingUnits:
     @classmethod
     def of(cls, settings: Atlas) -> Self:
         """Convert the recipe's settings."""
-        px = round(1 / settings.scales[-1])
-        rules = PageRules(
-            max_size=settings.max_size // px,
-            padding=math.ceil(settings.padding / px),
-            border=math.ceil(settings.border / px),
-            multiple_of=settings.multiple_of,
-            pot=settings.pot,
-            square=settings.square,
-            rotate=settings.rotate,
-        )
-        return cls(px, up_to(px, settings.extrude), rules)
+        step = round(1 / settings.scales[-1])
+        if settings.gpu:
+            return cls._of_blocks(settings, step)
+        padding, border = math.ceil(settings.padding / step), math.ceil(settings.border / step)
+        rules = _rules(settings, step, padding, border, settings.multiple_of)
+        return cls(step, step, up_to(step, settings.extrude), rules)
+
+    @classmethod
+    def _of_blocks(cls, settings: Atlas, step: int) -> Self:
+        """Return the lengths for compressed textures.
+
+        A cell is a frame with the space around it. It takes whole blocks at each mip level at which
+        frames are to stay apart. Filtering reads one texel beyond a frame, so as much space, at the
+        smallest of these levels, lies around it.
+        """
+        texel = step << _levels_apart(settings) - 1
+        blocks = _block_sides(settings)
+        px = texel * blocks
+        edge = up_to(texel, settings.extrude + max(texel, math.ceil(settings.padding / 2)))
+        border = math.ceil(max(settings.border - edge, 0) / px)
+        multiple_of = settings.multiple_of // math.gcd(settings.multiple_of, px // step)
+        return cls(step, px, edge, _rules(settings, px, 0, border, multiple_of))
 
     def size(self, width: int, height: int) -> Size:
         """Return the size, in units, of a trimmed frame of that size in px, with its edges."""
-        return (width + 2 * self.edge) // self.px, (height + 2 * self.edge) // self.px
+        across, down = up_to(self.px, width + 2 * self.edge), up_to(self.px, height + 2 * self.edge)
+        return across // self.px, down // self.px
+
+
+def _levels_apart(settings: Atlas) -> int:
+    """Return at how many mip levels the layout has to keep frames apart."""
+    return LEVELS_APART if settings.mips == "auto" else min(settings.mips, _MOST_APART)
+
+
+def _block_sides(settings: Atlas) -> int:
+    """Return the least common multiple of the sides of the blocks of all formats, px.
+
+    Sides of pages that are powers of two have no room for whole blocks of 6 px.
+    """
+    sides = {6 if "6x6" in each else 4 for each in settings.gpu}
+    return 4 if settings.pot else math.lcm(*sides)
+
+
+def _rules(settings: Atlas, px: int, padding: int, border: int, multiple_of: int) -> PageRules:
+    return PageRules(
+        max_size=settings.max_size // px,
+        padding=padding,
+        border=border,
+        multiple_of=multiple_of,
+        pot=settings.pot,
+        square=settings.square,
+        rotate=settings.rotate,
+    )

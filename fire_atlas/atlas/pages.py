@@ -60,17 +60,17 @@ def build_sheets(
     """
     units = PackingUnits.of(settings)
     packed = [*animations, *textures]
-    parts = _parts(animations, textures, _trim_of(settings), units.px, margin)
+    parts = _parts(animations, textures, _trim_of(settings), units.step, margin)
     sprites = [sprite for each in packed for sprite in each.sprites]
     keeps_all = settings.layout == "grid" or not (settings.dedupe and shares)
-    originals = list(range(len(parts))) if keeps_all else _originals(sprites, parts)
+    originals = _sharing(packed) if keeps_all else _originals(sprites, parts)
     listed = _listed(name, animations)
     cell_lists = [_with_frame_names(each, f"{name}/{each.name}") for each in textures]
     names = [frame for each in (*listed, *cell_lists) for frame in each.frames]
     _refuse_too_large(names, parts, units)
     counts = [len(each.sprites) for each in packed]
     packing, cells = _packed(parts, originals, counts, settings, units)
-    regions = _regions(names, packed, parts, packing, settings, units.px)
+    regions = _regions(names, packed, parts, packing, settings, units.step)
     frames = sum(len(each.frames) for each in listed)
     whole = AtlasSheet(
         name=name,
@@ -80,6 +80,7 @@ def build_sheets(
         alpha=settings.alpha,
         blend_space=settings.blend_space,
         image_format=settings.format,
+        bits=settings.bits,
         pages=tuple(Page("", *size) for size in packing.pages),
         regions=tuple(regions[:frames]),
         animations=listed,
@@ -141,16 +142,28 @@ def _packed(
     animations = [list(islice(shown, count)) for count in counts]
     cells, px, edge = None, units.px, units.edge
     if settings.layout == "grid":
-        packing, cells = pack_grid(sizes, animations, units.rules)
+        different = [tuple(dict.fromkeys(frames)) for frames in animations]
+        packing, cells = pack_grid(sizes, different, units.rules)
+        places = tuple(packing.places[i] for frames in animations for i in frames)
+        packing = Packing(packing.pages, places)
         cells = CellGrid(cells.columns, cells.rows, cells.cell_width * px, cells.cell_height * px)
     else:
         tries = THOROUGH if settings.compression == "small" else QUICK
         packing = pack(sizes, animations, units.rules, tries)
     pages = tuple((width * px, height * px) for width, height in packing.pages)
-    places = (
+    in_px = (
         place._replace(x=place.x * px + edge, y=place.y * px + edge) for place in packing.places
     )
-    return Packing(pages, tuple(places)), cells
+    return Packing(pages, tuple(in_px)), cells
+
+
+def _sharing(packed: Sequence[AnimationFrames]) -> list[int]:
+    """Return for each sprite the index of the first one of those that are to share its place."""
+    firsts, start = list[int](), 0
+    for each in packed:
+        firsts += [start + i - i % each.together for i in range(len(each.sprites))]
+        start += len(each.sprites)
+    return firsts
 
 
 def _originals(sprites: Sequence[Sprite], parts: Sequence[Rect]) -> list[int]:
@@ -177,7 +190,7 @@ def _content(sprite: Sprite, rect: Rect) -> _Content:
 def _refuse_too_large(names: Sequence[str], parts: Sequence[Rect], units: PackingUnits) -> None:
     edge, largest = units.edge + units.rules.border * units.px, units.rules.largest * units.px
     for name, part in zip(names, parts, strict=True):
-        needed = max(part.width, part.height) + 2 * edge
+        needed = up_to(units.px, max(part.width, part.height) + 2 * edge)
         if needed > largest:
             around = f" plus {edge} px of border on each side" if edge else ""
             raise OutputError(

@@ -2,10 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Protocol, Self
 
+from numpy.typing import NDArray
+
+from fire_atlas.atlas.compressed import CompressedImage
 from fire_atlas.atlas.polygon import Point, Triangle, doubled_area
 from fire_atlas.core.pixels import Bytes
+from fire_atlas.recipe.gpu import Channels, channels_of
 from fire_atlas.recipe.output import Engine
 
 
@@ -27,6 +31,7 @@ class Sprite:
         x, y: Position of the image's top-left corner in the frame, px.
         frame_width, frame_height: Size of the whole frame, px.
         lit: Rectangle of the frame that counts as visible; None if nothing does.
+        deep: The same image in 16 bits a channel; None if the pages have 8, or nothing is visible.
     """
 
     image: Bytes
@@ -35,6 +40,27 @@ class Sprite:
     frame_width: int
     frame_height: int
     lit: Rect | None
+    deep: CompressedImage | None = None
+
+    def in_bits(self, bits: int) -> "PlacedImage":
+        """Return the image in 8 or 16 bits a channel."""
+        return self.deep if bits == 16 and self.deep is not None else self
+
+
+class PlacedImage(Protocol):
+    """A frame to be drawn on a page, of any type of pixels: what drawing needs to know of it."""
+
+    @property
+    def image(self) -> NDArray[Any]:
+        """Its pixels, (h, w, 4)."""
+
+    @property
+    def x(self) -> int:
+        """Position of the image's left edge in the frame, px."""
+
+    @property
+    def y(self) -> int:
+        """Position of the image's top edge in the frame, px."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +73,7 @@ class AnimationFrames:
         duration: Duration of each frame, ms.
         loop: Whether it loops.
         foot: (x, y) of the effect's foot in the frame, px, y down; None: the middle of its bottom.
+        together: Number of consecutive frames, whose sprites are the same, that share one place.
     """
 
     name: str
@@ -54,6 +81,7 @@ class AnimationFrames:
     duration: float
     loop: bool
     foot: tuple[float, float] | None
+    together: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +134,8 @@ class Region:
         anchor: (x, y) of the pivot in 0..1 of the untrimmed frame, y down.
         duration: Duration, ms.
         mesh: What of it is drawn; None: its rectangle.
+        channel: The channel of the page that has its heat, ``r``, ``g``, ``b`` or ``a``; None if it
+            is in all of them.
     """
 
     name: str
@@ -122,6 +152,7 @@ class Region:
     anchor: tuple[float, float]
     duration: float
     mesh: Mesh | None = None
+    channel: str | None = None
 
     @property
     def page_size(self) -> tuple[int, int]:
@@ -231,15 +262,15 @@ class CellGrid:
 
 
 @dataclass(frozen=True, slots=True)
-class MotionScale:
-    """The scale of a sheet's motion vectors: the motion that a decoded value of 1 means.
+class VectorScale:
+    """The scale of a sheet's vectors, of motion or of haze: what a decoded value of 1 means.
 
     Attributes:
         engine: Engine whose encoding they are in; ``channels.encoding`` has its formula and units.
         scale: The scale in the unit of that encoding.
-        pixels: The scale along x and y, px of this sheet per frame.
+        pixels: The scale along x and y, px of this sheet; of motion, per frame.
         cell_uv: The scale in the UV of one cell; None if there are no cells.
-        longest: Longest motion along x and y, px of this sheet per frame.
+        longest: Longest vectors along x and y, px of this sheet; of motion, per frame.
         gutter: Minimum gap between a frame and its cell's edges in x and y, px; None if no cells.
     """
 
@@ -251,19 +282,66 @@ class MotionScale:
     gutter: tuple[int, int] | None
 
 
+DATA_MAPS = ("motion", "haze", "emission", "normals", "depth")
+"""Kinds of maps whose values are no sRGB colours: importers must not change them."""
+
+
 @dataclass(frozen=True, slots=True)
 class SheetMap:
     """Images beside the pages, one per page and with its layout.
 
     Attributes:
-        kind: ``motion``, ``flame`` or ``flakes``.
+        kind: ``motion``, ``haze``, ``flame``, ``flakes``, ``smoke``, ``emission``, ``normals`` or
+            ``depth``.
         files: File name of each page's map.
-        motion: Scale of motion vectors; None for layers, which are encoded like the pages.
+        vectors: Scale of the vectors of motion and haze; None for maps of light.
+        reach: Depth that white means, px of this sheet; None of maps other than depth.
     """
 
     kind: str
     files: tuple[str, ...]
-    motion: MotionScale | None = None
+    vectors: VectorScale | None = None
+    reach: float | None = None
+
+
+CHANNELS = "rgba"
+"""The channels of a page, in their order in a pixel."""
+
+
+RAMP_WIDTH = 256
+"""Entries of a ramp, one for each value of a byte of heat."""
+
+
+@dataclass(frozen=True, slots=True)
+class Heat:
+    """How pages of heat get their colours.
+
+    Attributes:
+        pixels: ``heat``: a value a pixel; ``heat4``: four frames in the channels of a pixel.
+        ramp: File name of the colours by heat: 256 wide, a row for each ramp.
+        rows: Names of these ramps.
+    """
+
+    pixels: str
+    ramp: str
+    rows: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class GpuTexture:
+    """An image of a sheet once more, as a compressed texture with mip levels.
+
+    Attributes:
+        file: File name.
+        image: File name of the image.
+        blocks: How blocks of pixels are encoded: ``bc7``, ``astc-6x6``, ...
+        levels: Number of mip levels, the image itself included.
+    """
+
+    file: str
+    image: str
+    blocks: str
+    levels: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -278,12 +356,16 @@ class AtlasSheet:
         alpha: ``straight``, ``premultiplied`` or ``additive``.
         blend_space: ``srgb`` or ``linear``.
         image_format: Ending of the page files: ``png`` or ``webp``.
+        bits: Bits a channel of the pages and layers, 8 or 16.
         pages, regions: The pages and, in playing order, the frames.
         animations: The animations; each frame belongs to one of them.
         grid: The cells of the pages; None if frames are packed.
-        maps: Images beside the pages: motion vectors and layers.
+        maps: Images beside the pages: vectors and layers.
         states: In which order the animations may follow one another; None if each plays alone.
         cells: The cells of the textures of flakes, whole: no borders are cut off.
+        gpu: The images as compressed textures, if they are written as such.
+        heat: How its pages get their colours, which are encoded as ``alpha`` says; None if they
+            have colours.
     """
 
     name: str
@@ -300,6 +382,9 @@ class AtlasSheet:
     maps: tuple[SheetMap, ...] = ()
     states: StateGraph | None = None
     cells: tuple[Region, ...] = ()
+    bits: int = 8
+    gpu: tuple[GpuTexture, ...] = ()
+    heat: Heat | None = None
 
     @property
     def files(self) -> list[str]:
@@ -308,14 +393,18 @@ class AtlasSheet:
         return [page.file for page in self.pages] + maps
 
     @property
-    def motion(self) -> MotionScale | None:
+    def motion(self) -> VectorScale | None:
         """Scale of the motion vectors; None if there are none."""
-        return next((each.motion for each in self.maps if each.motion), None)
+        return next((each.vectors for each in self.maps if each.kind == "motion"), None)
 
     @property
     def has_meshes(self) -> bool:
         """Whether frames have meshes: then all have."""
         return any(region.mesh is not None for region in self.regions)
+
+    def has_map(self, kind: str) -> bool:
+        """Whether there are maps of that kind."""
+        return any(each.kind == kind for each in self.maps)
 
     def map(self, kind: str) -> SheetMap:
         """Return the maps of that kind, which must exist."""
@@ -324,6 +413,22 @@ class AtlasSheet:
     def file(self, page: int, ending: str) -> str:
         """Return the name of a page's file with that ending: ``fire.json``, ``fire-1.json``, ..."""
         return f"{self.name}-{page}{ending}" if page else f"{self.name}{ending}"
+
+    def images(self, page: int) -> list[str]:
+        """Return the names of a page's file and of its maps."""
+        return [self.pages[page].file, *(each.files[page] for each in self.maps)]
+
+    def kind_of(self, image: str) -> str:
+        """Return the kind of map that an image is, or ``page``."""
+        return next((each.kind for each in self.maps if image in each.files), "page")
+
+    def channels_of(self, image: str) -> Channels:
+        """Return how many channels of 8 bits clients read of an image."""
+        return channels_of(self.kind_of(image))
+
+    def textures_of(self, image: str) -> tuple[GpuTexture, ...]:
+        """Return the compressed textures of an image."""
+        return tuple(texture for texture in self.gpu if texture.image == image)
 
     def regions_of(self, page: int) -> list[Region]:
         """Return the frames on a page, in playing order, then the cells of textures."""

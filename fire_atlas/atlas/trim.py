@@ -2,12 +2,12 @@
 decides which rectangle of its frame a region shows."""
 
 from collections.abc import Sequence
-from typing import Literal, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.atlas.sheet import Rect, Sprite
+from fire_atlas.atlas.sheet import PlacedImage, Rect, Sprite
 from fire_atlas.core.pixels import Bytes
 
 Trim = Literal["frame", "animation", "none"]
@@ -89,15 +89,15 @@ def _grown(sprite: Sprite, margin: int) -> Rect | None:
     return Rect(x, y, right - x, bottom - y)
 
 
-def crop(sprite: Sprite, rect: Rect) -> Bytes:
-    """Return the pixels of a rectangle of the sprite's frame, (h, w, 4) uint8."""
+def crop(sprite: PlacedImage, rect: Rect) -> NDArray[Any]:
+    """Return the pixels of a rectangle of the sprite's frame, (h, w, 4) of the sprite's type."""
     image, x, y = part_of(sprite, rect)
-    whole = np.zeros((rect.height, rect.width, 4), np.uint8)
+    whole = np.zeros((rect.height, rect.width, 4), image.dtype)
     whole[y : y + image.shape[0], x : x + image.shape[1]] = image
     return whole
 
 
-def part_of(sprite: Sprite, rect: Rect) -> tuple[Bytes, int, int]:
+def part_of(sprite: PlacedImage, rect: Rect) -> tuple[NDArray[Any], int, int]:
     """Return the sprite's pixels in a rectangle of its frame, and their x and y there, px."""
     left, top = max(rect.x - sprite.x, 0), max(rect.y - sprite.y, 0)
     right, bottom = rect.x + rect.width - sprite.x, rect.y + rect.height - sprite.y

@@ -69,6 +69,10 @@ class MotionEncoding:
         return as_plane((red_green - np.float32(self.zero)) / np.float32(self.span))
 
 
+HAZE_ENGINE: Engine = "godot"
+"""Engine in whose encoding haze is written for all clients: where the air is cold, nothing may be
+shifted, and only this one has a byte that means exactly none."""
+
 _UV = ("rg * 2 - 1", "uv - mv * scale * blend", "uv + mvNext * scale * (1 - blend)")
 
 

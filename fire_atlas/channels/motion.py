@@ -37,16 +37,20 @@ class Motion:
     longest: tuple[float, float]
     validation: ValidationReport | None
 
-    def frames(self) -> "list[FrameMotion]":
+    def frames(self) -> "list[FrameVectors]":
         """Return the frames, in playing order."""
-        return [FrameMotion(self, i) for i in range(len(self.cells))]
+        return [FrameVectors(cell, self.width, self.height) for cell in self.cells]
 
 
-class FrameMotion(NamedTuple):
-    """The motion of an animation, and the number of one of its frames."""
+class FrameVectors(NamedTuple):
+    """The vectors of one frame, at a small size."""
 
-    motion: Motion
-    number: int
+    cells: NDArray[np.float16]
+    """(h, w, 2), px of the frame at full size."""
+    width: int
+    """Width of the part of the frame that they cover, px."""
+    height: int
+    """Height of that part, px."""
 
 
 def estimate_motion(
@@ -89,7 +93,7 @@ def estimate_motion(
         return (cell_vectors((before, steps[i]), near, reliable, pad) * unit).astype(np.float16)
 
     cells = tuple(workers.map(cell, range(count)))
-    return Motion(*size, cells, _longest(cells), validation)
+    return Motion(*size, cells, longest_of(cells), validation)
 
 
 def _steps(
@@ -111,7 +115,8 @@ def _steps(
     return steps
 
 
-def _longest(cells: Sequence[NDArray[np.float16]]) -> tuple[float, float]:
+def longest_of(cells: Sequence[NDArray[np.float16]]) -> tuple[float, float]:
+    """Return the maximum length of vectors (h, w, 2) of frames along x and y, without outliers."""
     x, y = np.max(
         [np.percentile(np.abs(each), _SCALE_PERCENTILE, axis=(0, 1)) for each in cells], axis=0
     )

@@ -3,16 +3,18 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
 from fire_atlas.atlas.drawing import Edges
-from fire_atlas.atlas.sheet import AtlasSheet, MotionScale, Rect, Region, SheetMap
-from fire_atlas.channels.encoding import MotionEncoding
+from fire_atlas.atlas.sheet import AtlasSheet, Rect, Region, SheetMap, VectorScale
+from fire_atlas.channels.encoding import HAZE_ENGINE, MotionEncoding, motion_encoding
 from fire_atlas.channels.flow import Vectors
-from fire_atlas.channels.motion import FrameMotion, Motion
+from fire_atlas.channels.haze import Haze
+from fire_atlas.channels.motion import FrameVectors, Motion
 from fire_atlas.core.pixels import Bytes, as_plane
-from fire_atlas.recipe.output import Layer
+from fire_atlas.recipe.output import Engine, FormMap, Layer
 from fire_atlas.vision.warp import sample_at
 
 _MIN_LONGEST = 0.5
@@ -31,32 +33,57 @@ def with_maps(
     sheet: AtlasSheet,
     layers: Sequence[Layer],
     motions: Sequence[Motion],
-    encoding: MotionEncoding | None,
+    engine: Engine | Literal["none"],
+    hazes: Sequence[Haze] = (),
+    *,
+    has_emission: bool = False,
 ) -> AtlasSheet:
-    """Return ``sheet`` with the names of its maps, and one scale for all ``motions`` on it."""
+    """Return ``sheet`` with the names of its maps, and one scale for all ``motions`` on it, and one
+    for all ``hazes``."""
     maps = []
-    if encoding is not None:
-        scale = _motion_scale(sheet, motions, encoding)
+    if engine != "none":
+        scale = _vector_scale(sheet, [each.longest for each in motions], motion_encoding(engine))
         maps.append(SheetMap("motion", _files(sheet, "motion"), scale))
+    if hazes:
+        longest = [each.longest for each in hazes]
+        scale = _vector_scale(sheet, longest, motion_encoding(HAZE_ENGINE))
+        # It shifts what is behind the page, so cells do not matter.
+        scale = replace(scale, cell_uv=None, gutter=None)
+        maps.append(SheetMap("haze", _files(sheet, "haze"), scale))
     maps += [SheetMap(layer, _files(sheet, layer)) for layer in layers]
+    if has_emission:
+        maps.append(SheetMap("emission", _files(sheet, "emission", "exr")))
     return replace(sheet, maps=tuple(maps))
 
 
-def _files(sheet: AtlasSheet, kind: str) -> tuple[str, ...]:
-    ending = f".{kind}.{sheet.image_format}"
+def with_form_maps(sheet: AtlasSheet, kinds: Sequence[FormMap], reach: float) -> AtlasSheet:
+    """Return ``sheet`` with the names of the maps of its form.
+
+    ``reach`` is the deepest or nearest of all depths, px at full size.
+    """
+    whole = _rounded_up(max(reach, _MIN_LONGEST) * sheet.scale)
+    maps = [
+        SheetMap(kind, _files(sheet, kind), reach=whole if kind == "depth" else None)
+        for kind in kinds
+    ]
+    return replace(sheet, maps=(*sheet.maps, *maps))
+
+
+def _files(sheet: AtlasSheet, kind: str, image_format: str | None = None) -> tuple[str, ...]:
+    ending = f".{kind}.{image_format or sheet.image_format}"
     return tuple(sheet.file(page, ending) for page in range(len(sheet.pages)))
 
 
-def _motion_scale(
-    sheet: AtlasSheet, motions: Sequence[Motion], encoding: MotionEncoding
-) -> MotionScale:
-    x, y = (max(motion.longest[axis] for motion in motions) for axis in (0, 1))
+def _vector_scale(
+    sheet: AtlasSheet, lengths: Sequence[tuple[float, float]], encoding: MotionEncoding
+) -> VectorScale:
+    x, y = (max(each[axis] for each in lengths) for axis in (0, 1))
     longest = max(x, _MIN_LONGEST) * sheet.scale, max(y, _MIN_LONGEST) * sheet.scale
     cell = (sheet.grid.cell_width, sheet.grid.cell_height) if sheet.grid else None
     unit = encoding.unit_pixels(cell)
     scale = _rounded_up(max(longest[0] / unit[0], longest[1] / unit[1]))
     pixels = scale * unit[0], scale * unit[1]
-    return MotionScale(
+    return VectorScale(
         engine=encoding.engine,
         scale=scale,
         pixels=pixels,
@@ -86,25 +113,23 @@ def _rounded_up(value: float) -> float:
     return round(math.ceil(value / step - 1e-9) * step, 12)
 
 
-def draw_motion_page(
-    sheet: AtlasSheet,
-    page: int,
-    frames: Sequence[FrameMotion],
-    encoding: MotionEncoding,
-    edges: Edges,
+def draw_vector_page(
+    sheet: AtlasSheet, page: int, kind: str, frames: Sequence[FrameVectors], edges: Edges
 ) -> Bytes:
     """Draw one page, (H, W, 4) uint8: R and G are the vectors of the sheet's regions, in order.
 
+    B is 0; A is 255, because importers may change colours that are transparent.
+
     Args:
-        sheet: The sheet; its ``motion`` must be set.
+        sheet: The sheet with its maps.
         page: Index of the page.
-        frames: Motion of each region's frame.
-        encoding: How the engine encodes R and G. B is 0; A is 255, because importers may change
-            colours that are transparent.
+        kind: ``motion`` or ``haze``.
+        frames: Vectors of each region's frame.
         edges: Space around a frame on its page.
     """
-    assert sheet.motion is not None, "vectors are drawn where the sheet has their scale"
-    unit = np.array(sheet.motion.pixels, np.float32)
+    scale = sheet.map(kind).vectors
+    assert scale is not None, "maps of vectors have a scale"
+    encoding, unit = motion_encoding(scale.engine), np.array(scale.pixels, np.float32)
     size = sheet.pages[page].height, sheet.pages[page].width
     image = np.empty((*size, 4), np.uint8)
     image[:] = (encoding.neutral, encoding.neutral, 0, 255)
@@ -112,7 +137,7 @@ def draw_motion_page(
         if region.page == page:
             place = _place(sheet, region, edges.margin)
             vectors = _vectors(frame, region, place, sheet.scale)
-            if sheet.grid is not None:
+            if sheet.grid is not None and kind == "motion":
                 vectors = _shortened(vectors, place, _owned(region, edges.extrude))
             part = slice(place.y, place.y + place.height), slice(place.x, place.x + place.width)
             image[part][..., :2] = encoding.encode(as_plane(vectors / unit))
@@ -145,19 +170,18 @@ def _owned(region: Region, extrude: int) -> Rect:
     )
 
 
-def _vectors(frame: FrameMotion, region: Region, place: Rect, scale: float) -> Vectors:
+def _vectors(frame: FrameVectors, region: Region, place: Rect, scale: float) -> Vectors:
     """Return the vectors at the pixels of ``place`` on the page, in px of the page per frame.
 
     Outside the frame they are those at its edge.
     """
-    motion = frame.motion
-    small = motion.cells[frame.number].astype(np.float32)
+    small = frame.cells.astype(np.float32)
     height, width = small.shape[:2]
     x = np.arange(place.width, dtype=np.float32) + (place.x + 0.5 - region.x + region.trim_x)
     y = np.arange(place.height, dtype=np.float32) + (place.y + 0.5 - region.y + region.trim_y)
     column, row = np.meshgrid(
-        x * np.float32(width / (scale * motion.width)) - np.float32(0.5),
-        y * np.float32(height / (scale * motion.height)) - np.float32(0.5),
+        x * np.float32(width / (scale * frame.width)) - np.float32(0.5),
+        y * np.float32(height / (scale * frame.height)) - np.float32(0.5),
     )
     return as_plane(sample_at(small, column, row) * np.float32(scale))
 

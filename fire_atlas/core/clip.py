@@ -45,6 +45,24 @@ class Skipped(NamedTuple):
     read: Callable[[], Pixels]
 
 
+class Form(NamedTuple):
+    """The form of a fire in a frame: the front of its body.
+
+    Attributes:
+        depth: (height, width) of the front, px towards the viewer; see ``FireInDepth``.
+        normal: (height, width, 3) unit vectors that it faces: right, down, towards the viewer.
+    """
+
+    depth: Plane
+    normal: NDArray[np.float32]
+
+    @classmethod
+    def flat(cls, height: int, width: int) -> "Form":
+        """Return the form of a frame without fire: it faces the viewer, at depth 0."""
+        level = np.broadcast_to(np.array([0, 0, 1], np.float32), (height, width, 3))
+        return cls(np.zeros((height, width), np.float32), level)
+
+
 @dataclass(frozen=True, slots=True)
 class FireInDepth:
     """What is known of a fire that was made in three dimensions, besides the frames of one view.
@@ -62,6 +80,7 @@ class FireInDepth:
             comes from behind it.
         hidden: ``hidden(i, x, y, z)`` returns which places (n,) in frame i are behind something
             opaque.
+        form: ``form(i)`` returns the form of the fire in frame i.
     """
 
     camera: Camera
@@ -69,6 +88,7 @@ class FireInDepth:
     seen_by: Callable[[Camera], "Clip"]
     fire_depth: Callable[[int, Values, Values, Values], Values]
     hidden: Callable[[int, Values, Values, Values], NDArray[np.bool_]]
+    form: Callable[[int], Form]
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +115,8 @@ class Clip:
         flow: ``flow(i)`` returns the velocity of each pixel of frame i, (height, width, 2) float32,
             x and y in px/s. Set for generated clips; None means that it has to be estimated.
         depth: The fire in three dimensions, if it was made so; None for flat pictures.
+        smoke: ``smoke(i)`` returns the share of light, (height, width) 0..1, that black smoke keeps
+            back in frame i. Set for generated clips; None means that it is part of the pictures.
         skipped: If the source has more frames than the clip: by the number of a frame, a source
             frame about halfway between it and the next.
     """
@@ -116,6 +138,7 @@ class Clip:
     flow: Callable[[int], NDArray[np.float32]] | None = None
     skipped: Mapping[int, Skipped] = field(default_factory=dict)
     depth: FireInDepth | None = None
+    smoke: Callable[[int], Plane] | None = None
 
     @property
     def body(self) -> int:

@@ -8,6 +8,8 @@ from typing import Literal, TypeAlias
 Role: TypeAlias = Literal[
     "page",
     "map",
+    "texture",
+    "ramp",
     "atlas",
     "tracks",
     "light",
@@ -21,7 +23,8 @@ Role: TypeAlias = Literal[
 ]
 """Purpose of an output, as in the manifest.
 
-``page`` and ``map`` are images; ``atlas``, ``tracks`` and ``light`` describe them for any client;
+``page``, ``map`` and ``ramp`` are images, ``texture`` is one of these compressed for GPUs;
+``atlas``, ``tracks`` and ``light`` describe them for any client;
 ``movie`` plays without one; ``template`` comes from a template of the user; ``engine``, ``scene``
 and ``script`` are for one engine. ``import`` is a file with an engine's import settings for another
 output. The engine and the user change it too, so a change of it does not make the build stale. It

@@ -25,6 +25,11 @@ Bytes = NDArray[np.uint8]
 REC709 = np.array([0.2126, 0.7152, 0.0722], np.float32)
 """Weights of linear R, G, B in luminance (ITU-R BT.709)."""
 
+_XYZ = np.array(
+    [[0.4339, 0.3762, 0.1899], [0.2126, 0.7152, 0.0722], [0.0177, 0.1095, 0.8728]], np.float32
+)
+"""CIE XYZ, of white 1, of linear sRGB."""
+
 _STEPS = 65535
 
 LIGHT_STEPS = _STEPS + 1
@@ -57,9 +62,14 @@ def srgb_to_linear(value: NDArray[np.floating]) -> NDArray[np.float32]:
 
 def linear_to_srgb(value: NDArray[np.floating]) -> NDArray[np.float32]:
     """Return sRGB values in 0..1 of linear light in 0..1, by the exact curve; any shape."""
+    return srgb_of(value).astype(np.float32)
+
+
+def srgb_of(value: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return ``linear_to_srgb`` in double precision, as 16 bits need it."""
     v = np.asarray(value, np.float64)
     low, high = v * 12.92, 1.055 * np.maximum(v, 1e-12) ** (1 / 2.4) - 0.055
-    return np.where(v <= 0.0031308, low, high).astype(np.float32)
+    return np.where(v <= 0.0031308, low, high)
 
 
 @cache
@@ -163,6 +173,13 @@ def luminance(pixels: Pixels) -> Plane:
     red, green, blue = (cv2.extractChannel(pixels, channel) for channel in range(3))
     light = cv2.addWeighted(red, float(REC709[0]), green, float(REC709[1]), 0.0, dst=red)
     return as_plane(cv2.scaleAdd(blue, float(REC709[2]), light, dst=light))
+
+
+def hue_difference(one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the distances, ΔE in CIELAB's plane of hues, of linear sRGB colours (n, 3)."""
+    roots = [np.cbrt(each @ _XYZ.T) for each in (one, other)]
+    x, y, z = (roots[0] - roots[1]).T
+    return as_plane(np.hypot(500 * (x - y), 200 * (y - z)))
 
 
 def brightness(pixels: Pixels, blend_space: str) -> Plane:

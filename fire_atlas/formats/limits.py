@@ -6,10 +6,12 @@ Imports nothing heavy, because ``check`` must be quick.
 from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 
+from fire_atlas.recipe.gpu import blocks_of
 from fire_atlas.recipe.output import (
     Atlas,
     Export,
     ExportName,
+    Maps,
     MovieName,
     export_name,
     exports_called,
@@ -28,11 +30,38 @@ def page_limits(atlas: Atlas) -> Iterator[Problem]:
             f"PNG is always lossless; set atlas.format to webp for quality {atlas.quality}, or "
             f"leave it out (compression: small makes PNGs smaller)",
         )
+    if atlas.format == "webp" and atlas.bits == 16:
+        yield Problem(
+            ("atlas", "bits"),
+            "a WebP has 8 bits a channel; set atlas.format to png, or leave bits out",
+        )
     if atlas.format == "webp" and atlas.max_size > _MAX_WEBP_SIDE:
         yield Problem(
             ("atlas", "max_size"),
             f"a WebP has at most {_MAX_WEBP_SIDE} px a side; got {atlas.max_size}",
         )
+
+
+def gpu_limits(atlas: Atlas, maps: Maps) -> Iterator[Problem]:
+    """Yield a problem for each compressed texture that has no image to show, or loses its alpha."""
+    for i, format_ in enumerate(atlas.gpu):
+        blocks = blocks_of(format_)
+        if blocks == "bc1" and (atlas.alpha != "additive" or maps.smoke):
+            needs = "maps.smoke needs" if maps.smoke else f"pages with alpha {atlas.alpha} need"
+            yield Problem(
+                ("atlas", "gpu", i),
+                f"{format_} has no alpha, which {needs}: use bc7 or bc3, or alpha: additive "
+                f"without smoke",
+            )
+        if (blocks == "bc4" and not maps.depth) or (
+            blocks == "bc5" and not (maps.haze or maps.motion != "none")
+        ):
+            channels = "one channel" if blocks == "bc4" else "two channels, for vectors"
+            yield Problem(
+                ("atlas", "gpu", i),
+                f"{format_} holds {channels}, and this recipe writes no such image: use bc7 for "
+                f"colours",
+            )
 
 
 def movie_limits(movies: Sequence[MovieName], atlas: Atlas) -> Iterator[Problem]:
@@ -48,13 +77,20 @@ def movie_limits(movies: Sequence[MovieName], atlas: Atlas) -> Iterator[Problem]
             )
 
 
-def missing_extra(atlas: Atlas, movies: Sequence[MovieName]) -> str | None:
-    """Return an error message if a package that pages or movies need is not installed, else
+def missing_extra(atlas: Atlas, maps: Maps, movies: Sequence[MovieName]) -> str | None:
+    """Return an error message if a package that pages, maps or movies need is not installed, else
     None."""
+    if maps.emission == "exr" and not find_spec("OpenEXR"):
+        return "maps.emission: exr needs OpenEXR: pip install 'fire-atlas[exr]', or leave it out"
     if (atlas.format, atlas.compression) == ("png", "small") and not find_spec("oxipng"):
         return (
             "atlas.compression: small needs oxipng for PNG pages: pip install "
             "'fire-atlas[small]', or set atlas.compression to fast, or atlas.format to webp"
+        )
+    if atlas.gpu and not (find_spec("etcpak") and find_spec("astc_encoder")):
+        return (
+            "atlas.gpu needs etcpak and astc-encoder-py: pip install 'fire-atlas[gpu]', or leave "
+            "atlas.gpu out"
         )
     videos = [movie for movie in movies if movie in ("webm", "mp4")]
     if videos and not find_spec("av"):
@@ -67,6 +103,8 @@ def missing_extra(atlas: Atlas, movies: Sequence[MovieName]) -> str | None:
 
 def description_limits(atlas: Atlas, exports: Sequence[Export]) -> Iterator[Problem]:
     """Yield a problem for each export whose clients cannot show such pages correctly."""
+    if atlas.pixels != "color":
+        yield from _heat_limits(atlas, exports)
     yield from upright_only(atlas, exports, "phaser", "aseprite", "css", "tpsheet")
     if (atlas.alpha, atlas.blend_space) == ("straight", "srgb"):
         return
@@ -75,6 +113,20 @@ def description_limits(atlas: Atlas, exports: Sequence[Export]) -> Iterator[Prob
             path,
             f"css cannot be combined with atlas.alpha {atlas.alpha} and blend_space "
             f"{atlas.blend_space}: browsers blend images with straight alpha in sRGB",
+        )
+
+
+def _heat_limits(atlas: Atlas, exports: Sequence[Export]) -> Iterator[Problem]:
+    """Yield a problem for each export whose clients look no colours up."""
+    if atlas.quality != "lossless":
+        yield Problem(
+            ("atlas", "quality"), "heat is data, which is always lossless; leave quality out"
+        )
+    for path, export in exports_called(exports, "css", "tpsheet", "aseprite"):
+        yield Problem(
+            path,
+            f"{export_name(export)} has no shader for atlas.pixels {atlas.pixels} and would show "
+            f"grey; use godot, unity, json, json-array or a template, or set atlas.pixels to color",
         )
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import real
+from fire_atlas.recipe.ramps import existing_ramps
 from fire_atlas.recipe.tree import RecipeTree, source_files, templates, texture_files
 from fire_atlas.sources.listing import FixedRange, list_inputs
 
@@ -39,7 +40,7 @@ def recipe_files(tree: RecipeTree) -> list[Path]:
 
 
 def inputs_of(tree: RecipeTree) -> list[Path]:
-    """Return the files of sources, textures and templates, in the order of the manifest.
+    """Return the files of sources, textures, ramps and templates, in the order of the manifest.
 
     Globs and folders are resolved as they are now.
 
@@ -48,7 +49,7 @@ def inputs_of(tree: RecipeTree) -> list[Path]:
     """
     own = [tree] if tree.has_source else []
     frames = [path for each in (*own, *tree.members) for path in _source_inputs(each)]
-    return [*frames, *templates(tree).values()]
+    return [*frames, *existing_ramps(tree), *templates(tree).values()]
 
 
 def _source_inputs(tree: RecipeTree) -> list[Path]:

@@ -51,6 +51,7 @@ class AnalysisSettings:
     Attributes:
         wind: The wind as seen from the direction of the clip's view.
         flakes_in_pages: Whether flakes are drawn into pages or maps.
+        records_heat: Whether the heat of the air is recorded beside its velocity.
         eddies: Number of the eddies: those of a fire with depth are others seen from its side.
     """
 
@@ -60,6 +61,7 @@ class AnalysisSettings:
     flakes: FlakesOrNone
     wind: Wind
     flakes_in_pages: bool
+    records_heat: bool
     eddies: int = 0
 
     @classmethod
@@ -70,7 +72,8 @@ class AnalysisSettings:
         """
         wind, flakes = wind_in_view(recipe.wind, azimuth), recipe.flakes
         in_pages = flakes != "none" and (flakes.bake or recipe.maps.flakes)
-        return cls(recipe.seed, recipe.features, recipe.buoyancy, flakes, wind, in_pages)
+        haze = recipe.maps.haze
+        return cls(recipe.seed, recipe.features, recipe.buoyancy, flakes, wind, in_pages, haze)
 
     def solver(self, clip: Clip, study: FlameStudy) -> BuoyancySolver:
         """Return the solver of the clip's buoyancy field."""
@@ -160,7 +163,8 @@ def analyse(
             context.progress.advance()
             yield frame.forcing
 
-    field = record_field(solve_field(forcings(), clip, solver), clip, solver)
+    solved, has_heat = solve_field(forcings(), clip, solver), settings.records_heat
+    field = record_field(solved, clip, solver, has_heat=has_heat)
     spawns = Spawns.concatenate([spawns_of[i] for i in sorted(spawns_of)])
     spawns = with_bursts_in_rate(spawns, study.fires.labels, settings.seed)
     if study.dies_out and not clip.loop and not clip.tail:

@@ -11,7 +11,7 @@ from fire_atlas.core.pixels import Pixels
 from fire_atlas.effect.flakes.tracks import Tracks, visible_count
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
-from fire_atlas.pipeline.channels import measure_motion
+from fire_atlas.pipeline.channels import measure_haze, measure_motion, with_room_for
 from fire_atlas.pipeline.classify import classify
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
@@ -104,7 +104,7 @@ def add_flakes(
     with timer.measure("analyse"):
         if flight is None and recipe.has_effect:
             analysis = analyse(clip, study, AnalysisSettings.of(recipe, view.azimuth), context)
-        elif recipe.blurs_flame:
+        elif recipe.needs_field:
             settings = AnalysisSettings.of(recipe, view.azimuth).without_flakes()
             analysis = analyse(clip, study, settings, context)
     with timer.measure("fly"):
@@ -127,12 +127,14 @@ def finish(recipe: Recipe, simulated: SimulatedClip, context: BuildContext) -> F
         frames = render(simulated, settings, context)
     skipped = thumbnails_of_skipped_frames(simulated, settings, context)
     motion = measure_motion(frames, skipped, clip.loop, recipe.maps, context)
+    haze = measure_haze(simulated, recipe.maps, recipe.seed, context)
     return FinishedAnimation(
-        frames=frames,
+        frames=with_room_for(haze, frames),
         fps=clip.fps,
         loop=clip.loop,
         foot=simulated.study.base,
         motion=motion,
+        haze=haze,
         tracks=simulated.tracks,
         bakes_flakes=settings.bakes_flakes,
         pixel_art=settings.pixel_art,

@@ -11,15 +11,9 @@ from fire_atlas.outputs.freshness import why_stale
 from fire_atlas.outputs.ownership import commit
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.check import CheckedRecipe
+from fire_atlas.pipeline.content import build_statistics, page_content
 from fire_atlas.pipeline.context import BuildContext, BuildOptions
 from fire_atlas.pipeline.contribute import contribute
-from fire_atlas.pipeline.contribution import (
-    animations_by_name,
-    build_statistics,
-    textures_by_name,
-    with_cell_names,
-    with_states,
-)
 from fire_atlas.pipeline.movies import movie_files
 from fire_atlas.pipeline.open import (
     check_inputs,
@@ -86,22 +80,20 @@ def build(
                 cells = open_texture(part, context)
                 files += input_files(opened, part)
             contributions.append(contribute(part.recipe, opened, cells, context))
-        contributions = with_cell_names(recipe.name, contributions)
-        animations, textures = animations_by_name(contributions), textures_by_name(contributions)
+        content = page_content(contributions, loaded, context)
         with timer.measure("pack"):
-            sheets = pack(recipe.name, animations, textures, recipe.atlas, recipe.maps, progress)
-            sheets = with_states(sheets, contributions)
+            sheets = pack(recipe.name, content, recipe.atlas, recipe.maps, progress)
         with timer.measure("write"):
-            drawn = images(sheets, animations, textures, recipe.atlas, recipe.maps)
-            outputs, errors = write_images(list(drawn), recipe.atlas, staging, context)
-            product = product_of(sheets, animations, loaded, staging)
-            movies = movie_files(recipe.movies, sheets[0], animations, context)
+            drawn = images(sheets, content, recipe.atlas, recipe.maps)
+            outputs, figures = write_images(list(drawn), recipe.atlas, staging, context)
+            product = product_of(sheets, content.animations, loaded, staging)
+            movies = movie_files(recipe.movies, sheets[0], content, context)
             exported = exported_files(recipe.exports, product, loaded.templates)
             outputs += write_files(exported, staging)
             note_what_engines_need(recipe.exports, product, progress)
             outputs += write_files(track_files(recipe.tracks, product), staging)
             outputs += write_files(movies, staging)
-            statistics = build_statistics(contributions, sheets[0], errors)
+            statistics = build_statistics(contributions, content, sheets[0], figures)
             check_inputs(inputs, files, loaded, context)
             outputs += [write_manifest(loaded, tool.result(), inputs, outputs, statistics, staging)]
             written = commit(recipe.name, outputs, staging)

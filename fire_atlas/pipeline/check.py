@@ -7,12 +7,13 @@ states its limits in a module ``limits`` that imports nothing heavy; all are che
 from collections.abc import Iterator
 from typing import NewType
 
-from fire_atlas.channels.limits import map_limits
+from fire_atlas.channels.limits import form_limits, heat_limits, map_limits
 from fire_atlas.core.errors import OutputError
 from fire_atlas.engines.godot.limits import godot_limits
 from fire_atlas.engines.unity.limits import unity_limits
 from fire_atlas.formats.limits import (
     description_limits,
+    gpu_limits,
     missing_extra,
     movie_limits,
     page_limits,
@@ -39,9 +40,11 @@ def load_checked(tree: RecipeTree) -> CheckedRecipe:
         OutputError: It needs an optional package that is not installed.
     """
     loaded = load_tree(tree)
-    if problems := [*_problems(loaded.recipe), *_members_in_wind(loaded)]:
+    problems = [*_problems(loaded.recipe), *_members_in_wind(loaded), *_sources_of_maps(loaded)]
+    if problems:
         raise refusal(tree, problems)
-    if missing := missing_extra(loaded.recipe.atlas, loaded.recipe.movies):
+    recipe = loaded.recipe
+    if missing := missing_extra(recipe.atlas, recipe.maps, recipe.movies):
         raise OutputError(missing)
     return CheckedRecipe(loaded)
 
@@ -62,12 +65,24 @@ def _members_in_wind(loaded: LoadedRecipe) -> Iterator[Problem]:
         )
 
 
+def _sources_of_maps(loaded: LoadedRecipe) -> Iterator[Problem]:
+    """Yield a problem for each map for which a recipe, or one of several that share pages, has
+    nothing."""
+    maps = loaded.recipe.maps
+    yield from form_limits(maps, loaded.recipe.source)
+    for i, member in enumerate(loaded.members):
+        for problem in form_limits(maps, member.recipe.source):
+            yield Problem((*MEMBERS, i), f"{'.'.join(map(str, problem.path))}: {problem.message}")
+
+
 def _problems(recipe: Recipe) -> Iterator[Problem]:
     """Yield a problem for each limit of a format or an engine that a recipe exceeds."""
     atlas, exports = recipe.atlas, recipe.exports
     has_flakes = recipe.flakes != "none" or bool(atlas.members)
     yield from page_limits(atlas)
+    yield from gpu_limits(atlas, recipe.maps)
     yield from map_limits(recipe.maps, atlas, has_flakes)
+    yield from heat_limits(recipe)
     yield from description_limits(atlas, exports)
     yield from movie_limits(recipe.movies, atlas)
     yield from godot_limits(atlas, exports, recipe.tracks)

@@ -7,14 +7,13 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet, StateGraph
+from fire_atlas.atlas.sheet import AnimationFrames, StateGraph
 from fire_atlas.channels.cross_validation import motion_statistics
+from fire_atlas.channels.haze import Haze
 from fire_atlas.channels.motion import Motion
 from fire_atlas.core.camera import Camera
-from fire_atlas.core.cpu import cpu_class
 from fire_atlas.effect.composition.light import ClipLight
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.formats.pages.colour_error import ColourError, error_statistics
 from fire_atlas.pipeline.flake_texture import NAME as TEXTURE
 from fire_atlas.pipeline.flake_texture import PreparedTexture
 from fire_atlas.pipeline.render import RenderedFrame
@@ -30,10 +29,13 @@ class FinishedAnimation:
         loop: Whether frame 0 follows the last frame.
         foot: (x, y) of the base of the fire, px, y down; None: the middle of the bottom edge.
         motion: Motion of the flame, if the recipe has motion vectors.
+        haze: Refraction of its hot air, if the recipe has haze.
         tracks: Flakes, if there are any.
         bakes_flakes: Whether flakes are drawn into the frames.
         pixel_art: Whether it is pixel art, whose pixels stay sharp when they are shown larger.
         camera: The camera that sees the fire, if it has depth.
+        together: Number of consecutive frames whose sprites are the same, with the heat of each in
+            a channel of its own.
         statistics: Figures about the clip and its flakes, for the manifest.
     """
 
@@ -42,16 +44,18 @@ class FinishedAnimation:
     loop: bool
     foot: tuple[float, float] | None = None
     motion: Motion | None = None
+    haze: Haze | None = None
     tracks: Tracks | None = None
     bakes_flakes: bool = False
     pixel_art: bool = False
     camera: Camera | None = None
+    together: int = 1
     statistics: Mapping[str, Any] = field(default_factory=dict)
 
     def frames_for_pages(self, name: str) -> AnimationFrames:
         """Return the frames in the largest scale for packing, as the animation ``name``."""
         sprites = tuple(frame.sprites[0] for frame in self.frames)
-        return AnimationFrames(name, sprites, 1000 / self.fps, self.loop, self.foot)
+        return AnimationFrames(name, sprites, 1000 / self.fps, self.loop, self.foot, self.together)
 
     def all_statistics(self) -> dict[str, Any]:
         """Return the statistics with those of motion vectors, as the manifest states them."""
@@ -84,26 +88,6 @@ class Contribution:
     statistics: dict[str, Any]
     states: StateGraph | None = None
     texture: PreparedTexture | None = None
-
-
-def build_statistics(
-    contributions: Sequence[Contribution], sheet: AtlasSheet, errors: Mapping[str, ColourError]
-) -> dict[str, Any]:
-    """Return statistics of pages, of lossy images by file, of each recipe, and the CPU class."""
-    area = sum(page.width * page.height for page in sheet.pages)
-    placed = (*sheet.regions, *sheet.cells)
-    places = {(region.page, region.x, region.y): region for region in placed}
-    used = sum(region.width * region.height for region in places.values())
-    of_all = {
-        "pages": [[page.width, page.height] for page in sheet.pages],
-        "occupancy": round(used / area, 4),
-        **error_statistics(errors),
-        "cpu": cpu_class(),
-    }
-    if len(contributions) == 1:
-        return {**contributions[0].statistics, **of_all}
-    members = {each.name: each.statistics for each in contributions}
-    return {"frames": len(sheet.regions), **of_all, "members": members}
 
 
 def animations_by_name(contributions: Sequence[Contribution]) -> dict[str, FinishedAnimation]:
@@ -153,15 +137,6 @@ def _with_cell_names(contribution: Contribution, prefix: str) -> Contribution:
             for title, each in contribution.animations.items()
         },
     )
-
-
-def with_states(
-    sheets: Sequence[AtlasSheet], contributions: Sequence[Contribution]
-) -> tuple[AtlasSheet, ...]:
-    """Return the sheets with the graph of a recipe whose animations follow one another; such a
-    recipe has pages of its own."""
-    states = contributions[0].states
-    return tuple(replace(sheet, states=states) for sheet in sheets)
 
 
 def animation_title(name: str, recipe: str, animations: Collection[str], recipes: int) -> str:

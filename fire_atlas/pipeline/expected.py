@@ -7,6 +7,7 @@ from fire_atlas.engines.godot import names as godot
 from fire_atlas.engines.unity import names as unity
 from fire_atlas.formats.names import ENDINGS, flakes_file
 from fire_atlas.outputs.manifest import manifest_name
+from fire_atlas.recipe.gpu import channels_of, formats_for, texture_file
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import TemplateExport, UnityExport, export_name
 
@@ -28,6 +29,8 @@ def expected_outputs(recipe: Recipe) -> Iterator[tuple[str, Role]]:
     """
     for scale in recipe.atlas.scales:
         yield from _sheet_files(recipe, recipe.name if scale == 1 else f"{recipe.name}@{scale:g}x")
+    if recipe.atlas.pixels != "color":
+        yield f"{recipe.name}.ramp.png", "ramp"
     is_one = not recipe.atlas.members and recipe.views.count == 1 and not recipe.wind.levels
     if is_one and recipe.flakes != "none":
         for track in recipe.tracks:
@@ -43,6 +46,8 @@ def _sheet_files(recipe: Recipe, sheet: str) -> Iterator[tuple[str, Role]]:
     exports = [export_name(export) for export in recipe.exports]
     for image, role in _images(recipe, sheet):
         yield image, role
+        for format_ in formats_for(recipe.atlas.gpu, channels_of(image.split(".")[-2])):
+            yield texture_file(image, format_), "texture"
         for engine in _IMPORT_ENDINGS.keys() & exports:
             yield image + _IMPORT_ENDINGS[engine], "import"
     for export in exports:
@@ -57,8 +62,11 @@ def _images(recipe: Recipe, sheet: str) -> Iterator[tuple[str, Role]]:
     ending = f".{recipe.atlas.format}"
     yield f"{sheet}{ending}", "page"
     motion = () if recipe.maps.motion == "none" else ("motion",)
-    for kind in (*motion, *recipe.maps.layers):
+    haze = ("haze",) if recipe.maps.haze else ()
+    for kind in (*motion, *haze, *recipe.maps.layers, *recipe.maps.form):
         yield f"{sheet}.{kind}{ending}", "map"
+    if recipe.maps.emission == "exr":
+        yield f"{sheet}.emission.exr", "map"
 
 
 def may_write(recipe: Recipe, file: str) -> bool:

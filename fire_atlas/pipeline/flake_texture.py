@@ -7,7 +7,7 @@ from typing import Self
 import cv2
 import numpy as np
 
-from fire_atlas.atlas.encode import encode_sprite, light_over_black, shrink
+from fire_atlas.atlas.encode import encode_sprite, light_over_black, scaled
 from fire_atlas.atlas.sheet import AnimationFrames, Rect, Sprite
 from fire_atlas.atlas.trim import crop, up_to
 from fire_atlas.core.clip import Clip
@@ -67,12 +67,8 @@ class PreparedTexture:
         fitted = [_resized(cell, size) for cell in cells]
         sprites = tuple(
             tuple(
-                encode_sprite(
-                    cell if scale == 1 else shrink(cell, round(1 / scale)),
-                    atlas.alpha,
-                    atlas.blend_space,
-                )
-                for scale in atlas.scales
+                encode_sprite(each, atlas.alpha, atlas.blend_space, bits=atlas.bits)
+                for each in scaled(cell, atlas.scales)
             )
             for cell in fitted
         )

@@ -1,6 +1,6 @@
 """Draw and compose the layers of a frame: flame and flakes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Self
 
@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import BlendSpace, encode_frame, is_page_ready
-from fire_atlas.core.clip import Clip
+from fire_atlas.core.clip import Clip, Form, depth_of
 from fire_atlas.core.picture import Picture, as_light
-from fire_atlas.core.pixels import LIGHT_STEPS, as_steps, expose
+from fire_atlas.core.pixels import LIGHT_STEPS, Pixels, Plane, as_steps, expose
 from fire_atlas.effect.composition.blur import EXAGGERATION, blur_along
-from fire_atlas.effect.composition.composite import compose
+from fire_atlas.effect.composition.composite import compose, emitted
+from fire_atlas.effect.composition.smoke import Smoke
 from fire_atlas.effect.flakes.drawing import add_glow, draw_frame
 from fire_atlas.effect.flakes.layer import FlakeLight
 from fire_atlas.effect.flakes.texture import TextureCells
@@ -85,26 +86,53 @@ class Layers:
     """A frame before its layers are composed.
 
     Attributes:
-        flame: (H, W, 4), as from ``Clip.picture``; blurred if the recipe has motion blur.
+        flame: (H, W, 4), as from ``Clip.picture``; blurred if the recipe has motion blur. Without
+            the smoke, if that is a layer of its own.
         flakes: Their light on black, before it is exposed; None if not needed.
         bakes: Whether flakes are drawn into the page.
+        picture: The flame with its smoke, as it moves.
+        smoke: The smoke under the flame; None if it is not apart.
+        form: The form of the fire; None if it is not written.
     """
 
     flame: Picture
     flakes: FlakeLight | None = None
     bakes: bool = True
+    picture: Picture | None = None
+    smoke: Smoke | None = None
+    form: Form | None = None
 
 
 def layers_of(i: int, simulated: SimulatedClip, settings: RenderSettings) -> Layers:
     """Return the layers of frame ``i``."""
     clip, tracks, flakes = simulated.clip, simulated.tracks, settings.flakes
-    flame = flame_of(i, clip.picture(i), simulated, settings)
+    smoke = clip.smoke(i) if clip.smoke is not None and settings.maps.smoke else None
+    layers = flame_layers(flame_of(i, clip.picture(i), simulated, settings), settings, smoke)
+    if settings.maps.form:
+        layers = replace(layers, form=depth_of(clip).form(i))
     is_needed = settings.bakes_flakes or settings.maps.flakes
     if tracks is None or flakes == "none" or not is_needed:
-        return Layers(flame)
+        return layers
     cells = tracks.texture.cells[i] if tracks.texture is not None else None
     light = draw(flakes, tracks.frames[i], clip.height, clip.width, simulated.texture, cells)
-    return Layers(flame, light, settings.bakes_flakes)
+    return replace(layers, flakes=light, bakes=settings.bakes_flakes)
+
+
+def flame_layers(picture: Picture, settings: RenderSettings, smoke: Plane | None = None) -> Layers:
+    """Return the layers of a flame without flakes.
+
+    Args:
+        picture: The flame, (H, W, 4).
+        settings: Sections of the recipe.
+        smoke: Share of light that black smoke keeps back, as from ``Clip.smoke``; None if smoke is
+            part of the picture.
+    """
+    if not settings.maps.smoke:
+        return Layers(picture, picture=picture)
+    pixels, atlas = as_light(picture), settings.atlas
+    apart = Smoke.of(pixels, atlas.blend_space) if smoke is None else Smoke.black(smoke)
+    fire = apart.taken_from(pixels, atlas.alpha == "additive", atlas.blend_space)
+    return Layers(fire, picture=picture, smoke=apart)
 
 
 def flame_of(
@@ -156,6 +184,20 @@ def flakes_alone(layers: Layers, settings: RenderSettings, palette: Palette | No
     if layers.flakes is None:
         return empty
     return _with_flakes(empty, layers.flakes, settings, palette)
+
+
+def emission_of(layers: Layers, settings: RenderSettings) -> Pixels:
+    """Return the light of a frame's layers together before it is exposed, (H, W, 4).
+
+    A palette does not limit it: what it holds is light, not what is shown of it.
+    """
+    flame = as_light(layers.flame)
+    under = np.ascontiguousarray(flame.reshape(-1, 4).T)
+    flakes = np.zeros_like(under[:3])
+    if layers.flakes is not None and layers.bakes:
+        flakes = layers.flakes.at(np.arange(under.shape[1]))
+    light = emitted(under, flakes, settings.composite.blend, settings.atlas.blend_space)
+    return np.ascontiguousarray(light.T).reshape(flame.shape)
 
 
 def _with_flakes(

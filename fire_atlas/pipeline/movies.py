@@ -1,25 +1,27 @@
 """Make the movies of a build: each animation as it is on the pages, in whole frames."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import islice
 
 import numpy as np
 
-from fire_atlas.atlas.encode import as_straight
+from fire_atlas.atlas.encode import as_straight, over_smoke
 from fire_atlas.atlas.sheet import AtlasSheet, Region, Sprite, common_canvas
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.formats.movies.movie import Movie
 from fire_atlas.formats.names import animation_stem
+from fire_atlas.pipeline.content import PageContent
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import FinishedAnimation
+from fire_atlas.pipeline.heat import HeatPages
 from fire_atlas.recipe.output import MovieName
 
 
 def movie_files(
     movies: Sequence[MovieName],
     sheet: AtlasSheet,
-    animations: Mapping[str, FinishedAnimation],
+    content: PageContent,
     context: BuildContext,
 ) -> Iterator[OutputFile]:
     """Yield a movie of each animation in each of ``movies``, at full size.
@@ -27,7 +29,7 @@ def movie_files(
     Args:
         movies: Formats, as in the recipe.
         sheet: The pages at full size.
-        animations: By their names on the pages, in the order in which they were packed.
+        content: The animations, in the order in which they were packed.
         context: What the build works with.
 
     Raises:
@@ -38,9 +40,9 @@ def movie_files(
     from fire_atlas.formats.movies.writers import write_movie
 
     regions, shown = iter(sheet.regions), dict[str, Movie]()
-    for title, animation in animations.items():
+    for title, animation in content.animations.items():
         places = tuple(islice(regions, len(animation.frames)))
-        shown[animation_stem(sheet.title, title)] = _movie(animation, places, sheet)
+        shown[animation_stem(sheet.title, title)] = _movie(animation, places, sheet, content.heat)
         if animation.tracks is not None and not animation.bakes_flakes:
             context.progress.note(f"movies: {title} has no flakes there, as flakes.bake is false")
     named = [(stem, name) for stem in shown for name in movies]
@@ -51,13 +53,23 @@ def movie_files(
         context.progress.advance()
 
 
-def _movie(animation: FinishedAnimation, regions: Sequence[Region], sheet: AtlasSheet) -> Movie:
-    """Return an animation as a movie, its frames aligned at their pivots."""
+def _movie(
+    animation: FinishedAnimation,
+    regions: Sequence[Region],
+    sheet: AtlasSheet,
+    heat: HeatPages | None,
+) -> Movie:
+    """Return an animation as a movie, its frames aligned at their pivots; heat has the colours of
+    the first ramp."""
     (width, height), places = common_canvas(regions)
     sprites = [frame.sprites[0] for frame in animation.frames]
 
     def frame(i: int) -> Bytes:
         whole = _on_canvas(sprites[i], places[i], width, height)
+        whole = whole if heat is None else heat.colours(whole, i)
+        for smoke in animation.frames[i].layers.get("smoke", ())[:1]:
+            below = _on_canvas(smoke, places[i], width, height)
+            whole = over_smoke(whole, below, sheet.alpha, sheet.blend_space)
         return as_straight(whole, sheet.alpha, sheet.blend_space)
 
     durations = tuple(region.duration for region in regions)

@@ -121,7 +121,7 @@ def check_inputs(
     Raises:
         SourceError: Files were added to sources or removed.
     """
-    files = [*opened, *loaded.templates.values()]
+    files = [*opened, *dict.fromkeys(loaded.ramps.values()), *loaded.templates.values()]
     expected = [file.path for file in hashed]
     if files != expected:
         other = next(iter(set(files).symmetric_difference(expected)), loaded.path)

@@ -4,8 +4,8 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.pipeline.channels import measure_motion
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
-from fire_atlas.pipeline.layers import Layers, RenderSettings
-from fire_atlas.pipeline.render import render_each, render_frame
+from fire_atlas.pipeline.layers import RenderSettings, flame_layers
+from fire_atlas.pipeline.render import refuse_without_alpha, render_each, render_frame
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.sources.sprites import Sprites
 
@@ -14,18 +14,27 @@ def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contri
     """Prepare sprites as finished animations, their frames unchanged.
 
     Raises:
-        RecipeError: The timeline has settings that need a single clip.
+        RecipeError: The timeline or the maps have settings that need a single clip.
     """
     if not recipe.timeline.keeps_all_frames:
         raise RecipeError(
             "timeline edits a single clip, but these images have several animations or sizes; "
             "remove every timeline setting (only loop: auto or loop: none may stay)"
         )
+    if recipe.maps.haze:
+        raise RecipeError(
+            "maps.haze: the hot air is found by the motion of one clip, but these images have "
+            "several animations or sizes; leave it out, or give each animation its own recipe"
+        )
     settings = RenderSettings.of(recipe)
+    if settings.maps.smoke:
+        refuse_without_alpha(sprites.matte)
     numbers = [i for played in sprites.animations.values() for i in played]
     with context.timer.measure("render"):
         rendered = render_each(
-            lambda i: render_frame(Layers(sprites.picture(i)), settings), numbers, context
+            lambda i: render_frame(flame_layers(sprites.picture(i), settings), settings),
+            numbers,
+            context,
         )
     frames = dict(zip(numbers, rendered, strict=True))
     loop = recipe.timeline.loop != "none"

@@ -2,22 +2,33 @@
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
 
 from fire_atlas.atlas.drawing import Edges, draw_page
+from fire_atlas.atlas.gpu import with_textures
 from fire_atlas.atlas.mesh import with_meshes
 from fire_atlas.atlas.pages import build_sheets
-from fire_atlas.atlas.sheet import AtlasSheet, Sprite
+from fire_atlas.atlas.sheet import AtlasSheet, GpuTexture, PlacedImage, Sprite
 from fire_atlas.atlas.split import max_size_for, split_animations
-from fire_atlas.channels.encoding import motion_encoding
-from fire_atlas.channels.page import draw_motion_page, vector_margin, with_maps
+from fire_atlas.channels.form import deepest, draw_form_page
+from fire_atlas.channels.haze import Haze
+from fire_atlas.channels.motion import Motion
+from fire_atlas.channels.page import (
+    draw_vector_page,
+    vector_margin,
+    with_form_maps,
+    with_maps,
+)
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import Role
-from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.progress import Progress
+from fire_atlas.pipeline.content import PageContent
 from fire_atlas.pipeline.contribution import FinishedAnimation
-from fire_atlas.pipeline.flake_texture import PreparedTexture
 from fire_atlas.recipe.output import Atlas, Maps
 
 
@@ -26,11 +37,20 @@ class Image(NamedTuple):
 
     name: str
     role: Role
-    draw: Callable[[], Bytes]
-    """Draws it: (H, W, 4) uint8."""
+    draw: Callable[[], NDArray[Any]]
+    """Draws it: (H, W, 4), uint8, uint16 or, of light, float16; of heat (H, W) uint8."""
     is_data: bool = False
-    """It holds vectors, not colours: it is written without loss."""
+    """It holds vectors or light, not colours: it is written without loss."""
+    channels: int = 4
+    """Number of channels that clients read."""
+    textures: tuple[GpuTexture, ...] = ()
+    """The compressed textures of it that are to be written."""
+    has_cover: bool = False
+    """It hides what is behind it even where pages only add light."""
 
+
+_DTYPES: dict[int, DTypeLike] = {8: np.uint8, 16: np.uint16}
+"""Types of pages by their bits a channel."""
 
 _MAX_NAMES = 12
 """Maximum number of animations that a note names."""
@@ -38,8 +58,7 @@ _MAX_NAMES = 12
 
 def pack(
     name: str,
-    animations: Mapping[str, FinishedAnimation],
-    textures: Mapping[str, PreparedTexture],
+    content: PageContent,
     atlas: Atlas,
     maps: Maps,
     progress: Progress,
@@ -49,12 +68,12 @@ def pack(
 
     Args:
         name: File stem of the outputs.
-        animations: By their names on the pages.
-        textures: Textures of flakes, by their names on the pages.
+        content: The animations and the textures of flakes.
         atlas: Settings of the pages.
         maps: Settings of the maps beside them.
         progress: Receives a note if one page is not enough, for all or for one of the animations.
     """
+    animations, textures = content.animations, content.textures
     motions = [each.motion for each in animations.values() if each.motion is not None]
     packed = [animation.frames_for_pages(title) for title, animation in animations.items()]
     cells = [each.frames_for_pages(title, packed[0].duration) for title, each in textures.items()]
@@ -70,8 +89,27 @@ def pack(
         )
         _note_split(sheets[0], atlas, progress)
     sheets = _with_meshes(sheets, animations, vector_margin(motions), atlas, progress)
-    encoding = None if maps.motion == "none" else motion_encoding(maps.motion)
-    return tuple(with_maps(sheet, maps.layers, motions, encoding) for sheet in sheets)
+    hazes, has_emission = _hazes(animations), maps.emission == "exr"
+    sheets = tuple(
+        with_maps(
+            content.described(sheet),
+            maps.layers,
+            motions,
+            maps.motion,
+            hazes,
+            has_emission=has_emission,
+        )
+        for sheet in sheets
+    )
+    if maps.form:
+        reach = deepest(frame.form[0] for each in animations.values() for frame in each.frames)
+        sheets = tuple(with_form_maps(sheet, maps.form, reach) for sheet in sheets)
+    return tuple(with_textures(sheet, atlas) for sheet in sheets)
+
+
+def _hazes(animations: Mapping[str, FinishedAnimation]) -> list[Haze]:
+    """Return the haze of each animation that has it: all, or none."""
+    return [each.haze for each in animations.values() if each.haze is not None]
 
 
 def _with_meshes(
@@ -136,16 +174,15 @@ def _note_split(sheet: AtlasSheet, atlas: Atlas, progress: Progress) -> None:
 
 def images(
     sheets: Sequence[AtlasSheet],
-    animations: Mapping[str, FinishedAnimation],
-    textures: Mapping[str, PreparedTexture],
+    content: PageContent,
     atlas: Atlas,
     maps: Maps,
 ) -> Iterator[Image]:
-    """Yield the images of all sheets, one for each scale: its pages, then its maps.
+    """Yield the images of all sheets, one for each scale: its pages, then its maps; then ramps.
 
-    ``animations`` and ``textures`` are in the order in which they were packed. Maps do not show
-    textures.
+    ``content`` is in the order in which it was packed. Maps do not show textures.
     """
+    animations, textures = content.animations, content.textures
     cells = [cell for texture in textures.values() for cell in texture.sprites]
     frames = [frame for animation in animations.values() for frame in animation.frames]
     motions = [each.motion for each in animations.values() if each.motion is not None]
@@ -153,21 +190,80 @@ def images(
         edges = Edges.of(atlas, sheet.scale)
         files = [page.file for page in sheet.pages]
         shown = [each[scale] for each in (*(frame.sprites for frame in frames), *cells)]
-        yield from _sprite_pages(sheet, files, "page", shown, edges)
+        if content.heat is None:
+            yield from _sprite_pages(sheet, files, "page", shown, edges)
+        else:
+            yield from _heat_pages(sheet, shown, edges)
         for layer in maps.layers:
             sprites = [frame.layers[layer][scale] for frame in frames]
             yield from _sprite_pages(sheet, sheet.map(layer).files, "map", sprites, edges)
+        if maps.emission == "exr":
+            light = [frame.emission[scale] for frame in frames]
+            yield from _light_pages(sheet, light, edges)
+        form = [frame.form[scale] for frame in frames] if maps.form else []
+        for kind in maps.form:
+            for i, file in enumerate(sheet.map(kind).files):
+                draw_form = partial(draw_form_page, sheet, i, form, edges, kind)
+                yield _image(sheet, file, "map", draw_form, is_data=True)
         if maps.motion != "none":
-            vectors = [each for motion in motions for each in motion.frames()]
-            encoding = motion_encoding(maps.motion)
-            for i, file in enumerate(sheet.map("motion").files):
-                draw = partial(draw_motion_page, sheet, i, vectors, encoding, edges)
-                yield Image(file, "map", draw, is_data=True)
+            yield from _vector_pages(sheet, "motion", motions, edges)
+        if maps.haze:
+            yield from _vector_pages(sheet, "haze", _hazes(animations), edges)
+    if content.heat is not None:
+        ramps = content.heat.ramps
+        yield Image(content.heat.described.ramp, "ramp", lambda: ramps, is_data=True)
+
+
+def _vector_pages(
+    sheet: AtlasSheet, kind: str, vectors: Sequence[Motion | Haze], edges: Edges
+) -> Iterator[Image]:
+    """Yield the images with the vectors of each animation."""
+    frames = [frame for each in vectors for frame in each.frames()]
+    for i, file in enumerate(sheet.map(kind).files):
+        draw = partial(draw_vector_page, sheet, i, kind, frames, edges)
+        yield _image(sheet, file, "map", draw, is_data=True)
+
+
+def _heat_pages(sheet: AtlasSheet, sprites: Sequence[Sprite], edges: Edges) -> Iterator[Image]:
+    """Yield pages of heat: of one channel, (H, W), if that has it all."""
+    for i, page in enumerate(sheet.pages):
+        draw = partial(draw_page, sheet, i, sprites, edges, np.uint8)
+        if sheet.heat is not None and sheet.heat.pixels == "heat":
+            draw = partial(_first_channel, draw)
+        yield Image(page.file, "page", draw, is_data=True)
+
+
+def _first_channel(draw: Callable[[], NDArray[Any]]) -> NDArray[Any]:
+    return draw()[..., 0]
 
 
 def _sprite_pages(
     sheet: AtlasSheet, files: Sequence[str], role: Role, sprites: Sequence[Sprite], edges: Edges
 ) -> Iterator[Image]:
     """Yield the images that show ``sprites`` where the sheet has its frames and cells."""
+    shown, dtype = [each.in_bits(sheet.bits) for each in sprites], _DTYPES[sheet.bits]
     for i, file in enumerate(files):
-        yield Image(file, role, partial(draw_page, sheet, i, sprites, edges))
+        draw = partial(draw_page, sheet, i, shown, edges, dtype)
+        yield _image(sheet, file, role, draw)
+
+
+def _light_pages(sheet: AtlasSheet, light: Sequence[PlacedImage], edges: Edges) -> Iterator[Image]:
+    """Yield the images with the light of the frames before exposure."""
+    # Premultiplied, so that filters need no colour beyond the edge.
+    unbled = replace(edges, bleed=0)
+    for i, file in enumerate(sheet.map("emission").files):
+        draw = partial(draw_page, sheet, i, light, unbled, np.float16)
+        yield _image(sheet, file, "map", draw, is_data=True)
+
+
+def _image(
+    sheet: AtlasSheet,
+    file: str,
+    role: Role,
+    draw: Callable[[], NDArray[Any]],
+    *,
+    is_data: bool = False,
+) -> Image:
+    """Return an image of a sheet, with the textures that show it."""
+    textures, has_cover = sheet.textures_of(file), sheet.kind_of(file) == "smoke"
+    return Image(file, role, draw, is_data, sheet.channels_of(file), textures, has_cover)

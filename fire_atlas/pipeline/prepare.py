@@ -21,7 +21,7 @@ def prepare(
     direction = lift_direction(recipe.buoyancy)
     # How the flame moves and looks is measured only if anything depends on it.
     is_open = is_first and has_undecided_flakes(recipe)
-    is_sampled = recipe.has_effect and (direction is None or is_open)
+    is_sampled = (recipe.has_effect or recipe.needs_field) and (direction is None or is_open)
     study = study_flame(clip, recipe.features, direction, context.workers, is_sampled=is_sampled)
     return clip, study
 

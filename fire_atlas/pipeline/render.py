@@ -3,11 +3,14 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from fire_atlas.atlas.encode import encode_sprites
+from fire_atlas.atlas.compressed import CompressedImage
+from fire_atlas.atlas.encode import encode_sprites, light_images
 from fire_atlas.atlas.sheet import Sprite
 from fire_atlas.atlas.trim import bounding_rect
 from fire_atlas.channels.flow import displayed_thumbnail
+from fire_atlas.channels.form import form_sprites
 from fire_atlas.channels.held_out import choose_held_out
+from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Bytes, brightness
 from fire_atlas.effect.composition.composite import clip_palette, exposed_together
@@ -20,6 +23,7 @@ from fire_atlas.pipeline.layers import (
     RenderSettings,
     SimulatedClip,
     compose_layers,
+    emission_of,
     flakes_alone,
     flame_of,
     layers_of,
@@ -35,6 +39,8 @@ class RenderedFrame:
         sprites: One per page scale, largest first. The first one's visible box (``lit``) is
             enlarged to cover every layer, so that all maps get the same trim.
         layers: Sprites of each layer that the recipe writes as a map.
+        emission: Its light before exposure, one per page scale; empty if that is not written.
+        form: Its form, one per page scale; see ``channels.form``. Empty if that is not written.
         thumbnail: The flame, small, (h, w, 4) uint8 premultiplied, if motion vectors are made.
         light: The sums of its light, if light is measured.
         width, height: Size of the whole frame, px.
@@ -42,6 +48,8 @@ class RenderedFrame:
 
     sprites: tuple[Sprite, ...]
     layers: Mapping[Layer, tuple[Sprite, ...]]
+    emission: tuple[CompressedImage, ...]
+    form: tuple[CompressedImage, ...]
     thumbnail: Bytes | None
     light: FrameLight | None
     width: int
@@ -53,14 +61,29 @@ def render(
 ) -> list[RenderedFrame]:
     """Render every frame of a clip with its flakes."""
     clip, palette = simulated.clip, None
+    if settings.maps.smoke and clip.smoke is None:
+        refuse_without_alpha(clip.matte)
     background = simulated.study.segmentation.background
     if settings.composite.palette == "clip" and simulated.tracks is not None:
         palette = clip_palette(clip, context.workers)
-    return render_each(
+    frames = render_each(
         lambda i: render_frame(layers_of(i, simulated, settings), settings, palette, background),
         range(clip.count),
         context,
     )
+    if settings.maps.smoke and not any(frame.layers["smoke"][0].lit for frame in frames):
+        context.progress.note("maps.smoke: no smoke was found, so the map is empty; leave it out")
+    return frames
+
+
+def refuse_without_alpha(matte: str) -> None:
+    """Refuse to part smoke from pictures whose coverage is not their own."""
+    if matte != "alpha":
+        made = "is their brightness" if matte == "luminance" else "hides what is behind them"
+        raise SourceError(
+            f"maps.smoke: these frames have no alpha of their own (matte: {matte}), and what "
+            f"{made} says nothing of smoke; use a clip with alpha, or leave maps.smoke out"
+        )
 
 
 def render_each(
@@ -96,13 +119,24 @@ def render_frame(
         encoded["flame"] = encode_sprites(layers.flame, atlas)
     if maps.flakes:
         encoded["flakes"] = encode_sprites(flakes_alone(layers, settings, palette), atlas)
+    if layers.smoke is not None:
+        # Smoke hides what is behind it, also where clients add the fire.
+        alpha = "straight" if atlas.alpha == "straight" else "premultiplied"
+        under = atlas.model_copy(update={"alpha": alpha})
+        encoded["smoke"] = encode_sprites(layers.smoke.pixels(atlas.blend_space), under)
     moves = maps.motion != "none"
-    thumbnail = displayed_thumbnail(as_light(layers.flame), atlas.blend_space) if moves else None
+    moving = layers.flame if layers.picture is None else layers.picture
+    thumbnail = displayed_thumbnail(as_light(moving), atlas.blend_space) if moves else None
+    emission: tuple[CompressedImage, ...] = ()
+    if maps.emission == "exr":
+        emission = light_images(emission_of(layers, settings), atlas.scales)
     height, width = layers.flame.shape[:2]
     whole, *smaller = encode_sprites(compose_layers(layers, settings, palette), atlas)
     lit = [each.lit for each in (whole, *(each[0] for each in encoded.values())) if each.lit]
     whole = replace(whole, lit=bounding_rect(lit) if lit else None)
-    return RenderedFrame((whole, *smaller), encoded, thumbnail, light, width, height)
+    sprites = (whole, *smaller)
+    form = () if layers.form is None else form_sprites(layers.form, whole.lit, atlas.scales)
+    return RenderedFrame(sprites, encoded, emission, form, thumbnail, light, width, height)
 
 
 def _light_of(

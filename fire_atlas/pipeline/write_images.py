@@ -1,16 +1,20 @@
-"""Write the images of pages and maps, and measure what lossy files change."""
+"""Write the images of pages and maps, also as compressed textures; measure what these change."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from fire_atlas.core.pixels import Bytes
-from fire_atlas.formats.pages.colour_error import ColourError, measured_error
+from fire_atlas.formats.pages.colour_error import ColourError, error_statistics, measured_error
 from fire_atlas.formats.pages.page_file import read_page, write_page
+from fire_atlas.formats.pages.png import write_png
+from fire_atlas.formats.textures.error import TextureError, texture_statistics
 from fire_atlas.outputs.manifest import OutputEntry
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.pages import Image
+from fire_atlas.pipeline.write_textures import note_texture_errors, write_textures
 from fire_atlas.recipe.output import Atlas
 
 _SEEN_BELOW = 32.0
@@ -19,24 +23,33 @@ _SEEN_BELOW = 32.0
 
 def write_images(
     images: Sequence[Image], atlas: Atlas, staging: Staging, context: BuildContext
-) -> tuple[list[OutputEntry], dict[str, ColourError]]:
+) -> tuple[list[OutputEntry], dict[str, Any]]:
     """Draw and write the images one by one, so that only one is in memory.
 
     Returns:
-        Entries of the images, and the errors of those that are lossy, by their names.
+        Entries of the images and their textures, and the manifest's statistics of those that are
+        lossy.
     """
     context.progress.stage("write", len(images))
-    outputs, errors = [], dict[str, ColourError]()
+    outputs, errors, textures = [], dict[str, ColourError](), dict[str, TextureError]()
     for image in images:
         drawn = image.draw()
         with staging.open(image.name) as file:
-            write_page(file, drawn, atlas, context.workers, is_data=image.is_data)
+            if image.role == "ramp":
+                write_png(file, drawn, context.workers)
+            else:
+                write_page(file, drawn, atlas, context.workers, is_data=image.is_data)
         if atlas.quality != "lossless" and not image.is_data:
-            errors[image.name] = _written_error(staging.path(image.name), drawn, atlas, context)
+            path = staging.path(image.name)
+            errors[image.name] = _written_error(path, drawn, atlas, context)
         outputs.append(OutputEntry.of(image.name, image.role, staging.path(image.name)))
+        entries, found = write_textures(image, drawn, atlas, staging, context)
+        outputs += entries
+        textures.update(found)
         context.progress.advance()
     _note_errors(errors, atlas, context)
-    return outputs, errors
+    note_texture_errors(textures, atlas, context)
+    return outputs, {**error_statistics(errors), **texture_statistics(textures)}
 
 
 def _written_error(file: Path, drawn: Bytes, atlas: Atlas, context: BuildContext) -> ColourError:

@@ -51,6 +51,7 @@ def exported_files(
         OutputError: Two files would have names that differ only in case, or not at all.
     """
     taken = {file.casefold() for sheet in product.sheets for file in sheet.files}
+    taken |= {sheet.heat.ramp.casefold() for sheet in product.sheets if sheet.heat}
     for export in exports:
         for file in _files_of(export, product, templates):
             if file.name.casefold() in taken:
@@ -63,13 +64,23 @@ def note_what_engines_need(exports: Sequence[Export], product: Product, progress
     """Note what an engine cannot play of the result, and what would let it."""
     for _, export in exports_called(exports, "godot"):
         from fire_atlas.engines.godot.export import (
+            why_haze_is_not_drawn,
+            why_heat_is_drawn_alone,
             why_meshes_are_not_drawn,
             why_motion_is_not_played,
+            why_smoke_is_not_shown,
             why_texture_is_not_played,
         )
 
         options = export.godot if isinstance(export, GodotExport) else GodotOptions()
-        reasons = (why_motion_is_not_played, why_texture_is_not_played, why_meshes_are_not_drawn)
+        reasons = (
+            why_motion_is_not_played,
+            why_texture_is_not_played,
+            why_meshes_are_not_drawn,
+            why_haze_is_not_drawn,
+            why_smoke_is_not_shown,
+            why_heat_is_drawn_alone,
+        )
         for why in reasons:
             if advice := why(product, options):
                 progress.note(advice)

@@ -1,21 +1,45 @@
 """Cut the frames of a finished atlas out of its pages."""
 
+import io
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
+from PIL import Image
 
-from fire_atlas.atlas.encode import light_over_black
-from fire_atlas.atlas.sheet import Region, common_canvas
+from fire_atlas.atlas.encode import light_over_black, over_smoke
+from fire_atlas.atlas.sheet import CHANNELS, RAMP_WIDTH, AtlasSheet, Region, common_canvas
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.effect.flakes.texture import TextureCells
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
-from fire_atlas.formats.pages.page_file import read_page
+from fire_atlas.formats.pages.page_file import read_page, read_page_file
+
+
+def shown_page(atlas: AtlasFile, index: int) -> Bytes:
+    """Return a page, (H, W, 4) uint8 as stored, with its smoke under the fire, if there is any.
+
+    Raises:
+        SourceError: A file is missing, or is not as the atlas states.
+    """
+    sheet = atlas.sheet
+    page = sheet.pages[index]
+    files = [page.file, *(each.files[index] for each in sheet.maps if each.kind == "smoke")]
+    fire, *smoke = (read_page(atlas.path.with_name(f), page.width, page.height) for f in files)
+    return over_smoke(fire, smoke[0], sheet.alpha, sheet.blend_space) if smoke else fire
+
+
+def shown_alpha(sheet: AtlasSheet) -> str:
+    """Return how a client blends what ``shown_page`` returns: smoke under fire that is added has
+    coverage."""
+    has_smoke = any(each.kind == "smoke" for each in sheet.maps)
+    return "premultiplied" if has_smoke and sheet.alpha == "additive" else sheet.alpha
 
 
 def cut_frames(atlas: AtlasFile) -> Iterator[Bytes]:
-    """Yield every frame at its full size, (H, W, 4) uint8 RGBA as stored, in playing order.
+    """Yield every frame at its full size, (H, W, 4) uint8 RGBA as stored, in playing order, with
+    its smoke under the fire; heat with the colours of the first ramp.
 
     Raises:
         SourceError: A page file is missing, or is not as the atlas states.
@@ -54,17 +78,67 @@ def texture_of(atlas: AtlasFile, tracks: Tracks) -> TextureCells | None:
 
 def _cut_out(atlas: AtlasFile, regions: Iterable[Region]) -> Iterator[Bytes]:
     pages: dict[int, Bytes] = {}
+    ramp = first_ramp(atlas)
     for frame in regions:
         if frame.page not in pages:
-            page = atlas.sheet.pages[frame.page]
-            path = atlas.path.with_name(page.file)
-            pages = {frame.page: read_page(path, page.width, page.height)}
+            pages = {frame.page: shown_page(atlas, frame.page)}
         cut = _cut(pages[frame.page], frame)
         if cut is None:
             raise SourceError(
                 f"{atlas.path}: {frame.name} lies outside of its page or of its own frame"
             )
-        yield cut
+        yield cut if ramp is None else coloured(cut, frame, ramp)
+
+
+def first_ramp(atlas: AtlasFile) -> Bytes | None:
+    """Return the colours by heat, (256, 4), of the first ramp; None if pages have colours.
+
+    Raises:
+        SourceError: Its file is missing, or is not as the atlas states.
+    """
+    heat = atlas.sheet.heat
+    if heat is None:
+        return None
+    ramps = read_page(atlas.path.with_name(heat.ramp), RAMP_WIDTH, len(heat.rows))
+    return np.asarray(ramps[0])
+
+
+def colour_pages(atlas: AtlasFile) -> tuple[AtlasFile, list[bytes]]:
+    """Return an atlas as if it had pages of colours, and the files of these.
+
+    A page of heat gets the colours of the first ramp; one of ``heat4`` is four, a channel each.
+
+    Raises:
+        SourceError: A page file is missing, or is not as the atlas states.
+    """
+    sheet, ramp = atlas.sheet, first_ramp(atlas)
+    pages = [(atlas.path.with_name(page.file), page.width, page.height) for page in sheet.pages]
+    if sheet.heat is None or ramp is None:
+        return atlas, [read_page_file(*page) for page in pages]
+    used = CHANNELS if sheet.heat.pixels == "heat4" else "r"
+    heats = (read_page(*page)[..., CHANNELS.index(channel)] for page in pages for channel in used)
+    return replace(atlas, sheet=_in_colours(sheet, used)), [_png(ramp[heat]) for heat in heats]
+
+
+def _in_colours(sheet: AtlasSheet, used: str) -> AtlasSheet:
+    """Return a sheet of heat as one whose pages are those of the ``used`` channels, in colours."""
+    pages = tuple(page for page in sheet.pages for _ in used)
+    regions = tuple(
+        replace(each, page=each.page * len(used) + used.index(each.channel or "r"))
+        for each in sheet.regions
+    )
+    return replace(sheet, pages=pages, regions=regions, heat=None, image_format="png")
+
+
+def _png(image: Bytes) -> bytes:
+    file = io.BytesIO()
+    Image.fromarray(image).save(file, "PNG", compress_level=1)
+    return file.getvalue()
+
+
+def coloured(heat: Bytes, frame: Region, ramp: Bytes) -> Bytes:
+    """Return the colours (H, W, 4) of a frame's heat, which is in one channel of (H, W, 4)."""
+    return np.asarray(ramp[heat[..., CHANNELS.index(frame.channel or "r")]])
 
 
 def aligned_frames(atlas: AtlasFile) -> Iterator[Bytes]:

@@ -6,7 +6,7 @@ from itertools import islice
 from fire_atlas.effect.flakes.statistics import Figure
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.preview.blend import as_seen
-from fire_atlas.preview.frames import cut_frames
+from fire_atlas.preview.frames import cut_frames, shown_alpha
 from fire_atlas.vision.loop_figures import LoopFigures, loop_figures
 
 _MAX_FRAMES = 512
@@ -31,7 +31,9 @@ def figures_of_loops(atlas: AtlasFile) -> dict[str, list[Figure]]:
             (regions[name].frame_width, regions[name].frame_height) for name in animation.frames
         }
         if animation.loop and len(sizes) == 1 and 2 <= len(animation.frames) <= _MAX_FRAMES:
-            seen = (as_seen(frame, atlas.sheet.alpha, atlas.sheet.blend_space) for frame in shown)
+            seen = (
+                as_seen(frame, shown_alpha(atlas.sheet), atlas.sheet.blend_space) for frame in shown
+            )
             found[animation.name] = _figures(loop_figures(seen))
         else:
             deque(shown, maxlen=0)  # skip its frames

@@ -5,15 +5,17 @@ browser blends the same bytes that a client loads.
 """
 
 import base64
+import io
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from fire_atlas import __version__
-from fire_atlas.atlas.sheet import Animation, AtlasSheet, MotionScale, Region, common_canvas
+from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region, VectorScale, common_canvas
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.files import open_file
 from fire_atlas.core.pixels import srgb_to_hex
@@ -25,7 +27,7 @@ from fire_atlas.formats.pages.page_file import read_page_file
 from fire_atlas.formats.templates.jinja import environment
 from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
-from fire_atlas.preview.frames import cells_named
+from fire_atlas.preview.frames import cells_named, colour_pages, shown_alpha, shown_page
 from fire_atlas.preview.loops import figures_of_loops
 from fire_atlas.preview.pictures import Color
 
@@ -104,7 +106,8 @@ def preview_page(
     parts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
     first = srgb_to_hex(background)
     loops = figures_of_loops(atlas)
-    motion, sheets = atlas.sheet.motion, _sheets(atlas)
+    atlas, files = colour_pages(atlas)
+    motion, sheets = atlas.sheet.motion, _sheets(atlas, files)
     html = environment().from_string(parts["page.html.j2"]).render(
         version=__version__,
         title=atlas.sheet.name,
@@ -127,9 +130,9 @@ def preview_page(
         absent=[layer for layer in _LAYERS if layer not in sheets],
         motion=motion,
         encoding=motion and motion_encoding(motion.engine),
-        alpha=atlas.sheet.alpha,
+        alpha=shown_alpha(atlas.sheet),
         space=_SPACES[atlas.sheet.blend_space],
-        formula=_FORMULAS[atlas.sheet.alpha],
+        formula=_FORMULAS[shown_alpha(atlas.sheet)],
         shades={first: first, **{k: v for k, v in _BACKGROUNDS.items() if v != first}},
         keyboard=_KEYBOARD,
         data=_json_in_html(_data(atlas, tracks, sheets, field)),
@@ -157,7 +160,7 @@ def _data(
     """Return the data that the script plays."""
     motion = atlas.sheet.motion
     return {
-        "alpha": atlas.sheet.alpha,
+        "alpha": shown_alpha(atlas.sheet),
         "blendSpace": atlas.sheet.blend_space,
         "scale": atlas.sheet.scale,
         "hasCells": atlas.sheet.grid is not None,
@@ -319,7 +322,7 @@ def _rows(tracks: Tracks) -> str:
     return base64.b64encode(rows.astype("<f4").tobytes()).decode()
 
 
-def _vectors(motion: MotionScale) -> dict[str, Any]:
+def _vectors(motion: VectorScale) -> dict[str, Any]:
     """Return how R and G are decoded: (byte - zero) / span, times px to the right and down."""
     encoding, (across, along) = motion_encoding(motion.engine), motion.pixels
     return {
@@ -329,20 +332,31 @@ def _vectors(motion: MotionScale) -> dict[str, Any]:
     }
 
 
-def _sheets(atlas: AtlasFile) -> dict[str, list[str]]:
+_SHOWN_MAPS = ("motion", "flame", "flakes")
+"""Kinds of maps that the page shows."""
+
+
+def _sheets(atlas: AtlasFile, composed: Sequence[bytes]) -> dict[str, list[str]]:
     """Return the files of all pages as base64, by layer: ``composed`` or the kind of a map."""
-    pages = atlas.sheet.pages
-    kinds = {"composed": tuple(page.file for page in pages)}
-    kinds |= {each.kind: each.files for each in atlas.sheet.maps}
-    return {
-        kind: [
-            base64.b64encode(
+    read = {"composed": list(composed)}
+    for each in atlas.sheet.maps:
+        if each.kind in _SHOWN_MAPS:
+            pages = zip(atlas.sheet.pages, each.files, strict=True)
+            read[each.kind] = [
                 read_page_file(atlas.path.with_name(file), page.width, page.height)
-            ).decode()
-            for page, file in zip(pages, files, strict=True)
-        ]
-        for kind, files in kinds.items()
-    }
+                for page, file in pages
+            ]
+    if any(each.kind == "smoke" for each in atlas.sheet.maps):
+        read["composed"] = [_page_over_smoke(atlas, index) for index in range(len(composed))]
+    return {kind: [base64.b64encode(each).decode() for each in read[kind]] for kind in read}
+
+
+def _page_over_smoke(atlas: AtlasFile, index: int) -> bytes:
+    """Return a file of the page's format that shows the page over its smoke."""
+    file = io.BytesIO()
+    image = Image.fromarray(shown_page(atlas, index))
+    image.save(file, atlas.sheet.image_format, lossless=True, exact=True)
+    return file.getvalue()
 
 
 def _page(atlas: AtlasFile, index: int) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.movies.movie import Movie
 from fire_atlas.formats.movies.writers import write_movie
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import aligned_frames, cut_frames, texture_of
+from fire_atlas.preview.frames import aligned_frames, cut_frames, shown_alpha, texture_of
 
 Color = tuple[int, int, int]
 """sRGB, 0..255."""
@@ -37,7 +37,7 @@ _LABEL_COLOR = (170, 170, 180)
 def animated_image(atlas: AtlasFile, kind: AnimationKind, background: Color) -> bytes:
     """Return a GIF, WebP or APNG file of an atlas that plays over ``background``."""
     pictures = [
-        with_alpha(blend(frame, background, atlas.sheet.alpha, atlas.sheet.blend_space))
+        with_alpha(blend(frame, background, shown_alpha(atlas.sheet), atlas.sheet.blend_space))
         for frame in aligned_frames(atlas)
     ]
     height, width = pictures[0].shape[:2]
@@ -63,7 +63,7 @@ def contact_sheet(
         texture = texture_of(atlas, tracks)
         rows.append([_flakes(tracks, texture, i) for i in chosen])
     pictures = [
-        _fit(blend(frame, background, atlas.sheet.alpha, atlas.sheet.blend_space))
+        _fit(blend(frame, background, shown_alpha(atlas.sheet), atlas.sheet.blend_space))
         for i, frame in enumerate(cut_frames(atlas))
         if i % count in chosen
     ]

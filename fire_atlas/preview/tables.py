@@ -1,7 +1,7 @@
 """Describe a finished atlas in tables and sentences, for ``fire-atlas inspect``."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isnan
 from typing import Any, Self
 
@@ -10,15 +10,16 @@ from rich.table import Column, Table
 
 from fire_atlas.channels.cross_validation import ValidationReport, read_reports
 from fire_atlas.channels.encoding import motion_encoding
+from fire_atlas.channels.heat.encode import read_heat_errors
 from fire_atlas.core.statistics import by_animation
 from fire_atlas.effect.flakes.close_ups import HEIGHT
 from fire_atlas.effect.flakes.filmed import compare_with_filmed, is_hard
 from fire_atlas.effect.flakes.statistics import flake_figures
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
-from fire_atlas.formats.pages.colour_error import read_errors
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
 from fire_atlas.preview.loops import figures_of_loops
+from fire_atlas.preview.memory import ImageErrors, memory_table
 from fire_atlas.preview.overdraw import Overdraw, overdraw_of
 
 _VISIBLE_HUE = 6.0
@@ -30,16 +31,18 @@ class BuildSentences:
     """What the statistics in a manifest say of a build.
 
     Attributes:
-        pages: Of the colours of lossy pages; they follow the table of pages.
+        pages: Of the colours of lossy pages and of heat; they follow the table of pages.
         blends: Of frames of cross-fades; they follow the table of loops.
         motion: Of motion vectors; they follow the table of maps.
         flakes: Of flakes; they follow it too.
+        images: How far lossy pages and compressed textures are from what was drawn.
     """
 
     pages: tuple[str, ...] = ()
     blends: tuple[str, ...] = ()
     motion: tuple[str, ...] = ()
     flakes: tuple[str, ...] = ()
+    images: ImageErrors = field(default_factory=lambda: ImageErrors({}, {}))
 
     @classmethod
     def of(cls, statistics: dict[str, Any]) -> Self:
@@ -49,20 +52,23 @@ class BuildSentences:
             ValueError: The statistics are invalid.
         """
         motion = (_motion_sentence(*report) for report in read_reports(statistics).items())
+        images, heat = ImageErrors.of(statistics), read_heat_errors(statistics)
         return cls(
-            pages=tuple(
-                f"{file}: {error.sentence()}" for file, error in read_errors(statistics).items()
+            pages=(
+                *(f"{file}: {error.sentence()}" for file, error in images.pages.items()),
+                *(f"{name}: {error.sentence()}" for name, error in heat.items()),
             ),
             blends=tuple(_blend_sentences(statistics)),
             motion=tuple(motion),
             flakes=tuple(_flake_sentences(statistics)),
+            images=images,
         )
 
 
 def tables_of(
     atlas: AtlasFile, tracks: Mapping[str, Tracks], sentences: BuildSentences
 ) -> Iterator[Table | str]:
-    """Yield tables of pages, frames, overdraw, loops, maps and flakes.
+    """Yield tables of pages, their memory, frames, overdraw, loops, maps and flakes.
 
     Args:
         atlas: The atlas to describe.
@@ -70,10 +76,11 @@ def tables_of(
         sentences: What the manifest says.
 
     Raises:
-        SourceError: A page file is missing, or is not as the atlas states.
+        SourceError: A page file or a texture is missing, or is not as the atlas states.
     """
     yield _pages(atlas)
     yield from sentences.pages
+    yield memory_table(atlas, sentences.images)
     yield _frames(atlas)
     yield _overdraw(atlas)
     if (loops := _loops(atlas)) is not None:
@@ -224,10 +231,12 @@ def _maps(atlas: AtlasFile) -> Table:
     table = Table("map", "files", "for", "strength", title="maps")
     for each in atlas.sheet.maps:
         engine, strength = "", ""
-        if each.motion is not None:
-            engine, (x, y) = each.motion.engine, each.motion.pixels
+        if each.vectors is not None and each.kind == "haze":
+            strength = f"{each.vectors.scale:g} px"
+        elif each.vectors is not None:
+            engine, (x, y) = each.vectors.engine, each.vectors.pixels
             unit = "of a cell" if motion_encoding(engine).unit == "cell" else "px"
-            strength = f"{each.motion.scale:g} {unit} a frame ({x:.3g} x {y:.3g} px)"
+            strength = f"{each.vectors.scale:g} {unit} a frame ({x:.3g} x {y:.3g} px)"
         table.add_row(each.kind, ", ".join(each.files), engine, strength)
     return table
 

@@ -10,6 +10,7 @@ import yaml
 from fire_atlas.core.files import real
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Maps
+from fire_atlas.recipe.ramps import ramp_files
 from fire_atlas.recipe.tree import RecipeTree, source_files, templates, texture_files
 from fire_atlas.recipe.validate import validate
 
@@ -26,6 +27,7 @@ class LoadedRecipe:
         source_files: Absolute path (or glob) of each file of the source, by its key.
         texture_files: Absolute path of the texture of flakes by its key, if there is one.
         templates: Absolute path of each template in ``exports``, by its path in the recipe.
+        ramps: Absolute path of each image in ``atlas.ramp``, by its path in the recipe.
         members: Recipes whose effects share the pages. Their ``atlas``, ``maps`` and ``tracks`` are
             those of this recipe.
     """
@@ -37,6 +39,7 @@ class LoadedRecipe:
     source_files: dict[tuple[str, ...], Path]
     texture_files: dict[tuple[str, ...], Path]
     templates: dict[str, Path]
+    ramps: dict[str, Path]
     members: tuple["LoadedRecipe", ...] = ()
 
     @property
@@ -57,6 +60,7 @@ def load_tree(tree: RecipeTree) -> LoadedRecipe:
         source_files(tree),
         texture_files(tree),
         templates(tree),
+        ramp_files(tree),
         members,
     )
 
@@ -83,6 +87,11 @@ def resolved_yaml(loaded: LoadedRecipe) -> str:
     values["atlas"]["members"] = [_relative(real(member.path), base) for member in loaded.members]
     if loaded.recipe.atlas.layout == "grid" or loaded.recipe.maps != Maps():
         values["atlas"]["dedupe"] = False  # the default in grids and with maps
+    if loaded.ramps:
+        named = (loaded.ramps.get(ramp) or ramp for ramp in loaded.recipe.atlas.ramps)
+        values["atlas"]["ramp"] = [
+            ramp if isinstance(ramp, str) else _relative(ramp, base) for ramp in named
+        ]
     for export in values["exports"]:
         if isinstance(export, dict) and "template" in export:
             export["template"] = _relative(loaded.templates[export["template"]], base)

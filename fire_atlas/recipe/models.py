@@ -81,6 +81,11 @@ class Recipe(Settings):
         return self.blurs_flame or self.flakes != "none"
 
     @property
+    def needs_field(self) -> bool:
+        """Whether the motion of the air is needed even without flakes."""
+        return self.blurs_flame or self.maps.haze
+
+    @property
     def blurs_flame(self) -> bool:
         """Whether the flame is blurred along the field."""
         return self.motion_blur != "none" and self.motion_blur.flame
@@ -149,7 +154,11 @@ class Recipe(Settings):
             export == "godot" or (isinstance(export, dict) and "godot" in export)
             for export in exports
         )
-        is_straight = isinstance(atlas, dict) and atlas.get("alpha", "straight") == "straight"
+        is_straight = (
+            isinstance(atlas, dict)
+            and atlas.get("alpha", "straight") == "straight"
+            and atlas.get("pixels", "color") == "color"
+        )
         if is_for_godot and is_straight:
             return {**given, "atlas": {"bleed": GODOT_BLEED, **atlas}}
         return given

@@ -20,6 +20,7 @@ from fire_atlas.recipe.base import (
     Settings,
     either,
 )
+from fire_atlas.recipe.gpu import GpuFormat, Mips, unlike
 from fire_atlas.recipe.problem import ContradictionError, KeyPath, Problem
 
 ExportName = Literal[
@@ -33,7 +34,8 @@ MovieName = Literal["webm", "webp", "apng", "gif", "mp4"]
 Engine = Literal["unity", "unreal", "godot"]
 """Engines with a convention of their own for motion vectors."""
 
-Layer = Literal["flame", "flakes"]
+Layer = Literal["flame", "flakes", "smoke"]
+FormMap = Literal["normals", "depth"]
 PivotName = Literal["base", "bottom", "center", "top"]
 
 _MIN_PIVOT, _MAX_PIVOT = -2.0, 3.0
@@ -65,6 +67,28 @@ GODOT_BLEED = 4
 Quality = Annotated[
     Annotated[Literal["lossless"], WORD] | Annotated[int, Field(ge=1, le=100), NUMBER],
     either("`lossless` or a whole number from 1 to 100"),
+]
+
+
+def _different_ramps(ramps: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of ramps; refuse one that is there twice."""
+    if len(set(ramps)) < len(ramps):
+        raise ValueError("holds a ramp twice")
+    return ramps
+
+
+_RampName = Annotated[str, Field(min_length=1, pattern=r"^[^\x00]+$")]
+
+Ramp = Annotated[
+    Annotated[_RampName, WORD]
+    | Annotated[
+        tuple[_RampName, ...],
+        LIST,
+        Field(min_length=1, max_length=64),
+        AfterValidator(_different_ramps),
+        PAIR,
+    ],
+    either("the name of a ramp, the path of an image, or a list of these"),
 ]
 
 _SMALLER = (0.5, 0.25, 0.125)
@@ -154,6 +178,9 @@ class Atlas(Settings):
     ``atlas``, ``maps``, ``exports``, ``tracks`` and ``movies`` replace theirs."""
     format: Literal["png", "webp"] = "png"
     """File format of the pages. ``webp`` is lossless unless ``quality`` is a number."""
+    bits: Literal[8, 16] = 8
+    """Bits a channel of the pages and their layers. 16 keeps smooth gradients where a client grades
+    or brightens them; only ``format: png`` has them. Maps of vectors keep 8."""
     quality: Quality = "lossless"
     """Of ``format: webp``: ``lossless``, or 1 to 100, which makes files much smaller by changing
     colours. Alpha stays exact, and so do motion vectors; the build states how far colours are off.
@@ -162,15 +189,50 @@ class Atlas(Settings):
     """Write pages ``fast``, or pack and compress them as ``small`` as possible (PNG then needs
     ``fire-atlas[small]`` installed, and has a palette where at most 256 colours with alpha allow
     it)."""
+    gpu: Annotated[tuple[GpuFormat, ...], LIST, AfterValidator(unlike)] = ()
+    """Also write each image as compressed textures, which stay small in a GPU's memory, with mip
+    levels: ``bc7.dds``, ``astc-6x6.ktx2``, ... (``fire-atlas[gpu]`` must be installed). Cells then
+    lie on whole blocks, and far enough apart for these mips. Motion vectors take BC5 instead of
+    other BC formats. Colours keep most with ``alpha: premultiplied``; straight ones lose up to 8 dB
+    of it."""
+    mips: Mips = "auto"
+    """Number of mip levels in the files of ``gpu``, the page itself included; ``auto`` is 3. The
+    layout keeps frames apart at up to 5 of them. Levels beyond these are written, for clients that
+    need all levels down to 1 px, but mix frames."""
+    pixels: Literal["color", "heat", "heat4"] = "color"
+    """What pages store. ``color``: red, green, blue and alpha. ``heat``: one value a pixel, from
+    which a shader looks the colour up in ``name.ramp.png``: a quarter of the memory, cross-fades
+    that keep to the fire's hues, and colours that a game exchanges. ``heat4``: the same for clients
+    without textures of one channel, four consecutive frames in R, G, B and A of one cell."""
+    ramp: Ramp = "learnt"
+    """Of ``pixels: heat`` and ``heat4``, the colours by heat: ``learnt`` (those of the clip),
+    ``campfire``, ``gas``, ``copper``, ``poison``, ``soul``, ``frost``, ``blackbody``, or an image,
+    of which the row in the middle is read from left to right; several in a list: the rows of
+    ``name.ramp.png``."""
     alpha: Literal["straight", "premultiplied", "additive"] = "straight"
-    """How alpha is stored. ``additive``: light on black, alpha 0."""
+    """How alpha is stored. ``additive``: light on black, alpha 0. Ramps are ``premultiplied``, the
+    default with ``pixels: heat``, or ``additive``."""
     blend_space: Literal["srgb", "linear"] = "srgb"
     """Encoding in which the client blends: ``srgb`` (Godot 2D, Pixi, Phaser, canvas, Unity gamma)
     or ``linear`` (Unity linear)."""
 
+    @property
+    def ramps(self) -> tuple[str, ...]:
+        """The ramps, one for each row of the file."""
+        return (self.ramp,) if isinstance(self.ramp, str) else self.ramp
+
+    @model_validator(mode="before")
+    @classmethod
+    def _premultiply_ramps(cls, given: Any) -> Any:
+        """Give ``alpha`` its default for ramps, whose neighbours a filter mixes."""
+        if isinstance(given, dict) and given.get("pixels") in ("heat", "heat4"):
+            return {"alpha": "premultiplied", **given}
+        return given
+
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> Self:
-        if problems := (*_grid_contradictions(self), *_pixel_contradictions(self)):
+        groups = _grid_contradictions, _pixel_contradictions, _heat_contradictions
+        if problems := tuple(problem for group in groups for problem in group(self)):
             raise ContradictionError(*problems)
         return self
 
@@ -186,12 +248,39 @@ class Maps(Settings):
     """The flame without flakes, ``name.flame.png``."""
     flakes: bool = False
     """The flakes alone, ``name.flakes.png``."""
+    haze: bool = False
+    """The refraction of the hot air in the flame and above it, ``name.haze.png``: how far it shifts
+    what is seen through it, as vectors for a distortion shader. The frames on the pages get larger
+    by the hot air above the flame. Needs the analysis of a clip's motion, so not for sprites of
+    several sizes."""
+    emission: Annotated[Literal["exr", "none"], OFF] = "none"
+    """Light brighter than white, for engines that render in HDR: ``exr`` writes what the pages show
+    as linear light before the shoulder of their exposure, ``name.emission.exr``, premultiplied, as
+    half floats. Needs ``fire-atlas[exr]`` installed."""
+    smoke: bool = False
+    """The smoke as a layer under the fire, ``name.smoke.png``: grey, with the share of the light
+    behind it that it keeps back as alpha. The pages then hold the fire without it. For clips with
+    alpha of their own, and for ``source.kind: silk``, whose soot is black smoke."""
+    normals: bool = False
+    """The direction that the front of the fire faces, ``name.normals.png``, for lights: red is
+    right, green up, blue towards the viewer. For ``source.kind: silk`` and ``profile``."""
+    depth: bool = False
+    """How far the front of the fire is before the plane through its foot, ``name.depth.png``, for
+    soft particles; the JSON states the range. For ``source.kind: silk`` and ``profile``."""
 
     @property
     def layers(self) -> tuple[Layer, ...]:
         """The layers that are to be written."""
-        switches: dict[Layer, bool] = {"flame": self.flame, "flakes": self.flakes}
+        switches: dict[Layer, bool] = {
+            "flame": self.flame, "flakes": self.flakes, "smoke": self.smoke,
+        }  # fmt: skip
         return tuple(layer for layer, wanted in switches.items() if wanted)
+
+    @property
+    def form(self) -> tuple[FormMap, ...]:
+        """The maps of the fire's form that are to be written."""
+        switches: dict[FormMap, bool] = {"normals": self.normals, "depth": self.depth}
+        return tuple(kind for kind, wanted in switches.items() if wanted)
 
 
 class TemplateExport(Settings):
@@ -376,5 +465,29 @@ def _pixel_contradictions(atlas: Atlas) -> Iterator[Problem]:
             f"alpha {atlas.alpha} needs none; colour under transparent pixels would be added to "
             f"the picture",
         )
+    if atlas.mips != "auto" and not atlas.gpu:
+        yield Problem(
+            ("mips",), "are the levels of compressed textures; list some in gpu, or leave it out"
+        )
     if atlas.trim_threshold and atlas.trim == "none":
         yield Problem(("trim_threshold",), "nothing is cut with trim none; leave one of them out")
+
+
+def _heat_contradictions(atlas: Atlas) -> Iterator[Problem]:
+    """Yield what pages of heat cannot have, and ramps for pages without heat."""
+    if atlas.pixels == "color":
+        if atlas.ramps != ("learnt",):
+            yield Problem(("ramp",), "gives heat its colours; set pixels to heat or heat4")
+        return
+    if atlas.alpha == "straight":
+        yield Problem(
+            ("alpha",), "the colours of ramps are premultiplied or additive; leave alpha out"
+        )
+    if atlas.gpu:
+        yield Problem(("gpu",), "textures are made of pages of colours; leave it out")
+    if atlas.bits == 16:
+        yield Problem(("bits",), "heat has 8 bits, one value for each colour; leave it out")
+    if atlas.pixels == "heat4" and atlas.mesh != "none":
+        yield Problem(
+            ("mesh",), "four frames lie in one cell, whose shapes differ; use heat, or leave it out"
+        )

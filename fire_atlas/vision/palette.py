@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import brightest
-from fire_atlas.core.pixels import Pixels, Plane, as_plane, luminance
+from fire_atlas.core.pixels import Pixels, Plane, as_plane, hue_difference, luminance
 from fire_atlas.core.workers import Workers
 from fire_atlas.vision.sampling import evenly_spread
 
@@ -43,11 +43,6 @@ _HUE_PERCENTILE = 99.5
 
 _HUE_STEPS = 7
 """Hues of this many neighbouring steps count as those of a step."""
-
-_XYZ = np.array(
-    [[0.4339, 0.3762, 0.1899], [0.2126, 0.7152, 0.0722], [0.0177, 0.1095, 0.8728]], np.float32
-)
-"""CIE XYZ, of white 1, of linear sRGB."""
 
 _FAINT = np.float32(1e-5)
 """Light that 8 bits do not show."""
@@ -199,9 +194,8 @@ def _hue_distance(
     light: NDArray[np.float32], one: NDArray[np.float32], other: NDArray[np.float32]
 ) -> NDArray[np.float32]:
     """Return the distance, ΔE, of two colours (n, 3) of the same fourth root of luminance (n,)."""
-    roots = [np.cbrt(np.square(np.square(light[:, None] * each)) @ _XYZ.T) for each in (one, other)]
-    x, y, z = (roots[0] - roots[1]).T
-    return as_plane(np.hypot(500 * (x - y), 200 * (y - z)))
+    linear = (np.square(np.square(light[:, None] * each)) for each in (one, other))
+    return hue_difference(*linear)
 
 
 def _over_steps(sums: NDArray[np.float64], counts: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -46,6 +46,23 @@ const FireParts := preload("fire_parts.gd")
 	set(level):
 		wind = level
 		_apply()
+@export_group("Heat")
+## Colours of a fire whose pages hold heat ([code]atlas.pixels: heat[/code]): any texture with
+## nothing at its left end, like a GradientTexture1D. Without it, those that the build wrote.
+@export var ramp: Texture2D:
+	set(colours):
+		ramp = colours
+		_apply()
+## Row of the ramp, the topmost is 0.
+@export_range(0, 63) var ramp_row: int = 0:
+	set(row):
+		ramp_row = row
+		_apply()
+## Heat that is taken away: the fire dies from its rim inwards, and at 1 nothing is left.
+@export_range(0.0, 1.0, 0.01) var erosion: float = 0.0:
+	set(heat):
+		erosion = heat
+		_apply()
 @export_group("Sparks", "sparks_")
 ## Whether sparks are shown. Those that the pages show ([code]flakes: {bake: true}[/code]) stay.
 @export var sparks_shown: bool = true:
@@ -71,6 +88,8 @@ const FireParts := preload("fire_parts.gd")
 		_apply()
 
 var _parts: FireParts
+# The ramp that the build wrote.
+var _own_ramp: Texture2D
 
 
 ## Plays an animation from its first frame; without a name, the one that is shown.
@@ -96,6 +115,9 @@ func _validate_property(property: Dictionary) -> void:
 	if property["name"] == "animation" and _parts != null:
 		property["hint"] = PROPERTY_HINT_ENUM
 		property["hint_string"] = ",".join(_parts.sprite.sprite_frames.get_animation_names())
+	var has_heat: bool = _parts != null and _parts.heat != null
+	if property["name"] in ["ramp", "ramp_row", "erosion"] and not has_heat:
+		property["usage"] &= ~PROPERTY_USAGE_EDITOR
 	if property["name"] == "wind" and (_parts == null or not "wind" in _parts.sprite):
 		property["usage"] &= ~PROPERTY_USAGE_EDITOR
 
@@ -107,6 +129,7 @@ func _show_fire() -> void:
 		_parts.root.queue_free()
 	_parts = FireParts.of(fire)
 	if _parts != null:
+		_own_ramp = _parts.heat.get_shader_parameter("ramp") if _parts.heat != null else null
 		_parts.sprite.animation_finished.connect(_end)
 		_parts.sprite.animation_looped.connect(looped.emit)
 		# Another fire may have other animations: then it shows its own first one.
@@ -133,6 +156,10 @@ func _apply() -> void:
 		return
 	_parts.sprite.speed_scale = speed_scale
 	_parts.sprite.set("wind", wind)
+	if _parts.heat != null:
+		_parts.heat.set_shader_parameter("ramp", ramp if ramp != null else _own_ramp)
+		_parts.heat.set_shader_parameter("row", ramp_row)
+		_parts.heat.set_shader_parameter("erosion", erosion)
 	if _parts.sparks != null:
 		_parts.sparks.visible = sparks_shown and not _parts.is_baked
 		_parts.sparks.set("brightness", sparks_brightness)

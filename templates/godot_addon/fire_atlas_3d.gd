@@ -175,8 +175,8 @@ func _show_fire() -> void:
 	_light = null
 	var parts: FireParts = FireParts.of(fire)
 	if parts != null:
-		# A film scene shows the flame through a shader of its own, in two dimensions.
-		if parts.sprite == parts.root:
+		# A film scene shows the flame through a shader of its own, in two dimensions, as heat is.
+		if parts.sprite == parts.root and parts.heat == null:
 			_add(parts)
 		parts.root.free()
 	notify_property_list_changed()

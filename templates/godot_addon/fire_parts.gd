@@ -10,6 +10,8 @@ var sprite: AnimatedSprite2D
 var sparks: MultiMeshInstance2D
 # Shines; null without.
 var lamp: PointLight2D
+# Gives heat its colours; null if the pages have colours.
+var heat: ShaderMaterial
 # Whether the pages show the sparks, so that nothing else may.
 var is_baked: bool = false
 
@@ -49,6 +51,7 @@ func take(scene: Node) -> bool:
 	sprite.autoplay = ""
 	sparks = sprite.get_node_or_null("Flakes") as MultiMeshInstance2D
 	lamp = sprite.get_node_or_null("Light") as PointLight2D
+	heat = sprite.material as ShaderMaterial if sprite.has_node("Heat") else null
 	is_baked = sparks != null and not sparks.visible
 	return true
 

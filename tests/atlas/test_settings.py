@@ -65,12 +65,21 @@ def test_a_contradiction_is_refused_with_its_reason(
     assert re.search(advice, said), said
 
 
+@pytest.mark.parametrize(
+    ("keys", "extra"),
+    [({"atlas": {"compression": "small"}}, "small"), ({"maps": {"emission": "exr"}}, "exr")],
+)
 def test_a_missing_extra_is_reported_before_any_work(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    keys: dict[str, Any],
+    extra: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("fire_atlas.formats.limits.find_spec", lambda name: None)
-    code, said = checked(tmp_path, capsys, atlas={"compression": "small"})
-    assert (code, "pip install 'fire-atlas[small]'" in said) == (1, True)
+    code, said = checked(tmp_path, capsys, **keys)
+    assert (code, f"pip install 'fire-atlas[{extra}]'" in said) == (1, True)
+    assert f"{next(iter(keys))}." in said
     for command in (["build"], ["build", "--dry-run"], ["preview"]):
         assert main([*command, str(tmp_path / "fire.yaml")]) == 1
         assert capsys.readouterr().err == said

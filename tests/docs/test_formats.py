@@ -46,8 +46,13 @@ RECIPES: dict[str, dict[str, Any]] = {
     "everything": {
         "source": {**CAMPFIRE, "count": 12},
         "timeline": {"frames": 6},
-        "atlas": {"layout": "grid", "alpha": "premultiplied", "scales": [1, 0.5]},
-        "maps": {"motion": "godot", "flame": True, "flakes": True},
+        "atlas": {
+            "layout": "grid",
+            "alpha": "premultiplied",
+            "scales": [1, 0.5],
+            "gpu": ["bc7.dds", "astc-6x6.ktx2"],
+        },
+        "maps": {"motion": "godot", "flame": True, "flakes": True, "emission": "exr", "haze": True},
         "exports": ["json", "json-array", "phaser", "aseprite", "tpsheet", "godot", "unity"],
         "tracks": ["json", "csv", "pcache", "hjson", "light"],
         "movies": ["webm", "webp", "apng", "gif", "mp4"],
@@ -63,7 +68,7 @@ RECIPES: dict[str, dict[str, Any]] = {
         "source": {"kind": "silk", "width": 48, "height": 48},
         "timeline": {"frames": 6},
         "views": {"count": 2},
-        "maps": {"motion": "unity"},
+        "maps": {"motion": "unity", "smoke": True, "normals": True, "depth": True},
         "atlas": {"layout": "grid"},
         "exports": ["json", "phaser", {"godot": {"version": 3}}],
         "tracks": ["json", "light"],
@@ -86,6 +91,18 @@ RECIPES: dict[str, dict[str, Any]] = {
         "source": {**CAMPFIRE, "count": 4},
         "flakes": {"bake": False},
         "exports": ["godot"],
+    },
+    "heat": {
+        "source": {**CAMPFIRE, "count": 5},
+        "flakes": "none",
+        "atlas": {"pixels": "heat4", "ramp": ["learnt", "gas"]},
+        "exports": ["json", "json-array", "phaser", "godot"],
+    },
+    "grey": {
+        "source": {**CAMPFIRE, "count": 4},
+        "flakes": "none",
+        "atlas": {"pixels": "heat"},
+        "exports": ["unity"],
     },
     "level": {"atlas": {"members": ["pages.yaml", "sprites.yaml"]}},
 }

@@ -18,15 +18,14 @@ from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.atlas.sheet import (
     AnimationFrames,
     AtlasSheet,
-    MotionScale,
     Region,
     Sprite,
     State,
     StateGraph,
     StateTransition,
+    VectorScale,
 )
 from fire_atlas.atlas.trim import trimmed
-from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.channels.motion import Motion
 from fire_atlas.channels.page import with_maps
 from fire_atlas.core.errors import OutputError, SourceError
@@ -103,7 +102,7 @@ def sheets(draw: st.DrawFn) -> AtlasSheet:
     reach = draw(st.tuples(st.floats(0, 20), st.floats(0, 20)))
     motion = Motion(*FRAME, (np.zeros((2, 2, 2), np.float16),), reach, None)
     layers: list[Layer] = draw(st.lists(st.sampled_from(["flame", "flakes"]), unique=True))
-    return with_maps(sheet, layers, [motion], None if engine is None else motion_encoding(engine))
+    return with_maps(sheet, layers, [motion], engine or "none")
 
 
 def rounded(sheet: AtlasSheet) -> AtlasSheet:
@@ -113,7 +112,7 @@ def rounded(sheet: AtlasSheet) -> AtlasSheet:
         x, y = (round(part, 6) for part in each.anchor)
         return replace(each, anchor=(x, y), duration=round(each.duration, 3))
 
-    def scale(each: MotionScale | None) -> MotionScale | None:
+    def scale(each: VectorScale | None) -> VectorScale | None:
         if each is None:
             return None
         return replace(
@@ -131,7 +130,7 @@ def rounded(sheet: AtlasSheet) -> AtlasSheet:
         sheet,
         fps=round(sheet.fps, 6),
         regions=tuple(map(region, sheet.regions)),
-        maps=tuple(replace(each, motion=scale(each.motion)) for each in sheet.maps),
+        maps=tuple(replace(each, vectors=scale(each.vectors)) for each in sheet.maps),
     )
 
 
@@ -262,7 +261,7 @@ def test_motion_vectors_of_another_making_are_refused(
     cells: NDArray[np.float16] = np.zeros((2, 2, 2), np.float16)
     sheet = with_maps(
         build_sheets("fire", [animation], Atlas(layout="grid"))[0], [],
-        [Motion(8, 8, (cells,), (1.0, 1.0), None)], motion_encoding("unity"),
+        [Motion(8, 8, (cells,), (1.0, 1.0), None)], "unity",
     )  # fmt: skip
     path = write_json(sheet, tmp_path)
     document = json.loads(path.read_bytes())

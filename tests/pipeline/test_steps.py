@@ -28,9 +28,16 @@ CALLERS = (build, contribute, prepare, animate, change_wind, fly_in_depth)
 WHOLE = ("source", "views", "wind")
 """Sections that are read as a whole."""
 
-ENCODING = {"atlas.alpha", "atlas.blend_space", "atlas.scales", "atlas.trim_threshold"}
+ENCODING = {
+    "atlas.alpha", "atlas.bits", "atlas.blend_space", "atlas.scales", "atlas.trim_threshold",
+}  # fmt: skip
 BLUR = {"motion_blur.flame", "motion_blur.shutter", "motion_blur.samples"}
-MAPS = {"maps.motion", "maps.flame", "maps.flakes"}
+MAPS = {
+    "maps.motion", "maps.flame", "maps.flakes", "maps.emission", "maps.smoke", "maps.normals",
+    "maps.depth",
+}  # fmt: skip
+
+FORM = {"maps.normals", "maps.depth"}
 
 DECIDED = {
     "features.preset", "flakes.rate", "flakes.sparks", "flakes.size", "flakes.colors",
@@ -42,8 +49,8 @@ DECIDED = {
 TABLE = {
     # The names of all outputs that are known before any work.
     "refuse_taken_names": {
-        *MAPS, "name", "exports", "tracks", "movies", "flakes", "views", "wind", "atlas.format",
-        "atlas.members", "atlas.scales",
+        *MAPS, "maps.haze", "name", "exports", "tracks", "movies", "flakes", "views", "wind",
+        "atlas.format", "atlas.gpu", "atlas.members", "atlas.pixels", "atlas.scales",
     },
     # Whether a recipe only packs decides what its source may be.
     "open_input": {
@@ -66,7 +73,7 @@ TABLE = {
         "flakes.texture",
     },
     "analyse": {
-        "seed", "wind", "motion_blur.flame",
+        "seed", "wind", "motion_blur.flame", "maps.haze",
         "features.preset", "features.sigma", "features.beta", "features.clamp",
         "buoyancy.motion", "buoyancy.cell", "buoyancy.coupling", "buoyancy.feature_force",
         "buoyancy.lift", "buoyancy.gravity", "buoyancy.drag", "buoyancy.viscosity",
@@ -87,9 +94,9 @@ TABLE = {
         "seed", "buoyancy.gravity", "buoyancy.turbulence",
         "flakes.edge", "flakes.lag", "flakes.life", "flakes.max", "flakes.scatter",
     },
-    # The blur, to know whether a view needs a field of its own.
+    # Blur and haze, to know whether a view needs a field of its own.
     "see_flight": {
-        "seed", "composite.blend", "composite.intensity", "motion_blur.flame",
+        "seed", "composite.blend", "composite.intensity", "motion_blur.flame", "maps.haze",
         "motion_blur.shutter", "flakes.colors", "flakes.edge", "flakes.intensity",
         "flakes.sprite", "flakes.stretch",
     },
@@ -101,28 +108,35 @@ TABLE = {
     },
     "thumbnails_of_skipped_frames": {*BLUR, "maps.motion", "atlas.blend_space"},
     "measure_motion": {"maps.motion"},
+    "measure_haze": {"maps.haze", "seed"},
     "pack_only": {
-        *ENCODING, *MAPS, "source", "tracks", "flakes", "motion_blur", "name", "timeline.loop",
-        "timeline.overlap", "timeline.tail",
+        *ENCODING, *(MAPS - FORM), "maps.haze", "source", "tracks", "flakes", "motion_blur", "name",
+        "timeline.loop", "timeline.overlap", "timeline.tail",
     },
     # The class of the fire, which the statistics state.
+    "page_content": {
+        "name", "atlas.alpha", "atlas.blend_space", "atlas.pixels", "atlas.ramp",
+        "flakes.fire_class",
+    },
     "pack": {
-        *MAPS, "name", "flakes.fire_class",
-        "atlas.alpha", "atlas.blend_space", "atlas.border", "atlas.compression",
+        *MAPS, "name",
+        "atlas.alpha", "atlas.bits", "atlas.blend_space", "atlas.border", "atlas.compression",
         "atlas.dedupe", "atlas.extrude", "atlas.format", "atlas.layout", "atlas.max_size",
         "atlas.multiple_of", "atlas.padding", "atlas.pivot", "atlas.pot", "atlas.rotate",
         "atlas.scales", "atlas.square", "atlas.trim",
-        "atlas.mesh", "atlas.mesh.vertices", "atlas.trim_threshold",
+        "atlas.mesh", "atlas.mesh.vertices", "atlas.trim_threshold", "atlas.gpu", "atlas.mips",
     },
     "write_images": {
-        *MAPS, "atlas.bleed", "atlas.compression", "atlas.extrude", "atlas.format",
+        *MAPS, "maps.haze", "atlas.bleed", "atlas.compression", "atlas.extrude", "atlas.format",
         "atlas.padding", "atlas.quality",
+        "atlas.alpha", "atlas.blend_space",  # of compressed textures
     },
     "product_of": {"tracks"},
     "movie_files": {"movies"},
     "open_texture": {"atlas.blend_space", "flakes", "flakes.texture", "flakes.texture.grid"},
     "prepared_texture": {
-        "atlas.alpha", "atlas.blend_space", "atlas.scales", "flakes.size", "flakes.texture",
+        "atlas.alpha", "atlas.bits", "atlas.blend_space", "atlas.scales", "flakes.size",
+        "flakes.texture",
         "flakes.texture.play", "flakes.tint",
     },
 }  # fmt: skip
@@ -138,8 +152,14 @@ RECIPES: dict[str, dict[str, Any]] = {
         "flakes": {"glow": 1.0, "edge": "crop"},
         "motion_blur": {"flame": True},
         "composite": {"palette": "clip"},
-        "atlas": {"layout": "grid", "scales": [1, 0.5], "bleed": 2, "mesh": {"vertices": 6}},
-        "maps": {"motion": "godot", "flame": True, "flakes": True},
+        "atlas": {
+            "layout": "grid",
+            "scales": [1, 0.5],
+            "bleed": 2,
+            "mesh": {"vertices": 6},
+            "gpu": ["bc7.dds"],
+        },
+        "maps": {"motion": "godot", "flame": True, "flakes": True, "emission": "exr", "haze": True},
         "tracks": ["light", "json"],
     },
     "crossfaded": {"source": CLIP, "timeline": {"loop": "crossfade"}, "wind": {"gusts": {}}},
@@ -150,6 +170,7 @@ RECIPES: dict[str, dict[str, Any]] = {
         "seed": 3,
     },
     "texture": {"source": CLIP, "flakes": {"texture": str(SHIPPED / "pixel_flame.png")}},
+    "heat": {"source": CLIP, "atlas": {"pixels": "heat", "ramp": ["learnt", "gas"]}},
     "silk": {
         "source": {"kind": "silk", "width": 48, "height": 64},
         "views": {"count": 2},
@@ -175,7 +196,7 @@ SEVERAL_WINDS: dict[str, Any] = {
 }
 BETWEEN_WINDS = {
     # The level of each loop, and of each state.
-    "study_flame": {"wind", "timeline.loop"}, "pack": {"wind"},
+    "study_flame": {"wind", "timeline.loop"}, "page_content": {"wind"},
     # What is stated of the loop before; above, what is noted.
     "render": {"flakes.fire_class"},
 }  # fmt: skip

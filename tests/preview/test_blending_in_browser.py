@@ -160,7 +160,7 @@ def test_packed_frames_pass_into_one_another_through_their_own_boxes(
     """In px of the untrimmed frame: no vector and nothing to see outside of a frame's box."""
     page = built(tmp_path, count=12, maps={"motion": "godot"}, atlas=atlas, timeline=COARSE)
     file = read_atlas(page.with_name("fire.json"))
-    reading = file.sheet.map("motion").motion
+    reading = file.sheet.map("motion").vectors
     assert reading is not None
     with Image.open(page.with_name("fire.png")) as image:
         colours = np.asarray(image.convert("RGBA"))

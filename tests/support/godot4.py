@@ -259,7 +259,7 @@ def _packed_files(
     packed = dict(_imported(files)) | {
         name: path.read_bytes()
         for name, path in files.items()
-        if path.suffix in (".tres", ".tscn", ".gd", ".gdshader")
+        if path.suffix in (".tres", ".tscn", ".gd", ".gdshader", ".dds", ".ktx2")
     }
     return packed | {
         ".godot/uid_cache.bin": _uid_cache(_uids(files)),

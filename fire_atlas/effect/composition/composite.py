@@ -126,6 +126,39 @@ def exposed_together(shown: NDArray[np.float32], light: NDArray[np.float32]) -> 
     return as_plane(np.maximum((shown + added) / (1 + added), shown))
 
 
+def emitted(
+    under: NDArray[np.float32], flakes: NDArray[np.float32], blend: str, blend_space: str
+) -> NDArray[np.float32]:
+    """Return the light that film, exposed to it, shows as ``compose`` does over black: (4, pixels).
+
+    The inverse of the exposure x / (1 + x), in closed form, so that light far brighter than white
+    is kept. Flakes that are added or screened cover nothing; with ``over`` they cover in proportion
+    to their exposed light.
+
+    Args:
+        under: (4, pixels), the flame's premultiplied linear light and coverage.
+        flakes: (3, pixels), light of the flake layer on black.
+        blend: ``add``, ``screen`` or ``over``.
+        blend_space: Where the client blends that the flame was made for.
+    """
+    coverage, shown = under[3], under[:3]
+    if blend_space == "srgb":
+        shown = _as_seen(shown, coverage)
+    shown = np.minimum(shown, _WHITE)
+    pixels = np.empty_like(under)
+    pixels[3] = coverage
+    if blend == "over":
+        cover = expose(flakes.max(axis=0))
+        pixels[3] += cover * (1 - coverage)
+        # What still shows of the flame, relative to 1 less what is shown of the flakes.
+        shown = shown * (1 - cover) * (1 + flakes)
+        pixels[:3] = (flakes + shown) / (1 - shown)
+        return pixels
+    flame = shown / (1 - shown)
+    pixels[:3] = flame + flakes + (flame * flakes if blend == "screen" else 0)
+    return pixels
+
+
 def clip_palette(clip: Clip, workers: Workers) -> NDArray[np.float32]:
     """Return the most frequent opaque colours of a clip, (colours, 3) sRGB in 0..1."""
     samples = evenly_spread(0, clip.count - 1, _PALETTE_SAMPLES)

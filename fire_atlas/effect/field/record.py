@@ -32,6 +32,7 @@ class FieldRecord:
         cell: Side of a cell, px.
         fps: Frames per second.
         loop: Whether frame 0 follows the last frame.
+        heat: (frames, rows, columns) float16, 1 in the flame, 0 in cold air; None if not recorded.
     """
 
     u: NDArray[np.float32]
@@ -40,12 +41,23 @@ class FieldRecord:
     cell: int
     fps: float
     loop: bool
+    heat: NDArray[np.float16] | None = None
 
     @classmethod
-    def empty(cls, frames: int, shape: tuple[int, int], cell: int, fps: float, loop: bool) -> Self:
+    def empty(
+        cls,
+        frames: int,
+        shape: tuple[int, int],
+        cell: int,
+        fps: float,
+        loop: bool,
+        *,
+        has_heat: bool = False,
+    ) -> Self:
         """Return a record of zeros, to be written frame by frame."""
         u, v = (np.zeros((frames, *shape), np.float32) for _ in range(2))
-        return cls(u, v, np.zeros(u.shape, np.uint8), cell, fps, loop)
+        heat = np.zeros(u.shape, np.float16) if has_heat else None
+        return cls(u, v, np.zeros(u.shape, np.uint8), cell, fps, loop, heat)
 
     def write(self, frame: int, field: BuoyancyField, lit: Plane) -> None:
         """Record one frame; frames past the end of a loop are cross-faded into its first ones.
@@ -57,11 +69,14 @@ class FieldRecord:
         if past_end < 0:
             self.u[frame], self.v[frame] = field.u, field.v
             self.lit[frame] = np.rint(lit * 255)
+            if self.heat is not None:
+                self.heat[frame] = field.heat
             return
         weight = np.float32(1 - past_end / _overlap_frames(self.fps))
-        for plane, now in ((self.u, field.u), (self.v, field.v)):
-            began = plane[past_end % len(plane)]
-            began += (now - began) * weight
+        for plane, now in ((self.u, field.u), (self.v, field.v), (self.heat, field.heat)):
+            if plane is not None:
+                began = plane[past_end % len(plane)]
+                began += ((now - began) * weight).astype(plane.dtype)
 
     def cross_faded(
         self,
@@ -78,7 +93,10 @@ class FieldRecord:
             return np.asarray(one[leaving] * (1 - weight) + other[entering] * weight, np.float32)
 
         u, v, lit = (faded(getattr(self, n), getattr(after, n)) for n in ("u", "v", "lit"))
-        return replace(self, u=u, v=v, lit=np.rint(lit).astype(np.uint8), loop=False)
+        heat = None
+        if self.heat is not None and after.heat is not None:
+            heat = faded(self.heat, after.heat).astype(np.float16)
+        return replace(self, u=u, v=v, lit=np.rint(lit).astype(np.uint8), loop=False, heat=heat)
 
     def interpolated(self, time: float) -> NDArray[np.float32]:
         """Return u, v (px/s) and lit (0..1) of each cell at ``time`` s, (rows, columns, 3).
@@ -146,9 +164,13 @@ def solve_field(
             yield SolvedFrame(n, field, forcing)
 
 
-def record_field(frames: Iterable[SolvedFrame], clip: Clip, solver: BuoyancySolver) -> FieldRecord:
+def record_field(
+    frames: Iterable[SolvedFrame], clip: Clip, solver: BuoyancySolver, *, has_heat: bool = False
+) -> FieldRecord:
     """Return a record of the field of each frame of a clip, as ``solve_field`` yields them."""
-    record = FieldRecord.empty(clip.count, solver.shape, solver.cell, clip.fps, clip.loop)
+    record = FieldRecord.empty(
+        clip.count, solver.shape, solver.cell, clip.fps, clip.loop, has_heat=has_heat
+    )
     for frame in frames:
         record.write(frame.number, frame.field, frame.forcing.lit)
     return record

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from fire_atlas.atlas.sheet import AtlasSheet, MotionScale, Region
+from fire_atlas.atlas.sheet import DATA_MAPS, AtlasSheet, Region, VectorScale
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH, SPRITE_INTEGRAL
 from fire_atlas.effect.flakes.tracks import Tracks
@@ -39,6 +39,8 @@ _VIEW = re.compile(r"view_\d+")
 
 _PARTICLES = "_particles.tscn"
 _LAMP, _WIND, _FLIPBOOK = "_light.gd", "_wind.gd", "_motion.gdshader"
+_HAZE, _HAZE_PLAYER = "_haze.gdshader", "_haze.gd"
+_HEAT, _HEAT_PLAYER = "_heat.gdshader", "_heat.gd"
 
 
 def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
@@ -51,9 +53,11 @@ def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile
         yield from _page_settings(product, sheet, options)
         yield _frames(product, sheet, options)
         yield _scene(product, sheet, flakes, options)
-        if arrays and options.version == 4 and not product.baked.issuperset(flakes):
+        if arrays and _is_summed(product, flakes, options):
             yield _summed_scene(product, sheet, arrays, options)
         yield from _flipbook(product, sheet, options)
+        if _has_haze(product, options):
+            yield from _haze(product, sheet, options)
     if arrays:
         yield _flake_tables(product, _TABLES, arrays, list(flakes), options)
         for ending in (_TRACKS, _PLAYER):
@@ -67,6 +71,10 @@ def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile
         yield from _script(product, _WIND, options)
     if any(_played_motion(sheet, options) for sheet in product.sheets):
         yield from _script(product, _FLIPBOOK, options)
+    if _has_haze(product, options):
+        yield from _script(product, _HAZE, options)
+        yield from _script(product, _HAZE_PLAYER, options)
+    yield from _heat_files(product, options)
     if "csv" in product.track_formats and options.version == 4:
         for animation in product.tracks:
             # Godot would import every CSV as translations.
@@ -78,6 +86,12 @@ def _played_flakes(product: Product) -> dict[str, Tracks]:
     """Return the flakes that the scene plays: those that the pages do not show, or else all."""
     not_baked = {name: each for name, each in product.tracks.items() if name not in product.baked}
     return not_baked or dict(product.tracks)
+
+
+def _is_summed(product: Product, flakes: dict[str, Tracks], options: GodotOptions) -> bool:
+    """Return whether a scene adds up the light of flame and flakes, as film does."""
+    has_colours = product.sheets[0].heat is None
+    return options.version == 4 and has_colours and not product.baked.issuperset(flakes)
 
 
 def _played_cells(product: Product, sheet: AtlasSheet, options: GodotOptions) -> tuple[Region, ...]:
@@ -102,6 +116,21 @@ def why_meshes_are_not_drawn(product: Product, options: GodotOptions) -> str | N
     if options.version == 4 or not product.sheets[0].has_meshes:
         return None
     return "atlas.mesh: the scene draws rectangles: only Godot 4 draws meshes right; set version: 4"
+
+
+def why_haze_is_not_drawn(product: Product, options: GodotOptions) -> str | None:
+    """Return advice if there is haze, but no scene that shows it."""
+    if options.version == 4 or not product.sheets[0].has_map("haze"):
+        return None
+    return (
+        f"maps.haze: no {product.name}_haze.tscn bends what is behind: only Godot 4 has a shader "
+        f"for it; set version: 4"
+    )
+
+
+def _has_haze(product: Product, options: GodotOptions) -> bool:
+    """Return whether scenes show the haze; Godot 3 has no shader for it."""
+    return product.sheets[0].has_map("haze") and options.version == 4
 
 
 def _cells_of(product: Product, sheet: AtlasSheet, options: GodotOptions) -> list[dict[str, Any]]:
@@ -130,7 +159,7 @@ def _page_settings(
     for file in sheet.files:
         name = file + IMPORT_ENDING
         # Motion vectors are data: they must not be changed, as premultiplied light must not.
-        is_data = any(file in each.files for each in sheet.maps if each.motion)
+        is_data = any(file in each.files for each in sheet.maps if each.kind in DATA_MAPS)
         alpha = "premultiplied" if is_data else sheet.alpha
         data = import_settings(product.existing(name), alpha, _image_uid(product, file), options)
         yield OutputFile(name, "import", data)
@@ -140,10 +169,11 @@ def _image_uid(product: Product, file: str) -> str:
     return uid_of(product, file, stated_in=file + IMPORT_ENDING)
 
 
-def _played_motion(sheet: AtlasSheet, options: GodotOptions) -> MotionScale | None:
+def _played_motion(sheet: AtlasSheet, options: GodotOptions) -> VectorScale | None:
     """Return the motion vectors along which a shader can play a sheet: those of a grid on one page,
     of one animation; None without."""
     is_one = len(sheet.pages) == len(sheet.animations) == 1 and sheet.grid is not None
+    is_one = is_one and sheet.heat is None
     is_played = is_one and sheet.motion is not None and sheet.motion.engine == "godot"
     return sheet.motion if is_played and options.version == 4 else None
 
@@ -155,6 +185,8 @@ def why_motion_is_not_played(product: Product, options: GodotOptions) -> str | N
         return None
     if options.version != 4:
         reason = "only Godot 4 has a shader for them; set version: 4"
+    elif sheet.heat is not None:
+        reason = "it shows colours alone; set atlas.pixels: color"
     elif sheet.grid is None:
         reason = "its frames are packed, and it needs cells of one size; set atlas.layout: grid"
     elif len(sheet.animations) > 1:
@@ -198,10 +230,41 @@ def _flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Ite
     )  # fmt: skip
 
 
+def _haze(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iterator[OutputFile]:
+    """Yield a scene of the fire before its haze, and the frames of the haze."""
+    haze, scene = sheet.map("haze"), sheet.name + SCENE_ENDING
+    assert haze.vectors is not None
+    frames = _haze_frames(product, sheet, options)
+    yield frames
+    yield _resource(
+        "haze.tscn", f"{sheet.name}_haze.tscn", product, options,
+        node=node_name(product.name),
+        scene=(scene, uid_of(product, scene)),
+        frames=(frames.name, uid_of(product, frames.name)),
+        shader=_script_reference(product, _HAZE),
+        script=_script_reference(product, _HAZE_PLAYER),
+        scale=haze.vectors.scale,
+        first=next(iter(titles(animation.name for animation in sheet.animations).values())),
+        bounds=FrameBounds.of(sheet.regions),
+    )  # fmt: skip
+
+
+def _haze_frames(product: Product, sheet: AtlasSheet, options: GodotOptions) -> OutputFile:
+    """Return the sprite frames of the haze. Meshes fit the flame, so it is drawn in rectangles."""
+    textures, texture_of_frame = textures_of(sheet, draws_meshes=False)
+    return _resource(
+        "frames.tres", f"{sheet.name}_haze.tres", product, options,
+        pages=[(file, _image_uid(product, file)) for file in sheet.map("haze").files],
+        textures=[(texture, None) for texture in textures],
+        animations=animations_of(sheet, texture_of_frame, options),
+    )  # fmt: skip
+
+
 def _frames(product: Product, sheet: AtlasSheet, options: GodotOptions) -> OutputFile:
     name = sheet.name + FRAMES_ENDING
     pages = [(page.file, _image_uid(product, page.file)) for page in sheet.pages]
-    textures, texture_of_frame = textures_of(sheet, draws_meshes=options.version == 4)
+    draws_meshes = options.version == 4 and sheet.heat is None
+    textures, texture_of_frame = textures_of(sheet, draws_meshes=draws_meshes)
     bounds = FrameBounds.of(sheet.regions)
     surfaces = [
         surface_of(each, each.mesh, sheet.pages[each.page], bounds) if each.mesh else None
@@ -229,11 +292,75 @@ def _scene(
         tables=_tables_reference(product) if flakes else None,
         hidden=product.baked.issuperset(flakes),
         lamp=_lamp(product, sheet) if _is_lit(product, options) else None,
+        smoke=_smoke(product, sheet, options),
+        heat=_heat(product, sheet),
         lamp_script=_script_reference(product, _LAMP),
         texture=TEXTURE_SIDE,
         views=_views(product, sheet) if options.version == 4 else (),
         shader=_shader("flakes", product, sheet, options, adds_up=False),
     )
+
+
+def _smoke(product: Product, sheet: AtlasSheet, options: GodotOptions) -> dict[str, Any] | None:
+    """Return what the template of a scene needs of the smoke under the fire; None if the scene
+    shows none."""
+    files = [file for each in sheet.maps if each.kind == "smoke" for file in each.files]
+    if len(files) != 1 or options.version != 4 or sheet.heat is not None:
+        return None
+    unshaded = bool(product.tracks or product.lights)
+    shader = _text(
+        "smoke.gdshader", alpha=sheet.alpha, pixel_art=product.pixel_art, unshaded=unshaded
+    )
+    return {"image": (files[0], _image_uid(product, files[0])), "shader": shader}
+
+
+def why_smoke_is_not_shown(product: Product, options: GodotOptions) -> str | None:
+    """Return advice if there is smoke, but the scene shows the fire without it."""
+    sheet = product.sheets[0]
+    if not any(each.kind == "smoke" for each in sheet.maps) or _smoke(product, sheet, options):
+        return None
+    reason = "only Godot 4 has a shader for it; set version: 4"
+    if sheet.heat is not None:
+        reason = "the shader of heat has no smoke; set atlas.pixels: color"
+    elif options.version == 4:
+        reason = f"its shader has one page of {len(sheet.pages)}; raise atlas.max_size"
+    return f"maps.smoke: the scene shows the fire without its smoke: {reason}"
+
+
+def _heat(product: Product, sheet: AtlasSheet) -> dict[str, Any] | None:
+    """Return what the template of a scene needs of pages of heat; None if they have colours."""
+    if sheet.heat is None:
+        return None
+    return {
+        "ramp": (sheet.heat.ramp, _image_uid(product, sheet.heat.ramp)),
+        "shader": _script_reference(product, _HEAT),
+        "script": _script_reference(product, _HEAT_PLAYER),
+        "four_in_one": sheet.heat.pixels == "heat4",
+    }
+
+
+def _heat_files(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
+    """Yield the shader and script of pages of heat, and how the ramp is imported."""
+    heat = product.sheets[0].heat
+    if heat is None:
+        return
+    unshaded = bool(product.tracks or product.lights)
+    yield from _script(product, _HEAT, options, pixel_art=product.pixel_art, unshaded=unshaded)
+    yield from _script(product, _HEAT_PLAYER, options)
+    name, uid = heat.ramp + IMPORT_ENDING, _image_uid(product, heat.ramp)
+    settings = import_settings(product.existing(name), "premultiplied", uid, options)
+    yield OutputFile(name, "import", settings)
+
+
+def why_heat_is_drawn_alone(product: Product, options: GodotOptions) -> str | None:
+    """Return advice if pages of heat leave out what pages of colours have."""
+    sheet = product.sheets[0]
+    if sheet.heat is None:
+        return None
+    lost = ["meshes (the scene draws rectangles)"] if sheet.has_meshes else []
+    if product.tracks and not product.baked.issuperset(_played_flakes(product)):
+        lost.append(f"{product.name}_film.tscn")
+    return f"atlas.pixels: in Godot, heat has no {' and no '.join(lost)}" if lost else None
 
 
 def _views(product: Product, sheet: AtlasSheet) -> list[dict[str, Any]]:

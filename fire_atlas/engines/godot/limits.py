@@ -25,6 +25,11 @@ def _of_godot_3(atlas: Atlas, tracks: Sequence[TrackName]) -> Iterator[str]:
             "Godot 3 draws its 2D in sRGB, so that pages cannot have atlas.blend_space linear; "
             "use srgb, or version 4 in a project with HDR 2D"
         )
+    if atlas.pixels != "color":
+        yield (
+            f"only Godot 4 has a shader for atlas.pixels {atlas.pixels}; set version: 4, or "
+            f"atlas.pixels to color"
+        )
     if "csv" in tracks:
         yield (
             "Godot 3 takes every CSV file for translations and fails to import it; leave csv out "

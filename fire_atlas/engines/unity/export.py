@@ -1,8 +1,9 @@
 """Export a build to Unity: assets with their ``.meta``, so that nothing has to be set by hand."""
 
+import re
 from collections.abc import Iterator, Mapping
 
-from fire_atlas.atlas.sheet import AtlasSheet
+from fire_atlas.atlas.sheet import DATA_MAPS, RAMP_WIDTH, AtlasSheet, Heat
 from fire_atlas.core.output_file import OutputFile, Role
 from fire_atlas.engines.unity.assets import (
     PlayerNames,
@@ -53,6 +54,21 @@ _DEFAULT_SPRITE_MATERIAL = "{fileID: 10754, guid: 0000000000000000f0000000000000
 _LAMP_RANGE, _LAMP_DEPTH = 4, 0.25
 """Range of the lamp of a new prefab, and how far before the sprite it is: in heights of a frame."""
 
+_SECONDARY = {
+    "motion": "_MotionTex",
+    "haze": "_HazeTex",
+    "normals": "_NormalMap",
+    "smoke": "_SmokeTex",
+}
+"""Names of the page's secondary textures, by the kind of map; Unity's 2D lights read the normals by
+this name."""
+
+_HAZE_SHADER, _HEAT_SHADER = "haze.shader.j2", "heat.shader.j2"
+_HEAT = ".heat"
+"""After the name of a build, in those of the shader and the material of its heat."""
+
+_SCALE = re.compile(r"- _Scale: .*")
+
 _EXPOSED = 6
 """Value of a flake material's ``_Light``: flakes are shown as film shows them."""
 
@@ -78,15 +94,59 @@ class _Export:
 
     def files(self) -> Iterator[OutputFile]:
         """Yield every file: shaders and scripts first, then what refers to them."""
-        if self.product.sheets[0].alpha != "straight":
+        if (heat := self.product.sheets[0].heat) is not None:
+            yield from self.heat(heat)
+        elif self.product.sheets[0].alpha != "straight":
             yield from self.material(self.name, SPRITE_SHADER, "Sprite")
         if self.plays_flakes:
             yield from self.flakes()
+        if self.product.sheets[0].has_map("haze"):
+            shader = f"{self.options.namespace}/{self.name}/Haze"
+            text = shader_text(_HAZE_SHADER, shader, self.name, universal=True)
+            yield from self.asset(f"{self.name}.haze.shader", text.encode())
         if self.uses_package:
             for animation in self.product.lights:
                 yield self.meta(light_file(self.product.stem(animation)))
         for sheet in self.product.sheets:
             yield from self.effect(sheet)
+
+    def heat(self, heat: Heat) -> Iterator[OutputFile]:
+        """Yield the shader and the material of pages of heat, and how the ramp is imported. An
+        existing material is kept, as the user may have changed it."""
+        shader, stem = f"{self.options.namespace}/{self.name}/Heat", f"{self.name}{_HEAT}"
+        text = shader_text(_HEAT_SHADER, shader, self.name, universal=True)
+        yield from self.asset(f"{stem}.shader", text.encode())
+        new = {
+            "name": stem,
+            "shader": self.guid(f"{stem}.shader"),
+            "textures": {"_RampTex": self.guid(heat.ramp)},
+            "floats": {"_Row": 0, "_Erosion": 0},
+        }
+        material = rendered("unity/material.mat.j2", (scalar, single), **new).encode()
+        yield from self.asset(
+            f"{stem}.mat", self.product.existing(f"{stem}.mat") or material, "import"
+        )
+        yield self.ramp_meta(heat)
+
+    def ramp_meta(self, heat: Heat) -> OutputFile:
+        """Return the ``.meta`` of the ramp: colours, neither compressed nor cut into sprites."""
+        file = heat.ramp + META_ENDING
+        old = read_meta(file, self.product.existing(file))
+        fresh = rendered(
+            "unity/texture.meta.j2",
+            (scalar, single),
+            guid=self.guid(heat.ramp),
+            sprites=[],
+            secondary=[],
+            alpha="premultiplied",
+            data=True,
+            tight=False,
+            srgb=True,
+            compressed=False,
+            max_size=max_texture_size(RAMP_WIDTH, len(heat.rows)),
+            pixels_per_unit=self.options.pixels_per_unit,
+        )
+        return OutputFile(file, "import", merged(old, fresh, [*TEXTURE_KEYS]).encode())
 
     @property
     def uses_package(self) -> bool:
@@ -145,7 +205,7 @@ class _Export:
             text = shader_text(shader_template(shared), shader, self.name, universal=False)
             yield from self.asset(f"{stem}.shader", text.encode())
         old = self.product.existing(f"{stem}.mat")
-        new = {"name": stem, "shader": used, "floats": floats or {}}
+        new = {"name": stem, "shader": used, "textures": {}, "floats": floats or {}}
         material = (
             old.replace(unused.encode(), used.encode())
             if old
@@ -196,9 +256,28 @@ class _Export:
         for i, page in enumerate(sheet.pages):
             yield self.page_meta(sheet, i, page.file, sprites)
             for each in sheet.maps:
-                yield self.page_meta(sheet, i, each.files[i], sprites, data=each.kind == "motion")
+                data = each.kind in DATA_MAPS
+                yield self.page_meta(sheet, i, each.files[i], sprites, data=data)
+        if sheet.has_map("haze"):
+            yield from self.haze_material(sheet)
         yield from self.clips(sheet, sprites)
         yield from self.prefab(sheet, sprites)
+
+    def haze_material(self, sheet: AtlasSheet) -> Iterator[OutputFile]:
+        """Yield the material of a sheet's haze; of an existing one, only the scale is changed."""
+        file, vectors = f"{sheet.name}.haze.mat", sheet.map("haze").vectors
+        assert vectors is not None
+        shader, floats = self.guid(f"{self.name}.haze.shader"), {"_Scale": vectors.scale}
+        new = {
+            "name": f"{sheet.name}.haze",
+            "shader": shader,
+            "textures": {},
+            "floats": {**floats, "_Strength": 1},
+        }
+        text = rendered("unity/material.mat.j2", (scalar, single), **new)
+        if old := self.product.existing(file):
+            text = _SCALE.sub(f"- _Scale: {vectors.scale}", old.decode())
+        yield from self.asset(file, text.encode(), "import")
 
     def page_meta(
         self,
@@ -211,12 +290,16 @@ class _Export:
     ) -> OutputFile:
         """Return the ``.meta`` that cuts the image of a page or map into sprites.
 
-        ``data`` is for motion vectors, imported without colour space, sprites or compression.
+        ``data`` is for vectors and light, imported without colour space, sprites or compression.
         """
         page, file = sheet.pages[index], image + META_ENDING
+        is_heat = sheet.heat is not None and image == page.file
         size = max_texture_size(page.width, page.height)
-        vectors = [each.files[index] for each in sheet.maps if each.kind == "motion"]
-        secondary = vectors if image == page.file else []
+        secondary = [
+            {"guid": self.guid(each.files[index]), "name": _SECONDARY[each.kind]}
+            for each in sheet.maps
+            if each.kind in _SECONDARY and image == page.file
+        ]
         fresh = rendered(
             "unity/texture.meta.j2",
             (scalar, single),
@@ -224,8 +307,10 @@ class _Export:
             sprites=[] if data else [sprites[region.name] for region in sheet.regions_of(index)],
             alpha=sheet.alpha,
             data=data,
+            srgb=not data and not is_heat,
+            compressed=not data and not is_heat,
             tight=sheet.has_meshes and not data,
-            secondary=[{"guid": self.guid(each), "name": "_MotionTex"} for each in secondary],
+            secondary=secondary,
             max_size=size,
             pixels_per_unit=self.options.pixels_per_unit * sheet.scale,
         )
@@ -261,7 +346,8 @@ class _Export:
         """Yield the prefab of one scale, which a user drags into a scene."""
         first = sprites[sheet.animations[0].frames[0]]
         units = self.options.pixels_per_unit * sheet.scale
-        material = f"{{fileID: 2100000, guid: {self.guid(f'{self.name}.mat')}, type: 2}}"
+        stem = self.name if sheet.heat is None else f"{self.name}{_HEAT}"
+        material = f"{{fileID: 2100000, guid: {self.guid(f'{stem}.mat')}, type: 2}}"
         player = {
             "script": package_guid(FLAKES) if self.uses_package else self.guid(self.player),
             "material": self.guid(f"{self.name}.flakes.mat"),

@@ -6,26 +6,32 @@ ValueError for an entry that is invalid.
 
 import json
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any, get_args
 
 from fire_atlas import __version__
 from fire_atlas.atlas.polygon import doubled_area
 from fire_atlas.atlas.sheet import (
+    CHANNELS,
     AtlasSheet,
     CellGrid,
+    GpuTexture,
+    Heat,
     Mesh,
-    MotionScale,
     Page,
     Region,
     SheetMap,
     State,
     StateGraph,
     StateTransition,
+    VectorScale,
 )
-from fire_atlas.channels.encoding import motion_encoding
+from fire_atlas.channels.encoding import HAZE_ENGINE, motion_encoding
+from fire_atlas.channels.form import DEPTH_DECODE
 from fire_atlas.core.output_file import plain_name
 from fire_atlas.formats.checks import MAX_MILLISECONDS, number, one_of, text, whole
 from fire_atlas.formats.decimals import plain
+from fire_atlas.recipe.gpu import MAX_MIPS
 from fire_atlas.recipe.output import Engine
 from fire_atlas.recipe.wind import MAX_LEVEL
 
@@ -34,6 +40,20 @@ _MAX_ANCHOR = 1000.0
 
 _MAX_STRENGTH = 1e6
 """Maximum motion per decoded 1 accepted when reading, in any unit."""
+
+
+_FORMATS = {8: "RGBA8888", 16: "RGBA16161616"}
+"""Names of the channels of a page, by their bits; the first is TexturePacker's."""
+
+_HEAT = "R8"
+"""Name of the only channel of a page of heat."""
+
+_EMISSION = {"srgb": False, "alpha": "premultiplied", "curve": "x/(1+x)"}
+"""How a client reads light that may be brighter than white; the curve gives what the page shows."""
+
+
+MAP_KINDS = ("motion", "haze", "flame", "flakes", "smoke", "emission", "normals", "depth")
+"""Kinds of maps that a file may name."""
 
 
 def compact(value: Any) -> str:
@@ -52,6 +72,7 @@ def frame_entry(region: Region) -> dict[str, Any]:
         "sourceSize": {"w": region.frame_width, "h": region.frame_height},
         "duration": plain(region.duration, 3),
         "anchor": {"x": plain(region.anchor[0], 6), "y": plain(region.anchor[1], 6)},
+        **({} if region.channel is None else {"channel": region.channel}),
         **({} if region.mesh is None else _mesh_entry(region, region.mesh)),
     }
 
@@ -103,6 +124,7 @@ def region_of(name: str, page: int, entry: dict[str, Any]) -> Region:
         anchor=(_anchor(anchor["x"]), _anchor(anchor["y"])),
         duration=number(entry["duration"], 0, MAX_MILLISECONDS),
         mesh=_mesh_of(entry),
+        channel=one_of(entry["channel"], CHANNELS) if "channel" in entry else None,
     )
 
 
@@ -110,11 +132,15 @@ def _anchor(value: Any) -> float:
     return number(value, -_MAX_ANCHOR, _MAX_ANCHOR)
 
 
+def _page_format(sheet: AtlasSheet) -> str:
+    return _HEAT if sheet.heat and sheet.heat.pixels == "heat" else _FORMATS[sheet.bits]
+
+
 def page_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
     """Return the file, size and scale of a page."""
     return {
         "image": sheet.pages[page].file,
-        "format": "RGBA8888",
+        "format": _page_format(sheet),
         "size": {"w": sheet.pages[page].width, "h": sheet.pages[page].height},
         "scale": f"{sheet.scale:g}",
     }
@@ -128,9 +154,17 @@ def meta_entry(sheet: AtlasSheet, page: int, regions: Sequence[Region]) -> dict[
         **page_entry(sheet, page),
         "frameTags": frame_tags(sheet, regions),
         **({"maps": map_entries(sheet, page)} if sheet.maps else {}),
+        **({"gpu": texture_entries(sheet, page)} if sheet.gpu else {}),
         **({"states": states_entry(sheet.states)} if sheet.states and page == 0 else {}),
         "fireAtlas": about_entry(sheet, page),
     }
+
+
+def bits_of(meta: dict[str, Any]) -> int:
+    """Read the bits a channel of a page from its ``meta`` block."""
+    if meta.get("format") == _HEAT:
+        return 8
+    return next(bits for bits, name in _FORMATS.items() if meta.get("format", name) == name)
 
 
 def page_of(meta: dict[str, Any]) -> Page:
@@ -153,7 +187,25 @@ def about_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
         "loops": {animation.name: animation.loop for animation in sheet.animations},
         "safeMipLevel": sheet.pages[page].safe_mip,
         **({"grid": _grid_entry(sheet.grid)} if sheet.grid else {}),
+        **({"heat": _heat_entry(sheet.heat)} if sheet.heat else {}),
     }
+
+
+def _heat_entry(heat: Heat) -> dict[str, Any]:
+    """Return how a client gets colours from heat: ``ramp`` at (heat, row)."""
+    return {"pixels": heat.pixels, "ramp": heat.ramp, "rows": list(heat.rows)}
+
+
+def heat_of(about: dict[str, Any]) -> Heat | None:
+    """Read how pages get their colours from the block ``fireAtlas``; None if they have them."""
+    entry = about.get("heat")
+    if entry is None:
+        return None
+    return Heat(
+        one_of(entry["pixels"], ("heat", "heat4")),
+        plain_name(entry["ramp"]),
+        tuple(text(row) for row in entry["rows"]),
+    )
 
 
 def _grid_entry(grid: CellGrid) -> dict[str, Any]:
@@ -258,25 +310,85 @@ def map_entries(sheet: AtlasSheet, page: int) -> list[dict[str, Any]]:
         {
             "kind": each.kind,
             "image": each.files[page],
-            **({} if each.motion is None else _motion_entry(each.motion, sheet.fps)),
+            **_map_details(each, sheet),
         }
         for each in sheet.maps
     ]
+
+
+def _map_details(each: SheetMap, sheet: AtlasSheet) -> dict[str, Any]:
+    """Return how a client reads a map; nothing for layers, which are read like the pages."""
+    if each.kind == "emission":
+        return _EMISSION
+    if each.vectors is None:
+        return _form_entry(each, sheet)
+    motion_of = partial(_motion_entry, fps=sheet.fps)
+    return (_haze_entry if each.kind == "haze" else motion_of)(each.vectors)
+
+
+def _form_entry(each: SheetMap, sheet: AtlasSheet) -> dict[str, Any]:
+    """Return how a client decodes smoke, normals and depth; empty for other maps."""
+    if each.kind == "smoke":
+        alpha = "straight" if sheet.alpha == "straight" else "premultiplied"
+        return {"alpha": alpha, "under": True, "opticalDepth": "-log(1 - a)"}
+    if each.kind == "normals":
+        channels = {"red": "right", "green": "up", "blue": "towards the viewer"}
+        return {"srgb": False, **channels, "decode": "rgb * 2 - 1"}
+    return {} if each.reach is None else _depth_entry(each.reach, sheet)
+
+
+def _depth_entry(reach: float, sheet: AtlasSheet) -> dict[str, Any]:
+    """Return how a client decodes depth; the range is in heights only if all frames are as high."""
+    heights = {region.frame_height for region in sheet.regions}
+    return {
+        "srgb": False,
+        "decode": DEPTH_DECODE,
+        "positive": "towards the viewer",
+        "zero": "the foot of the fire",
+        "range": {
+            "pixels": plain(reach, 6),
+            "heights": plain(reach / heights.pop(), 6) if len(heights) == 1 else None,
+        },
+    }
+
+
+def texture_entries(sheet: AtlasSheet, page: int) -> list[dict[str, Any]]:
+    """Return the entries of the compressed textures of a page and its maps: ``meta.gpu``."""
+    return [
+        {"file": each.file, "image": image, "format": each.blocks, "levels": each.levels}
+        for image in sheet.images(page)
+        for each in sheet.textures_of(image)
+    ]
+
+
+def textures_of(pages: Sequence[Sequence[dict[str, Any]]]) -> tuple[GpuTexture, ...]:
+    """Read the compressed textures of all pages from their entries."""
+    return tuple(
+        GpuTexture(
+            plain_name(entry["file"]),
+            plain_name(entry["image"]),
+            text(entry["format"]),
+            whole(entry["levels"], 1, MAX_MIPS),
+        )
+        for page in pages
+        for entry in page
+    )
 
 
 def maps_of(pages: Sequence[Sequence[dict[str, Any]]]) -> tuple[SheetMap, ...]:
     """Read the maps beside the pages from their entries; all pages have the same kinds."""
     return tuple(
         SheetMap(
-            one_of(entry["kind"], ("motion", "flame", "flakes")),
+            one_of(entry["kind"], MAP_KINDS),
             tuple(plain_name(page[i]["image"]) for page in pages),
-            _motion_of(entry) if entry["kind"] == "motion" else None,
+            _vectors_of(entry),
+            _strength(entry["range"]["pixels"]) if entry["kind"] == "depth" else None,
         )
         for i, entry in enumerate(pages[0])
     )
 
 
-def _motion_entry(motion: MotionScale, fps: float) -> dict[str, Any]:
+def _motion_entry(motion: VectorScale, fps: float) -> dict[str, Any]:
     """Return how a client decodes the motion vectors: channels, formula, scale."""
     encoding = motion_encoding(motion.engine)
     return {
@@ -296,12 +408,38 @@ def _motion_entry(motion: MotionScale, fps: float) -> dict[str, Any]:
     }
 
 
-def _motion_of(entry: dict[str, Any]) -> MotionScale:
+def _haze_entry(haze: VectorScale) -> dict[str, Any]:
+    """Return how a client decodes haze: channels, formula, scale."""
+    encoding = motion_encoding(haze.engine)
+    return {
+        "red": "right",
+        "green": encoding.green,
+        "srgb": False,
+        "neutral": encoding.neutral,
+        "decode": encoding.decode,
+        "scale": plain(haze.scale, 9),
+        "unit": encoding.unit,
+        "sample": "position + haze * scale",
+        "reach": _pair(haze.longest, 3),
+    }
+
+
+def _vectors_of(entry: dict[str, Any]) -> VectorScale | None:
+    """Read the scale of a map of vectors; None for other maps."""
+    if entry["kind"] == "motion":
+        return _motion_of(entry)
+    if entry["kind"] != "haze":
+        return None
+    scale = _strength(entry["scale"])
+    return VectorScale(HAZE_ENGINE, scale, (scale, scale), None, _pair_of(entry["reach"]), None)
+
+
+def _motion_of(entry: dict[str, Any]) -> VectorScale:
     """Read the scale of motion vectors; the engine's name determines the rest."""
     engine, strength, gutter = entry["engine"], entry["strength"], entry["gutter"]
     if engine not in get_args(Engine):
         raise ValueError(f"{engine!r} is not an engine whose encoding of motion vectors is known")
-    return MotionScale(
+    return VectorScale(
         engine=engine,
         scale=_strength(entry["scale"]),
         pixels=_pair_of(strength["pixels"]),
@@ -311,7 +449,7 @@ def _motion_of(entry: dict[str, Any]) -> MotionScale:
     )
 
 
-def strengths(motion: MotionScale, fps: float) -> dict[str, Any]:
+def strengths(motion: VectorScale, fps: float) -> dict[str, Any]:
     """Return the motion (x, y) that a decoded value of 1 means, in each unit that clients use.
 
     Values in UV of a cell are None if the page has no grid.

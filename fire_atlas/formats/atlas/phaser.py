@@ -12,6 +12,7 @@ from fire_atlas.formats.atlas.entries import (
     frame_entry,
     map_entries,
     page_entry,
+    texture_entries,
 )
 from fire_atlas.formats.decimals import plain
 from fire_atlas.formats.names import ENDINGS
@@ -30,6 +31,8 @@ def export_phaser(sheet: AtlasSheet) -> Iterator[OutputFile]:
         "fireAtlas": about_entry(sheet, 0),
     }
     meta |= {"maps": maps} if maps else {}
+    compressed = [entry for i in range(len(sheet.pages)) for entry in texture_entries(sheet, i)]
+    meta |= {"gpu": compressed} if compressed else {}
     text = (
         f'{{"textures":[\n{textures}\n],\n'
         f'"anims":{compact(_animations(sheet))},\n'

@@ -16,14 +16,17 @@ from fire_atlas.core.files import MAX_JSON_BYTES, read_file
 from fire_atlas.core.output_file import OutputFile, plain_name
 from fire_atlas.formats.atlas.entries import (
     animations_on,
+    bits_of,
     compact,
     frame_entry,
     grid_of,
+    heat_of,
     maps_of,
     meta_entry,
     page_of,
     region_of,
     states_of,
+    textures_of,
 )
 from fire_atlas.formats.checks import number, one_of, text
 from fire_atlas.formats.names import ENDINGS
@@ -177,6 +180,9 @@ def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
         maps=maps_of([document["meta"].get("maps", []) for document in documents]),
         states=_states(meta, {name: len(frames) for name, frames in played.items()}),
         cells=_cells(documents),
+        bits=bits_of(meta),
+        gpu=textures_of([document["meta"].get("gpu", []) for document in documents]),
+        heat=heat_of(about),
     )
 
 

@@ -3,15 +3,17 @@
 import io
 from functools import partial
 from pathlib import Path
-from typing import BinaryIO, assert_never
+from typing import Any, BinaryIO, assert_never
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MIB, read_file
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
+from fire_atlas.formats.pages.exr import write_exr
 from fire_atlas.formats.pages.png import write_png, write_small_png
 from fire_atlas.recipe.output import Atlas
 
@@ -27,10 +29,16 @@ into alpha."""
 
 
 def write_page(
-    file: BinaryIO, image: Bytes, settings: Atlas, workers: Workers, *, is_data: bool = False
+    file: BinaryIO, image: NDArray[Any], settings: Atlas, workers: Workers, *, is_data: bool = False
 ) -> None:
-    """Write an (H, W, 4) uint8 RGBA page; without loss if it is data, which no client may get
-    changed."""
+    """Write an (H, W, 4) RGBA page, or (H, W) of heat: as the settings say if it is uint8, as
+    OpenEXR if float16.
+
+    Data, which no client may get changed, is written without loss.
+    """
+    if image.dtype == np.float16:
+        write_exr(file, image)
+        return
     match settings.format:
         case "webp":
             if settings.quality == "lossless" or is_data:
@@ -46,6 +54,7 @@ def write_page(
 
 def _write_lossless_webp(file: BinaryIO, image: Bytes, settings: Atlas, workers: Workers) -> None:
     method, quality = _WEBP_EFFORT[settings.compression]
+    image = np.dstack([image] * 3) if image.ndim == 2 else image  # WebP has no grey
     # `exact` keeps colours where alpha is 0.
     save = partial(Image.fromarray(image).save, lossless=True, exact=True, method=method)
     workers.start(lambda: save(file, "WEBP", quality=quality)).result()
@@ -63,7 +72,8 @@ def _write_lossy_webp(
 
 
 def read_page(path: Path, width: int, height: int) -> Bytes:
-    """Return the pixels of a page, (H, W, 4) uint8 RGBA as they were written.
+    """Return the pixels of a page, (H, W, 4) uint8 RGBA as they were written; those of one channel
+    have its value in R, G and B.
 
     Raises:
         SourceError: The file is missing, damaged, or not an image of ``width`` x ``height`` px.

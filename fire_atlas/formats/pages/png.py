@@ -8,9 +8,10 @@ not depend on the number of workers.
 import io
 import struct
 import zlib
-from typing import BinaryIO, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.pixels import Bytes
@@ -21,7 +22,7 @@ _BAND_ROWS = 64
 """Rows in a band. Changing it changes the bytes of every page."""
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
-_HEADER_OF_RGBA8 = bytes([8, 6, 0, 0, 0])
+_RGBA, _GREY = 6, 0
 _PERCEPTUAL_INTENT = b"\x00"
 _ZLIB_HEADER = b"\x78\x01"
 _FILTER_UP = 2
@@ -35,12 +36,16 @@ class _Band(NamedTuple):
     """Bytes before deflation."""
 
 
-def write_png(file: BinaryIO, image: Bytes, workers: Workers) -> None:
-    """Write an (H, W, 4) uint8 RGBA image to ``file``, band by band."""
-    image = np.ascontiguousarray(image)
+def write_png(file: BinaryIO, image: NDArray[Any], workers: Workers) -> None:
+    """Write an (H, W, 4) RGBA image, uint8 or uint16, or one of heat, (H, W), band by band."""
     height, width = image.shape[:2]
     file.write(SIGNATURE)
-    write_header(file, width, height)
+    if image.ndim == 2:  # data without a colour space
+        _write_size(file, width, height, 8, _GREY)
+    else:
+        write_header(file, width, height, 8 * image.itemsize)
+    # The more significant byte of 16 bits comes first.
+    image = np.ascontiguousarray(image, image.dtype.newbyteorder(">")).view(np.uint8)
     write_chunk(file, b"IDAT", _ZLIB_HEADER)
     adler = 1
     for band in workers.map(lambda top: _deflate_band(image, top), range(0, height, _BAND_ROWS)):
@@ -50,10 +55,15 @@ def write_png(file: BinaryIO, image: Bytes, workers: Workers) -> None:
     write_chunk(file, b"IEND", b"")
 
 
-def write_header(file: BinaryIO, width: int, height: int) -> None:
-    """Write the chunks that say what the pixels are: 8-bit sRGB with straight alpha."""
-    write_chunk(file, b"IHDR", struct.pack(">II", width, height) + _HEADER_OF_RGBA8)
+def write_header(file: BinaryIO, width: int, height: int, bits: int = 8) -> None:
+    """Write the chunks that say what the pixels are: sRGB of some ``bits`` with straight alpha."""
+    _write_size(file, width, height, bits, _RGBA)
     write_chunk(file, b"sRGB", _PERCEPTUAL_INTENT)
+
+
+def _write_size(file: BinaryIO, width: int, height: int, bits: int, kind: int) -> None:
+    described = bytes([bits, kind, 0, 0, 0])
+    write_chunk(file, b"IHDR", struct.pack(">II", width, height) + described)
 
 
 def compressed_pixels(image: Bytes) -> bytes:
@@ -64,8 +74,8 @@ def compressed_pixels(image: Bytes) -> bytes:
     return b"".join(deflate.compress(_filtered(image, top).data) for top in bands) + deflate.flush()
 
 
-def write_small_png(file: BinaryIO, image: Bytes, workers: Workers) -> None:
-    """Write an (H, W, 4) uint8 RGBA image, optimised by oxipng, an optional dependency.
+def write_small_png(file: BinaryIO, image: NDArray[Any], workers: Workers) -> None:
+    """Write an image as ``write_png`` does, optimised by oxipng, an optional dependency.
 
     Raises:
         OutputError: oxipng failed.
@@ -89,11 +99,10 @@ def _deflate_band(image: Bytes, top: int) -> _Band:
 
 
 def _filtered(image: Bytes, top: int) -> Bytes:
-    """Return the band of rows from ``top`` on, filtered by PNG's Up: (rows, 1 + 4 W)."""
-    height, width = image.shape[:2]
-    flat = image.reshape(height, 4 * width)
+    """Return the band of rows from ``top`` on, filtered by PNG's Up: a byte, then a row's bytes."""
+    flat = image.reshape(len(image), -1)
     band = flat[top : top + _BAND_ROWS]
-    rows = np.empty((len(band), 1 + 4 * width), np.uint8)
+    rows = np.empty((len(band), 1 + flat.shape[1]), np.uint8)
     rows[:, 0] = _FILTER_UP
     rows[0, 1:] = band[0] - flat[top - 1] if top else band[0]
     np.subtract(band[1:], band[:-1], out=rows[1:, 1:])

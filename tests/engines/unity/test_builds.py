@@ -11,6 +11,7 @@ from PIL import Image
 
 from fire_atlas.cli import main
 from fire_atlas.core.pixels import Bytes
+from fire_atlas.core.shipped import shipped
 from fire_atlas.engines.unity.names import guids_in
 from tests.engines.unity.type_trees import faults, importer
 
@@ -284,3 +285,29 @@ def test_layers_are_cut_like_the_page(tmp_path: Path) -> None:
     out = build(tmp_path, maps={"flame": True, "flakes": True}, flakes={"rate": 50})
     page = sprites(out, "fire.png")
     assert sprites(out, "fire.flame.png") == sprites(out, "fire.flakes.png") == page
+
+
+def test_haze_is_a_secondary_texture_and_its_material_keeps_what_a_user_sets(
+    tmp_path: Path,
+) -> None:
+    campfire = {"path": str(shipped("samples") / "campfire"), "height": 100, "fps": 24}
+    keys: dict[str, Any] = {"source": campfire, "timeline": {"fps": 12}, "maps": {"haze": True}}
+    keys |= {"exports": ["unity", "json"], "atlas": {"scales": [1, 0.5]}}
+    out = build(tmp_path, **keys)
+    page, haze = ((out / f"fire{kind}.png.meta").read_text() for kind in ("", ".haze"))
+    assert faults("fire.png.meta", page) == faults("fire.haze.png.meta", haze) == []
+    (secondary,) = importer(page)[1]["spriteSheet"]["secondaryTextures"]
+    assert secondary["name"] == "_HazeTex"
+    assert secondary["texture"]["guid"] == guids_in(haze)[0]
+    assert importer(haze)[1]["mipmaps"]["sRGBTexture"] == 0
+    shader = (out / "fire.haze.shader.meta").read_text()
+    for scale in ("", "@0.5x"):
+        atlas = json.loads((out / f"fire{scale}.json").read_text())
+        material = (out / f"fire{scale}.haze.mat").read_text()
+        assert f"- _Scale: {atlas['meta']['maps'][0]['scale']}\n" in material
+        assert guids_in(shader)[0] in material
+    edited = material.replace("_Strength: 1", "_Strength: 2.5").replace("_Scale: ", "_Scale: 9")
+    (out / "fire@0.5x.haze.mat").write_text(edited)
+    build(tmp_path, "--force", **keys)
+    again = (out / "fire@0.5x.haze.mat").read_text()
+    assert again == material.replace("_Strength: 1", "_Strength: 2.5")

@@ -1,0 +1,129 @@
+"""Turn encoded frames into heat and back, and measure how well one axis holds their colours."""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Self, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.pixels import Bytes
+
+_COMPARED = 8192
+"""Colours that are compared with all entries at a time, to limit memory."""
+
+_VISIBLE = 2
+"""Pixels count if their alpha or light is above this, of 255."""
+
+_OFF_RAMP = 64.0
+"""Distance of a pixel's premultiplied colour from that of its heat, of 255 in each channel, beyond
+which it is another colour."""
+
+SEEN_BELOW = 32.0
+"""Peak signal-to-noise ratio, dB, under which the error is easily seen."""
+
+
+def heat_of(image: Bytes, ramp: Bytes) -> Bytes:
+    """Return the heat (h, w) of encoded pixels (h, w, 4): the entry of ``ramp`` (256, 4) whose
+    premultiplied colour and coverage are nearest; 0 where nothing is shown."""
+    packed = np.ascontiguousarray(image).view(np.uint32)[..., 0]
+    unique, inverse = np.unique(packed, return_inverse=True)
+    colours = unique.view(np.uint8).reshape(-1, 4)
+    heat = _nearest(colours.astype(np.float32), ramp.astype(np.float32))
+    heat[~colours.any(axis=1)] = 0
+    return cast(Bytes, heat[inverse].reshape(packed.shape))
+
+
+def _nearest(colours: NDArray[np.float32], ramp: NDArray[np.float32]) -> Bytes:
+    """Return the nearest entry to each colour. Squares of whole numbers up to 255 are exact in
+    float32, so that no result depends on the order in which they are summed."""
+    heat = np.empty(len(colours), np.uint8)
+    size = (ramp * ramp).sum(axis=1)
+    for top in range(0, len(colours), _COMPARED):
+        some = colours[top : top + _COMPARED]
+        heat[top : top + _COMPARED] = (size - 2 * some @ ramp.T).argmin(axis=1)
+    return heat
+
+
+class ErrorSums(NamedTuple):
+    """Sums over the visible pixels of a frame: squared differences and their number; light, and
+    that of pixels that get another colour."""
+
+    squares: float
+    values: int
+    light: float
+    light_off: float
+
+
+@dataclass(frozen=True, slots=True)
+class HeatError:
+    """How far the colours that a ramp gives back are from those of colour pages.
+
+    Attributes:
+        rms: Root of the mean squared difference of premultiplied R, G, B and A over all visible
+            pixels, of 255.
+        off_ramp: Share of the light, 0..1, in pixels that get another colour.
+    """
+
+    rms: float
+    off_ramp: float
+
+    @property
+    def psnr(self) -> float:
+        """Peak signal-to-noise ratio, dB; infinite if nothing differs."""
+        return 20 * math.log10(255 / self.rms) if self.rms else math.inf
+
+    def sentence(self) -> str:
+        """Return the figures in words."""
+        if not self.rms:
+            return "one axis of heat holds the colours exactly"
+        off = f"; {100 * self.off_ramp:.1f} % of the light is off the ramp" if self.off_ramp else ""
+        return f"one axis of heat holds the colours at {self.psnr:.1f} dB{off}"
+
+    @classmethod
+    def of(cls, parts: Iterable[ErrorSums]) -> Self:
+        """Return the error of all frames."""
+        known = list(parts)
+        values = sum(each.values for each in known)
+        light = sum(each.light for each in known)
+        rms = math.sqrt(sum(each.squares for each in known) / values) if values else 0.0
+        off = sum(each.light_off for each in known) / light if light else 0.0
+        return cls(round(rms, 3), round(off, 4))
+
+
+def compared(image: Bytes, heat: Bytes, ramp: Bytes) -> ErrorSums:
+    """Return the differences between encoded pixels (h, w, 4) and what the ramp gives for their
+    heat (h, w)."""
+    exact, ours = image.astype(np.float32), ramp[heat].astype(np.float32)
+    light = exact[..., :3].max(axis=2)
+    shown = (exact[..., 3] > _VISIBLE) | (light > _VISIBLE)
+    miss, light = (exact - ours)[shown], light[shown].astype(np.float64)
+    squares = (miss.astype(np.float64) ** 2).sum(axis=1)
+    off = light[squares > _OFF_RAMP**2]
+    return ErrorSums(float(squares.sum()), 4 * len(miss), float(light.sum()), float(off.sum()))
+
+
+def heat_statistics(errors: Mapping[str, HeatError]) -> dict[str, Any]:
+    """Return the manifest's statistics of heat, by the names of animations."""
+    figures = {name: {"rms": e.rms, "off_ramp": e.off_ramp} for name, e in errors.items()}
+    return {"heat_error": figures} if figures else {}
+
+
+def read_heat_errors(statistics: dict[str, Any]) -> dict[str, HeatError]:
+    """Return the errors of heat by the names of animations, from a manifest's statistics.
+
+    Raises:
+        ValueError: The figures are not in the form that ``heat_statistics`` writes.
+    """
+    figures = statistics.get("heat_error", {})
+    if not isinstance(figures, dict):
+        raise ValueError(f"{figures!r} are no errors of heat")
+    return {name: _error(entry) for name, entry in figures.items()}
+
+
+def _error(entry: Any) -> HeatError:
+    match entry:
+        case {"rms": float() | int() as rms, "off_ramp": float() | int() as off}:
+            return HeatError(rms, off)
+    raise ValueError(f"{entry!r} is no error of heat")

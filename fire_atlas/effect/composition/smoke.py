@@ -1,0 +1,105 @@
+"""Split smoke off a picture: what hides without shining, as a grey layer under the fire's light.
+
+A client shows P + (1 − A) B of a pixel over a background B, where P is its light as the client adds
+it and A its coverage. Split into smoke, with light S and coverage a, and the fire over it, with
+light E and coverage F, it shows E + (1 − F) (S + (1 − a) B). Both are the same over any background
+if E = P − (1 − F) S and (1 − F) (1 − a) = 1 − A. Of all such splits this takes the one in which the
+fire covers no more than its light needs: E ≤ F, as a page cannot be brighter than its coverage.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.easing import smooth_step
+from fire_atlas.core.pixels import Pixels, Plane, as_plane, decode_unit, encode_unit
+
+_DULL, _BRIGHT = 0.6, 1.0
+"""Brightest channel, as the client shows it, up to which all that is grey in a colour is smoke, and
+from which nothing is: white is heat."""
+
+_MIN_COVERAGE = np.float32(1e-6)
+"""Minimum coverage that light is divided by."""
+
+
+@dataclass(frozen=True, slots=True)
+class Smoke:
+    """The smoke of a frame.
+
+    Attributes:
+        grey: (H, W) light as the client shows it over black, at most ``coverage``.
+        coverage: (H, W) 0..1, the share of the light behind it that it keeps back: 1 − exp(−τ) of
+            smoke of the optical depth τ.
+    """
+
+    grey: Plane
+    coverage: Plane
+
+    @classmethod
+    def black(cls, coverage: Plane) -> "Smoke":
+        """Return smoke that only keeps light back."""
+        return cls(np.zeros_like(coverage), coverage)
+
+    @classmethod
+    def of(cls, pixels: Pixels, blend_space: str) -> "Smoke":
+        """Return the smoke in a picture (H, W, 4) whose coverage is its own.
+
+        What of a colour is grey and dull is smoke, and so is coverage that no light needs.
+        """
+        cover = np.clip(pixels[..., 3], 0, 1)
+        colour = _shown(pixels, blend_space) / np.maximum(cover, _MIN_COVERAGE)[..., None]
+        brightest, greyest = colour.max(axis=2), colour.min(axis=2)
+        grey = greyest * (1 - smooth_step((brightest - _DULL) / (_BRIGHT - _DULL)))
+        fire = cover * (brightest - grey) / (1 - grey)
+        smoke = (cover - fire) / np.maximum(1 - fire, _MIN_COVERAGE)
+        # What hides all behind it does so also where it is as bright as a page can be.
+        smoke = np.where(cover >= 1, 1, np.clip(smoke, 0, 1)) * (cover > 0)
+        return cls(as_plane(smoke * grey), as_plane(smoke))
+
+    def pixels(self, blend_space: str) -> Pixels:
+        """Return the layer as pixels (H, W, 4)."""
+        shown = np.repeat(self.grey[..., None], 3, axis=2)
+        return _as_pixels(shown, self.coverage, blend_space)
+
+    def taken_from(self, pixels: Pixels, adds: bool, blend_space: str) -> Pixels:
+        """Return ``pixels`` (H, W, 4) without this smoke, to be shown over it.
+
+        Args:
+            pixels: The picture.
+            adds: Whether clients add the fire to what is behind it, whatever its coverage.
+            blend_space: Encoding in which the client blends.
+        """
+        shown, whole = _shown(pixels, blend_space), np.clip(pixels[..., 3], 0, 1)
+        room = np.maximum(1 - self.coverage, _MIN_COVERAGE)
+        cover = np.where(self.coverage < whole, 1 - np.minimum((1 - whole) / room, 1), 0)
+        kept = np.ones_like(cover) if adds else 1 - cover
+        # Where both hide all that is behind, the fire covers what its light needs.
+        hides = (self.coverage >= 1) & ~np.bool_(adds)
+        brightest = shown.max(axis=2)
+        needed = np.clip((brightest - self.grey) / np.maximum(1 - self.grey, _MIN_COVERAGE), 0, 1)
+        kept = np.where(hides, 1 - needed, kept)
+        light = np.maximum(shown - (kept * self.grey)[..., None], 0)
+        cover = np.where(hides, needed, cover)
+        return _as_pixels(light, np.maximum(cover, np.minimum(light.max(axis=2), 1)), blend_space)
+
+
+def _shown(pixels: Pixels, blend_space: str) -> NDArray[np.float32]:
+    """Return the light (H, W, 3) that a client adds for pixels: sRGB(c) · coverage, or c · coverage
+    where it blends in linear light."""
+    if blend_space == "linear":
+        return pixels[..., :3]
+    cover = np.maximum(pixels[..., 3:], _MIN_COVERAGE)
+    return as_plane(encode_unit(as_plane(pixels[..., :3] / cover)) * pixels[..., 3:])
+
+
+def _as_pixels(
+    shown: NDArray[np.float32], coverage: NDArray[np.float32], blend_space: str
+) -> Pixels:
+    """Return pixels (H, W, 4) of which a client adds the light ``shown`` (H, W, 3); the inverse of
+    ``_shown``."""
+    light = shown
+    if blend_space != "linear":
+        cover = coverage[..., None]
+        light = decode_unit(as_plane(shown / np.maximum(cover, _MIN_COVERAGE))) * cover
+    return as_plane(np.dstack([light, coverage]))

@@ -1,0 +1,153 @@
+"""How far a compressed texture is from its image: measured when it is written, kept in the
+manifest, read from it."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.atlas.encode import light_over_black
+from fire_atlas.core.pixels import Bytes, hue_difference
+from fire_atlas.core.workers import Workers
+
+_BAND_ROWS = 128
+"""Rows that are compared at a time, which bounds the memory."""
+
+_VISIBLE = 2
+"""Pixels count if their alpha or their light is above this, of 255."""
+
+_HUE_STEP, _HUE_BINS = 0.1, 4096
+"""Width, ΔE, and number of the steps in which differences of hues are counted."""
+
+_HUE_PERCENTILE = 0.995
+"""Fraction of the visible pixels whose hues differ by at most the figure."""
+
+_EXACT = 99.0
+"""Peak signal-to-noise ratio, dB, that stands for no difference."""
+
+
+@dataclass(frozen=True, slots=True)
+class TextureError:
+    """How far a texture's first level, as a GPU decodes it, is from its image.
+
+    Attributes:
+        psnr: Peak signal-to-noise ratio, dB, of all channels that are read, colours premultiplied,
+            over visible pixels; of vectors, over all. At most 99.
+        hue: Of colours: 99.5th percentile of the distances of their hues, ΔE in CIELAB's plane of
+            hues, as they are seen over black. None for data.
+    """
+
+    psnr: float
+    hue: float | None
+
+
+class _BandSums(NamedTuple):
+    squares: int
+    """Sum of squared differences, in (1/255)² of a step of premultiplied colours, so that it is
+    exact."""
+    values: int
+    hues: NDArray[np.int64]
+    """Number of pixels of each step of hues."""
+
+
+def data_error(decoded: Bytes, image: Bytes, channels: int, workers: Workers) -> TextureError:
+    """Compare the first ``channels`` of a texture with those of its image, (H, W, 4) uint8."""
+
+    def compare(rows: slice) -> _BandSums:
+        kept = (slice(None), slice(None), slice(channels))
+        difference = decoded[rows][kept].astype(np.int64) - image[rows][kept]
+        return _BandSums(
+            255**2 * int((difference**2).sum()), difference.size, np.zeros(1, np.int64)
+        )
+
+    return TextureError(_psnr(_bands(compare, image, workers)), None)
+
+
+def colour_texture_error(
+    decoded: Bytes, image: Bytes, alpha: str, blend_space: str, workers: Workers
+) -> TextureError:
+    """Compare the colours of a texture with those of its image.
+
+    Args:
+        decoded: As a GPU decodes it, (H, W, 4) uint8.
+        image: What was encoded.
+        alpha: How alpha is stored: ``straight``, ``premultiplied`` or ``additive``, without alpha.
+        blend_space: Encoding in which a client blends.
+        workers: Compare bands of rows.
+    """
+
+    def compare(rows: slice) -> _BandSums:
+        return _compared(decoded[rows], image[rows], alpha, blend_space)
+
+    bands = _bands(compare, image, workers)
+    return TextureError(_psnr(bands), _percentile(np.sum([band.hues for band in bands], axis=0)))
+
+
+def _bands(
+    compare: Callable[[slice], _BandSums], image: Bytes, workers: Workers
+) -> list[_BandSums]:
+    bands = [slice(top, top + _BAND_ROWS) for top in range(0, len(image), _BAND_ROWS)]
+    return list(workers.map(compare, bands))
+
+
+def _compared(ours: Bytes, exact: Bytes, alpha: str, blend_space: str) -> _BandSums:
+    channels = 3 if alpha == "additive" else 4
+    one, other = (_premultiplied(each, alpha == "straight") for each in (ours, exact))
+    visible = (exact[..., 3] > _VISIBLE) | (other[..., :3].max(axis=2) > _VISIBLE * 255)
+    difference = (one - other)[visible][:, :channels]
+    light = [light_over_black(each, alpha, blend_space)[visible] for each in (ours, exact)]
+    steps = (hue_difference(*light) / np.float32(_HUE_STEP)).astype(np.intp)
+    hues = np.bincount(np.minimum(steps, _HUE_BINS - 1), minlength=_HUE_BINS)
+    return _BandSums(int((difference**2).sum()), difference.size, hues)
+
+
+def _premultiplied(image: Bytes, straight: bool) -> NDArray[np.int64]:
+    """Return an image (H, W, 4) with premultiplied colours, in 1/255 of a step."""
+    values = image.astype(np.int64) * 255
+    if straight:
+        values[..., :3] = image[..., :3].astype(np.int64) * image[..., 3:]
+    return values
+
+
+def _psnr(bands: list[_BandSums]) -> float:
+    squares, values = sum(band.squares for band in bands), sum(band.values for band in bands)
+    if not squares:
+        return _EXACT
+    return min(round(10 * math.log10(255**4 * values / squares), 2), _EXACT)
+
+
+def _percentile(counts: NDArray[np.int64]) -> float:
+    """Return the upper end of the step in which the percentile of all pixels lies."""
+    total = int(counts.sum())
+    if not total:
+        return 0.0
+    step = int(np.searchsorted(np.cumsum(counts), math.ceil(_HUE_PERCENTILE * total)))
+    return round((step + 1) * _HUE_STEP, 1)
+
+
+def texture_statistics(errors: Mapping[str, TextureError]) -> dict[str, Any]:
+    """Return the manifest's statistics of textures, by the names of their files."""
+    figures = {file: {"psnr": each.psnr, "hue": each.hue} for file, each in errors.items()}
+    return {"gpu": figures} if figures else {}
+
+
+def read_texture_errors(statistics: dict[str, Any]) -> dict[str, TextureError]:
+    """Return the errors of textures by the names of their files, from a manifest's statistics.
+
+    Raises:
+        ValueError: The figures are not in the form that ``texture_statistics`` writes.
+    """
+    figures = statistics.get("gpu", {})
+    if not isinstance(figures, dict):
+        raise ValueError(f"{figures!r} are no errors of textures")
+    return {file: _error(entry) for file, entry in figures.items()}
+
+
+def _error(entry: Any) -> TextureError:
+    match entry:
+        case {"psnr": float() | int() as psnr, "hue": (float() | int() | None) as hue}:
+            return TextureError(psnr, hue)
+    raise ValueError(f"{entry!r} is no error of a texture")

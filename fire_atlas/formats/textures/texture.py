@@ -1,0 +1,41 @@
+"""A compressed texture: what its file says, and the bytes of its mip levels."""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from fire_atlas.formats.textures.blocks import BlockFormat
+
+AlphaMode: TypeAlias = Literal["straight", "premultiplied", "opaque"]
+
+
+@dataclass(frozen=True, slots=True)
+class TextureHeader:
+    """What the file of a texture says of it.
+
+    Attributes:
+        format: How its blocks are encoded.
+        width, height: Size of its first level, px.
+        srgb: Whether a GPU decodes colours from sRGB as it samples them.
+        alpha: How alpha is stored; ``opaque``: there is none.
+        sizes: Bytes of each mip level, the largest first.
+    """
+
+    format: BlockFormat
+    width: int
+    height: int
+    srgb: bool
+    alpha: AlphaMode
+    sizes: tuple[int, ...]
+
+    @property
+    def memory(self) -> int:
+        """Bytes that it takes on a GPU: its blocks are kept there as they are."""
+        return sum(self.sizes)
+
+
+def level_sizes(format_: BlockFormat, width: int, height: int, levels: int) -> tuple[int, ...]:
+    """Return the bytes of each mip level of a texture of that size."""
+    return tuple(
+        format_.level_bytes(max(width >> level, 1), max(height >> level, 1))
+        for level in range(levels)
+    )

@@ -1,0 +1,138 @@
+"""The table of the memory that pages and maps take on a GPU, in each format that they have."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+from rich.table import Column, Table
+
+from fire_atlas.atlas.sheet import DATA_MAPS, AtlasSheet
+from fire_atlas.core.errors import SourceError
+from fire_atlas.formats.atlas.texture_packer import AtlasFile
+from fire_atlas.formats.pages.colour_error import ColourError, read_errors
+from fire_atlas.formats.textures.error import TextureError, read_texture_errors
+from fire_atlas.formats.textures.texture_file import read_texture
+
+_MIB = 1 << 20
+
+_UNCOMPRESSED = {"r8": 1, "rgba8": 4, "rgba16": 8, "rgba16f": 8}
+"""Bytes of a pixel of the uncompressed formats: of pages, and of light as half floats."""
+
+
+@dataclass(frozen=True, slots=True)
+class ImageErrors:
+    """How far files are from what was drawn, as the manifest states it, by their names.
+
+    Attributes:
+        pages: Of lossy pages.
+        textures: Of compressed textures.
+    """
+
+    pages: Mapping[str, ColourError]
+    textures: Mapping[str, TextureError]
+
+    @classmethod
+    def of(cls, statistics: dict[str, Any]) -> Self:
+        """Return what the statistics of a manifest say.
+
+        Raises:
+            ValueError: They are invalid.
+        """
+        return cls(read_errors(statistics), read_texture_errors(statistics))
+
+
+@dataclass(frozen=True, slots=True)
+class TextureUse:
+    """An image as a GPU keeps it.
+
+    Attributes:
+        file: Name of the file that holds it.
+        format: How its pixels are kept: ``rgba8``, ``bc7``, ...
+        levels: Number of mip levels.
+        memory: Bytes that it takes with these.
+        psnr: Peak signal-to-noise ratio, dB, beside what was drawn; None if it is exact or unknown.
+        hue: Distance of hues, ΔE, beside what was drawn; None likewise.
+    """
+
+    file: str
+    format: str
+    levels: int
+    memory: int
+    psnr: float | None = None
+    hue: float | None = None
+
+
+def texture_uses(atlas: AtlasFile, errors: ImageErrors) -> Iterator[TextureUse]:
+    """Yield each page and map, uncompressed and as the textures that were written of it.
+
+    Raises:
+        SourceError: A texture is missing, damaged, or not as the atlas states.
+    """
+    sheet = atlas.sheet
+    for number, page in enumerate(sheet.pages):
+        for image in sheet.images(number):
+            textures = sheet.textures_of(image)
+            levels = max((texture.levels for texture in textures), default=1)
+            sizes = ((max(page.width >> i, 1), max(page.height >> i, 1)) for i in range(levels))
+            kept = _kept_as(sheet, image)
+            memory = sum(width * height * _UNCOMPRESSED[kept] for width, height in sizes)
+            lossy = errors.pages.get(image)
+            yield TextureUse(image, kept, levels, memory, lossy.psnr if lossy else None)
+            for texture in textures:
+                yield _compressed(atlas, texture.file, (page.width, page.height), errors)
+
+
+def _kept_as(sheet: AtlasSheet, image: str) -> str:
+    """Return how an image's pixels are kept uncompressed."""
+    if image.endswith(".exr"):
+        return "rgba16f"
+    if sheet.heat and sheet.heat.pixels == "heat" and image in {page.file for page in sheet.pages}:
+        return "r8"
+    return "rgba16" if sheet.bits == 16 and sheet.kind_of(image) not in DATA_MAPS else "rgba8"
+
+
+def _compressed(
+    atlas: AtlasFile, file: str, size: tuple[int, int], errors: ImageErrors
+) -> TextureUse:
+    header = read_texture(atlas.path.parent / file)
+    if (header.width, header.height) != size:
+        raise SourceError(
+            f"{atlas.path.parent / file}: is {header.width}x{header.height}, but its page is "
+            f"{size[0]}x{size[1]}; build the recipe again"
+        )
+    error = errors.textures.get(file)
+    figures = (error.psnr, error.hue) if error else (None, None)
+    return TextureUse(file, header.format.name, len(header.sizes), header.memory, *figures)
+
+
+def memory_table(atlas: AtlasFile, errors: ImageErrors) -> Table:
+    """Return the table of the memory on a GPU."""
+    uses = list(texture_uses(atlas, errors))
+    caption = (
+        "PSNR: over visible pixels, premultiplied; hues: distance, ΔE, that 99.5 % of them keep"
+        if any(use.psnr is not None for use in uses)
+        else None
+    )
+    heads = (
+        Column("file", overflow="fold"),
+        "kept as",
+        "mip levels",
+        "memory",
+        "of uncompressed",
+        "PSNR",
+        "hues",
+    )
+    table = Table(*heads, title="memory on the GPU", caption=caption)
+    whole = 0
+    for use in uses:
+        whole = use.memory if use.format in _UNCOMPRESSED else whole
+        table.add_row(
+            use.file,
+            use.format,
+            str(use.levels),
+            f"{use.memory / _MIB:.2f} MiB",
+            f"{100 * use.memory / whole:.1f} %",
+            "-" if use.psnr is None else f"{use.psnr:.1f} dB",
+            "-" if use.hue is None else f"{use.hue:.1f}",
+        )
+    return table

@@ -1,0 +1,71 @@
+"""Recipe keys of compressed textures: their formats by name, and how many mip levels they have."""
+
+from collections.abc import Iterable, Iterator
+from typing import Annotated, Literal, TypeAlias, get_args
+
+from pydantic import Field
+
+from fire_atlas.recipe.base import AUTO, NUMBER, either
+
+GpuFormat = Literal[
+    "bc1.dds", "bc1.ktx2", "bc3.dds", "bc3.ktx2", "bc4.dds", "bc4.ktx2", "bc5.dds", "bc5.ktx2",
+    "bc7.dds", "bc7.ktx2", "astc-4x4.ktx2", "astc-6x6.ktx2",
+]  # fmt: skip
+"""Formats of textures: how blocks of pixels are encoded, and the file that holds them."""
+
+Channels: TypeAlias = Literal[0, 1, 2, 4]
+"""Number of channels of 8 bits that a client reads of an image: of colours 4, of vectors 2, of
+light as floats 0."""
+
+_CHANNELS: dict[str, Channels] = {"motion": 2, "haze": 2, "depth": 1, "emission": 0}
+
+_BC_OF_FEW: dict[Channels, str] = {1: "bc4", 2: "bc5"}
+"""The BC format of images with fewer channels than colours have."""
+
+MAX_MIPS = 15
+"""Number of mip levels of the largest page."""
+
+Mips = Annotated[
+    Annotated[Literal["auto"], AUTO] | Annotated[int, Field(ge=1, le=MAX_MIPS), NUMBER],
+    either(f"`auto` or a whole number from 1 to {MAX_MIPS}"),
+]
+
+
+def unlike(formats: tuple[GpuFormat, ...]) -> tuple[GpuFormat, ...]:
+    """Return ``formats``; refuse one that is listed twice."""
+    if twice := {each for each in formats if formats.count(each) > 1}:
+        raise ValueError(f"holds {min(twice)} twice")
+    return formats
+
+
+def blocks_of(format_: str) -> str:
+    """Return how blocks are encoded in a format: ``bc7`` of ``bc7.dds``."""
+    return format_.partition(".")[0]
+
+
+def formats_for(formats: Iterable[GpuFormat], channels: Channels) -> Iterator[GpuFormat]:
+    """Yield the formats in which an image with so many channels is written.
+
+    Images of fewer channels than colours have take BC4 and BC5 instead of other BC formats, which
+    are as small or smaller and more exact; colours do not fit these two.
+    """
+    written = list[GpuFormat]()
+    for each in formats:
+        blocks, _, container = each.partition(".")
+        few = _BC_OF_FEW.get(channels)
+        if blocks.startswith("bc") and few is not None:
+            blocks = few
+        if not channels or (channels == 4 and blocks in _BC_OF_FEW.values()):
+            continue
+        written += [name for name in get_args(GpuFormat) if name == f"{blocks}.{container}"]
+    yield from dict.fromkeys(written)
+
+
+def channels_of(kind: str) -> Channels:
+    """Return how many channels of 8 bits clients read of a map of that kind, or of a page."""
+    return _CHANNELS.get(kind, 4)
+
+
+def texture_file(image: str, format_: GpuFormat) -> str:
+    """Return the name of an image's texture: ``fire.motion.bc5.dds`` of ``fire.motion.png``."""
+    return f"{image.rpartition('.')[0]}.{format_}"

@@ -1,0 +1,257 @@
+"""Compressed textures: what other decoders and readers find in the files that we write."""
+
+import io
+import json
+import math
+import os
+import struct
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+import texture2ddecoder
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from fire_atlas.atlas.encode import encode_frame
+from fire_atlas.core.errors import SourceError
+from fire_atlas.core.pixels import Bytes
+from fire_atlas.core.workers import Workers
+from fire_atlas.formats.textures.blocks import FORMATS, decode_blocks, encode_blocks
+from fire_atlas.formats.textures.dds import read_dds, write_dds
+from fire_atlas.formats.textures.error import colour_texture_error, data_error
+from fire_atlas.formats.textures.ktx2 import read_ktx2, write_ktx2
+from fire_atlas.formats.textures.texture import TextureHeader, level_sizes
+from fire_atlas.formats.textures.texture_file import read_texture
+from tests.support.clips import campfire
+from tests.support.requirements import node_modules
+
+PARSE = Path(__file__).parent / "web" / "parse_ktx2.mjs"
+DDS = [name for name in FORMATS if name.startswith("bc")]
+
+
+@pytest.fixture(scope="module")
+def workers() -> Iterator[Workers]:
+    with Workers(2) as pool:
+        yield pool
+
+
+@pytest.fixture(scope="module")
+def fire() -> Bytes:
+    """A frame of the sample campfire as a premultiplied page has it, cut to whole blocks."""
+    image = encode_frame(campfire(height=144, count=4).read(2), "premultiplied", "srgb")
+    return np.ascontiguousarray(image[: len(image) // 12 * 12, : image.shape[1] // 12 * 12])
+
+
+def other_decoder(name: str, data: bytes, width: int, height: int) -> Bytes:
+    """The pixels that texture2ddecoder, which gives BGRA, finds in blocks."""
+    if name.startswith("astc"):
+        side = FORMATS[name].side
+        decoded = texture2ddecoder.decode_astc(data, width, height, side, side)
+    else:
+        decoded = getattr(texture2ddecoder, f"decode_{name}")(data, width, height)
+    return np.frombuffer(decoded, np.uint8).reshape(height, width, 4)[..., [2, 1, 0, 3]]
+
+
+def header_of(name: str, image: Bytes, levels: int = 1, **changes: Any) -> TextureHeader:
+    height, width = image.shape[:2]
+    sizes = level_sizes(FORMATS[name], width, height, levels)
+    alpha = "straight" if FORMATS[name].channels == 4 else "opaque"
+    return TextureHeader(FORMATS[name], width, height, **{"srgb": False, "alpha": alpha, **changes,
+                                                          "sizes": sizes})  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("srgb", [False, True])
+def test_another_decoder_finds_the_same_pixels(
+    name: str, srgb: bool, fire: Bytes, workers: Workers
+) -> None:
+    height, width = fire.shape[:2]
+    data = encode_blocks(fire, FORMATS[name], srgb, workers)
+    ours = decode_blocks(data, width, height, FORMATS[name], srgb, workers)
+    theirs = other_decoder(name, data, width, height)
+    channels = FORMATS[name].channels
+    # ASTC interpolates in 16 bits, of which an sRGB format keeps the upper 8: decoders that ignore
+    # that are off by one.
+    most = 1 if name.startswith("astc") else 0
+    difference = np.abs(ours.astype(int) - theirs)[..., :channels]
+    assert difference.max() <= most
+    seen = np.abs(ours.astype(int) - fire)[..., :channels]
+    assert seen.mean() < {"bc1": 6, "bc3": 5, "astc-6x6": 4}.get(name, 2)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_sizes_that_are_no_whole_blocks_repeat_their_edge(name: str, workers: Workers) -> None:
+    image = np.full((7, 13, 4), (200, 90, 20, 255), np.uint8)
+    format_ = FORMATS[name]
+    data = encode_blocks(image, format_, False, workers)
+    assert len(data) == format_.level_bytes(13, 7)
+    decoded = decode_blocks(data, 13, 7, format_, False, workers)
+    assert decoded.shape == (7, 13, 4)
+    difference = np.abs(decoded.astype(int) - image)[..., : format_.channels]
+    assert difference.max() <= (6 if name in {"bc1", "bc3"} else 2)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_the_same_bytes_by_one_worker_and_by_two(name: str, fire: Bytes) -> None:
+    tall = np.concatenate([fire, fire[::-1], fire])
+    made = set()
+    for jobs in (1, 2, 2):
+        with Workers(jobs) as pool:
+            made.add(encode_blocks(tall, FORMATS[name], True, pool))
+    assert len(made) == 1
+
+
+@pytest.mark.parametrize("name", DDS)
+def test_pillow_opens_our_dds_and_sees_its_pixels(name: str, fire: Bytes, workers: Workers) -> None:
+    header = header_of(name, fire)
+    data = encode_blocks(fire, header.format, False, workers)
+    file = io.BytesIO()
+    write_dds(file, header, [data])
+    with Image.open(file) as opened:
+        assert opened.format == "DDS"
+        theirs = np.asarray(opened).reshape(*fire.shape[:2], -1)
+    ours = decode_blocks(data, header.width, header.height, header.format, False, workers)
+    channels = header.format.channels
+    assert np.array_equal(theirs[..., :channels], ours[..., :channels])
+
+
+NAMES = st.sampled_from(list(FORMATS))
+
+
+@given(NAMES, st.integers(1, 70), st.integers(1, 70), st.integers(1, 7), st.booleans(),
+       st.booleans())  # fmt: skip
+def test_headers_come_back_and_levels_are_where_they_should_be(
+    name: str, width: int, height: int, levels: int, srgb: bool, premultiplied: bool
+) -> None:
+    format_ = FORMATS[name]
+    srgb &= name not in {"bc4", "bc5"}
+    alpha: Literal["straight", "premultiplied", "opaque"] = "opaque"
+    if format_.channels == 4:
+        alpha = "premultiplied" if premultiplied else "straight"
+    sizes = level_sizes(format_, width, height, levels)
+    header = TextureHeader(format_, width, height, srgb, alpha, sizes)
+    data = [bytes([level + 1]) * size for level, size in enumerate(sizes)]
+    ktx2, dds = io.BytesIO(), io.BytesIO()
+    write_ktx2(ktx2, header, data)
+    assert read_ktx2(ktx2.getvalue()) == header
+    for level, (place, size) in enumerate(level_index(ktx2.getvalue())):
+        assert ktx2.getvalue()[place : place + size] == data[level]
+        assert place % math.lcm(format_.block_bytes, 4) == 0
+    if name in DDS:
+        write_dds(dds, header, data)
+        assert read_dds(dds.getvalue()) == header
+        assert dds.getvalue()[148:] == b"".join(data)
+
+
+def level_index(data: bytes) -> list[tuple[int, int]]:
+    """Where the levels of a KTX2 file are, and how long."""
+    (count,) = struct.unpack_from("<I", data, 40)
+    return [struct.unpack_from("<2Q", data, 80 + 24 * level) for level in range(count)]
+
+
+@pytest.mark.parametrize("ending", [".dds", ".ktx2"])
+@pytest.mark.parametrize("kept", [0, 60, 150, -1])
+def test_files_that_are_cut_off_are_refused_with_advice(
+    ending: str, kept: int, fire: Bytes, workers: Workers, tmp_path: Path
+) -> None:
+    header = header_of("bc7", fire)
+    file = io.BytesIO()
+    levels = [encode_blocks(fire, header.format, False, workers)]
+    (write_dds if ending == ".dds" else write_ktx2)(file, header, levels)
+    path = tmp_path / f"fire{ending}"
+    path.write_bytes(file.getvalue()[:kept])
+    with pytest.raises(SourceError, match=r"build the recipe again"):
+        read_texture(path)
+    path.write_bytes(b"x" * 4000)
+    with pytest.raises(SourceError, match="that fire-atlas wrote"):
+        read_texture(path)
+
+
+@pytest.mark.parametrize("alpha", ["straight", "premultiplied", "additive"])
+def test_the_error_is_that_of_a_recount(alpha: str, fire: Bytes, workers: Workers) -> None:
+    chance = np.random.default_rng(3)
+    image = fire.copy()
+    if alpha == "additive":
+        image[..., 3] = 0
+    moved = chance.integers(-6, 7, image.shape)
+    decoded = np.clip(image + moved, 0, 255).astype(np.uint8)
+    error = colour_texture_error(decoded, image, alpha, "srgb", workers)
+    one, other = (each.astype(np.float64) for each in (decoded, image))
+    if alpha == "straight":
+        for each in (one, other):
+            each[..., :3] *= each[..., 3:] / 255
+    visible = (image[..., 3] > 2) | (other[..., :3].max(axis=2) > 2)
+    shown = (one - other)[visible][:, : 3 if alpha == "additive" else 4]
+    assert error.psnr == pytest.approx(10 * math.log10(255**2 / np.mean(shown**2)), abs=0.006)
+    assert error.hue is not None and error.hue > 1
+    assert colour_texture_error(image, image, alpha, "srgb", workers).psnr == 99
+
+
+def test_vectors_are_compared_in_their_channels_alone(workers: Workers) -> None:
+    image = np.full((20, 30, 4), 128, np.uint8)
+    other = image.copy()
+    other[..., 2:] = 0
+    assert data_error(other, image, 2, workers).psnr == 99
+    other[..., 1] += 3
+    expected = 10 * math.log10(255**2 / (9 / 2))
+    assert data_error(other, image, 2, workers).psnr == pytest.approx(expected, abs=0.006)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("srgb", [False, True])
+def test_ktx_parse_reads_our_ktx2(
+    name: str, srgb: bool, node: str, fire: Bytes, workers: Workers, tmp_path: Path
+) -> None:
+    srgb &= name not in {"bc4", "bc5"}
+    alpha = "premultiplied" if FORMATS[name].channels == 4 else "opaque"
+    header = header_of(name, fire, 2, srgb=srgb, alpha=alpha)
+    levels = [encode_blocks(each, header.format, srgb, workers) for each in (fire, fire[::2, ::2])]
+    file = tmp_path / "fire.ktx2"
+    with file.open("wb") as target:
+        write_ktx2(target, header, levels)
+    done = subprocess.run(
+        [node, PARSE, node_modules(), file], capture_output=True, text=True, check=True
+    )
+    said = json.loads(done.stdout)
+    assert said["levels"] == [len(level) for level in levels]
+    assert said["same"], "its writer gives the same descriptor and levels"
+    assert (said["width"], said["height"]) == (header.width, header.height)
+    assert said["transfer"] == (2 if srgb else 1)
+    assert said["flags"] == (1 if alpha == "premultiplied" else 0)
+    assert said["block"] == [FORMATS[name].side - 1] * 2
+    assert said["keys"] == {"KTXorientation": "rd", "KTXwriter": said["keys"]["KTXwriter"]}
+
+
+@pytest.mark.parametrize("name", ["bc1", "bc3", "bc4", "bc5", "bc7", "astc-4x4", "astc-6x6"])
+def test_three_samples_the_pixels_of_our_ktx2_at_every_level(
+    name: str, node: str, chromium: Path, fire: Bytes, workers: Workers, tmp_path: Path
+) -> None:
+    header = header_of(name, fire, 2)
+    images = [fire, np.ascontiguousarray(fire[::2, ::2])]
+    levels = [encode_blocks(each, header.format, False, workers) for each in images]
+    file, out = tmp_path / "fire.ktx2", tmp_path / "fire.rgba"
+    with file.open("wb") as target:
+        write_ktx2(target, header, levels)
+    script = PARSE.with_name("sample_ktx2.mjs")
+    done = subprocess.run(
+        [node, script, node_modules(), file, out],
+        capture_output=True, text=True, check=False, timeout=120,
+        env={**os.environ, "CHROMIUM": str(chromium)},
+    )  # fmt: skip
+    assert done.returncode == 0 and not done.stderr, done.stderr
+    said, seen, at = json.loads(done.stdout), np.fromfile(out, np.uint8), 0
+    assert said["sizes"] == [[each.shape[1], each.shape[0]] for each in images]
+    for image, data in zip(images, levels, strict=True):
+        height, width = image.shape[:2]
+        theirs = seen[at : at + 4 * width * height].reshape(image.shape)
+        at += theirs.size
+        ours = decode_blocks(data, width, height, header.format, False, workers)
+        channels = header.format.channels
+        difference = np.abs(ours.astype(int) - theirs)[..., :channels]
+        # GPUs interpolate BC1, BC3, BC4 and BC5 each with a rounding of its own.
+        assert difference.max() <= 2

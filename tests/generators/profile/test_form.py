@@ -1,0 +1,73 @@
+"""The form of a fire that burns in a round column, against columns whose form is known."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fire_atlas.core.camera import Camera
+from fire_atlas.core.clip import Form
+from fire_atlas.generators.profile.generate.form import ColumnSide, column_form
+
+SIDE, SCALE = 200, 160.0
+CAMERA = Camera(0.0, 0.0, SIDE, SIDE, (SIDE / 2, SIDE - 20.0), SCALE)
+ROWS = (CAMERA.origin[1] - np.arange(SIDE) - 0.5) / SCALE
+"""Heights of the rows above the foot."""
+
+WIDE, DEEP, APEX = 0.3, 0.2, 1.4
+
+
+def form(taper: NDArray[np.floating], deep: float = WIDE, behind: float = 0.0) -> Form:
+    seen = ColumnSide(np.full(SIDE, WIDE), np.zeros(SIDE))
+    return column_form(
+        seen,
+        ColumnSide(np.full(SIDE, deep), np.full(SIDE, behind)),
+        np.asarray(taper, np.float64),
+        CAMERA,
+    )
+
+
+def angles(found: NDArray[np.float32], wanted: NDArray[np.float64]) -> NDArray[np.float64]:
+    unit = wanted / np.linalg.norm(wanted, axis=-1, keepdims=True)
+    return np.asarray(np.degrees(np.arccos(np.clip((found * unit).sum(axis=-1), -1, 1))))
+
+
+def test_a_cone_has_the_depth_and_the_normals_of_a_cone() -> None:
+    """Of elliptic section: x²/WIDE² + z²/DEEP² = (1 − h/APEX)²."""
+    size = 1 - ROWS / APEX
+    cone = form(size, DEEP)
+    x = (np.arange(SIDE) + 0.5 - SIDE / 2)[None] / SCALE
+    inside = np.abs(x) / WIDE < 0.95 * size[:, None]
+    front = np.sqrt(np.clip(size[:, None] ** 2 - (x / WIDE) ** 2, 0, None)) * DEEP
+    assert np.abs(cone.depth - front * SCALE)[inside].max() < 1e-3
+    wanted = np.stack(
+        [x / WIDE**2 + 0 * front, np.broadcast_to(-size[:, None] / APEX, front.shape),
+         front / DEEP**2],
+        axis=-1,
+    )  # fmt: skip
+    inside[[0, -1]] = False  # one-sided differences
+    assert angles(cone.normal, wanted)[inside].max() < 0.5
+
+
+def test_a_column_further_away_is_as_much_deeper() -> None:
+    near, far = form(np.ones(SIDE)), form(np.ones(SIDE), behind=0.25)
+    assert np.allclose(near.depth - far.depth, 0.25 * SCALE, atol=1e-3)
+    assert np.allclose(near.normal, far.normal, atol=1e-5)
+
+
+def test_from_above_a_column_faces_up() -> None:
+    above = replace(CAMERA, elevation=math.radians(30))
+    sides = ColumnSide(np.full(SIDE, WIDE), np.zeros(SIDE))
+    seen = column_form(sides, sides, np.ones(SIDE), above)
+    middle = seen.normal[SIDE // 2, SIDE // 2]
+    assert angles(middle, np.array([0, math.sin(above.elevation), math.cos(above.elevation)])) < 1
+
+
+@pytest.mark.parametrize("down", [0, 1])
+def test_beside_the_column_the_form_goes_on_as_at_its_edge(down: int) -> None:
+    cone = form(1 - down * ROWS / APEX)
+    assert np.isfinite(cone.depth).all() and np.isfinite(cone.normal).all()
+    assert (cone.normal[SIDE // 2, :4, 0] < -0.9).all()
+    assert (cone.normal[SIDE // 2, -4:, 0] > 0.9).all()
