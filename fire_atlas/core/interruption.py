@@ -24,8 +24,11 @@ EXIT_CODE = 130
 MESSAGE = "interrupted; every build's outputs are whole: as they were before it, or all new"
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_CLEANUP_SECONDS = 0.5
-"""Time limit for all actions together: flushing a pipe that nobody reads would never return."""
+_CLEANUP_SECONDS = 5.0
+"""Time limit for all actions together: a busy disk takes its time to remove files."""
+
+_FLUSH_SECONDS = 0.5
+"""Time limit for flushing stdout, which never returns if it is a pipe that nobody reads."""
 
 _registered: list[Callable[[], object]] = []
 _expected: list[str] = []
@@ -104,13 +107,20 @@ def _end(number: int, _: FrameType | None) -> None:
     is_meant = number == signal.SIGINT and _expected
     ending = (0, _expected[-1]) if is_meant else (EXIT_CODE, f"error: {MESSAGE}\n")
     leave = partial(_leave, *ending)
-    if hasattr(signal, "setitimer"):  # not on Windows
-        signal.signal(signal.SIGALRM, leave)
-        signal.setitimer(signal.ITIMER_REAL, _CLEANUP_SECONDS)
-    for action in (*reversed(_registered), sys.stdout.flush):
+    _leave_after(_CLEANUP_SECONDS, leave)
+    for action in reversed(_registered):
         with suppress(Exception):
             action()
+    _leave_after(_FLUSH_SECONDS, leave)
+    with suppress(Exception):
+        sys.stdout.flush()
     leave()
+
+
+def _leave_after(seconds: float, leave: Callable[..., None]) -> None:
+    if hasattr(signal, "setitimer"):  # not on Windows
+        signal.signal(signal.SIGALRM, leave)
+        signal.setitimer(signal.ITIMER_REAL, seconds)
 
 
 def _leave(code: int, message: str, *_: object) -> None:

@@ -17,6 +17,9 @@ from fire_atlas.outputs.journal import StagingFolder, commit
 from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
 from fire_atlas.outputs.recovery import clear_killed_builds, clear_staging, staging_folder
 
+_ATTEMPTS = 10
+"""How often a folder is removed: threads that a signal has not ended yet may add files to it."""
+
 
 class Staging:
     """A hidden folder inside the output folder, whose files are renamed into place at the end.
@@ -165,8 +168,12 @@ def write_whole(target: Path, data: bytes, note: Callable[[str], None]) -> None:
 def _clear(folder: StagingFolder) -> None:
     """Remove a staging folder, unless it has a journal: of a commit that could not be undone, which
     the next command tries to undo again."""
-    if not folder.journal.exists():
+    if folder.journal.exists():
+        return
+    for _ in range(_ATTEMPTS):
         shutil.rmtree(folder.path, ignore_errors=True)
+        if not folder.path.exists():
+            return
 
 
 def _at_the_end(stack: ExitStack, action: Callable[[], None]) -> None:

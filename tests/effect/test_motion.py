@@ -28,10 +28,13 @@ LEAST_SIDEWAYS = {"campfire": 0.7}
 """Least correlation in x, where it is not 0.75: the sample campfire rises straight, and moves by a
 quarter of a px a frame sideways, which is near the noise of the flow."""
 
-MOST_IN_A_CELL = {"candle": 6.5, "cartoon_wesnoth_campfire": 6.5, "pixel_art": 6.5}
+MOST_IN_A_CELL = {
+    "candle": 6.5, "cartoon": 5.5, "cartoon_wesnoth_campfire": 7.0, "pixel_art": 6.5,
+}  # fmt: skip
 """Most rows in a cell against the plume's mean, where it is not 5: all flakes of the calm candle
-leave by its tip, and the two paintings fill their frame, with the plume in a few cells at the top.
-Embers that are slower than the gas stay longer where they leave the flame.
+leave by its tip, and the paintings fill their frame, with the plume in a few cells at the top.
+Embers that are slower than the gas stay longer where they leave the flame, and those that one eddy
+moves stay together.
 """
 
 RISING_CLIPS = [*RISING_SAMPLES, *map(real, RISING)]
