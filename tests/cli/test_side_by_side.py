@@ -276,10 +276,17 @@ def test_a_killed_process_fails_its_recipe_and_no_other(repo: Repo) -> None:
     assert repo.run("build", repo.folder, "--set", "source.height=300").code == 0
 
 
-def changed(before: dict[str, bytes], after: dict[str, bytes]) -> set[str]:
-    """Return the names of files that are not the same; a comparison of pages takes minutes."""
-    names = before.keys() | after.keys()
-    return {name for name in names if before.get(name) != after.get(name)}
+def completed(before: dict[str, bytes], after: dict[str, bytes], names: list[str]) -> set[str]:
+    """Return the builds whose files are all new; assert that those of the others are as they were.
+
+    On a busy machine, the first recipe may be done before the second has begun; not so all.
+    """
+    files = before.keys() | after.keys()
+    changed = {file for file in files if before.get(file) != after.get(file)}
+    new = {file.partition(".")[0] for file in changed}
+    assert changed == {file for file in files if file.partition(".")[0] in new}
+    assert new < {*names}
+    return new
 
 
 @posix
@@ -296,17 +303,16 @@ def test_a_signal_ends_all_processes(repo: Repo, number: signal.Signals) -> None
     assert len(builders) == 2
     assert process.returncode == EXIT_CODE
     assert err == f"error: {MESSAGE}\n"
-    assert {name for name, event in last_events(out).items() if event["event"] == "error"} == {
-        *names
-    }
     wait_until(lambda: not any(map(is_alive, builders)))
-    assert changed(before, contents(repo.build)) == set()
+    done = completed(before, contents(repo.build), names)
+    failed = {name for name, event in last_events(out).items() if event["event"] == "error"}
+    assert {*names} - done <= failed <= {*names}
 
 
 @posix
 @pytest.mark.slow
 def test_no_build_goes_on_when_the_command_is_killed(repo: Repo) -> None:
-    several(repo)
+    names = several(repo)
     repo.run("build", repo.folder)
     before = contents(repo.build)
     with running(repo, "--set", "source.height=1200") as process:
@@ -314,7 +320,7 @@ def test_no_build_goes_on_when_the_command_is_killed(repo: Repo) -> None:
         process.kill()
         process.wait()
         wait_until(lambda: not any(map(is_alive, builders)))
-    assert changed(before, contents(repo.build)) == set()
+    completed(before, contents(repo.build), names)
 
 
 def test_a_terminal_shows_a_table(repo: Repo) -> None:

@@ -155,7 +155,7 @@ def test_flakes_add_the_light_that_film_shows_of_them(
         return float(json.loads((build / "fire.light.json").read_bytes())["mean"]["light"])
 
     without, dark = light_of(bake=False), light_of(intensity=0)
-    dim, bright = light_of(intensity=6), light_of(intensity=60)
+    dim, bright = light_of(intensity=12), light_of(intensity=120)
     assert dark == without
     assert without < 0.99 * dim < dim < bright < without + 10 * (dim - without)
 

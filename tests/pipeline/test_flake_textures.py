@@ -45,7 +45,7 @@ def drops(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, AtlasFile, Tr
     recipe = recipe_of(
         folder,
         {"path": "drops.png", "grid": GRID},
-        flakes={"tint": "none", "edge": "crop", "rate": 12, "size": [0.03, 0.04]},
+        flakes={"tint": "none", "edge": "crop", "rate": 24, "size": [0.03, 0.04]},
         source={**CLIP, "count": 48},
         maps={"flakes": True},
         atlas={"trim": "none"},
