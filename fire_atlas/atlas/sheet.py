@@ -424,7 +424,8 @@ class AtlasSheet:
 
     def channels_of(self, image: str) -> Channels:
         """Return how many channels of 8 bits clients read of an image."""
-        return channels_of(self.kind_of(image))
+        pixels = "color" if self.heat is None else self.heat.pixels
+        return channels_of(self.kind_of(image), pixels)
 
     def textures_of(self, image: str) -> tuple[GpuTexture, ...]:
         """Return the compressed textures of an image."""

@@ -46,14 +46,13 @@ def gpu_limits(atlas: Atlas, maps: Maps) -> Iterator[Problem]:
     """Yield a problem for each compressed texture that has no image to show, or loses its alpha."""
     for i, format_ in enumerate(atlas.gpu):
         blocks = blocks_of(format_)
-        if blocks == "bc1" and (atlas.alpha != "additive" or maps.smoke):
-            needs = "maps.smoke needs" if maps.smoke else f"pages with alpha {atlas.alpha} need"
+        if blocks == "bc1" and (needs := _what_needs_alpha(atlas, maps)):
             yield Problem(
                 ("atlas", "gpu", i),
                 f"{format_} has no alpha, which {needs}: use bc7 or bc3, or alpha: additive "
                 f"without smoke",
             )
-        if (blocks == "bc4" and not maps.depth) or (
+        if (blocks == "bc4" and not (maps.depth or atlas.pixels == "heat")) or (
             blocks == "bc5" and not (maps.haze or maps.motion != "none")
         ):
             channels = "one channel" if blocks == "bc4" else "two channels, for vectors"
@@ -62,6 +61,15 @@ def gpu_limits(atlas: Atlas, maps: Maps) -> Iterator[Problem]:
                 f"{format_} holds {channels}, and this recipe writes no such image: use bc7 for "
                 f"colours",
             )
+
+
+def _what_needs_alpha(atlas: Atlas, maps: Maps) -> str | None:
+    """Return which images have an alpha that clients read; None if none has."""
+    if atlas.pixels == "heat4":
+        return "heat4 needs for a frame"
+    if maps.smoke:
+        return "maps.smoke needs"
+    return None if atlas.alpha == "additive" else f"pages with alpha {atlas.alpha} need"
 
 
 def movie_limits(movies: Sequence[MovieName], atlas: Atlas) -> Iterator[Problem]:

@@ -44,9 +44,9 @@ def expected_outputs(recipe: Recipe) -> Iterator[tuple[str, Role]]:
 def _sheet_files(recipe: Recipe, sheet: str) -> Iterator[tuple[str, Role]]:
     """Yield the files of one scale."""
     exports = [export_name(export) for export in recipe.exports]
-    for image, role in _images(recipe, sheet):
-        yield image, role
-        for format_ in formats_for(recipe.atlas.gpu, channels_of(image.split(".")[-2])):
+    for image, kind in _images(recipe, sheet):
+        yield image, "page" if kind == "page" else "map"
+        for format_ in formats_for(recipe.atlas.gpu, channels_of(kind, recipe.atlas.pixels)):
             yield texture_file(image, format_), "texture"
         for engine in _IMPORT_ENDINGS.keys() & exports:
             yield image + _IMPORT_ENDINGS[engine], "import"
@@ -57,16 +57,16 @@ def _sheet_files(recipe: Recipe, sheet: str) -> Iterator[tuple[str, Role]]:
             yield sheet + ENDINGS[export], "atlas"
 
 
-def _images(recipe: Recipe, sheet: str) -> Iterator[tuple[str, Role]]:
-    """Yield the first page of a sheet and the maps beside it."""
+def _images(recipe: Recipe, sheet: str) -> Iterator[tuple[str, str]]:
+    """Yield the first page of a sheet and the maps beside it, each with its kind."""
     ending = f".{recipe.atlas.format}"
     yield f"{sheet}{ending}", "page"
     motion = () if recipe.maps.motion == "none" else ("motion",)
     haze = ("haze",) if recipe.maps.haze else ()
     for kind in (*motion, *haze, *recipe.maps.layers, *recipe.maps.form):
-        yield f"{sheet}.{kind}{ending}", "map"
+        yield f"{sheet}.{kind}{ending}", kind
     if recipe.maps.emission == "exr":
-        yield f"{sheet}.emission.exr", "map"
+        yield f"{sheet}.emission.exr", "emission"
 
 
 def may_write(recipe: Recipe, file: str) -> bool:

@@ -230,7 +230,7 @@ def _heat_pages(sheet: AtlasSheet, sprites: Sequence[Sprite], edges: Edges) -> I
         draw = partial(draw_page, sheet, i, sprites, edges, np.uint8)
         if sheet.heat is not None and sheet.heat.pixels == "heat":
             draw = partial(_first_channel, draw)
-        yield Image(page.file, "page", draw, is_data=True)
+        yield _image(sheet, page.file, "page", draw, is_data=True)
 
 
 def _first_channel(draw: Callable[[], NDArray[Any]]) -> NDArray[Any]:

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from fire_atlas.atlas.deep import as_bytes
 from fire_atlas.atlas.gpu import mip_levels
 from fire_atlas.core.pixels import Bytes
@@ -30,7 +32,7 @@ def write_textures(
     """
     if not image.textures:
         return [], {}
-    drawn = as_bytes(drawn)
+    drawn = _in_four_channels(as_bytes(drawn))
     if image.has_cover and atlas.alpha == "additive":
         atlas = atlas.model_copy(update={"alpha": "premultiplied"})
     count = image.textures[0].levels
@@ -52,6 +54,14 @@ def write_textures(
     return outputs, errors
 
 
+def _in_four_channels(image: Bytes) -> Bytes:
+    """Return an image (H, W) or (H, W, 4) as one of four channels: its values are red."""
+    if image.ndim == 3:
+        return image
+    empty = np.zeros_like(image)
+    return np.dstack([image, empty, empty, np.full_like(image, 255)])
+
+
 def _error(
     header: TextureHeader,
     encoded: bytes,
@@ -64,7 +74,8 @@ def _error(
     size = header.width, header.height
     decoded = decode_blocks(encoded, *size, header.format, header.srgb, workers)
     if image.is_data:
-        return data_error(decoded, drawn, image.channels, workers)
+        is_heat = image.role == "page"
+        return data_error(decoded, drawn, image.channels, workers, is_heat=is_heat)
     return colour_texture_error(decoded, drawn, atlas.alpha, atlas.blend_space, workers)
 
 

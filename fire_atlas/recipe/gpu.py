@@ -61,9 +61,12 @@ def formats_for(formats: Iterable[GpuFormat], channels: Channels) -> Iterator[Gp
     yield from dict.fromkeys(written)
 
 
-def channels_of(kind: str) -> Channels:
-    """Return how many channels of 8 bits clients read of a map of that kind, or of a page."""
-    return _CHANNELS.get(kind, 4)
+def channels_of(kind: str, pixels: str) -> Channels:
+    """Return how many channels of 8 bits clients read of a map of that kind, or of a ``page``.
+
+    ``pixels`` is what the pages hold: ``color``, ``heat`` or ``heat4``.
+    """
+    return 1 if (kind, pixels) == ("page", "heat") else _CHANNELS.get(kind, 4)
 
 
 def texture_file(image: str, format_: GpuFormat) -> str:

@@ -193,8 +193,8 @@ class Atlas(Settings):
     """Also write each image as compressed textures, which stay small in a GPU's memory, with mip
     levels: ``bc7.dds``, ``astc-6x6.ktx2``, ... (``fire-atlas[gpu]`` must be installed). Cells then
     lie on whole blocks, and far enough apart for these mips. Motion vectors take BC5 instead of
-    other BC formats. Colours keep most with ``alpha: premultiplied``; straight ones lose up to 8 dB
-    of it."""
+    other BC formats, heat BC4. Colours keep most with ``alpha: premultiplied``; straight ones lose
+    up to 8 dB of it."""
     mips: Mips = "auto"
     """Number of mip levels in the files of ``gpu``, the page itself included; ``auto`` is 3. The
     layout keeps frames apart at up to 5 of them. Levels beyond these are written, for clients that
@@ -483,8 +483,6 @@ def _heat_contradictions(atlas: Atlas) -> Iterator[Problem]:
         yield Problem(
             ("alpha",), "the colours of ramps are premultiplied or additive; leave alpha out"
         )
-    if atlas.gpu:
-        yield Problem(("gpu",), "textures are made of pages of colours; leave it out")
     if atlas.bits == 16:
         yield Problem(("bits",), "heat has 8 bits, one value for each colour; leave it out")
     if atlas.pixels == "heat4" and atlas.mesh != "none":

@@ -203,6 +203,57 @@ def test_depth_takes_bc4_and_smoke_keeps_its_alpha(repo: Repo) -> None:
     assert read_texture(repo.build / "fire.smoke.bc7.dds").alpha == "premultiplied"
 
 
+@pytest.mark.parametrize(
+    ("pixels", "blocks", "part", "least"), [("heat", "bc4", 8, 38), ("heat4", "bc7", 16, 32)]
+)
+def test_heat_takes_a_part_of_the_memory(
+    repo: Repo, pixels: str, blocks: str, part: int, least: float
+) -> None:
+    """One channel in BC4, or four frames in BC7, next to pages of colours in 8 bits a channel."""
+    source = {"path": str(shipped("samples") / "campfire"), "fps": 24, "count": 8}
+    gpu = ["bc7.dds", "bc7.ktx2", "astc-4x4.ktx2"]
+    files = repo.built(
+        repo.recipe(source=source, timeline={"loop": "none"}, flakes="none", exports=["json"],
+                    atlas={"pixels": pixels, "gpu": gpu, "layout": "grid"})
+    )  # fmt: skip
+    names = [f"fire.{blocks}.dds", f"fire.{blocks}.ktx2", "fire.astc-4x4.ktx2"]
+    assert [name for name in files if name.endswith((".dds", ".ktx2"))] == sorted(names)
+    channels = 1 if pixels == "heat" else 4
+    page = image(repo.build / "fire.png")[..., :channels].astype(float)
+    frames_of_page = page.shape[0] * page.shape[1] * channels  # px of the frames that it holds
+    assert len(blocks_of(repo.build / names[0])[2][0]) == frames_of_page * 4 / part
+    for name in names:
+        ours = decoded(repo.build / name)[..., :channels]
+        found = 10 * math.log10(255**2 / np.mean((ours - page)[page > 0] ** 2))
+        figures = statistics(repo)["gpu"][name]
+        close = 1 if "astc" in name else 0.1  # texture2ddecoder keeps fewer bits of ASTC
+        assert figures["psnr"] == pytest.approx(found, abs=close) and found > least
+        assert figures["hue"] is None
+        assert not read_texture(repo.build / name).srgb
+        means = page.reshape(page.shape[0] // 2, 2, -1, 2, channels).mean(axis=(1, 3))
+        half = decoded(repo.build / name, 1)[..., :channels]
+        assert 10 * math.log10(255**2 / np.mean((half - means) ** 2)) > least
+
+
+def test_layers_beside_heat_keep_their_colours(repo: Repo) -> None:
+    repo.clip()
+    atlas = {"pixels": "heat", "gpu": ["bc7.dds"]}
+    files = repo.built(repo.recipe(atlas=atlas, maps={"flame": True}))
+    textures = {name for name in files if name.endswith(".dds")}
+    assert textures == {"fire.bc4.dds", "fire.flame.bc7.dds"}
+    assert psnr(repo.build / "fire.flame.bc7.dds", image(repo.build / "fire.flame.png")) > 35
+
+
+@pytest.mark.parametrize("name", ["motion", "haze"])
+def test_a_recipe_may_be_named_as_a_map(repo: Repo, name: str) -> None:
+    repo.clip()
+    recipe = repo.recipe(f"{name}.yaml", atlas={"gpu": ["bc7.dds"]})
+    assert repo.run("build", recipe).code == 0
+    assert (repo.build / f"{name}.bc7.dds").exists()
+    planned = repo.run("build", recipe, "--depfile", repo.folder / "fire.d", "--dry-run")
+    assert planned.code == 0 and "up to date" in planned.out
+
+
 def test_pages_are_those_of_the_same_layout_without_textures(repo: Repo) -> None:
     """Another format changes no page: only which layout is asked for does."""
     repo.clip()
@@ -244,7 +295,9 @@ def test_more_mips_are_written_on_request(repo: Repo) -> None:
 
 REFUSED: list[tuple[dict[str, Any], dict[str, Any], str]] = [
     ({"gpu": ["bc1.dds"]}, {}, "bc1.dds has no alpha"),
+    ({"gpu": ["bc1.dds"], "pixels": "heat4"}, {}, "bc1.dds has no alpha, which heat4"),
     ({"gpu": ["bc4.ktx2"]}, {}, "bc4.ktx2 holds one channel"),
+    ({"gpu": ["bc4.ktx2"], "pixels": "heat4"}, {}, "bc4.ktx2 holds one channel"),
     ({"gpu": ["bc5.dds"]}, {}, "bc5.dds holds two channels"),
     ({"gpu": ["bc7.dds", "bc7.dds"]}, {}, "holds bc7.dds twice"),
     ({"gpu": ["bc7"]}, {}, "atlas.gpu"),

@@ -35,7 +35,7 @@ class TextureError:
 
     Attributes:
         psnr: Peak signal-to-noise ratio, dB, of all channels that are read, colours premultiplied,
-            over visible pixels; of vectors, over all. At most 99.
+            over visible pixels; of vectors, over all; of heat, over values above 0. At most 99.
         hue: Of colours: 99.5th percentile of the distances of their hues, ΔE in CIELAB's plane of
             hues, as they are seen over black. None for data.
     """
@@ -53,12 +53,19 @@ class _BandSums(NamedTuple):
     """Number of pixels of each step of hues."""
 
 
-def data_error(decoded: Bytes, image: Bytes, channels: int, workers: Workers) -> TextureError:
-    """Compare the first ``channels`` of a texture with those of its image, (H, W, 4) uint8."""
+def data_error(
+    decoded: Bytes, image: Bytes, channels: int, workers: Workers, *, is_heat: bool = False
+) -> TextureError:
+    """Compare the first ``channels`` of a texture with those of its image, (H, W, 4) uint8.
+
+    Of heat, only values above 0 of the image are compared: a page has much that is empty.
+    """
 
     def compare(rows: slice) -> _BandSums:
-        kept = (slice(None), slice(None), slice(channels))
-        difference = decoded[rows][kept].astype(np.int64) - image[rows][kept]
+        ours, exact = decoded[rows][..., :channels], image[rows][..., :channels]
+        difference = ours.astype(np.int64) - exact
+        if is_heat:
+            difference = difference[exact > 0]
         return _BandSums(
             255**2 * int((difference**2).sum()), difference.size, np.zeros(1, np.int64)
         )
