@@ -26,7 +26,7 @@ from fire_atlas.formats.textures.dds import read_dds, write_dds
 from fire_atlas.formats.textures.error import colour_texture_error, data_error
 from fire_atlas.formats.textures.ktx2 import read_ktx2, write_ktx2
 from fire_atlas.formats.textures.texture import TextureHeader, level_sizes
-from fire_atlas.formats.textures.texture_file import read_texture
+from fire_atlas.formats.textures.texture_file import read_texture, write_texture
 from tests.support.clips import campfire
 from tests.support.requirements import node_modules
 
@@ -227,17 +227,24 @@ def test_ktx_parse_reads_our_ktx2(
     assert said["keys"] == {"KTXorientation": "rd", "KTXwriter": said["keys"]["KTXwriter"]}
 
 
-@pytest.mark.parametrize("name", ["bc1", "bc3", "bc4", "bc5", "bc7", "astc-4x4", "astc-6x6"])
-def test_three_samples_the_pixels_of_our_ktx2_at_every_level(
-    name: str, node: str, chromium: Path, fire: Bytes, workers: Workers, tmp_path: Path
+BC = ["bc1", "bc3", "bc4", "bc5", "bc7"]
+SAMPLED = [
+    *((name, "ktx2") for name in (*BC, "astc-4x4", "astc-6x6")),  # by three
+    *((name, "dds") for name in BC),  # by PixiJS
+]
+
+
+@pytest.mark.parametrize(("name", "ending"), SAMPLED)
+def test_web_clients_sample_the_pixels_of_our_textures_at_every_level(
+    name: str, ending: str, node: str, chromium: Path, fire: Bytes, workers: Workers, tmp_path: Path
 ) -> None:
     header = header_of(name, fire, 2)
     images = [fire, np.ascontiguousarray(fire[::2, ::2])]
     levels = [encode_blocks(each, header.format, False, workers) for each in images]
-    file, out = tmp_path / "fire.ktx2", tmp_path / "fire.rgba"
+    file, out = tmp_path / f"fire.{ending}", tmp_path / "fire.rgba"
     with file.open("wb") as target:
-        write_ktx2(target, header, levels)
-    script = PARSE.with_name("sample_ktx2.mjs")
+        write_texture(target, file.name, header, levels)
+    script = PARSE.with_name("sample_texture.mjs")
     done = subprocess.run(
         [node, script, node_modules(), file, out],
         capture_output=True, text=True, check=False, timeout=120,

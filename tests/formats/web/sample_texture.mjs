@@ -1,5 +1,6 @@
-// Loads a KTX2 file by three's KTX2Loader in headless Chromium, samples each of its levels on the
-// GPU, texel by texel, and writes them as RGBA bytes: node sample_ktx2.mjs MODULES FILE OUT.
+// Loads a compressed texture in headless Chromium, by three's KTX2Loader or PixiJS's loader of DDS,
+// samples each of its levels on the GPU, texel by texel, and writes them as RGBA bytes:
+// node sample_texture.mjs MODULES FILE OUT.
 import { readFileSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { createRequire } from "node:module";
@@ -8,7 +9,7 @@ import { join, normalize } from "node:path";
 const [, , modules, file, out] = process.argv;
 const { chromium } = createRequire(join(modules, "x.js"))("playwright-core");
 
-const PAGE = `<!DOCTYPE html><script type="importmap">{"imports": {
+const THREE = `<!DOCTYPE html><script type="importmap">{"imports": {
   "three": "/three/build/three.module.js", "loaders/": "/three/examples/jsm/loaders/"
 }}</script><script type="module">
 import * as THREE from "three";
@@ -41,13 +42,38 @@ window.seen = { levels, sizes: texture.mipmaps.map(({ width, height }) => [width
   space: texture.colorSpace, premultiplied: texture.premultiplyAlpha };
 </script>`;
 
+const PIXI = `<!DOCTYPE html><script src="/pixi.js/dist/pixi.min.js"></script><script type="module">
+PIXI.extensions.add(PIXI.loadDDS); // pixi.js/dds does
+const texture = await PIXI.Assets.load("/texture.dds");
+const { source } = texture;
+source.alphaMode = "premultiplied-alpha";
+Object.assign(source.style, { scaleMode: "nearest", mipmapFilter: "nearest" });
+const app = new PIXI.Application();
+await app.init({ preference: "webgl", backgroundAlpha: 0, antialias: false, autoStart: false,
+  preserveDrawingBuffer: true });
+const sprite = app.stage.addChild(new PIXI.Sprite(texture));
+const sizes = source.resource.map((_, level) => [source.width >> level, source.height >> level]);
+const { gl } = app.renderer;
+const levels = sizes.map(([width, height], level) => {
+  app.renderer.resize(width, height);
+  sprite.scale.set(0.5 ** level);
+  app.render();
+  const pixels = new Uint8Array(4 * width * height);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+  const rows = [...Array(height).keys()].reverse();
+  return rows.flatMap((row) => [...pixels.subarray(4 * width * row, 4 * width * (row + 1))]);
+});
+window.seen = { levels, sizes };
+</script>`;
+
 const server = createServer((request, response) => {
   const path = normalize(request.url);
   const type = path === "/" ? "text/html" : path.endsWith(".js") ? "text/javascript" : "";
   response.setHeader("Content-Type", type || "application/octet-stream");
   try {
-    if (path === "/") response.end(PAGE);
-    else response.end(readFileSync(path === "/texture.ktx2" ? file : join(modules, path)));
+    if (path === "/") response.end(file.endsWith(".dds") ? PIXI : THREE);
+    else response.end(readFileSync(path.startsWith("/texture.") ? file : join(modules, path)));
   } catch {
     response.writeHead(404).end();
   }
