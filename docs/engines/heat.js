@@ -33,6 +33,7 @@ export class HeatFrames {
     if (atlas.meta.related_multi_packs?.length) throw new Error("several pages: raise atlas.max_size");
     this.frames = atlas.animations[animation].map((name) => atlas.frames[name]);
     if (this.frames.some(({ rotated }) => rotated)) throw new Error("rotated frames: set atlas.rotate to false");
+    this.isOneChannel = atlas.meta.fireAtlas.heat.pixels === "heat"; // else all four have heat
     this.pageSize = [atlas.meta.size.w, atlas.meta.size.h];
     const { sourceSize, anchor } = this.frames[0];
     this.size = [sourceSize.w, sourceSize.h];

@@ -1,4 +1,4 @@
-// Fire of heat (atlas.pixels: heat, heat4) for Phaser 3 with WebGL. Needs heat.js beside it.
+// Fire of heat (atlas.pixels: heat, heat4) for Phaser 3 and 4 with WebGL. Needs heat.js beside it.
 //
 //   // preload
 //   this.load.json("fire", "campfire.json");
@@ -51,14 +51,16 @@ function programOf(gl) {
 }
 
 /** Upload an image as it is: what Phaser makes of it has colours that are multiplied by alpha. */
-function textureOf(gl, image) {
+function textureOf(gl, image, format = gl.RGBA) {
   const texture = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, texture);
   gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
   gl.pixelStorei(gl.UNPACK_FLIP_Y_WEBGL, false);
-  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, image);
-  for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
-  for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.LINEAR);
+  gl.texImage2D(gl.TEXTURE_2D, 0, format, format, gl.UNSIGNED_BYTE, image);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
   return texture;
 }
 
@@ -72,7 +74,7 @@ export class FireHeat extends Phaser.GameObjects.Extern {
     const { size, pivot, pageSize } = this.frames;
     this.values = { size, pivot, pageSize, threshold: 0, row: 0 };
     this.program = programOf(this.gl);
-    this.page = textureOf(this.gl, page);
+    this.page = textureOf(this.gl, page, this.frames.isOneChannel ? this.gl.LUMINANCE : this.gl.RGBA);
     this.quad = this.gl.createBuffer();
     this.gl.bindBuffer(this.gl.ARRAY_BUFFER, this.quad);
     this.gl.bufferData(this.gl.ARRAY_BUFFER, new Float32Array([0, 0, 1, 0, 0, 1, 1, 1]), this.gl.STATIC_DRAW);
@@ -100,10 +102,11 @@ export class FireHeat extends Phaser.GameObjects.Extern {
     const { gl, program } = this;
     gl.useProgram(program);
     const where = (name) => gl.getUniformLocation(program, name);
-    const moved = { placed: [a, b, 0, c, d, 0, e, f, 1], screen: [renderer.width, renderer.height], opacity: this.alpha };
-    for (const [name, value] of Object.entries({ ...this.values, ...moved })) {
-      if (name === "placed") gl.uniformMatrix3fv(where(name), false, value);
-      else gl[`uniform${[value].flat().length}fv`](where(name), [value].flat());
+    gl.uniformMatrix3fv(where("placed"), false, [a, b, 0, c, d, 0, e, f, 1]);
+    const screen = [renderer.width, renderer.height];
+    for (const [name, value] of Object.entries({ ...this.values, screen, opacity: this.alpha })) {
+      const values = [value].flat();
+      gl[`uniform${values.length}fv`](where(name), values);
     }
     [this.page, this.ramp].forEach((texture, unit) => {
       gl.activeTexture(gl.TEXTURE0 + unit);

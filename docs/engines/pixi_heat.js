@@ -49,6 +49,7 @@ export class FireHeat extends Mesh {
     const heat = Object.fromEntries(
       Object.entries(TYPES).map(([name, type]) => [name, { value: first[name], type }]),
     );
+    if (frames.isOneChannel) page.source.format = "r8unorm";
     page.source.scaleMode = ramp.source.scaleMode = "linear";
     super({
       geometry: new MeshGeometry({

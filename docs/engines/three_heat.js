@@ -28,9 +28,9 @@ const FRAGMENT = `
   void main() { gl_FragColor = colourAt(at); }`;
 
 /** A texture as data: its values are no colours, and its first row is at the top. */
-function asData(texture) {
+function asData(texture, format = THREE.RGBAFormat) {
   return Object.assign(texture, {
-    colorSpace: THREE.NoColorSpace, flipY: false, premultiplyAlpha: false, generateMipmaps: false,
+    format, colorSpace: THREE.NoColorSpace, flipY: false, premultiplyAlpha: false, generateMipmaps: false,
     minFilter: THREE.LinearFilter, needsUpdate: true,
   });
 }
@@ -40,7 +40,8 @@ export class FireHeat {
   constructor(atlas, page, ramp, animation) {
     this.frames = new HeatFrames(atlas, animation);
     const { size: [width, height], pivot: [x, y], pageSize } = this.frames;
-    const uniforms = { page: asData(page), pageSize, size: [width, height], threshold: 0, row: 0 };
+    const format = this.frames.isOneChannel ? THREE.RedFormat : THREE.RGBAFormat;
+    const uniforms = { page: asData(page, format), pageSize, size: [width, height], threshold: 0, row: 0 };
     const geometry = new THREE.PlaneGeometry(width, height);
     geometry.translate(width / 2 - x, y - height / 2, 0);
     this.mesh = new THREE.Mesh(geometry, new THREE.ShaderMaterial({

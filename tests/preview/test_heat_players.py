@@ -1,4 +1,4 @@
-"""three.js, PixiJS 8 and Phaser 3, in a real browser, look up the colours of heat in its ramps."""
+"""three.js, PixiJS 8 and Phaser 3 and 4, in a real browser, look up the colours of heat."""
 
 import base64
 import io
@@ -25,6 +25,7 @@ LIBRARIES = {
     "three": "three/build/three.cjs",
     "pixi": "pixi.js/dist/pixi.min.js",
     "phaser": "phaser/dist/phaser.min.js",
+    "phaser4": "phaser4/dist/phaser.min.js",
 }
 
 NAMES = {
@@ -88,11 +89,12 @@ PAGE = """<!DOCTYPE html><body data-ready style="min-height: 1px">
 {players}
 const [width, height, pivot, atlas, page, ramp, grey, GROUND] = {given};
 const started = (async () => {{ {start} }})();
-window.draw = async (moment, values) => {{
+window.draw = async (moment, {{ alpha, ...values }}) => {{
   const {{ canvas, fire, load, render }} = await started;
   canvas.id = "picture";
   document.body.append(canvas);
   if (values.ramp) values.ramp = await load(grey);
+  if (alpha) fire.alpha = alpha;
   fire.show(moment);
   fire.set(values);
   render();
@@ -151,11 +153,12 @@ def drawn(
     if client != "three":  # they would take a page with modules for Node
         library = f"module = undefined; exports = undefined;{library}"
     page = folder / f"{client}-{name}.html"
+    program = client.rstrip("4")
     page.write_text(PAGE.format(
-        library=library.replace("</script", "<\\/script"), names=NAMES[client],
+        library=library.replace("</script", "<\\/script"), names=NAMES[program],
         players="".join(without_modules((ENGINES / file).read_text(encoding="utf-8"))
-                        for file in ("heat.js", f"{client}_heat.js")),
-        given=json.dumps(given), start=START[client],
+                        for file in ("heat.js", f"{program}_heat.js")),
+        given=json.dumps(given), start=START[program],
     ), encoding="utf-8")  # fmt: skip
     steps: list[tuple[str, str]] = []
     for moment, values in moments:
@@ -198,3 +201,13 @@ def test_one_fire_burns_in_six_ramps_and_dies(
     assert (shot == GROUND).all()
     wanted = 255 * heat + (1 - heat) * GROUND
     assert np.abs(shots.pop(0) - wanted[..., None]).max() <= 2
+
+
+@pytest.mark.parametrize("client", ["pixi", "phaser", "phaser4"])
+def test_it_fades_as_other_objects_of_its_client_do(
+    client: str, browser: Browser, fires: Path
+) -> None:
+    fire = HeatFire(fires)
+    (shot,) = drawn(browser, client, fires, "fire", (FRAME, {"alpha": 0.5}))
+    whole = fire.shown(fire.heat(FRAME), ground=GROUND)
+    assert np.abs(shot - (whole + GROUND) / 2).max() <= 2
