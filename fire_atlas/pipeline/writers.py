@@ -63,27 +63,11 @@ def exported_files(
 def note_what_engines_need(exports: Sequence[Export], product: Product, progress: Progress) -> None:
     """Note what an engine cannot play of the result, and what would let it."""
     for _, export in exports_called(exports, "godot"):
-        from fire_atlas.engines.godot.export import (
-            why_haze_is_not_drawn,
-            why_heat_is_drawn_alone,
-            why_meshes_are_not_drawn,
-            why_motion_is_not_played,
-            why_smoke_is_not_shown,
-            why_texture_is_not_played,
-        )
+        from fire_atlas.engines.godot.advice import what_is_not_shown
 
         options = export.godot if isinstance(export, GodotExport) else GodotOptions()
-        reasons = (
-            why_motion_is_not_played,
-            why_texture_is_not_played,
-            why_meshes_are_not_drawn,
-            why_haze_is_not_drawn,
-            why_smoke_is_not_shown,
-            why_heat_is_drawn_alone,
-        )
-        for why in reasons:
-            if advice := why(product, options):
-                progress.note(advice)
+        for advice in what_is_not_shown(product, options):
+            progress.note(advice)
     if product.sheets[0].cells and any(exports_called(exports, "unity")):
         progress.note(
             "flakes.texture: Unity's player draws flakes as soft streaks, not with the texture; "

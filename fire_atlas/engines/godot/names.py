@@ -18,6 +18,9 @@ if TYPE_CHECKING:  # names are needed where a build is taken from a cache, and p
 FRAMES_ENDING, SCENE_ENDING, IMPORT_ENDING = ".tres", ".tscn", ".import"
 """Of the SpriteFrames and the scene of each scale, and of the import settings of a file."""
 
+_VIEW = re.compile(r"view_\d+")
+"""The word for a view in the name of an animation."""
+
 _ALPHABET = "abcdefghijklmnopqrstuvwxy012345678"
 _STATED_UID = re.compile(rb'^(?:\[gd_[^\]\n]* uid="|uid=")?(uid://[a-y0-8]{1,13})\b', re.MULTILINE)
 """Where a file states its uid: in its first tag, or in its import settings."""
@@ -69,6 +72,11 @@ def titles(animations: Iterable[str]) -> dict[str, str]:
             )
         made[animation] = title
     return made
+
+
+def without_view(animation: str) -> str:
+    """Return the name of an animation without the word for its view; empty if it has no other."""
+    return "/".join(word for word in animation.split("/") if not _VIEW.fullmatch(word))
 
 
 def uid_of(product: "Product", file: str, stated_in: str | None = None) -> str:

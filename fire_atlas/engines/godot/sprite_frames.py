@@ -191,3 +191,9 @@ def pivot(region: Region) -> tuple[float, float]:
 
 def _rounded_up(length: float) -> int:
     return math.ceil(round(length, _DECIMALS))
+
+
+def pivots(sheet: AtlasSheet) -> dict[str, tuple[float, float]]:
+    """Return the pivot of each animation, px, by its name."""
+    regions = {region.name: region for region in sheet.regions}
+    return {each.name: pivot(regions[each.frames[0]]) for each in sheet.animations}

@@ -1,0 +1,114 @@
+"""What a scene needs to fly the flakes of the tracks: their tables, scripts and shader."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from fire_atlas.atlas.sheet import AtlasSheet, Region
+from fire_atlas.core.output_file import OutputFile
+from fire_atlas.effect.flakes.tracks import Tracks
+from fire_atlas.engines.godot.flakes import FlakeArrays, flake_arrays
+from fire_atlas.engines.godot.names import titles, uid_of
+from fire_atlas.engines.godot.resources import rendered_text, resource, script, script_reference
+from fire_atlas.engines.godot.sprite_frames import pivots
+from fire_atlas.formats.product import Product
+from fire_atlas.recipe.output import GodotOptions
+
+PLAYER = "_flakes.gd"
+"""Ending of the script that flies flakes."""
+
+_TRACKS, _TABLES = "_flake_tracks.gd", "_flakes.tres"
+
+
+def flake_player(
+    product: Product, arrays: FlakeArrays, options: GodotOptions
+) -> Iterator[OutputFile]:
+    """Yield the tables of the flakes that the scene plays, and the scripts that fly them."""
+    yield flake_tables(product, _TABLES, arrays, list(played_flakes(product)), options)
+    for ending in (_TRACKS, PLAYER):
+        yield from script(product, ending, options, textured=bool(arrays.cells))
+
+
+def played_arrays(product: Product, options: GodotOptions) -> FlakeArrays | None:
+    """Return the tables of the flakes that the scene plays; None if there are none."""
+    flakes = played_flakes(product)
+    names = [cell.name for cell in played_cells(product, product.sheets[0], options)]
+    return flake_arrays(flakes, pivots(product.sheets[0]), names) if flakes else None
+
+
+def played_flakes(product: Product) -> dict[str, Tracks]:
+    """Return the flakes that the scene plays: those that the pages do not show, or else all."""
+    not_baked = {name: each for name, each in product.tracks.items() if name not in product.baked}
+    return not_baked or dict(product.tracks)
+
+
+def played_cells(product: Product, sheet: AtlasSheet, options: GodotOptions) -> tuple[Region, ...]:
+    """Return the cells of textures that the scene draws flakes with: in Godot 4, of one page."""
+    one_page = len({cell.page for cell in sheet.cells}) == 1
+    return sheet.cells if one_page and options.version == 4 and product.tracks else ()
+
+
+def _cells_of(product: Product, sheet: AtlasSheet, options: GodotOptions) -> list[dict[str, Any]]:
+    """Return what a shader needs of the cells: place on the page, and whether each is a mask."""
+    textures = [each.texture for each in product.tracks.values() if each.texture is not None]
+    masks = {name for texture in textures if texture.tinted for name in texture.frames}
+    return [
+        {"place": (cell.x, cell.y, cell.width, cell.height), "tinted": cell.name in masks}
+        for cell in played_cells(product, sheet, options)
+    ]
+
+
+def flake_shader(
+    template: str, product: Product, sheet: AtlasSheet, options: GodotOptions, *,
+    adds_up: bool, particles: bool = False,
+) -> str:  # fmt: skip
+    """Return a shader that a scene holds.
+
+    ``adds_up``: whether it adds up the light of flame and flakes, to be shown as film does;
+    ``particles``: whether it draws particles of the engine, which show no cells of textures.
+    """
+    return rendered_text(
+        f"{template}.gdshader",
+        version=options.version,
+        alpha=sheet.alpha,
+        blend_space=sheet.blend_space,
+        film=adds_up,
+        particles=particles,
+        cells=() if particles else _cells_of(product, sheet, options),
+    )
+
+
+def flake_tables(
+    product: Product,
+    ending: str,
+    arrays: FlakeArrays,
+    animations: Sequence[str],
+    options: GodotOptions,
+) -> OutputFile:
+    """Return the resource with the flakes of ``animations``, in this order."""
+    named = titles(animation.name for animation in product.sheets[0].animations)
+    return resource(
+        "flakes.tres",
+        f"{product.name}{ending}",
+        product,
+        options,
+        script=script_reference(product, _TRACKS),
+        animations=[named[animation] for animation in animations],
+        flakes=arrays,
+    )
+
+
+def tables_reference(product: Product) -> tuple[str, str]:
+    """Return the name and the uid of the resource with the flakes."""
+    name = f"{product.name}{_TABLES}"
+    return name, uid_of(product, name)
+
+
+def why_texture_is_not_played(product: Product, options: GodotOptions) -> str | None:
+    """Return advice if flakes have a texture, but the scene draws them without."""
+    sheet = product.sheets[0]
+    if not sheet.cells or played_cells(product, sheet, options):
+        return None
+    reason = "only Godot 4 has a shader for it; set version: 4"
+    if options.version == 4:
+        reason = "the textures of its recipes are on several pages; raise atlas.max_size"
+    return f"flakes.texture: the scene draws flakes as soft streaks: {reason}, or bake the flakes"

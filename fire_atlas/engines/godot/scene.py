@@ -1,0 +1,173 @@
+"""The scene of each scale, and the one that adds up the light of flame and flakes."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from fire_atlas.atlas.sheet import AtlasSheet
+from fire_atlas.core.output_file import OutputFile
+from fire_atlas.effect.flakes.tracks import Tracks
+from fire_atlas.engines.godot.flake_player import (
+    PLAYER,
+    flake_shader,
+    played_cells,
+    played_flakes,
+    tables_reference,
+)
+from fire_atlas.engines.godot.flakes import FlakeArrays
+from fire_atlas.engines.godot.heat import heat_of
+from fire_atlas.engines.godot.lamp import TEXTURE_SIDE, lamp_of
+from fire_atlas.engines.godot.names import (
+    FRAMES_ENDING,
+    SCENE_ENDING,
+    node_name,
+    title_in_godot,
+    titles,
+    uid_of,
+    without_view,
+)
+from fire_atlas.engines.godot.resources import (
+    image_uid,
+    rendered_text,
+    resource,
+    script,
+    script_reference,
+)
+from fire_atlas.engines.godot.smoke import smoke_of
+from fire_atlas.engines.godot.sprite_frames import FrameBounds, pivots
+from fire_atlas.formats.product import Product
+from fire_atlas.recipe.output import GodotOptions
+
+_LAMP, _WIND = "_light.gd", "_wind.gd"
+
+
+def scene(
+    product: Product, sheet: AtlasSheet, flakes: dict[str, Tracks], options: GodotOptions
+) -> OutputFile:
+    """Return the scene of a scale, which plays the fire with ``flakes`` and what else it has."""
+    return resource(
+        "scene.tscn",
+        sheet.name + SCENE_ENDING,
+        product,
+        options,
+        **_played(product, sheet, options),
+        glows=bool(product.tracks or product.lights),
+        tables=tables_reference(product) if flakes else None,
+        hidden=product.baked.issuperset(flakes),
+        lamp=_lamp(product, sheet) if _is_lit(product, options) else None,
+        smoke=smoke_of(product, sheet, options),
+        heat=heat_of(product, sheet),
+        lamp_script=script_reference(product, _LAMP),
+        texture=TEXTURE_SIDE,
+        views=_views(product, sheet) if options.version == 4 else (),
+        shader=flake_shader("flakes", product, sheet, options, adds_up=False),
+    )
+
+
+def film_scene(
+    product: Product, sheet: AtlasSheet, arrays: FlakeArrays, options: GodotOptions
+) -> Iterator[OutputFile]:
+    """Yield the scene that adds up the light of flame and flakes and shows it as film does, where
+    Godot 4 shows colours of a flame whose pages lack flakes."""
+    is_shown = options.version == 4 and product.sheets[0].heat is None
+    if not is_shown or product.baked.issuperset(played_flakes(product)):
+        return
+    shaders = {
+        name: flake_shader(template, product, sheet, options, adds_up=True)
+        for name, template in (("flame", "film_flame"), ("flakes", "flakes"), ("film", "film"))
+    }
+    yield resource(
+        "film.tscn", f"{sheet.name}_film.tscn", product, options,
+        **_played(product, sheet, options),
+        tables=tables_reference(product),
+        film=FrameBounds.of(sheet.regions).enlarged(arrays.bounds, sheet.scale),
+        shaders=shaders,
+    )  # fmt: skip
+
+
+def scene_scripts(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
+    """Yield the scripts of lamps and of changes of wind."""
+    if _is_lit(product, options):
+        yield from script(product, _LAMP, options, alpha=product.sheets[0].alpha)
+    if _changes_wind(product, options):
+        yield from script(product, _WIND, options)
+
+
+def _played(product: Product, sheet: AtlasSheet, options: GodotOptions) -> dict[str, Any]:
+    """Return what the template of any scene needs of the frames that it plays."""
+    frames = sheet.name + FRAMES_ENDING
+    cells = played_cells(product, sheet, options)
+    page = sheet.pages[cells[0].page].file if cells else None
+    return {
+        "node": node_name(product.name),
+        "sheet": sheet,
+        "frames": (frames, uid_of(product, frames)),
+        "first": next(iter(titles(animation.name for animation in sheet.animations).values())),
+        "bounds": FrameBounds.of(sheet.regions),
+        "pixel_art": product.pixel_art,
+        "player": script_reference(product, PLAYER),
+        "texture_page": page and (page, image_uid(product, page)),
+        "graph": _graph(product, sheet) if _changes_wind(product, options) else None,
+    }
+
+
+def _graph(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
+    """Return what the template of a scene needs of the graph of states."""
+    assert sheet.states is not None
+    named = titles(animation.name for animation in sheet.animations)
+    winds = [(each.wind, each.animation) for each in sheet.states.states if each.wind is not None]
+    ways = sheet.states.transitions
+    properties = rendered_text(
+        "wind.properties",
+        levels=[wind for wind, _ in winds],
+        loops=[named[animation] for _, animation in winds],
+        befores=[named[way.before] for way in ways],
+        leaves=[way.frame for way in ways],
+        afters=[named[way.after] for way in ways],
+        entries=[way.entry for way in ways],
+    )
+    return {"script": script_reference(product, _WIND), "properties": properties.rstrip()}
+
+
+def _changes_wind(product: Product, options: GodotOptions) -> bool:
+    """Return whether the scene passes from loop to loop as the wind changes, as Godot 4 can."""
+    return product.sheets[0].states is not None and options.version == 4
+
+
+def _views(product: Product, sheet: AtlasSheet) -> list[dict[str, Any]]:
+    """Return what a node in space needs of the views of fires with depth, by animation: whose view
+    it is; azimuth and elevation of its camera, degrees; and where the middle of the fire on the
+    ground is seen, px of this scale from the pivot, y down."""
+    named = titles(animation.name for animation in sheet.animations)
+    places = pivots(product.sheets[0])
+    views = []
+    for name, camera in product.cameras.items():
+        off = [at - by for at, by in zip(camera.origin, places[name], strict=True)]
+        views.append({
+            "title": named[name],
+            "fire": title_in_godot(without_view(name)) or product.name,
+            "azimuth": math.degrees(camera.azimuth),
+            "elevation": math.degrees(camera.elevation),
+            "foot": [length * sheet.scale for length in off],
+        })  # fmt: skip
+    return views
+
+
+def _lamp(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
+    """Return what the template of a scene needs of its lamp; lengths are in px of this scale."""
+    named = titles(animation.name for animation in sheet.animations)
+    lamp = lamp_of(product.lights, pivots(product.sheets[0]), sheet.blend_space)
+    return {
+        "animations": [named[animation] for animation in product.lights],
+        "begins": lamp.begins,
+        "loops": lamp.loops,
+        "energies": [row[0] for row in lamp.rows],
+        "colours": [row[1:4] for row in lamp.rows],
+        "places": [(row[4] * sheet.scale, row[5] * sheet.scale) for row in lamp.rows],
+        "spread": lamp.spread * sheet.scale,
+    }
+
+
+def _is_lit(product: Product, options: GodotOptions) -> bool:
+    """Return whether the scene has a lamp; Godot 3 has no texture for it that a scene can hold."""
+    return bool(product.lights) and options.version == 4
