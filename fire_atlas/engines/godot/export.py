@@ -14,7 +14,7 @@ from fire_atlas.engines.godot.import_settings import KEEP, import_settings
 from fire_atlas.engines.godot.names import IMPORT_ENDING
 from fire_atlas.engines.godot.particle_scenes import particle_scenes
 from fire_atlas.engines.godot.resources import image_uid
-from fire_atlas.engines.godot.scene import film_scene, scene, scene_scripts
+from fire_atlas.engines.godot.scene import summed_scene, scene, scene_scripts
 from fire_atlas.formats.names import flakes_file
 from fire_atlas.formats.product import Product
 from fire_atlas.recipe.output import GodotOptions
@@ -28,7 +28,7 @@ def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile
         yield frames_resource(product, sheet, options)
         yield scene(product, sheet, flakes, options)
         if arrays:
-            yield from film_scene(product, sheet, arrays, options)
+            yield from summed_scene(product, sheet, arrays, options)
         yield from flipbook(product, sheet, options)
         yield from haze_scene(product, sheet, options)
     if arrays:

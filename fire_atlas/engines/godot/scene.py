@@ -64,7 +64,7 @@ def scene(
     )
 
 
-def film_scene(
+def summed_scene(
     product: Product, sheet: AtlasSheet, arrays: FlakeArrays, options: GodotOptions
 ) -> Iterator[OutputFile]:
     """Yield the scene that adds up the light of flame and flakes and shows it as film does, where
