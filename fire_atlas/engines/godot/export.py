@@ -14,7 +14,7 @@ from fire_atlas.engines.godot.import_settings import KEEP, import_settings
 from fire_atlas.engines.godot.names import IMPORT_ENDING
 from fire_atlas.engines.godot.particle_scenes import particle_scenes
 from fire_atlas.engines.godot.resources import image_uid
-from fire_atlas.engines.godot.scene import summed_scene, scene, scene_scripts
+from fire_atlas.engines.godot.scene import scene, scene_scripts, summed_scene
 from fire_atlas.formats.names import flakes_file
 from fire_atlas.formats.product import Product
 from fire_atlas.recipe.output import GodotOptions
