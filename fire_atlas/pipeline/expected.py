@@ -84,4 +84,5 @@ def _special(recipe: Recipe) -> set[str]:
     """Return the names of Unity's files that do not begin with the recipe's name."""
     options = [export.unity for export in recipe.exports if isinstance(export, UnityExport)]
     assemblies = {f"{each.namespace}.asmdef" for each in options if each.assembly}
-    return {f"{unity.player_name(recipe.name)}.cs"} | assemblies
+    scripts = {f"{unity.player_name(recipe.name, each)}.cs" for each in unity.PLAYED}
+    return scripts | assemblies

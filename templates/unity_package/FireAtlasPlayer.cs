@@ -140,8 +140,8 @@ namespace FireAtlas
             animator = GetComponent<Animator>();
             sprite = GetComponent<SpriteRenderer>();
             lamp = GetComponentInChildren<Light>(true);
-            var quads = GetComponentInChildren<MeshFilter>(true);
-            flakes = quads == null ? null : quads.GetComponent<MonoBehaviour>();
+            Transform child = transform.Find("Flakes");
+            flakes = child == null ? null : child.GetComponent<MonoBehaviour>();
             showFlakes = flakes != null && flakes.enabled;
             if (sprite != null) tint = sprite.color;
         }

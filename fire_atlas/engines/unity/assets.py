@@ -1,6 +1,7 @@
 """Texts that the files of a build and those of the package have in common.
 
-These are the ``.meta`` of a file, the player of the flakes, shaders, and values in Unity's YAML.
+These are the ``.meta`` of a file, the players of flakes and heat, shaders, and values in Unity's
+YAML.
 """
 
 import re
@@ -81,16 +82,15 @@ def shader_text(template: str, shader: str, name: str, *, universal: bool) -> st
 
 
 @dataclass(frozen=True, slots=True)
-class PlayerNames:
-    """What the script that plays flakes calls things.
+class ComponentNames:
+    """What the script of a component calls things.
 
     Attributes:
         class_name, namespace: Of the component.
         heading: Its first comment.
-        name: The fire whose flakes it plays, for its other comments.
+        name: The fire that it plays, for its other comments.
         menu: Its place in the menu *Add Component*.
         mesh: The mesh it makes.
-        file: The file it reads, as its messages name it.
     """
 
     class_name: str
@@ -99,13 +99,17 @@ class PlayerNames:
     name: str
     menu: str
     mesh: str
-    file: str
 
 
-def player_text(names: PlayerNames) -> str:
-    """Return the script that plays flakes."""
+def player_text(names: ComponentNames, file: str) -> str:
+    """Return the script that plays flakes of a file, as its messages name it."""
     halo = {"halo_light": HALO_LIGHT, "halo_width": HALO_WIDTH}
-    return rendered("unity/player.cs.j2", (), **asdict(names), **halo)
+    return rendered("unity/player.cs.j2", (), **asdict(names), file=file, **halo)
+
+
+def heat_player_text(names: ComponentNames) -> str:
+    """Return the script that plays pages of heat."""
+    return rendered("unity/heat_player.cs.j2", (), **asdict(names))
 
 
 def assembly_text(assembly: str, *, editor: bool = False) -> str:

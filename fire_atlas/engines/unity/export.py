@@ -3,11 +3,12 @@
 import re
 from collections.abc import Iterator, Mapping
 
-from fire_atlas.atlas.sheet import DATA_MAPS, RAMP_WIDTH, AtlasSheet, Heat
+from fire_atlas.atlas.sheet import CHANNELS, DATA_MAPS, RAMP_WIDTH, AtlasSheet, Heat
 from fire_atlas.core.output_file import OutputFile, Role
 from fire_atlas.engines.unity.assets import (
-    PlayerNames,
+    ComponentNames,
     assembly_text,
+    heat_player_text,
     meta_text,
     player_text,
     scalar,
@@ -27,6 +28,7 @@ from fire_atlas.engines.unity.names import (
     CONTROLLER_ENDING,
     META_ENDING,
     PREFAB_ENDING,
+    Played,
     file_stems,
     guid_of,
     guids_in,
@@ -37,6 +39,8 @@ from fire_atlas.engines.unity.names import (
 from fire_atlas.engines.unity.package import (
     FLAKES,
     FLAKES_SHADER,
+    HEAT,
+    HEAT_SHADER,
     PLAYER,
     SPRITE_SHADER,
     package_guid,
@@ -63,7 +67,7 @@ _SECONDARY = {
 """Names of the page's secondary textures, by the kind of map; Unity's 2D lights read the normals by
 this name."""
 
-_HAZE_SHADER, _HEAT_SHADER = "haze.shader.j2", "heat.shader.j2"
+_HAZE_SHADER = "haze.shader.j2"
 _HEAT = ".heat"
 """After the name of a build, in those of the shader and the material of its heat."""
 
@@ -90,7 +94,6 @@ class _Export:
         self.options = options
         self.name = product.name
         self.states = state_names([each.name for each in product.sheets[0].animations])
-        self.player = f"{player_name(self.name)}.cs"
 
     def files(self) -> Iterator[OutputFile]:
         """Yield every file: shaders and scripts first, then what refers to them."""
@@ -100,6 +103,9 @@ class _Export:
             yield from self.material(self.name, SPRITE_SHADER, "Sprite")
         if self.plays_flakes:
             yield from self.flakes()
+        if self.options.assembly and not self.uses_package and (heat or self.plays_flakes):
+            text = assembly_text(self.options.namespace)
+            yield from self.asset(f"{self.options.namespace}.asmdef", text.encode())
         if self.product.sheets[0].has_map("haze"):
             shader = f"{self.options.namespace}/{self.name}/Haze"
             text = shader_text(_HAZE_SHADER, shader, self.name, universal=True)
@@ -111,21 +117,17 @@ class _Export:
             yield from self.effect(sheet)
 
     def heat(self, heat: Heat) -> Iterator[OutputFile]:
-        """Yield the shader and the material of pages of heat, and how the ramp is imported. An
-        existing material is kept, as the user may have changed it."""
-        shader, stem = f"{self.options.namespace}/{self.name}/Heat", f"{self.name}{_HEAT}"
-        text = shader_text(_HEAT_SHADER, shader, self.name, universal=True)
-        yield from self.asset(f"{stem}.shader", text.encode())
-        new = {
-            "name": stem,
-            "shader": self.guid(f"{stem}.shader"),
-            "textures": {"_RampTex": self.guid(heat.ramp)},
-            "floats": {"_Row": 0, "_Erosion": 0},
-        }
-        material = rendered("unity/material.mat.j2", (scalar, single), **new).encode()
-        yield from self.asset(
-            f"{stem}.mat", self.product.existing(f"{stem}.mat") or material, "import"
+        """Yield the shader, material and script of pages of heat, and how the ramp is imported."""
+        yield from self.material(
+            f"{self.name}{_HEAT}",
+            HEAT_SHADER,
+            "Heat",
+            {"_Row": 0, "_Erosion": 0},
+            {"_RampTex": self.guid(heat.ramp)},
         )
+        if not self.uses_package:
+            text = heat_player_text(self.component("heat"))
+            yield from self.asset(self.script("heat"), text.encode())
         yield self.ramp_meta(heat)
 
     def ramp_meta(self, heat: Heat) -> OutputFile:
@@ -185,7 +187,12 @@ class _Export:
         )
 
     def material(
-        self, stem: str, shared: str, title: str, floats: Mapping[str, int] | None = None
+        self,
+        stem: str,
+        shared: str,
+        title: str,
+        floats: Mapping[str, int] | None = None,
+        textures: Mapping[str, str] | None = None,
     ) -> Iterator[OutputFile]:
         """Yield a material, and its shader unless it has that of the package.
 
@@ -197,6 +204,7 @@ class _Export:
             shared: The shader in the package.
             title: Last part of the shader's name.
             floats: Float properties of a new material.
+            textures: GUID of each of its textures.
         """
         used, unused = package_guid(shared), self.guid(f"{stem}.shader")
         if not self.uses_package:
@@ -205,7 +213,7 @@ class _Export:
             text = shader_text(shader_template(shared), shader, self.name, universal=False)
             yield from self.asset(f"{stem}.shader", text.encode())
         old = self.product.existing(f"{stem}.mat")
-        new = {"name": stem, "shader": used, "textures": {}, "floats": floats or {}}
+        new = {"name": stem, "shader": used, "textures": textures or {}, "floats": floats or {}}
         material = (
             old.replace(unused.encode(), used.encode())
             if old
@@ -216,27 +224,27 @@ class _Export:
     def flakes(self) -> Iterator[OutputFile]:
         """Yield the tracks of the flakes, and the script and shader that play them."""
         if not self.uses_package:
-            yield from self.asset(self.player, self.player_script().encode())
-            if self.options.assembly:
-                text = assembly_text(self.options.namespace)
-                yield from self.asset(f"{self.options.namespace}.asmdef", text.encode())
+            text = player_text(self.component("flakes"), f"{self.name}.flakes.bytes")
+            yield from self.asset(self.script("flakes"), text.encode())
         stem = f"{self.name}.flakes"
         yield from self.material(stem, FLAKES_SHADER, "Flakes", {"_Light": _EXPOSED})
         yield from self.asset(f"{stem}.bytes", flake_bytes(self.flakes_by_animation()))
 
-    def player_script(self) -> str:
-        """Return the script that plays the flakes of this build."""
-        names = PlayerNames(
-            self.player.removesuffix(".cs"),
+    def script(self, played: Played) -> str:
+        """Return the file name of the script that plays a part of this build."""
+        return f"{player_name(self.name, played)}.cs"
+
+    def component(self, played: Played) -> ComponentNames:
+        """Return what that script calls things."""
+        return ComponentNames(
+            player_name(self.name, played),
             self.options.namespace,
-            heading=f"Plays the flakes of the effect {self.name}. Written by fire-atlas; a rebuild "
-            f"writes it again.",
+            heading=f"Plays the {played} of the effect {self.name}. Written by fire-atlas; a "
+            f"rebuild writes it again.",
             name=self.name,
-            menu=f"{self.options.namespace}/{self.name} flakes",
-            mesh=f"{self.name} flakes",
-            file=f"{self.name}.flakes.bytes",
+            menu=f"{self.options.namespace}/{self.name} {played}",
+            mesh=f"{self.name} {played}",
         )
-        return player_text(names)
 
     def flakes_by_animation(self) -> Iterator[AnimationFlakes]:
         """Yield the flakes of each animation."""
@@ -346,10 +354,12 @@ class _Export:
         """Yield the prefab of one scale, which a user drags into a scene."""
         first = sprites[sheet.animations[0].frames[0]]
         units = self.options.pixels_per_unit * sheet.scale
-        stem = self.name if sheet.heat is None else f"{self.name}{_HEAT}"
-        material = f"{{fileID: 2100000, guid: {self.guid(f'{stem}.mat')}, type: 2}}"
+        material = f"{{fileID: 2100000, guid: {self.guid(f'{self.name}.mat')}, type: 2}}"
+        # The sprite of a page of heat is not drawn, so any material does.
+        plain = sheet.alpha == "straight" or sheet.heat is not None
+        own = not self.uses_package
         player = {
-            "script": package_guid(FLAKES) if self.uses_package else self.guid(self.player),
+            "script": self.guid(self.script("flakes")) if own else package_guid(FLAKES),
             "material": self.guid(f"{self.name}.flakes.mat"),
             "tracks": self.guid(f"{self.name}.flakes.bytes"),
             "pixels_per_unit": self.options.pixels_per_unit,
@@ -360,11 +370,33 @@ class _Export:
             "effect.prefab.j2",
             sprite=first,
             size=(first.rect.width / units, first.rect.height / units),
-            material=_DEFAULT_SPRITE_MATERIAL if sheet.alpha == "straight" else material,
+            material=_DEFAULT_SPRITE_MATERIAL if plain else material,
             controller=self.guid(sheet.name + CONTROLLER_ENDING),
             player=player if self.plays_flakes else None,
+            heat=self.heat_player(sheet, sprites) if sheet.heat is not None else None,
             whole=self.whole_player() if self.uses_package else None,
         )
+
+    def heat_player(
+        self, sheet: AtlasSheet, sprites: Mapping[str, PageSprite]
+    ) -> dict[str, object]:
+        """Return what the prefab states of the player of heat."""
+        own = not self.uses_package
+        channel = {each.name: CHANNELS.index(each.channel or "r") for each in sheet.regions}
+        return {
+            "script": self.guid(self.script("heat")) if own else package_guid(HEAT),
+            "material": self.guid(f"{self.name}{_HEAT}.mat"),
+            "states": [
+                {
+                    "name": self.states[animation.name],
+                    "frames": [
+                        {"sprite": sprites[frame], "channel": channel[frame]}
+                        for frame in animation.frames
+                    ],
+                }
+                for animation in sheet.animations
+            ],
+        }
 
     def whole_player(self) -> dict[str, object]:
         """Return what the prefab states of the package's player of flame, flakes and lamp."""

@@ -10,13 +10,6 @@ from fire_atlas.recipe.problem import Problem
 def unity_limits(atlas: Atlas, exports: Sequence[Export]) -> Iterator[Problem]:
     """Yield a problem for each Unity export whose pages Unity cannot show or import."""
     yield from upright_only(atlas, exports, "unity")
-    if atlas.pixels == "heat4":
-        for path, _ in exports_called(exports, "unity"):
-            yield Problem(
-                path,
-                "unity shows a sprite by one channel of its page, so it cannot play atlas.pixels "
-                "heat4; set it to heat, which Unity imports as textures of one channel",
-            )
     if atlas.format == "webp":
         for path, _ in exports_called(exports, "unity"):
             yield Problem(path, "unity does not import atlas.format webp; set it to png")

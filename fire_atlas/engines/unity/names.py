@@ -1,4 +1,4 @@
-"""Names and ids in Unity: of files, sprites, animator states, and the class that plays flakes.
+"""Names and ids in Unity: of files, sprites, animator states, and the classes that play a fire.
 
 All are derived from names in the build, so that rebuilding does not change them.
 """
@@ -7,6 +7,7 @@ import hashlib
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
+from typing import Literal, get_args
 
 from fire_atlas.core.errors import OutputError
 
@@ -17,6 +18,10 @@ _MAX_NAME_BYTES = 100
 """Maximum length of an animation's name in a file name, which may have 255 bytes."""
 
 _GUID = re.compile(r"^guid: ([0-9a-f]{32})\s*$", re.MULTILINE)
+
+Played = Literal["flakes", "heat"]
+PLAYED: tuple[Played, ...] = get_args(Played)
+"""What scripts of a build play: flakes, and pages of heat."""
 
 CONTROLLER_ENDING, PREFAB_ENDING, META_ENDING = ".controller", ".prefab", ".meta"
 """File name endings of animator controllers, prefabs, and the import settings of a file."""
@@ -42,14 +47,14 @@ def file_stems(title: str, animations: Sequence[str]) -> dict[str, str]:
     return _require_distinct(names, "animations")
 
 
-def player_name(title: str) -> str:
-    """Return the name of the C# class, and of its file, that plays the flakes of build ``title``.
+def player_name(title: str, played: Played = "flakes") -> str:
+    """Return the name of the C# class, and of its file, that plays a part of build ``title``.
 
     No two builds share one: where ``title`` is not a C# identifier, a hash of it is appended.
     """
     plain = re.sub(r"[^A-Za-z0-9_]", "_", title)
     plain = f"_{plain}" if plain[0].isdigit() else plain
-    return f"{plain}_flakes" + (f"_{_digest(title)}" if plain != title else "")
+    return f"{plain}_{played}" + (f"_{_digest(title)}" if plain != title else "")
 
 
 def guid_of(namespace: str, file: str) -> str:

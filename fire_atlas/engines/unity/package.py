@@ -1,7 +1,7 @@
 """The package for Unity's editor and games, which ``fire-atlas plugin unity`` writes.
 
-Its own scripts are in ``templates/unity_package``. The player of flakes and the shaders come from
-the templates of ``export``, so that each is written in one place.
+Its own scripts are in ``templates/unity_package``. The players of flakes and heat and the shaders
+come from the templates of ``export``, so that each is written in one place.
 """
 
 from collections.abc import Iterator, Mapping
@@ -13,8 +13,9 @@ from fire_atlas.core.files import absolute
 from fire_atlas.core.output_file import OutputFile, Role
 from fire_atlas.core.shipped import shipped
 from fire_atlas.engines.unity.assets import (
-    PlayerNames,
+    ComponentNames,
     assembly_text,
+    heat_player_text,
     meta_text,
     player_text,
     shader_text,
@@ -26,22 +27,36 @@ PACKAGE_NAME = "com.fire-atlas.unity"
 """Name of the package, and of its folder in ``Packages``."""
 
 PLAYER, FLAKES = "Runtime/FireAtlasPlayer.cs", "Runtime/FireAtlasFlakes.cs"
+HEAT = "Runtime/FireAtlasHeat.cs"
 """Components that prefabs have."""
 
 SPRITE_SHADER, FLAKES_SHADER = "Runtime/Sprite.shader", "Runtime/Flakes.shader"
+HEAT_SHADER = "Runtime/Heat.shader"
 """Shaders that materials have."""
 
-_SHADERS = {SPRITE_SHADER: "Fire Atlas/Sprite", FLAKES_SHADER: "Fire Atlas/Flakes"}
+_SHADERS = {
+    SPRITE_SHADER: "Fire Atlas/Sprite",
+    FLAKES_SHADER: "Fire Atlas/Flakes",
+    HEAT_SHADER: "Fire Atlas/Heat",
+}
 """Name of each shader in Unity's menus."""
 
-_FLAKES_PLAYER = PlayerNames(
+_FLAKES_NAMES = ComponentNames(
     class_name="FireAtlasFlakes",
     namespace="FireAtlas",
     heading="Plays the flakes of a fire. Written by fire-atlas plugin unity.",
     name="a fire",
     menu="Fire Atlas/Fire Atlas Flakes",
     mesh="Fire Atlas flakes",
-    file="a build's .flakes.bytes file",
+)
+
+_HEAT_NAMES = ComponentNames(
+    class_name="FireAtlasHeat",
+    namespace="FireAtlas",
+    heading="Plays the heat of a fire. Written by fire-atlas plugin unity.",
+    name="a fire",
+    menu="Fire Atlas/Fire Atlas Heat",
+    mesh="Fire Atlas heat",
 )
 
 _COPIED = (
@@ -131,7 +146,8 @@ def _content() -> dict[str, str]:
         **{path: (templates / name).read_text(encoding="utf-8") for path, name in names.items()},
         "Runtime/FireAtlas.Runtime.asmdef": assembly_text("FireAtlas.Runtime"),
         "Editor/FireAtlas.Editor.asmdef": assembly_text("FireAtlas.Editor", editor=True),
-        FLAKES: player_text(_FLAKES_PLAYER),
+        FLAKES: player_text(_FLAKES_NAMES, "a build's .flakes.bytes file"),
+        HEAT: heat_player_text(_HEAT_NAMES),
         **{
             path: shader_text(shader_template(path), name, "a fire", universal=True)
             for path, name in _SHADERS.items()

@@ -20,6 +20,8 @@ from fire_atlas.engines.unity.names import player_name
 from fire_atlas.engines.unity.package import (
     FLAKES,
     FLAKES_SHADER,
+    HEAT,
+    HEAT_SHADER,
     PACKAGE_NAME,
     PLAYER,
     SPRITE_SHADER,
@@ -29,6 +31,7 @@ from fire_atlas.formats.product import Product
 from fire_atlas.formats.tracks.light import write_light
 from tests.engines.unity.products import ALONE, SEVERAL, Fire, exported
 from tests.engines.unity.type_trees import Loader, documents, faults
+from tests.support.heats import built
 from tests.support.repo import PACKAGE as SOURCES
 
 CSHARP = Path(__file__).parent / "cs"
@@ -122,11 +125,12 @@ def test_the_package_is_one_that_the_editor_lists() -> None:
 
 def test_shaders_for_both_pipelines_draw_alike() -> None:
     files = files_of_package()
-    for path in (SPRITE_SHADER, FLAKES_SHADER):
+    for path in (SPRITE_SHADER, FLAKES_SHADER, HEAT_SHADER):
         urp, built_in = files[path].split("    SubShader\n")[1:]
         assert '"RenderPipeline" = "UniversalPipeline"' in urp
         assert '"com.unity.render-pipelines.universal"' in urp
-        assert "RenderPipeline" not in built_in and "CGPROGRAM" in built_in
+        assert "RenderPipeline" not in built_in
+        assert ("HLSLPROGRAM" if path == HEAT_SHADER else "CGPROGRAM") in built_in
         blends = [re.findall(r"^ +Blend .*", text, re.MULTILINE) for text in (urp, built_in)]
         assert blends[0] == blends[1]
         assert files[path].count("{") == files[path].count("}")
@@ -179,6 +183,27 @@ def test_a_build_for_the_package_refers_to_its_files(product: Product, lamp: boo
     assert used == {PLAYER} | ({FLAKES} if product.tracks else set())
     for animation in product.lights:
         assert f"{product.stem(animation)}.light.json.meta" in files
+
+
+def test_a_build_of_heat_for_the_package_has_its_player_and_shader(tmp_path: Path) -> None:
+    built(tmp_path, exports=[{"unity": {"player": "package"}}])
+    assert not [*tmp_path.glob("*.cs"), *tmp_path.glob("*.shader")]
+    package = guids_of_package()
+    prefab, material = ((tmp_path / f"fire{end}").read_text() for end in (".prefab", ".heat.mat"))
+    used = re.findall(r"m_(?:Script|Shader): .*guid: (\w+)", prefab + material)
+    assert {package[guid] for guid in used} == {PLAYER, HEAT, HEAT_SHADER}
+    own = tmp_path / "own"
+    built(own, exports=["unity"])
+    scripts = (own / "fire_heat.cs").read_text(), files_of_package()[HEAT]
+    pairs = zip(*(text.splitlines() for text in scripts), strict=True)
+    differing = [pair for pair in pairs if pair[0] != pair[1]]
+    named = ("// ", "/// ", "[", "public sealed class", "mesh = new Mesh")
+    assert differing and all(line.strip().startswith(named) for pair in differing for line in pair)
+    functions = [
+        text[text.index("float3 OnPage") : text.index("ENDHLSL")]
+        for text in ((own / "fire.heat.shader").read_text(), files_of_package()[HEAT_SHADER])
+    ]
+    assert functions[0] == functions[1]
 
 
 def test_a_build_of_its_own_player_refers_to_nothing_of_the_package() -> None:

@@ -8,6 +8,7 @@ from fire_atlas.engines.unity.names import player_name
 from tests.engines.unity.products import Fire, exported
 from tests.engines.unity.roslyn import Roslyn
 from tests.engines.unity.test_package import CSHARP, files_of_package
+from tests.support.heats import built
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +40,8 @@ def test_players_of_builds_compile_without_a_warning(roslyn: Roslyn, tmp_path: P
     for name in ("fire", "class", "2nd-fire.x"):
         scripts.append(tmp_path / f"{player_name(name)}.cs")
         scripts[-1].write_bytes(exported(Fire({name: 2}, name=name).product())[scripts[-1].name])
+    built(tmp_path, "hot", exports=["unity"])
+    scripts.append(tmp_path / "hot_heat.cs")
     program = tmp_path / "Program.cs"
     program.write_text("static class Program { static void Main() { } }")
     found = roslyn.diagnostics([*scripts, CSHARP / "Stubs.cs", program])

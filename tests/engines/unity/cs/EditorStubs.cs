@@ -11,7 +11,7 @@ using System.Text;
 
 namespace UnityEngine
 {
-    public static class Application
+    public static partial class Application
     {
         public static string dataPath { get; set; }
     }

@@ -65,8 +65,9 @@ static class PackageHarness
         var lamp = new Light();
         var flakes = new FireAtlasFlakes();
         Component.Siblings = type => type == typeof(Animator) ? animator : type == typeof(SpriteRenderer) ? sprite
-            : type == typeof(Light) ? lamp : type == typeof(MeshFilter) ? (object)new MeshFilter() : flakes;
+            : type == typeof(Light) ? (object)lamp : flakes;
         var player = new FireAtlasPlayer { enabled = true };
+        player.transform.Children = new[] { "Heat", "Flakes" };
         Call(player, "Reset")();
         Console.WriteLine("flakes after Reset {0}, tint {1}", player.ShowFlakes, player.Tint.r.ToString(Plain));
         Set(player, "lights", new[] { new FireAtlasPlayer.StateLight { state = "fire", track = Asset(path), pivot = new Vector2(30, 54) } });

@@ -10,6 +10,7 @@ namespace UnityEngine
         public string name { get; set; }
         public HideFlags hideFlags { get; set; }
         public static void Destroy(Object target) { }
+        public static void DestroyImmediate(Object target) { }
     }
 
     public enum HideFlags { None = 0, DontSave = 52 }
@@ -17,13 +18,16 @@ namespace UnityEngine
     public class Component : Object
     {
         public static Func<Type, object> Siblings = type => null;
-        public Transform transform { get; } = new Transform();
+        Transform place;
+        public Transform transform { get { return place ?? (place = new Transform()); } }
         public T GetComponent<T>() { return (T)Siblings(typeof(T)); }
         public T GetComponentInChildren<T>(bool includeInactive) { return (T)Siblings(typeof(T)); }
     }
 
-    public sealed class Transform
+    public sealed class Transform : Component
     {
+        public string[] Children = new string[0];
+        public Transform Find(string n) { return Array.IndexOf(Children, n) < 0 ? null : new Transform(); }
         public Vector3 localPosition { get; set; }
     }
 
@@ -40,6 +44,49 @@ namespace UnityEngine
         public bool enabled { get; set; }
         public int sortingLayerID { get; set; }
         public int sortingOrder { get; set; }
+        public MaterialPropertyBlock Properties;
+        public void SetPropertyBlock(MaterialPropertyBlock properties) { Properties = properties; }
+    }
+
+    public sealed class MaterialPropertyBlock
+    {
+        public readonly System.Collections.Generic.Dictionary<int, Vector4> Values = new System.Collections.Generic.Dictionary<int, Vector4>();
+        public readonly System.Collections.Generic.Dictionary<int, Texture2D> Textures = new System.Collections.Generic.Dictionary<int, Texture2D>();
+        public void SetFloat(int nameID, float value) { Values[nameID] = new Vector4(value, 0, 0, 0); }
+        public void SetVector(int nameID, Vector4 value) { Values[nameID] = value; }
+        public void SetColor(int nameID, Color value) { Values[nameID] = new Vector4(value.r, value.g, value.b, value.a); }
+        public void SetTexture(int nameID, Texture2D value) { Textures[nameID] = value; }
+    }
+
+    public static class Shader
+    {
+        public static readonly System.Collections.Generic.List<string> Names = new System.Collections.Generic.List<string>();
+
+        public static int PropertyToID(string name)
+        {
+            if (!Names.Contains(name)) Names.Add(name);
+            return Names.IndexOf(name);
+        }
+    }
+
+    public sealed class Texture2D : Object
+    {
+        public int width { get; set; }
+        public int height { get; set; }
+    }
+
+    public sealed class Sprite : Object
+    {
+        public Texture2D texture { get; set; }
+        public Rect rect { get; set; }
+        public Vector2 pivot { get; set; }
+        public float pixelsPerUnit { get; set; }
+    }
+
+    public struct Rect
+    {
+        public float x, y, width, height;
+        public Rect(float x, float y, float width, float height) { this.x = x; this.y = y; this.width = width; this.height = height; }
     }
 
     public sealed class MeshRenderer : Renderer { }
@@ -103,6 +150,9 @@ namespace UnityEngine
     {
         public float x, y;
         public Vector2(float x, float y) { this.x = x; this.y = y; }
+        public static Vector2 zero { get { return new Vector2(0, 0); } }
+        public static Vector2 Min(Vector2 a, Vector2 b) { return new Vector2(Math.Min(a.x, b.x), Math.Min(a.y, b.y)); }
+        public static Vector2 Max(Vector2 a, Vector2 b) { return new Vector2(Math.Max(a.x, b.x), Math.Max(a.y, b.y)); }
     }
 
     public struct Vector3
@@ -117,6 +167,8 @@ namespace UnityEngine
     public struct Vector4
     {
         public float x, y, z, w;
+        public Vector4(float x, float y, float z, float w) { this.x = x; this.y = y; this.z = z; this.w = w; }
+        public static Vector4 operator /(Vector4 a, float d) { return new Vector4(a.x / d, a.y / d, a.z / d, a.w / d); }
     }
 
     public struct Color
@@ -145,6 +197,8 @@ namespace UnityEngine
         public Array Vertices;
         public int Indices;
         public Bounds bounds { get; set; }
+        public Vector3[] vertices { get; set; }
+        public int[] triangles { get; set; }
         public void MarkDynamic() { }
         public void SetVertexBufferParams(int vertexCount, params Rendering.VertexAttributeDescriptor[] attributes) { }
         public void SetIndexBufferParams(int indexCount, Rendering.IndexFormat format) { }
@@ -168,6 +222,11 @@ namespace UnityEngine
             double value = exponent == 0 ? fraction * Math.Pow(2, -24) : (1 + fraction / 1024.0) * Math.Pow(2, exponent - 15);
             return (float)((half & 0x8000) != 0 ? -value : value);
         }
+    }
+
+    public static partial class Application
+    {
+        public static bool isPlaying { get; set; }
     }
 
     public static class Time
@@ -217,6 +276,15 @@ namespace UnityEngine
     public sealed class MinAttribute : Attribute
     {
         public MinAttribute(float min) { }
+    }
+
+    [AttributeUsage(AttributeTargets.Class)]
+    public sealed class ExecuteAlways : Attribute { }
+
+    [AttributeUsage(AttributeTargets.Field)]
+    public sealed class RangeAttribute : Attribute
+    {
+        public RangeAttribute(float min, float max) { }
     }
 
     [AttributeUsage(AttributeTargets.Field)]
