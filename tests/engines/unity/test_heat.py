@@ -83,7 +83,8 @@ class Player:
         harness.write_text(text.replace("static class", alias, 1), encoding="utf-8")
         done = subprocess.run(
             ["mcs", "-langversion:7.2", "-warn:4", "-warnaserror", f"-out:{self._program}",
-             str(assets / f"{name}_heat.cs"), str(CSHARP / "Stubs.cs"), str(harness)],
+             str(assets / f"{name}_heat.cs"), str(CSHARP / "Stubs.cs"),
+             str(CSHARP / "Private.cs"), str(harness)],
             capture_output=True, text=True, check=False,
         )  # fmt: skip
         assert done.returncode == 0, done.stdout + done.stderr

@@ -67,7 +67,9 @@ def harness(mono: None, tmp_path_factory: pytest.TempPathFactory) -> Harness:
         if path.endswith(".cs"):
             scripts.append(folder / Path(path).name)
             scripts[-1].write_text(text, encoding="utf-8")
-    stubs = [CSHARP / name for name in ("Stubs.cs", "EditorStubs.cs", "PackageHarness.cs")]
+    stubs = [
+        CSHARP / name for name in ("Stubs.cs", "EditorStubs.cs", "Private.cs", "PackageHarness.cs")
+    ]
     program = folder / "package.exe"
     command = ["mcs", "-langversion:7.2", "-warn:4", "-warnaserror", f"-out:{program}"]
     done = subprocess.run(

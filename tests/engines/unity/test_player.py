@@ -66,7 +66,7 @@ def compiled(script: Path, namespace: str = "FireAtlas") -> Path:
     program = script.with_suffix(".exe")
     done = subprocess.run(
         ["mcs", "-langversion:7.2", "-warn:4", "-warnaserror", f"-out:{program}",
-         str(script), str(CSHARP / "Stubs.cs"), str(harness)],
+         str(script), str(CSHARP / "Stubs.cs"), str(CSHARP / "Private.cs"), str(harness)],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr

@@ -8,7 +8,6 @@
 using System;
 using System.Globalization;
 using System.IO;
-using System.Reflection;
 using System.Threading;
 using UnityEngine;
 
@@ -45,13 +44,13 @@ static class Harness
         animator.Current.shortNameHash = Animator.StringToHash(state);
         var sprite = new SpriteRenderer { color = new Color(1, 1, 1, 1), flipX = flip, sortingOrder = 7 };
         var player = new Player { enabled = true };
-        Set(player, "tracks", new TextAsset { Content = bytes });
-        Set(player, "animator", animator);
-        Set(player, "sprite", sprite);
-        Set(player, "pixelsPerUnit", 50f);
-        Call(player, "OnEnable")();
+        Private.Set(player, "tracks", new TextAsset { Content = bytes });
+        Private.Set(player, "animator", animator);
+        Private.Set(player, "sprite", sprite);
+        Private.Set(player, "pixelsPerUnit", 50f);
+        Private.Call(player, "OnEnable")();
         if (!player.enabled) return;
-        Action update = Call(player, "LateUpdate");
+        Action update = Private.Call(player, "LateUpdate");
         int count = Player.Tracks.Read(bytes).Frames(Player.Tracks.Read(bytes).Find(animator.Current.shortNameHash));
         update();
         foreach (float frame in frames)
@@ -68,18 +67,6 @@ static class Harness
             update();
         }
         Console.WriteLine("sorting {0} collections {1}", quads.sortingOrder, GC.CollectionCount(0) - collections);
-    }
-
-
-    static void Set(object target, string field, object value)
-    {
-        target.GetType().GetField(field, BindingFlags.Instance | BindingFlags.NonPublic).SetValue(target, value);
-    }
-
-    static Action Call(object target, string method)
-    {
-        MethodInfo found = target.GetType().GetMethod(method, BindingFlags.Instance | BindingFlags.NonPublic);
-        return (Action)Delegate.CreateDelegate(typeof(Action), target, found);
     }
 
     /// One line a moment; a flake is its middle, half the length and width of its quad (x, y each), its

@@ -10,7 +10,6 @@ using System;
 using System.Collections.Generic;
 using System.Globalization;
 using System.Linq;
-using System.Reflection;
 using System.Threading;
 using UnityEngine;
 
@@ -31,11 +30,11 @@ static class HeatHarness
         animator.Current.loop = args[1] == "loop";
         var sprite = new SpriteRenderer { color = new Color(1, 0.5f, 0.25f, 0.75f), flipX = args[2] == "flip", sortingOrder = 7 };
         var player = new Player { enabled = true };
-        Set(player, "states", states);
-        Set(player, "animator", animator);
-        Set(player, "sprite", sprite);
-        Call(player, "OnEnable")();
-        Action update = Call(player, "LateUpdate");
+        Private.Set(player, "states", states);
+        Private.Set(player, "animator", animator);
+        Private.Set(player, "sprite", sprite);
+        Private.Call(player, "OnEnable")();
+        Action update = Private.Call(player, "LateUpdate");
         foreach (string frame in args[3].Split(','))
         {
             animator.Current.normalizedTime = float.Parse(frame, Plain) / count;
@@ -78,16 +77,5 @@ static class HeatHarness
     static void Print(string name, params float[] numbers)
     {
         Console.WriteLine(string.Join(" ", new[] { name }.Concat(numbers.Select(number => number.ToString("R", Plain)))));
-    }
-
-    static void Set(object target, string field, object value)
-    {
-        target.GetType().GetField(field, BindingFlags.Instance | BindingFlags.NonPublic).SetValue(target, value);
-    }
-
-    static Action Call(object target, string method)
-    {
-        MethodInfo found = target.GetType().GetMethod(method, BindingFlags.Instance | BindingFlags.NonPublic);
-        return (Action)Delegate.CreateDelegate(typeof(Action), target, found);
     }
 }

@@ -68,13 +68,13 @@ static class PackageHarness
             : type == typeof(Light) ? (object)lamp : flakes;
         var player = new FireAtlasPlayer { enabled = true };
         player.transform.Children = new[] { "Heat", "Flakes" };
-        Call(player, "Reset")();
+        Private.Call(player, "Reset")();
         Console.WriteLine("flakes after Reset {0}, tint {1}", player.ShowFlakes, player.Tint.r.ToString(Plain));
-        Set(player, "lights", new[] { new FireAtlasPlayer.StateLight { state = "fire", track = Asset(path), pivot = new Vector2(30, 54) } });
-        Set(player, "pixelsPerUnit", 50f);
-        Set(player, "state", "fire");
-        Call(player, "OnEnable")();
-        Action update = Call(player, "Update"), late = Call(player, "LateUpdate");
+        Private.Set(player, "lights", new[] { new FireAtlasPlayer.StateLight { state = "fire", track = Asset(path), pivot = new Vector2(30, 54) } });
+        Private.Set(player, "pixelsPerUnit", 50f);
+        Private.Set(player, "state", "fire");
+        Private.Call(player, "OnEnable")();
+        Action update = Private.Call(player, "Update"), late = Private.Call(player, "LateUpdate");
         player.Speed = 2;
         player.LampIntensity = 3;
         player.Tint = new Color(1, 0.5f, 0.25f, 0.5f);
@@ -153,16 +153,5 @@ static class PackageHarness
         RecipePreferences.BuildOnImport = true;
         for (int i = 0; i < 2; i++) found.Invoke(null, new object[] { assets, none, none, none });
         Console.WriteLine("on: running " + RecipeMenu.Running);
-    }
-
-    static void Set(object target, string field, object value)
-    {
-        target.GetType().GetField(field, BindingFlags.Instance | BindingFlags.NonPublic).SetValue(target, value);
-    }
-
-    static Action Call(object target, string method)
-    {
-        MethodInfo found = target.GetType().GetMethod(method, BindingFlags.Instance | BindingFlags.NonPublic);
-        return (Action)Delegate.CreateDelegate(typeof(Action), target, found);
     }
 }
