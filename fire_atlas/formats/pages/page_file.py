@@ -1,4 +1,7 @@
-"""Read and write the image files of pages: PNG, or WebP, lossless or lossy."""
+"""Read and write the image files of pages: PNG, or WebP, lossless or lossy.
+
+Pillow is imported where it is needed: builds that write PNG do without it.
+"""
 
 import io
 from functools import partial
@@ -7,7 +10,6 @@ from typing import Any, BinaryIO, assert_never
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MIB, read_file
@@ -53,6 +55,8 @@ def write_page(
 
 
 def _write_lossless_webp(file: BinaryIO, image: Bytes, settings: Atlas, workers: Workers) -> None:
+    from PIL import Image
+
     method, quality = _WEBP_EFFORT[settings.compression]
     image = np.dstack([image] * 3) if image.ndim == 2 else image  # WebP has no grey
     # `exact` keeps colours where alpha is 0.
@@ -64,6 +68,8 @@ def _write_lossy_webp(
     file: BinaryIO, image: Bytes, quality: int, settings: Atlas, workers: Workers
 ) -> None:
     """Write an image whose colours may differ, but not its alpha."""
+    from PIL import Image
+
     method = _LOSSY_WEBP_EFFORT[settings.compression]
     # Not `exact`, the encoder would put any colour where alpha is 0: light, on pages whose colours
     # are premultiplied or added.
@@ -78,6 +84,8 @@ def read_page(path: Path, width: int, height: int) -> Bytes:
     Raises:
         SourceError: The file is missing, damaged, or not an image of ``width`` x ``height`` px.
     """
+    from PIL import Image
+
     data = read_page_file(path, width, height)
     try:
         with Image.open(io.BytesIO(data)) as image:
@@ -93,6 +101,8 @@ def read_page_file(path: Path, width: int, height: int) -> bytes:
     Raises:
         SourceError: The file is missing, or not an image of ``width`` x ``height`` px.
     """
+    from PIL import Image
+
     try:
         data = read_file(path, _MAX_BYTES)
     except OSError as error:
