@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fire_atlas.atlas.sheet import AtlasSheet, StateGraph
-from fire_atlas.channels.heat.encode import heat_statistics
 from fire_atlas.core.cpu import cpu_class
+from fire_atlas.core.statistics import stated
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import (
     Contribution,
@@ -69,7 +69,7 @@ def build_statistics(
         "pages": [[page.width, page.height] for page in sheet.pages],
         "occupancy": round(used / area, 4),
         **images,
-        **heat_statistics(content.heat.errors if content.heat else {}),
+        **stated("heat_error", content.heat.errors if content.heat else {}),
         "cpu": cpu_class(),
     }
     if len(contributions) == 1:

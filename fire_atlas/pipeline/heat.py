@@ -126,7 +126,8 @@ def _frames_in_heat(
         frames.append(frame)
         errors.append(error)
         context.progress.advance()
-    return frames, HeatError.of(errors)
+    shown = animation.tracks.frames if animation.tracks and animation.bakes_flakes else ()
+    return frames, HeatError.of(errors, has_flakes=any(len(rows) for rows in shown))
 
 
 def _frame_in_heat(frame: RenderedFrame, ramp: Bytes) -> tuple[RenderedFrame, ErrorSums]:

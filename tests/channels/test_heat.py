@@ -223,3 +223,19 @@ def test_embers_off_the_ramp_are_refused(
     assert "flakes.bake: false" in capsys.readouterr().err
     path.write_text(yaml.safe_dump({**recipe, "flakes": {"rate": 400, "bake": False}}))
     assert main(["build", str(path), "-q"]) == 0
+
+
+@pytest.mark.parametrize("bake", [True, False])
+def test_what_embers_in_the_pixels_cost_is_stated_with_advice(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], bake: bool
+) -> None:
+    path = tmp_path / "fire.yaml"
+    flakes = {"rate": 200, "bake": bake}
+    path.write_text(yaml.safe_dump({**PLAIN, "flakes": flakes, "atlas": {"pixels": "heat"}}))
+    assert main(["build", str(path)]) == 0
+    built = " ".join("".join(capsys.readouterr()).split())
+    assert main(["inspect", str(tmp_path / "build" / "fire.json")]) == 0
+    inspected = " ".join("".join(capsys.readouterr()).split())
+    for output in (built, inspected):
+        assert "one axis of heat holds the colours at" in output
+        assert ("flakes.bake: false leaves them" in output) == bake
