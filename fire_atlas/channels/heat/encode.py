@@ -84,9 +84,10 @@ class HeatError:
         """Return the figures in words."""
         if not self.rms:
             return "one axis of heat holds the colours exactly"
-        off = f"; {100 * self.off_ramp:.1f} % of the light is off the ramp" if self.off_ramp else ""
+        share = f"{100 * self.off_ramp:.1f}"
+        off = f"; {share} % of the light is off the ramp" if share != "0.0" else ""
         flakes = (
-            "; the flakes in the pixels cost part of it: flakes.bake: false leaves them to "
+            "; flakes in the pixels may cost part of it: flakes.bake: false leaves them to "
             "clients that draw tracks"
             if self.has_flakes and self.psnr < _CLOSE_FROM
             else ""
