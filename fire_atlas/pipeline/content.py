@@ -16,7 +16,7 @@ from fire_atlas.pipeline.contribution import (
     with_cell_names,
 )
 from fire_atlas.pipeline.flake_texture import PreparedTexture
-from fire_atlas.pipeline.heat import HeatPages, described_heat, in_heat
+from fire_atlas.pipeline.heat import HeatPages, in_heat, with_heat
 from fire_atlas.recipe.load import LoadedRecipe
 
 
@@ -38,7 +38,7 @@ class PageContent:
 
     def described(self, sheet: AtlasSheet) -> AtlasSheet:
         """Return a sheet of it that says how its pages get their colours, and has the states."""
-        return replace(described_heat(sheet, self.heat), states=self.states)
+        return replace(with_heat(sheet, self.heat), states=self.states)
 
 
 def page_content(

@@ -217,7 +217,7 @@ def test_it_ends_with_its_last_frame_if_it_does_not_loop(browser: Browser, tmp_p
     built(tmp_path, "once", timeline={"loop": "none"})
     fire = HeatFire(tmp_path, "once")
     last = len(fire.frames) - 1
-    moments = [(last + 0.5, {}), (last + 20.0, {}), (-3.0, {})]
+    moments: list[tuple[float, dict[str, Any]]] = [(last + 0.5, {}), (last + 20.0, {}), (-3.0, {})]
     shots = drawn(browser, "three", tmp_path, "once", *moments)
     for frame, shot in zip((last, last, 0), shots, strict=True):
         assert np.abs(shot - fire.shown(fire.heat(frame), ground=GROUND)).max() <= 2

@@ -8,7 +8,7 @@ from typing import NamedTuple, Self, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import Bytes
+from fire_atlas.core.pixels import Bytes, psnr_of
 
 _COMPARED = 8192
 """Colours that are compared with all entries at a time, to limit memory."""
@@ -78,7 +78,7 @@ class HeatError:
     @property
     def psnr(self) -> float:
         """Peak signal-to-noise ratio, dB; infinite if nothing differs."""
-        return 20 * math.log10(255 / self.rms) if self.rms else math.inf
+        return psnr_of(self.rms)
 
     def sentence(self) -> str:
         """Return the figures in words."""
@@ -105,8 +105,8 @@ class HeatError:
         return cls(round(rms, 3), round(off, 4), has_flakes)
 
 
-def compared(image: Bytes, heat: Bytes, ramp: Bytes) -> ErrorSums:
-    """Return the differences between encoded pixels (h, w, 4) and what the ramp gives for their
+def error_sums(image: Bytes, heat: Bytes, ramp: Bytes) -> ErrorSums:
+    """Sum how far encoded pixels (h, w, 4) are from the colours that the ramp gives for their
     heat (h, w)."""
     exact, ours = image.astype(np.float32), ramp[heat].astype(np.float32)
     light = exact[..., :3].max(axis=2)

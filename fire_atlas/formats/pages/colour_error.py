@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fire_atlas.core.pixels import Bytes
+from fire_atlas.core.pixels import Bytes, psnr_of
 from fire_atlas.core.workers import Workers
 
 _BAND_ROWS = 128
@@ -33,7 +33,7 @@ class ColourError:
     @property
     def psnr(self) -> float:
         """Peak signal-to-noise ratio, dB; infinite if nothing differs."""
-        return 20 * math.log10(255 / self.rms) if self.rms else math.inf
+        return psnr_of(self.rms)
 
     def sentence(self) -> str:
         """Return the figures in words."""
