@@ -33,6 +33,7 @@ export class HeatFrames {
     if (atlas.meta.related_multi_packs?.length) throw new Error("several pages: raise atlas.max_size");
     this.frames = atlas.animations[animation].map((name) => atlas.frames[name]);
     if (this.frames.some(({ rotated }) => rotated)) throw new Error("rotated frames: set atlas.rotate to false");
+    this.loops = atlas.meta.fireAtlas.loops[animation]; // else it ends with its last frame
     this.isOneChannel = atlas.meta.fireAtlas.heat.pixels === "heat"; // else all four have heat
     this.pageSize = [atlas.meta.size.w, atlas.meta.size.h];
     const { sourceSize, anchor } = this.frames[0];
@@ -42,13 +43,13 @@ export class HeatFrames {
 
   /** Uniforms of a moment, in frames: 2.25 is a quarter of the way from frame 2 to frame 3. */
   at(moment) {
-    const i = Math.floor(moment);
-    const one = this.#uniforms(i, "here");
-    return { ...one, ...this.#uniforms(i + 1, "next"), blend: moment - i };
+    const time = this.loops ? moment : Math.min(Math.max(moment, 0), this.frames.length - 1);
+    const i = Math.floor(time);
+    return { ...this.#uniforms(i, "here"), ...this.#uniforms(i + 1, "next"), blend: time - i };
   }
 
   #uniforms(i, name) {
-    const { frame, spriteSourceSize: trim, channel = "r" } = this.frames[i % this.frames.length];
+    const { frame, spriteSourceSize: trim, channel = "r" } = this.frames.at(i % this.frames.length);
     return {
       [name]: [frame.x, frame.y, frame.w, frame.h],
       [`${name}Trim`]: [trim.x, trim.y],

@@ -3,6 +3,7 @@
 All computing is done on ``Pixels`` (linear light); 8-bit sRGB occurs only in files.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any, TypeVar, cast
@@ -194,3 +195,9 @@ def brightness(pixels: Pixels, blend_space: str) -> Plane:
     alpha = cv2.extractChannel(pixels, 3)
     straight = as_plane(cv2.divide(light, np.maximum(alpha, np.float32(1e-6))))
     return as_plane(cv2.multiply(encode_unit(straight), alpha, scale=255.0))
+
+
+def psnr_of(rms: float) -> float:
+    """Return the peak signal-to-noise ratio, dB, of a root of the mean squared difference, of 255;
+    infinite if nothing differs."""
+    return 20 * math.log10(255 / rms) if rms else math.inf

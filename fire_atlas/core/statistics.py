@@ -1,7 +1,15 @@
-"""Find the figures of each animation in the statistics of a manifest."""
+"""Figures of a build's files and animations, in the statistics of its manifest."""
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Figures = TypeVar("Figures", bound="DataclassInstance")
 
 _NESTED = "animations", "members", "motions"
 """Keys under which figures are nested, by the names of animations or recipes."""
@@ -24,3 +32,22 @@ def by_animation(statistics: Any, name: str = "") -> Iterator[tuple[str, dict[st
         if isinstance(inner, dict):
             for key, figures in inner.items():
                 yield from by_animation(figures, f"{name}/{key}" if name else key)
+
+
+def stated(key: str, figures: Mapping[str, "DataclassInstance"]) -> dict[str, Any]:
+    """Return what a manifest states under ``key``: figures by name; nothing if there are none."""
+    return {key: {name: asdict(each) for name, each in figures.items()}} if figures else {}
+
+
+def read_stated(statistics: dict[str, Any], key: str, kind: type[Figures]) -> dict[str, Figures]:
+    """Return what the statistics of a manifest state under ``key``, by name.
+
+    Raises:
+        ValueError: They are not figures of that kind.
+    """
+    try:
+        return TypeAdapter(dict[str, kind]).validate_python(statistics.get(key, {}))  # type: ignore[valid-type]
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in (key, *first["loc"]))
+        raise ValueError(f"{place}: {first['msg']}") from None

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fire_atlas.atlas.sheet import AtlasSheet, StateGraph
-from fire_atlas.channels.heat.encode import heat_statistics
 from fire_atlas.core.cpu import cpu_class
+from fire_atlas.core.statistics import stated
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import (
     Contribution,
@@ -16,7 +16,7 @@ from fire_atlas.pipeline.contribution import (
     with_cell_names,
 )
 from fire_atlas.pipeline.flake_texture import PreparedTexture
-from fire_atlas.pipeline.heat import HeatPages, described_heat, in_heat
+from fire_atlas.pipeline.heat import HeatPages, in_heat, with_heat
 from fire_atlas.recipe.load import LoadedRecipe
 
 
@@ -38,7 +38,7 @@ class PageContent:
 
     def described(self, sheet: AtlasSheet) -> AtlasSheet:
         """Return a sheet of it that says how its pages get their colours, and has the states."""
-        return replace(described_heat(sheet, self.heat), states=self.states)
+        return replace(with_heat(sheet, self.heat), states=self.states)
 
 
 def page_content(
@@ -69,7 +69,7 @@ def build_statistics(
         "pages": [[page.width, page.height] for page in sheet.pages],
         "occupancy": round(used / area, 4),
         **images,
-        **heat_statistics(content.heat.errors if content.heat else {}),
+        **stated("heat_error", content.heat.errors if content.heat else {}),
         "cpu": cpu_class(),
     }
     if len(contributions) == 1:

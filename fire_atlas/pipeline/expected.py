@@ -30,7 +30,9 @@ def expected_outputs(recipe: Recipe) -> Iterator[tuple[str, Role]]:
     for scale in recipe.atlas.scales:
         yield from _sheet_files(recipe, recipe.name if scale == 1 else f"{recipe.name}@{scale:g}x")
     if recipe.atlas.pixels != "color":
-        yield f"{recipe.name}.ramp.png", "ramp"
+        ramp = f"{recipe.name}.ramp.png"
+        yield ramp, "ramp"
+        yield from _import_settings(recipe, ramp)
     is_one = not recipe.atlas.members and recipe.views.count == 1 and not recipe.wind.levels
     if is_one and recipe.flakes != "none":
         for track in recipe.tracks:
@@ -48,13 +50,20 @@ def _sheet_files(recipe: Recipe, sheet: str) -> Iterator[tuple[str, Role]]:
         yield image, "page" if kind == "page" else "map"
         for format_ in formats_for(recipe.atlas.gpu, channels_of(kind, recipe.atlas.pixels)):
             yield texture_file(image, format_), "texture"
-        for engine in _IMPORT_ENDINGS.keys() & exports:
-            yield image + _IMPORT_ENDINGS[engine], "import"
+        yield from _import_settings(recipe, image)
     for export in exports:
         for ending, described in _ENGINE_FILES.get(export, ()):
             yield sheet + ending, described
         if export in ENDINGS:
             yield sheet + ENDINGS[export], "atlas"
+
+
+def _import_settings(recipe: Recipe, image: str) -> Iterator[tuple[str, Role]]:
+    """Yield the files by which engines import an image."""
+    exports = {export_name(export) for export in recipe.exports}
+    for engine, ending in _IMPORT_ENDINGS.items():
+        if engine in exports:
+            yield image + ending, "import"
 
 
 def _images(recipe: Recipe, sheet: str) -> Iterator[tuple[str, str]]:

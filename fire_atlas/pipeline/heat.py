@@ -7,8 +7,8 @@ import numpy as np
 
 from fire_atlas.atlas.sheet import CHANNELS, RAMP_WIDTH, AtlasSheet, Heat, Rect, Sprite
 from fire_atlas.atlas.trim import bounding_rect
-from fire_atlas.channels.heat.encode import SEEN_BELOW, ErrorSums, HeatError, compared, heat_of
-from fire_atlas.channels.heat.learn import Bins, bins_of, joined, learn_ramp
+from fire_atlas.channels.heat.encode import SEEN_BELOW, ErrorSums, HeatError, error_sums, heat_of
+from fire_atlas.channels.heat.learn import Bins, bins_of, learn_ramp, merged
 from fire_atlas.channels.heat.ready import ramp_of_light, ready_ramp
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.pixels import Bytes
@@ -28,12 +28,12 @@ class HeatPages:
     """What gives pages of heat their colours.
 
     Attributes:
-        described: As the sheets describe it.
+        description: What the sheets say of it: how it lies in the pages, and its ramps.
         ramps: (rows, 256, 4) uint8, encoded as the pages' colours are.
         errors: How well one axis holds the colours of each animation.
     """
 
-    described: Heat
+    description: Heat
     ramps: Bytes
     errors: Mapping[str, HeatError]
 
@@ -44,7 +44,7 @@ class HeatPages:
 
     def channel(self, i: int) -> int:
         """Return the index of the channel that has the heat of frame ``i`` of an animation."""
-        return i % len(CHANNELS) if self.described.pixels == "heat4" else 0
+        return i % len(CHANNELS) if self.description.pixels == "heat4" else 0
 
 
 def in_heat(
@@ -67,10 +67,10 @@ def in_heat(
         learnt = _learnt(animations, loaded, context)
         made, errors = _all_in_heat(animations, learnt, context)
     if atlas.pixels == "heat4":
-        made = {name: _four_together(name, each) for name, each in made.items()}
+        made = {name: _with_shared_sprites(name, each) for name, each in made.items()}
     ramps = np.stack([_ramp(name, learnt, loaded, context) for name in atlas.ramps])
-    described = Heat(atlas.pixels, f"{loaded.recipe.name}.ramp.png", atlas.ramps)
-    return made, HeatPages(described, ramps, errors)
+    description = Heat(atlas.pixels, f"{loaded.recipe.name}.ramp.png", atlas.ramps)
+    return made, HeatPages(description, ramps, errors)
 
 
 def _all_in_heat(
@@ -93,7 +93,7 @@ def _learnt(
     images = [frame.sprites[0].image for each in animations.values() for frame in each.frames]
     context.progress.stage("heat", 2 * len(images))
     return learn_ramp(
-        joined(_counted(context.workers.map(bins_of, images), context)),
+        merged(_counted(context.workers.map(bins_of, images), context)),
         loaded.recipe.atlas.alpha,
         loaded.recipe.atlas.blend_space,
     )
@@ -126,12 +126,13 @@ def _frames_in_heat(
         frames.append(frame)
         errors.append(error)
         context.progress.advance()
-    return frames, HeatError.of(errors)
+    shown = animation.tracks.frames if animation.tracks and animation.bakes_flakes else ()
+    return frames, HeatError.of(errors, has_flakes=any(len(rows) for rows in shown))
 
 
 def _frame_in_heat(frame: RenderedFrame, ramp: Bytes) -> tuple[RenderedFrame, ErrorSums]:
     heats = [heat_of(sprite.image, ramp) for sprite in frame.sprites]
-    error = compared(frame.sprites[0].image, heats[0], ramp)
+    error = error_sums(frame.sprites[0].image, heats[0], ramp)
     sprites = tuple(
         replace(sprite, image=_in_first_channel(heat))
         for sprite, heat in zip(frame.sprites, heats, strict=True)
@@ -145,7 +146,7 @@ def _in_first_channel(heat: Bytes) -> Bytes:
     return image
 
 
-def _four_together(name: str, animation: FinishedAnimation) -> FinishedAnimation:
+def _with_shared_sprites(name: str, animation: FinishedAnimation) -> FinishedAnimation:
     """Return an animation of which four consecutive frames have the same sprites, with the heat of
     each in a channel of its own."""
     if len({(frame.width, frame.height) for frame in animation.frames}) > 1:
@@ -156,12 +157,12 @@ def _four_together(name: str, animation: FinishedAnimation) -> FinishedAnimation
     frames = list[RenderedFrame]()
     for first in range(0, len(animation.frames), len(CHANNELS)):
         four = animation.frames[first : first + len(CHANNELS)]
-        sprites = tuple(_joined(each) for each in zip(*(f.sprites for f in four), strict=True))
+        sprites = tuple(_in_channels(each) for each in zip(*(f.sprites for f in four), strict=True))
         frames += [replace(frame, sprites=sprites) for frame in four]
     return replace(animation, frames=frames, together=len(CHANNELS))
 
 
-def _joined(sprites: Sequence[Sprite]) -> Sprite:
+def _in_channels(sprites: Sequence[Sprite]) -> Sprite:
     """Return the sprite that has the heat of up to four in its channels."""
     parts = [Rect(s.x, s.y, s.image.shape[1], s.image.shape[0]) for s in sprites]
     whole, lit = bounding_rect(parts), [sprite.lit for sprite in sprites if sprite.lit]
@@ -174,18 +175,18 @@ def _joined(sprites: Sequence[Sprite]) -> Sprite:
     return Sprite(image, whole.x, whole.y, *size, bounding_rect(lit) if lit else None)
 
 
-def described_heat(sheet: AtlasSheet, heat: HeatPages | None) -> AtlasSheet:
+def with_heat(sheet: AtlasSheet, heat: HeatPages | None) -> AtlasSheet:
     """Return a sheet that says how its pages get their colours, and of each frame in which channel
     its heat is."""
     if heat is None:
         return sheet
     regions, numbers = sheet.regions, [i for a in sheet.animations for i in range(len(a.frames))]
-    if heat.described.pixels == "heat4":
+    if heat.description.pixels == "heat4":
         regions = tuple(
             replace(region, channel=CHANNELS[heat.channel(i)])
             for region, i in zip(regions, numbers, strict=True)
         )
-    return replace(sheet, regions=regions, heat=heat.described)
+    return replace(sheet, regions=regions, heat=heat.description)
 
 
 def _refuse_lost_embers(name: str, animation: FinishedAnimation, error: HeatError) -> None:

@@ -221,6 +221,8 @@ def _with_flakes(
         shown = as_steps(expose(flakes.planes.reshape(-1).take(bare)))
         colour = tuple(flakes.colours[0].tolist())
         values[bare] = _alone(colour, composite.blend, space, is_ready).take(shown)
+        if not lit.size:
+            return whole
     behind = values.take(lit).view(whole.dtype).reshape(1, -1, 4)
     under = np.ascontiguousarray(as_light(behind)[0].T)
     pixels = compose(under, flakes.at(lit), composite.blend, space, palette)

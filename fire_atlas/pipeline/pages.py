@@ -211,7 +211,7 @@ def images(
             yield from _vector_pages(sheet, "haze", _hazes(animations), edges)
     if content.heat is not None:
         ramps = content.heat.ramps
-        yield Image(content.heat.described.ramp, "ramp", lambda: ramps, is_data=True)
+        yield Image(content.heat.description.ramp, "ramp", lambda: ramps, is_data=True)
 
 
 def _vector_pages(

@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from fire_atlas.core.pixels import Bytes
-from fire_atlas.formats.pages.colour_error import ColourError, error_statistics, measured_error
+from fire_atlas.core.statistics import stated
+from fire_atlas.formats.pages.colour_error import ColourError, measured_error
 from fire_atlas.formats.pages.page_file import read_page, write_page
 from fire_atlas.formats.pages.png import write_png
-from fire_atlas.formats.textures.error import TextureError, texture_statistics
+from fire_atlas.formats.textures.error import TextureError
 from fire_atlas.outputs.manifest import OutputEntry
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.context import BuildContext
@@ -49,7 +50,7 @@ def write_images(
         context.progress.advance()
     _note_errors(errors, atlas, context)
     note_texture_errors(textures, atlas, context)
-    return outputs, {**error_statistics(errors), **texture_statistics(textures)}
+    return outputs, {**stated("colour_error", errors), **stated("gpu", textures)}
 
 
 def _written_error(file: Path, drawn: Bytes, atlas: Atlas, context: BuildContext) -> ColourError:

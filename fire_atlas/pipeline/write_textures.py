@@ -41,7 +41,14 @@ def write_textures(
     for blocks in dict.fromkeys(texture.blocks for texture in image.textures):
         header = _header(FORMATS[blocks], image, levels, atlas)
         encoded = [
-            encode_blocks(level, header.format, header.srgb, context.workers) for level in levels
+            encode_blocks(
+                level,
+                header.format,
+                header.srgb,
+                context.workers,
+                has_straight_colour=not image.is_data and atlas.alpha == "straight",
+            )
+            for level in levels
         ]
         error = _error(header, encoded[0], image, drawn, atlas, context.workers)
         for texture in image.textures:

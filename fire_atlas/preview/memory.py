@@ -8,9 +8,10 @@ from rich.table import Column, Table
 
 from fire_atlas.atlas.sheet import DATA_MAPS, AtlasSheet
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.statistics import read_stated
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
-from fire_atlas.formats.pages.colour_error import ColourError, read_errors
-from fire_atlas.formats.textures.error import TextureError, read_texture_errors
+from fire_atlas.formats.pages.colour_error import ColourError
+from fire_atlas.formats.textures.error import TextureError
 from fire_atlas.formats.textures.texture_file import read_texture
 
 _MIB = 1 << 20
@@ -38,7 +39,10 @@ class ImageErrors:
         Raises:
             ValueError: They are invalid.
         """
-        return cls(read_errors(statistics), read_texture_errors(statistics))
+        return cls(
+            read_stated(statistics, "colour_error", ColourError),
+            read_stated(statistics, "gpu", TextureError),
+        )
 
 
 @dataclass(frozen=True, slots=True)

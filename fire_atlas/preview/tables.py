@@ -10,8 +10,8 @@ from rich.table import Column, Table
 
 from fire_atlas.channels.cross_validation import ValidationReport, read_reports
 from fire_atlas.channels.encoding import motion_encoding
-from fire_atlas.channels.heat.encode import read_heat_errors
-from fire_atlas.core.statistics import by_animation
+from fire_atlas.channels.heat.encode import HeatError
+from fire_atlas.core.statistics import by_animation, read_stated
 from fire_atlas.effect.flakes.close_ups import HEIGHT
 from fire_atlas.effect.flakes.filmed import compare_with_filmed, is_hard
 from fire_atlas.effect.flakes.statistics import flake_figures
@@ -52,7 +52,8 @@ class BuildSentences:
             ValueError: The statistics are invalid.
         """
         motion = (_motion_sentence(*report) for report in read_reports(statistics).items())
-        images, heat = ImageErrors.of(statistics), read_heat_errors(statistics)
+        images = ImageErrors.of(statistics)
+        heat = read_stated(statistics, "heat_error", HeatError)
         return cls(
             pages=(
                 *(f"{file}: {error.sentence()}" for file, error in images.pages.items()),

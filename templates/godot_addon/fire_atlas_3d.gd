@@ -105,6 +105,8 @@ var _corner: Vector2
 # Whether the scene's pages hold straight colours, and show the sparks.
 var _is_straight: bool = false
 var _is_baked: bool = false
+# Whether the scene has smoke under its fire, which sprites in space do not show.
+var _has_smoke: bool = false
 # What is known of the views of fires with depth, by animation; and those of the shown fire.
 var _views: Dictionary = {}
 var _shown: Array[StringName] = []
@@ -144,7 +146,10 @@ func seek(time: float) -> void:
 
 
 func _get_configuration_warnings() -> PackedStringArray:
-	return FireParts.warnings(fire, _sprite != null, _is_baked and not sparks_shown)
+	var said := FireParts.warnings(fire, _sprite != null, _is_baked and not sparks_shown)
+	if _sprite != null and _has_smoke:
+		said.append("In space the fire is shown without its smoke: build it without maps.smoke.")
+	return said
 
 
 func _validate_property(property: Dictionary) -> void:
@@ -188,10 +193,8 @@ func _add(parts: FireParts) -> void:
 	_views = parts.root.get_meta("views", {})
 	_corner = parts.sprite.offset
 	_is_baked = parts.is_baked
-	var material: CanvasItemMaterial = parts.sprite.material as CanvasItemMaterial
-	_is_straight = (
-		material == null or material.blend_mode != CanvasItemMaterial.BLEND_MODE_PREMULT_ALPHA
-	)
+	_is_straight = parts.is_straight
+	_has_smoke = parts.has_smoke
 	_sprite = AnimatedSprite3D.new()
 	_sprite.sprite_frames = _as_rectangles(parts.sprite.sprite_frames)
 	_sprite.centered = false

@@ -12,6 +12,10 @@ var sparks: MultiMeshInstance2D
 var lamp: PointLight2D
 # Gives heat its colours; null if the pages have colours.
 var heat: ShaderMaterial
+# Whether there is smoke under the fire, which a shader of the scene draws.
+var has_smoke: bool = false
+# Whether the pages hold straight colours.
+var is_straight: bool = false
 # Whether the pages show the sparks, so that nothing else may.
 var is_baked: bool = false
 
@@ -53,7 +57,19 @@ func take(scene: Node) -> bool:
 	lamp = sprite.get_node_or_null("Light") as PointLight2D
 	heat = sprite.material as ShaderMaterial if sprite.has_node("Heat") else null
 	is_baked = sparks != null and not sparks.visible
+	_take_material()
 	return true
+
+
+# What the sprite's material tells of the pages.
+func _take_material() -> void:
+	var shaded: ShaderMaterial = sprite.material as ShaderMaterial
+	has_smoke = shaded != null and shaded.get_shader_parameter("smoke") != null
+	if has_smoke:
+		is_straight = shaded.get_shader_parameter("is_straight")
+		return
+	var plain: CanvasItemMaterial = sprite.material as CanvasItemMaterial
+	is_straight = plain == null or plain.blend_mode != CanvasItemMaterial.BLEND_MODE_PREMULT_ALPHA
 
 
 # Shows an animation from its first frame; says which there are if it is none of them.

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from fire_atlas.channels.heat.encode import heat_of
-from fire_atlas.channels.heat.learn import bins_of, joined, learn_ramp
+from fire_atlas.channels.heat.learn import bins_of, learn_ramp, merged
 from fire_atlas.channels.heat.ramp import MAX_STEP, luminance_of
 from fire_atlas.channels.heat.ready import ready_ramp
 from fire_atlas.cli import main
@@ -67,14 +67,14 @@ def test_ramps_of_any_colours_never_jump_nor_darken(
     colours: list[tuple[int, int, int, int]], alpha: str
 ) -> None:
     image = np.array([colours], np.uint8)
-    assert_is_ramp(learn_ramp(joined([bins_of(image)]), alpha, "srgb"), alpha, "srgb")
+    assert_is_ramp(learn_ramp(merged([bins_of(image)]), alpha, "srgb"), alpha, "srgb")
 
 
 def test_colours_of_a_curve_are_held_and_ordered_by_it() -> None:
     at = np.linspace(0, 1, 200)[:, None]
     curve = np.rint(np.hstack([255 * at, 255 * at**1.5, 120 * at**2, 255 * at**0.7]))
     image = curve.astype(np.uint8)[None]
-    ramp = learn_ramp(joined([bins_of(image)]), "premultiplied", "srgb")
+    ramp = learn_ramp(merged([bins_of(image)]), "premultiplied", "srgb")
     heat = heat_of(image, ramp)[0].astype(int)
     assert (np.diff(heat) >= 0).all()
     assert np.abs(ramp[heat].astype(int) - image[0]).max() <= 6
@@ -223,3 +223,19 @@ def test_embers_off_the_ramp_are_refused(
     assert "flakes.bake: false" in capsys.readouterr().err
     path.write_text(yaml.safe_dump({**recipe, "flakes": {"rate": 400, "bake": False}}))
     assert main(["build", str(path), "-q"]) == 0
+
+
+@pytest.mark.parametrize("bake", [True, False])
+def test_what_embers_in_the_pixels_cost_is_stated_with_advice(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], bake: bool
+) -> None:
+    path = tmp_path / "fire.yaml"
+    flakes = {"rate": 200, "bake": bake}
+    path.write_text(yaml.safe_dump({**PLAIN, "flakes": flakes, "atlas": {"pixels": "heat"}}))
+    assert main(["build", str(path)]) == 0
+    built = " ".join("".join(capsys.readouterr()).split())
+    assert main(["inspect", str(tmp_path / "build" / "fire.json")]) == 0
+    inspected = " ".join("".join(capsys.readouterr()).split())
+    for output in (built, inspected):
+        assert "one axis of heat holds the colours at" in output
+        assert ("flakes.bake: false leaves them" in output) == bake

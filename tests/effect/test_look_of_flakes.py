@@ -224,6 +224,19 @@ def test_pixels_without_flakes_stay_bit_for_bit_as_they_were(stored: bool) -> No
     assert np.array_equal(after, before)
 
 
+def test_a_frame_may_have_flakes_with_nothing_behind_them_alone() -> None:
+    settings = RenderSettings.of(recipe_of({}))
+    flame = np.zeros((8, 9, 4), np.uint8)
+    flame[:, :3] = (250, 120, 20, 255)
+    light = np.zeros((1, 8, 9), np.float32)
+    light[0, 4, 6] = 2
+    flakes = FlakeLight(light, np.array([[1, 0.5, 0.1]], np.float32))
+    shown = compose_layers(Layers(flame.copy(), flakes), settings, None)
+    assert shown[4, 6].any()
+    shown[4, 6] = 0
+    assert (shown == flame).all()
+
+
 @pytest.mark.parametrize("most", [40, 100])
 def test_a_loop_that_may_hold_few_flakes_is_as_full_at_its_end_as_at_its_beginning(
     most: int,

@@ -262,3 +262,31 @@ def test_web_clients_sample_the_pixels_of_our_textures_at_every_level(
         difference = np.abs(ours.astype(int) - theirs)[..., :channels]
         # GPUs interpolate BC1, BC3, BC4 and BC5 each with a rounding of its own.
         assert difference.max() <= 2
+
+
+@pytest.mark.parametrize(("name", "most_lost"), [("bc7", 1.1), ("astc-6x6", 0.5)])
+def test_straight_colours_that_hardly_show_cost_others_little(
+    name: str, most_lost: float, workers: Workers
+) -> None:
+    """Of the premultiplied image, to which bits go where they are seen, little is lost more."""
+    light = campfire(height=288, count=4).read(2)
+    found = dict[str, float]()
+    for alpha in ("straight", "premultiplied"):
+        image = encode_frame(light, alpha, "srgb")
+        height, width = image.shape[:2]
+        is_straight = alpha == "straight"
+        data = encode_blocks(image, FORMATS[name], False, workers, has_straight_colour=is_straight)
+        decoded = decode_blocks(data, width, height, FORMATS[name], False, workers)
+        found[alpha] = colour_texture_error(decoded, image, alpha, "srgb", workers).psnr
+    assert found["premultiplied"] - found["straight"] < most_lost
+
+
+@pytest.mark.parametrize("name", ["bc7", "astc-6x6"])
+def test_opaque_colours_are_encoded_as_they_are(name: str, fire: Bytes, workers: Workers) -> None:
+    opaque = fire.copy()
+    opaque[..., 3] = 255
+    plain, straight = (
+        encode_blocks(opaque, FORMATS[name], False, workers, has_straight_colour=each)
+        for each in (False, True)
+    )
+    assert plain == straight

@@ -196,6 +196,7 @@ def test_overwriting_spares_what_belongs_to_another_build(repo: Repo) -> None:
         {"exports": ["json", "json-array", "phaser", "css", "tpsheet", "godot", "unity"]},
         {"exports": ["aseprite"], "atlas": {"scales": [1, 0.5], "format": "webp"}},
         {"maps": {"motion": "godot", "flame": True, "flakes": True}, "exports": ["unity"]},
+        {"atlas": {"pixels": "heat4", "gpu": ["bc7.dds"]}, "exports": ["godot", "unity"]},
         {"flakes": "none", "tracks": ["light"]},
         {"tracks": ["json", "csv", "pcache", "hjson", "light"]},
     ],
@@ -208,3 +209,6 @@ def test_what_is_expected_before_any_work_is_written(repo: Repo, keys: dict[str,
     roles = {entry["path"]: entry["role"] for entry in listed(repo.build)["outputs"]}
     assert expected.items() <= (roles | {"fire.manifest.json": "manifest"}).items()
     assert expected.keys() <= written.keys() and "fire.manifest.json" in expected
+    images = {name for name, role in expected.items() if role in {"page", "map", "ramp"}}
+    settings = {f"{image}{ending}" for image in images for ending in (".import", ".meta")}
+    assert settings & written.keys() <= expected.keys()

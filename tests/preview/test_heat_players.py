@@ -211,3 +211,20 @@ def test_it_fades_as_other_objects_of_its_client_do(
     (shot,) = drawn(browser, client, fires, "fire", (FRAME, {"alpha": 0.5}))
     whole = fire.shown(fire.heat(FRAME), ground=GROUND)
     assert np.abs(shot - (whole + GROUND) / 2).max() <= 2
+
+
+def test_it_ends_with_its_last_frame_if_it_does_not_loop(browser: Browser, tmp_path: Path) -> None:
+    built(tmp_path, "once", timeline={"loop": "none"})
+    fire = HeatFire(tmp_path, "once")
+    last = len(fire.frames) - 1
+    moments: list[tuple[float, dict[str, Any]]] = [(last + 0.5, {}), (last + 20.0, {}), (-3.0, {})]
+    shots = drawn(browser, "three", tmp_path, "once", *moments)
+    for frame, shot in zip((last, last, 0), shots, strict=True):
+        assert np.abs(shot - fire.shown(fire.heat(frame), ground=GROUND)).max() <= 2
+
+
+def test_moments_before_a_loop_are_those_before_its_end(browser: Browser, fires: Path) -> None:
+    fire = HeatFire(fires)
+    (shot,) = drawn(browser, "three", fires, "fire", (-2.0, {}))
+    wanted = fire.shown(fire.heat(len(fire.frames) - 2), ground=GROUND)
+    assert np.abs(shot - wanted).max() <= 2

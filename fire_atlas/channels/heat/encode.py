@@ -1,14 +1,14 @@
 """Turn encoded frames into heat and back, and measure how well one axis holds their colours."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Self, cast
+from typing import NamedTuple, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import Bytes
+from fire_atlas.core.pixels import Bytes, psnr_of
 
 _COMPARED = 8192
 """Colours that are compared with all entries at a time, to limit memory."""
@@ -19,6 +19,9 @@ _VISIBLE = 2
 _OFF_RAMP = 64.0
 """Distance of a pixel's premultiplied colour from that of its heat, of 255 in each channel, beyond
 which it is another colour."""
+
+_CLOSE_FROM = 45.0
+"""Peak signal-to-noise ratio, dB, from which colours differ by little more than rounding."""
 
 SEEN_BELOW = 32.0
 """Peak signal-to-noise ratio, dB, under which the error is easily seen."""
@@ -64,36 +67,46 @@ class HeatError:
         rms: Root of the mean squared difference of premultiplied R, G, B and A over all visible
             pixels, of 255.
         off_ramp: Share of the light, 0..1, in pixels that get another colour.
+        has_flakes: Whether flakes are drawn into the pixels. They are light added to fire, which
+            lies beside the line of the fire's own colours.
     """
 
     rms: float
     off_ramp: float
+    has_flakes: bool
 
     @property
     def psnr(self) -> float:
         """Peak signal-to-noise ratio, dB; infinite if nothing differs."""
-        return 20 * math.log10(255 / self.rms) if self.rms else math.inf
+        return psnr_of(self.rms)
 
     def sentence(self) -> str:
         """Return the figures in words."""
         if not self.rms:
             return "one axis of heat holds the colours exactly"
-        off = f"; {100 * self.off_ramp:.1f} % of the light is off the ramp" if self.off_ramp else ""
-        return f"one axis of heat holds the colours at {self.psnr:.1f} dB{off}"
+        share = f"{100 * self.off_ramp:.1f}"
+        off = f"; {share} % of the light is off the ramp" if share != "0.0" else ""
+        flakes = (
+            "; flakes in the pixels may cost part of it: flakes.bake: false leaves them to "
+            "clients that draw tracks"
+            if self.has_flakes and self.psnr < _CLOSE_FROM
+            else ""
+        )
+        return f"one axis of heat holds the colours at {self.psnr:.1f} dB{off}{flakes}"
 
     @classmethod
-    def of(cls, parts: Iterable[ErrorSums]) -> Self:
+    def of(cls, parts: Iterable[ErrorSums], *, has_flakes: bool) -> Self:
         """Return the error of all frames."""
         known = list(parts)
         values = sum(each.values for each in known)
         light = sum(each.light for each in known)
         rms = math.sqrt(sum(each.squares for each in known) / values) if values else 0.0
         off = sum(each.light_off for each in known) / light if light else 0.0
-        return cls(round(rms, 3), round(off, 4))
+        return cls(round(rms, 3), round(off, 4), has_flakes)
 
 
-def compared(image: Bytes, heat: Bytes, ramp: Bytes) -> ErrorSums:
-    """Return the differences between encoded pixels (h, w, 4) and what the ramp gives for their
+def error_sums(image: Bytes, heat: Bytes, ramp: Bytes) -> ErrorSums:
+    """Sum how far encoded pixels (h, w, 4) are from the colours that the ramp gives for their
     heat (h, w)."""
     exact, ours = image.astype(np.float32), ramp[heat].astype(np.float32)
     light = exact[..., :3].max(axis=2)
@@ -102,28 +115,3 @@ def compared(image: Bytes, heat: Bytes, ramp: Bytes) -> ErrorSums:
     squares = (miss.astype(np.float64) ** 2).sum(axis=1)
     off = light[squares > _OFF_RAMP**2]
     return ErrorSums(float(squares.sum()), 4 * len(miss), float(light.sum()), float(off.sum()))
-
-
-def heat_statistics(errors: Mapping[str, HeatError]) -> dict[str, Any]:
-    """Return the manifest's statistics of heat, by the names of animations."""
-    figures = {name: {"rms": e.rms, "off_ramp": e.off_ramp} for name, e in errors.items()}
-    return {"heat_error": figures} if figures else {}
-
-
-def read_heat_errors(statistics: dict[str, Any]) -> dict[str, HeatError]:
-    """Return the errors of heat by the names of animations, from a manifest's statistics.
-
-    Raises:
-        ValueError: The figures are not in the form that ``heat_statistics`` writes.
-    """
-    figures = statistics.get("heat_error", {})
-    if not isinstance(figures, dict):
-        raise ValueError(f"{figures!r} are no errors of heat")
-    return {name: _error(entry) for name, entry in figures.items()}
-
-
-def _error(entry: Any) -> HeatError:
-    match entry:
-        case {"rms": float() | int() as rms, "off_ramp": float() | int() as off}:
-            return HeatError(rms, off)
-    raise ValueError(f"{entry!r} is no error of heat")

@@ -81,7 +81,7 @@ def _grouped(keys: NDArray[np.int64], sums: NDArray[np.int64]) -> Bins:
     return Bins(keys[first], np.add.reduceat(sums, first, axis=0) if len(first) else sums)
 
 
-def joined(parts: Iterable[Bins]) -> Colours:
+def merged(parts: Iterable[Bins]) -> Colours:
     """Return the colours of the pixels of several images."""
     total = Bins(np.zeros(0, np.int64), np.zeros((0, 5), np.int64))
     for part in parts:

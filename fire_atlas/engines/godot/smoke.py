@@ -15,9 +15,7 @@ def smoke_of(product: Product, sheet: AtlasSheet, options: GodotOptions) -> dict
     if len(files) != 1 or options.version != 4 or sheet.heat is not None:
         return None
     unshaded = bool(product.tracks or product.lights)
-    shader = rendered_text(
-        "smoke.gdshader", alpha=sheet.alpha, pixel_art=product.pixel_art, unshaded=unshaded
-    )
+    shader = rendered_text("smoke.gdshader", pixel_art=product.pixel_art, unshaded=unshaded)
     return {"image": (files[0], image_uid(product, files[0])), "shader": shader}
 
 

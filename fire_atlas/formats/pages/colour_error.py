@@ -2,13 +2,12 @@
 it."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from fire_atlas.core.pixels import Bytes
+from fire_atlas.core.pixels import Bytes, psnr_of
 from fire_atlas.core.workers import Workers
 
 _BAND_ROWS = 128
@@ -34,7 +33,7 @@ class ColourError:
     @property
     def psnr(self) -> float:
         """Peak signal-to-noise ratio, dB; infinite if nothing differs."""
-        return 20 * math.log10(255 / self.rms) if self.rms else math.inf
+        return psnr_of(self.rms)
 
     def sentence(self) -> str:
         """Return the figures in words."""
@@ -86,28 +85,3 @@ def _light(image: Bytes, straight: bool) -> np.ndarray[Any, np.dtype[np.int64]]:
     """Return the premultiplied colours of an image, (H, W, 3), in 1/255 of a step."""
     alpha = image[..., 3:].astype(np.int64) if straight else 255
     return image[..., :3].astype(np.int64) * alpha
-
-
-def error_statistics(errors: Mapping[str, ColourError]) -> dict[str, Any]:
-    """Return the manifest's statistics of lossy images, by the names of their files."""
-    figures = {file: {"rms": e.rms, "largest": e.largest} for file, e in errors.items()}
-    return {"colour_error": figures} if figures else {}
-
-
-def read_errors(statistics: dict[str, Any]) -> dict[str, ColourError]:
-    """Return the errors of lossy images by the names of their files, from a manifest's statistics.
-
-    Raises:
-        ValueError: The figures are not in the form that ``error_statistics`` writes.
-    """
-    figures = statistics.get("colour_error", {})
-    if not isinstance(figures, dict):
-        raise ValueError(f"{figures!r} are no errors of colours")
-    return {file: _error(entry) for file, entry in figures.items()}
-
-
-def _error(entry: Any) -> ColourError:
-    match entry:
-        case {"rms": float() | int() as rms, "largest": float() | int() as largest}:
-            return ColourError(rms, largest)
-    raise ValueError(f"{entry!r} is no error of colours")

@@ -2,9 +2,9 @@
 manifest, read from it."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,28 +133,3 @@ def _percentile(counts: NDArray[np.int64]) -> float:
         return 0.0
     step = int(np.searchsorted(np.cumsum(counts), math.ceil(_HUE_PERCENTILE * total)))
     return round((step + 1) * _HUE_STEP, 1)
-
-
-def texture_statistics(errors: Mapping[str, TextureError]) -> dict[str, Any]:
-    """Return the manifest's statistics of textures, by the names of their files."""
-    figures = {file: {"psnr": each.psnr, "hue": each.hue} for file, each in errors.items()}
-    return {"gpu": figures} if figures else {}
-
-
-def read_texture_errors(statistics: dict[str, Any]) -> dict[str, TextureError]:
-    """Return the errors of textures by the names of their files, from a manifest's statistics.
-
-    Raises:
-        ValueError: The figures are not in the form that ``texture_statistics`` writes.
-    """
-    figures = statistics.get("gpu", {})
-    if not isinstance(figures, dict):
-        raise ValueError(f"{figures!r} are no errors of textures")
-    return {file: _error(entry) for file, entry in figures.items()}
-
-
-def _error(entry: Any) -> TextureError:
-    match entry:
-        case {"psnr": float() | int() as psnr, "hue": (float() | int() | None) as hue}:
-            return TextureError(psnr, hue)
-    raise ValueError(f"{entry!r} is no error of a texture")

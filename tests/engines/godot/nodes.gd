@@ -123,6 +123,23 @@ func walk(job: Dictionary) -> Dictionary:
 	return answer
 
 
+# Answers a picture of a FireAtlas3D at `time` from its front, and what the editor warns of.
+func front(job: Dictionary) -> Array:
+	var eye := Camera3D.new()
+	eye.set_orthogonal(job["height"], 0.01, 100.0)
+	eye.position.z = 10.0
+	add_child(eye)
+	eye.make_current()
+	var fire := _fire("3d", job["scene"])
+	fire.playing = false
+	add_child(fire)
+	fire.seek(job["time"])
+	var answer := [await _picture(), fire._get_configuration_warnings()]
+	fire.free()
+	eye.free()
+	return answer
+
+
 func _fire(kind: String, scene: String) -> Node:
 	var fire: Node = load(ADDON % kind).new()
 	fire.fire = load(scene)

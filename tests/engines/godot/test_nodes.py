@@ -4,6 +4,7 @@ import json
 import math
 import shutil
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -67,11 +68,13 @@ def build(folder: Path, name: str, recipe: Mapping[str, Any]) -> None:
 
 
 def over(window: Picture, atlas: AtlasFile, frame: int, at: tuple[float, float]) -> Picture:
-    """Return a window with a premultiplied frame over it, whose own (0, 0) is at a place of it."""
+    """Return a window with a frame over it, whose own (0, 0) is at a place of it."""
     x, y = round(at[0]), round(at[1])
     assert (x, y) == pytest.approx(at, abs=0.01)
     layer = np.zeros((*window.shape[:2], 4))
-    cell = list(cut_frames(atlas))[frame]
+    cell = list(cut_frames(atlas))[frame].astype(float)
+    if atlas.sheet.alpha == "straight":
+        cell[..., :3] *= cell[..., 3:] / 255
     top, left = max(-y, 0), max(-x, 0)
     seen = cell[top : window.shape[0] - y, left : window.shape[1] - x]
     layer[y + top : y + top + seen.shape[0], x + left : x + left + seen.shape[1]] = seen
@@ -219,3 +222,27 @@ def test_a_camera_walks_round_a_fire(torch: Path, godot4: Godot4) -> None:
     assert right == pytest.approx((off[0][0] - off[2][0]) / 2, abs=0.02)
     assert front == pytest.approx((off[3][0] - off[1][0]) / 2, abs=0.02)
     assert up * math.cos(elevation) == pytest.approx(-np.mean([y for _, y in off]), abs=0.02)
+
+
+@pytest.mark.parametrize("alpha", ["premultiplied", "straight"])
+def test_in_space_fire_is_blended_as_its_pages_are_though_a_shader_draws_its_smoke(
+    game: Path, godot4: Godot4, alpha: str
+) -> None:
+    source = {"path": str(shipped("samples") / "explosion"), "count": 8, "fps": 24, "height": 120}
+    build(game, f"smoky_{alpha}", {
+        "source": source, "flakes": "none", "timeline": {"loop": "none"}, "tracks": [],
+        "atlas": {"alpha": alpha, "pivot": [0.5, 0.5]}, "maps": {"smoke": True},
+        "exports": ["json", "godot"],
+    })  # fmt: skip
+    job = asked("front", f"smoky_{alpha}", time=FRAME, height=SIZE[1] * 0.01)
+    shot, warnings = godot4.run(game, [job], SIZE)[0]
+    assert warnings == [
+        "In space the fire is shown without its smoke: build it without maps.smoke."
+    ]
+    atlas = read_atlas(game / f"smoky_{alpha}.json")
+    atlas = replace(atlas, sheet=replace(atlas.sheet, maps=()))  # the page alone, without its smoke
+    at = corner(atlas, FRAME, (SIZE[0] / 2, SIZE[1] / 2))
+    shown = picture(shot).astype(int)
+    wanted = over(ground(shown[0, 0]), atlas, FRAME, at)
+    assert wanted.max() > 150
+    assert np.abs(shown - wanted).max() <= 8
