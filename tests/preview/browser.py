@@ -10,6 +10,7 @@ from threading import Timer
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fire_atlas.cli import main
 from fire_atlas.core.pixels import Bytes
@@ -20,6 +21,17 @@ _MODULES = _HERE.parent / "exporters" / "web" / "node_modules"
 
 _SECONDS = 120
 """Maximum length of a visit."""
+
+_WATCH = """new Promise((done) => {
+  const seen = [];
+  new MutationObserver(() => {
+    const caption = document.getElementById("caption").textContent;
+    const time = document.timeline.currentTime;
+    seen.push([time, Number(document.getElementById("now").textContent), caption]);
+    const passed = time - seen[0][0];
+    if (UNTIL) done(seen);
+  }).observe(document.getElementById("caption"), {childList: true});
+})"""
 
 COUNT = 6
 """Frames of what is built if a test asks for no other number."""
@@ -75,6 +87,28 @@ def picture(result: dict[str, Any]) -> Bytes:
     """Return the pixels of a canvas (H, W, 4) uint8."""
     width, height = result["size"]
     return np.frombuffer(base64.b64decode(result["rgba"]), np.uint8).reshape(height, width, 4)
+
+
+def watch(until: str) -> tuple[str, str]:
+    """Return a step that gives all that a page tells as it plays: [its time in ms, frame, caption].
+
+    It ends as soon as ``until`` holds, a condition in JavaScript of the ms that have ``passed``, of
+    the ``caption``, and of all that was ``seen``.
+    """
+    return "run", _WATCH.replace("UNTIL", until)
+
+
+def off_time(
+    frames: NDArray[np.int64], times: NDArray[np.float64], each: float, total: int
+) -> NDArray[np.float64]:
+    """Return how far ``frames`` (n,) are from where ``times`` (n,) in ms lead from the first one.
+
+    Frames last ``each`` ms and come again after ``total``. On a busy machine a browser leaves
+    frames out, but those that it shows are less than one from there (times are rounded to 0.1 ms).
+    """
+    off: NDArray[np.float64] = frames - frames[0] - (times - times[0]) / each
+    off -= np.round(off / total) * total
+    return off
 
 
 def built(folder: Path, *preview: str, count: int = COUNT, **keys: Any) -> Path:
