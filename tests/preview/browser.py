@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from fire_atlas.cli import main
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.shipped import shipped
+from tests.support.requirements import node_modules
 
 _HERE = Path(__file__).parent
-_MODULES = _HERE.parent / "exporters" / "web" / "node_modules"
 
 _SECONDS = 120
 """Maximum length of a visit."""
@@ -50,9 +50,9 @@ class Browser:
     """A browser that is open for many visits, each in a profile of its own."""
 
     def __init__(self, node: str) -> None:
-        modules = os.environ.get("FIRE_ATLAS_NODE_MODULES") or str(_MODULES)
+        named = {"FIRE_ATLAS_NODE_MODULES": str(node_modules())}
         self._driver = subprocess.Popen(
-            [node, _HERE / "drive.mjs"], env={**os.environ, "FIRE_ATLAS_NODE_MODULES": modules},
+            [node, _HERE / "drive.mjs"], env={**os.environ, **named},
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8",
         )  # fmt: skip
 
