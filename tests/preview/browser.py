@@ -10,16 +10,28 @@ from threading import Timer
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fire_atlas.cli import main
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.shipped import shipped
+from tests.support.requirements import node_modules
 
 _HERE = Path(__file__).parent
-_MODULES = _HERE.parent / "exporters" / "web" / "node_modules"
 
 _SECONDS = 120
 """Maximum length of a visit."""
+
+_WATCH = """new Promise((done) => {
+  const seen = [];
+  new MutationObserver(() => {
+    const caption = document.getElementById("caption").textContent;
+    const time = document.timeline.currentTime;
+    seen.push([time, Number(document.getElementById("now").textContent), caption]);
+    const passed = time - seen[0][0];
+    if (UNTIL) done(seen);
+  }).observe(document.getElementById("caption"), {childList: true});
+})"""
 
 COUNT = 6
 """Frames of what is built if a test asks for no other number."""
@@ -38,9 +50,9 @@ class Browser:
     """A browser that is open for many visits, each in a profile of its own."""
 
     def __init__(self, node: str) -> None:
-        modules = os.environ.get("FIRE_ATLAS_NODE_MODULES") or str(_MODULES)
+        named = {"FIRE_ATLAS_NODE_MODULES": str(node_modules())}
         self._driver = subprocess.Popen(
-            [node, _HERE / "drive.mjs"], env={**os.environ, "FIRE_ATLAS_NODE_MODULES": modules},
+            [node, _HERE / "drive.mjs"], env={**os.environ, **named},
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8",
         )  # fmt: skip
 
@@ -75,6 +87,28 @@ def picture(result: dict[str, Any]) -> Bytes:
     """Return the pixels of a canvas (H, W, 4) uint8."""
     width, height = result["size"]
     return np.frombuffer(base64.b64decode(result["rgba"]), np.uint8).reshape(height, width, 4)
+
+
+def watch(until: str) -> tuple[str, str]:
+    """Return a step that gives all that a page tells as it plays: [its time in ms, frame, caption].
+
+    It ends as soon as ``until`` holds, a condition in JavaScript of the ms that have ``passed``, of
+    the ``caption``, and of all that was ``seen``.
+    """
+    return "run", _WATCH.replace("UNTIL", until)
+
+
+def off_time(
+    frames: NDArray[np.int64], times: NDArray[np.float64], each: float, total: int
+) -> NDArray[np.float64]:
+    """Return how far ``frames`` (n,) are from where ``times`` (n,) in ms lead from the first one.
+
+    Frames last ``each`` ms and come again after ``total``. On a busy machine a browser leaves
+    frames out, but those that it shows are less than one from there (times are rounded to 0.1 ms).
+    """
+    off: NDArray[np.float64] = frames - frames[0] - (times - times[0]) / each
+    off -= np.round(off / total) * total
+    return off
 
 
 def built(folder: Path, *preview: str, count: int = COUNT, **keys: Any) -> Path:

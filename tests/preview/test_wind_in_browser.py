@@ -9,7 +9,7 @@ import pytest
 from fire_atlas.cli import main
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.frames import cut_frames
-from tests.preview.browser import Browser, assert_quiet, picture, previewed
+from tests.preview.browser import Browser, assert_quiet, picture, previewed, watch
 from tests.support.wind import LEVELS, SILK, Place, Walker, recipe_in
 
 LOOK = ("look",)
@@ -28,8 +28,8 @@ def walker(page: Path) -> Walker:
     return Walker.of(page.with_name("fire.json"))
 
 
-def place_of(frame: str) -> Place:
-    _, name, number = frame.split("/")
+def place_of(caption: str) -> Place:
+    _, name, number = caption.split(" ")[0].split("/")
     return name, int(number)
 
 
@@ -71,27 +71,19 @@ def test_twenty_random_moves_of_the_slider_show_what_a_game_shows(
 def test_it_plays_through_all_winds_in_between(
     browser: Browser, page: Path, walker: Walker
 ) -> None:
-    watch = f"""new Promise((done) => {{
-      const seen = [];
-      const watch = new MutationObserver(() => {{
-        const frame = {SHOWN};
-        if (frame !== seen.at(-1)) seen.push(frame);
-        if (frame.includes("/wind_2/")) done(seen);
-      }});
-      watch.observe(document.getElementById("caption"), {{childList: true}});
-      setTimeout(() => done(seen), 30000);
-    }})"""
-    seen = browser.visit(page, *set_wind(2), ("run", watch), moves=True)
+    until = "caption.includes('/wind_2/') || passed > 30000"
+    seen = browser.visit(page, *set_wind(2), watch(until), moves=True)
     assert_quiet(seen, page)
-    places = [place_of(frame) for frame in seen.results[-1]]
-    now, names = places[0], [places[0][0]]
-    for place in places[1:]:
-        passed = 0
-        while now != place and passed < 24:
+    began, _, first = seen.results[-1][0]
+    now, passed = place_of(first), 0
+    names = [now[0]]
+    for time, _, caption in seen.results[-1]:
+        frames = (time - began) * walker.atlas.sheet.fps / 1000
+        while passed < frames - 1.01 or (now != place_of(caption) and passed < frames):
             now = walker.after(now, 2)
             passed += 1
-        assert now == place
-        names += [place[0]] if place[0] != names[-1] else []
+            names += [now[0]] if now[0] != names[-1] else []
+        assert now == place_of(caption)
     assert set(names) <= {"wind_0", "wind_0_1", "wind_1", "wind_1_2", "wind_2"}
     assert len(names) > 2 and names[-1] == "wind_2"
 

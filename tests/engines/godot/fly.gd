@@ -1,6 +1,6 @@
 # Answers where the player puts flakes: at given times in frames, while the sprite is set to frames,
-# and while it plays for `seconds`, with its frame.
-# Job: {"scene", "animation", "times": [...], "frames": [...], "seconds"}
+# and while it plays for `ticks` of 1/60 s, with its frame.
+# Job: {"scene", "animation", "times": [...], "frames": [...], "ticks"}
 extends "res://job.gd"
 
 
@@ -27,8 +27,7 @@ func run(job):
 	node.frame = 0
 	node.play(job["animation"])
 	var played = []
-	var end = OS.get_ticks_msec() + 1000 * job["seconds"]
-	while OS.get_ticks_msec() < end:
+	for _tick in range(job["ticks"]):
 		yield(self, "idle_frame")
 		played.append([node.frame, _seen(flakes.multimesh)])
 	node.stop()

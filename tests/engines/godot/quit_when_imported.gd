@@ -6,19 +6,23 @@ extends EditorPlugin
 # which the user then comes back to the editor.
 
 const CALM_FRAMES = 8
-# While the editor imports, it draws its progress in frames within a frame, one in 200 ms at most, of
-# which nothing else tells: to quit in one of them ends the import, with errors or a crash.
-const WITHIN_AN_IMPORT = 150  # ms between frames
 const LATER = "res://later.json"
 
 var calm = 0
-var last = 0
+# The dialog that is seen as long as an import is under way. It draws itself in frames within a frame,
+# in which nothing else tells of the import.
+var progress
 
 
 func _enter_tree():
-	var files = get_editor_interface().get_resource_filesystem()
+	var editor = get_editor_interface()
+	var files = editor.get_resource_filesystem()
 	files.connect("filesystem_changed", self, "_begin_anew")
 	files.connect("sources_changed", self, "_begin_anew")
+	editor.get_editor_settings().set_setting("interface/editor/quit_confirmation", false)
+	for each in editor.get_base_control().get_children():
+		if each.get_class() == "ProgressDialog":
+			progress = each
 
 
 func _begin_anew(_exist = false):
@@ -26,16 +30,15 @@ func _begin_anew(_exist = false):
 
 
 func _process(_delta):
-	var files = get_editor_interface().get_resource_filesystem()
-	var now = OS.get_ticks_msec()
-	var busy = files.is_scanning() or now - last > WITHIN_AN_IMPORT
-	last = now
+	var busy = get_editor_interface().get_resource_filesystem().is_scanning() or progress.visible
 	calm = 0 if busy else calm + 1
 	if calm < CALM_FRAMES:
 		return
 	calm = 0
 	if not _do_what_is_left():
-		get_tree().quit()
+		# As one closes its window: after `quit()` alone, the nodes are freed while a thread still draws
+		# previews of what was imported, and the editor crashes, or finds its nodes busy.
+		get_tree().notification(MainLoop.NOTIFICATION_WM_QUIT_REQUEST)
 
 
 func _do_what_is_left():

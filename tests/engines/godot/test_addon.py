@@ -92,10 +92,8 @@ script_encryption_key=""
 OF_ITS_OWN = (
     "ERROR: _reimport_file: BUG: File queued for import",
     "ERROR: _reimport_file: Method failed",
-    "WARNING: _notification: Scan thread aborted",
 )
-"""What this version of the engine says of all imported scenes that refer to others, and of any
-add-on that imports as the editor quits."""
+"""What this version of the engine says of all imported scenes that refer to others."""
 
 
 def game_with_addon(folder: Path, command: str) -> Game:

@@ -104,7 +104,7 @@ def test_godot_3_flies_every_flake_of_every_frame_as_the_tracks_have_it(
     _, frames, pivot = built_tracks(folder)
     shown = [0, 7, len(frames) - 1, 7]
     job = {"scene": "res://fire.tscn", "animation": "fire", "times": sought_times(len(frames))}
-    answer = game.ask("fly.gd", {**job, "frames": shown, "seconds": 0}, SIZE)
+    answer = game.ask("fly.gd", {**job, "frames": shown, "ticks": 0}, SIZE)
     assert_flown(answer["sought"], folder, loop)
     for i, seen in zip(shown, answer["followed"], strict=True):
         assert_alike(seen, wanted(frames[i], pivot))
@@ -297,7 +297,7 @@ def test_godot_3_plays_all_rounds_of_the_tracks(godot: None, tmp_path: Path) -> 
     flakes_alone(game.folder, tracks_of_three_rounds(), 3)
     assert game.import_all() == []
     job = {"scene": "res://game.tscn", "animation": "campfire", "times": [], "frames": [0]}
-    played = game.ask("fly.gd", {**job, "seconds": 2.4}, (60, 60))["played"]
+    played = game.ask("fly.gd", {**job, "ticks": 90}, (60, 60))["played"]
     assert_goes_through_all_rounds(played[2:])
 
 
