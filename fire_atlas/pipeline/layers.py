@@ -225,7 +225,10 @@ def _with_flakes(
             return whole
     behind = values.take(lit).view(whole.dtype).reshape(1, -1, 4)
     under = np.ascontiguousarray(as_light(behind)[0].T)
-    pixels = compose(under, flakes.at(lit), composite.blend, space, palette)
+    dots = None
+    if palette is not None and not settings.pixel_art:
+        dots = flakes.dots().reshape(-1).take(lit)
+    pixels = compose(under, flakes.at(lit), composite.blend, space, palette, dots)
     values[lit] = _as_values(pixels, space, is_ready)
     return whole
 

@@ -306,8 +306,9 @@ class Composite(Settings):
     intensity: float = Field(default=1.0, ge=0, le=100)
     """Multiplier of the flakes' light, in the pixels and in the tracks."""
     palette: Annotated[Literal["auto", "none", "clip"], OFF] = "auto"
-    """``clip``: flakes are opaque, in the nearest colours that occur in the clip. ``auto``: so for
-    flat art and pixel art (``flakes.class``), else ``none``."""
+    """``clip``: flakes are opaque, each in the nearest colour that occurs in the clip; soft ones
+    are dots with smooth edges, hard ones whole pixels. ``auto``: so for flat art and pixel art
+    (``flakes.class``), else ``none``."""
 
 
 _NONE_OR_BLOCK = either("`none` or a block of settings")

@@ -39,6 +39,7 @@ def compose(
     blend: str,
     blend_space: str,
     palette: NDArray[np.float32] | None = None,
+    dots: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
     """Blend flakes with the flame behind them, pixel by pixel: (4, pixels).
 
@@ -55,7 +56,11 @@ def compose(
         blend_space: Where the client blends, which decides how much coverage light needs.
         palette: (colours, 3) sRGB in 0..1. If given, pixels whose flakes are bright enough to be
             seen take the nearest of these colours, fully opaque; all others stay as they are.
+        dots: (pixels,), coverage of the dots as which flakes of a palette are painted, as from
+            ``FlakeLight.dots``; None for pixel art, whose pixels are covered wholly or not at all.
     """
+    if palette is not None and dots is not None:
+        return _painted(under, flakes, palette, dots)
     brightest = expose(flakes.max(axis=0))
     shown = encode_unit(brightest)
     coverage, behind = under[3], under[:3]
@@ -72,11 +77,27 @@ def compose(
         pixels[3] = np.maximum(coverage + brightest * (1 - coverage), needed)
         pixels[:3] = light
     if palette is not None:
-        pixels[:3] = _nearest_colours(pixels, palette)
+        pixels[:3] = _nearest_colours(pixels[:3], palette)
         pixels[3] = 1.0
         faint = shown < _MIN_VISIBLE
         pixels[:, faint] = under[:, faint]
     return pixels
+
+
+def _painted(
+    under: NDArray[np.float32],
+    flakes: NDArray[np.float32],
+    palette: NDArray[np.float32],
+    dots: NDArray[np.float32],
+) -> NDArray[np.float32]:
+    """Return the flame (4, pixels) with ``dots`` over it, each in one of the palette's colours.
+
+    It is the nearest to the colour of the flakes (3, pixels) at full light, so that a dot is as
+    bright at its edge as in its middle.
+    """
+    full = flakes / np.maximum(flakes.max(axis=0), _MIN_DIVISOR)
+    over = np.vstack([_nearest_colours(full, palette), np.ones_like(dots)[None]])
+    return as_plane(under + (over - under) * dots)
 
 
 def _as_seen(light: NDArray[np.float32], coverage: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -184,8 +205,8 @@ def _opaque_codes(clip: Clip, i: int) -> NDArray[np.int64]:
 def _nearest_colours(
     pixels: NDArray[np.float32], palette: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Linear light (3, pixels) of the palette colour nearest in sRGB to each of (4, pixels)."""
-    shown = encode_unit(pixels[:3])
+    """Linear light (3, pixels) of the palette colour nearest in sRGB to each of (3, pixels)."""
+    shown = encode_unit(pixels)
     # |p − s|² − |s|². Not a matrix product: numpy's threads may change its last bits.
     square = (palette**2).sum(axis=1) - 2 * np.einsum("ci,jc->ij", shown, palette)
     return srgb_to_linear(palette[np.argmin(square, axis=1)]).T

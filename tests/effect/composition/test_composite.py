@@ -5,9 +5,16 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import encode_frame
-from fire_atlas.core.pixels import encode_bytes, expose, linear_to_srgb, srgb_to_linear
+from fire_atlas.core.pixels import (
+    as_plane,
+    encode_bytes,
+    expose,
+    linear_to_srgb,
+    srgb_to_linear,
+)
 from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.composition.composite import compose
+from fire_atlas.effect.flakes.layer import FlakeLight
 
 
 def _flame(light: float, alpha: float) -> NDArray[np.float32]:
@@ -143,3 +150,31 @@ def test_blur_takes_the_field_where_flakes_do_though_the_grid_overhangs_the_fram
     # Cells' centres are at 32 and 96 px: at 33.5 px the field moves at 23.4 px/s, or 1.17 px to
     # either side, of which the inner px is seen; and 5 % of light is put back.
     assert blurred[33, 33, 0] == pytest.approx(1.05 / 2.34, abs=0.02)
+
+
+def test_dots_are_discs_with_smooth_edges() -> None:
+    """Light that falls as a Gaussian ends where it is shown as a quarter of white."""
+    y, x = np.mgrid[:41, :41]
+    edge = float(srgb_to_linear(np.array(0.25)))
+    for radius in (1.8, 3.0, 7.5):
+        distance = np.hypot(x - 20.3, y - 19.6)
+        light = edge / (1 - edge) * np.exp((radius**2 - distance**2) / 12)
+        layer = FlakeLight(as_plane(light)[None], np.array([[1, 0.4, 0.1]], np.float32))
+        cover = layer.dots()
+        assert cover.sum() == pytest.approx(np.pi * radius**2, rel=0.03)
+        assert (cover[distance < radius - 1] == 1).all()
+        assert (cover[distance > radius + 1] == 0).all()
+        between = (cover > 0.02) & (cover < 0.98)
+        assert between.sum() > np.pi * radius, "steps of whole pixels would be seen"
+
+
+def test_a_dot_has_one_colour_of_the_palette_from_middle_to_edge() -> None:
+    palette = np.array([[0.9, 0.2, 0.1], [1.0, 0.7, 0.1], [0.2, 0.1, 0.1]], np.float32)
+    falling = np.geomspace(3, 0.05, 12, dtype=np.float32)
+    flakes = as_plane(np.outer([1.0, 0.45, 0.01], falling))
+    dots = np.linspace(1, 0, 12, dtype=np.float32)
+    flame = _flame(0.2, 1.0)[:, :1].repeat(12, axis=1)
+    out = compose(flame, flakes, "add", "srgb", palette, dots)
+    painted = srgb_to_linear(palette[1])[:, None]
+    assert np.allclose(out[:3], flame[:3] + (painted - flame[:3]) * dots, atol=1e-6)
+    assert np.allclose(out[3], flame[3] + (1 - flame[3]) * dots)

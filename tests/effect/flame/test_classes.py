@@ -148,16 +148,33 @@ def test_the_paper_knows_no_classes() -> None:
     assert recipe.flakes != "none" and recipe.flakes.fire_class == "auto" and notes == []
 
 
-@pytest.mark.parametrize("name", ["pixel torch", "flat vector fire"])
-def test_drawings_get_flakes_in_their_own_colours_alone(name: str) -> None:
+def test_pixel_art_gets_flakes_in_its_own_colours_alone() -> None:
     """Every pixel that flakes have changed has a colour that occurs in the clip."""
-    effect = run_effect(KINDS[name](), {"flakes": {"rate": 120}})
+    effect = run_effect(KINDS["pixel torch"](), {"flakes": {"rate": 120}})
     count = effect.clip.count
     own = np.unique(np.concatenate([_codes(effect.clip.read(i)).ravel() for i in range(count)]))
     shown, plain = (_codes(read(count // 2)) for read in (effect.finished, effect.clip.read))
     changed = shown[shown != plain]
     assert changed.size
     assert np.isin(changed, own).all()
+
+
+def test_flat_art_gets_dots_in_its_own_colours_with_smooth_edges() -> None:
+    """A pixel that flakes have changed has a colour of the clip, or lies between one and what it
+    covers: (p - q) is a multiple of (c - q)."""
+    effect = run_effect(KINDS["flat vector fire"](), {"flakes": {"rate": 120}})
+    frames = [effect.clip.read(i) for i in range(effect.clip.count)]
+    colours = np.concatenate([unpremultiply(each)[each[..., 3] > 0.5] for each in frames])
+    own = np.unique(np.insert(colours, 3, 1.0, axis=1), axis=0)
+    shown, plain = (read(len(frames) // 2) for read in (effect.finished, effect.clip.read))
+    changed = (np.abs(shown - plain) > 1e-3).any(axis=2)
+    shown, plain = shown[changed], plain[changed]
+    way = own - plain[:, None]
+    part = np.clip(((shown - plain)[:, None] * way).sum(2) / ((way**2).sum(2) + 1e-9), 0, 1)
+    off = np.abs(plain[:, None] + part[..., None] * way - shown[:, None]).max(axis=2)
+    assert off.min(axis=1).max() < 0.01
+    whole = (np.abs(own - shown[:, None]).max(axis=2) < 0.01).any(axis=1)
+    assert 0.3 < whole.mean() < 0.95, "dots, and their edges"
 
 
 def _codes(pixels: Pixels) -> NDArray[np.int64]:
