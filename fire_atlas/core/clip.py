@@ -154,6 +154,18 @@ class Clip:
         return brightness_of(self.picture(i), self.blend_space)
 
 
+class ProxiedClip(NamedTuple):
+    """A clip, and a small copy of it by which it is judged before it is read.
+
+    Attributes:
+        clip: The clip.
+        proxy: The same frames, small.
+    """
+
+    clip: Clip
+    proxy: Clip
+
+
 def cropped(clip: Clip, window: Window) -> Clip:
     """Return the clip with every frame cropped to ``window``, and without depth."""
     flow = clip.flow

@@ -123,6 +123,19 @@ def curl_differences(stream: Plane) -> tuple[Plane, Plane]:
     return as_plane(right), as_plane(padded[1:-1, :-2] - padded[1:-1, 2:])
 
 
+_DRAWN = 16
+"""Number of pairs of waves that are drawn, of which one is used."""
+
+
+def _nearest_return(waves: NDArray[np.float64], period: int) -> float:
+    """Return the smallest squared distance between phases two or more steps apart of ``waves`` (n,)
+    that turn so many times in ``period`` steps: each wave adds 0 if its phases are the same, 1 if
+    they are opposite."""
+    lags = np.arange(2, period - 1)
+    distance = (np.sin(np.pi * np.outer(waves, lags) / period) ** 2).sum(axis=0)
+    return float(distance.min(initial=len(waves)))
+
+
 class BlurredCurlNoise:
     """Curl noise from blurred white noise, which changes smoothly and periodically with time."""
 
@@ -132,9 +145,12 @@ class BlurredCurlNoise:
         """Draw noise of ``shape`` (h, w) that repeats after ``period``; ``at`` blurs it by a
         Gaussian of ``sigma`` px."""
         self._noise = chance.normal(0, 1, (6, *shape)).astype(np.float32)
-        fast = np.maximum(np.rint(chance.uniform(0.10, 0.35, 2) * period), 1)
-        # One wave as long as the period, so that nothing repeats before it ends.
-        self._frequency = np.array([1, *fast]) / period
+        drawn = np.maximum(np.rint(chance.uniform(0.10, 0.35, (_DRAWN, 2)) * period), 1)
+        # One wave is as long as the period, so that nothing repeats before it ends. Two that came
+        # back together long before would leave that one alone to tell the times apart.
+        waves = np.concatenate([np.ones((_DRAWN, 1)), drawn], axis=1)
+        apart = [_nearest_return(each, period) for each in waves]
+        self._frequency = waves[int(np.argmax(apart))] / period
         self._sigma = sigma
 
     def at(self, time: float) -> NDArray[np.float32]:

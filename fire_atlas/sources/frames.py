@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from fire_atlas.core.clip import Clip, Window
+from fire_atlas.core.clip import Clip, ProxiedClip, Window, kept
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture, to_light
 from fire_atlas.core.pixels import Pixels
@@ -21,8 +21,9 @@ from fire_atlas.sources.framing import (
 from fire_atlas.sources.images import ANIMATIONS, check_size, decode, detect_format, read_header
 from fire_atlas.sources.listing import frame_range, locate, sample_numbers, with_samples
 from fire_atlas.sources.reader import FrameReader, OpeningContext, cached, check_frame_size
-from fire_atlas.sources.resize import nearest, resize, width_for
+from fire_atlas.sources.resize import nearest, reduce, resize, width_for
 from fire_atlas.sources.sheet import open_sheet
+from fire_atlas.vision.thumbnails import shrunk
 
 DEFAULT_FPS = 24.0
 """Frames per second of files that state no rate."""
@@ -39,6 +40,37 @@ def open_frames(settings: FramesSource, path: Path, context: OpeningContext) -> 
     Raises:
         SourceError: The input is missing, broken, too large, or does not fit the settings.
     """
+    return _open(settings, path, context)[0]
+
+
+def open_with_proxy(
+    settings: FramesSource, path: Path, context: OpeningContext, side: int
+) -> ProxiedClip:
+    """Open frames as ``open_frames`` does, and a copy whose sides are no longer than ``side`` px.
+
+    Of large files the copy is several times as fast to read: its frames are reduced before their
+    matte is computed.
+    """
+    clip, reader, chosen, choice = _open(settings, path, context)
+    scale = min(1.0, side / max(clip.width, clip.height))
+    width, height = (max(1, round(scale * length)) for length in (clip.width, clip.height))
+
+    def small(i: int) -> Picture:
+        if width >= reader.width or height >= reader.height:
+            return shrunk(clip.read(i), side)
+        picture = reader.read(chosen[i])
+        check_frame_size(path, chosen[i], picture, (reader.width, reader.height))
+        light = reduce(picture, width, height)
+        return matte.apply(choice.matte, light, clip.blend_space, choice.black)
+
+    return ProxiedClip(clip, kept(replace(clip, width=width, height=height, picture=small)))
+
+
+def _open(
+    settings: FramesSource, path: Path, context: OpeningContext
+) -> tuple[Clip, FrameReader, range, matte.MatteChoice]:
+    """Return the clip at ``path``, the reader of its frames, which of them it has, and the matte
+    that they get."""
     reader, chosen = _open_reader(settings, path, context)
     samples = reader.samples or map(reader.read, sample_numbers(reader.count))
     choice = matte.choose(settings.matte, settings.black, samples, str(path))
@@ -57,7 +89,7 @@ def open_frames(settings: FramesSource, path: Path, context: OpeningContext) -> 
             return nearest(matted, width, height)
         return _resized(choice, picture, (width, height), space)
 
-    return Clip(
+    clip = Clip(
         width=width,
         height=height,
         fps=settings.fps or reader.fps or DEFAULT_FPS,
@@ -69,6 +101,7 @@ def open_frames(settings: FramesSource, path: Path, context: OpeningContext) -> 
         matte_reason=choice.reason,
         notes=reader.notes,
     )
+    return clip, reader, chosen, choice
 
 
 def _inputs(reader: FrameReader, chosen: range) -> tuple[Path, ...]:

@@ -14,10 +14,11 @@ from fire_atlas.generators.profile.fire import (
     learn_profile,
 )
 from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
+from fire_atlas.generators.profile.learn.fitness import PROXY_SIDE
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.source import PROFILE_SUFFIX, ClipInput, FramesSource, ProfileSource
-from fire_atlas.sources.frames import open_frames
+from fire_atlas.sources.frames import open_with_proxy
 from fire_atlas.sources.reader import OpeningContext
 
 
@@ -77,10 +78,10 @@ def learn_from_files(
     Raises:
         SourceError: As in ``open_profile``.
     """
-    footage = FramesSource(**{key: getattr(source, key) for key in ClipInput.model_fields})
-    clips = {str(path): open_frames(footage, path, context) for path in paths}
+    frames = FramesSource(**{key: getattr(source, key) for key in ClipInput.model_fields})
+    clips = {str(path): open_with_proxy(frames, path, context, PROXY_SIDE) for path in paths}
     profile = learn_profile(clips, context.workers, source.threshold, source.cells)
-    return profile, tuple(clips.values())
+    return profile, tuple(each.clip for each in clips.values())
 
 
 def _read(paths: Sequence[Path]) -> Profile:

@@ -10,13 +10,15 @@ from typing import Any
 import pytest
 from _pytest.mark import ParameterSet
 
-from fire_atlas.core.clip import Clip
+from fire_atlas.core.clip import Clip, ProxiedClip
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
+from fire_atlas.generators.profile.learn.fitness import PROXY_SIDE
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources.frames import open_frames
 from fire_atlas.sources.reader import OpeningContext
+from fire_atlas.vision.thumbnails import shrunk
 from tests.support.requirements import real_clips
 
 SAMPLES: dict[str, dict[str, Any]] = {
@@ -88,6 +90,15 @@ def kept(clip: Clip) -> Clip:
     """Return ``clip`` with all its frames in memory."""
     frames = [clip.read(i) for i in range(clip.count)]
     return replace(clip, picture=lambda i: frames[i].copy())
+
+
+def proxied(clip: Clip) -> ProxiedClip:
+    """Return ``clip`` with the small copy of it by which profiles judge it."""
+    height, width = shrunk(clip.read(0), PROXY_SIDE).shape[:2]
+    proxy = replace(
+        clip, width=width, height=height, picture=lambda i: shrunk(clip.read(i), PROXY_SIDE)
+    )
+    return ProxiedClip(clip, proxy)
 
 
 def piece(clip: Clip, start: int, count: int) -> Clip:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip
+from fire_atlas.core.clip import Clip, ProxiedClip
 from fire_atlas.core.fire_in_wind import (
     FireInWind,
     WindChange,
@@ -36,7 +36,10 @@ larger than before and after, because the fire moves and leans at once."""
 
 
 def learn_profile(
-    clips: Mapping[str, Clip], workers: Workers, threshold: float | None = None, cells: int = 5
+    clips: Mapping[str, ProxiedClip],
+    workers: Workers,
+    threshold: float | None = None,
+    cells: int = 5,
 ) -> Profile:
     """Learn a profile from clips; arguments and errors are those of ``learn``."""
     return learn(clips, workers, threshold, cells)

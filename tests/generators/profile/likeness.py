@@ -26,7 +26,7 @@ from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
 from tests.generators.profile.colour_difference import delta_e, lab_of
 from tests.generators.profile.flames import swaying
-from tests.support.clips import open_clip
+from tests.support.clips import open_clip, proxied
 
 Array = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ def learnt(*clips: Clip, **options: Any) -> Profile:
     """Learn a profile of one clip, or of two at a right angle."""
     with Workers(2) as workers:
         return learn_profile(
-            {f"clip {i}": clip for i, clip in enumerate(clips)}, workers, **options
+            {f"clip {i}": proxied(clip) for i, clip in enumerate(clips)}, workers, **options
         )
 
 

@@ -1,12 +1,15 @@
 """What is learnt of a clip, and which clips nothing can be learnt from."""
 
 from collections.abc import Callable
+from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.pixels import Pixels
+from fire_atlas.core.pixels import Pixels, linear_to_srgb
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.generate.particles import (
     half_width,
@@ -16,6 +19,10 @@ from fire_atlas.generators.profile.generate.particles import (
 )
 from fire_atlas.generators.profile.learn.fitness import refuse_unfit
 from fire_atlas.generators.profile.learn.learn import colour_table
+from fire_atlas.recipe.source import FramesSource, ProfileSource
+from fire_atlas.sources.frames import open_with_proxy
+from fire_atlas.sources.profile import learn_from_files
+from fire_atlas.sources.reader import OpeningContext
 from tests.generators.profile.colour_difference import delta_e
 from tests.generators.profile.flames import (
     BASE,
@@ -29,7 +36,7 @@ from tests.generators.profile.flames import (
     swaying,
 )
 from tests.generators.profile.likeness import learnt
-from tests.support.clips import RISING_SAMPLES, open_clip
+from tests.support.clips import RISING_SAMPLES, open_clip, proxied
 
 
 @pytest.mark.parametrize("size", [2, 5, 8])
@@ -188,6 +195,14 @@ def _stands_aside(frame: Pixels) -> None:
     frame[:] = np.roll(frame, frame.shape[1] // 4, axis=1)
 
 
+def _aside_in_a_sample() -> list[Pixels]:
+    """One of the dozen frames that are looked at first does not make a fire burn sideways."""
+    clip, _ = swaying()
+    frames = [clip.read(i) for i in range(clip.count)]
+    _stands_aside(frames[3])
+    return frames
+
+
 @pytest.mark.parametrize("breaks", [_gap, _goes_out_once, _stands_aside])
 @pytest.mark.parametrize(("name", "numbers"), [("candle", [27]), ("torch", [14, 21])])
 def test_a_clip_that_breaks_up_in_a_frame_or_two_is_refused_naming_them(
@@ -205,11 +220,75 @@ def test_a_clip_that_breaks_up_in_a_frame_or_two_is_refused_naming_them(
     assert any(f"{number}" in str(caught.value).split(";")[0] for number in numbers)
 
 
+def _loses_its_tip(frame: Pixels) -> None:
+    rows = np.flatnonzero((frame[..., :3].max(axis=-1) > 0.05).any(axis=1))
+    frame[: rows[0] + (rows[-1] - rows[0]) // 4] = 0
+
+
+def _over_black(frame: Pixels) -> NDArray[np.uint8]:
+    return np.rint(255 * linear_to_srgb(frame[..., :3])).astype(np.uint8)
+
+
+@pytest.mark.parametrize("scale", [1, 5])
+@pytest.mark.parametrize("breaks", [_gap, _loses_its_tip, _goes_out_once])
+def test_a_clip_on_black_that_breaks_up_in_a_frame_is_refused_at_any_size(
+    tmp_path: Path, breaks: Callable[[Pixels], None], scale: int
+) -> None:
+    """The base of a candle is dim: what is missing of it is little, and gone for one frame."""
+    clip = open_clip("candle")
+    for i in range(clip.count):
+        frame = clip.read(i)
+        if i == 27:
+            breaks(frame)
+        shown = cv2.resize(_over_black(frame), None, fx=scale, fy=scale)
+        cv2.imwrite(str(tmp_path / f"{i:04}.png"), shown[..., ::-1])
+    source = ProfileSource(kind="profile", path=str(tmp_path))
+    with Workers(2) as workers, pytest.raises(SourceError, match=r"is cut off.*in frame 27;"):
+        learn_from_files(source, [tmp_path], OpeningContext("srgb", workers))
+
+
+def test_large_files_are_judged_by_frames_reduced_before_their_matte(tmp_path: Path) -> None:
+    clip, _ = swaying(12)
+    for i in range(12):
+        shown = np.kron(_over_black(clip.read(i)), np.ones((4, 4, 1), np.uint8))
+        cv2.imwrite(str(tmp_path / f"{i:04}.png"), shown[..., ::-1])
+    with Workers(1) as workers:
+        settings = FramesSource(path=str(tmp_path))
+        opened = open_with_proxy(settings, tmp_path, OpeningContext("srgb", workers), 220)
+    assert (opened.clip.width, opened.clip.height) == (4 * WIDTH, 4 * HEIGHT)
+    assert (opened.proxy.width, opened.proxy.height) == (WIDTH, HEIGHT)
+    for i in range(12):
+        assert np.abs(opened.proxy.read(i) - clip.read(i)).max() < 1e-3
+
+
 @pytest.mark.parametrize("name", RISING_SAMPLES)
 def test_a_flame_that_only_flickers_is_not_refused(name: str) -> None:
     with Workers(2) as workers:
-        threshold, cut_share = refuse_unfit(open_clip(name), name, None, workers)
+        threshold, cut_share = refuse_unfit(proxied(open_clip(name)).proxy, name, None, workers)
     assert threshold > 0 and cut_share == 0
+
+
+def _on_twos(count: int) -> list[int]:
+    return [i // 2 for i in range(2 * count)]
+
+
+def _there_and_back(count: int) -> list[int]:
+    return [*range(count), *range(count - 2, 0, -1)]
+
+
+def _every_third(count: int) -> list[int]:
+    return list(range(0, count, 3))
+
+
+@pytest.mark.parametrize("order", [_on_twos, _there_and_back, _every_third])
+@pytest.mark.parametrize("name", ["candle", "torch", "cartoon"])
+def test_however_its_frames_follow_a_whole_flame_is_not_refused(
+    name: str, order: Callable[[int], list[int]]
+) -> None:
+    clip = open_clip(name)
+    played = clip_of([clip.read(i) for i in order(clip.count)], clip.fps, clip.matte)
+    with Workers(2) as workers:
+        refuse_unfit(proxied(played).proxy, name, None, workers)
 
 
 def test_a_large_clip_is_judged_by_small_copies_and_learnt_at_its_size() -> None:
@@ -236,6 +315,7 @@ def test_a_large_clip_is_judged_by_small_copies_and_learnt_at_its_size() -> None
         (_grey(_smoke()), "smoke or steam", "source.kind: frames"),
         (_goes_out(), "the flame goes out", "source.start"),
         (_scene_change(), "jumps elsewhere", "source.start"),
+        (_aside_in_a_sample(), "jumps elsewhere in frame 3;", "source.start"),
         (_two_sizes(), "jumps elsewhere", "source.start"),
         (_turned(2), "burns downwards", "turn the clip"),
         (_turned(3), "burns to the right", "turn the clip"),

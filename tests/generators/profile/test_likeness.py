@@ -18,7 +18,7 @@ from tests.generators.profile.likeness import (
     nearest_input,
     settings,
 )
-from tests.support.clips import open_clip, real
+from tests.support.clips import RISING_SAMPLES, open_clip, real
 
 
 @pytest.mark.slow
@@ -59,17 +59,47 @@ def test_ten_seconds_in_still_air_are_like_the_clip(name: str, seed: int) -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["candle", "torch", "campfire", real("real_candle_red")])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *RISING_SAMPLES,
+        real("real_candle_red"),
+        real("real_fireplace_gif"),
+        real("sim_unity_flame02"),
+        real("sim_unity_flame03"),
+        real("cartoon_tauran_flame_sheet"),
+        real("cartoon_wesnoth_campfire"),
+    ],
+)
+def test_particles_alone_have_the_colours_of_the_clip(name: str) -> None:
+    clip, profile = open_clip(name), learnt_from(name)
+    wanted = settings(48, clip.fps, detail=0.0, loop=False)
+    [view] = renderings(GeneratedFire.of(profile, wanted), [0.0], 0.0, None)
+    fire = rendered_clip(view, wanted.generation, "srgb", ())
+    seen, made = look_at_clip(clip), look_at_fire(fire, profile.front.threshold)
+    assert colour_error(seen.table, made.table) <= 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name",
+    [
+        "candle",
+        "torch",
+        "campfire",
+        "cartoon",
+        real("real_candle_red"),
+        real("real_fireplace_gif"),
+    ],
+)
 def test_particles_alone_are_like_the_clip_too(name: str) -> None:
     clip, profile = open_clip(name), learnt_from(name)
     wanted = settings(48, clip.fps, detail=0.0, loop=False)
     [view] = renderings(GeneratedFire.of(profile, wanted), [0.0], 0.0, None)
     fire = rendered_clip(view, wanted.generation, "srgb", ())
     seen, made = look_at_clip(clip), look_at_fire(fire, profile.front.threshold)
-    # The fine tongues at the edge of the campfire are narrower than a particle.
-    assert colour_error(seen.table, made.table) <= 11
     assert made.height == pytest.approx(seen.height, rel=0.1)
-    assert made.width == pytest.approx(seen.width, rel=0.13)
+    assert made.width == pytest.approx(seen.width, rel=0.15)
     assert float(np.median(made.leans)) == pytest.approx(float(np.median(seen.leans)), abs=2)
     # Whole: soft billboards reach beyond the outline.
     sides = [(frame[0], frame[-1], frame[:, 0], frame[:, -1]) for frame in made.frames]

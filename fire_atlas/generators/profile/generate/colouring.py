@@ -85,7 +85,7 @@ class TableColours:
 
     Attributes:
         current, learnt: Their fields.
-        coverage: (n, n) float32, 0..1: coverage as edited.
+        coverage: (n, n) float32, 0..1: coverage as learnt.
         coverage_gain: (n, n) float32: coverage as edited over that learnt.
         threshold: Brightness above which a pixel is flame, 0..255.
     """
@@ -105,7 +105,7 @@ class TableColours:
         learnt = current = ColourField.of(profile.learnt_colours, weight)
         if profile.colours is not profile.learnt_colours:
             current = ColourField.of(profile.colours, weight)
-        return cls(current, learnt, profile.colours.coverage, gain, profile.front.threshold)
+        return cls(current, learnt, weight, gain, profile.front.threshold)
 
     def applied(self, pixels: Pixels, bright: _Array) -> Pixels:
         """Return a drawn flame (H, W, 4) in the colours of the table.

@@ -17,20 +17,20 @@ from fire_atlas.generators.profile.generate.particles import half_width, height_
 from fire_atlas.generators.profile.generate.skeleton import Skeleton
 from fire_atlas.generators.profile.model import Profile
 
-_BILLBOARD = 0.16
+_BILLBOARD = 0.1
 """Standard deviation of a particle's billboard, half widths of the foot."""
 
 _REACH = np.float32(4.0)
 """Distance at which a billboard ends, standard deviations."""
 
-_VISIBLE = 3.5
-"""Distance from the middle of a typical billboard at which it is as good as invisible where
-billboards are densest, standard deviations."""
+_VISIBLE = 5.0
+"""Room around the places of particles, standard deviations of a billboard: as far as one is visible
+where they are densest, and as a foot reaches below the base."""
 
 _SMALLEST = 0.7
 """Smallest standard deviation of a billboard, px."""
 
-_DENSITY = 5.0
+_DENSITY = 4.0
 """Optical density of a flame filled evenly with its particles."""
 
 _INSET = 0.5
@@ -39,10 +39,10 @@ _INSET = 0.5
 _END = 1.03
 """Height at which particles die, in heights of the top: above the top they slow down and fade."""
 
-_BEGIN, _FADING = 0.03, 0.85
+_BEGIN, _FADING = 0.03, 0.75
 """Share of the way to the top at which particles have faded in, and at which they begin to fade."""
 
-_OUTWARD = 3.2
+_OUTWARD = 2.0
 """Distance by which the outermost particles take their colours from further out in the table,
 standard deviations of a billboard: overlapping billboards shift colours outwards, by as much at any
 height, and the flame is narrower towards its top."""
@@ -54,10 +54,11 @@ billboard."""
 _TALLER = 1.2
 """Height in the table of coverage, relative to that of the particle in the flame."""
 
-_REACH_BELOW = 0.05
-"""Height in the colour table of the lowest particles: billboards reach below their middles."""
+_FULL = 0.3
+"""Coverage of a cell from which its particles are whole: the flame's outline, which leaves a part
+of a cell empty, is that of the particles, and is not drawn once more by their opacity."""
 
-_SHARP = 1.5
+_SHARP = 1.0
 """Standard deviation of a billboard that needs all pixels, px."""
 
 _FULLNESS = 1.3
@@ -159,11 +160,12 @@ class ParticleCloud:
         margin = np.array([_OUTLINE * sigma, 0.0])
         shown = places + np.stack([_OUTWARD * outwards, np.zeros_like(outwards)], axis=1)
         across, up = ((shown - low + margin) / np.maximum(high - low + 2 * margin, 1e-6)).T
-        x, y = across[None], 1 - _REACH_BELOW - up[None]
+        x, y = across[None], 1 - up[None]
         # Coverage is stretched in height, or the lower outline would fade.
         stretched = 0.5 + (0.5 - up[None]) * _TALLER
-        cover = np.sqrt(sample_cells(self.colours.coverage, x, stretched)[0])
-        return self.colours.current.at(x, y)[0], np.clip(cover, 0, 1)
+        reached = sample_cells(self.colours.coverage, x, stretched)[0] / np.float32(_FULL)
+        gain = sample_cells(self.colours.coverage_gain, x, stretched)[0]
+        return self.colours.current.at(x, y)[0], np.clip(np.minimum(reached, 1) * gain, 0, 1)
 
 
 def _gaussians(

@@ -5,15 +5,14 @@ seconds, whatever the size and length of the clip.
 """
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.pixels import Bytes, Pixels, linear_to_srgb
+from fire_atlas.core.pixels import Bytes, linear_to_srgb
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.flame_region import largest_flame
 from fire_atlas.generators.profile.learn.features import FireMask, feature_points
@@ -25,9 +24,9 @@ from fire_atlas.generators.profile.model import (
     FeaturePoints,
 )
 from fire_atlas.vision.sampling import evenly_spread
-from fire_atlas.vision.thumbnails import shrunk
+from fire_atlas.vision.steps import held_steps
 
-_SIDE = 480
+PROXY_SIDE = 480
 """Longest side of the copies, px."""
 
 _SAMPLES = 12
@@ -51,6 +50,14 @@ _GAP, _MIN_GAP, _MAX_GAP = 6.0, 0.1, 0.25
 """A flame is broken that leaves out of the core, and is smaller than usual by, more than this many
 times what the clip's upper quartile leaves out, within limits; or that leaves out more than the
 upper limit, whatever its size."""
+
+_FLASH, _MIN_FLASH = 10.0, 0.03
+"""A flame is broken in a drawing that differs from both its neighbours in more than the second
+share of its area, and in more than the first times what the clip's upper quartile does."""
+
+_MIRRORED = 0.5
+"""Drawings before and after a turn are alike: they differ by less than this fraction of the steps
+next to them."""
 
 _MIN_AREA = 24
 """Minimum number of pixels of a flame that has an outline."""
@@ -90,12 +97,12 @@ class _Frame:
 
 
 def refuse_unfit(
-    clip: Clip, name: str, threshold: float | None, workers: Workers
+    proxy: Clip, name: str, threshold: float | None, workers: Workers
 ) -> tuple[float, float]:
     """Refuse a clip that a profile cannot be learnt from; messages call it ``name``.
 
     Args:
-        clip: The clip.
+        proxy: A copy of the clip, with sides no longer than ``PROXY_SIDE``.
         name: Its name in messages.
         threshold: Brightness (0..255) above which a pixel is flame; None: chosen here.
         workers: Pool that reads the frames.
@@ -107,34 +114,14 @@ def refuse_unfit(
         SourceError: The clip does not show a single, upright flame that is not cut off and burns
             in one place in every frame.
     """
-    _refuse_length(name, clip.count)
-    samples = evenly_spread(0, clip.count - 1, _SAMPLES)
-    small = _small(clip, samples, workers)
-    mask = FireMask.of(small, threshold)
+    _refuse_length(name, proxy.count)
+    mask = FireMask.of(proxy, threshold)
     cut_share = 0.0
     # A few frames tell soon whether all need be looked at.
-    for numbers in (samples, range(clip.count)):
-        frames = list(workers.map(lambda i: _seen(small, mask, i), numbers))
+    for numbers in (evenly_spread(0, proxy.count - 1, _SAMPLES), range(proxy.count)):
+        frames = list(workers.map(lambda i: _seen(proxy, mask, i), numbers))
         cut_share = _refuse_frames(name, mask, frames, list(numbers))
     return mask.threshold, cut_share
-
-
-def _small(clip: Clip, samples: Sequence[int], workers: Workers) -> Clip:
-    """Return small copies of the frames of ``clip``, which is returned itself if it is small. Those
-    of ``samples`` are read once and kept."""
-    if max(clip.height, clip.width) <= _SIDE:
-        return clip
-
-    def copied(i: int) -> Pixels:
-        return shrunk(clip.read(i), _SIDE)
-
-    kept = dict(zip(samples, workers.map(copied, samples), strict=True))
-    height, width = kept[samples[0]].shape[:2]
-
-    def picture(i: int) -> Pixels:
-        return kept[i].copy() if i in kept else copied(i)
-
-    return replace(clip, width=width, height=height, picture=picture)
 
 
 def _seen(clip: Clip, mask: FireMask, i: int) -> _Frame:
@@ -181,7 +168,7 @@ def _refuse_frames(name: str, mask: FireMask, frames: list[_Frame], numbers: lis
         raise SourceError(_no_fire(name, mask, len(seen), len(frames)))
     _refuse_rivals(name, frames)
     cut_share = _refuse_cut(name, frames)
-    _refuse_tilted(name, _presence(seen))
+    _refuse_tilted(name, _presence(seen), len(seen))
     _refuse_wide(name, [frame.points for frame in seen if frame.points is not None])
     _refuse_grey(name, seen)
     _refuse_broken(name, frames, numbers)
@@ -255,10 +242,12 @@ def _refuse_cut(name: str, frames: list[_Frame]) -> float:
     return float(top)
 
 
-def _refuse_tilted(name: str, present: NDArray[np.float32]) -> None:
+def _refuse_tilted(name: str, present: NDArray[np.float32], count: int) -> None:
     """Refuse fire that does not burn upwards, which is the direction from the pixels that are
-    always flame to those that sometimes are."""
-    always, sometimes = present > 0.8, (present > 0.05) & (present < 0.5)
+    always flame to those that sometimes are, in ``count`` frames."""
+    # What a single frame shows, of a few, says where that frame is broken.
+    seldom = max(0.05, 1.5 / count)
+    always, sometimes = present > 0.8, (present > seldom) & (present < 0.5)
     if not always.any() or not sometimes.any():
         return
     (y0, x0), (y1, x1) = (np.argwhere(mask).mean(axis=0) for mask in (always, sometimes))
@@ -296,14 +285,18 @@ def _refuse_grey(name: str, frames: list[_Frame]) -> None:
 def _refuse_broken(name: str, frames: list[_Frame], numbers: list[int]) -> None:
     """Refuse a flame that goes out, breaks up, leaves its base, or gives way to another picture:
     fire that is generated from it would do so now and then."""
-    broken = [number for number, bad in zip(numbers, _broken(frames), strict=True) if bad]
+    bad = _broken(frames)
+    if numbers == list(range(numbers[0], numbers[0] + len(numbers))):
+        bad |= _flashes(frames)
+    broken = list(itertools.compress(numbers, bad))
     if not broken:
         return
     which = f"{len(broken)} of {len(frames)} frames"
     if len(broken) <= _LISTED:
         which = f"frame{'s' * (len(broken) > 1)} {', '.join(map(str, broken))}"
     raise SourceError(
-        f"{name}: the flame goes out, breaks up, leaves its base or jumps elsewhere in {which}; "
+        f"{name}: the flame goes out, breaks up, is cut off, leaves its base or jumps elsewhere in "
+        f"{which}; "
         f"choose a part of the clip in which it burns whole and in one place with source.start and "
         f"source.count, or set source.threshold lower if parts of it are dim"
     )
@@ -339,3 +332,37 @@ def _broken(frames: list[_Frame]) -> NDArray[np.bool_]:
         # A flame that sways leaves out some of the core too, but is no smaller for it.
         whole &= (np.minimum(gap, 1 - area / usual) <= limit) & (gap <= _MAX_GAP)
     return ~whole
+
+
+def _flashes(frames: list[_Frame]) -> NDArray[np.bool_]:
+    """Return which of successive frames differ from the drawing before and from the one after far
+    more than is usual: there, for a moment, a part of the flame is missing or added.
+
+    The first and the last drawing have no other on one side, so that nothing is known of them.
+    """
+    masks = [frame.mask for frame in frames]
+    lengths = np.array([_size(a ^ b) for a, b in itertools.pairwise(masks)], np.float64)
+    begins = np.append(True, ~held_steps(lengths, closed=False))
+    drawings = list(itertools.compress(masks, begins))
+    flash = np.zeros(len(drawings))
+    for i in range(1, len(drawings) - 1):
+        flash[i] = _size((drawings[i] ^ drawings[i - 1]) & (drawings[i] ^ drawings[i + 1]))
+    usual = float(np.median([frame.area for frame in frames]))
+    limit = max(_MIN_FLASH * usual, _FLASH * float(np.quantile(flash, 0.75)))
+    broken = flash > limit
+    for i in np.flatnonzero(broken).tolist():
+        broken[i] = not _is_turn(drawings[max(i - 2, 0) : i + 3])
+    return np.asarray(broken[np.cumsum(begins) - 1])
+
+
+def _is_turn(drawings: list[Bytes]) -> bool:
+    """Return whether the clip is played in reverse from the third of five drawings on."""
+    if len(drawings) < 5:
+        return False
+    first, second, _, fourth, fifth = drawings
+    return _size(first ^ fifth) < _MIRRORED * (_size(first ^ second) + _size(fourth ^ fifth))
+
+
+def _size(mask: Bytes) -> int:
+    """Return how many pixels of a mask (H, W / 8) are set."""
+    return int(np.count_nonzero(np.unpackbits(mask)))

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip
+from fire_atlas.core.clip import Clip, ProxiedClip
 from fire_atlas.core.pixels import Pixels, linear_to_srgb
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.flame_region import largest_flame
@@ -40,7 +40,7 @@ _BORROWED_RUN = 8
 
 
 def learn(
-    clips: Mapping[str, Clip], workers: Workers, threshold: float | None, cells: int
+    clips: Mapping[str, ProxiedClip], workers: Workers, threshold: float | None, cells: int
 ) -> Profile:
     """Learn a profile from one clip, or from two filmed at a right angle to each other.
 
@@ -53,8 +53,9 @@ def learn(
     Raises:
         SourceError: A clip does not show a single, upright flame that is not cut off.
     """
-    measured = [measure_clip(clip, name, threshold, workers) for name, clip in clips.items()]
-    grid, pairs = detail_grid(measured), list(zip(clips.values(), measured, strict=True))
+    measured = [measure_clip(each, name, threshold, workers) for name, each in clips.items()]
+    front_and_side = [each.clip for each in clips.values()]
+    grid, pairs = detail_grid(measured), list(zip(front_and_side, measured, strict=True))
     sides = [_side(*pair, grid, workers) for pair in pairs]
     table = _table(*pairs[0], cells, workers)
     return Profile(

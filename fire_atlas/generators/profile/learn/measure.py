@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip
+from fire_atlas.core.clip import Clip, ProxiedClip
 from fire_atlas.core.pixels import Pixels, luminance
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.flame_region import largest_flame
@@ -92,16 +92,17 @@ def frame_difference(one: Pixels, other: Pixels) -> float:
 
 
 def measure_clip(
-    clip: Clip, name: str, threshold: float | None, workers: Workers
+    proxied: ProxiedClip, name: str, threshold: float | None, workers: Workers
 ) -> ClipMeasurements:
-    """Measure every frame of ``clip``; messages call it ``name``.
+    """Measure every frame of a clip; messages call it ``name``.
 
     ``threshold`` is the brightness (0..255) above which a pixel is flame; None: chosen here.
 
     Raises:
         SourceError: The clip does not show a single, upright flame that is not cut off.
     """
-    threshold, cut_share = refuse_unfit(clip, name, threshold, workers)
+    threshold, cut_share = refuse_unfit(proxied.proxy, name, threshold, workers)
+    clip = proxied.clip
     mask = FireMask.of(clip, threshold)
     found: list[_FrameMeasurements] = []
     steps: list[float] = []
