@@ -38,3 +38,9 @@ def test_a_build_of_many_recipes_that_are_up_to_date_is_as_light(recipe: Path) -
 @pytest.mark.parametrize("arguments", [["--help"], ["build", "--help"], ["--version"]])
 def test_help_imports_nothing_heavy(arguments: list[str]) -> None:
     assert not imported_by(*arguments) & (HEAVY | {"yaml", "json"})
+
+
+def test_a_build_from_png_imports_no_more_than_it_needs(recipe: Path) -> None:
+    modules = imported_by("build", recipe, "--force")
+    assert {"fire_atlas.pipeline.build", "numpy", "cv2"} <= modules
+    assert not modules & {"PIL", "scipy", "av", "jinja2", "etcpak", "OpenEXR"}

@@ -10,7 +10,6 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
@@ -162,6 +161,8 @@ _PILLOW_BCN = {
 
 
 def _bc_decoded(data: bytes, width: int, height: int, format_: BlockFormat, _: bool) -> Bytes:
+    from PIL import Image
+
     mode, *names = _PILLOW_BCN[format_.name]
     decoded = np.asarray(Image.frombytes(mode, (width, height), data, "bcn", tuple(names)))
     return _in_four_channels(decoded.reshape(height, width, -1), format_.channels)
