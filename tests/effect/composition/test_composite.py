@@ -161,7 +161,7 @@ def test_dots_are_discs_with_smooth_edges() -> None:
         light = edge / (1 - edge) * np.exp((radius**2 - distance**2) / 12)
         layer = FlakeLight(as_plane(light)[None], np.array([[1, 0.4, 0.1]], np.float32))
         cover = layer.dots()
-        assert cover.sum() == pytest.approx(np.pi * radius**2, rel=0.03)
+        assert cover.sum() == pytest.approx(np.pi * radius**2, rel=0.06)
         assert (cover[distance < radius - 1] == 1).all()
         assert (cover[distance > radius + 1] == 0).all()
         between = (cover > 0.02) & (cover < 0.98)
