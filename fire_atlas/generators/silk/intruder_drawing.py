@@ -88,7 +88,7 @@ class Hearth:
 
     def heat(self, distance: Points) -> Points:
         """Return how hot it makes things at ``distance`` from its middle, heights: 0..1."""
-        return smooth_step(1.3 - distance / self.radius)
+        return smooth_step(1.6 - distance / self.radius)
 
     def beat(self, shift: Points) -> Points:
         """Return a factor around 1 by which a glow swells, ``shift`` rad later than elsewhere."""
@@ -471,7 +471,7 @@ def _wood(
     bark, bark_along, bark_around = _grain(chance, share, angle, (0.03, 0.3), (3, 9))
     crack, crack_along, crack_around = _grain(chance, share, angle, (0.7, 2.4), (1, 5))
     is_end = np.abs(normal @ along) > 0.9
-    rough = 0.10 * bark_along + 0.12 * crack_along, 0.07 * bark_around + 0.12 * crack_around
+    rough = 0.10 * bark_along + 0.05 * crack_along, 0.07 * bark_around + 0.12 * crack_around
     across = -np.sin(angle)[:, None] * level + np.cos(angle)[:, None] * np.cross(along, level)
     tilt = rough[0][:, None] * along + rough[1][:, None] * across
     bumpy = np.where(is_end[:, None], normal, normal - tilt)
@@ -484,8 +484,9 @@ def _wood(
     colour = (plain + (_CHAR - plain) * charred) * furrow[:, None]
     # Furrows are deep: seen at a slant, their walls hide the glow and shade one another.
     facing = smooth_step(-1.6 * normal[:, 2])
-    glow = _glow(crack, bark, heat) * facing
-    glow = np.where(is_end, 0.5 * heat, glow) * hearth.beat(2 * bark + 0.8 * share)
+    rings = heat**2 * (0.25 + 0.25 * np.sin(5 * ring + 2 * bark * ring))
+    glow = np.where(is_end, rings, _glow(crack, bark, heat) * facing)
+    glow *= hearth.beat(2 * bark + 0.8 * share)
     shown = np.where(is_end, 1.0, 0.3 + 0.7 * facing)[:, None]
     return _Surface(bumpy, colour * shown, _glowing(glow))
 

@@ -261,6 +261,22 @@ def test_a_match_chars_from_its_head_on_and_its_head_glows() -> None:
     glow = seen[2].glow.sum(axis=(0, 2))
     glowing, stick = np.flatnonzero(glow), np.flatnonzero(seen[2].coverage.any(axis=0))
     assert glowing.min() == stick.min() and np.ptp(glowing) < 0.3 * np.ptp(stick)
+    # Its head stays: black, with a red gleam far below a flame's light, and thicker than the stick.
+    head = seen[2].glow[:, stick.min() : stick.min() + 6]
+    assert 0 < head.max() < 0.2 and head[..., 0].sum() > 5 * head[..., 1].sum()
+    thick = seen[2].coverage.sum(axis=0)
+    assert thick[: stick.min() + 6].max() > 1.3 * np.median(thick[stick])
+
+
+def test_cracks_glow_where_wood_is_hot_and_not_at_its_outline() -> None:
+    """Seen at a slant a crack's walls hide it; thin lines there would be dots."""
+    log = drawn_alone(shape="log", at=[0, 0, 0.05], radius=0.08, length=0.6)
+    middle = log.glow[:, 64 - 20 : 64 + 20].sum(axis=2).max(axis=1)
+    rows = np.flatnonzero(log.coverage[:, 64])
+    assert middle[rows[3:-3]].max() > max(0.3, 8 * float(middle[rows[[0, -1]]].max()))
+    unheated = drawn_alone(shape="log", at=[0.4, 0, 0.05], radius=0.05, length=0.12)
+    seen = unheated.colour[unheated.coverage == 1]
+    assert (seen[:, 0] > 3.2 * seen[:, 2]).all(), "nothing of it is charred, which is grey"
 
 
 def test_each_of_two_fires_lights_from_its_own_place() -> None:
