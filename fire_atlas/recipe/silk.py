@@ -93,7 +93,7 @@ class Intruder(Settings):
     keyframes: Annotated[tuple[Moment, ...], LIST] = ()
     """Its place over time, if it moves."""
     radius: float = Field(default=0.04, gt=0, le=2)
-    """Radius, heights."""
+    """Radius, heights; of a match: of its head, which is half as thick again as its stick."""
     length: float = Field(default=0.4, gt=0, le=5)
     """Length of what is not a sphere, heights."""
     angle: float = Field(default=0.0, ge=-360, le=360)

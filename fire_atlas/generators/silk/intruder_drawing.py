@@ -21,8 +21,8 @@ from fire_atlas.generators.silk.intruders import IntruderBody
 
 Points = NDArray[np.float64]
 
-_BARK = np.array([0.085, 0.048, 0.026])
-_CHAR = np.array([0.012, 0.010, 0.009])
+_BARK = np.array([0.150, 0.082, 0.042])
+_CHAR = np.array([0.016, 0.013, 0.011])
 _CUT = np.array([0.20, 0.12, 0.06])
 _STICK = np.array([0.55, 0.36, 0.18])
 _HEAD = np.array([0.16, 0.02, 0.012])
@@ -43,14 +43,21 @@ _UP = np.array([0.0, 0.0, 1.0])
 _AMBIENT = 0.01
 """Light on objects where no fire lights them, so that they are not black."""
 
-_HEAD_RADII, _HEAD_TIME, _CHAR_SPEED = 6.0, 0.4, 1.5
+_HEAD_LENGTH, _STICK_RADIUS = 1.6, 0.66
+"""Length of a match's head between its round ends, and radius of the stick behind it, radii."""
+
+_FLARE_RADII, _FLARE_TIME, _CHAR_SPEED = 6.0, 0.4, 1.5
 """Length of what burns at first of a match, radii; time until most of it is charred, s; and speed
 at which the rest chars, radii/s."""
+
+_EMBER = 0.06
+"""How brightly the charred head of a match glows, as a part of a log's cracks: beside its flame it
+is black to the eye, with a red gleam."""
 
 _TRANSLUCENCY = 2.5
 """How much more the light that comes through wax beside the flame counts than the way it faces."""
 
-_CONTACT = 0.03
+_CONTACT = 0.018
 """Distance in front of a surface over which flame fades into it, heights."""
 
 _EDGE_RAYS = ((-0.375, -0.125), (0.125, -0.375), (0.375, 0.125), (-0.125, 0.375))
@@ -81,7 +88,7 @@ class Hearth:
 
     def heat(self, distance: Points) -> Points:
         """Return how hot it makes things at ``distance`` from its middle, heights: 0..1."""
-        return smooth_step(1.3 - distance / self.radius)
+        return smooth_step(1.6 - distance / self.radius)
 
     def beat(self, shift: Points) -> Points:
         """Return a factor around 1 by which a glow swells, ``shift`` rad later than elsewhere."""
@@ -276,6 +283,8 @@ def _intersect(body: IntruderBody, ends: Points, start: Points, change: Points) 
     length = float(np.sqrt((along * along).sum()))
     axis = along / length if length else np.array([1.0, 0.0, 0.0])
     best = _Hit(np.full(start.shape[:-1], np.inf), np.zeros_like(start))
+    if body.is_match:
+        return _cut_match(ends, axis, body.radius, start, change)
     if length:
         best = _nearer(best, _side(axis, length, body.radius, start - ends[0], change))
     for end, outwards in ((ends[0], -axis), (ends[1], axis)):
@@ -283,6 +292,18 @@ def _intersect(body: IntruderBody, ends: Points, start: Points, change: Points) 
             best = _nearer(best, _disc(outwards, body.radius, start - end, change))
         else:
             best = _nearer(best, _ball(body.radius, start - end, change))
+    return best
+
+
+def _cut_match(ends: Points, axis: Points, radius: float, start: Points, change: Points) -> _Hit:
+    """Cut lines of sight with a match: a long head with round ends on a thinner stick."""
+    neck = ends[0] + _HEAD_LENGTH * radius * axis
+    stick, length = _STICK_RADIUS * radius, math.dist(ends[0], ends[1])
+    best = _side(axis, length, stick, start - ends[0], change)
+    best = _nearer(best, _ball(stick, start - ends[1], change))
+    best = _nearer(best, _side(axis, _HEAD_LENGTH * radius, radius, start - ends[0], change))
+    for middle in (ends[0], neck):
+        best = _nearer(best, _ball(radius, start - middle, change))
     return best
 
 
@@ -360,8 +381,11 @@ def _surface(
     along = camera.view_of(body.axis / length)
     from_end = position - camera.view_of(ends[0])
     share = from_end @ along / body.radius
+    # Two directions across it that turn with it, so that its grain is the same from any side.
+    level = camera.view_of(_level_across(body.axis))
+    angle = np.arctan2(from_end @ np.cross(along, level), from_end @ level)
     if body.is_match:
-        return _match(share, normal, hearth.burnt[number])
+        return _match(number, (share, angle), normal, hearth.burnt[number])
     away = position - camera.view_of(hearth.centre)
     distance = np.sqrt((away * away).sum(axis=1))
     if body.shape == "wax":
@@ -375,24 +399,37 @@ def _surface(
         # The flame stands above its foot, so a wick in it is hot all the way up.
         level = np.sqrt(np.maximum(distance**2 - (away @ camera.view_of(_UP)) ** 2, 0.0))
         return _wick(up, normal, hearth.heat(level) * hearth.beat(up))
-    # Two directions across the log that turn with it, so that its bark is the same from any side.
-    level = camera.view_of(_level_across(body.axis))
-    angle = np.arctan2(from_end @ np.cross(along, level), from_end @ level)
     across = from_end - (from_end @ along)[:, None] * along
     ring = np.sqrt((across * across).sum(axis=1)) / body.radius
     heat = hearth.heat(distance)
     return _wood(number, (share, angle, ring), normal, (along, level), heat, hearth)
 
 
-def _match(share: Points, normal: Points, burnt: float) -> _Surface:
-    """Return the surface of a match that has burnt for ``burnt`` s, at ``share`` (n,) radii from
-    its head: it chars from there on, and the head glows."""
-    head = _unit((3.0 - share) / 0.7)[:, None]
+def _match(number: int, place: tuple[Points, Points], normal: Points, burnt: float) -> _Surface:
+    """Return the surface of a match that has burnt for ``burnt`` s: it chars from its head on.
+
+    Args:
+        number: Number of the match; no two have the same grain.
+        place: (n,) distance from its head, radii, and angle around it, rad.
+        normal: (n, 3).
+        burnt: Time for which it has burnt, s.
+    """
+    share, angle = place
+    chance = generator(number, RandomStream.SHEETS, 2)
+    grain, _, _ = _grain(chance, share, angle, (0.5, 2.0), (1, 4))
+    head = _unit((_HEAD_LENGTH + 0.9 - share) / 0.3)[:, None]
     fresh = _STICK + (_HEAD - _STICK) * head
-    charred_to = _HEAD_RADII * -math.expm1(-burnt / _HEAD_TIME) + _CHAR_SPEED * burnt - 1
-    charred = _unit((charred_to - share) / 1.5)[:, None]
-    glow = charred * _unit(0.9 - share / _HEAD_RADII)[:, None] ** 2
-    return _Surface(normal, fresh + (_CHAR - fresh) * charred, _GLOW * glow)
+    charred_to = _FLARE_RADII * -math.expm1(-burnt / _FLARE_TIME) + _CHAR_SPEED * burnt - 1
+    # Wood is scorched brown before it is black, in tongues along its grain.
+    charred = _unit((charred_to - share - 0.5 * np.abs(grain)) / 2.5)[:, None] ** 0.7
+    cooling = _unit(0.9 - share / _FLARE_RADII) ** 2 * _unit(0.5 + 0.5 * grain)
+    return _Surface(normal, fresh + (_CHAR - fresh) * charred, _glowing(_EMBER * cooling) * charred)
+
+
+def _glowing(amount: Points) -> Points:
+    """Return the light (n, 3) of wood that glows by ``amount`` (n,): less is redder."""
+    heat = _unit(amount)[:, None]
+    return np.asarray(_GLOW * heat ** np.array([1.0, 1.5, 2.0]))
 
 
 def _wick(up: Points, normal: Points, heat: Points) -> _Surface:
@@ -431,10 +468,10 @@ def _wood(
     along, level = axes
     share, angle, ring = place
     chance = generator(number, RandomStream.SHEETS, 2)
-    bark, bark_along, bark_around = _grain(chance, share, angle, (0.1, 0.7), (3, 11))
+    bark, bark_along, bark_around = _grain(chance, share, angle, (0.03, 0.3), (3, 9))
     crack, crack_along, crack_around = _grain(chance, share, angle, (0.7, 2.4), (1, 5))
     is_end = np.abs(normal @ along) > 0.9
-    rough = 0.10 * bark_along + 0.12 * crack_along, 0.10 * bark_around + 0.12 * crack_around
+    rough = 0.10 * bark_along + 0.05 * crack_along, 0.07 * bark_around + 0.12 * crack_around
     across = -np.sin(angle)[:, None] * level + np.cos(angle)[:, None] * np.cross(along, level)
     tilt = rough[0][:, None] * along + rough[1][:, None] * across
     bumpy = np.where(is_end[:, None], normal, normal - tilt)
@@ -443,10 +480,15 @@ def _wood(
         is_end, 0.75 + 0.25 * np.sin(16 * ring), 0.45 + 0.55 * _unit(0.5 + 0.6 * bark)
     )
     plain = np.where(is_end[:, None], _CUT, _BARK)
-    charred = _unit(1.5 * heat + np.where(is_end, 0.0, 0.25 * bark))[:, None]
+    charred = _unit(heat * (1.5 + np.where(is_end, 0.0, 0.6 * bark)))[:, None]
     colour = (plain + (_CHAR - plain) * charred) * furrow[:, None]
-    glow = _glow(crack, bark, heat) * hearth.beat(2 * bark + 0.8 * share)
-    return _Surface(bumpy, colour, _GLOW * np.where(is_end, 0.15 * heat, glow)[:, None])
+    # Furrows are deep: seen at a slant, their walls hide the glow and shade one another.
+    facing = smooth_step(-1.6 * normal[:, 2])
+    rings = heat**2 * (0.25 + 0.25 * np.sin(5 * ring + 2 * bark * ring))
+    glow = np.where(is_end, rings, _glow(crack, bark, heat) * facing)
+    glow *= hearth.beat(2 * bark + 0.8 * share)
+    shown = np.where(is_end, 1.0, 0.3 + 0.7 * facing)[:, None]
+    return _Surface(bumpy, colour * shown, _glowing(glow))
 
 
 def _unit(values: Points) -> Points:
@@ -455,11 +497,11 @@ def _unit(values: Points) -> Points:
 
 
 def _glow(crack: Points, bark: Points, heat: Points) -> Points:
-    """Return how brightly wood glows: in cracks between its scales, wider where it is hotter."""
-    width = 0.06 + 0.24 * heat
-    line = np.clip(1 - np.abs(crack + 0.2 * bark) / width, 0, 1) ** 1.5
-    patch = np.clip(1.6 * heat - 0.9 + 0.45 * bark, 0, 1)
-    return np.asarray(heat * (line + 0.4 * patch))
+    """Return how brightly wood glows: in cracks between its scales, where it is hot and where a
+    patch of it has burnt through."""
+    seam = np.exp(-((crack + 0.3 * bark) ** 2) / 0.09)
+    patch = _unit(0.2 + 0.5 * bark)
+    return np.asarray(heat**2 * (0.7 * seam * patch + 0.35 * patch))
 
 
 def _grain(

@@ -1,5 +1,6 @@
 """What is drawn against a plain rasteriser, and against what eyes on other sides see."""
 
+import math
 from itertools import pairwise
 from typing import Any
 
@@ -189,15 +190,29 @@ def test_a_body_is_drawn_where_its_surface_is(shape: str, distance: float | None
     assert np.allclose(
         eye.project(world[inside])[:, :2], np.stack([x, y], axis=-1)[inside], atol=1e-2
     )
+    normal = found.normal[at] @ eye.axes()
+    neck = start + 0.16 * (end - start) / max(math.dist(start, end), 1e-9)
+    parts = [(start, neck, 0.1), (start, end, 0.066)] if shape == "match" else [(start, end, 0.1)]
+    on = np.zeros((len(parts), len(world)), bool)
+    for k, (one, other, radius) in enumerate(parts):
+        away = world - nearest_of(one, other, world)
+        reach = np.sqrt((away * away).sum(axis=1))
+        on[k] = np.abs(reach - radius) < 1e-4
+        if shape in {"log", "wax"}:
+            assert reach.max() < radius + 1e-4
+        else:
+            outwards = np.einsum("nd,nd->n", normal, away)
+            alone = on[k] & ~on[:k].any(axis=0)
+            assert np.allclose(outwards[alone], radius, atol=1e-3) and alone.any()
+    assert shape in {"log", "wax"} or on.any(axis=0).all()
+
+
+def nearest_of(
+    start: NDArray[np.float64], end: NDArray[np.float64], to: NDArray[np.floating]
+) -> NDArray[np.float64]:
     along = end - start
-    share = np.clip((world - start) @ along / max(float(along @ along), 1e-9), 0, 1)
-    away = world - (start + share[:, None] * along)
-    reach = np.sqrt((away * away).sum(axis=1))
-    assert reach.max() < 0.1 + 1e-4
-    if shape in {"sphere", "match", "wick"}:
-        assert np.allclose(reach, 0.1, atol=1e-4)
-        normal = found.normal[at] @ eye.axes()
-        assert np.allclose(np.einsum("nd,nd->n", normal, away), 0.1, atol=1e-3)
+    share = np.clip((to - start) @ along / max(float(along @ along), 1e-9), 0, 1)
+    return np.asarray(start + share[:, None] * along)
 
 
 @pytest.mark.parametrize("shape", ["sphere", "wax"])
@@ -246,6 +261,22 @@ def test_a_match_chars_from_its_head_on_and_its_head_glows() -> None:
     glow = seen[2].glow.sum(axis=(0, 2))
     glowing, stick = np.flatnonzero(glow), np.flatnonzero(seen[2].coverage.any(axis=0))
     assert glowing.min() == stick.min() and np.ptp(glowing) < 0.3 * np.ptp(stick)
+    # Its head stays: black, with a red gleam far below a flame's light, and thicker than the stick.
+    head = seen[2].glow[:, stick.min() : stick.min() + 6]
+    assert 0 < head.max() < 0.2 and head[..., 0].sum() > 5 * head[..., 1].sum()
+    thick = seen[2].coverage.sum(axis=0)
+    assert thick[: stick.min() + 6].max() > 1.3 * np.median(thick[stick])
+
+
+def test_cracks_glow_where_wood_is_hot_and_not_at_its_outline() -> None:
+    """Seen at a slant a crack's walls hide it; thin lines there would be dots."""
+    log = drawn_alone(shape="log", at=[0, 0, 0.05], radius=0.08, length=0.6)
+    middle = log.glow[:, 64 - 20 : 64 + 20].sum(axis=2).max(axis=1)
+    rows = np.flatnonzero(log.coverage[:, 64])
+    assert middle[rows[3:-3]].max() > max(0.3, 8 * float(middle[rows[[0, -1]]].max()))
+    unheated = drawn_alone(shape="log", at=[0.4, 0, 0.05], radius=0.05, length=0.12)
+    seen = unheated.colour[unheated.coverage == 1]
+    assert (seen[:, 0] > 3.2 * seen[:, 2]).all(), "nothing of it is charred, which is grey"
 
 
 def test_each_of_two_fires_lights_from_its_own_place() -> None:
