@@ -42,7 +42,7 @@ def test_clips_that_do_not_close_get_a_seam_that_is_not_seen(
     assert 0.8 <= figures.seam_ratio <= 1.25
     assert _in_the_overlap(figures.steps, OVERLAP).max() <= 1.25 * np.median(figures.steps)
     assert figures.seam_flow <= 1.1
-    assert figures.details[-OVERLAP:].min() >= 0.88 * np.median(figures.details)
+    assert figures.details[-OVERLAP:].min() >= 0.9 * np.median(figures.details)
 
 
 def test_a_shape_that_has_moved_passes_over_by_moving() -> None:
