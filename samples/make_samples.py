@@ -55,22 +55,23 @@ CAMPFIRE = Burner(
 TORCH = Burner(
     size=(240, 160),
     frames=32,
-    seed=15,
+    seed=4,
     base=210,
-    half_width=40,
-    depth=20,
-    life=41,
-    thinning=3.0,
+    half_width=20,
+    depth=13,
+    life=72,
+    thinning=5.0,
     draught=2.6,
-    sway=2.0,
-    inflow=0.0055,
-    buoyancy=0.36,
-    drag=0.04,
-    swelling=0.1,
-    turbulence=0.13,
+    sway=3.5,
+    inflow=0.0045,
+    buoyancy=0.4,
+    drag=0.05,
+    swelling=0.09,
+    flicker=0.9,
+    turbulence=0.11,
     confinement=0.05,
     eddies=(14.0, 66.0),
-    tongues=(16.0, 60.0),
+    tongues=(14.0, 50.0),
 )
 FIREBALL = Burner(
     size=(256, 160),
@@ -110,10 +111,10 @@ CAMPFIRE_SLICES = (
     Slice(0.65, 0.7, 1.1, -12.0, jets=5),
 )
 TORCH_SLICES = (
-    Slice(0.9, 0.55, 0.5),
-    Slice(0.7, 1.0, 0.5, life=0.85),
-    Slice(0.7, 0.75, 0.8, -5.0),
-    Slice(0.6, 0.7, 0.8, 6.0, 0.8),
+    Slice(0.75, 0.75, 0.8, -1.7),
+    Slice(0.7, 0.9, 1.0, jets=3),
+    Slice(0.7, 0.7, 1.1, -4.25, 0.85, jets=3),
+    Slice(0.6, 0.65, 1.1, 5.1, 0.8),
 )
 FIREBALL_SLICES = (Slice(0.9, 1.0, 0.4), Slice(0.7, 0.85, 0.9), Slice(0.5, 1.1, 1.0))
 
@@ -178,7 +179,7 @@ def make_campfire(folder: Path) -> None:
 def make_torch(path: Path) -> None:
     """32 frames of a torch's flame on black at 20 fps, one GIF."""
     light = stacked(TORCH, TORCH_SLICES)
-    frames = [quantise(exposure(f, 0.85), LEVELS) for f in light]
+    frames = [quantise(exposure(f, 1.0), LEVELS) for f in light]
     save_gif(path, frames, over_black(fire_palette(LEVELS)), fps=20)
 
 

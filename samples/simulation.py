@@ -114,7 +114,7 @@ class Furnace:
     laplacian: Field = field(init=False)
     wind_u: Field = field(init=False)
     wind_v: Field = field(init=False)
-    breeze: Field = field(init=False)
+    heights: Field = field(init=False)  #: of each row above the burner, in frame heights
     bed: Field = field(init=False)
     bed_rows: tuple[int, int] = field(init=False)  #: first row of the bed, and the one after it
     calm: Field = field(init=False)
@@ -130,8 +130,7 @@ class Furnace:
         self.rows, self.columns = grid[0], grid[1]
         self.laplacian = open_laplacian(height, width)
         self.wind_u, self.wind_v = wind(burner, self.rows, self.columns)
-        height_above = np.clip(burner.base - self.rows, 0, None) / burner.size[0]
-        self.breeze = (burner.sway * height_above).astype(np.float32)
+        self.heights = np.clip(burner.base - self.rows[:, :1], 0, None) / np.float32(height)
         place = jets if burner.jets else smooth_bed
         self.bed = place(burner, self.rows, self.columns)
         lit = np.flatnonzero(self.bed.any(axis=1))
@@ -144,8 +143,7 @@ class Furnace:
     def advance(self, flame: Flame, time: float, dt: float) -> Flame:
         """The state ``dt`` frames after ``time``."""
         burner = self.burner
-        swing = np.float32(np.sin(2 * np.pi * time / burner.frames))
-        along, up = flame.u + self.wind_u + swing * self.breeze, flame.v + self.wind_v
+        along, up = flame.u + self.wind_u + self.breeze(time), flame.v + self.wind_v
         fuel, u, v = (
             advect(q, along, up, self.rows, self.columns, dt)
             for q in (flame.fuel, flame.u, flame.v)
@@ -156,6 +154,17 @@ class Furnace:
         u, v = (u + push_x * np.float32(dt)) * keep, (v + push_y * np.float32(dt)) * keep
         u, v = project(u, v, self.bed * np.float32(burner.swelling), self.laplacian)
         return Flame(fuel, u, v)
+
+    def breeze(self, time: float) -> Field:
+        """Side wind by row: a slow swing and a quick one, both of which climb the flame.
+
+        What leans one way at the foot leans the other way further up, and breaks the symmetry of
+        the curls on either side.
+        """
+        turn = 2 * np.pi * time / self.burner.frames
+        slow = np.sin(turn - 3.0 * self.heights)
+        quick = np.sin(3 * turn - 9.0 * self.heights + 1.9)
+        return np.asarray(self.burner.sway * self.heights**0.7 * (slow + 0.6 * quick), np.float32)
 
     def feed(self, fuel: Field, time: float) -> Field:
         """Renew the fuel at the burner, in a row of tongues that swell and starve."""

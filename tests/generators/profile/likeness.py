@@ -167,6 +167,23 @@ def detail(pixels: Pixels) -> float:
     return float(np.sqrt(np.square(fine).sum() / np.square(light).sum()))
 
 
+def deepest_nick(pixels: Pixels) -> float:
+    """Largest bend of a flame's outline within a row, px: the second difference by row of where its
+    sides are, between pixels, in the upper half of what is at least half covered."""
+    alpha = pixels[..., 3].astype(np.float64)
+    rows = np.flatnonzero((alpha >= 0.5).any(axis=1))
+    upper = alpha[rows[1] : rows[0] + len(rows) // 2]
+    return max(float(np.abs(np.diff(_edge(side), 2)).max()) for side in (upper, upper[:, ::-1]))
+
+
+def _edge(alpha: Array) -> Array:
+    """Where each row is half covered first, from the left, px."""
+    first = (alpha >= 0.5).argmax(axis=1)
+    row = np.arange(len(alpha))
+    inside, outside = alpha[row, first], alpha[row, first - 1]
+    return np.asarray(first - (inside - 0.5) / (inside - outside), np.float64)
+
+
 def nearest_input(frame: Pixels, inputs: Sequence[Pixels]) -> float:
     """Least difference of a frame from any of ``inputs``, whose flames are laid over its own, as a
     share of the frame's light."""

@@ -7,8 +7,10 @@ from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
 from fire_atlas.generators.profile.generate.rendering import renderings
 from fire_atlas.generators.profile.generate.skeleton import lean_curve
 from fire_atlas.generators.rendering import rendered_clip
+from fire_atlas.recipe.wind import Gusts, Wind
 from tests.generators.profile.likeness import (
     colour_error,
+    deepest_nick,
     detail,
     generated,
     learnt_from,
@@ -100,10 +102,24 @@ def test_particles_alone_are_like_the_clip_too(name: str) -> None:
     seen, made = look_at_clip(clip), look_at_fire(fire, profile.front.threshold)
     assert made.height == pytest.approx(seen.height, rel=0.1)
     assert made.width == pytest.approx(seen.width, rel=0.15)
-    assert float(np.median(made.leans)) == pytest.approx(float(np.median(seen.leans)), abs=2)
+    # The torch sways from side to side: the median is of the side on which it happens to be longer.
+    assert made.leans.mean() == pytest.approx(seen.leans.mean(), abs=2)
     # Whole: soft billboards reach beyond the outline.
     sides = [(frame[0], frame[-1], frame[:, 0], frame[:, -1]) for frame in made.frames]
     assert max(float(side[..., 3].max()) for frame in sides for side in frame) < 0.03
+
+
+def test_the_outline_of_a_calm_flame_is_as_smooth_as_the_clips() -> None:
+    clip, profile = open_clip("candle"), learnt_from("candle")
+    breath = Wind(gusts=Gusts(mean=0.6, strength=0.6, period=2))
+    seen = [deepest_nick(clip.read(i)) for i in range(clip.count)]
+    made = []
+    for seed in (2, 5):
+        [fire] = generated(profile, settings(96, clip.fps, breath, seed))
+        made += [deepest_nick(fire.read(i)) for i in range(fire.count)]
+    assert np.median(made) <= np.median(seen)
+    assert np.quantile(made, 0.95) <= 1.1 * np.quantile(seen, 0.95)
+    assert max(made) <= 1.25 * max(seen)
 
 
 def test_the_same_settings_give_the_same_twice_and_another_seed_is_another() -> None:

@@ -1,10 +1,13 @@
 """One fire, seen from many sides."""
 
 import itertools
+import math
 
 import numpy as np
 import pytest
 
+from fire_atlas.core.pixels import REC709
+from fire_atlas.generators.profile.generate.shading import shade_table
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.recipe.wind import Wind
 from tests.generators.profile.flames import swaying
@@ -60,6 +63,22 @@ def test_a_view_is_the_same_however_many_others_there_are(
     for count, k in (one, other):
         pair.append(generated(profile, settings(6), [360.0 * i / count for i in range(count)])[k])
     assert all((pair[0].read(i) == pair[1].read(i)).all() for i in (0, 3, 5))
+
+
+def test_between_two_views_a_colour_is_one_that_the_clip_has_at_its_light() -> None:
+    """Half of a mirrored flame is over half of it: the mean of yellow and nothing is olive."""
+    torch = learnt_from("torch")
+    front, between = (
+        shade_table(torch, math.radians(azimuth)).shades[..., :3] for azimuth in (0, 135)
+    )
+    light = [shades @ REC709 for shades in (front, between)]
+    for low in (0.02, 0.05, 0.1):
+        own, seen = (
+            shades[(lit >= low) & (lit < 2 * low)]
+            for shades, lit in zip((front, between), light, strict=True)
+        )
+        greenest = np.quantile(own[:, 1] / own[:, 0], 0.95)
+        assert (seen[:, 1] / seen[:, 0] > 1.3 * greenest).mean() < 0.05
 
 
 def test_a_perpendicular_pair_of_clips_is_honoured() -> None:

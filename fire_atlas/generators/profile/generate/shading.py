@@ -7,8 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from fire_atlas.core.pixels import Pixels, Plane
+from fire_atlas.core.pixels import REC709, Pixels, Plane, as_plane
 from fire_atlas.generators.profile.model import Profile, decoded_shades
+
+_LIGHT_STEPS = 64
+"""Number of steps of light by which colours are averaged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,17 +44,52 @@ def shade_table(profile: Profile, azimuth: float) -> ShadeTable:
     Between the front and the side they are interpolated; from behind they are mirrored.
     """
     cos, sin = math.cos(azimuth), math.sin(azimuth)
-    sides = profile.sides
-    seen: NDArray[np.float32] | None = None
-    for side, component in ((sides[0], cos), (sides[-1], sin)):
-        share = np.float32(component * component)
-        if share < 1e-9:
-            continue
-        shades = decoded_shades(side.detail.shades)
-        part = (shades if component > 0 else shades[:, :, ::-1]) * share
-        seen = part if seen is None else seen + part
-    assert seen is not None, "cos² + sin² = 1"
+    front, side = (
+        decoded_shades(each.detail.shades)[:, :, :: 1 if component > 0 else -1]
+        for each, component in ((profile.sides[0], cos), (profile.sides[-1], sin))
+    )
+    if sin * sin < 1e-9:
+        seen = front
+    elif cos * cos < 1e-9:
+        seen = side
+    else:
+        seen = _between(front, side, sin * sin)
     return ShadeTable(len(seen), np.ascontiguousarray(seen.reshape(-1, 4)))
+
+
+def _between(one: Pixels, other: Pixels, share: float) -> Pixels:
+    """Return shades (levels, rows, columns, 4) with a ``share`` of ``other`` in ``one``.
+
+    The mean of bright fire and none is a thin veil of yellow, which over black is olive. What is as
+    dim in the clip is red: the less alike two shades, the more of the clip's own colour of that
+    light is taken.
+    """
+    mean = one + (other - one) * np.float32(share)
+    dim, bright = _light(one), _light(other)
+    light = dim + (bright - dim) * np.float32(share)
+    unlike = 4 * share * (1 - share) * np.abs(bright - dim) / np.maximum(bright + dim, 1e-6)
+    mean += (_coloured(light, one) - mean) * unlike[..., None].astype(np.float32)
+    return mean
+
+
+def _coloured(light: Plane, shades: Pixels) -> Pixels:
+    """Return the mean colours (..., 4) that ``shades`` have where they have as much ``light``."""
+    steps = _light(shades) * np.float32(_LIGHT_STEPS)
+    place = np.rint(steps).astype(np.intp).ravel()
+    count = np.bincount(place, minlength=_LIGHT_STEPS + 1)
+    known = np.flatnonzero(count)
+    wanted = light * np.float32(_LIGHT_STEPS)
+    channels = [
+        np.interp(wanted, known, np.bincount(place, channel.ravel())[known] / count[known])
+        for channel in np.moveaxis(shades, -1, 0)
+    ]
+    return np.stack(channels, axis=-1).astype(np.float32)
+
+
+def _light(shades: Pixels) -> Plane:
+    """Return the root of the luminance (...) of premultiplied shades, which steps as the eye has
+    them."""
+    return as_plane(np.sqrt(np.clip(shades[..., :3] @ REC709, 0, 1)))
 
 
 def taper_of(profile: Profile) -> CubicSpline:

@@ -55,6 +55,13 @@ _HEIGHT_SIGMA, _TIME_SIGMA, _GAP_SIGMA = 0.06, 0.6, 0.3
 """Standard deviations of the smoothing of pose curves: over height (flame heights), over time
 (frames), and over height where rows are dark (flame heights)."""
 
+_RESTING, _RESTING_SIGMA = 2.0, 2.5
+"""Standard deviation of the movement of an edge at which it and its surroundings rank frames alike,
+and that of the surroundings, cells."""
+
+_MAX_RESTING = 100.0
+"""Maximum weight of an edge's surroundings, relative to its own."""
+
 _TIP = 0.06
 """Fraction of the flame's height over which a tip that is cut off fades out below the edge."""
 
@@ -188,11 +195,30 @@ def _with_surroundings(bright: Sequence[Plane]) -> NDArray[np.float32]:
     That is the brightness, plus some of its surroundings': frames whose brightness differs only by
     noise then have a similar order in neighbouring cells, so blended scores have smooth outlines.
     """
-    key = np.stack(bright)
+    key, resting = np.stack(bright), _resting(bright)
     for plane, total in zip(bright, key, strict=True):
-        for sigma, weight in ((2.0, 0.3), (6.0, 0.2)):
+        for sigma, weight in ((2.0, 0.3), (6.0, 0.2), (_RESTING_SIGMA, resting)):
             total += np.float32(weight) * cv2.GaussianBlur(plane, (0, 0), sigma)
     return key
+
+
+def _resting(bright: Sequence[Plane]) -> Plane:
+    """Return the weight (rows, columns) of the surroundings of an edge that rests.
+
+    Straightened frames have a steady outline in the same cells but for fractions of one, which
+    resampling changes from cell to cell: ranked by that alone, frames have another order in every
+    cell, and the outline of their blend is nicked. How far an edge moves, in cells, is the change
+    of brightness in time by that in space.
+    """
+    planes = np.stack(bright)
+    down, right = np.gradient(planes.mean(axis=0))
+    change, slope = (
+        cv2.GaussianBlur(as_plane(power), (0, 0), _RESTING_SIGMA)
+        for power in (planes.var(axis=0), down * down + right * right)
+    )
+    moves = change / np.maximum(slope, 1e-3)
+    weight = np.square(_RESTING**2 / np.maximum(moves, 1e-3))
+    return as_plane(np.minimum(weight, _MAX_RESTING))
 
 
 def _shades(pictures: Bytes, order: NDArray[np.intp]) -> Bytes:
