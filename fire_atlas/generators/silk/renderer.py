@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import ClassVar
 
 import cv2
@@ -280,13 +281,15 @@ class SilkRenderer:
         heights, and opacities (sheets, rows, columns), 0..1.
 
         Seen edge-on, a sheet would be a bright line. The flame it represents has depth, so the
-        sheet fades and those that cross it are seen instead.
+        sheet fades and those that cross it are seen instead. So it does towards a fold, where its
+        far side begins.
         """
         x = np.asarray(self.recording.x[i, sheets], np.float64)
         facing = np.abs(np.einsum("srcd,srcd->src", normals(x), camera.sight_lines(x)))
         # From above no upright sheet faces the camera, so divide by the best possible cosine.
         facing /= max(math.cos(camera.elevation), _MIN_COSINE)
         share = smooth_step((facing - _VANISHING_COSINE) / _FADE_RANGE)
+        share *= smooth_step(_least_facing(x, camera) / _VANISHING_COSINE)
         projected = camera.project(x)
         before = smooth_step((camera.distance + projected[..., 2]) / _NEAR_FADE)
         return projected, share * self._density(i, sheets) * before
@@ -353,6 +356,22 @@ class SilkRenderer:
             share = float(weight.sum())
             fires.append((share, camera.view_of(weight @ middle / max(share, 1e-9))))
         return fires
+
+
+def _least_facing(x: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
+    """Return for every node (sheets, rows, columns) the least cosine, 0..1, between the lines of
+    sight and the normals of the cells around it.
+
+    It is 0 where some of them show one side and some the other: there the sheet ends for the eye.
+    """
+    diagonal, other = x[:, 1:, 1:] - x[:, :-1, :-1], x[:, 1:, :-1] - x[:, :-1, 1:]
+    normal = np.cross(diagonal, other)
+    normal /= np.maximum(lengths(normal), 1e-12)[..., None]
+    sight = camera.sight_lines((x[:, 1:, 1:] + x[:, :-1, :-1]) / 2)
+    facing = np.pad(np.einsum("srcd,srcd->src", normal, sight), ((0, 0), (1, 1), (1, 1)), "edge")
+    around = [facing[:, :-1, :-1], facing[:, :-1, 1:], facing[:, 1:, :-1], facing[:, 1:, 1:]]
+    least, most = reduce(np.minimum, around), reduce(np.maximum, around)
+    return np.asarray(np.maximum(np.maximum(least, -most), 0.0))
 
 
 def _refined(nodes: NDArray[np.float64], count: int, axis: int) -> NDArray[np.float64]:
