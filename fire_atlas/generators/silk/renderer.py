@@ -92,12 +92,14 @@ class _FlameFragments:
         pixel: (n,) index of the sample, row by row.
         light: (n, 3) light that the flame sheds there.
         thickness: (n,) optical depth of its flame and soot.
+        dimming: (n, 3) how much an optical depth in front dims its red, green and blue.
         depth: (n,) depth, heights.
     """
 
     pixel: NDArray[np.intp]
     light: NDArray[np.float32]
     thickness: NDArray[np.float32]
+    dimming: NDArray[np.float32]
     depth: NDArray[np.float32]
 
 
@@ -135,8 +137,8 @@ class SilkRenderer:
             medium.add(flame.pixel, flame.depth, flame.thickness)
         for n, sheets in enumerate(batches):
             flame = self._flame(i, sheets, camera, intruders) if n else first
-            passed = medium.transmittance(flame.pixel, flame.depth, flame.thickness)
-            seen = flame.light * passed[:, None]
+            before = medium.thickness_before(flame.pixel, flame.depth, flame.thickness)
+            seen = flame.light * np.exp(-before[:, None] * flame.dimming)
             light += raster.accumulate(flame.pixel, seen, width, height)
         glow = scattered(light, camera.scale * _SUPERSAMPLING, self.glow) if self.glow else 0
         if intruders.is_empty:
@@ -324,7 +326,8 @@ class SilkRenderer:
         depth = fragments.attributes[:, 6]
         if not intruders.is_empty:
             found *= intruders.shows(fragments.pixel, depth)[:, None]
-        return _FlameFragments(fragments.pixel, found[:, :3], found[:, 3], depth)
+        dimming = self.textures.dimming(sheets, fragments.attributes[:, 1])
+        return _FlameFragments(fragments.pixel, found[:, :3], found[:, 3], dimming, depth)
 
     def _hearth(self, i: int) -> Hearth:
         """Return the place where the fire on the ground burns, at frame ``i``."""

@@ -328,3 +328,15 @@ def test_a_folded_sheet_fades_towards_its_fold() -> None:
             assert edge.max() < 0.01
     assert folds > 50
     assert np.mean(seen) > 0.04
+
+
+@pytest.mark.parametrize(("fuel", "own", "other"), [("wood", 0, 2), ("gas", 2, 0)])
+def test_flame_behind_flame_has_the_tint_of_thin_flame(fuel: str, own: int, other: int) -> None:
+    """Dimmed alike in red, green and blue, it would be mud before the bright core of a fire."""
+    shed = []
+    for soot in (0.0, 1.0):
+        drawn = fire(6, fuel=fuel, soot=soot, glow=0.0, intensity=0.5).draw(3, camera()).light
+        light = -np.log1p(-np.minimum(drawn.astype(np.float64), 0.999)).sum(axis=(0, 1))
+        shed.append(light)
+    passed = shed[1] / shed[0]
+    assert passed[other] < 0.9 * passed[own] < 0.9
