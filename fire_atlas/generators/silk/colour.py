@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.blackbody import blackbody
 from fire_atlas.core.easing import smooth_step
-from fire_atlas.core.pixels import Plane, as_plane, srgb_to_linear
+from fire_atlas.core.pixels import REC709, Plane, as_plane, srgb_to_linear
 from fire_atlas.generators.silk.fuel import Fuel
 from fire_atlas.generators.silk.texture import Image
 
@@ -81,6 +81,15 @@ class ColourMap:
         tables = np.stack([(each * light).astype(np.float32) for each in colours])
         blue = _linear_of_hex([_BLUE])[0] * np.float32(fuel.blue_light * gain)
         return cls(tables, fuel.reference_speed, gain, exponents, blue, fuel.soot * soot)
+
+    @property
+    def dimming(self) -> NDArray[np.float64]:
+        """How much an optical depth dims red, green and blue, (3,), in the mean over luminance 1.
+
+        Grey dimming would show a bright flame behind another as mud. So light that has passed a
+        flame has the tint of thin flame: soot absorbs the more, the shorter the wavelength.
+        """
+        return np.asarray(self.opacity_exponents / (self.opacity_exponents @ REC709), np.float64)
 
     def light(self, image: Image, v_rms: float) -> NDArray[np.float32]:
         """Return the light (height, width, 3) of an image on a sheet that moves at ``v_rms``."""

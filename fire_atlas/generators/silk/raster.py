@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.pixels import as_plane
 from fire_atlas.vision.warp import sample_at
 
 _MAP_WIDTH = 4096
@@ -199,10 +200,10 @@ class Medium:
             moment += np.bincount(pixel, weights=weight, minlength=len(moment))
             weight = weight * depth
 
-    def transmittance(
+    def thickness_before(
         self, pixel: NDArray[np.intp], depth: NDArray[np.float32], thickness: NDArray[np.float32]
     ) -> NDArray[np.float32]:
-        """Return the share of light from ``depth`` (n,) that passes what is in front of it.
+        """Return the optical depth (n,) of what is in front of ``depth`` (n,).
 
         The matter added there itself, ``thickness``, hides nothing of its own light.
         """
@@ -212,5 +213,4 @@ class Medium:
         place = (depth - mean[pixel]) / np.sqrt(variance + _MIN_SPREAD**2)[pixel]
         # The logistic function of 1.7 x is within 0.01 of the normal distribution.
         share = 1 / (1 + np.exp(np.clip(-1.7 * place, -30, 30)))
-        before = np.maximum(share * total[pixel] - 0.5 * thickness, 0.0)
-        return np.exp(-before).astype(np.float32)
+        return as_plane(np.maximum(share * total[pixel] - 0.5 * thickness, 0.0))

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import ClassVar
 
 import cv2
@@ -91,12 +92,14 @@ class _FlameFragments:
         pixel: (n,) index of the sample, row by row.
         light: (n, 3) light that the flame sheds there.
         thickness: (n,) optical depth of its flame and soot.
+        dimming: (n, 3) how much an optical depth in front dims its red, green and blue.
         depth: (n,) depth, heights.
     """
 
     pixel: NDArray[np.intp]
     light: NDArray[np.float32]
     thickness: NDArray[np.float32]
+    dimming: NDArray[np.float32]
     depth: NDArray[np.float32]
 
 
@@ -134,8 +137,8 @@ class SilkRenderer:
             medium.add(flame.pixel, flame.depth, flame.thickness)
         for n, sheets in enumerate(batches):
             flame = self._flame(i, sheets, camera, intruders) if n else first
-            passed = medium.transmittance(flame.pixel, flame.depth, flame.thickness)
-            seen = flame.light * passed[:, None]
+            before = medium.thickness_before(flame.pixel, flame.depth, flame.thickness)
+            seen = flame.light * np.exp(-before[:, None] * flame.dimming)
             light += raster.accumulate(flame.pixel, seen, width, height)
         glow = scattered(light, camera.scale * _SUPERSAMPLING, self.glow) if self.glow else 0
         if intruders.is_empty:
@@ -280,13 +283,15 @@ class SilkRenderer:
         heights, and opacities (sheets, rows, columns), 0..1.
 
         Seen edge-on, a sheet would be a bright line. The flame it represents has depth, so the
-        sheet fades and those that cross it are seen instead.
+        sheet fades and those that cross it are seen instead. So it does towards a fold, where its
+        far side begins.
         """
         x = np.asarray(self.recording.x[i, sheets], np.float64)
         facing = np.abs(np.einsum("srcd,srcd->src", normals(x), camera.sight_lines(x)))
         # From above no upright sheet faces the camera, so divide by the best possible cosine.
         facing /= max(math.cos(camera.elevation), _MIN_COSINE)
         share = smooth_step((facing - _VANISHING_COSINE) / _FADE_RANGE)
+        share *= smooth_step(_least_facing(x, camera) / _VANISHING_COSINE)
         projected = camera.project(x)
         before = smooth_step((camera.distance + projected[..., 2]) / _NEAR_FADE)
         return projected, share * self._density(i, sheets) * before
@@ -321,7 +326,8 @@ class SilkRenderer:
         depth = fragments.attributes[:, 6]
         if not intruders.is_empty:
             found *= intruders.shows(fragments.pixel, depth)[:, None]
-        return _FlameFragments(fragments.pixel, found[:, :3], found[:, 3], depth)
+        dimming = self.textures.dimming(sheets, fragments.attributes[:, 1])
+        return _FlameFragments(fragments.pixel, found[:, :3], found[:, 3], dimming, depth)
 
     def _hearth(self, i: int) -> Hearth:
         """Return the place where the fire on the ground burns, at frame ``i``."""
@@ -353,6 +359,22 @@ class SilkRenderer:
             share = float(weight.sum())
             fires.append((share, camera.view_of(weight @ middle / max(share, 1e-9))))
         return fires
+
+
+def _least_facing(x: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
+    """Return for every node (sheets, rows, columns) the least cosine, 0..1, between the lines of
+    sight and the normals of the cells around it.
+
+    It is 0 where some of them show one side and some the other: there the sheet ends for the eye.
+    """
+    diagonal, other = x[:, 1:, 1:] - x[:, :-1, :-1], x[:, 1:, :-1] - x[:, :-1, 1:]
+    normal = np.cross(diagonal, other)
+    normal /= np.maximum(lengths(normal), 1e-12)[..., None]
+    sight = camera.sight_lines((x[:, 1:, 1:] + x[:, :-1, :-1]) / 2)
+    facing = np.pad(np.einsum("srcd,srcd->src", normal, sight), ((0, 0), (1, 1), (1, 1)), "edge")
+    around = [facing[:, :-1, :-1], facing[:, :-1, 1:], facing[:, 1:, :-1], facing[:, 1:, 1:]]
+    least, most = reduce(np.minimum, around), reduce(np.maximum, around)
+    return np.asarray(np.maximum(np.maximum(least, -most), 0.0))
 
 
 def _refined(nodes: NDArray[np.float64], count: int, axis: int) -> NDArray[np.float64]:

@@ -84,6 +84,13 @@ class SheetTextures:
         exponents = np.stack([each.opacity_exponents for each in self.colours[sheets]])
         return exponents[:, None, None]
 
+    def dimming(self, sheets: slice, row: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return how much an optical depth dims red, green and blue, (n, 3), of the light at rows
+        (n,) of the stacked texture."""
+        height = self.loops[0].images.shape[1]
+        each = np.stack([colours.dimming for colours in self.colours[sheets]])
+        return as_plane(each[((row + np.float32(0.5)) // height).astype(np.intp)])
+
     def _light(self, i: int, sheet: int) -> NDArray[np.float32]:
         image = self.loops[self.texture_index[sheet]].image_at(float(self.phase[i, sheet]))
         if self.mirrored[sheet]:

@@ -309,3 +309,34 @@ def test_the_flame_lights_wax_from_within() -> None:
 def test_an_intensity_of_ten_stays_within_what_a_page_holds() -> None:
     light = fire(4, intensity=10.0).draw(1, camera()).light
     assert 0.95 < light.max() <= 1.0
+
+
+def test_a_folded_sheet_fades_towards_its_fold() -> None:
+    """Where a cell that shows one side meets one that shows the other, a sheet ends for the eye: as
+    a straight line in the air, if it were seen there."""
+    made, eye = fire(12, wind={"level": 2}, turbulence=2.0), camera(30.0, 8.0, 3.0)
+    seen, folds = [], 0
+    for i in range(0, 12, 3):
+        place, opacity = made.project_nodes(i, slice(None), eye)
+        seen.append(opacity)
+        one = place[:, 1:, 1:, :2] - place[:, :-1, :-1, :2]
+        other = place[:, 1:, :-1, :2] - place[:, :-1, 1:, :2]
+        front = one[..., 0] * other[..., 1] > one[..., 1] * other[..., 0]
+        ends = front[:, :, 1:] != front[:, :, :-1]
+        folds += int(ends.sum())
+        for edge in (opacity[:, :-1, 1:-1][ends], opacity[:, 1:, 1:-1][ends]):
+            assert edge.max() < 0.01
+    assert folds > 50
+    assert np.mean(seen) > 0.04
+
+
+@pytest.mark.parametrize(("fuel", "own", "other"), [("wood", 0, 2), ("gas", 2, 0)])
+def test_flame_behind_flame_has_the_tint_of_thin_flame(fuel: str, own: int, other: int) -> None:
+    """Dimmed alike in red, green and blue, it would be mud before the bright core of a fire."""
+    shed = []
+    for soot in (0.0, 1.0):
+        drawn = fire(6, fuel=fuel, soot=soot, glow=0.0, intensity=0.5).draw(3, camera()).light
+        light = -np.log1p(-np.minimum(drawn.astype(np.float64), 0.999)).sum(axis=(0, 1))
+        shed.append(light)
+    passed = shed[1] / shed[0]
+    assert passed[other] < 0.9 * passed[own] < 0.9
