@@ -57,30 +57,33 @@ TORCH = Burner(
     frames=32,
     seed=4,
     base=210,
-    half_width=20,
+    half_width=24,
     depth=13,
-    life=72,
+    life=56,
     thinning=5.0,
-    draught=2.6,
-    sway=3.5,
-    inflow=0.0045,
-    buoyancy=0.4,
-    drag=0.05,
-    swelling=0.09,
+    draught=3.2,
+    sway=2.8,
+    inflow=0.013,
+    buoyancy=0.35,
+    drag=0.07,
+    swelling=0.06,
     flicker=0.9,
-    turbulence=0.11,
-    confinement=0.05,
+    turbulence=0.2,
+    confinement=0.04,
     eddies=(14.0, 66.0),
+    steepest=0.4,
     tongues=(14.0, 50.0),
+    ragged=0.25,
 )
 FIREBALL = Burner(
     size=(256, 160),
     frames=24,
     seed=15,
     base=210,
-    half_width=27,
-    depth=27,
-    life=34,
+    half_width=30,
+    depth=33,
+    life=38,
+    thinning=6.0,
     draught=5.5,
     inflow=0.012,
     buoyancy=0.0,
@@ -89,7 +92,8 @@ FIREBALL = Burner(
     turbulence=0.24,
     confinement=0.05,
     eddies=(9.0, 50.0),
-    tongues=(9.0, 40.0),
+    tongues=(12.0, 40.0),
+    ragged=1.2,
 )
 
 
@@ -111,25 +115,32 @@ CAMPFIRE_SLICES = (
     Slice(0.65, 0.7, 1.1, -12.0, jets=5),
 )
 TORCH_SLICES = (
-    Slice(0.75, 0.75, 0.8, -1.7),
-    Slice(0.7, 0.9, 1.0, jets=3),
-    Slice(0.7, 0.7, 1.1, -4.25, 0.85, jets=3),
-    Slice(0.6, 0.65, 1.1, 5.1, 0.8),
+    Slice(0.75, 0.85, 0.8, -1.7),
+    Slice(0.7, 0.72, 0.9, -1.0, jets=5),
+    Slice(0.7, 0.75, 1.0, -4.25, 0.85),
+    Slice(0.6, 0.65, 1.0, 5.1, 0.8),
 )
-FIREBALL_SLICES = (Slice(0.9, 1.0, 0.4), Slice(0.7, 0.85, 0.9), Slice(0.5, 1.1, 1.0))
+#: The narrower, the shorter they burn: hottest in the middle of the head.
+FIREBALL_SLICES = (
+    Slice(0.65, 1.0, 0.5),
+    Slice(0.5, 0.85, 0.8),
+    Slice(0.5, 0.7, 0.4, life=0.6),
+    Slice(1.1, 0.5, 0.2, life=0.35),
+)
 
 
-def glow(fuel: Field) -> Field:
+def glow(fuel: Field, hollow: float) -> Field:
     """Light from a slice of flame: a sharp-edged sheet of soot, hotter where fuel is plenty.
 
-    Fuel that has just come out burns at its edges only, so that feet are dim inside.
+    Fuel that has just come out burns at its edges only: a share ``hollow`` of its light is
+    missing, so that feet are dim inside.
     """
     hot = 0.2 + 2.2 * fuel**1.5
-    light = soft_step(0.04, 0.2, fuel) * hot * (1 - 0.6 * soft_step(0.6, 1.0, fuel))
+    light = soft_step(0.04, 0.2, fuel) * hot * (1 - hollow * soft_step(0.6, 1.0, fuel))
     return np.asarray(light, dtype=np.float32)
 
 
-def stacked(burner: Burner, slices: Sequence[Slice]) -> Field:
+def stacked(burner: Burner, slices: Sequence[Slice], hollow: float = 0.6) -> Field:
     """Light of thin flames behind one another, shape (frames, height, width)."""
     light = np.zeros((burner.frames, *burner.size), np.float32)
     for number, piece in enumerate(slices):
@@ -144,7 +155,7 @@ def stacked(burner: Burner, slices: Sequence[Slice]) -> Field:
         )
         for frame, fuel in zip(light, burn_loop(finer(part, DETAIL)), strict=True):
             frame += piece.weight * cv2.resize(
-                glow(fuel), frame.shape[::-1], interpolation=cv2.INTER_AREA
+                glow(fuel, hollow), frame.shape[::-1], interpolation=cv2.INTER_AREA
             )
     return light
 
@@ -178,15 +189,15 @@ def make_campfire(folder: Path) -> None:
 
 def make_torch(path: Path) -> None:
     """32 frames of a torch's flame on black at 20 fps, one GIF."""
-    light = stacked(TORCH, TORCH_SLICES)
+    light = stacked(TORCH, TORCH_SLICES, 0.2)
     frames = [quantise(exposure(f, 1.0), LEVELS) for f in light]
     save_gif(path, frames, over_black(fire_palette(LEVELS)), fps=20)
 
 
 def make_fireball(folder: Path) -> None:
     """24 transparent frames of a fireball flying to the right at 24 fps."""
-    light = stacked(FIREBALL, FIREBALL_SLICES)
-    frames = [quantise(exposure(np.rot90(f).copy(), 0.7), LEVELS) for f in light]
+    light = stacked(FIREBALL, FIREBALL_SLICES, 0.0)
+    frames = [quantise(exposure(np.rot90(f).copy(), 0.75), LEVELS) for f in light]
     save_frames(folder, frames, fire_palette(LEVELS))
 
 

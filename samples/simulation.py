@@ -42,8 +42,10 @@ class Burner:
     confinement: float = 0.10  #: vorticity confinement
     turbulence: float = 0.10  #: acceleration of the periodic stirring
     eddies: tuple[float, float] = (26.0, 90.0)  #: wavelengths of the stirring
+    steepest: float = np.pi  #: of its waves, radians from sideways: small ones stir up and down
     flicker: float = 0.55  #: how far the fuel supply varies along the burner
     tongues: tuple[float, float] = (14.0, 60.0)  #: wavelengths of that variation
+    ragged: float = 0.0  #: how far moving noise of these wavelengths eats into the burner's rim
     drag: float = 0.02  #: share of the velocity lost per frame
     substeps: int = 2
     settling: int = 3  #: loops burnt before the one recorded
@@ -120,9 +122,10 @@ class Furnace:
     calm: Field = field(init=False)
     supply: LoopNoise = field(init=False)
     stirring: LoopNoise = field(init=False)
+    rim: LoopNoise = field(init=False)
 
     def __post_init__(self) -> None:
-        """Lay out the grid, the burner's bed and the two noises."""
+        """Lay out the grid, the burner's bed and the noises."""
         burner = self.burner
         height, width = burner.size
         rng = np.random.Generator(np.random.Philox(burner.seed))
@@ -138,7 +141,8 @@ class Furnace:
         self.calm = margin_window(height, width, 18)
         period, speed = burner.frames, burner.draught + 1.2
         self.supply = LoopNoise.draw(rng, burner.tongues, period, 0.5, 18, 0.6)
-        self.stirring = LoopNoise.draw(rng, burner.eddies, period, speed, 36)
+        self.stirring = LoopNoise.draw(rng, burner.eddies, period, speed, 36, burner.steepest)
+        self.rim = LoopNoise.draw(rng, burner.tongues, period, speed / 2, 24)
 
     def advance(self, flame: Flame, time: float, dt: float) -> Flame:
         """The state ``dt`` frames after ``time``."""
@@ -168,11 +172,15 @@ class Furnace:
 
     def feed(self, fuel: Field, time: float) -> Field:
         """Renew the fuel at the burner, in a row of tongues that swell and starve."""
-        top, bottom = self.bed_rows
+        burner, (top, bottom) = self.burner, self.bed_rows
         ripple = self.supply.sample(bottom - top, fuel.shape[1], time)
-        share = np.clip(1 - self.burner.flicker * (0.5 - 0.6 * ripple), 0, 1)
+        share = np.clip(1 - burner.flicker * (0.5 - 0.6 * ripple), 0, 1)
         fuel = fuel * self.calm
-        strength = self.bed[top:bottom] * share * (2 - share)
+        bed = self.bed[top:bottom]
+        if burner.ragged:
+            bite = np.clip(0.5 + 0.5 * self.rim.sample(bottom - top, fuel.shape[1], time), 0, 1.5)
+            bed = np.clip(bed - np.float32(burner.ragged) * bite * (1 - bed), 0, 1)
+        strength = bed * share * (2 - share)
         fuel[top:bottom] = np.maximum(fuel[top:bottom], strength)
         return fuel
 

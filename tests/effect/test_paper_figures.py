@@ -20,7 +20,6 @@ AS_THE_PAPER = {"feature_force": 0.3, "lift": 0.3, "turbulence": 0}
 
 FIGURE_8 = [
     ("cartoon", {}, 1.5),
-    ("torch", AS_THE_PAPER, 1.5),
     ("cartoon", AS_THE_PAPER, 1.5),
     ("pixel_art", AS_THE_PAPER, 1.2),
     real("cartoon_fluent_fire", {}, 1.2),
@@ -33,9 +32,9 @@ FIGURE_8 = [
     real("real_fireplace_gif", AS_THE_PAPER, 1.2),
 ]
 """Rising flames that have features by the paper's ε (softer fire has next to none; of the fine
-tongues of the campfire next to no flake goes down either way), the field's settings, and how many
-times as many steps go down without κ at least. What embers do on their own outside the flame adds
-as many to both."""
+tongues of the campfire and the torch next to no flake goes down either way), the field's settings,
+and how many times as many steps go down without κ at least. What embers do on their own outside
+the flame adds as many to both."""
 
 
 def _alive(effect: EffectRun) -> float:
