@@ -84,16 +84,16 @@ FIREBALL = Burner(
     depth=33,
     life=38,
     thinning=6.0,
-    draught=5.5,
+    draught=4.2,
     inflow=0.012,
     buoyancy=0.0,
     drag=0.03,
     swelling=0.03,
-    turbulence=0.24,
+    turbulence=0.18,
     confinement=0.05,
     eddies=(9.0, 50.0),
     tongues=(12.0, 40.0),
-    ragged=1.2,
+    ragged=0.8,
 )
 
 

@@ -52,8 +52,9 @@ def game(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def torch(game: Path) -> Path:
     """The project, with the ready windy torch from four sides, small and short."""
     keys = {
-        "views.count": 4, "timeline.frames": 6, "source.height": 80, "flakes.bake": "false",
-        "atlas.alpha": "premultiplied", "exports": "[json, godot]", "tracks": "[json, light]",
+        "views.count": 4, "views.elevation": 20, "timeline.frames": 6, "source.height": 80,
+        "flakes.bake": "false", "atlas.alpha": "premultiplied", "exports": "[json, godot]",
+        "tracks": "[json, light]",
         "atlas.mesh": "{vertices: 8}",  # which sprites in space draw as rectangles
     }  # fmt: skip
     recipe = shipped("recipes") / "windy_torch.yaml"
