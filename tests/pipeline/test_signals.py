@@ -88,7 +88,9 @@ def test_outputs_are_whole_whenever_a_signal_comes(
         repo.build.mkdir()
         for name, data in old.items():
             (repo.build / name).write_bytes(data)
-        ran = interrupted(command("build", recipe, *changed), max(earliest, seconds * step / 12), number)
+        ran = interrupted(
+            command("build", recipe, *changed), max(earliest, seconds * step / 12), number
+        )
         assert (ran.code, ran.err) in [(EXIT_CODE, f"error: {MESSAGE}\n"), (0, "")]
         assert contents(repo.build) in ((old, new) if ran.code else (new,))
 
