@@ -12,7 +12,7 @@ from fire_atlas.core.clip import Clip, Form, depth_of
 from fire_atlas.core.picture import Picture, as_light
 from fire_atlas.core.pixels import LIGHT_STEPS, Pixels, Plane, as_steps, expose
 from fire_atlas.effect.composition.blur import EXAGGERATION, blur_along
-from fire_atlas.effect.composition.composite import compose, emitted
+from fire_atlas.effect.composition.composite import VISIBLE_LIGHT, compose, emitted
 from fire_atlas.effect.composition.smoke import Smoke
 from fire_atlas.effect.flakes.drawing import add_glow, draw_frame
 from fire_atlas.effect.flakes.layer import FlakeLight
@@ -227,7 +227,7 @@ def _with_flakes(
     under = np.ascontiguousarray(as_light(behind)[0].T)
     dots = None
     if palette is not None and not settings.pixel_art:
-        dots = flakes.dots().reshape(-1).take(lit)
+        dots = flakes.dots(VISIBLE_LIGHT).reshape(-1).take(lit)
     pixels = compose(under, flakes.at(lit), composite.blend, space, palette, dots)
     values[lit] = _as_values(pixels, space, is_ready)
     return whole

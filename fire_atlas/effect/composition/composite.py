@@ -26,6 +26,9 @@ _MIN_VISIBLE = 0.25
 """Brightness (sRGB, 0..1) from which a flake is drawn in a colour of the palette. Dimmer ones are
 left out: a palette of few colours cannot show them fade."""
 
+VISIBLE_LIGHT = float(1 / (1 / srgb_to_linear(np.array(_MIN_VISIBLE)) - 1))
+"""Light, before exposure, that is shown as bright as that."""
+
 _PALETTE_SAMPLES = 16
 """Number of frames, evenly spread over the clip, in which its colours are counted."""
 

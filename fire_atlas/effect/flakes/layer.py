@@ -12,10 +12,6 @@ FAINTEST = 4e-4
 """Light, linear, below which nothing is drawn: one step of sRGB's 255."""
 
 
-_DOT_EDGE = 0.0536
-"""Light at which flakes that are painted as dots end: shown, it is a quarter of white in sRGB."""
-
-
 @dataclass(frozen=True, slots=True)
 class FlakeLight:
     """Light on black, linear, summed over all flakes; it may exceed 1 by far.
@@ -44,18 +40,20 @@ class FlakeLight:
 
     def lit(self) -> NDArray[np.intp]:
         """Return the flat indices of all pixels that have visible light, ascending."""
-        brightest = self.planes.max(axis=0) if len(self.planes) > 1 else self.planes[0]
-        return np.flatnonzero(brightest > FAINTEST)
+        return np.flatnonzero(self.brightest() > FAINTEST)
 
-    def dots(self) -> Plane:
+    def brightest(self) -> Plane:
+        """Return the light of the brightest channel of each pixel, (H, W)."""
+        return as_plane(self.planes.max(axis=0) if len(self.planes) > 1 else self.planes[0])
+
+    def dots(self, least: float) -> Plane:
         """Return how far flakes cover each pixel, (H, W), 0..1, if they are painted as flat dots.
 
-        A dot ends where its light gets too faint to be seen, with an edge as smooth as a drawing's:
+        A dot ends where its light falls below ``least``, with an edge as smooth as a drawing's:
         coverage falls from 1 to 0 over the pixel that the outline goes through.
         """
-        brightest = (self.planes * self.colours.max(axis=1)[:, None, None]).max(axis=0)
         # Its logarithm falls evenly beyond the middle of a flake: the slope tells how far it is.
-        level = np.log(np.maximum(brightest, FAINTEST) / _DOT_EDGE)
+        level = np.log(np.maximum(self.brightest(), FAINTEST) / np.float32(least))
         down, across = np.gradient(level)
         distance = level / np.maximum(magnitude(as_plane(down), as_plane(across)), 1e-6)
         return as_plane(np.clip(0.5 + distance, 0, 1))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import light_over_black
-from fire_atlas.core.pixels import Bytes, hue_difference
+from fire_atlas.core.pixels import Bytes, hue_difference, psnr_of
 from fire_atlas.core.workers import Workers
 
 _BAND_ROWS = 128
@@ -123,7 +123,7 @@ def _psnr(bands: list[_BandSums]) -> float:
     squares, values = sum(band.squares for band in bands), sum(band.values for band in bands)
     if not squares:
         return _EXACT
-    return min(round(10 * math.log10(255**4 * values / squares), 2), _EXACT)
+    return min(round(psnr_of(math.sqrt(squares / values) / 255), 2), _EXACT)
 
 
 def _percentile(counts: NDArray[np.int64]) -> float:

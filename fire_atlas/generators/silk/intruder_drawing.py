@@ -282,9 +282,9 @@ def _intersect(body: IntruderBody, ends: Points, start: Points, change: Points) 
     along = ends[1] - ends[0]
     length = float(np.sqrt((along * along).sum()))
     axis = along / length if length else np.array([1.0, 0.0, 0.0])
-    best = _Hit(np.full(start.shape[:-1], np.inf), np.zeros_like(start))
     if body.is_match:
         return _cut_match(ends, axis, body.radius, start, change)
+    best = _Hit(np.full(start.shape[:-1], np.inf), np.zeros_like(start))
     if length:
         best = _nearer(best, _side(axis, length, body.radius, start - ends[0], change))
     for end, outwards in ((ends[0], -axis), (ends[1], axis)):

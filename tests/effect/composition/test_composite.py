@@ -13,7 +13,7 @@ from fire_atlas.core.pixels import (
     srgb_to_linear,
 )
 from fire_atlas.effect.composition.blur import blur_along
-from fire_atlas.effect.composition.composite import compose
+from fire_atlas.effect.composition.composite import VISIBLE_LIGHT, compose
 from fire_atlas.effect.flakes.layer import FlakeLight
 
 
@@ -155,12 +155,14 @@ def test_blur_takes_the_field_where_flakes_do_though_the_grid_overhangs_the_fram
 def test_dots_are_discs_with_smooth_edges() -> None:
     """Light that falls as a Gaussian ends where it is shown as a quarter of white."""
     y, x = np.mgrid[:41, :41]
-    edge = float(srgb_to_linear(np.array(0.25)))
+    shown = float(srgb_to_linear(np.array(0.25)))
+    edge = shown / (1 - shown)
+    assert pytest.approx(edge) == VISIBLE_LIGHT
     for radius in (1.8, 3.0, 7.5):
         distance = np.hypot(x - 20.3, y - 19.6)
-        light = edge / (1 - edge) * np.exp((radius**2 - distance**2) / 12)
+        light = edge * np.exp((radius**2 - distance**2) / 12)
         layer = FlakeLight(as_plane(light)[None], np.array([[1, 0.4, 0.1]], np.float32))
-        cover = layer.dots()
+        cover = layer.dots(VISIBLE_LIGHT)
         assert cover.sum() == pytest.approx(np.pi * radius**2, rel=0.06)
         assert (cover[distance < radius - 1] == 1).all()
         assert (cover[distance > radius + 1] == 0).all()
