@@ -9,6 +9,7 @@ from fire_atlas.generators.profile.generate.skeleton import lean_curve
 from fire_atlas.generators.rendering import rendered_clip
 from fire_atlas.recipe.wind import Gusts, Wind
 from tests.generators.profile.likeness import (
+    Look,
     colour_error,
     deepest_nick,
     detail,
@@ -60,6 +61,16 @@ def test_ten_seconds_in_still_air_are_like_the_clip(name: str, seed: int) -> Non
         assert nearest_input(frame, seen.frames) > 0.04
 
 
+def looks_of_particles_alone(name: str) -> tuple[Look, Look]:
+    """Return how a clip looks, and how fire does that is generated from it without detail."""
+    clip, profile = open_clip(name), learnt_from(name)
+    wanted = settings(48, clip.fps, detail=0.0, loop=False)
+    [view] = renderings(GeneratedFire.of(profile, wanted), [0.0], 0.0, None)
+    fire = rendered_clip(view, wanted.generation, "srgb", ())
+    seen, made = look_at_clip(clip), look_at_fire(fire, profile.front.threshold)
+    return seen, made
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
@@ -74,11 +85,7 @@ def test_ten_seconds_in_still_air_are_like_the_clip(name: str, seed: int) -> Non
     ],
 )
 def test_particles_alone_have_the_colours_of_the_clip(name: str) -> None:
-    clip, profile = open_clip(name), learnt_from(name)
-    wanted = settings(48, clip.fps, detail=0.0, loop=False)
-    [view] = renderings(GeneratedFire.of(profile, wanted), [0.0], 0.0, None)
-    fire = rendered_clip(view, wanted.generation, "srgb", ())
-    seen, made = look_at_clip(clip), look_at_fire(fire, profile.front.threshold)
+    seen, made = looks_of_particles_alone(name)
     assert colour_error(seen.table, made.table) <= 10
 
 
@@ -95,11 +102,7 @@ def test_particles_alone_have_the_colours_of_the_clip(name: str) -> None:
     ],
 )
 def test_particles_alone_are_like_the_clip_too(name: str) -> None:
-    clip, profile = open_clip(name), learnt_from(name)
-    wanted = settings(48, clip.fps, detail=0.0, loop=False)
-    [view] = renderings(GeneratedFire.of(profile, wanted), [0.0], 0.0, None)
-    fire = rendered_clip(view, wanted.generation, "srgb", ())
-    seen, made = look_at_clip(clip), look_at_fire(fire, profile.front.threshold)
+    seen, made = looks_of_particles_alone(name)
     assert made.height == pytest.approx(seen.height, rel=0.1)
     assert made.width == pytest.approx(seen.width, rel=0.15)
     # The torch sways from side to side: the median is of the side on which it happens to be longer.
