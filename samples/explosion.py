@@ -1,7 +1,7 @@
 """A one-shot explosion: a flash, a fireball that billows, and smoke that rises and thins out.
 
 Thin sheets of gas, each with a life of its own, lie behind one another; the rules of the flow are
-those of ``simulation``.  Fuel glows until it has burnt, the soot that comes with it stays.
+those of ``plane_flow``.  Fuel glows until it has burnt, the soot that comes with it stays.
 
 Units: pixels and frames.  Fields are float32 arrays of shape ``(height, width)``, rows downwards.
 """
@@ -12,16 +12,10 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
+from noise import LoopNoise
 from painting import Field, Pixels, coarser, fire_colours, layer_over, soft_step, straight
-from simulation import (
-    LoopNoise,
-    advect,
-    burn,
-    confine,
-    margin_window,
-    open_laplacian,
-    project,
-)
+from plane_flow import advect, burn, confine, project
+from simulation import margin_window, open_laplacian
 
 SIZE = 192  #: height and width of a frame
 DETAIL = 1.5  #: grid cells per pixel
@@ -75,13 +69,13 @@ class Sheet:
         """Lay out the grid, the lumpy charge with its soot, and the stirring."""
         n = round(SIZE * DETAIL)
         rng = np.random.Generator(np.random.Philox(self.seed))
-        grid = np.mgrid[0:n, 0:n].astype(np.float32)
-        self.rows, self.columns = grid[0], grid[1]
-        self.laplacian = open_laplacian(n, n)
-        self.calm = margin_window(n, n, 18)
+        self.rows, self.columns = np.mgrid[0:n, 0:n].astype(np.float32)
+        self.laplacian = open_laplacian((n, n))
+        self.calm = margin_window((n, n), 18)
         charge = lumps(rng, self.rows / DETAIL, self.columns / DETAIL)
-        grain = LoopNoise.draw(rng, GRAIN, 1, 0.0, 80).sample(n, n, 0.0)
-        billows = LoopNoise.draw(rng, BILLOWS, 1, 0.0, 60).sample(n, n, 0.0)
+        places = (self.rows[:, 0], self.columns[0])
+        grain = LoopNoise.draw(rng, GRAIN, 1, 0.0, 80).sample(places, 0.0)
+        billows = LoopNoise.draw(rng, BILLOWS, 1, 0.0, 60).sample(places, 0.0)
         self.fuel = np.clip(charge * (1 + 0.28 * np.minimum(grain, 1)), 0, 1)
         self.soot = soft_step(0.0, 0.35, self.fuel) * np.clip(0.72 + 0.22 * billows, 0.2, 1)
         self.stirring = LoopNoise.draw(rng, EDDIES, 2 * FRAMES, 0.6, 40)
@@ -99,7 +93,7 @@ class Sheet:
         )
         fuel = burn(fuel, LIFE, dt, THINNING) * self.calm
         soot = burn(soot, LINGER, dt, THINNING) * self.calm
-        stream = self.stirring.sample(len(fuel), len(fuel), time)
+        stream = self.stirring.sample((self.rows[:, 0], self.columns[0]), time)
         push_x, push_y = self.forces(Gas(fuel, soot, u, v), stream)
         keep = np.float32(1 - DRAG * dt) * self.calm
         u, v = (u + push_x * np.float32(dt)) * keep, (v + push_y * np.float32(dt)) * keep

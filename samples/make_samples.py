@@ -6,17 +6,18 @@ The same on every run: seeded Philox generators, no clock, nothing copied from e
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
 
 import cv2
 import numpy as np
 from candle import candle_frames
 from cartoon import cartoon_frames
 from explosion import explosion_frames
+from noise import Field, LoopNoise
 from painting import (
+    Pixels,
     exposure,
     fire_palette,
     over_black,
@@ -28,177 +29,174 @@ from painting import (
     soft_step,
 )
 from pixel_flame import pixel_frames
-from simulation import Burner, Field, LoopNoise, burn_loop, finer
+from simulation import Burner, Jet, Physics, burn_loop
 
-DETAIL = 1.5  #: grid cells per pixel of a frame
 LEVELS = 128  #: colours of a palette: fewer bytes than with 256, and no step to be seen
 HERE = Path(__file__).resolve().parent
 
+
+def bed(
+    seed: int, count: int, base: float, spread: float, radii: tuple[float, float], uneven: float
+) -> list[Jet]:
+    """Jets among the logs of a fire, at golden angles about the middle of row ``base``.
+
+    Smaller, weaker and lower the further out; up to ``uneven`` pixels above the row.
+    """
+    rng = np.random.Generator(np.random.Philox(seed))
+    jets = []
+    for number in range(count):
+        out = np.sqrt((number + 0.5) / count)
+        angle = 2.4 * number + rng.uniform(-0.4, 0.4)
+        lift = uneven * rng.uniform(-0.1, 1) * (1 - 0.6 * out)
+        jets.append(
+            Jet(
+                right=spread * out * np.cos(angle),
+                down=base - lift,
+                away=0.8 * spread * out * np.sin(angle),
+                radius=rng.uniform(*radii) * (1.2 - 0.5 * out),
+                strength=rng.uniform(0.8, 1) * (1 - 0.2 * out),
+            )
+        )
+    return jets
+
+
+def ball(seed: int, count: int, base: float, reach: float, radii: tuple[float, float]) -> list[Jet]:
+    """Jets that make a lumpy ball about the middle of row ``base``."""
+    rng = np.random.Generator(np.random.Philox(seed))
+    jets = [Jet(0, base, 0, 1.5 * radii[1], flat=1)]
+    for way in rng.normal(size=(count, 3)):
+        right, down, away = reach * way / np.linalg.norm(way)
+        jets.append(Jet(right, base + down, away, rng.uniform(*radii), rng.uniform(0.8, 1), 1))
+    return jets
+
+
 CAMPFIRE = Burner(
-    size=(320, 256),
+    size=(200, 320, 256),
     frames=48,
     seed=9,
     base=285,
-    half_width=60,
-    depth=22,
-    life=54,
-    draught=3.0,
-    inflow=0.005,
-    buoyancy=0.55,
-    drag=0.04,
-    swelling=0.1,
-    turbulence=0.11,
-    confinement=0.05,
-    eddies=(14.0, 80.0),
-    tongues=(8.0, 50.0),
+    jets=bed(8, 14, 285, 68, (20, 30), 16),
+    ragged=0.5,
+    gust=3.0,
+    inflow=0.012,
+    draught=2.0,
+    physics=Physics(life=34, lift=0.5),
 )
 TORCH = Burner(
-    size=(240, 160),
+    size=(120, 240, 160),
+    cell=1.5,
     frames=32,
     seed=4,
     base=210,
-    half_width=24,
-    depth=13,
-    life=56,
-    thinning=5.0,
-    draught=3.2,
-    sway=2.8,
-    inflow=0.013,
-    buoyancy=0.35,
-    drag=0.07,
-    swelling=0.06,
-    flicker=0.9,
-    turbulence=0.2,
-    confinement=0.04,
-    eddies=(14.0, 66.0),
-    steepest=0.4,
-    tongues=(14.0, 50.0),
-    ragged=0.25,
+    jets=bed(6, 6, 208, 10, (18, 22), 8),
+    ragged=0.5,
+    pulse=0.35,
+    draught=3.0,
+    gust=6.0,
+    inflow=0.012,
+    closing=20,
+    physics=Physics(life=44, lift=0.4),
 )
 FIREBALL = Burner(
-    size=(256, 160),
+    size=(140, 256, 160),
+    cell=1.5,
     frames=24,
     seed=15,
     base=210,
-    half_width=30,
-    depth=33,
-    life=38,
-    thinning=6.0,
-    draught=4.2,
-    inflow=0.012,
-    buoyancy=0.0,
-    drag=0.03,
-    swelling=0.03,
-    turbulence=0.18,
-    confinement=0.05,
-    eddies=(9.0, 50.0),
-    tongues=(12.0, 40.0),
+    jets=ball(3, 7, 208, 16, (13, 20)),
     ragged=0.8,
-)
-
-
-class Slice(NamedTuple):
-    """One of the thin flames that, behind one another, make a deep one."""
-
-    weight: float  #: brightness
-    width: float  #: relative to the burner's
-    flicker: float  #: how far its fuel supply varies
-    offset: float = 0.0  #: of its burner to the right, pixels
-    life: float = 1.0  #: relative to the burner's
-    jets: int = 0  #: places along its bed where fuel comes out; 0: all over it
-
-
-CAMPFIRE_SLICES = (
-    Slice(0.45, 0.95, 0.6, life=0.38),
-    Slice(0.5, 0.8, 0.95, life=0.65),
-    Slice(0.75, 1.0, 1.1, jets=7),
-    Slice(0.65, 0.7, 1.1, -12.0, jets=5),
-)
-TORCH_SLICES = (
-    Slice(0.75, 0.85, 0.8, -1.7),
-    Slice(0.7, 0.72, 0.9, -1.0, jets=5),
-    Slice(0.7, 0.75, 1.0, -4.25, 0.85),
-    Slice(0.6, 0.65, 1.0, 5.1, 0.8),
-)
-#: The narrower, the shorter they burn: hottest in the middle of the head.
-FIREBALL_SLICES = (
-    Slice(0.65, 1.0, 0.5),
-    Slice(0.5, 0.85, 0.8),
-    Slice(0.5, 0.7, 0.4, life=0.6),
-    Slice(1.1, 0.5, 0.2, life=0.35),
+    speed=3.0,
+    wander=0.7,
+    draught=6.0,
+    gust=0.8,
+    inflow=0.008,
+    closing=12,
+    physics=Physics(life=33, lift=0, thinning=3, swelling=0.5, confinement=0.6),
 )
 
 
 def glow(fuel: Field, hollow: float) -> Field:
-    """Light from a slice of flame: a sharp-edged sheet of soot, hotter where fuel is plenty.
+    """Light of flame per pixel of depth: a sharp-edged sheet of soot, hotter where fuel is plenty.
 
     Fuel that has just come out burns at its edges only: a share ``hollow`` of its light is
     missing, so that feet are dim inside.
     """
-    hot = 0.2 + 2.2 * fuel**1.5
+    hot = 0.006 + 0.2 * fuel**2.2
     light = soft_step(0.04, 0.2, fuel) * hot * (1 - hollow * soft_step(0.6, 1.0, fuel))
     return np.asarray(light, dtype=np.float32)
 
 
-def stacked(burner: Burner, slices: Sequence[Slice], hollow: float = 0.6) -> Field:
-    """Light of thin flames behind one another, shape (frames, height, width)."""
-    light = np.zeros((burner.frames, *burner.size), np.float32)
-    for number, piece in enumerate(slices):
-        part = replace(
-            burner,
-            seed=burner.seed + number,
-            half_width=burner.half_width * piece.width,
-            flicker=piece.flicker,
-            offset=piece.offset,
-            life=burner.life * piece.life,
-            jets=piece.jets,
-        )
-        for frame, fuel in zip(light, burn_loop(finer(part, DETAIL)), strict=True):
-            frame += piece.weight * cv2.resize(
-                glow(fuel, hollow), frame.shape[::-1], interpolation=cv2.INTER_AREA
-            )
+def seen(fuel: Field, burner: Burner, hollow: float) -> Field:
+    """Light of a fire seen from the front, (height, width); what is near hides a little of the far.
+
+    Twice as many slices as the grid has, each at the size of the picture: the edges of the flame
+    are found between cubes, too.
+    """
+    _, height, width = burner.size
+    light = np.zeros((height, width), np.float32)
+    clear = np.ones((height, width), np.float32)
+    for near, far in pairwise(fuel):
+        for part in (near, (near + far) / 2):
+            if part.max() > 0.04:
+                large = cv2.resize(part, (width, height), interpolation=cv2.INTER_CUBIC)
+                share = burner.cell * glow(np.clip(large, 0, 1), hollow)
+                light += clear * share
+                clear *= np.exp(-np.float32(0.15) * share)
     return light
 
 
-def coals(burner: Burner) -> Field:
-    """Light of the glowing bed that the flames stand in, shape (frames, height, width).
+def risen(burner: Burner, height: float) -> Field:
+    """How far flame shows: 0 at the burner's jets to 1 from ``height`` pixels above, (rows, 1)."""
+    rows = np.arange(burner.size[1], dtype=np.float32)[:, None]
+    return soft_step(-8, height, burner.base - rows)
 
-    Coals of unlike heat, which swells and fades slowly.
+
+def coals(burner: Burner, half_width: float, depth: float) -> Iterator[Field]:
+    """Light, frame by frame, of the glowing bed that the flames stand in, (height, width).
+
+    Coals of unlike heat, which swells and fades slowly; seen from the side, so they look flat.
     """
-    height, width = burner.size
+    _, height, width = burner.size
     rng = np.random.Generator(np.random.Philox(burner.seed + 2000))
-    still = LoopNoise.draw(rng, (5.0, 18.0), burner.frames, 0.0, 36).sample(height, width, 0)
-    slow = LoopNoise.draw(rng, (14.0, 60.0), burner.frames, 0.0, 36)
-    rows, columns = np.mgrid[0:height, 0:width].astype(np.float32)
-    x = (columns - (width - 1) / 2) / (1.05 * burner.half_width)
-    y = (rows - burner.base - 0.5 * burner.depth) / (0.75 * burner.depth)
+    grains = LoopNoise.draw(rng, (5.0, 14.0), burner.frames, 0.0)
+    slow = LoopNoise.draw(rng, (14.0, 60.0), burner.frames, 0.0)
+    rows, columns = np.arange(height), np.arange(width)
+    x = (columns - (width - 1) / 2) / half_width
+    y = (rows[:, None] - burner.base) / depth
     bed = soft_step(0.0, 0.6, np.clip(1 - np.hypot(x, y), 0, 1))
-    hot = np.clip(0.45 + 0.55 * still, 0, 1.1) ** 1.5
-    light = [
-        bed * (0.08 + hot * np.clip(0.6 + 0.3 * slow.sample(height, width, frame), 0.1, 1.2))
-        for frame in range(burner.frames)
-    ]
-    return np.asarray(light, dtype=np.float32)
+    ground = 2.2 * rows, columns
+    hot = np.clip(0.35 + 0.5 * grains.sample(ground, 0), 0, 1.1) ** 2
+    for frame in range(burner.frames):
+        swell = np.clip(0.6 + 0.5 * slow.sample(ground, frame), 0.05, 1.3)
+        yield np.asarray(0.8 * bed * (0.08 + hot * swell), dtype=np.float32)
+
+
+def begun(loop: list[Pixels], frame: int) -> list[Pixels]:
+    """``loop`` from another ``frame`` on: one in which the flame changes as fast as in most."""
+    return loop[frame:] + loop[:frame]
 
 
 def make_campfire(folder: Path) -> None:
     """48 transparent frames of a campfire at 24 fps."""
-    light = stacked(CAMPFIRE, CAMPFIRE_SLICES) + coals(CAMPFIRE)
-    save_frames(folder, [quantise(exposure(f, 0.8), LEVELS) for f in light], fire_palette(LEVELS))
+    flames = (risen(CAMPFIRE, 34) * seen(fuel, CAMPFIRE, 0.7) for fuel in burn_loop(CAMPFIRE))
+    lights = (flame + bed for flame, bed in zip(flames, coals(CAMPFIRE, 76, 18), strict=True))
+    levels = [quantise(exposure(light, 0.8), LEVELS) for light in lights]
+    save_frames(folder, begun(levels, 12), fire_palette(LEVELS))
 
 
 def make_torch(path: Path) -> None:
     """32 frames of a torch's flame on black at 20 fps, one GIF."""
-    light = stacked(TORCH, TORCH_SLICES, 0.2)
-    frames = [quantise(exposure(f, 1.0), LEVELS) for f in light]
-    save_gif(path, frames, over_black(fire_palette(LEVELS)), fps=20)
+    lights = (risen(TORCH, 24) * seen(fuel, TORCH, 0.5) for fuel in burn_loop(TORCH))
+    levels = [quantise(exposure(light, 0.9), LEVELS) for light in lights]
+    save_gif(path, begun(levels, 18), over_black(fire_palette(LEVELS)), fps=20)
 
 
 def make_fireball(folder: Path) -> None:
     """24 transparent frames of a fireball flying to the right at 24 fps."""
-    light = stacked(FIREBALL, FIREBALL_SLICES, 0.0)
-    frames = [quantise(exposure(np.rot90(f).copy(), 0.75), LEVELS) for f in light]
-    save_frames(folder, frames, fire_palette(LEVELS))
+    lights = (np.rot90(seen(fuel, FIREBALL, 0)).copy() for fuel in burn_loop(FIREBALL))
+    # A film of much contrast: only the head is white.
+    levels = [quantise(exposure(light**1.6, 0.2), LEVELS) for light in lights]
+    save_frames(folder, levels, fire_palette(LEVELS))
 
 
 #: What makes each sample, by the name it has in the folder of samples.

@@ -2,6 +2,7 @@
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.effect.field.buoyancy import lift_direction
+from fire_atlas.effect.flame.direction import UP
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
 from fire_atlas.pipeline.classify import has_undecided_flakes
 from fire_atlas.pipeline.context import BuildContext
@@ -19,6 +20,8 @@ def prepare(
     """
     clip = _arranged(clip, recipe, context)
     direction = lift_direction(recipe.buoyancy)
+    if direction is None and not isinstance(recipe.source, FramesSource):
+        direction = UP  # generated fire rises, and its recipe states the wind that bends it
     # How the flame moves and looks is measured only if anything depends on it.
     is_open = is_first and has_undecided_flakes(recipe)
     is_sampled = (recipe.has_effect or recipe.needs_field) and (direction is None or is_open)

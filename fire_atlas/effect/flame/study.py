@@ -119,8 +119,7 @@ def study_flame(
     )
     samples = FlameSamples.of(clip, segmentation, workers) if is_sampled else None
     if buoyancy is None:
-        # Generated fire rises, and its recipe states the wind that bends it.
-        buoyancy = flame_direction(samples) if samples and clip.flow is None else UP
+        buoyancy = flame_direction(samples) if samples else UP
     total = as_plane(reduce(np.add, masks))
     box, base = _flame_box(total)
     # The paper knows one fire, whose κ spans the image.

@@ -34,6 +34,13 @@ def test_lift_points_where_the_fire_moves(degrees: float, flies: bool, speed: fl
     assert (found - degrees + 180) % 360 - 180 == pytest.approx(0, abs=5)
 
 
+@pytest.mark.parametrize("fps", [16.0, 36.0, 60.0])
+def test_at_another_rate_lift_points_the_same_way(fps: float) -> None:
+    comet = streaming(velocity(200, 0.8), flies=True)
+    x, y = run_effect(comet, {"timeline": {"fps": fps}}).study.buoyancy
+    assert math.degrees(math.atan2(-y, x)) % 360 == pytest.approx(200, abs=5)
+
+
 @pytest.mark.parametrize("degrees", [70, 90, 110])
 def test_fire_that_rises_and_leans_is_lifted_straight_up(degrees: float) -> None:
     assert direction(streaming(velocity(degrees, 0.8))) == 90
