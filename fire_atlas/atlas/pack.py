@@ -80,6 +80,7 @@ def sufficient_side(sizes: Sequence[Size], rules: PageRules, most: int) -> int |
     """
     padded = [(width + rules.padding, height + rules.padding) for width, height in sizes]
     least = max(math.isqrt(sum(w * h for w, h in padded)), *(max(size) for size in padded))
+    least = math.ceil(least * 1.01)  # a page without any gap is hardly ever found
     side = max(rules.page(least, least))
     while side <= most:
         room = _PackedRoom(padded, replace(rules, max_size=side), QUICK)
