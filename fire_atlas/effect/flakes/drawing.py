@@ -55,7 +55,7 @@ _REACH_OF_PIXEL = 1.7
 """Width, px, that the area of a pixel adds to a sprite's. Sprites then are so wide that samples at
 the centres of pixels, which players take, have about the light of the sprite."""
 
-_BATCH = 1 << 15
+_BATCH = 3 << 14
 """Area, px², of boxes that are drawn together: small enough for the processor's cache, large enough
 to be worth a numpy call."""
 
