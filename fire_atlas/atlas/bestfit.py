@@ -134,7 +134,7 @@ class _Remaining:
         far = np.maximum(ledge.left, ledge.right).astype(np.float32)[:, None]
         rest = ledge.width.astype(np.float32)[:, None] - self._widths
         step = np.abs(self._heights - far)
-        scores: Floats = np.minimum(step, np.float32(_MAX_STEP * self._side))
+        scores: Floats = np.clip(step, 0, _MAX_STEP * self._side)
         scores *= np.float32(-_STEP / self._side)
         scores += self._priorities
         too_wide = rest < 0

@@ -284,7 +284,7 @@ def _colour(light: Pixels, coverage: Plane) -> NDArray[np.float32]:
 
     ``light`` is no brighter than its coverage. The fourth channel of the result is arbitrary.
     """
-    divisor = np.maximum(_in_four_channels(coverage), _MIN_DIVISOR)
+    divisor = np.clip(_in_four_channels(coverage), _MIN_DIVISOR, 1)
     return cast(NDArray[np.float32], cv2.divide(light, divisor))
 
 

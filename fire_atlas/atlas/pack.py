@@ -43,6 +43,9 @@ _FIRST_TRIES = 16
 _LOOSE, _NEARLY_FULL = 0.8, 0.9
 """Parts of a page's area: with at most the first much is left empty, with the second little."""
 
+_STEP = 1.02
+"""Factor between the sides of pages that are tried when one is sought that is large enough."""
+
 
 def pack(
     sizes: Sequence[Size],
@@ -76,16 +79,17 @@ def pack(
 def sufficient_side(sizes: Sequence[Size], rules: PageRules, most: int) -> int | None:
     """Return a maximum side with which a page holds all ``sizes``; None if it exceeds ``most``.
 
-    It is at most 1 % above the smallest with which packing finds room for them.
+    It is at most 2 % above the smallest with which packing finds room for them.
     """
     padded = [(width + rules.padding, height + rules.padding) for width, height in sizes]
     least = max(math.isqrt(sum(w * h for w, h in padded)), *(max(size) for size in padded))
+    least = math.ceil(least * _STEP)  # a page without any gap is hardly ever found
     side = max(rules.page(least, least))
     while side <= most:
         room = _PackedRoom(padded, replace(rules, max_size=side), QUICK)
         if room.holds(frozenset(range(len(sizes)))):
             return side
-        side = rules.side(max(side + 1, math.ceil(side * 1.01)))
+        side = rules.side(max(side + 1, math.ceil(side * _STEP)))
     return None
 
 

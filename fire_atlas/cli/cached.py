@@ -1,23 +1,26 @@
-"""The cache that builds use: where their options say it is, and taking outputs from it."""
+"""The cache that builds use: where their options say it is, and taking outputs from it.
+
+What only a build with a cache needs is imported when it is used: most have none.
+"""
 
 import os
 from argparse import Namespace
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fire_atlas.cli.progress import BuildView, Outcome
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.progress import StageTimer
-from fire_atlas.outputs.cache.archive import CacheMissError
-from fire_atlas.outputs.cache.build_cache import BuildCache
-from fire_atlas.outputs.cache.key import CacheKey
-from fire_atlas.pipeline.check import CheckedRecipe
-from fire_atlas.pipeline.restore import restore
+
+if TYPE_CHECKING:
+    from fire_atlas.outputs.cache.build_cache import BuildCache
+    from fire_atlas.pipeline.check import CheckedRecipe
 
 _MODES = ("read", "read-write")
 
 
-def cache_of(args: Namespace) -> BuildCache | None:
+def cache_of(args: Namespace) -> "BuildCache | None":
     """Return the cache that the options of a build, or else the environment, name; None without.
 
     Raises:
@@ -32,15 +35,21 @@ def cache_of(args: Namespace) -> BuildCache | None:
 
 
 @cache
-def _opened(location: str, writes: bool, secret: str) -> BuildCache:
+def _opened(location: str, writes: bool, secret: str) -> "BuildCache":
     """Return the one cache of this process with these settings; it remembers what has failed."""
+    from fire_atlas.outputs.cache.build_cache import BuildCache
+
     return BuildCache(location, writes, secret.encode() or None)
 
 
 def restored(
-    loaded: CheckedRecipe, cache: BuildCache, out: Path, args: Namespace, view: BuildView
+    loaded: "CheckedRecipe", cache: "BuildCache", out: Path, args: Namespace, view: BuildView
 ) -> Outcome | None:
     """Take the outputs of a recipe from a cache; return None if they are not there."""
+    from fire_atlas.outputs.cache.archive import CacheMissError
+    from fire_atlas.outputs.cache.key import CacheKey
+    from fire_atlas.pipeline.restore import restore
+
     timer, key = StageTimer(), CacheKey.of_tree(loaded.tree)
     try:
         with timer.measure("cache"):

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import re
 import zlib
 from dataclasses import dataclass
@@ -91,14 +92,30 @@ def tool_digest() -> str:
     """
     digest = hashlib.sha256()
     package = Path(__file__).resolve().parents[1]
-    for folder, pattern in ((package, "*.py"), (shipped("templates"), "*")):
-        for path in sorted(path for path in folder.rglob(pattern) if path.is_file()):
-            digest.update(path.relative_to(folder).as_posix().encode())
-            digest.update(path.read_bytes())
+    for folder, ending in ((package, ".py"), (shipped("templates"), "")):
+        for name, path in _files(folder, ending):
+            digest.update(name.encode())
+            with open(path, "rb") as file:  # noqa: PTH123
+                digest.update(file.read())
     digest.update(f"zlib {zlib.ZLIB_RUNTIME_VERSION}\n".encode())  # Python's own: in every PNG
     for library in libraries():
         digest.update(f"{library} {_version(library)}\n".encode())
     return digest.hexdigest()
+
+
+def _files(folder: Path, ending: str) -> list[tuple[str, str]]:
+    """Return the name in ``folder`` and the path of every file below it with this ``ending``.
+
+    As text, because hundreds of ``Path`` objects take longer than all else about the digest.
+    """
+    start = len(str(folder)) + 1
+    paths = [
+        f"{inside}{os.sep}{name}"
+        for inside, _, names in os.walk(folder)
+        for name in names
+        if name.endswith(ending)
+    ]
+    return sorted((path[start:].replace(os.sep, "/"), path) for path in paths)
 
 
 def libraries() -> list[str]:
@@ -128,6 +145,9 @@ def _requirements() -> list[str]:
 
 def _version(library: str) -> str:
     try:
-        return metadata.version(library)
+        about = metadata.distribution(library)
     except metadata.PackageNotFoundError:
         return "absent"  # some only come with an extra
+    # `about.version` would parse all of the file, which has the library's whole README.
+    line = re.search(r"^Version: (.*)$", about.read_text("METADATA") or "", re.MULTILINE)
+    return line[1] if line else about.version

@@ -282,7 +282,7 @@ class FrameAnalyser:
         # As in the paper, flakes may be born anywhere; otherwise only where something moves.
         everywhere = settings.features.preset == "paper"
         whole = Window(0, 0, clip.width, clip.height)
-        window = whole if everywhere else study.active_window(settings.buoyancy.cell)
+        window = whole if everywhere else study.segmentation.active_window(settings.buoyancy.cell)
         return cls(
             window,
             cropped(clip, window),

@@ -1,8 +1,13 @@
 """Base class and types that all recipe models share: strict blocks, unions, colours."""
 
+import os
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
+
+# A plugin must not change what a recipe means, and to look for some in all installed packages takes
+# as long as to build the models.
+os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"
 
 
 class Settings(BaseModel):

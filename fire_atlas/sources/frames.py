@@ -11,7 +11,6 @@ from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
-from fire_atlas.sources.animated import open_animation
 from fire_atlas.sources.framing import (
     FlameExtent,
     describe_crop,
@@ -153,6 +152,8 @@ def _open_file(settings: FramesSource, path: Path, kind: str, max_pixels: int) -
     if settings.grid is not None:
         return cached(open_sheet(path, settings.grid, max_pixels))
     if kind in ANIMATIONS:
+        from fire_atlas.sources.animated import open_animation
+
         read_header(path, max_pixels)
         return open_animation(path, kind, settings.fps, max_pixels)
     return cached(_open_images((path,), range(1), max_pixels))

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -42,9 +43,10 @@ def test_every_library_that_makes_outputs_counts_and_no_other() -> None:
 def test_another_version_of_a_library_is_another_tool(
     library: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before, version = tool_digest(), metadata.version
+    before, known = tool_digest(), metadata.distribution
+    newer = Mock(read_text=lambda _: f"Name: {library}\nVersion: 99\n\nVersion: 1\n")
     monkeypatch.setattr(
-        metadata, "version", lambda name: "99" if name == library else version(name)
+        metadata, "distribution", lambda name: newer if name == library else known(name)
     )
     tool_digest.cache_clear()
     assert tool_digest() != before

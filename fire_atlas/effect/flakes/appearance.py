@@ -382,7 +382,7 @@ def spawn_table(
     order = np.concatenate([state.id for state in states])
     seen, first = np.unique(order, return_index=True)
     velocity = [np.concatenate([getattr(s, f"v{axis}") for s in states])[first] for axis in "xyz"]
-    size = np.concatenate(frames)[first, COLUMNS.index("size")]
+    size = np.concatenate([rows[:, COLUMNS.index("size")] for rows in frames])[first]
     return np.column_stack([
         seen, spawns.tick[seen] * TICK, spawns.life[seen], spawns.x[seen], spawns.y[seen],
         *velocity[:2], size, np.zeros(len(seen)),

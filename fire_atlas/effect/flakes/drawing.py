@@ -55,7 +55,7 @@ _REACH_OF_PIXEL = 1.7
 """Width, px, that the area of a pixel adds to a sprite's. Sprites then are so wide that samples at
 the centres of pixels, which players take, have about the light of the sprite."""
 
-_BATCH = 1 << 15
+_BATCH = 3 << 14
 """Area, px², of boxes that are drawn together: small enough for the processor's cache, large enough
 to be worth a numpy call."""
 
@@ -110,8 +110,8 @@ def draw_flakes(rows: Column, height: int, width: int) -> FlakeLight:
     column = by_column(rows)
     radius = column["size"] / 2
     shapes = np.stack([
-        column["x"], column["y"], radius * column["stretch"], radius, column["rotation"],
-        column["tail"],
+        column["x"], column["y"], radius * column["stretch"], radius,
+        np.cos(column["rotation"]), np.sin(column["rotation"]), column["tail"],
     ])  # fmt: skip
     halos = shapes.copy()
     halos[2:4] += radius * (HALO_WIDTH - 1)
@@ -254,7 +254,8 @@ class _Streaks:
         """Return streaks.
 
         Args:
-            shapes: (6, streaks): x, y, half length and radius in px, rotation in rad, tail.
+            shapes: (7, streaks): x, y, half length and radius in px, cosine and sine of the
+                rotation, tail.
             end: (streaks,), least 1 − |u|³ − v², 0..1, at which each is drawn: 0 draws all of it.
             level: (streaks,), level in which each is drawn.
             pyramid: The frame.
@@ -262,8 +263,7 @@ class _Streaks:
         scale = 1 / (1 << level)
         x, y, half, radius = shapes[:4] * scale
         shift = 0.5 - 0.5 * scale
-        x, y, tail = x + shift, y + shift, shapes[5]
-        cos, sin = np.cos(shapes[4]), np.sin(shapes[4])
+        x, y, (cos, sin, tail) = x + shift, y + shift, shapes[4:]
         large = radius >= _LARGE
         height, width = pyramid.height.take(level), pyramid.width.take(level)
         length, thickness = half * (1 - end) ** (1 / 3), radius * (1 - end) ** 0.5
@@ -302,7 +302,9 @@ def _extent(along: Column, across: Column) -> Column:
     ``along`` and ``across`` are how far the ends of its own axes are.
     """
     # The sprite lies in the rectangle around it, and in an ellipse that is 1.12 times as large.
-    reach = np.minimum(np.abs(along) + np.abs(across), 1.12 * np.hypot(along, across))
+    # Not by np.hypot, which takes three times as long.
+    round_it = 1.12 * np.sqrt(along * along + across * across)
+    reach = np.minimum(np.abs(along) + np.abs(across), round_it)
     return np.asarray(reach, np.float64)
 
 
@@ -360,7 +362,7 @@ def _weights(shape: Single, row: Index, columns: int) -> Single:
     v *= v
     u += v
     inside = np.subtract(np.float32(1), u, out=u)
-    np.maximum(inside, 0, out=inside)
+    np.clip(inside, 0, 1, out=inside)  # several times as fast as np.maximum
     light *= inside
     inside *= inside
     light *= inside

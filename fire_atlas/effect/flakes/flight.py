@@ -195,7 +195,8 @@ class _FlightModel:
         vx, vy, vz, _ = field.at(x, y, z)
         ids, age = np.arange(first, last, dtype=np.int64), np.zeros(last - first)
         spawned = self._with_sparks(ParticleState(ids, x, y, vx, vy, age, age, age, z, vz))
-        spawned = replace(spawned, smoothed_speed=_speed(spawned.vx, spawned.vy, spawned.vz))
+        speed = self._speed(spawned.vx, spawned.vy, spawned.vz)
+        spawned = replace(spawned, smoothed_speed=speed)
         return ParticleState.concatenate([state, spawned])
 
     def step(self, state: ParticleState, field: _FieldSampler, tick: int) -> ParticleState:
@@ -233,9 +234,14 @@ class _FlightModel:
                 age=np.multiply(ticks, TICK, dtype=np.float64),
             )
         )
-        speed = _speed(moved.x - state.x, moved.y - state.y, moved.z - state.z) / TICK
+        speed = self._speed(moved.x - state.x, moved.y - state.y, moved.z - state.z) / TICK
         change = (speed - state.smoothed_speed) * _COLOUR_GAIN
         return replace(moved, smoothed_speed=state.smoothed_speed + change)
+
+    def _speed(self, x: Column, y: Column, z: Column) -> Column:
+        """Return the lengths of vectors."""
+        flat = np.hypot(x, y)
+        return np.hypot(flat, z) if self.has_depth else flat
 
     def _with_sparks(self, state: ParticleState) -> ParticleState:
         """Return the state with all sparks where they are at their age, at their velocity."""
@@ -317,11 +323,6 @@ class _FlightModel:
             & (state.y < size[1] + margin)
         )
         return inside
-
-
-def _speed(x: Column, y: Column, z: Column) -> Column:
-    """Length of vectors; if z is 0, exactly that of x and y."""
-    return np.hypot(np.hypot(x, y), z)
 
 
 def _sine(angle: Column) -> NDArray[np.float32]:

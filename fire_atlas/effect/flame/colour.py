@@ -79,12 +79,13 @@ class FlameColours:
 
 
 def _flame_pixels(samples: FlameSamples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return the colours (3, n) of all pixels and their weights (n,): light times flame."""
+    """Return the colours (3, n) of the flame's pixels and their weights (n,): light times flame."""
     frames = samples.frames.values()
     light = np.concatenate([each.pixels.reshape(-1, 4) for each in frames])
-    colour = encode_unit(np.ascontiguousarray(light.T[:3]))
     weight = np.concatenate([(each.flame * each.brightness).ravel() for each in frames])
-    return colour, as_plane(weight / np.float32(255))
+    flame = np.flatnonzero(weight)
+    colour = encode_unit(np.ascontiguousarray(light[flame].T[:3]))
+    return colour, as_plane(weight[flame] / np.float32(255))
 
 
 def _hue(colour: NDArray[np.float32]) -> NDArray[np.float32]:

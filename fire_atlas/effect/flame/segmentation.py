@@ -6,6 +6,7 @@ from functools import reduce
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Window
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
@@ -98,6 +99,23 @@ class FlameSegmentation:
     def lit(self, brightness: Plane) -> Plane:
         """How bright each pixel of a frame is, (H, W) in 0..1, flame or not."""
         return linear_step(brightness, self.dim, self.bright)
+
+    def active_window(self, step: int) -> Window:
+        """Return the window in which anything ever moves, its edges on multiples of ``step`` px."""
+        height, width = self.activity.shape
+        moving = self.activity > 0
+        rows, columns = np.flatnonzero(moving.any(axis=1)), np.flatnonzero(moving.any(axis=0))
+        if not rows.size:
+            return Window(0, 0, width, height)
+        margin = max(8, height // 50)
+
+        def bounds(places: NDArray[np.intp], end: int) -> tuple[int, int]:
+            first = max(int(places[0]) - margin, 0) // step * step
+            last = -(-(int(places[-1]) + 1 + margin) // step) * step
+            return first, min(last, end)
+
+        (top, bottom), (left, right) = bounds(rows, height), bounds(columns, width)
+        return Window(left, top, right, bottom)
 
     def cropped(self, window: Window) -> "FlameSegmentation":
         """Return the segmentation in a window of the frame."""

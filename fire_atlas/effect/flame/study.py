@@ -65,23 +65,6 @@ class FlameStudy:
     dies_out: bool
     samples: FlameSamples | None = None
 
-    def active_window(self, step: int) -> Window:
-        """Return the window in which anything ever moves, its edges on multiples of ``step`` px."""
-        height, width = self.kappa.shape
-        moving = self.segmentation.activity > 0
-        rows, columns = np.flatnonzero(moving.any(axis=1)), np.flatnonzero(moving.any(axis=0))
-        if not rows.size:
-            return Window(0, 0, width, height)
-        margin = max(8, height // 50)
-
-        def bounds(places: NDArray[np.intp], end: int) -> tuple[int, int]:
-            first = max(int(places[0]) - margin, 0) // step * step
-            last = -(-(int(places[-1]) + 1 + margin) // step) * step
-            return first, min(last, end)
-
-        (top, bottom), (left, right) = bounds(rows, height), bounds(columns, width)
-        return Window(left, top, right, bottom)
-
     def cropped(self, window: Window) -> "FlameStudy":
         """Return the study of a window of the frame."""
         segmentation = self.segmentation.cropped(window)
@@ -110,8 +93,6 @@ def study_flame(
     count = min(max(clip.body // 2, _MIN_SAMPLES), _MAX_SAMPLES)
     numbers = evenly_spread(0, clip.body - 1, count)
     planes = list(workers.map(clip.brightness, numbers))
-    # Needed last, but started now: the segmentation in between keeps only one thread busy.
-    slopes = [workers.start(partial(gradient_magnitude, each, features.sigma)) for each in planes]
     segmentation = FlameSegmentation.estimate(planes, is_opaque=clip.matte == "none")
     readers = [partial(clip.read, number) for number in numbers]
     masks = list(
@@ -126,11 +107,14 @@ def study_flame(
     is_one = features.preset == "paper"
     labels = np.zeros(total.shape, np.uint8) if is_one else separate_fires(masks)
     weight = _kappa(total, labels, features, buoyancy)
-    pairs = [(slope.result(), mask) for slope, mask in zip(slopes, masks, strict=True)]
-    fires, mean_feature = _measured(pairs, total, labels, weight, features, workers)
+    inside = segmentation.active_window(1).slices  # all masks are 0 outside
+    slopes = workers.map(lambda each: gradient_magnitude(each[inside], features.sigma), planes)
+    pairs = [(slope, mask[inside]) for slope, mask in zip(slopes, masks, strict=True)]
+    parts = total[inside], labels[inside], weight[inside]
+    fires, mean_feature = _measured(pairs, *parts, features, workers)
     return FlameStudy(
-        buoyancy, box, base, _moving_area(segmentation.activity, box), segmentation, fires, weight,
-        mean_feature, _dies_out(planes, masks), samples,
+        buoyancy, box, base, _moving_area(segmentation.activity, box), segmentation,
+        Fires(labels, fires), weight, mean_feature, _dies_out(planes, masks), samples,
     )  # fmt: skip
 
 
@@ -159,8 +143,8 @@ def _measured(
     weight: Plane,
     features: Features,
     workers: Workers,
-) -> tuple[Fires, float]:
-    """Measure each fire, and the mean ‖Fv‖ of all features.
+) -> tuple[tuple[Fire, ...], float]:
+    """Measure each fire, and the mean ‖Fv‖ of all features, in a window with all of the flame.
 
     Args:
         pairs: Gradients and masks (H, W) of a few frames.
@@ -185,7 +169,7 @@ def _measured(
         found += lengths
     all_lengths = np.concatenate(found)
     mean = float(all_lengths.mean()) if all_lengths.size else 1.0
-    return Fires(labels, tuple(fires)), mean
+    return tuple(fires), mean
 
 
 def _flame_box(total: Plane) -> tuple[Box, tuple[float, float]]:
