@@ -75,9 +75,9 @@ CAMPFIRE = Burner(
     frames=48,
     seed=9,
     base=285,
-    jets=bed(8, 14, 285, 68, (20, 30), 16),
+    jets=bed(2, 14, 285, 68, (20, 30), 16),
     ragged=0.5,
-    gust=3.0,
+    gust=1.5,
     inflow=0.012,
     draught=2.0,
     physics=Physics(life=34, lift=0.5),
@@ -104,14 +104,14 @@ FIREBALL = Burner(
     seed=15,
     base=210,
     jets=ball(3, 7, 208, 16, (13, 20)),
-    ragged=0.8,
+    ragged=0.7,
     speed=3.0,
     wander=0.7,
-    draught=6.0,
+    draught=4.5,
     gust=0.8,
     inflow=0.008,
     closing=12,
-    physics=Physics(life=33, lift=0, thinning=3, swelling=0.5, confinement=0.6),
+    physics=Physics(life=42, lift=0, thinning=3, swelling=0.5, confinement=0.6),
 )
 
 
@@ -168,7 +168,7 @@ def coals(burner: Burner, half_width: float, depth: float) -> Iterator[Field]:
     hot = np.clip(0.35 + 0.5 * grains.sample(ground, 0), 0, 1.1) ** 2
     for frame in range(burner.frames):
         swell = np.clip(0.6 + 0.5 * slow.sample(ground, frame), 0.05, 1.3)
-        yield np.asarray(0.8 * bed * (0.08 + hot * swell), dtype=np.float32)
+        yield np.asarray(0.8 * bed * (0.3 + hot * swell), dtype=np.float32)
 
 
 def begun(loop: list[Pixels], frame: int) -> list[Pixels]:
@@ -181,7 +181,7 @@ def make_campfire(folder: Path) -> None:
     flames = (risen(CAMPFIRE, 34) * seen(fuel, CAMPFIRE, 0.7) for fuel in burn_loop(CAMPFIRE))
     lights = (flame + bed for flame, bed in zip(flames, coals(CAMPFIRE, 76, 18), strict=True))
     levels = [quantise(exposure(light, 0.8), LEVELS) for light in lights]
-    save_frames(folder, begun(levels, 12), fire_palette(LEVELS))
+    save_frames(folder, begun(levels, 26), fire_palette(LEVELS))
 
 
 def make_torch(path: Path) -> None:

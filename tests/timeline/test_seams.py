@@ -12,8 +12,8 @@ from tests.support.clips import clip_of, open_clip, piece, real
 from tests.timeline.moving import arranged, blob, centre, moving, ramp_fire, turbulent
 
 CUT = [
-    ("torch", 0, 24),
-    ("torch", 4, 24),
+    ("torch", 2, 26),
+    ("torch", 4, 26),
     ("cartoon", 0, 16),
     real("real_candle_red", 0, 40),
     real("real_firewall_stock", 0, 40),
