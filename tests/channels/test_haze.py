@@ -86,7 +86,7 @@ def test_pages_have_room_for_the_haze_and_the_fire_is_as_it_was(repo: Repo) -> N
     above = [each["spriteSourceSize"]["y"] for each in page.frames]
     assert max(above) < 12, "up to where haze fades at the frame's border"
     assert max(each.max() for each in length) > 0.8
-    assert page.entry["scale"] >= max(page.entry["reach"])
+    assert page.entry["scale"] >= max(page.entry["reach"]) - 0.0005, "rounded"
     for each in length:  # where a frame was cut off, nothing is seen to be missing
         assert each[:2].max() < 0.25 and each[-8:].max() < 0.05
     repo.built(repo.recipe("plain.yaml", **{**settings, "maps": {}}))

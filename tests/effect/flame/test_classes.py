@@ -105,7 +105,7 @@ def test_nothing_is_shed_where_no_flakes_belong(name: str) -> None:
 
 
 def test_the_note_says_which_class_why_and_how_to_override_it() -> None:
-    note = "class: campfire (orange flame that rises, area 0.19 heights²); flakes.class overrides"
+    note = "class: campfire (orange flame that rises, area 0.22 heights²); flakes.class overrides"
     assert classified(open_clip("campfire"))[1] == [note]
 
 

@@ -204,7 +204,7 @@ def _aside_in_a_sample() -> list[Pixels]:
 
 
 @pytest.mark.parametrize("breaks", [_gap, _goes_out_once, _stands_aside])
-@pytest.mark.parametrize(("name", "numbers"), [("candle", [27]), ("torch", [14, 21])])
+@pytest.mark.parametrize(("name", "numbers"), [("candle", [27]), ("campfire", [14, 21])])
 def test_a_clip_that_breaks_up_in_a_frame_or_two_is_refused_naming_them(
     name: str, numbers: list[int], breaks: Callable[[Pixels], None]
 ) -> None:
