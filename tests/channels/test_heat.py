@@ -230,7 +230,7 @@ def test_what_embers_in_the_pixels_cost_is_stated_with_advice(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], bake: bool
 ) -> None:
     path = tmp_path / "fire.yaml"
-    flakes = {"rate": 200, "bake": bake}
+    flakes = {"rate": 400, "bake": bake}
     path.write_text(yaml.safe_dump({**PLAIN, "flakes": flakes, "atlas": {"pixels": "heat"}}))
     assert main(["build", str(path)]) == 0
     built = " ".join("".join(capsys.readouterr()).split())

@@ -125,7 +125,7 @@ def test_another_decoder_finds_the_error_that_the_manifest_states(repo: Repo, al
             assert figures["psnr"] == pytest.approx(found, abs=close), file
             continue
         found = psnr(repo.build / file, page, alpha == "straight")
-        assert figures["psnr"] == pytest.approx(found, abs=0.1 if "astc" in file else 0.01), file
+        assert figures["psnr"] == pytest.approx(found, abs=0.15 if "astc" in file else 0.01), file
 
 
 def test_vectors_alone_are_compressed_if_only_bc5_is_listed(repo: Repo) -> None:
@@ -227,7 +227,7 @@ def test_heat_takes_a_part_of_the_memory(
         ours = decoded(repo.build / name)[..., :channels]
         found = 10 * math.log10(255**2 / np.mean((ours - page)[page > 0] ** 2))
         figures = statistics(repo)["gpu"][name]
-        close = 1.5 if "astc" in name else 0.1  # texture2ddecoder keeps fewer bits of ASTC
+        close = 2.5 if "astc" in name else 0.1  # texture2ddecoder keeps fewer bits of ASTC
         assert figures["psnr"] == pytest.approx(found, abs=close) and found > least
         assert figures["hue"] is None
         assert not read_texture(repo.build / name).srgb
@@ -242,7 +242,7 @@ def test_layers_beside_heat_keep_their_colours(repo: Repo) -> None:
     files = repo.built(repo.recipe(atlas=atlas, maps={"flame": True}))
     textures = {name for name in files if name.endswith(".dds")}
     assert textures == {"fire.bc4.dds", "fire.flame.bc7.dds"}
-    assert psnr(repo.build / "fire.flame.bc7.dds", image(repo.build / "fire.flame.png")) > 35
+    assert psnr(repo.build / "fire.flame.bc7.dds", image(repo.build / "fire.flame.png")) > 34
 
 
 @pytest.mark.parametrize("name", ["motion", "haze"])
@@ -322,7 +322,7 @@ def test_additive_pages_fit_bc1(repo: Repo) -> None:
     repo.built(repo.recipe(atlas={"gpu": ["bc1.dds"], "alpha": "additive"}))
     page = image(repo.build / "fire.png").astype(int)
     assert np.abs(page - decoded(repo.build / "fire.bc1.dds"))[..., :3].mean() < 3
-    assert statistics(repo)["gpu"]["fire.bc1.dds"]["psnr"] > 25
+    assert statistics(repo)["gpu"]["fire.bc1.dds"]["psnr"] > 24
 
 
 def test_a_missing_extra_is_named(repo: Repo, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -398,7 +398,7 @@ def test_inspect_states_what_a_recount_gives(
         found = psnr(repo.build / file, page, atlas.get("alpha") is None)
         assert float(error.removesuffix(" dB")) == pytest.approx(found, abs=0.11)
         distance = hue_distance(decoded(repo.build / file), page, atlas.get("alpha") is None)
-        assert float(hue) == pytest.approx(distance, abs=0.15)
+        assert float(hue) == pytest.approx(distance, abs=0.2)
 
 
 XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])

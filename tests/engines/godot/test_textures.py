@@ -82,8 +82,8 @@ def test_in_godot_4_flakes_show_their_cells_as_in_our_frames(
         own, _ = wanted(tmp_path, name, LAST)
         difference = np.abs(summed[: own.shape[0], : own.shape[1]] - own)
         # A mask is lit up to 350 times, and with it what the engine's filter rounds.
-        largest = 6 if CASES[name][0]["tint"] == "none" else 20
-        assert difference.max() <= largest and np.quantile(difference, 0.999) <= 3
+        largest = 6 if CASES[name][0]["tint"] == "none" else 32
+        assert difference.max() <= largest and np.quantile(difference, 0.999) <= 4
         own, alone = wanted(tmp_path, name, FIRST)
         assert (own[alone] > 100).any()
         assert np.abs(plain[: own.shape[0], : own.shape[1]] - own)[alone].max() <= 6
