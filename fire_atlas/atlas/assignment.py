@@ -28,6 +28,9 @@ class Room(Protocol):
     def area(self, frames: Collection[int]) -> int:
         """Return the area that frames take."""
 
+    def size(self, frame: int) -> tuple[int, int]:
+        """Return the width and height that a frame takes."""
+
     def holds(self, frames: frozenset[int]) -> bool:
         """Whether a page can hold all these frames."""
 
@@ -67,7 +70,7 @@ def assign(animations: Sequence[Sequence[int]], room: Room) -> Assignment:
     An animation that no page can hold is divided as if it were packed alone. Its last part, which
     does not fill a page, is divided again over the gaps on other pages if that saves a page.
     """
-    groups = _groups(animations)
+    groups = _groups(animations, room)
     divided = {animation: room.divided(frames) for animation, frames in groups.items()}
     if len(groups) == 1:
         pages = [[_Run(each, part)] for each, parts in divided.items() for part in parts]
@@ -88,15 +91,17 @@ def assign(animations: Sequence[Sequence[int]], room: Room) -> Assignment:
     )
 
 
-def _groups(animations: Sequence[Sequence[int]]) -> dict[int, Frames]:
+def _groups(animations: Sequence[Sequence[int]], room: Room) -> dict[int, Frames]:
     """Return what is to be kept together: the different frames of each animation, by its index.
 
-    Animations of a single frame, of which a folder of sprites may have thousands, are one group.
+    Animations of a single frame, of which a folder of sprites may have thousands, are one group,
+    whose order does not matter: it is by size.
     """
     different = [tuple(dict.fromkeys(frames)) for frames in animations]
     groups = {i: frames for i, frames in enumerate(different) if len(frames) > 1}
     single = dict.fromkeys(frames[0] for frames in different if len(frames) == 1)
-    return groups | ({_SINGLE: tuple(single)} if single else {})
+    by_size = tuple(sorted(single, key=room.size, reverse=True))
+    return groups | ({_SINGLE: by_size} if single else {})
 
 
 def _assigned(divided: dict[int, list[Frames]], room: Room) -> list[_Page]:

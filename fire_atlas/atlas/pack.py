@@ -119,6 +119,10 @@ class _PackedRoom:
         """Return the area that rectangles take with their padding."""
         return sum(self._areas[i] for i in frames)
 
+    def size(self, frame: int) -> Size:
+        """Return the size of a rectangle with its padding."""
+        return self._padded[frame]
+
     def holds(self, frames: frozenset[int]) -> bool:
         """Whether a page was found that holds all these rectangles."""
         if self.area(frames) > self.capacity:

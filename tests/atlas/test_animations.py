@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fire_atlas.atlas.drawing import Edges, draw_page
@@ -94,6 +94,7 @@ def test_every_frame_has_its_own_place_under_any_rules(
 
 @settings(max_examples=30, deadline=None)
 @given(animations=small_animations, seed=st.integers(0, 99))
+@example([[(1, 1)], [(28, 25)], [(37, 40)]], 0)
 def test_the_order_of_animations_does_not_decide_which_share_a_page(
     animations: list[list[Size]], seed: int
 ) -> None:
