@@ -19,6 +19,7 @@ from simulation import margin_window, open_laplacian
 
 SIZE = 192  #: height and width of a frame
 DETAIL = 1.5  #: grid cells per pixel
+ROOM = 288  #: height and width of the gas, pixels: it takes the shape of walls that are near
 FRAMES = 32
 SUBSTEPS = 2
 HEART = (118.0, 96.0)  #: row and column of the charge, pixels
@@ -67,12 +68,13 @@ class Sheet:
 
     def __post_init__(self) -> None:
         """Lay out the grid, the lumpy charge with its soot, and the stirring."""
-        n = round(SIZE * DETAIL)
+        n = round(ROOM * DETAIL)
         rng = np.random.Generator(np.random.Philox(self.seed))
         self.rows, self.columns = np.mgrid[0:n, 0:n].astype(np.float32)
         self.laplacian = open_laplacian((n, n))
         self.calm = margin_window((n, n), 18)
-        charge = lumps(rng, self.rows / DETAIL, self.columns / DETAIL)
+        outside = (ROOM - SIZE) / 2
+        charge = lumps(rng, self.rows / DETAIL - outside, self.columns / DETAIL - outside)
         places = (self.rows[:, 0], self.columns[0])
         grain = LoopNoise.draw(rng, GRAIN, 1, 0.0, 80).sample(places, 0.0)
         billows = LoopNoise.draw(rng, BILLOWS, 1, 0.0, 60).sample(places, 0.0)
@@ -126,8 +128,10 @@ def lumps(rng: np.random.Generator, rows: Field, columns: Field) -> Field:
 
 
 def shrunk(q: Field) -> Field:
-    """A field of the grid at the pixels of a frame."""
-    return np.asarray(cv2.resize(q, (SIZE, SIZE), interpolation=cv2.INTER_AREA), np.float32)
+    """A field of the room at the pixels of a frame, in its middle."""
+    edge, length = round((ROOM - SIZE) / 2 * DETAIL), round(SIZE * DETAIL)
+    frame = q[edge : edge + length, edge : edge + length]
+    return np.asarray(cv2.resize(frame, (SIZE, SIZE), interpolation=cv2.INTER_AREA), np.float32)
 
 
 def burn_out(sheet: Sheet) -> list[Gas]:
