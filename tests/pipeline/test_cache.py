@@ -371,7 +371,7 @@ import os, sys
 import fire_atlas.__main__
 from fire_atlas.cli import main
 main(["build", sys.argv[2], "--force", "-q", "--cache", {warm!r}, "-o", {warm!r}])
-main(["build", sys.argv[2], "-q", "--cache", {warm!r}, "-o", {warm!r} + "2"])
+main(["build", sys.argv[2], "-q", "--cache", {warm!r}, "-o", {warm!r} + str(os.getpid())])
 if os.geteuid() == 0:
     os.seteuid(65534)  # permissions do not bind root
 """
