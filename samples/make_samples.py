@@ -116,21 +116,23 @@ FIREBALL = Burner(
 
 
 def glow(fuel: Field, hollow: float) -> Field:
-    """Light of flame per pixel of depth: a sharp-edged sheet of soot, hotter where fuel is plenty.
+    """Light of flame half a cube deep, per pixel of the cube's width, of its fuel in [0, 1].
+
+    It is a sheet of soot with sharp edges, brighter where there is more fuel.
 
     Fuel that has just come out burns at its edges only: a share ``hollow`` of its light is
-    missing, so that feet are dim inside.
+    missing, so that the foot of a flame is dim inside.
     """
     hot = 0.006 + 0.2 * fuel**2.2
     light = soft_step(0.04, 0.2, fuel) * hot * (1 - hollow * soft_step(0.6, 1.0, fuel))
     return np.asarray(light, dtype=np.float32)
 
 
-def seen(fuel: Field, burner: Burner, hollow: float) -> Field:
-    """Light of a fire seen from the front, (height, width); what is near hides a little of the far.
+def front_view(fuel: Field, burner: Burner, hollow: float) -> Field:
+    """Light of a fire from the front, (height, width), of its ``fuel`` (depth, height, width).
 
-    Twice as many slices as the grid has, each at the size of the picture: the edges of the flame
-    are found between cubes, too.
+    What is near hides a little of what is far.  Twice as many slices as the grid has, each at the
+    size of the picture, so that the edges of the flame are found between cubes, too.
     """
     _, height, width = burner.size
     light = np.zeros((height, width), np.float32)
@@ -145,8 +147,9 @@ def seen(fuel: Field, burner: Burner, hollow: float) -> Field:
     return light
 
 
-def risen(burner: Burner, height: float) -> Field:
-    """How far flame shows: 0 at the burner's jets to 1 from ``height`` pixels above, (rows, 1)."""
+def visibility(burner: Burner, height: float) -> Field:
+    """Share of the light that is seen in each row, (rows, 1): none at the burner's jets, all of it
+    from ``height`` pixels above them."""
     rows = np.arange(burner.size[1], dtype=np.float32)[:, None]
     return soft_step(-8, height, burner.base - rows)
 
@@ -171,29 +174,34 @@ def coals(burner: Burner, half_width: float, depth: float) -> Iterator[Field]:
         yield np.asarray(0.8 * bed * (0.3 + hot * swell), dtype=np.float32)
 
 
-def begun(loop: list[Pixels], frame: int) -> list[Pixels]:
-    """``loop`` from another ``frame`` on: one in which the flame changes as fast as in most."""
+def starting_at(loop: list[Pixels], frame: int) -> list[Pixels]:
+    """The frames of ``loop``, from ``frame`` on and around.
+
+    The best first frame is one into which the flame changes about as much as into most others.
+    """
     return loop[frame:] + loop[:frame]
 
 
 def make_campfire(folder: Path) -> None:
     """48 transparent frames of a campfire at 24 fps."""
-    flames = (risen(CAMPFIRE, 34) * seen(fuel, CAMPFIRE, 0.7) for fuel in burn_loop(CAMPFIRE))
+    flames = (
+        visibility(CAMPFIRE, 34) * front_view(fuel, CAMPFIRE, 0.7) for fuel in burn_loop(CAMPFIRE)
+    )
     lights = (flame + bed for flame, bed in zip(flames, coals(CAMPFIRE, 76, 18), strict=True))
     levels = [quantise(exposure(light, 0.8), LEVELS) for light in lights]
-    save_frames(folder, begun(levels, 26), fire_palette(LEVELS))
+    save_frames(folder, starting_at(levels, 26), fire_palette(LEVELS))
 
 
 def make_torch(path: Path) -> None:
     """32 frames of a torch's flame on black at 20 fps, one GIF."""
-    lights = (risen(TORCH, 24) * seen(fuel, TORCH, 0.5) for fuel in burn_loop(TORCH))
+    lights = (visibility(TORCH, 24) * front_view(fuel, TORCH, 0.5) for fuel in burn_loop(TORCH))
     levels = [quantise(exposure(light, 0.9), LEVELS) for light in lights]
-    save_gif(path, begun(levels, 18), over_black(fire_palette(LEVELS)), fps=20)
+    save_gif(path, starting_at(levels, 18), over_black(fire_palette(LEVELS)), fps=20)
 
 
 def make_fireball(folder: Path) -> None:
     """24 transparent frames of a fireball flying to the right at 24 fps."""
-    lights = (np.rot90(seen(fuel, FIREBALL, 0)).copy() for fuel in burn_loop(FIREBALL))
+    lights = (np.rot90(front_view(fuel, FIREBALL, 0)).copy() for fuel in burn_loop(FIREBALL))
     # A film of much contrast: only the head is white.
     levels = [quantise(exposure(light**1.6, 0.2), LEVELS) for light in lights]
     save_frames(folder, levels, fire_palette(LEVELS))

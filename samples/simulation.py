@@ -49,7 +49,7 @@ class Physics:
     cooling: float = 0.03  #: share of spent gas lost per frame, more where there is much
     lift: float = 0.5  #: upward acceleration of spent gas
     swelling: float = 0.3  #: growth of gas while it burns, over a life
-    confinement: float = 0.3  #: vorticity confinement
+    confinement: float = 0.3  #: vorticity confinement, for a cube of the grid
     sharpness: float = 0.35  #: share of the blur by looking up velocities that is undone, to .5
     drag: float = 0.01  #: share of the velocity lost per frame
 
@@ -96,6 +96,11 @@ class Room:
         """A state of gas at rest, without fuel."""
         return np.zeros((*self.shape, CHANNELS), np.float32)
 
+    def positions(self, box: tuple[slice, ...]) -> list[Field]:
+        """Positions (away, down, right) of the planes of a ``box``'s cubes, pixels."""
+        axes = (self.away, self.down, self.right)
+        return [np.ravel(axis)[part] for axis, part in zip(axes, box, strict=True)]
+
     def advance(self, state: Field, dt: float, wind: Sequence[Field]) -> Field:
         """The state ``dt`` frames later in a ``wind`` to the right, down and away."""
         physics, step = self.physics, np.float32(dt)
@@ -125,7 +130,7 @@ class Room:
         low, high = (self.nearest(edge, -middle) for edge in neighbourhood(state))
         return np.clip(carried + blur, low, high)
 
-    def places(self, offset: Field) -> list[Field]:
+    def cubes_at(self, offset: Field) -> list[Field]:
         """Cubes (away, down, right) at an ``offset`` (right, down, away), held in the grid."""
         return [
             np.clip(axis + offset[..., channel], 0, length - 1)
@@ -138,7 +143,7 @@ class Room:
         The image has the slices of the grid below one another.
         """
         depth, height, width = self.shape
-        away, down, right = self.places(offset)
+        away, down, right = self.cubes_at(offset)
         slice_ = np.minimum(np.floor(away), depth - 2)
         rows, columns = (down + slice_ * height).reshape(-1, width), right.reshape(-1, width)
         image = values.reshape(depth * height, width, -1)
@@ -152,7 +157,7 @@ class Room:
     def nearest(self, values: Field, offset: Field) -> Field:
         """Values of the cube nearest to ``offset`` from every cube."""
         depth, height, width = self.shape
-        away, down, right = (np.rint(place) for place in self.places(offset))
+        away, down, right = (np.rint(place) for place in self.cubes_at(offset))
         rows, columns = (down + away * height).reshape(-1, width), right.reshape(-1, width)
         image = values.reshape(depth * height, width, -1)
         found = cv2.remap(image, columns, rows, cv2.INTER_NEAREST)
@@ -279,7 +284,7 @@ class Furnace:
         for number, (box, full) in enumerate(self.beds):
             share = supply[number]
             if burner.ragged:
-                bite = np.clip(0.5 + 0.5 * self.noise.sample(self.places(box), time), 0, 1.5)
+                bite = np.clip(0.5 + 0.5 * self.noise.sample(room.positions(box), time), 0, 1.5)
                 full = np.clip(full - np.float32(burner.ragged) * bite, 0, 1)
             fuel = np.clip(full * share * (2 - full), 0, 1)
             gas = state[box]
@@ -290,14 +295,6 @@ class Furnace:
             leaving *= np.float32(burner.speed) * share / room.cell
             mix = (np.float32(0.5 * dt) * np.minimum(full, 1))[..., None]
             gas[..., VELOCITY] += mix * (leaving - gas[..., VELOCITY])
-
-    def places(self, box: tuple[slice, ...]) -> list[Field]:
-        """Positions (away, down, right) of the planes of a ``box``'s cubes, pixels."""
-        room = self.room
-        return [
-            np.ravel(axis)[part]
-            for axis, part in zip((room.away, room.down, room.right), box, strict=True)
-        ]
 
 
 def burn_loop(burner: Burner) -> Iterator[Field]:
