@@ -15,7 +15,6 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.atlas.grid import pack_grid
 from fire_atlas.atlas.pack import QUICK, THOROUGH, Packing, pack
 from fire_atlas.atlas.page_rules import PackingUnits
 from fire_atlas.atlas.sheet import (
@@ -143,6 +142,8 @@ def _packed(
     cells, px, edge = None, units.px, units.edge
     if settings.layout == "grid":
         different = [tuple(dict.fromkeys(frames)) for frames in animations]
+        from fire_atlas.atlas.grid import pack_grid
+
         packing, cells = pack_grid(sizes, different, units.rules)
         places = tuple(packing.places[i] for frames in animations for i in frames)
         packing = Packing(packing.pages, places)

@@ -2,13 +2,17 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.channels.cells import PAD, PAD_SHARE, cell_vectors
-from fire_atlas.channels.cross_validation import ValidationReport, cross_validate
+from fire_atlas.channels.cross_validation import (
+    ValidationReport,
+    cross_validate,
+    motion_statistics,
+)
 from fire_atlas.channels.encoding import MotionEncoding
 from fire_atlas.channels.flow import StepMotion, step_motion
 from fire_atlas.channels.held_out import hold_out, reliability
@@ -40,6 +44,10 @@ class Motion:
     def frames(self) -> "list[FrameVectors]":
         """Return the frames, in playing order."""
         return [FrameVectors(cell, self.width, self.height) for cell in self.cells]
+
+    def statistics(self) -> dict[str, Any]:
+        """Return the manifest's statistics of the vectors."""
+        return motion_statistics(self.validation)
 
 
 class FrameVectors(NamedTuple):

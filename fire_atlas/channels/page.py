@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -11,11 +11,13 @@ from fire_atlas.atlas.drawing import Edges
 from fire_atlas.atlas.sheet import AtlasSheet, Rect, Region, SheetMap, VectorScale
 from fire_atlas.channels.encoding import HAZE_ENGINE, MotionEncoding, motion_encoding
 from fire_atlas.channels.flow import Vectors
-from fire_atlas.channels.haze import Haze
-from fire_atlas.channels.motion import FrameVectors, Motion
 from fire_atlas.core.pixels import Bytes, as_plane
 from fire_atlas.recipe.output import Engine, FormMap, Layer
 from fire_atlas.vision.warp import sample_at
+
+if TYPE_CHECKING:
+    from fire_atlas.channels.haze import Haze
+    from fire_atlas.channels.motion import FrameVectors, Motion
 
 _MIN_LONGEST = 0.5
 """The scale allows for motion of at least this many px: a finer scale is not worth it."""
@@ -24,7 +26,7 @@ _SCALE_DIGITS = 4
 """Significant digits of a scale: few, because people copy it by hand."""
 
 
-def vector_margin(motions: Iterable[Motion]) -> int:
+def vector_margin(motions: "Iterable[Motion]") -> int:
     """Return how many px around a frame must be kept, because vectors move samples that far."""
     return math.ceil(max((max(motion.longest) for motion in motions), default=0))
 
@@ -32,9 +34,9 @@ def vector_margin(motions: Iterable[Motion]) -> int:
 def with_maps(
     sheet: AtlasSheet,
     layers: Sequence[Layer],
-    motions: Sequence[Motion],
+    motions: "Sequence[Motion]",
     engine: Engine | Literal["none"],
-    hazes: Sequence[Haze] = (),
+    hazes: "Sequence[Haze]" = (),
     *,
     has_emission: bool = False,
 ) -> AtlasSheet:
@@ -114,7 +116,7 @@ def _rounded_up(value: float) -> float:
 
 
 def draw_vector_page(
-    sheet: AtlasSheet, page: int, kind: str, frames: Sequence[FrameVectors], edges: Edges
+    sheet: AtlasSheet, page: int, kind: str, frames: "Sequence[FrameVectors]", edges: Edges
 ) -> Bytes:
     """Draw one page, (H, W, 4) uint8: R and G are the vectors of the sheet's regions, in order.
 
@@ -170,7 +172,7 @@ def _owned(region: Region, extrude: int) -> Rect:
     )
 
 
-def _vectors(frame: FrameVectors, region: Region, place: Rect, scale: float) -> Vectors:
+def _vectors(frame: "FrameVectors", region: Region, place: Rect, scale: float) -> Vectors:
     """Return the vectors at the pixels of ``place`` on the page, in px of the page per frame.
 
     Outside the frame they are those at its edge.

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from fire_atlas.pipeline.channels import measure_haze, measure_motion, with_room
 from fire_atlas.pipeline.classify import classify
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
-from fire_atlas.pipeline.flake_texture import PreparedTexture
 from fire_atlas.pipeline.fly_in_depth import flies_in_depth, fly_in_depth
 from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip
 from fire_atlas.pipeline.prepare import prepare
@@ -28,6 +27,9 @@ from fire_atlas.pipeline.simulate import (
     without_dark_end,
 )
 from fire_atlas.recipe.models import Recipe
+
+if TYPE_CHECKING:
+    from fire_atlas.pipeline.flake_texture import PreparedTexture
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,10 +74,12 @@ def animate_views(
 
 def prepared_texture(
     recipe: Recipe, clip: Clip, cells: Sequence[Pixels], context: BuildContext
-) -> PreparedTexture | None:
+) -> "PreparedTexture | None":
     """Return the texture of a recipe's flakes from its ``cells``; None if there are none."""
     if recipe.flakes == "none" or not cells:
         return None
+    from fire_atlas.pipeline.flake_texture import PreparedTexture
+
     return PreparedTexture.of(cells, recipe.flakes, clip, recipe.atlas, context)
 
 
@@ -94,7 +98,7 @@ def prepared_views(
 def add_flakes(
     view: PreparedView,
     flight: FlightInDepth | None,
-    texture: PreparedTexture | None,
+    texture: "PreparedTexture | None",
     context: BuildContext,
 ) -> SimulatedClip:
     """Analyse a view and simulate its flakes; those of a fire with depth have their ``flight``."""

@@ -3,19 +3,20 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
+from typing import TYPE_CHECKING
 
 from fire_atlas.atlas.sheet import Rect
 from fire_atlas.atlas.trim import bounding_rect
-from fire_atlas.channels.encoding import motion_encoding
-from fire_atlas.channels.haze import Haze, haze_of
-from fire_atlas.channels.motion import Motion, estimate_motion
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Bytes
-from fire_atlas.effect.field.hot_air import thinness
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.layers import SimulatedClip
 from fire_atlas.pipeline.render import RenderedFrame
 from fire_atlas.recipe.output import Maps
+
+if TYPE_CHECKING:
+    from fire_atlas.channels.haze import Haze
+    from fire_atlas.channels.motion import Motion
 
 
 def measure_motion(
@@ -24,7 +25,7 @@ def measure_motion(
     loop: bool,
     maps: Maps,
     context: BuildContext,
-) -> Motion | None:
+) -> "Motion | None":
     """Return the motion of an animation; None if the recipe has no motion vectors.
 
     Args:
@@ -39,6 +40,9 @@ def measure_motion(
     """
     if maps.motion == "none":
         return None
+    from fire_atlas.channels.encoding import motion_encoding
+    from fire_atlas.channels.motion import estimate_motion
+
     sizes = {(frame.width, frame.height) for frame in frames}
     if len(sizes) > 1:
         raise SourceError(
@@ -61,11 +65,14 @@ def measure_motion(
 
 def measure_haze(
     simulated: SimulatedClip, maps: Maps, seed: int, context: BuildContext
-) -> Haze | None:
+) -> "Haze | None":
     """Return the haze of an animation; None if the recipe has none."""
     analysis = simulated.analysis
     if not maps.haze or analysis is None:
         return None
+    from fire_atlas.channels.haze import haze_of
+    from fire_atlas.effect.field.hot_air import thinness
+
     if simulated.study.segmentation.background is not None:
         context.progress.note(
             "maps.haze: the clip is an opaque scene, which hides what hot air would bend; "
@@ -77,7 +84,7 @@ def measure_haze(
         return haze_of(played, simulated.study.kappa, analysis.field.cell)
 
 
-def with_room_for(haze: Haze | None, frames: Sequence[RenderedFrame]) -> list[RenderedFrame]:
+def with_room_for(haze: "Haze | None", frames: Sequence[RenderedFrame]) -> list[RenderedFrame]:
     """Return the frames, whose visible boxes also hold what is seen of their haze."""
     if haze is None:
         return list(frames)

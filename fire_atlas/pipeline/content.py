@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fire_atlas.atlas.sheet import AtlasSheet, StateGraph
 from fire_atlas.core.cpu import cpu_class
@@ -15,9 +15,11 @@ from fire_atlas.pipeline.contribution import (
     textures_by_name,
     with_cell_names,
 )
-from fire_atlas.pipeline.flake_texture import PreparedTexture
-from fire_atlas.pipeline.heat import HeatPages, in_heat, with_heat
 from fire_atlas.recipe.load import LoadedRecipe
+
+if TYPE_CHECKING:
+    from fire_atlas.pipeline.flake_texture import PreparedTexture
+    from fire_atlas.pipeline.heat import HeatPages
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,13 +34,14 @@ class PageContent:
     """
 
     animations: Mapping[str, FinishedAnimation]
-    textures: Mapping[str, PreparedTexture]
-    heat: HeatPages | None = None
+    textures: "Mapping[str, PreparedTexture]"
+    heat: "HeatPages | None" = None
     states: StateGraph | None = None
 
     def described(self, sheet: AtlasSheet) -> AtlasSheet:
         """Return a sheet of it that says how its pages get their colours, and has the states."""
-        return replace(with_heat(sheet, self.heat), states=self.states)
+        sheet = sheet if self.heat is None else self.heat.described(sheet)
+        return replace(sheet, states=self.states)
 
 
 def page_content(
@@ -49,8 +52,13 @@ def page_content(
     A recipe whose animations follow one another has pages of its own.
     """
     named = with_cell_names(loaded.recipe.name, contributions)
-    animations, heat = in_heat(animations_by_name(named), loaded, context)
-    return PageContent(animations, textures_by_name(named), heat, named[0].states)
+    animations, textures = animations_by_name(named), textures_by_name(named)
+    if loaded.recipe.atlas.pixels == "color":
+        return PageContent(animations, textures, states=named[0].states)
+    from fire_atlas.pipeline.heat import in_heat
+
+    animations, heat = in_heat(animations, loaded, context)
+    return PageContent(animations, textures, heat, named[0].states)
 
 
 def build_statistics(

@@ -6,24 +6,25 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.fire_in_wind import FireInWind
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.pipeline.animate import PreparedView, animate_views, prepared_views
-from fire_atlas.pipeline.change_wind import animate_in_wind, prepared_winds
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, animation_title
 from fire_atlas.pipeline.open import Opened
-from fire_atlas.pipeline.pack_only import pack_only
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.sources.sprites import Sprites
 
 
 def contribute(
     recipe: Recipe, opened: Opened, cells: Sequence[Pixels], context: BuildContext
 ) -> Contribution:
     """Return the finished animations of a recipe; ``cells`` are those of its flakes' texture."""
-    if isinstance(opened, Sprites):
-        return pack_only(recipe, opened, context)
+    if isinstance(opened, Mapping):
+        return animate_views(recipe, opened, cells, context)
     if isinstance(opened, FireInWind):
+        from fire_atlas.pipeline.change_wind import animate_in_wind
+
         return animate_in_wind(recipe, opened, cells, context)
-    return animate_views(recipe, opened, cells, context)
+    from fire_atlas.pipeline.pack_only import pack_only
+
+    return pack_only(recipe, opened, context)
 
 
 def prepared(
@@ -32,6 +33,8 @@ def prepared(
     """Yield the loops or views of a recipe, ready to be analysed, by their names on the pages that
     ``recipes`` share."""
     if isinstance(opened, FireInWind):
+        from fire_atlas.pipeline.change_wind import prepared_winds
+
         for view in prepared_winds(recipe, opened, context):
             yield view.name, view
         return

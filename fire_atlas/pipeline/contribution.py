@@ -5,18 +5,21 @@ A build has one contribution, or one from each member if recipes share pages (``
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fire_atlas.atlas.sheet import AnimationFrames, StateGraph
-from fire_atlas.channels.cross_validation import motion_statistics
-from fire_atlas.channels.haze import Haze
-from fire_atlas.channels.motion import Motion
 from fire_atlas.core.camera import Camera
 from fire_atlas.effect.composition.light import ClipLight
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.pipeline.flake_texture import NAME as TEXTURE
-from fire_atlas.pipeline.flake_texture import PreparedTexture
 from fire_atlas.pipeline.render import RenderedFrame
+
+if TYPE_CHECKING:
+    from fire_atlas.channels.haze import Haze
+    from fire_atlas.channels.motion import Motion
+    from fire_atlas.pipeline.flake_texture import PreparedTexture
+
+TEXTURE = "flake"
+"""Name of a texture among the animations of its recipe: its cells are ``fire/flake/0000`` ..."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +46,8 @@ class FinishedAnimation:
     fps: float
     loop: bool
     foot: tuple[float, float] | None = None
-    motion: Motion | None = None
-    haze: Haze | None = None
+    motion: "Motion | None" = None
+    haze: "Haze | None" = None
     tracks: Tracks | None = None
     bakes_flakes: bool = False
     pixel_art: bool = False
@@ -59,7 +62,7 @@ class FinishedAnimation:
 
     def all_statistics(self) -> dict[str, Any]:
         """Return the statistics with those of motion vectors, as the manifest states them."""
-        motion = {} if self.motion is None else motion_statistics(self.motion.validation)
+        motion = {} if self.motion is None else self.motion.statistics()
         return {**self.statistics, **motion}
 
     @property
@@ -87,7 +90,7 @@ class Contribution:
     animations: Mapping[str, FinishedAnimation]
     statistics: dict[str, Any]
     states: StateGraph | None = None
-    texture: PreparedTexture | None = None
+    texture: "PreparedTexture | None" = None
 
 
 def animations_by_name(contributions: Sequence[Contribution]) -> dict[str, FinishedAnimation]:
@@ -102,7 +105,7 @@ def animations_by_name(contributions: Sequence[Contribution]) -> dict[str, Finis
     }
 
 
-def textures_by_name(contributions: Sequence[Contribution]) -> dict[str, PreparedTexture]:
+def textures_by_name(contributions: Sequence[Contribution]) -> "dict[str, PreparedTexture]":
     """Return the textures of flakes by their names on the pages."""
     return {
         texture_title(each.name, len(contributions)): each.texture

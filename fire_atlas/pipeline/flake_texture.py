@@ -18,9 +18,6 @@ from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.effect import Flakes
 from fire_atlas.recipe.output import Atlas
 
-NAME = "flake"
-"""Name of the texture among the animations of its recipe: its cells are ``fire/flake/0000`` ..."""
-
 
 @dataclass(frozen=True, slots=True)
 class PreparedTexture:

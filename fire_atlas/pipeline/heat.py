@@ -46,12 +46,23 @@ class HeatPages:
         """Return the index of the channel that has the heat of frame ``i`` of an animation."""
         return i % len(CHANNELS) if self.description.pixels == "heat4" else 0
 
+    def described(self, sheet: AtlasSheet) -> AtlasSheet:
+        """Return a sheet that says how its pages get their colours, and of each frame in which
+        channel its heat is."""
+        regions = sheet.regions
+        if self.description.pixels == "heat4":
+            numbers = [i for each in sheet.animations for i in range(len(each.frames))]
+            regions = tuple(
+                replace(region, channel=CHANNELS[self.channel(i)])
+                for region, i in zip(regions, numbers, strict=True)
+            )
+        return replace(sheet, regions=regions, heat=self.description)
+
 
 def in_heat(
     animations: Mapping[str, FinishedAnimation], loaded: LoadedRecipe, context: BuildContext
-) -> tuple[Mapping[str, FinishedAnimation], HeatPages | None]:
-    """Return the animations with sprites of heat, and what gives them their colours; as they are,
-    and None, if the pages have colours.
+) -> tuple[dict[str, FinishedAnimation], HeatPages]:
+    """Return the animations with sprites of heat, and what gives them their colours.
 
     One ramp is learnt for all of them, in full size. A sprite of heat has it in its first channel,
     or in ``heat4`` that of four frames in all.
@@ -61,8 +72,6 @@ def in_heat(
         SourceError: An image of a ramp cannot be read.
     """
     atlas = loaded.recipe.atlas
-    if atlas.pixels == "color":
-        return animations, None
     with context.timer.measure("heat"):
         learnt = _learnt(animations, loaded, context)
         made, errors = _all_in_heat(animations, learnt, context)
@@ -173,20 +182,6 @@ def _in_channels(sprites: Sequence[Sprite]) -> Sprite:
         image[rows, columns, channel] = sprite.image[..., 0]
     size = sprites[0].frame_width, sprites[0].frame_height
     return Sprite(image, whole.x, whole.y, *size, bounding_rect(lit) if lit else None)
-
-
-def with_heat(sheet: AtlasSheet, heat: HeatPages | None) -> AtlasSheet:
-    """Return a sheet that says how its pages get their colours, and of each frame in which channel
-    its heat is."""
-    if heat is None:
-        return sheet
-    regions, numbers = sheet.regions, [i for a in sheet.animations for i in range(len(a.frames))]
-    if heat.description.pixels == "heat4":
-        regions = tuple(
-            replace(region, channel=CHANNELS[heat.channel(i)])
-            for region, i in zip(regions, numbers, strict=True)
-        )
-    return replace(sheet, regions=regions, heat=heat.description)
 
 
 def _refuse_lost_embers(name: str, animation: FinishedAnimation, error: HeatError) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
@@ -15,17 +15,17 @@ from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.source import FramesSource
-from fire_atlas.sources.flake_texture import read_cells
 from fire_atlas.sources.registry import (
     SourceSettings,
     open_source,
     open_source_in_wind,
     open_sprites,
 )
-from fire_atlas.sources.sheet import likely_grid
-from fire_atlas.sources.sprites import Sprites
 
-Opened: TypeAlias = Mapping[str, Clip] | FireInWind | Sprites
+if TYPE_CHECKING:
+    from fire_atlas.sources.sprites import Sprites
+
+Opened: TypeAlias = "Mapping[str, Clip] | FireInWind | Sprites"
 """An opened source: clips by the name of their animation, one for each view; a fire in several
 winds; or sprites, if the recipe only packs images of several animations or sizes."""
 
@@ -59,6 +59,8 @@ def open_texture(loaded: LoadedRecipe, context: BuildContext) -> list[Pixels]:
     flakes = loaded.recipe.flakes
     if flakes == "none" or flakes.own_texture is None:
         return []
+    from fire_atlas.sources.flake_texture import read_cells
+
     ((key, path),) = loaded.texture_files.items()
     try:
         space = loaded.recipe.atlas.blend_space
@@ -75,6 +77,8 @@ def _is_one_picture(loaded: LoadedRecipe, clip: Clip) -> bool:
 
 
 def _note_likely_sheet(clip: Clip, context: BuildContext) -> None:
+    from fire_atlas.sources.sheet import likely_grid
+
     if found := likely_grid(clip.read(0)[..., 3]):
         columns, rows = found
         context.progress.note(
@@ -131,7 +135,7 @@ def check_inputs(
             context.progress.note(f"{file.path}: changed while it was read; build again")
 
 
-def _first(opened: Opened) -> Clip | Sprites:
+def _first(opened: Opened) -> "Clip | Sprites":
     """Return the sprites, or the first clip: all of them have the same files and matte."""
     if isinstance(opened, FireInWind):
         return opened.loops[0]

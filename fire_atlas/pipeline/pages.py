@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -14,10 +14,7 @@ from fire_atlas.atlas.gpu import with_textures
 from fire_atlas.atlas.mesh import with_meshes
 from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.atlas.sheet import AtlasSheet, GpuTexture, PlacedImage, Sprite
-from fire_atlas.atlas.split import max_size_for, split_animations
 from fire_atlas.channels.form import deepest, draw_form_page
-from fire_atlas.channels.haze import Haze
-from fire_atlas.channels.motion import Motion
 from fire_atlas.channels.page import (
     draw_vector_page,
     vector_margin,
@@ -30,6 +27,10 @@ from fire_atlas.core.progress import Progress
 from fire_atlas.pipeline.content import PageContent
 from fire_atlas.pipeline.contribution import FinishedAnimation
 from fire_atlas.recipe.output import Atlas, Maps
+
+if TYPE_CHECKING:
+    from fire_atlas.channels.haze import Haze
+    from fire_atlas.channels.motion import Motion
 
 
 class Image(NamedTuple):
@@ -107,7 +108,7 @@ def pack(
     return tuple(with_textures(sheet, atlas) for sheet in sheets)
 
 
-def _hazes(animations: Mapping[str, FinishedAnimation]) -> list[Haze]:
+def _hazes(animations: Mapping[str, FinishedAnimation]) -> "list[Haze]":
     """Return the haze of each animation that has it: all, or none."""
     return [each.haze for each in animations.values() if each.haze is not None]
 
@@ -158,6 +159,8 @@ def _refuse_split(sheet: AtlasSheet, textures: Collection[str]) -> None:
 
 def _note_split(sheet: AtlasSheet, atlas: Atlas, progress: Progress) -> None:
     """Name the animations that no page can hold, and the page size that could."""
+    from fire_atlas.atlas.split import max_size_for, split_animations
+
     split = split_animations(sheet)
     if not split:
         return
@@ -215,7 +218,7 @@ def images(
 
 
 def _vector_pages(
-    sheet: AtlasSheet, kind: str, vectors: Sequence[Motion | Haze], edges: Edges
+    sheet: AtlasSheet, kind: str, vectors: "Sequence[Motion | Haze]", edges: Edges
 ) -> Iterator[Image]:
     """Yield the images with the vectors of each animation."""
     frames = [frame for each in vectors for frame in each.frames()]

@@ -3,20 +3,21 @@
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.statistics import stated
-from fire_atlas.formats.pages.colour_error import ColourError, measured_error
 from fire_atlas.formats.pages.page_file import read_page, write_page
 from fire_atlas.formats.pages.png import write_png
-from fire_atlas.formats.textures.error import TextureError
 from fire_atlas.outputs.manifest import OutputEntry
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.pages import Image
-from fire_atlas.pipeline.write_textures import note_texture_errors, write_textures
 from fire_atlas.recipe.output import Atlas
+
+if TYPE_CHECKING:
+    from fire_atlas.formats.pages.colour_error import ColourError
+    from fire_atlas.formats.textures.error import TextureError
 
 _SEEN_BELOW = 32.0
 """Peak signal-to-noise ratio, dB, under which the error of a lossy page is easily seen."""
@@ -32,7 +33,9 @@ def write_images(
         lossy.
     """
     context.progress.stage("write", len(images))
-    outputs, errors, textures = [], dict[str, ColourError](), dict[str, TextureError]()
+    outputs = list[OutputEntry]()
+    errors: dict[str, ColourError] = {}
+    textures: dict[str, TextureError] = {}
     for image in images:
         drawn = image.draw()
         with staging.open(image.name) as file:
@@ -44,26 +47,33 @@ def write_images(
             path = staging.path(image.name)
             errors[image.name] = _written_error(path, drawn, atlas, context)
         outputs.append(OutputEntry.of(image.name, image.role, staging.path(image.name)))
-        entries, found = write_textures(image, drawn, atlas, staging, context)
-        outputs += entries
-        textures.update(found)
+        if image.textures:
+            from fire_atlas.pipeline.write_textures import write_textures
+
+            entries, found = write_textures(image, drawn, atlas, staging, context)
+            outputs += entries
+            textures.update(found)
         context.progress.advance()
-    _note_errors(errors, atlas, context)
-    note_texture_errors(textures, atlas, context)
+    if errors:
+        _note_errors(errors, atlas, context)
+    if textures:
+        from fire_atlas.pipeline.write_textures import note_texture_errors
+
+        note_texture_errors(textures, atlas, context)
     return outputs, {**stated("colour_error", errors), **stated("gpu", textures)}
 
 
-def _written_error(file: Path, drawn: Bytes, atlas: Atlas, context: BuildContext) -> ColourError:
+def _written_error(file: Path, drawn: Bytes, atlas: Atlas, context: BuildContext) -> "ColourError":
     """Return how far the colours in a file are from those that were drawn."""
+    from fire_atlas.formats.pages.colour_error import measured_error
+
     height, width = drawn.shape[:2]
     decoded = context.workers.start(partial(read_page, file, width, height)).result()
     return measured_error(decoded, drawn, atlas.alpha == "straight", context.workers)
 
 
-def _note_errors(errors: Mapping[str, ColourError], atlas: Atlas, context: BuildContext) -> None:
+def _note_errors(errors: "Mapping[str, ColourError]", atlas: Atlas, context: BuildContext) -> None:
     """Note the image with the largest error."""
-    if not errors:
-        return
     name, worst = max(errors.items(), key=lambda item: item[1].rms)
     advice = (
         "; this can be seen: raise atlas.quality, or set it to lossless, which flat colours and "

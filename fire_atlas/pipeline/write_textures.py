@@ -25,13 +25,11 @@ _SEEN_BELOW = 36.0
 def write_textures(
     image: Image, drawn: Bytes, atlas: Atlas, staging: Staging, context: BuildContext
 ) -> tuple[list[OutputEntry], dict[str, TextureError]]:
-    """Write an image's compressed textures.
+    """Write the compressed textures of an image that has some.
 
     Returns:
         Entries of the textures, and how far each is from the image, by their names.
     """
-    if not image.textures:
-        return [], {}
     drawn = _in_four_channels(as_bytes(drawn))
     if image.has_cover and atlas.alpha == "additive":
         atlas = atlas.model_copy(update={"alpha": "premultiplied"})
@@ -108,9 +106,7 @@ def _header(
 def note_texture_errors(
     errors: Mapping[str, TextureError], atlas: Atlas, context: BuildContext
 ) -> None:
-    """Note the texture with the largest error, if that can be seen."""
-    if not errors:
-        return
+    """Note which of these textures has the largest error, if that can be seen."""
     name, worst = min(errors.items(), key=lambda item: item[1].psnr)
     if worst.psnr >= _SEEN_BELOW:
         return

@@ -14,7 +14,6 @@ from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.progress import Progress
 from fire_atlas.formats.product import Product
-from fire_atlas.formats.tracks.light import write_light
 from fire_atlas.formats.tracks.writers import track_writer
 from fire_atlas.recipe.output import (
     EngineExport,
@@ -82,6 +81,8 @@ def track_files(formats: Sequence[TrackName], product: Product) -> Iterator[Outp
             if name != "light":
                 yield track_writer(name)(product.stem(animation), tracks)
     for animation, light in product.lights.items():
+        from fire_atlas.formats.tracks.light import write_light
+
         yield write_light(product.stem(animation), light)
 
 

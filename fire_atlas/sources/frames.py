@@ -21,7 +21,6 @@ from fire_atlas.sources.images import ANIMATIONS, check_size, decode, detect_for
 from fire_atlas.sources.listing import frame_range, locate, sample_numbers, with_samples
 from fire_atlas.sources.reader import FrameReader, OpeningContext, cached, check_frame_size
 from fire_atlas.sources.resize import nearest, reduce, resize, width_for
-from fire_atlas.sources.sheet import open_sheet
 from fire_atlas.vision.thumbnails import shrunk
 
 DEFAULT_FPS = 24.0
@@ -150,6 +149,8 @@ def _open_reader(
 
 def _open_file(settings: FramesSource, path: Path, kind: str, max_pixels: int) -> FrameReader:
     if settings.grid is not None:
+        from fire_atlas.sources.sheet import open_sheet
+
         return cached(open_sheet(path, settings.grid, max_pixels))
     if kind in ANIMATIONS:
         from fire_atlas.sources.animated import open_animation

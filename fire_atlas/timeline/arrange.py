@@ -7,13 +7,10 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.timeline import Timeline
-from fire_atlas.timeline.few_images import FEW_IMAGES, animate_images
-from fire_atlas.timeline.holds import Holds
-from fire_atlas.timeline.looping import crossfade, keep_frames, loop_clip, pingpong, play_once
-from fire_atlas.timeline.retiming import flow_helps, retimed
 from fire_atlas.timeline.tail import with_tail
-from fire_atlas.vision.flat_art import is_flat_art
-from fire_atlas.vision.palette import Palette
+
+_FEW_IMAGES = 3
+"""So few images show no motion that could be played on."""
 
 
 def arrange(
@@ -44,9 +41,13 @@ def arrange(
     wanted = timeline.frames and max(1, round(timeline.frames * clip.fps / rate))
     keeps_rate = timeline.fps in (None, clip.fps)
     if only_packs and keeps_rate and timeline.model_copy(update={"fps": None}) == Timeline():
+        from fire_atlas.timeline.looping import keep_frames
+
         return keep_frames(clip, workers, progress)
-    are_images = clip.count <= FEW_IMAGES and timeline.loop in ("auto", "none")
+    are_images = clip.count <= _FEW_IMAGES and timeline.loop in ("auto", "none")
     if wanted and are_images and clip.count < wanted:
+        from fire_atlas.timeline.few_images import animate_images
+
         played = animate_images(clip, wanted, timeline.loop == "auto", seed, workers)
         images = "1 image becomes" if clip.count == 1 else f"{clip.count} images become"
         progress.note(f"{images} {wanted} frames of a flame that sways (timeline.frames)")
@@ -68,16 +69,21 @@ def _played(
     clip: Clip, timeline: Timeline, wanted: int | None, workers: Workers, progress: Progress
 ) -> Clip:
     """Return the clip cut or looped at its own rate; ``wanted`` is its length, if stated."""
+    if timeline.loop == "none" and (wanted or 0) <= clip.count:
+        progress.note(f"the clip plays once, {wanted or clip.count} frames (timeline.loop: none)")
+        return replace(clip, loop=False)
+    from fire_atlas.timeline import looping
+
     match timeline.loop:
         case "none":
-            return play_once(clip, timeline, wanted, workers, progress)
+            return looping.extended(clip, timeline, wanted or clip.count, workers, progress)
         case "pingpong":
             even = wanted + wanted % 2 if wanted else None
-            return pingpong(clip, even, "timeline.loop: pingpong", workers, progress)
+            return looping.pingpong(clip, even, "timeline.loop: pingpong", workers, progress)
         case "crossfade":
-            return crossfade(clip, timeline, wanted, workers, progress)
+            return looping.crossfade(clip, timeline, wanted, workers, progress)
         case "auto":
-            return loop_clip(clip, timeline, wanted, workers, progress)
+            return looping.loop_clip(clip, timeline, wanted, workers, progress)
 
 
 def _timed(played: Clip, timeline: Timeline, workers: Workers, progress: Progress) -> Clip:
@@ -91,31 +97,6 @@ def _timed(played: Clip, timeline: Timeline, workers: Workers, progress: Progres
         count = min(timeline.frames or int((played.count - 1) / pace) + 1, full)
     if pace == 1:
         return replace(played, count=count)
-    change = f"{played.count} frames at {played.fps:g} fps become {count} at {fps:g}"
-    if played.loop and count == played.count:
-        progress.note(f"{change}: each is shown as it is (timeline.frames)")
-        return replace(played, fps=fps, count=count)
-    holds, palette = Holds.of(played, workers), Palette.of(played, workers)
-    why = _why_not_interpolated(played, holds, palette, workers)
-    shown = f"those between two are interpolated along the optical flow{_rhythm_clause(holds)}"
-    progress.note(f"{change}: {f'the nearest are shown, as {why}' if why else shown}")
-    return retimed(played, fps, count, holds, None if why else palette)
+    from fire_atlas.timeline.retiming import at_rate
 
-
-def _why_not_interpolated(
-    clip: Clip, holds: Holds, palette: Palette, workers: Workers
-) -> str | None:
-    """Return, as a clause, why frames in between are not interpolated; None if they are."""
-    if is_flat_art(clip):
-        return "it has too few colours to mix them unseen"
-    if (holds.length > 1).all():
-        return f"the clip holds each drawing for {holds.usual} frames"
-    if not flow_helps(clip, holds, palette, workers):
-        return "interpolated ones are further from frames that were held out"
-    return None
-
-
-def _rhythm_clause(holds: Holds) -> str:
-    """Return a clause on the frames that the clip holds; empty if there are none."""
-    held = int((holds.length > 1).sum())
-    return f"; {held} that show a drawing for longer stay as they are" if held else ""
+    return at_rate(played, fps, count, workers, progress)

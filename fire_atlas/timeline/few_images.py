@@ -26,9 +26,6 @@ from fire_atlas.vision.flow import resized
 from fire_atlas.vision.palette import Palette
 from fire_atlas.vision.warp import BidirectionalFlow, blurred, warp_by_pixels
 
-FEW_IMAGES = 3
-"""So few images show no motion that could be played on."""
-
 _WAVES, _WAVELENGTHS = 20, (0.3, 1.1)
 """Number of plane waves in the eddies, and their shortest and longest wavelength, flame heights."""
 
@@ -52,7 +49,7 @@ def animate_images(clip: Clip, count: int, loop: bool, seed: int, workers: Worke
     """Return a clip of ``count`` frames at the rate of ``clip``, made from its few images.
 
     Args:
-        clip: The images, at most ``FEW_IMAGES``.
+        clip: The images, too few to show motion.
         count: Number of frames of the result.
         loop: Whether the result is a loop. It closes in any case.
         seed: The recipe's seed.

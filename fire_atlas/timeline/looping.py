@@ -88,17 +88,14 @@ def loop_clip(
     return _cut_to_loop(clip, analysis, wanted, workers, progress)
 
 
-def play_once(
-    clip: Clip, timeline: Timeline, wanted: int | None, workers: Workers, progress: Progress
+def extended(
+    clip: Clip, timeline: Timeline, wanted: int, workers: Workers, progress: Progress
 ) -> Clip:
-    """Return the clip played once; if more frames are wanted than it has, the fire is extended.
+    """Return the clip played once and on, to more frames than it has.
 
     Raises:
         RecipeError: The fire cannot be extended.
     """
-    if wanted is None or wanted <= clip.count:
-        progress.note(f"the clip plays once, {wanted or clip.count} frames (timeline.loop: none)")
-        return replace(clip, loop=False)
     if clip.count < _MIN_FRAMES:
         return _played_as_it_is(clip, wanted, "it has too few frames to be extended")
     if why := _why_one_shot(ClipSamples.of(clip, workers)):

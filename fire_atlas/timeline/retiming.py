@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip, Skipped, cached
 from fire_atlas.core.picture import Picture
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, luminance
+from fire_atlas.core.progress import Progress
 from fire_atlas.core.workers import Workers
 from fire_atlas.timeline.holds import Holds
+from fire_atlas.vision.flat_art import is_flat_art
 from fire_atlas.vision.flow import SMALL, flow_size, optical_flow, resized, thumbnail
 from fire_atlas.vision.palette import Palette
 from fire_atlas.vision.sampling import evenly_spread
@@ -53,7 +55,39 @@ _UNLIKE = 0.25
 different."""
 
 
-def retimed(clip: Clip, fps: float, count: int, holds: Holds, palette: Palette | None) -> Clip:
+def at_rate(clip: Clip, fps: float, count: int, workers: Workers, progress: Progress) -> Clip:
+    """Return ``clip`` with ``count`` frames at ``fps``, interpolated if that suits it; note it."""
+    change = f"{clip.count} frames at {clip.fps:g} fps become {count} at {fps:g}"
+    if clip.loop and count == clip.count:
+        progress.note(f"{change}: each is shown as it is (timeline.frames)")
+        return replace(clip, fps=fps, count=count)
+    holds, palette = Holds.of(clip, workers), Palette.of(clip, workers)
+    why = _why_not_interpolated(clip, holds, palette, workers)
+    shown = f"those between two are interpolated along the optical flow{_rhythm_clause(holds)}"
+    progress.note(f"{change}: {f'the nearest are shown, as {why}' if why else shown}")
+    return _retimed(clip, fps, count, holds, None if why else palette)
+
+
+def _why_not_interpolated(
+    clip: Clip, holds: Holds, palette: Palette, workers: Workers
+) -> str | None:
+    """Return, as a clause, why frames in between are not interpolated; None if they are."""
+    if is_flat_art(clip):
+        return "it has too few colours to mix them unseen"
+    if (holds.length > 1).all():
+        return f"the clip holds each drawing for {holds.usual} frames"
+    if not _flow_helps(clip, holds, palette, workers):
+        return "interpolated ones are further from frames that were held out"
+    return None
+
+
+def _rhythm_clause(holds: Holds) -> str:
+    """Return a clause on the frames that the clip holds; empty if there are none."""
+    held = int((holds.length > 1).sum())
+    return f"; {held} that show a drawing for longer stay as they are" if held else ""
+
+
+def _retimed(clip: Clip, fps: float, count: int, holds: Holds, palette: Palette | None) -> Clip:
     """Return ``clip`` with ``count`` frames at ``fps``; the fire keeps its speed.
 
     The frames of a loop are spread evenly over the clip. Others are ``clip.fps / fps`` frames of
@@ -102,7 +136,7 @@ class _Retiming:
     """Frames of a clip and their motion at another frame rate."""
 
     def __init__(self, clip: Clip, pace: float, holds: Holds, palette: Palette | None) -> None:
-        """``pace``: clip frames per frame of the result; the others are those of ``retimed``."""
+        """``pace``: clip frames per frame of the result; the others are those of ``_retimed``."""
         self._clip, self._pace, self._holds, self._palette = clip, pace, holds, palette
         # Several frames of the result may lie between the same two frames of the clip.
         self._flow_between = lru_cache(_CACHED_PAIRS)(self._find_flow)
@@ -173,7 +207,7 @@ class _Retiming:
         return _velocity(self._clip, *pair) / np.float32(length)
 
 
-def flow_helps(clip: Clip, holds: Holds, palette: Palette, workers: Workers) -> bool:
+def _flow_helps(clip: Clip, holds: Holds, palette: Palette, workers: Workers) -> bool:
     """Whether interpolation predicts held-out frames better than showing a neighbour does.
 
     Only frames that lie between two other drawings can tell.
