@@ -1,6 +1,7 @@
 """Draw atlas pages: each frame at its place, with extruded edges and colour bleed."""
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Self
@@ -11,6 +12,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from fire_atlas.atlas.sheet import AtlasSheet, PlacedImage, Rect, Region
 from fire_atlas.atlas.trim import crop
+from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.output import Atlas
 
 
@@ -44,19 +46,30 @@ def draw_page(
     sprites: Sequence[PlacedImage],
     edges: Edges,
     dtype: DTypeLike = np.uint8,
+    workers: Workers | None = None,
 ) -> NDArray[Any]:
     """Draw one page, (H, W, 4) of ``dtype``.
 
-    ``sprites`` are those of the sheet's regions, in order, and of its cells after them, if they are
-    to be on this image.
+    Args:
+        sheet: The sheet.
+        page: Index of the page.
+        sprites: Those of the sheet's regions, in order, and of its cells after them, if they are to
+            be on this image.
+        edges: Space around a frame on its page.
+        dtype: Type of the page and of the sprites.
+        workers: Draw several frames at a time; without them, one after the other.
     """
     size = sheet.pages[page].height, sheet.pages[page].width
     image = np.zeros((*size, 4), dtype)
-    drawn = set()
+    placed: dict[tuple[int, int], tuple[Region, PlacedImage]] = {}
     for region, sprite in zip((*sheet.regions, *sheet.cells), sprites, strict=False):
-        if region.page == page and (region.x, region.y) not in drawn:
-            drawn.add((region.x, region.y))
-            _draw(image, region, sprite, edges)
+        if region.page == page:
+            placed.setdefault((region.x, region.y), (region, sprite))
+
+    def draw(each: tuple[Region, PlacedImage]) -> None:
+        _draw(image, *each, edges)
+
+    deque((workers.map if workers else map)(draw, placed.values()), maxlen=0)
     return image
 
 

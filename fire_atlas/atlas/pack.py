@@ -43,7 +43,7 @@ _FIRST_TRIES = 16
 _LOOSE, _NEARLY_FULL = 0.8, 0.9
 """Parts of a page's area: with at most the first much is left empty, with the second little."""
 
-_STEP = 1.02
+_STEP = 1.05
 """Factor between the sides of pages that are tried when one is sought that is large enough."""
 
 
@@ -79,7 +79,7 @@ def pack(
 def sufficient_side(sizes: Sequence[Size], rules: PageRules, most: int) -> int | None:
     """Return a maximum side with which a page holds all ``sizes``; None if it exceeds ``most``.
 
-    It is at most 2 % above the smallest with which packing finds room for them.
+    It is at most 5 % above the smallest with which packing finds room for them.
     """
     padded = [(width + rules.padding, height + rules.padding) for width, height in sizes]
     least = max(math.isqrt(sum(w * h for w, h in padded)), *(max(size) for size in padded))

@@ -72,4 +72,4 @@ def _manifest(name: str, outputs: tuple[OutputEntry, ...]) -> Manifest:
 def _staged(name: str, role: Role, data: bytes, staging: Staging) -> OutputEntry:
     with staging.open(name) as file:
         file.write(data)
-    return OutputEntry.of(name, role, staging.path(name))
+    return staging.entry(name, role)

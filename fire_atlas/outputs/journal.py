@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 from fire_atlas.core.output_file import is_reserved, plain_name
-from fire_atlas.outputs.digest import file_digest
 from fire_atlas.outputs.disk import (
     digest_of,
     is_regular,
@@ -68,9 +67,9 @@ class StagingFolder:
         """The journal, a file that exists while a commit is not finished."""
         return self.path / ".journal"
 
-    def change(self, name: str, *, removes: bool = False) -> Change:
-        """Return the change that replaces the file ``name`` by the staged one, or removes it."""
-        after = None if removes else file_digest(self.path / name)
+    def change(self, name: str, after: str | None) -> Change:
+        """Return the change of the file ``name`` to the staged one, of which ``after`` is the
+        SHA-256; None removes it."""
         return Change(name, digest_of(self.out / name), after)
 
 

@@ -13,7 +13,7 @@ from typing import Any, Self
 
 from fire_atlas import __version__
 from fire_atlas.core.files import MAX_JSON_BYTES, read_file, real
-from fire_atlas.core.output_file import MANIFEST_ENDING, Role, plain_name
+from fire_atlas.core.output_file import MANIFEST_ENDING, plain_name
 from fire_atlas.outputs.digest import HashedFile, file_digest
 
 _FORMAT, _VERSION = "fire-atlas/manifest", 1
@@ -53,11 +53,6 @@ class OutputEntry:
     role: str
     size: int
     sha256: str
-
-    @classmethod
-    def of(cls, name: str, role: Role, path: Path) -> Self:
-        """Return the entry of the output ``name``, whose file is at ``path`` until the commit."""
-        return cls(name, role, path.stat().st_size, file_digest(path))
 
     def is_intact(self, out: Path) -> bool:
         """Return whether the file in ``out`` has the bytes that the build wrote."""

@@ -12,9 +12,12 @@ from typing import BinaryIO, Self
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.files import real
 from fire_atlas.core.interruption import if_interrupted, signals_wait
+from fire_atlas.core.output_file import Role
+from fire_atlas.outputs.digest import file_digest
 from fire_atlas.outputs.disk import readable_errors
 from fire_atlas.outputs.journal import StagingFolder, commit
 from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
+from fire_atlas.outputs.manifest import OutputEntry
 from fire_atlas.outputs.recovery import clear_killed_builds, clear_staging, staging_folder
 
 _ATTEMPTS = 10
@@ -46,7 +49,7 @@ class Staging:
         self._note = note
         self._folder = staging_folder(out, name)
         self._stack = ExitStack()
-        self._names: list[str] = []
+        self._digests: dict[str, str] = {}  # of the outputs, by name, in the order of writing
         self._inputs: set[Path] = set()
 
     def __enter__(self) -> Self:
@@ -77,11 +80,16 @@ class Staging:
         """Open the output ``name`` for writing."""
         target = self.out / name
         self.refuse(name)
-        with readable_errors(target), self.path(name).open("wb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        self._names.append(name)
+        with readable_errors(target):
+            with self.path(name).open("wb") as file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            self._digests[name] = file_digest(self.path(name))
+
+    def entry(self, name: str, role: Role) -> OutputEntry:
+        """Return the entry in a manifest of the output ``name``, which was written."""
+        return OutputEntry(name, role, self.path(name).stat().st_size, self._digests[name])
 
     def existing(self, name: str) -> bytes | None:
         """Return the bytes that the output ``name`` will replace; None if there are none.
@@ -110,12 +118,12 @@ class Staging:
         The file that was written last, the manifest, marks the commit as complete. A commit that
         fails is undone, so that old and new outputs are never mixed.
         """
-        *names, marker = self._names
+        *written, marker = self._digests.items()
         with readable_errors(self.out):
             changes = [
-                *(self._folder.change(name) for name in names),
-                *(self._folder.change(path.name, removes=True) for path in stale),
-                self._folder.change(marker),
+                *(self._folder.change(*each) for each in written),
+                *(self._folder.change(path.name, None) for path in stale),
+                self._folder.change(*marker),
             ]
             with signals_wait():
                 commit(self._folder, changes)

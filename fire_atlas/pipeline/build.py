@@ -14,6 +14,7 @@ from fire_atlas.pipeline.check import CheckedRecipe
 from fire_atlas.pipeline.content import build_statistics, page_content
 from fire_atlas.pipeline.context import BuildContext, BuildOptions
 from fire_atlas.pipeline.contribute import contribute
+from fire_atlas.pipeline.movies import movie_files
 from fire_atlas.pipeline.open import (
     check_inputs,
     hash_inputs,
@@ -83,18 +84,15 @@ def build(
         with timer.measure("pack"):
             sheets = pack(recipe.name, content, recipe.atlas, recipe.maps, progress)
         with timer.measure("write"):
-            drawn = images(sheets, content, recipe.atlas, recipe.maps)
+            drawn = images(sheets, content, recipe.atlas, recipe.maps, workers)
             outputs, figures = write_images(list(drawn), recipe.atlas, staging, context)
             product = product_of(sheets, content.animations, loaded, staging)
+            movies = movie_files(recipe.movies, sheets[0], content, context)
             exported = exported_files(recipe.exports, product, loaded.templates)
             outputs += write_files(exported, staging)
             note_what_engines_need(recipe.exports, product, progress)
             outputs += write_files(track_files(recipe.tracks, product), staging)
-            if recipe.movies:
-                from fire_atlas.pipeline.movies import movie_files
-
-                movies = movie_files(recipe.movies, sheets[0], content, context)
-                outputs += write_files(movies, staging)
+            outputs += write_files(movies, staging)
             statistics = build_statistics(contributions, content, sheets[0], figures)
             check_inputs(inputs, files, loaded, context)
             outputs += [write_manifest(loaded, tool.result(), inputs, outputs, statistics, staging)]

@@ -10,7 +10,6 @@ from fire_atlas.atlas.sheet import AtlasSheet, Region, Sprite, common_canvas
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.formats.movies.movie import Movie
-from fire_atlas.formats.movies.writers import write_movie
 from fire_atlas.formats.names import animation_stem
 from fire_atlas.pipeline.content import PageContent
 from fire_atlas.pipeline.context import BuildContext
@@ -36,6 +35,10 @@ def movie_files(
     Raises:
         OutputError: A format cannot hold an animation.
     """
+    if not movies:
+        return
+    from fire_atlas.formats.movies.writers import write_movie
+
     regions, shown = iter(sheet.regions), dict[str, Movie]()
     for title, animation in content.animations.items():
         places = tuple(islice(regions, len(animation.frames)))

@@ -24,6 +24,7 @@ from fire_atlas.channels.page import (
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import Role
 from fire_atlas.core.progress import Progress
+from fire_atlas.core.workers import Workers
 from fire_atlas.pipeline.content import PageContent
 from fire_atlas.pipeline.contribution import FinishedAnimation
 from fire_atlas.recipe.output import Atlas, Maps
@@ -180,6 +181,7 @@ def images(
     content: PageContent,
     atlas: Atlas,
     maps: Maps,
+    workers: Workers,
 ) -> Iterator[Image]:
     """Yield the images of all sheets, one for each scale: its pages, then its maps; then ramps.
 
@@ -194,12 +196,12 @@ def images(
         files = [page.file for page in sheet.pages]
         shown = [each[scale] for each in (*(frame.sprites for frame in frames), *cells)]
         if content.heat is None:
-            yield from _sprite_pages(sheet, files, "page", shown, edges)
+            yield from _sprite_pages(sheet, files, "page", shown, edges, workers)
         else:
             yield from _heat_pages(sheet, shown, edges)
         for layer in maps.layers:
             sprites = [frame.layers[layer][scale] for frame in frames]
-            yield from _sprite_pages(sheet, sheet.map(layer).files, "map", sprites, edges)
+            yield from _sprite_pages(sheet, sheet.map(layer).files, "map", sprites, edges, workers)
         if maps.emission == "exr":
             light = [frame.emission[scale] for frame in frames]
             yield from _light_pages(sheet, light, edges)
@@ -241,12 +243,17 @@ def _first_channel(draw: Callable[[], NDArray[Any]]) -> NDArray[Any]:
 
 
 def _sprite_pages(
-    sheet: AtlasSheet, files: Sequence[str], role: Role, sprites: Sequence[Sprite], edges: Edges
+    sheet: AtlasSheet,
+    files: Sequence[str],
+    role: Role,
+    sprites: Sequence[Sprite],
+    edges: Edges,
+    workers: Workers,
 ) -> Iterator[Image]:
     """Yield the images that show ``sprites`` where the sheet has its frames and cells."""
     shown, dtype = [each.in_bits(sheet.bits) for each in sprites], _DTYPES[sheet.bits]
     for i, file in enumerate(files):
-        draw = partial(draw_page, sheet, i, shown, edges, dtype)
+        draw = partial(draw_page, sheet, i, shown, edges, dtype, workers)
         yield _image(sheet, file, role, draw)
 
 

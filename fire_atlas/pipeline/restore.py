@@ -84,4 +84,4 @@ def _write_manifest(name: str, data: bytes, staging: Staging) -> OutputEntry:
     file = manifest_name(name)
     with staging.open(file) as target:
         target.write(data)
-    return OutputEntry.of(file, "manifest", staging.path(file))
+    return staging.entry(file, "manifest")

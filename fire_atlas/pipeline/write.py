@@ -42,7 +42,7 @@ def write_files(files: Iterable[OutputFile], staging: Staging) -> list[OutputEnt
 def _write(file: OutputFile, staging: Staging) -> OutputEntry:
     with staging.open(file.name) as target:
         target.write(file.data)
-    return OutputEntry.of(file.name, file.role, staging.path(file.name))
+    return staging.entry(file.name, file.role)
 
 
 def write_manifest(

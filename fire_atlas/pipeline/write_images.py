@@ -46,7 +46,7 @@ def write_images(
         if atlas.quality != "lossless" and not image.is_data:
             path = staging.path(image.name)
             errors[image.name] = _written_error(path, drawn, atlas, context)
-        outputs.append(OutputEntry.of(image.name, image.role, staging.path(image.name)))
+        outputs.append(staging.entry(image.name, image.role))
         if image.textures:
             from fire_atlas.pipeline.write_textures import write_textures
 

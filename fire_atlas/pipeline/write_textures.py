@@ -53,8 +53,7 @@ def write_textures(
             if texture.blocks == blocks:
                 with staging.open(texture.file) as file:
                     write_texture(file, texture.file, header, encoded)
-                path = staging.path(texture.file)
-                outputs.append(OutputEntry.of(texture.file, "texture", path))
+                outputs.append(staging.entry(texture.file, "texture"))
                 errors[texture.file] = error
     return outputs, errors
 

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.outputs.digest import file_digest
 from fire_atlas.outputs.journal import commit
 from fire_atlas.outputs.locks import folder_lock, locked, locked_if_free, recipe_lock
 from fire_atlas.outputs.recovery import recover, staging_folder, tidy
@@ -290,7 +291,8 @@ def test_each_step_of_a_commit_is_on_the_disk_before_the_next(
 
     with staged(out):
         folder = staging_folder(out, "x")
-        changes = [folder.change("a.png"), folder.change("x.manifest.json")]
+        names = "a.png", "x.manifest.json"
+        changes = [folder.change(name, file_digest(folder.path / name)) for name in names]
         with monkeypatch.context() as patch:
             for name in ("fsync", "replace", "unlink", "link"):
                 patch.setattr(os, name, recorded(name))

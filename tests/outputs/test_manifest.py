@@ -1,5 +1,6 @@
 """The manifest's file: what is written is read back, and nothing else is taken for one."""
 
+import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +21,7 @@ from fire_atlas.outputs.manifest import (
     manifest_name,
     read_manifest,
 )
+from fire_atlas.outputs.staging import Staging
 
 DIGESTS = st.text("0123456789abcdef", min_size=64, max_size=64)
 FILE_NAMES = st.text("abzäß炎09 ._-@'\"", min_size=1).filter(lambda name: name.strip("."))
@@ -116,11 +118,14 @@ def test_an_input_is_named_from_the_recipes_folder(tmp_path: Path) -> None:
 
 
 def test_an_output_is_intact_until_a_byte_of_it_changes(tmp_path: Path) -> None:
-    staged, out = tmp_path / "staged", tmp_path / "fire.png"
-    staged.write_bytes(b"page")
-    entry = OutputEntry.of("fire.png", "page", staged)
-    assert not entry.is_intact(tmp_path), "it is not in place yet"
-    staged.rename(out)
+    out = tmp_path / "fire.png"
+    with Staging(tmp_path, "fire", print) as staging:
+        with staging.open("fire.png") as file:
+            file.write(b"page")
+        entry = staging.entry("fire.png", "page")
+        assert entry == OutputEntry("fire.png", "page", 4, hashlib.sha256(b"page").hexdigest())
+        assert not entry.is_intact(tmp_path), "it is not in place yet"
+        staging.commit([])
     assert entry.is_intact(tmp_path)
     out.write_bytes(b"pagf")
     assert not entry.is_intact(tmp_path)

@@ -44,3 +44,19 @@ def test_a_build_from_png_imports_no_more_than_it_needs(recipe: Path) -> None:
     modules = imported_by("build", recipe, "--force")
     assert {"fire_atlas.pipeline.build", "numpy", "cv2"} <= modules
     assert not modules & {"PIL", "scipy", "av", "jinja2", "etcpak", "OpenEXR"}
+
+
+UNASKED = {
+    f"fire_atlas.{each}"
+    for each in (
+        "channels.haze", "channels.heat.encode", "channels.motion", "formats.movies.writers",
+        "formats.textures.texture", "pipeline.change_wind", "sources.sprites", "timeline.looping",
+        "timeline.retiming",
+    )
+}  # fmt: skip
+
+
+def test_a_build_imports_only_what_its_recipe_asks_for(recipe: Path) -> None:
+    assert not imported_by("build", recipe, "--force", "--set", "timeline.loop=none") & UNASKED
+    loops = imported_by("build", recipe, "--force", "--set", "maps.motion=godot")
+    assert {"fire_atlas.timeline.looping", "fire_atlas.channels.motion"} <= loops
