@@ -11,6 +11,7 @@ from typing import Self, TypeVar
 import cv2
 
 from fire_atlas.core.cpu import default_jobs
+from fire_atlas.core.memory import keep_freed_memory
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -25,6 +26,7 @@ class Workers:
         Turns off OpenCV's own threads, on which results might depend.
         """
         cv2.setNumThreads(1)
+        keep_freed_memory()
         self.jobs = jobs or default_jobs()
         self._pool = ThreadPoolExecutor(self.jobs, thread_name_prefix="fire-atlas")
 

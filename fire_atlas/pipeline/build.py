@@ -82,9 +82,9 @@ def build(
             contributions.append(contribute(part.recipe, opened, cells, context))
         content = page_content(contributions, loaded, context)
         with timer.measure("pack"):
-            sheets = pack(recipe.name, content, recipe.atlas, recipe.maps, progress)
+            sheets = pack(recipe.name, content, recipe.atlas, recipe.maps, context)
         with timer.measure("write"):
-            drawn = images(sheets, content, recipe.atlas, recipe.maps, workers)
+            drawn = images(sheets, content, recipe.atlas, recipe.maps, context)
             outputs, figures = write_images(list(drawn), recipe.atlas, staging, context)
             product = product_of(sheets, content.animations, loaded, staging)
             movies = movie_files(recipe.movies, sheets[0], content, context)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cache
+from threading import Lock
 from typing import Self
 
 import numpy as np
@@ -220,7 +221,9 @@ def _with_flakes(
         bare, lit = lit[is_bare], lit[~is_bare]
         shown = as_steps(expose(flakes.planes.reshape(-1).take(bare)))
         colour = tuple(flakes.colours[0].tolist())
-        values[bare] = _alone(colour, composite.blend, space, is_ready).take(shown)
+        with _ONE_TABLE:
+            table = _alone(colour, composite.blend, space, is_ready)
+        values[bare] = table.take(shown)
         if not lit.size:
             return whole
     behind = values.take(lit).view(whole.dtype).reshape(1, -1, 4)
@@ -239,6 +242,10 @@ def _as_values(pixels: NDArray[np.float32], space: BlendSpace, is_ready: bool) -
     if is_ready:
         return encode_frame(light[None], "straight", space).view(np.uint32).reshape(-1)
     return light.view(np.complex128).reshape(-1)
+
+
+_ONE_TABLE = Lock()
+"""Held while a table is made: the other workers wait for it rather than make the same."""
 
 
 @cache

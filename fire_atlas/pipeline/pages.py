@@ -23,9 +23,8 @@ from fire_atlas.channels.page import (
 )
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import Role
-from fire_atlas.core.progress import Progress
-from fire_atlas.core.workers import Workers
 from fire_atlas.pipeline.content import PageContent
+from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import FinishedAnimation
 from fire_atlas.recipe.output import Atlas, Maps
 
@@ -63,7 +62,7 @@ def pack(
     content: PageContent,
     atlas: Atlas,
     maps: Maps,
-    progress: Progress,
+    context: BuildContext,
 ) -> tuple[AtlasSheet, ...]:
     """Pack the frames of all animations onto the pages of each scale, and their maps; find the
     meshes of frames.
@@ -73,7 +72,7 @@ def pack(
         content: The animations and the textures of flakes.
         atlas: Settings of the pages.
         maps: Settings of the maps beside them.
-        progress: Receives a note if one page is not enough, for all or for one of the animations.
+        context: Receives a note if one page is not enough, for all or for one of the animations.
     """
     animations, textures = content.animations, content.textures
     motions = [each.motion for each in animations.values() if each.motion is not None]
@@ -85,12 +84,12 @@ def pack(
     )  # fmt: skip
     _refuse_split(sheets[0], textures)
     if len(sheets[0].pages) > 1:
-        progress.note(
+        context.progress.note(
             f"needs {len(sheets[0].pages)} pages; a larger atlas.max_size, a smaller source.height "
             f"or fewer frames could make one page enough"
         )
-        _note_split(sheets[0], atlas, progress)
-    sheets = _with_meshes(sheets, animations, vector_margin(motions), atlas, progress)
+        _note_split(sheets[0], atlas, context)
+    sheets = _with_meshes(sheets, animations, vector_margin(motions), atlas, context)
     hazes, has_emission = _hazes(animations), maps.emission == "exr"
     sheets = tuple(
         with_maps(
@@ -119,7 +118,7 @@ def _with_meshes(
     animations: Mapping[str, FinishedAnimation],
     margin: int,
     atlas: Atlas,
-    progress: Progress,
+    context: BuildContext,
 ) -> tuple[AtlasSheet, ...]:
     """Return the sheets of all scales with a mesh for each frame, if the recipe asks for them.
 
@@ -128,12 +127,12 @@ def _with_meshes(
         animations: What they show: pages and layers share their meshes.
         margin: Empty px that are kept around what is visible, at full size.
         atlas: Settings of the pages.
-        progress: Advances with each frame of each scale.
+        context: Its progress advances with each frame of each scale.
     """
     if atlas.mesh == "none":
         return tuple(sheets)
     frames = [frame for animation in animations.values() for frame in animation.frames]
-    progress.stage("mesh", len(sheets) * len(frames))
+    context.progress.stage("mesh", len(sheets) * len(frames))
     return tuple(
         with_meshes(
             sheet,
@@ -141,7 +140,7 @@ def _with_meshes(
             atlas.mesh.vertices,
             threshold=atlas.trim_threshold,
             margin=math.ceil(margin * sheet.scale),
-            done=progress.advance,
+            done=context.progress.advance,
         )
         for scale, sheet in enumerate(sheets)
     )
@@ -158,7 +157,7 @@ def _refuse_split(sheet: AtlasSheet, textures: Collection[str]) -> None:
             )
 
 
-def _note_split(sheet: AtlasSheet, atlas: Atlas, progress: Progress) -> None:
+def _note_split(sheet: AtlasSheet, atlas: Atlas, context: BuildContext) -> None:
     """Name the animations that no page can hold, and the page size that could."""
     from fire_atlas.atlas.split import max_size_for, split_animations
 
@@ -173,7 +172,7 @@ def _note_split(sheet: AtlasSheet, atlas: Atlas, progress: Progress) -> None:
         if size
         else "none that a recipe may ask for could; smaller or fewer frames help"
     )
-    progress.note(f"no page can hold all frames of {names}{more}: {advice}")
+    context.progress.note(f"no page can hold all frames of {names}{more}: {advice}")
 
 
 def images(
@@ -181,7 +180,7 @@ def images(
     content: PageContent,
     atlas: Atlas,
     maps: Maps,
-    workers: Workers,
+    context: BuildContext,
 ) -> Iterator[Image]:
     """Yield the images of all sheets, one for each scale: its pages, then its maps; then ramps.
 
@@ -196,12 +195,12 @@ def images(
         files = [page.file for page in sheet.pages]
         shown = [each[scale] for each in (*(frame.sprites for frame in frames), *cells)]
         if content.heat is None:
-            yield from _sprite_pages(sheet, files, "page", shown, edges, workers)
+            yield from _sprite_pages(sheet, files, "page", shown, edges, context)
         else:
             yield from _heat_pages(sheet, shown, edges)
         for layer in maps.layers:
             sprites = [frame.layers[layer][scale] for frame in frames]
-            yield from _sprite_pages(sheet, sheet.map(layer).files, "map", sprites, edges, workers)
+            yield from _sprite_pages(sheet, sheet.map(layer).files, "map", sprites, edges, context)
         if maps.emission == "exr":
             light = [frame.emission[scale] for frame in frames]
             yield from _light_pages(sheet, light, edges)
@@ -248,12 +247,12 @@ def _sprite_pages(
     role: Role,
     sprites: Sequence[Sprite],
     edges: Edges,
-    workers: Workers,
+    context: BuildContext,
 ) -> Iterator[Image]:
     """Yield the images that show ``sprites`` where the sheet has its frames and cells."""
     shown, dtype = [each.in_bits(sheet.bits) for each in sprites], _DTYPES[sheet.bits]
     for i, file in enumerate(files):
-        draw = partial(draw_page, sheet, i, shown, edges, dtype, workers)
+        draw = partial(draw_page, sheet, i, shown, edges, dtype, context.workers)
         yield _image(sheet, file, role, draw)
 
 

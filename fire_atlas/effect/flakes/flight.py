@@ -271,9 +271,10 @@ class _FlightModel:
         down = 0.5 * speed * _sine(turn + spawns.turbulence_phase_y.take(ids))
         own = state.exposure * outside
         drift, fall = spawns.drift.take(ids) - 1, spawns.terminal_velocity.take(ids)
-        towards = speed * _sine(turn + spawns.turbulence_phase_z.take(ids)) * self.has_depth
-        right, along = aside + drift * u, down + drift * v + fall
-        return own * right, own * along, own * (towards + drift * w)
+        right, along, towards = aside + drift * u, down + drift * v + fall, np.zeros_like(w)
+        if self.has_depth:
+            towards = speed * _sine(turn + spawns.turbulence_phase_z.take(ids)) + drift * w
+        return own * right, own * along, own * towards
 
     def between(self, before: ParticleState, after: ParticleState, part: float) -> ParticleState:
         """Return the flakes at ``part`` (0..1) of a tick, without those that have cooled.
