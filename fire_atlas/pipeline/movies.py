@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import islice
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,8 +15,10 @@ from fire_atlas.formats.names import animation_stem
 from fire_atlas.pipeline.content import PageContent
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import FinishedAnimation
-from fire_atlas.pipeline.heat import HeatPages
 from fire_atlas.recipe.output import MovieName
+
+if TYPE_CHECKING:
+    from fire_atlas.pipeline.heat import HeatPages
 
 
 def movie_files(
@@ -57,7 +60,7 @@ def _movie(
     animation: FinishedAnimation,
     regions: Sequence[Region],
     sheet: AtlasSheet,
-    heat: HeatPages | None,
+    heat: "HeatPages | None",
 ) -> Movie:
     """Return an animation as a movie, its frames aligned at their pivots; heat has the colours of
     the first ramp."""

@@ -57,6 +57,7 @@ UNASKED = {
 
 
 def test_a_build_imports_only_what_its_recipe_asks_for(recipe: Path) -> None:
-    assert not imported_by("build", recipe, "--force", "--set", "timeline.loop=none") & UNASKED
+    plain = imported_by("build", recipe, "--force", "--set", "timeline.loop=none")
+    assert plain & UNASKED == set()
     loops = imported_by("build", recipe, "--force", "--set", "maps.motion=godot")
     assert {"fire_atlas.timeline.looping", "fire_atlas.channels.motion"} <= loops
