@@ -15,15 +15,11 @@ def keep_freed_memory() -> None:
     """Let glibc keep what is freed in small pieces; with another C library, do nothing.
 
     Arrays of a few 100 kB are made and freed thousands of times. By default their memory comes from
-    the system anew each time, page by page, which takes a tenth of all time for many flakes.
+    the system anew each time, page by page, which takes a tenth of the time to draw many flakes.
     """
     try:  # musl and macOS lack it, and Windows has no CDLL(None)
         set_option = ctypes.CDLL(None).mallopt
-    except (
-        AttributeError,
-        OSError,
-        TypeError,
-    ):
+    except (AttributeError, OSError, TypeError):
         return
     set_option(_M_MMAP_THRESHOLD, _LARGE)
     set_option(_M_TRIM_THRESHOLD, _KEPT)
