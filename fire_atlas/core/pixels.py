@@ -31,6 +31,9 @@ _XYZ = np.array(
 )
 """CIE XYZ, of white 1, of linear sRGB."""
 
+_LEAST_SEEN = 2
+"""Alpha and light, of 255, up to which a pixel cannot be seen."""
+
 _STEPS = 65535
 
 LIGHT_STEPS = _STEPS + 1
@@ -196,6 +199,17 @@ def brightness(pixels: Pixels, blend_space: str) -> Plane:
     alpha = cv2.extractChannel(pixels, 3)
     straight = as_plane(cv2.divide(light, np.maximum(alpha, np.float32(1e-6))))
     return as_plane(cv2.multiply(encode_unit(straight), alpha, scale=255.0))
+
+
+def is_visible(alpha: NDArray[Any], light: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return which pixels of a page can be seen, (H, W): if all were compared with those of another
+    page, the empty part of both would make their difference look small.
+
+    Args:
+        alpha: (H, W), 0..255.
+        light: (H, W, 3), what shows over black, 0..255.
+    """
+    return np.asarray((alpha > _LEAST_SEEN) | (light.max(axis=2) > _LEAST_SEEN))
 
 
 def psnr_of(rms: float) -> float:

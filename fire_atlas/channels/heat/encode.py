@@ -8,13 +8,10 @@ from typing import NamedTuple, Self, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import Bytes, psnr_of
+from fire_atlas.core.pixels import Bytes, is_visible, psnr_of
 
 _COMPARED = 8192
 """Colours that are compared with all entries at a time, to limit memory."""
-
-_VISIBLE = 2
-"""Pixels count if their alpha or light is above this, of 255."""
 
 _OFF_RAMP = 64.0
 """Distance of a pixel's premultiplied colour from that of its heat, of 255 in each channel, beyond
@@ -109,9 +106,8 @@ def error_sums(image: Bytes, heat: Bytes, ramp: Bytes) -> ErrorSums:
     """Sum how far encoded pixels (h, w, 4) are from the colours that the ramp gives for their
     heat (h, w)."""
     exact, ours = image.astype(np.float32), ramp[heat].astype(np.float32)
-    light = exact[..., :3].max(axis=2)
-    shown = (exact[..., 3] > _VISIBLE) | (light > _VISIBLE)
-    miss, light = (exact - ours)[shown], light[shown].astype(np.float64)
+    shown = is_visible(exact[..., 3], exact[..., :3])
+    miss, light = (exact - ours)[shown], exact[..., :3].max(axis=2)[shown].astype(np.float64)
     squares = (miss.astype(np.float64) ** 2).sum(axis=1)
     off = light[squares > _OFF_RAMP**2]
     return ErrorSums(float(squares.sum()), 4 * len(miss), float(light.sum()), float(off.sum()))

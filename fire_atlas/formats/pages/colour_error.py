@@ -7,15 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fire_atlas.core.pixels import Bytes, psnr_of
+from fire_atlas.core.pixels import Bytes, is_visible, psnr_of
 from fire_atlas.core.workers import Workers
 
 _BAND_ROWS = 128
 """Rows that are compared at a time, which bounds the memory."""
-
-_VISIBLE = 2
-"""Pixels count if their alpha or their light is above this, of 255: the empty part of a page would
-make its error look small."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,8 +72,7 @@ def measured_error(lossy: Bytes, lossless: Bytes, straight: bool, workers: Worke
 def _band_error(lossy: Bytes, lossless: Bytes, straight: bool) -> _BandError:
     ours, exact = _light(lossy, straight), _light(lossless, straight)
     difference = ours - exact
-    light = np.maximum(ours, exact).max(axis=2)
-    shown = difference[(lossless[..., 3] > _VISIBLE) | (light > _VISIBLE * 255)]
+    shown = difference[is_visible(lossless[..., 3], np.maximum(ours, exact) / 255)]
     return _BandError(int((shown * shown).sum()), len(shown), int(np.abs(difference).max()))
 
 

@@ -10,14 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import light_over_black
-from fire_atlas.core.pixels import Bytes, hue_difference, psnr_of
+from fire_atlas.core.pixels import Bytes, hue_difference, is_visible, psnr_of
 from fire_atlas.core.workers import Workers
 
 _BAND_ROWS = 128
 """Rows that are compared at a time, which bounds the memory."""
-
-_VISIBLE = 2
-"""Pixels count if their alpha or their light is above this, of 255."""
 
 _HUE_STEP, _HUE_BINS = 0.1, 4096
 """Width, ΔE, and number of the steps in which differences of hues are counted."""
@@ -103,7 +100,7 @@ def _bands(
 def _compared(ours: Bytes, exact: Bytes, alpha: str, blend_space: str) -> _BandSums:
     channels = 3 if alpha == "additive" else 4
     one, other = (_premultiplied(each, alpha == "straight") for each in (ours, exact))
-    visible = (exact[..., 3] > _VISIBLE) | (other[..., :3].max(axis=2) > _VISIBLE * 255)
+    visible = is_visible(exact[..., 3], other[..., :3] / 255)
     difference = (one - other)[visible][:, :channels]
     light = [light_over_black(each, alpha, blend_space)[visible] for each in (ours, exact)]
     steps = (hue_difference(*light) / np.float32(_HUE_STEP)).astype(np.intp)
