@@ -185,9 +185,10 @@ def _clear(folder: StagingFolder) -> None:
 
 
 def _at_the_end(stack: ExitStack, action: Callable[[], None]) -> None:
-    """Run ``action`` when the stack is closed, or earlier if a signal ends the process."""
-    stack.callback(action)
+    """Run ``action`` when the stack is closed, and also if a signal ends the process before that is
+    done: a signal may arrive in the middle of it."""
     stack.enter_context(if_interrupted(action))
+    stack.callback(action)
 
 
 def _remove_empty(folders: Sequence[Path]) -> None:

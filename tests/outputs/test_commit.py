@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.interruption import EXIT_CODE
 from fire_atlas.outputs.digest import file_digest
 from fire_atlas.outputs.journal import commit
 from fire_atlas.outputs.locks import folder_lock, locked, locked_if_free, recipe_lock
@@ -254,6 +255,34 @@ def test_a_build_waits_for_another_of_its_name_and_says_for_whom(out: Path) -> N
     with another_build(out, "x", 3) as other, Staging(out, "x", messages.append):
         assert other.wait() == 0
     assert len(messages) == 1 and f"waits for process {other.pid} on " in messages[0]
+
+
+_IS_ENDED_AT_ITS_END = """
+import os, shutil, signal, sys
+from pathlib import Path
+from fire_atlas.core.interruption import end_on_signals
+from fire_atlas.outputs.staging import Staging
+remove = shutil.rmtree
+def interrupted(*arguments, **named):
+    shutil.rmtree = remove
+    os.kill(os.getpid(), signal.SIGTERM)
+    remove(*arguments, **named)
+end_on_signals()
+with Staging(Path(sys.argv[1]), "x", print) as staging, staging.open("a.png") as file:
+    file.write(b"half")
+    shutil.rmtree = interrupted
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_a_signal_during_the_clean_up_leaves_nothing(out: Path) -> None:
+    root = Path(sys.modules["fire_atlas"].__file__ or "").resolve().parents[1]
+    ended = subprocess.run(
+        [sys.executable, "-c", _IS_ENDED_AT_ITS_END, str(out)],
+        env={**os.environ, "PYTHONPATH": str(root)}, capture_output=True, check=False,
+    )  # fmt: skip
+    assert ended.returncode == EXIT_CODE
+    assert contents(out) == OLD
 
 
 def test_a_live_build_of_another_name_keeps_its_staging_folder(out: Path) -> None:
