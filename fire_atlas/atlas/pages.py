@@ -141,9 +141,9 @@ def _packed(
     animations = [list(islice(shown, count)) for count in counts]
     cells, px, edge = None, units.px, units.edge
     if settings.layout == "grid":
-        different = [tuple(dict.fromkeys(frames)) for frames in animations]
         from fire_atlas.atlas.grid import pack_grid
 
+        different = [tuple(dict.fromkeys(frames)) for frames in animations]
         packing, cells = pack_grid(sizes, different, units.rules)
         places = tuple(packing.places[i] for frames in animations for i in frames)
         packing = Packing(packing.pages, places)

@@ -202,14 +202,15 @@ def brightness(pixels: Pixels, blend_space: str) -> Plane:
 
 
 def is_visible(alpha: NDArray[Any], light: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return which pixels of a page can be seen, (H, W): if all were compared with those of another
-    page, the empty part of both would make their difference look small.
+    """Return which pixels of a page can be seen, (H, W).
+
+    Errors of pages are measured over these: the empty part would make them look small.
 
     Args:
         alpha: (H, W), 0..255.
-        light: (H, W, 3), what shows over black, 0..255.
+        light: (H, W), the brightest channel of each pixel over black, 0..255.
     """
-    return np.asarray((alpha > _LEAST_SEEN) | (light.max(axis=2) > _LEAST_SEEN))
+    return np.asarray((alpha > _LEAST_SEEN) | (light > _LEAST_SEEN))
 
 
 def psnr_of(rms: float) -> float:

@@ -23,7 +23,8 @@ class Workers:
     def __init__(self, jobs: int | None) -> None:
         """Start the pool, by default with a worker for each CPU.
 
-        Turns off OpenCV's own threads, on which results might depend.
+        Turns off OpenCV's own threads, on which results might depend, and lets the process keep the
+        memory that workers free.
         """
         cv2.setNumThreads(1)
         keep_freed_memory()

@@ -221,7 +221,7 @@ def _with_flakes(
         bare, lit = lit[is_bare], lit[~is_bare]
         shown = as_steps(expose(flakes.planes.reshape(-1).take(bare)))
         colour = tuple(flakes.colours[0].tolist())
-        with _ONE_TABLE:
+        with _TABLE_LOCK:
             table = _alone(colour, composite.blend, space, is_ready)
         values[bare] = table.take(shown)
         if not lit.size:
@@ -244,7 +244,7 @@ def _as_values(pixels: NDArray[np.float32], space: BlendSpace, is_ready: bool) -
     return light.view(np.complex128).reshape(-1)
 
 
-_ONE_TABLE = Lock()
+_TABLE_LOCK = Lock()
 """Held while a table is made: the other workers wait for it rather than make the same."""
 
 

@@ -56,7 +56,16 @@ different."""
 
 
 def at_rate(clip: Clip, fps: float, count: int, workers: Workers, progress: Progress) -> Clip:
-    """Return ``clip`` with ``count`` frames at ``fps``, interpolated if that suits it; note it."""
+    """Return a clip at another frame rate: frames between two of its own are interpolated, or the
+    nearest one is shown where that looks better.
+
+    Args:
+        clip: The clip at its own rate.
+        fps: Frames per second of the result.
+        count: Number of frames of the result.
+        workers: Read and compare frames in parallel.
+        progress: Receives a note on what was decided, and why.
+    """
     change = f"{clip.count} frames at {clip.fps:g} fps become {count} at {fps:g}"
     if clip.loop and count == clip.count:
         progress.note(f"{change}: each is shown as it is (timeline.frames)")

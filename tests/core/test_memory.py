@@ -1,10 +1,11 @@
 """Freed memory is used again."""
 
 import platform
-import subprocess
 import sys
 
 import pytest
+
+from tests.support.repo import run_alone
 
 _FAULTS = """
 import sys
@@ -38,8 +39,9 @@ worker.join()
 def page_faults(freed: str) -> int:
     """Return how many pages of memory the system gave to 400 arrays of 3 MB in a worker's thread,
     after others; memory that is ``freed`` is ``returned``, or ``kept``."""
-    run = [sys.executable, "-c", _FAULTS, freed]
-    return int(subprocess.run(run, capture_output=True, text=True, check=True).stdout)
+    ran = run_alone([sys.executable, "-c", _FAULTS, freed])
+    assert ran.code == 0, ran.err
+    return int(ran.out)
 
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc can be told")

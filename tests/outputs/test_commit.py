@@ -19,6 +19,7 @@ from fire_atlas.outputs.journal import commit
 from fire_atlas.outputs.locks import folder_lock, locked, locked_if_free, recipe_lock
 from fire_atlas.outputs.recovery import recover, staging_folder, tidy
 from fire_atlas.outputs.staging import Staging, write_whole
+from tests.support.repo import environment, run_alone
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="symbolic links of POSIX")
 
@@ -239,9 +240,7 @@ with Staging(Path(sys.argv[1]), sys.argv[2], print):
 def another_build(out: Path, name: str, seconds: float) -> Iterator[subprocess.Popen[str]]:
     """Let another process hold the staging of ``name`` for some time."""
     line = [sys.executable, "-c", _HOLDS, str(out), name, str(seconds)]
-    root = Path(sys.modules["fire_atlas"].__file__ or "").resolve().parents[1]
-    environment = {**os.environ, "PYTHONPATH": str(root)}
-    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True, env=environment) as process:
+    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True, env=environment()) as process:
         assert process.stdout is not None and process.stdout.readline() == "holds\n"
         try:
             yield process
@@ -276,12 +275,8 @@ with Staging(Path(sys.argv[1]), "x", print) as staging, staging.open("a.png") as
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 def test_a_signal_during_the_clean_up_leaves_nothing(out: Path) -> None:
-    root = Path(sys.modules["fire_atlas"].__file__ or "").resolve().parents[1]
-    ended = subprocess.run(
-        [sys.executable, "-c", _IS_ENDED_AT_ITS_END, str(out)],
-        env={**os.environ, "PYTHONPATH": str(root)}, capture_output=True, check=False,
-    )  # fmt: skip
-    assert ended.returncode == EXIT_CODE
+    ended = run_alone([sys.executable, "-c", _IS_ENDED_AT_ITS_END, str(out)])
+    assert ended.code == EXIT_CODE
     assert contents(out) == OLD
 
 

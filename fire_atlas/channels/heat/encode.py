@@ -106,8 +106,9 @@ def error_sums(image: Bytes, heat: Bytes, ramp: Bytes) -> ErrorSums:
     """Sum how far encoded pixels (h, w, 4) are from the colours that the ramp gives for their
     heat (h, w)."""
     exact, ours = image.astype(np.float32), ramp[heat].astype(np.float32)
-    shown = is_visible(exact[..., 3], exact[..., :3])
-    miss, light = (exact - ours)[shown], exact[..., :3].max(axis=2)[shown].astype(np.float64)
+    light = exact[..., :3].max(axis=2)
+    shown = is_visible(exact[..., 3], light)
+    miss, light = (exact - ours)[shown], light[shown].astype(np.float64)
     squares = (miss.astype(np.float64) ** 2).sum(axis=1)
     off = light[squares > _OFF_RAMP**2]
     return ErrorSums(float(squares.sum()), 4 * len(miss), float(light.sum()), float(off.sum()))

@@ -72,7 +72,7 @@ def measured_error(lossy: Bytes, lossless: Bytes, straight: bool, workers: Worke
 def _band_error(lossy: Bytes, lossless: Bytes, straight: bool) -> _BandError:
     ours, exact = _light(lossy, straight), _light(lossless, straight)
     difference = ours - exact
-    shown = difference[is_visible(lossless[..., 3], np.maximum(ours, exact) / 255)]
+    shown = difference[is_visible(lossless[..., 3], np.maximum(ours, exact).max(axis=2) / 255)]
     return _BandError(int((shown * shown).sum()), len(shown), int(np.abs(difference).max()))
 
 

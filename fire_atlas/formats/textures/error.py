@@ -100,7 +100,7 @@ def _bands(
 def _compared(ours: Bytes, exact: Bytes, alpha: str, blend_space: str) -> _BandSums:
     channels = 3 if alpha == "additive" else 4
     one, other = (_premultiplied(each, alpha == "straight") for each in (ours, exact))
-    visible = is_visible(exact[..., 3], other[..., :3] / 255)
+    visible = is_visible(exact[..., 3], other[..., :3].max(axis=2) / 255)
     difference = (one - other)[visible][:, :channels]
     light = [light_over_black(each, alpha, blend_space)[visible] for each in (ours, exact)]
     steps = (hue_difference(*light) / np.float32(_HUE_STEP)).astype(np.intp)
