@@ -129,8 +129,8 @@ class _FrameAnalysis:
         mask: (H, W) float32, confidence that each pixel is flame, 0..1.
         lit: (rows, columns), brightness of each cell, 0..1.
         glare: (rows, columns), brightest channel of each cell, sRGB in 0..1.
-        feature_x, feature_y: (rows, columns), mean of Fv* in each cell, in units of its mean length
-            in the clip.
+        feature_x, feature_y: (rows, columns), mean of Fv* in each cell, in units of the clip's mean
+            ‖∇f‖; 0 where the optical flow drives the field.
         spawns: Flakes born in this frame, in all rounds of the clip.
         is_reversed: Whether the clip runs backwards from this frame to the next.
     """
@@ -301,7 +301,9 @@ class FrameAnalyser:
         bright = brightness_of(picture, clip.blend_space)
         mask = study.segmentation.mask(bright, lambda: as_light(picture))
         fx, fy = refine(
-            *feature_vectors(bright, features.sigma, study.fires.epsilon(), study.kappa),
+            *feature_vectors(
+                bright, features.sigma, features.kernel, study.fires.epsilon(), study.kappa
+            ),
             study.buoyancy, features.beta, features.clamp,
         )  # fmt: skip
         strength = magnitude(fx, fy)
@@ -312,22 +314,25 @@ class FrameAnalyser:
     def candidates(self, features: FrameFeatures) -> Candidates:
         """Return the candidates of a frame, in the window."""
         fires = replace(self.study.fires, each=self.emitter.fires)
-        return Candidates.of(features.strength, fires)
+        return Candidates.of(features.strength, fires, self.emitter.is_weighted)
 
     def frame(self, i: int) -> _FrameAnalysis:
         """Return the analysis of frame ``i`` on its own."""
         clip, study, cell = self.clip, self.study, self.settings.buoyancy.cell
         features = self.features(i)
-        unit = np.float32(1 / study.mean_feature)
         small = thumbnail(features.brightness, self.is_small)
+        lit = cell_means(study.segmentation.lit(features.brightness), cell)
+        force = np.zeros_like(lit), np.zeros_like(lit)
+        if self.settings.buoyancy.motion == "features":
+            unit = np.float32(1 / study.mean_gradient)
+            force = cell_means(features.x, cell) * unit, cell_means(features.y, cell) * unit
         return _FrameAnalysis(
             small,
             None if clip.flow is None else shrunk_flow(clip.flow(i), small.shape, clip.fps),
             features.mask,
-            cell_means(study.segmentation.lit(features.brightness), cell),
+            lit,
             cell_means(brightest_shown(features.picture), cell),
-            cell_means(features.x, cell) * unit,
-            cell_means(features.y, cell) * unit,
+            *force,
             self._spawns(i, features.strength),
             i in clip.backwards,
         )
@@ -353,6 +358,10 @@ class FrameAnalyser:
 
     def forcing(self, here: _FrameAnalysis, other: _FrameAnalysis, is_last: bool) -> Forcing:
         """Return the forcing of the velocity field by ``here``, given the neighbour ``other``."""
+        flame = cell_means(here.mask, self.settings.buoyancy.cell)
+        if self.settings.buoyancy.motion == "features":
+            still = np.zeros_like(flame)
+            return Forcing(flame, here.lit, still, still, here.feature_x, here.feature_y)
         # The last frame continues the motion before it. Where the clip runs backwards, the flow is
         # taken forwards: hot gas always rises.
         before, after = (other, here) if is_last or here.is_reversed else (here, other)
@@ -362,7 +371,6 @@ class FrameAnalyser:
         clip, cell = self.clip, self.settings.buoyancy.cell
         u, v = flow_on_grid(flow, here.mask, (clip.width, clip.height), cell, clip.fps)
         u, v = halve_descent(u, v, self.study.buoyancy)
-        flame = cell_means(here.mask, cell)
         return Forcing(flame, here.lit, u, v, here.feature_x, here.feature_y)
 
 

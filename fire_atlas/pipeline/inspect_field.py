@@ -13,6 +13,7 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
+from fire_atlas.effect.composition.blur import bounded
 from fire_atlas.effect.field.forcing import cell_means
 from fire_atlas.effect.field.record import SolvedFrame, record_field, solve_field
 from fire_atlas.pipeline.analyse import (
@@ -97,7 +98,9 @@ def _inspected(name: str, view: PreparedView, context: BuildContext) -> Inspecte
     field = record_field(solved(), clip, solver)
     grid = MarkGrid.of(clip.width, clip.height, field.cell)
     blur = recipe.motion_blur
-    exposure = blur.shutter / clip.fps if isinstance(blur, MotionBlur) else None
+    exposure = None
+    if isinstance(blur, MotionBlur):  # of the flame, if that is blurred, else of flakes
+        exposure = blur.shutter / clip.fps * (blur.exaggeration if blur.flame else 1)
     weight = cell_means(study.kappa, field.cell)
 
     def marks(i: int) -> Mapping[FieldLayer, Marks]:
@@ -109,7 +112,7 @@ def _inspected(name: str, view: PreparedView, context: BuildContext) -> Inspecte
         if exposure is not None:
             path = as_plane(weight * np.float32(exposure))
             moved = as_plane(field.u[i] * path), as_plane(field.v[i] * path)
-            found["blur"] = grid.means(*moved, field.cell)
+            found["blur"] = grid.means(*bounded(*moved, (clip.width, clip.height)), field.cell)
         return found
 
     frames = list(context.workers.map(marks, range(clip.count)))

@@ -12,7 +12,7 @@ from fire_atlas.atlas.encode import BlendSpace, encode_frame, is_page_ready
 from fire_atlas.core.clip import Clip, Form, depth_of
 from fire_atlas.core.picture import Picture, as_light
 from fire_atlas.core.pixels import LIGHT_STEPS, Pixels, Plane, as_steps, expose
-from fire_atlas.effect.composition.blur import EXAGGERATION, blur_along
+from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.composition.composite import VISIBLE_LIGHT, compose, emitted
 from fire_atlas.effect.composition.smoke import Smoke
 from fire_atlas.effect.flakes.drawing import add_glow, draw_frame
@@ -146,7 +146,7 @@ def flame_of(
     field = analysis.field
     return blur_along(
         as_light(picture), field.u[i], field.v[i], field.cell, simulated.study.kappa,
-        EXAGGERATION * blur.shutter / clip.fps, blur.samples,
+        blur.exaggeration * blur.shutter / clip.fps, blur.samples,
     )  # fmt: skip
 
 

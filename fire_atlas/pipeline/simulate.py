@@ -44,9 +44,10 @@ from fire_atlas.timeline.tail import shortened
 
 @dataclass(frozen=True, slots=True)
 class SimulationSettings:
-    """The sections of a recipe that the simulation reads."""
+    """The sections of a recipe that the simulation reads, and ``features.preset``."""
 
     seed: int
+    preset: str
     flakes: Flakes
     buoyancy: Buoyancy
     motion_blur: MotionBlurOrNone
@@ -58,7 +59,12 @@ class SimulationSettings:
         if recipe.flakes == "none":
             raise ValueError("without flakes there is nothing to simulate")
         return cls(
-            recipe.seed, recipe.flakes, recipe.buoyancy, recipe.motion_blur, recipe.composite
+            recipe.seed,
+            recipe.features.preset,
+            recipe.flakes,
+            recipe.buoyancy,
+            recipe.motion_blur,
+            recipe.composite,
         )
 
     @property
@@ -209,7 +215,7 @@ def _flight(
     return FlightSettings(
         seed=settings.seed,
         scatter=flakes.scatter,
-        lag=flakes.lag,
+        lag=flakes.lag * flakes.own_motion,
         gravity=buoyancy.gravity * clip.height,
         turbulence=buoyancy.turbulence * clip.height,
         # Flakes that fade at the edge are dark before they leave the frame.
@@ -218,6 +224,7 @@ def _flight(
         width=clip.width,
         height=clip.height,
         views=views,
+        own_motion=flakes.own_motion,
     )
 
 
@@ -251,6 +258,7 @@ def _appearance(
         fps=clip.fps,
         texture=texture,
         count=clip.count,
+        is_even=settings.preset == "paper",
     )
 
 

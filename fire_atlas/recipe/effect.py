@@ -50,12 +50,27 @@ FireClass = Literal[
 ]
 """Kinds of fire, which decide the defaults of flakes."""
 
-PAPER_FEATURES: dict[str, Any] = {"epsilon": 40.0, "n": 5.0, "kappa_over": "image"}
-"""The paper's constants (section III-A) that differ from the defaults."""
+PAPER_ALPHA = 0.03
+"""The paper's threshold of candidates [α], section III-B."""
 
-PAPER_FLAKES: dict[str, Any] = {"alpha": 0.03, "colors": ("#ff3000", "#ff5800", "#ff7300")}
-"""What the paper states of flakes: the threshold of candidates [α], section III-B, and colours by
-speed, Figure 9."""
+PAPER: dict[str, dict[str, Any]] = {
+    "features": {"kernel": "printed", "epsilon": 40.0, "n": 5.0, "kappa_over": "image"},
+    "buoyancy": {"motion": "features", "lift": 0.0, "drag": 0.0, "turbulence": 0.0},
+    "flakes": {
+        "alpha": PAPER_ALPHA,
+        "bursts": 0.0,
+        "sparks": 0.0,
+        "stretch": 0.0,
+        "lag": 0.0,
+        "own_motion": 0.0,
+        "colors": ("#b80c00", "#ff2c00", "#ff5808", "#ff7a24", "#ff9c58"),
+        "edge": "crop",
+    },
+    "motion_blur": {"flame": True, "shutter": 1.0, "exaggeration": 1.0},
+}
+"""What ``features.preset: paper`` sets, block by block, unless the recipe states it: the constants
+of the paper (section III), and none of what is added to it here. The five colours are ours: its
+Figure 9 has swatches, but no numbers."""
 
 MAX_ROUNDS = 64
 """Maximum number of rounds of a loop after which its flakes repeat."""
@@ -65,7 +80,14 @@ class Features(Settings):
     """Feature vectors: strength and direction of the edges of the flame (eq. 1-3)."""
 
     preset: Literal["auto", "paper"] = "auto"
-    """``auto``: adapted to the clip once. ``paper``: eq. 1-3 with the paper's constants."""
+    """``auto``: adapted to the clip. ``paper``: the whole effect as the paper has it, with its
+    constants and without what is added to it here; what the recipe states wins. It sets keys of
+    ``features``, ``buoyancy``, ``flakes`` and ``motion_blur``, and flakes differ in neither
+    brightness nor focus."""
+    kernel: Literal["unit", "printed"] = "unit"
+    """Gaussians of eq. 1. ``unit``: with a sum of 1, their difference finds edges alone, thin, with
+    vectors on both sides of them. ``printed``: as the paper prints them, with sums in proportion to
+    their σ; nearly all vectors point out of the flame. Set by ``preset: paper``."""
     sigma: Annotated[
         tuple[Annotated[float, Field(ge=0.3, le=20)], Annotated[float, Field(ge=0.3, le=40)]],
         LIST,
@@ -89,13 +111,6 @@ class Features(Settings):
     """Edges weaker than this (their feature vectors are shorter) are ignored, so that still objects
     in the picture give off no sparks: in the paper's Figure 23 a drum, with 2.0."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _fill_from_preset(cls, given: Any) -> Any:
-        if isinstance(given, dict) and given.get("preset") == "paper":
-            return {**PAPER_FEATURES, **given}
-        return given
-
 
 class Buoyancy(Settings):
     """The buoyancy field: the velocity field that flakes follow (eq. 12)."""
@@ -107,10 +122,10 @@ class Buoyancy(Settings):
     """Side of a grid cell, px."""
     coupling: float = Field(default=250.0, ge=0, le=1000)
     """Rate at which the field adopts the flow inside the flame, 1/s."""
-    feature_force: float = Field(default=0.1, ge=0, le=100)
-    """[Fv*] Push by flame edges, heights/s²: the acceleration at an edge of average strength;
-    stronger edges push more. With ``motion: features``, where edges alone show how the flame moves,
-    they push 16 times as hard, because flakes fly past an edge in a moment."""
+    feature_force: AutoOrNumber = "auto"
+    """[U_buoyancy] Push by flame edges with ``motion: features``, heights/s²: the acceleration at
+    an edge of average strength where κ is 1; stronger edges push more, those lower in the fire
+    less. ``auto``: 64."""
     lift: Lift = "auto"
     """[F_buoyancy] Upward acceleration, heights/s²; or [x, y] (y up) for fire that does not rise.
     ``auto``: 1.2, up, or in the direction in which the flame of the clip moves: a comet's flies
@@ -225,6 +240,10 @@ class Flakes(Settings):
     addition to motion blur."""
     scatter: float = Field(default=0.9998, ge=-1, le=1)
     """[k] Scattering coefficient (eq. 13): 1 no scattering, near 0 erratic, negative backwards."""
+    own_motion: float = Field(default=1.0, ge=0, le=10)
+    """How far each ember moves in its own way beside the field: its fall, its drift that is faster
+    or slower than the gas, its own turbulence, and its ``lag``, all times this. 0: a flake has the
+    field's velocity and the jitter of ``scatter``, no more (paper)."""
     lag: float = Field(default=0.006, ge=0, le=10)
     """Inertia: time, s, in which a flake of medium size adopts the field's velocity. Larger flakes
     lag more. 0: no inertia."""
@@ -292,10 +311,14 @@ class MotionBlur(Settings):
     shutter: float = Field(default=0.7, ge=0, le=4)
     """Time for which the shutter is open, frames."""
     samples: int = Field(default=9, ge=1, le=65)
-    """Samples along the path of a flame pixel. Flakes are drawn as exact streaks."""
+    """Minimum number of samples along the path of a flame pixel; a path that is longer than as many
+    px has one for every px. Flakes are drawn as exact streaks."""
     flame: bool = False
-    """Blur the flame layer too, each pixel along the field, the more the higher it is in the flame:
-    at the top over eight times the distance it moves while the shutter is open."""
+    """Blur the flame layer too, each pixel along the field, the more the higher it is in the
+    flame."""
+    exaggeration: float = Field(default=8.0, ge=0, le=64)
+    """Length of the flame's blur at its top, in distances that the gas moves while the shutter is
+    open. κ takes most of it lower down, so that 1 (eq. 17) can hardly be seen in most fires."""
 
 
 class Composite(Settings):

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from fire_atlas.recipe.base import LIST, Settings
 from fire_atlas.recipe.effect import (
-    PAPER_FLAKES,
+    PAPER,
     Buoyancy,
     Composite,
     Features,
@@ -103,6 +103,7 @@ class Recipe(Settings):
                 "waits for flakes to burn out, but flakes is none; remove one of them",
             )
         yield from _rounds_in_pages(self.flakes, self.maps)
+        yield from _idle_keys(self)
         if self.wind.levels:
             yield from _against_levels(self)
         if isinstance(self.source, FramesSource) and self.views != Views():
@@ -130,15 +131,14 @@ class Recipe(Settings):
 
     @model_validator(mode="before")
     @classmethod
-    def _paper_flakes(cls, given: Any) -> Any:
-        """Set the defaults of flakes that the paper states, if ``preset`` is ``paper``."""
-        if not isinstance(given, dict):
+    def _as_the_paper(cls, given: Any) -> Any:
+        """Set what ``features.preset: paper`` stands for, where the recipe does not state it."""
+        features = given.get("features") if isinstance(given, dict) else None
+        if not isinstance(features, dict) or features.get("preset") != "paper":
             return given
-        features, flakes = given.get("features"), given.get("flakes", {})
-        is_paper = isinstance(features, dict) and features.get("preset") == "paper"
-        if is_paper and isinstance(flakes, dict):
-            return {**given, "flakes": {**PAPER_FLAKES, **flakes}}
-        return given
+        stated = {name: given.get(name, {}) for name in PAPER}
+        blocks = {name: block for name, block in stated.items() if isinstance(block, dict)}
+        return {**given, **{name: {**PAPER[name], **block} for name, block in blocks.items()}}
 
     @model_validator(mode="before")
     @classmethod
@@ -162,6 +162,43 @@ class Recipe(Settings):
         if is_for_godot and is_straight:
             return {**given, "atlas": {"bleed": GODOT_BLEED, **atlas}}
         return given
+
+
+def _idle_keys(recipe: Recipe) -> Iterator[Problem]:
+    """Yield the keys of the effect that would do nothing, because of another one.
+
+    Values that the recipe would have without them are let pass: ``check --resolved`` prints them.
+    """
+    buoyancy, blur = recipe.buoyancy, recipe.motion_blur
+    if buoyancy.motion == "flow" and buoyancy.feature_force != "auto":
+        yield Problem(
+            ("buoyancy", "feature_force"),
+            "pushes with motion: features alone; with flow, the optical flow says how the flame "
+            "moves. Remove it, or set buoyancy.motion: features",
+        )
+    if (
+        buoyancy.motion == "features"
+        and buoyancy.coupling != Buoyancy.model_fields["coupling"].default
+    ):
+        yield Problem(
+            ("buoyancy", "coupling"),
+            "is how fast air adopts the optical flow, which motion: features does without; remove "
+            "it, or set buoyancy.motion: flow",
+        )
+    if isinstance(recipe.source, FramesSource) and buoyancy.drag == 0 and recipe.wind.peak > 0:
+        yield Problem(
+            ("wind",),
+            "blows against the flakes of a clip by buoyancy.drag, which is 0; set it to 2, or "
+            "remove wind",
+        )
+    if isinstance(blur, MotionBlur) and not blur.flame:
+        preset = PAPER["motion_blur"] if recipe.features.preset == "paper" else {}
+        for key in ("exaggeration", "samples"):
+            if getattr(blur, key) != preset.get(key, MotionBlur.model_fields[key].default):
+                yield Problem(
+                    ("motion_blur", key),
+                    "is of the flame's blur; add motion_blur.flame: true, or remove it",
+                )
 
 
 def _rounds_in_pages(flakes: FlakesOrNone, maps: Maps) -> Iterator[Problem]:

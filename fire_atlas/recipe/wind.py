@@ -100,6 +100,13 @@ class Wind(Settings):
             raise ValueError("levels must be two or more that increase, like [0, 1, 3, 5]")
         return self
 
+    @property
+    def peak(self) -> float:
+        """The highest level that the wind reaches at any time, but for ``levels``."""
+        if self.keyframes:
+            return max(keyframe.level for keyframe in self.keyframes)
+        return self.gusts.mean + self.gusts.strength if self.gusts else self.level
+
     def steady(self) -> tuple[Self, ...]:
         """Return the steady wind of each of the ``levels``; this wind alone if it has none."""
         if not self.levels:

@@ -62,6 +62,7 @@ def _sigma() -> Drawn:
 
 FEATURES: dict[str, Drawn] = {
     "preset": st.sampled_from(["auto", "paper"]),
+    "kernel": st.sampled_from(["unit", "printed"]),
     "sigma": _sigma().filter(lambda pair: pair[0] <= 20),
     "epsilon": _auto_or(_gate(10000, 40.0)),
     "n": _number(0, 20, 1.5),
@@ -74,7 +75,7 @@ BUOYANCY: dict[str, Drawn] = {
     "motion": st.sampled_from(["flow", "features"]),
     "cell": st.one_of(st.sampled_from([1, 64, 4]), st.integers(1, 64)),
     "coupling": _number(0, 1000, 90.0),
-    "feature_force": _number(0, 100, 0.1),
+    "feature_force": _auto_or(_number(0, 10000, 64.0)),
     "lift": st.one_of(st.just("auto"), _lift, st.tuples(_lift, _lift).map(list)),
     "gravity": _number(-100, 100, 0.1),
     "drag": _number(0, 1000, 2.0),
@@ -93,6 +94,7 @@ FLAKES: dict[str, Drawn] = {
     "size": _ordered(_positive(1, 0.02)),
     "stretch": _number(0, 10, 0.5),
     "scatter": _number(-1, 1, 0.99),
+    "own_motion": _number(0, 10, 1.0),
     "lag": st.one_of(_number(0, 10, 0.012), st.just(1e-300)),
     "colors": _auto_or(st.lists(_colour(), min_size=1, max_size=16)),
     "intensity": _number(0, 1000, 6.0),
@@ -106,6 +108,7 @@ MOTION_BLUR: dict[str, Drawn] = {
     "shutter": _number(0, 4, 0.5),
     "samples": st.sampled_from([1, 2, 9, 65]),
     "flame": st.booleans(),
+    "exaggeration": _number(0, 64, 8.0),
 }
 COMPOSITE: dict[str, Drawn] = {
     "blend": st.sampled_from(["add", "screen", "over"]),
@@ -144,6 +147,19 @@ def _drawable(flakes: dict[str, Any]) -> dict[str, Any]:
     return {**flakes, "rate": min(flakes.get("rate", 600.0), 60 / max(flakes["size"][1], 6e-4))}
 
 
+def _without_idle_keys(keys: dict[str, Any]) -> dict[str, Any]:
+    """Remove the keys that are refused because another one leaves them nothing to do."""
+    is_paper = keys["features"].get("preset") == "paper"
+    buoyancy, blur = dict(keys["buoyancy"]), keys["motion_blur"]
+    motion = buoyancy.get("motion", "features" if is_paper else "flow")
+    buoyancy.pop("feature_force" if motion == "flow" else "coupling", None)
+    is_free = buoyancy.get("drag", 0.0 if is_paper else 2.0) == 0
+    if blur != "none" and not blur.get("flame", is_paper):
+        blur = {key: blur[key] for key in blur if key not in ("exaggeration", "samples")}
+    wind = {} if is_free else keys["wind"]
+    return {**keys, "buoyancy": buoyancy, "motion_blur": blur, "wind": wind}
+
+
 RECIPES = st.fixed_dictionaries(
     {
         "seed": st.sampled_from([0, 1, 2**32 - 1]),
@@ -154,7 +170,7 @@ RECIPES = st.fixed_dictionaries(
         "motion_blur": st.one_of(st.just("none"), _block(MOTION_BLUR)),
         "composite": _block(COMPOSITE),
     }
-)
+).map(_without_idle_keys)
 
 
 def test_every_key_of_the_effect_is_tried() -> None:
@@ -240,14 +256,13 @@ def test_a_recipe_of_only_largest_values_works() -> None:
     keys: dict[str, Any] = {
         "buoyancy": {
             "lift": 100, "gravity": -100, "drag": 0, "turbulence": 100, "viscosity": 10,
-            "feature_force": 100, "cell": 1,
+            "motion": "features", "feature_force": 10000, "cell": 1,
         },
-        "wind": {"level": 5},
         "flakes": {
             "rate": 2000, "life": [60, 60], "size": [1, 1], "stretch": 10, "scatter": -1, "lag": 10,
-            "intensity": 1000, "glow": 10,
+            "own_motion": 10, "intensity": 1000, "glow": 10,
         },
-        "motion_blur": {"shutter": 4, "samples": 65, "flame": True},
+        "motion_blur": {"shutter": 4, "samples": 65, "flame": True, "exaggeration": 64},
         "composite": {"intensity": 100},
     }  # fmt: skip
     _assert_sound(run_effect(_clip(32, 32, 4, False, "alpha"), keys, jobs=1))

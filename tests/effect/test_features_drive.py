@@ -21,7 +21,7 @@ def _clip(name: str) -> Clip:
     return piece(clip, 0, min(48, clip.count))
 
 
-def _shed(name: str, force: float) -> EffectRun:
+def _shed(name: str, force: float | str) -> EffectRun:
     keys: dict[str, Any] = {
         "buoyancy": {"motion": "features", "feature_force": force},
         "flakes": {"rate": 100, "bursts": 0, "class": "campfire"},
@@ -33,13 +33,13 @@ def _shed(name: str, force: float) -> EffectRun:
     "name", ["campfire", "cartoon", "torch", real("real_fireplace_gif"), real("sim_unity_flame03")]
 )
 def test_the_force_of_features_moves_flakes(name: str) -> None:
-    driven, free = _shed(name, 1.0), _shed(name, 0.0)
+    driven, free = _shed(name, "auto"), _shed(name, 0.0)
     moved: dict[float, float] = {}  # how far each flake is where it was seen last
     for one, other in zip(driven.tracks.frames, free.tracks.frames, strict=True):
         flakes, i, j = np.intersect1d(one[:, ID], other[:, ID], return_indices=True)
         apart = np.hypot(*(one[i][:, [X, Y]] - other[j][:, [X, Y]]).T)
         moved.update(zip(flakes.tolist(), apart.tolist(), strict=True))
-    assert np.mean(list(moved.values())) >= 0.05 * driven.clip.height
+    assert np.mean(list(moved.values())) >= 0.04 * driven.clip.height
 
 
 @pytest.mark.parametrize("name", ["campfire", "fireball", real("real_fireplace_gif")])

@@ -12,7 +12,6 @@ from fire_atlas.effect.field.wind import (
     LEVEL_SPEED,
     AmbientFlow,
     fit_gusts,
-    peak_level,
     wind_in_view,
     wind_velocity,
 )
@@ -110,7 +109,7 @@ def test_gusts_begin_anew_every_period_and_never_blow_back() -> None:
 def test_the_peak_level_is_reached_and_never_exceeded(keys: dict[str, Any]) -> None:
     wind = _wind(**keys)
     levels = [float(np.hypot(*wind_velocity(wind, t))) for t in np.linspace(0, 2, 2001)]
-    assert max(levels) == pytest.approx(peak_level(wind), abs=1e-3)
+    assert max(levels) == pytest.approx(wind.peak, abs=1e-3)
 
 
 @pytest.mark.parametrize(("duration", "gusts"), [(4.0, 3), (2.0, 2), (0.4, 1)])

@@ -39,7 +39,9 @@ WHOLE = ("source", "views", "wind")
 ENCODING = {
     "atlas.alpha", "atlas.bits", "atlas.blend_space", "atlas.scales", "atlas.trim_threshold",
 }  # fmt: skip
-BLUR = {"motion_blur.flame", "motion_blur.shutter", "motion_blur.samples"}
+BLUR = {
+    "motion_blur.flame", "motion_blur.shutter", "motion_blur.samples", "motion_blur.exaggeration",
+}  # fmt: skip
 MAPS = {
     "maps.motion", "maps.flame", "maps.flakes", "maps.emission", "maps.smoke", "maps.normals",
     "maps.depth",
@@ -71,7 +73,8 @@ TABLE = {
         "seed",  # of the motion of a few images
     },
     "study_flame": {
-        "features.sigma", "features.epsilon", "features.n", "features.kappa_over", "buoyancy.lift",
+        "features.sigma", "features.epsilon", "features.n", "features.kappa_over",
+        "features.kernel", "buoyancy.lift",
         # The class of the view before, which the statistics state.
         "motion_blur.flame", "flakes.fire_class", *DECIDED,
     },
@@ -82,7 +85,7 @@ TABLE = {
     },
     "analyse": {
         "seed", "wind", "motion_blur.flame", "maps.haze",
-        "features.preset", "features.sigma", "features.beta", "features.clamp",
+        "features.preset", "features.sigma", "features.kernel", "features.beta", "features.clamp",
         "buoyancy.motion", "buoyancy.cell", "buoyancy.coupling", "buoyancy.feature_force",
         "buoyancy.lift", "buoyancy.gravity", "buoyancy.drag", "buoyancy.viscosity",
         "buoyancy.turbulence", "buoyancy.projection",
@@ -95,16 +98,20 @@ TABLE = {
         "seed", "buoyancy.gravity", "buoyancy.turbulence", "composite.blend",
         "composite.intensity",
         "motion_blur.shutter",
+        "features.preset",  # whether flakes differ in brightness and focus
         "flakes.colors", "flakes.edge", "flakes.intensity", "flakes.lag", "flakes.life",
-        "flakes.max", "flakes.scatter", "flakes.sprite", "flakes.stretch",
+        "flakes.max", "flakes.own_motion", "flakes.scatter", "flakes.sprite", "flakes.stretch",
     },
     "simulate_in_depth": {
         "seed", "buoyancy.gravity", "buoyancy.turbulence",
-        "flakes.edge", "flakes.lag", "flakes.life", "flakes.max", "flakes.scatter",
+        "features.preset",
+        "flakes.edge", "flakes.lag", "flakes.life", "flakes.max", "flakes.own_motion",
+        "flakes.scatter",
     },
     # Blur and haze, to know whether a view needs a field of its own.
     "see_flight": {
-        "seed", "composite.blend", "composite.intensity", "motion_blur.flame", "maps.haze",
+        "seed", "features.preset", "composite.blend", "composite.intensity", "motion_blur.flame",
+        "maps.haze",
         "motion_blur.shutter", "flakes.colors", "flakes.edge", "flakes.intensity",
         "flakes.sprite", "flakes.stretch",
     },

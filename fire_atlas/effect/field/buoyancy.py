@@ -30,9 +30,9 @@ _SPIN_UP, _SPIN_UP_STEPS = 2.5, 12
 LIFT = 1.2
 """Automatic lift of fully hot air, heights/s²."""
 
-_EDGES_ALONE = 16.0
-"""Factor of the force by features where these alone say how the flame moves: edges are thin, and
-flakes fly past them in a moment."""
+FEATURE_FORCE = 64.0
+"""Automatic acceleration by a feature vector of average strength where κ is 1, heights/s². It is
+large because edges are thin: air passes them in a moment."""
 
 _UPDRAFT = 0.15
 """Gas rises faster than optical flow shows, by its lift times this, s: a steady flame looks still
@@ -68,7 +68,7 @@ class BuoyancySolver:
         cell: Side of a cell, px.
         coupling: Rate at which the field approaches the optical flow inside the flame, 1/s.
         drag: Rate at which motion relative to the ambient flow decays, 1/s.
-        feature_force: Acceleration by a feature vector of the clip's mean length, px/s².
+        feature_force: Acceleration by a feature vector as long as the clip's mean ‖∇f‖, px/s².
         lift: (x, y) acceleration of fully hot air, px/s², y down.
         gravity: Downward acceleration, px/s².
         viscosity: μ, px²/s.
@@ -107,13 +107,13 @@ class BuoyancySolver:
             seed: Random seed of the eddies.
             view: Number of the view, which has eddies of its own.
         """
-        height, lift = clip.height, _lift_strength(buoyancy)
+        height, lift, force = clip.height, _lift_strength(buoyancy), buoyancy.feature_force
         return cls(
             shape=grid_shape(clip.width, height, buoyancy.cell),
             cell=buoyancy.cell,
             coupling=buoyancy.coupling if buoyancy.motion == "flow" else 0.0,
             drag=buoyancy.drag,
-            feature_force=buoyancy.feature_force * height * _feature_gain(buoyancy),
+            feature_force=(FEATURE_FORCE if force == "auto" else force) * height,
             lift=(direction[0] * lift * height, direction[1] * lift * height),
             gravity=buoyancy.gravity * height,
             viscosity=buoyancy.viscosity * height**2,
@@ -205,11 +205,6 @@ def lift_direction(buoyancy: Buoyancy) -> tuple[float, float] | None:
     x, y = buoyancy.lift if isinstance(buoyancy.lift, tuple) else (0.0, buoyancy.lift)
     length = math.hypot(x, y)
     return (x / length, -y / length) if length > 0 else (0.0, -1.0)
-
-
-def _feature_gain(buoyancy: Buoyancy) -> float:
-    """Factor of the force by features: larger where they are all that drives the field."""
-    return _EDGES_ALONE if buoyancy.motion == "features" else 1.0
 
 
 def _lift_strength(buoyancy: Buoyancy) -> float:

@@ -72,13 +72,6 @@ def wind_velocity(wind: Wind, time: float) -> tuple[float, float]:
     return _components(level, wind.direction)
 
 
-def peak_level(wind: Wind) -> float:
-    """Return the highest level that the wind reaches at any time."""
-    if wind.keyframes:
-        return max(keyframe.level for keyframe in wind.keyframes)
-    return wind.gusts.mean + wind.gusts.strength if wind.gusts else wind.level
-
-
 def fit_gusts(wind: Wind, duration: float) -> Wind:
     """Return the wind, its gust period adjusted to fit into ``duration`` s a whole number of times.
 

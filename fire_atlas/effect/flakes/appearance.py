@@ -6,7 +6,7 @@ colour of hot charcoal, or colours by its speed (Figure 9).
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from itertools import chain, pairwise
+from itertools import chain, pairwise, repeat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,6 +74,10 @@ graded darker than their red, and would still show all that an ember adds to the
 _PIXEL_SHADES = 3
 """Number of brightness steps of hard flakes."""
 
+_EVEN_LIGHT, _EVEN_HELD = 1.35, 0.225
+"""Light of all flakes where none is brighter than another, and the fraction of its life from which
+each dies: the medians of those that differ."""
+
 _PIXEL_LIGHT = 11.0
 """Light of all hard flakes: that of bright ones, because so few shades cannot show dim ones."""
 
@@ -104,6 +108,7 @@ class Appearance:
         texture: The picture that flakes show; None for streaks and squares.
         view: The camera that sees them, if the fire has depth.
         count: Number of frames of the clip, after which a loop repeats.
+        is_even: Whether flakes differ in neither brightness nor focus, nor flicker (the paper).
     """
 
     seed: int
@@ -120,6 +125,7 @@ class Appearance:
     texture: TextureCells | None = None
     view: FlakeView | None = None
     count: int = 1
+    is_even: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,25 +152,35 @@ class _Embers:
         if look.texture is not None:
             return cls._of_texture(spawns, look, look.texture)
         count = len(spawns.tick)
-        light = np.full(count, _PIXEL_LIGHT)
-        if not look.pixel:
+        if look.pixel or look.is_even:
+            light, degree = (
+                np.full(count, _PIXEL_LIGHT if look.pixel else _EVEN_LIGHT),
+                np.zeros(count),
+            )
+        else:
             light = ember_brightness(count, look.seed) * np.where(spawns.kind == SPARK, _SPARK, 1.0)
-        degree = np.zeros(count) if look.pixel else defocus(count, _OUT_OF_FOCUS, look.seed)
+            degree = defocus(count, _OUT_OF_FOCUS, look.seed)
         blurred = (degree > 0) & (light < _BLINDING)
         if count and not look.pixel:
             spawns = replace(spawns, size=_thinned(spawns.size, blurred | (light >= _HOT)))
         size, (least, most) = drawn_width(spawns.size, look.pixel), _DEFOCUS
         median_width = np.median(size) if count else 0.0
         blur = np.where(blurred, (least + (most - least) * degree) * median_width, 0.0)
-        return cls(spawns, light * look.intensity, held_share(count, look.seed), size + blur, blur)
+        return cls(spawns, light * look.intensity, _held(count, look), size + blur, blur)
 
     @classmethod
     def _of_texture(cls, spawns: Spawns, look: Appearance, texture: TextureCells) -> "_Embers":
         """Return flakes that are pictures: all in focus and, if as painted, equally bright."""
         count = len(spawns.tick)
-        light = ember_brightness(count, look.seed) if texture.tinted else np.ones(count)
-        held, size = held_share(count, look.seed), np.maximum(spawns.size, MIN_WIDTH)
+        differs = texture.tinted and not look.is_even
+        light = ember_brightness(count, look.seed) if differs else np.ones(count)
+        held, size = _held(count, look), np.maximum(spawns.size, MIN_WIDTH)
         return cls(spawns, light * look.intensity, held, size, np.zeros(count))
+
+
+def _held(count: int, look: Appearance) -> NDArray[np.float64]:
+    """Return the fraction of its life from which each of ``count`` flakes dies."""
+    return np.full(count, _EVEN_HELD) if look.is_even else held_share(count, look.seed)
 
 
 def _thinned(size: Column, most: NDArray[np.bool_]) -> Column:
@@ -191,7 +207,8 @@ def track_rows(
         _with_frame_velocity(*pair, look.fps)
         for pair in pairwise(chain(states, [ParticleState.empty()]))
     )
-    flickers = flicker(min(len(spawns.tick), _FLICKERS), look.fps, look.seed)
+    count = min(len(spawns.tick), _FLICKERS)
+    flickers = repeat(np.ones(count)) if look.is_even else flicker(count, look.fps, look.seed)
     shown = (
         (
             state,

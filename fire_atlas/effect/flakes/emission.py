@@ -156,6 +156,7 @@ class EmitterSettings:
         life, size: (min, max), s and px.
         height: Frame height, px.
         fps: Frames per second.
+        is_weighted: Whether candidates are chosen by ‖Fv*‖, or all alike.
     """
 
     seed: int
@@ -167,6 +168,7 @@ class EmitterSettings:
     size: tuple[float, float]
     height: int
     fps: float
+    is_weighted: bool = True
 
     @classmethod
     def of(
@@ -208,6 +210,7 @@ class EmitterSettings:
             size=size,
             height=clip.height,
             fps=clip.fps,
+            is_weighted=flakes.alpha == "auto",
         )
 
 
@@ -264,8 +267,11 @@ def emit(frame: int, strength: Plane, labels: Labels, emitter: EmitterSettings) 
 
     Candidates C_pos are the pixels whose strength ‖Fv*‖ exceeds α. The spawns of a frame are
     Poisson distributed with λ = rate · N(α) / N(α_auto) a second, so a lower α gives more flakes
-    (Figure 22); each picks a candidate with weight ‖Fv*‖. Of several fires each has a λ of its own:
-    the part of the rate that is its part of the flame's area. Bursts are a Poisson process.
+    (Figure 22); of the paper's preset N(0.03) stands in the place of N(α_auto). All candidates of
+    an α that the recipe states are alike, as in the paper; with the automatic one each is picked
+    with weight ‖Fv*‖, so that flakes come from tips rather than from all along the outline. Of
+    several fires each has a λ of its own: the part of the rate that is its part of the flame's
+    area. Bursts are a Poisson process.
 
     Args:
         frame: Index of the frame; its random numbers depend on it and the seed alone.
@@ -273,7 +279,7 @@ def emit(frame: int, strength: Plane, labels: Labels, emitter: EmitterSettings) 
         labels: The fire of each pixel.
         emitter: How flakes are spawned.
     """
-    candidates = Candidates.of(strength, Fires(labels, emitter.fires))
+    candidates = Candidates.of(strength, Fires(labels, emitter.fires), emitter.is_weighted)
     duration = float(candidates.sheds.sum()) / emitter.fps
     first = round(frame / emitter.fps / TICK)
     ticks = max(1, round((frame + 1) / emitter.fps / TICK) - first)
@@ -299,7 +305,7 @@ class Candidates:
 
     Attributes:
         places: (candidates,) flat indices of pixels, fire by fire, ascending in each.
-        weights: (candidates,) running sum of their ‖Fv*‖.
+        weights: (candidates,) running sum of the weights by which they are chosen.
         ends: (fires,) how many of the candidates belong to a fire or those before it.
         sheds: (fires,) flakes of each fire, relative to all flakes at the automatic α.
         width: Width of the frame, px.
@@ -312,15 +318,19 @@ class Candidates:
     width: int
 
     @classmethod
-    def of(cls, strength: Plane, fires: Fires) -> Self:
-        """Return the pixels whose ``strength`` ‖Fv*‖, (H, W), exceeds the α of their fire."""
+    def of(cls, strength: Plane, fires: Fires, is_weighted: bool = True) -> Self:
+        """Return the pixels whose ``strength`` ‖Fv*‖, (H, W), exceeds the α of their fire.
+
+        They are chosen by it if ``is_weighted``, else all alike.
+        """
         alpha = fires.per_pixel([fire.alpha for fire in fires.each])
         places = np.flatnonzero(strength > alpha)
         fire = fires.labels.ravel()[places]
         if len(fires.each) > 1:
             places = places[np.argsort(fire, kind="stable")]
         count = np.bincount(fire, minlength=len(fires.each))
-        weights = np.cumsum(strength.ravel()[places], dtype=np.float64)
+        weight = strength.ravel()[places] if is_weighted else np.ones(len(places), np.float32)
+        weights = np.cumsum(weight, dtype=np.float64)
         share, usual = np.array([(each.share, each.candidate_count) for each in fires.each]).T
         return cls(places, weights, np.cumsum(count), share * count / usual, strength.shape[1])
 

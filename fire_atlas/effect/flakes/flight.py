@@ -63,6 +63,7 @@ class FlightSettings:
         max_alive: Maximum number of flakes alive at once.
         width, height: Frame size, px; flakes that have left the frame are removed.
         views: The views of a fire with depth: flakes are removed that have left all their frames.
+        own_motion: Factor of an ember's velocity relative to the field.
     """
 
     seed: int
@@ -75,6 +76,7 @@ class FlightSettings:
     width: int
     height: int
     views: tuple[FlakeView, ...] = ()
+    own_motion: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -265,11 +267,14 @@ class _FlightModel:
         (0..1), and end at once inside.
         """
         ids, spawns, (u, v, w) = state.id, self.spawns, air
+        factor = self.settings.own_motion
+        if factor == 0:
+            return np.zeros_like(state.x), np.zeros_like(state.x), np.zeros_like(state.x)
         speed = _WANDER * math.sqrt(2) * self.settings.turbulence
         turn = 2 * math.pi * spawns.turbulence_rate.take(ids) * state.age
         aside = speed * _sine(turn + spawns.turbulence_phase_x.take(ids))
         down = 0.5 * speed * _sine(turn + spawns.turbulence_phase_y.take(ids))
-        own = state.exposure * outside
+        own = factor * state.exposure * outside
         drift, fall = spawns.drift.take(ids) - 1, spawns.terminal_velocity.take(ids)
         right, along, towards = aside + drift * u, down + drift * v + fall, np.zeros_like(w)
         if self.has_depth:

@@ -1,16 +1,19 @@
 """Feature vectors (Kim & Lee, eq. 1-3): strength and direction of the flame's edges.
 
-Sparks are spawned on these edges. Brightness is on the 0..255 scale; on it the paper's ε = 40,
-α = 0.03 and β = 0.02 agree with each other. Image axes: x right, y down.
+Sparks are spawned on these edges. Brightness is on the 0..255 scale, and Sobel's filters scale its
+slopes by 8: the paper says neither scale. Image axes: x right, y down.
 """
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import cv2
 import numpy as np
 
 from fire_atlas.core.pixels import Plane, as_plane, magnitude
+
+Kernel = Literal["unit", "printed"]
+"""The Gaussians of eq. 1: with sums of 1, or as printed."""
 
 
 class Box(NamedTuple):
@@ -22,24 +25,31 @@ class Box(NamedTuple):
     bottom: float
 
 
-def difference_of_gaussians(brightness: Plane, sigma: tuple[float, float]) -> Plane:
-    """Edges f^DoG of a picture (eq. 1): a wide Gaussian blur minus a narrow one.
+def difference_of_gaussians(brightness: Plane, sigma: tuple[float, float], kernel: Kernel) -> Plane:
+    """Edges f^DoG of a picture (eq. 1).
 
-    Differs from the paper in two ways. (1) Both Gaussians are normalised to sum 1; with the paper's
-    prefactor 1/(√(2π) σ), that of one dimension, a flat picture would have edges. (2) The sign is
-    swapped (σ2 minus σ1), so that, as in the paper's figures, the gradient points out of the flame:
-    up at its tips, and down at its foot, which κ suppresses (Figure 8).
+    ``printed``: G_σ1 − G_σ2 with the paper's prefactors 1/(√(2π) σ), so that the Gaussian of σ sums
+    to √(2π) σ. The difference sums to √(2π) (σ1 − σ2), which is negative: f is mainly the picture's
+    negative, and ∇f, all that is used of f, points from bright to dark, out of the flame: up at its
+    tips, and down at its foot, which κ suppresses (Figure 8).
+
+    ``unit``: Gaussians of sum 1, so that f is 0 but at edges. The sign is swapped (G_σ2 − G_σ1), so
+    that ∇f points out of the flame as well on the inner side of an edge; on the outer side it
+    points back.
 
     Args:
         brightness: (H, W), 0..255.
         sigma: (σ1, σ2), px, σ1 <= σ2.
+        kernel: The Gaussians.
 
     Returns:
-        (H, W), 0 where the picture is flat, negative on the bright side of an edge.
+        (H, W).
     """
-    narrow = _gaussian(brightness, sigma[0])
-    wide = _gaussian(narrow, math.sqrt(max(sigma[1] ** 2 - sigma[0] ** 2, 0.0)))
-    return as_plane(cv2.subtract(wide, narrow, dst=wide))
+    narrow, wide = (_gaussian(brightness, each) for each in sigma)
+    if kernel == "unit":
+        return as_plane(cv2.subtract(wide, narrow, dst=wide))
+    gain = [math.sqrt(2 * math.pi) * each for each in sigma]
+    return as_plane(cv2.addWeighted(narrow, gain[0], wide, -gain[1], 0.0))
 
 
 def gradient(plane: Plane) -> tuple[Plane, Plane]:
@@ -49,9 +59,9 @@ def gradient(plane: Plane) -> tuple[Plane, Plane]:
     return as_plane(gx), as_plane(gy)
 
 
-def gradient_magnitude(brightness: Plane, sigma: tuple[float, float]) -> Plane:
+def gradient_magnitude(brightness: Plane, sigma: tuple[float, float], kernel: Kernel) -> Plane:
     """Edge strength ‖∇f‖, (H, W), of a picture; eq. 2 compares it with ε."""
-    return magnitude(*gradient(difference_of_gaussians(brightness, sigma)))
+    return magnitude(*gradient(difference_of_gaussians(brightness, sigma, kernel)))
 
 
 def kappa(shape: tuple[int, int], box: Box, buoyancy: tuple[float, float], n: float) -> Plane:
@@ -86,6 +96,7 @@ def kappa(shape: tuple[int, int], box: Box, buoyancy: tuple[float, float], n: fl
 def feature_vectors(
     brightness: Plane,
     sigma: tuple[float, float],
+    kernel: Kernel,
     epsilon: float | np.float32 | Plane,
     kappa: Plane,
 ) -> tuple[Plane, Plane]:
@@ -93,7 +104,7 @@ def feature_vectors(
 
     ``epsilon`` is a number or (H, W).
     """
-    gx, gy = gradient(difference_of_gaussians(brightness, sigma))
+    gx, gy = gradient(difference_of_gaussians(brightness, sigma, kernel))
     weight = kappa * (magnitude(gx, gy) > epsilon)
     return gx * weight, gy * weight
 

@@ -40,7 +40,8 @@ class Fire:
         share: Its part of the flame's area, 0..1; all fires together have 1.
         epsilon: ε (eq. 2): the recipe's, or the automatic one.
         alpha: Automatic α, the threshold of candidates for flakes.
-        candidate_count: Mean number of candidates per frame at the automatic α.
+        candidate_count: Mean number of candidates per frame at that α, or at the paper's with its
+            preset.
     """
 
     share: float

@@ -17,7 +17,7 @@ from fire_atlas.effect.flame.features import Box, gradient_magnitude, kappa
 from fire_atlas.effect.flame.fires import Fire, Fires, Labels, separate_fires
 from fire_atlas.effect.flame.samples import FlameSamples
 from fire_atlas.effect.flame.segmentation import FlameSegmentation
-from fire_atlas.recipe.effect import Features
+from fire_atlas.recipe.effect import PAPER_ALPHA, Features
 from fire_atlas.vision.sampling import evenly_spread
 
 _MIN_SAMPLES, _MAX_SAMPLES = 6, 12
@@ -49,7 +49,7 @@ class FlameStudy:
         segmentation: Separates flame from everything else.
         fires: The separate fires: each has its own ε, α and candidates.
         kappa: (H, W) float32, κ of each pixel (eq. 2), in its own fire.
-        mean_feature: Mean ‖Fv‖ of the features, the unit of the feature force.
+        mean_gradient: Mean ‖∇f‖ of the features, the unit of the feature force.
         dies_out: Whether almost nothing of the flame is left in the last frame.
         samples: Small copies of a few frames; None if no step needs them.
     """
@@ -61,7 +61,7 @@ class FlameStudy:
     segmentation: FlameSegmentation
     fires: Fires
     kappa: Plane
-    mean_feature: float
+    mean_gradient: float
     dies_out: bool
     samples: FlameSamples | None = None
 
@@ -103,18 +103,20 @@ def study_flame(
         buoyancy = flame_direction(samples) if samples else UP
     total = as_plane(reduce(np.add, masks))
     box, base = _flame_box(total)
-    # The paper knows one fire, whose κ spans the image.
-    is_one = features.preset == "paper"
-    labels = np.zeros(total.shape, np.uint8) if is_one else separate_fires(masks)
+    if features.preset == "paper":  # which knows one fire, and has features in the whole image
+        labels, inside = np.zeros(total.shape, np.uint8), (slice(None), slice(None))
+    else:
+        labels, inside = separate_fires(masks), segmentation.active_window(1).slices
     weight = _kappa(total, labels, features, buoyancy)
-    inside = segmentation.active_window(1).slices  # all masks are 0 outside
-    slopes = workers.map(lambda each: gradient_magnitude(each[inside], features.sigma), planes)
+    slopes = workers.map(
+        lambda plane: gradient_magnitude(plane[inside], features.sigma, features.kernel), planes
+    )
     pairs = [(slope, mask[inside]) for slope, mask in zip(slopes, masks, strict=True)]
     parts = total[inside], labels[inside], weight[inside]
-    fires, mean_feature = _measured(pairs, *parts, features, workers)
+    fires, mean_gradient = _measured(pairs, *parts, features, workers)
     return FlameStudy(
         buoyancy, box, base, _moving_area(segmentation.activity, box), segmentation,
-        Fires(labels, fires), weight, mean_feature, _dies_out(planes, masks), samples,
+        Fires(labels, fires), weight, mean_gradient, _dies_out(planes, masks), samples,
     )  # fmt: skip
 
 
@@ -144,7 +146,9 @@ def _measured(
     features: Features,
     workers: Workers,
 ) -> tuple[tuple[Fire, ...], float]:
-    """Measure each fire, and the mean ‖Fv‖ of all features, in a window with all of the flame.
+    """Measure each fire, and the mean ‖∇f‖ of all features, in a window with all of the flame.
+
+    Features of the paper are counted wherever they are, by its own α; others in the flame.
 
     Args:
         pairs: Gradients and masks (H, W) of a few frames.
@@ -156,7 +160,8 @@ def _measured(
     """
     area = np.bincount(labels.ravel(), total.ravel())
     shares = area / area.sum() if area.sum() else np.ones(1)
-    fires, found = [], []
+    is_paper = features.preset == "paper"
+    fires, found = list[Fire](), list[NDArray[np.float32]]()
     for number, share in enumerate(shares):
         own = pairs
         if len(shares) > 1:
@@ -164,12 +169,16 @@ def _measured(
         epsilon = features.epsilon
         if epsilon == "auto":
             epsilon = _automatic_epsilon(own, workers)
+        if is_paper:
+            own = [(slope, np.ones_like(mask)) for slope, mask in own]
         lengths = list(workers.map(partial(_feature_lengths, kappa=weight, epsilon=epsilon), own))
-        fires.append(Fire(float(share), epsilon, *_automatic_alpha(lengths)))
-        found += lengths
-    all_lengths = np.concatenate(found)
-    mean = float(all_lengths.mean()) if all_lengths.size else 1.0
-    return tuple(fires), mean
+        alpha = _automatic_alpha(lengths)
+        usual = PAPER_ALPHA if is_paper else alpha
+        count = float(np.mean([np.count_nonzero(each > usual) for each in lengths]))
+        fires.append(Fire(float(share), epsilon, alpha, max(count, 1.0)))
+        found += [slope[(slope > epsilon) & (mask > 0)] for slope, mask in own]
+    gradients = np.concatenate(found)
+    return tuple(fires), float(gradients.mean()) if gradients.size else 1.0
 
 
 def _flame_box(total: Plane) -> tuple[Box, tuple[float, float]]:
@@ -223,10 +232,7 @@ def _feature_lengths(
     return slope.ravel()[places] * kappa.ravel()[places] * mask.ravel()[places]
 
 
-def _automatic_alpha(lengths: list[NDArray[np.float32]]) -> tuple[float, float]:
-    """Automatic α, and its mean number of candidates per frame."""
+def _automatic_alpha(lengths: list[NDArray[np.float32]]) -> float:
+    """Automatic α, from ‖Fv‖ of the features of a few frames."""
     features = np.concatenate(lengths)
-    if features.size == 0:
-        return 0.0, 1.0
-    alpha = float(np.quantile(features, _ALPHA_QUANTILE))
-    return alpha, max(float(np.count_nonzero(features > alpha)) / len(lengths), 1.0)
+    return float(np.quantile(features, _ALPHA_QUANTILE)) if features.size else 0.0

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.workers import Workers
-from fire_atlas.effect.field.wind import peak_level
 from fire_atlas.generators.profile.generate.generated_fire import (
     GeneratedFire,
     ProfileFireSettings,
@@ -61,7 +60,7 @@ def calibrate(profile: Profile, settings: ProfileFireSettings, workers: Workers)
     In wind the fire keeps the wind's pace, and may take steps of any size within the loop.
     """
     fire = GeneratedFire.of(profile, settings)
-    if peak_level(settings.generation.wind) > 0:
+    if settings.generation.wind.peak > 0:
         return _with_even_seam(fire, workers) if fire.settings.loop else fire
     sequence = fire.planes[0].playback.sequence
     # If frames of the clip are skipped, steps are larger than the clip's. A cartoon with held

@@ -125,10 +125,10 @@ def test_blur_keeps_the_energy_within_a_percent() -> None:
 
 
 def test_a_uniform_blur_is_a_box_along_the_motion() -> None:
-    pixels = np.zeros((21, 61, 4), np.float32)
+    pixels = np.zeros((61, 61, 4), np.float32)
     pixels[10, 30] = 1.0
-    still, fast = np.zeros((6, 16), np.float32), np.full((6, 16), 240.0, np.float32)
-    kappa = np.ones((21, 61), np.float32)
+    still, fast = np.zeros((16, 16), np.float32), np.full((16, 16), 240.0, np.float32)
+    kappa = np.ones((61, 61), np.float32)
     row = blur_along(pixels, fast, still, 4, kappa, exposure=1 / 24, samples=41)[10, :, 0]
     assert row[26:35] == pytest.approx(0.1, abs=0.01)  # 10 px of travel share the light
     assert row[:24].max() == 0 and row[37:].max() == 0

@@ -25,7 +25,7 @@ def _normal_cdf(x: float, sigma: float) -> float:
 
 def test_dog_of_a_flat_picture_is_zero_everywhere() -> None:
     flat = np.full((40, 50), 137.0, np.float32)
-    assert np.abs(difference_of_gaussians(flat, (1.0, 1.6))).max() < 1e-3
+    assert np.abs(difference_of_gaussians(flat, (1.0, 1.6), "unit")).max() < 1e-3
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,7 @@ def test_dog_of_a_step_is_the_difference_of_two_normal_distributions(
 ) -> None:
     step = np.zeros((60, 80), np.float32)
     step[:, 40:] = 200.0
-    found = difference_of_gaussians(step, sigma)[30]
+    found = difference_of_gaussians(step, sigma, "unit")[30]
     edge = 39.5  # the step lies between columns 39 and 40
     wanted = [
         200 * (_normal_cdf(x - edge, sigma[1]) - _normal_cdf(x - edge, sigma[0])) for x in range(80)
@@ -57,7 +57,10 @@ def test_features_lead_out_of_the_light_as_the_printed_kernel_does() -> None:
     ball = np.where(np.hypot(x, y) < 20, 220, 0).astype(np.float32)
     edges = np.asarray(cv2.filter2D(ball, cv2.CV_32F, printed), np.float32)
     everywhere = np.ones_like(ball)
-    for gx, gy in (gradient(edges), feature_vectors(ball, (narrow, wide), 40.0, everywhere)):
+    for gx, gy in (
+        gradient(edges),
+        feature_vectors(ball, (narrow, wide), "unit", 40.0, everywhere),
+    ):
         outward = (gx * x + gy * y) / np.maximum(np.hypot(x, y), 1)
         strongest = np.abs(outward) > 0.8 * np.abs(outward).max()
         assert outward[strongest].min() > 0
@@ -90,7 +93,7 @@ def test_kappa_follows_a_sideways_lift() -> None:
 
 def test_weak_gradients_are_no_features() -> None:
     soft = np.tile(np.linspace(0, 20, 100, dtype=np.float32), (100, 1))
-    fx, fy = feature_vectors(soft, (1.0, 1.6), 40.0, kappa((100, 100), IMAGE, UP, 5))
+    fx, fy = feature_vectors(soft, (1.0, 1.6), "unit", 40.0, kappa((100, 100), IMAGE, UP, 5))
     assert not fx.any() and not fy.any()
 
 

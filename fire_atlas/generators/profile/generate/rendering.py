@@ -15,7 +15,6 @@ from scipy.special import ndtr
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Form, Values
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
-from fire_atlas.effect.field.wind import peak_level
 from fire_atlas.generators.profile.generate.blend_masks import MASK_CELL, BlendMask, blend_masks
 from fire_atlas.generators.profile.generate.colouring import TableColours
 from fire_atlas.generators.profile.generate.form import ColumnSide, column_form
@@ -368,7 +367,7 @@ def _front_camera(
 def _largest_lean(fire: GeneratedFire) -> float:
     """Return how far a fire may lean beyond the sway of its clip, degrees. In wind that depends on
     the wind alone: other frames in a leaning set give frames of the same size."""
-    peak = peak_level(fire.settings.wind)
+    peak = fire.settings.wind.peak
     if peak == 0:
         return max(float(np.abs(plane.playback.bend).max()) for plane in fire.planes)
     medians = [abs(side.statistics.lean.median) for side in fire.profile.sides]
