@@ -34,6 +34,34 @@ def advice(path: Path, *overrides: str) -> list[str]:
             "is in frame widths and heights, not px, from -2 to 3: [0.5, 1] is the middle of the "
             "bottom; got [5, 5]",
         ),
+        (
+            "buoyancy: {feature_force: 3}",
+            "2: buoyancy.feature_force",
+            "pushes with motion: features alone; with flow, the optical flow says how the flame "
+            "moves. Remove it, or set buoyancy.motion: features",
+        ),
+        (
+            "buoyancy: {motion: features, coupling: 3}",
+            "2: buoyancy.coupling",
+            "is how fast air adopts the optical flow, which motion: features does without; remove "
+            "it, or set buoyancy.motion: flow",
+        ),
+        (
+            "features: {preset: paper}\nwind: {gusts: {mean: 1}}",
+            "3: wind",
+            "blows against the flakes of a clip by buoyancy.drag, which is 0; set it to 2, or "
+            "remove wind",
+        ),
+        (
+            "motion_blur: {exaggeration: 2}",
+            "2: motion_blur.exaggeration",
+            "is of the flame's blur; add motion_blur.flame: true, or remove it",
+        ),
+        (
+            "motion_blur: {samples: 20}",
+            "2: motion_blur.samples",
+            "is of the flame's blur; add motion_blur.flame: true, or remove it",
+        ),
         ("Seed: 1", "2: Seed", "unknown key; did you mean seed?"),
         ("rate: 3", "2: rate", "unknown key; did you mean flakes.rate?"),
         ("flakes.rate: 3", "2: flakes.rate", "unknown key; write `rate` inside the block `flakes`"),
