@@ -77,7 +77,10 @@ MAX_ROUNDS = 64
 
 
 class Features(Settings):
-    """Feature vectors: strength and direction of the edges of the flame (eq. 1-3)."""
+    """Feature vectors: strength and direction of the edges of the flame (eq. 1-3).
+
+    They decide where flakes are born and, with ``buoyancy.motion: features``, how they fly.
+    """
 
     preset: Literal["auto", "paper"] = "auto"
     """``auto``: adapted to the clip. ``paper``: the whole effect as the paper has it, with its
@@ -106,7 +109,8 @@ class Features(Settings):
     the flame's bounding box, of each fire's own if there are several, or of the whole image
     (paper)."""
     beta: float = Field(default=0.02, ge=0, le=10)
-    """[β] Weight of the buoyancy direction that is added to each feature vector (eq. 3)."""
+    """[β] Weight of the buoyancy direction that is added to each feature vector (eq. 3). 0.02
+    (paper) turns the mean vector by a degree; 2 turns them nearly upright."""
     clamp: float = Field(default=0.0, ge=0, le=10000)
     """Edges weaker than this (their feature vectors are shorter) are ignored, so that still objects
     in the picture give off no sparks: in the paper's Figure 23 a drum, with 2.0."""

@@ -1,0 +1,53 @@
+"""What keys of the effect promise to be seen: docs/promises.md, its sentences and directions."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from fire_atlas.recipe.keys import all_keys, blocks_at, key_docs
+from tests.bench.promises import PROMISES, WITHOUT, Promise, measured
+from tests.docs.markdown import page_text
+
+PAGE = "docs/promises.md"
+
+BLOCKS = ("features", "buoyancy", "flakes", "motion_blur", "composite", "wind")
+
+IDS = [promise.key for promise in PROMISES]
+
+
+def keys_of_the_effect() -> Iterator[str]:
+    """Yield the keys of the effect's blocks, those in a list or block of their own included."""
+    for path in all_keys():
+        if path[0] in BLOCKS and len(path) > 1:
+            yield ".".join(path)
+
+
+def test_every_key_has_a_promise_or_a_reason_why_not() -> None:
+    stated = {*IDS, *WITHOUT}
+    for key in keys_of_the_effect():
+        blocks = [key.rsplit(".", depth)[0] for depth in range(key.count("."))]
+        inside = [other for other in stated if other.startswith(f"{key}.")]
+        assert stated & {key, *blocks} or inside, key
+
+
+@pytest.mark.parametrize("promise", PROMISES, ids=IDS)
+def test_a_promise_is_what_the_text_of_its_key_says(promise: Promise) -> None:
+    *path, name = promise.key.split(".")
+    texts = [key_docs(block).get(name, "") for block in blocks_at(tuple(path))]
+    assert any(promise.sentence in " ".join(text.split()) for text in texts), texts
+
+
+def test_the_table_has_every_promise_and_all_are_kept() -> None:
+    rows = [row.split(" | ") for row in page_text(PAGE).splitlines() if row.startswith("| `")]
+    table = {(key.strip("| `"), says, figure) for key, says, figure, *_ in rows}
+    for promise in PROMISES:
+        row = promise.key, promise.sentence.replace("``", "`"), promise.label
+        assert row in table, "run python -m tests.bench.promises --write"
+    assert len(rows) == len(PROMISES)
+    assert {row[-1] for row in rows} == {"yes |"}
+
+
+@pytest.mark.parametrize("promise", PROMISES, ids=IDS)
+def test_a_promise_goes_its_way(promise: Promise) -> None:
+    low, high = (measured(promise, value, 0, height=96) for value in (promise.low, promise.high))
+    assert high > low if promise.rises else high < low, f"{low:.3g} to {high:.3g}"
