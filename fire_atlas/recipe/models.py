@@ -41,8 +41,9 @@ class Recipe(Settings):
     timeline: Timeline = Timeline()
     """Length, frame rate and looping of the result."""
     wind: Wind = Wind()
-    """Wind that carries flakes away, and bends the flame of sources ``profile`` and ``silk``. The
-    flame of ``frames`` stays as it is."""
+    """Wind that carries flakes away outside the flame, and bends the flame of sources ``profile``
+    and ``silk``. The flame of ``frames`` stays as it is. On these it blows by ``buoyancy.drag``,
+    without which it is refused."""
     features: Features = Features()
     """Which edges of the flame can shed sparks (eq. 1-3)."""
     buoyancy: Buoyancy = Buoyancy()

@@ -12,8 +12,7 @@ at its pixel:
 - ``others``: the median of four methods that the effect does not use;
 - ``ceiling``: of the others with the first, at the same places: how far they agree at all;
 - ``default``: of flakes with the default jitter, which turns their whole velocity, with the first;
-- ``paper``, ``others``: as the first two with ``features.preset: paper`` and
-  ``buoyancy.motion: features``.
+- ``paper``, ``others``: as the first two with ``features.preset: paper``.
 
 The second table has the flakes of the defaults: how many are born while the clip plays once, and
 (of many, for statistics) the share that ends higher than it began; then, with the clip played again
@@ -65,10 +64,9 @@ LEAST_X, LEAST_Y, LEAST_RISE, MOST_CROWDED = 0.75, 0.6, 0.95, 4.0
 
 PAPER: dict[str, Any] = {
     "features": {"preset": "paper"},
-    "buoyancy": {"motion": "features"},
     "flakes": {"scatter": 1, "rate": MANY},
 }
-"""The paper's way, as far as a recipe goes."""
+"""The paper's way."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -56,10 +56,11 @@ def make_clip(scene: Scene, folder: Path) -> Path:
     return folder
 
 
-def make_recipe(clip: Path, rate: float) -> Path:
+def make_recipe(clip: Path, rate: float, preset: str = "auto") -> Path:
     """Write a recipe for ``clip`` that bears ``rate`` flakes a second and writes no tracks."""
     keys: dict[str, Any] = {
         "source": {"path": clip.name, "fps": 24},
+        "features": {"preset": preset},
         "flakes": {"rate": round(rate, 2), "bursts": 0, "max": 60000},
         "tracks": [],
         # Played once, as the paper does: every frame that is read is written.
@@ -84,11 +85,11 @@ def alive(report: BuildReport) -> float:
     return float(report.statistics["flakes"]["alive_mean"])
 
 
-def rate_for(scene: Scene, clip: Path, jobs: int) -> float:
+def rate_for(scene: Scene, clip: Path, jobs: int, preset: str = "auto") -> float:
     """Return the rate at which the scene has about as many flakes alive as in the paper."""
     rate = scene.flakes / 1.2
     for _ in range(4):
-        found = alive(run(make_recipe(clip, rate), jobs))
+        found = alive(run(make_recipe(clip, rate, preset), jobs))
         if abs(found - scene.flakes) <= 0.1 * scene.flakes:
             break
         rate *= min(max(scene.flakes / max(found, 1e-3), 0.1), 10)

@@ -57,6 +57,12 @@ def test_each_part_acts_deviates_or_is_left_out(heading: str) -> None:
         assert shown or here.startswith("left out: "), of
 
 
+def test_what_is_in_of_the_first_paper_has_a_figure() -> None:
+    for of, here, shown in rows("Kim & Lee: fire-flakes"):
+        stated = re.sub(r"(eq\.|section|Figures?|`[^`]*`)[\s\d.,-]*", "", f"{here} {shown}")
+        assert here.startswith("left out: ") or re.search(r"\d", stated), of
+
+
 def test_every_file_that_is_named_is_there() -> None:
     named = re.findall(r"`((?:[\w.]+/)*\w+\.(?:py|md|webp|png)|(?:tests|fire_atlas)/[\w/]+)`", TEXT)
     assert len(named) > 60

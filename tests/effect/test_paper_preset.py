@@ -103,17 +103,14 @@ def test_the_field_stays_within_bounds(name: str) -> None:
     """Divided by a mean that κ had made small, the force of single cells was that of an explosion
     (57 heights/s): a fast gas jet does about 10."""
     field = _run(name).analysis.field
-    assert np.hypot(field.u, field.v).max() < 14 * open_clip(name).height
+    assert np.hypot(field.u, field.v).max() < 8 * open_clip(name).height
 
 
 @pytest.mark.parametrize("name", CLIPS)
 def test_the_rate_is_that_of_births_at_the_papers_alpha(name: str) -> None:
     effect = _run(name, rate=600)
     seconds = effect.clip.count / effect.clip.fps
-    if name == "sim_unity_flame02":
-        assert len(effect.births) > 0, "few of its edges pass ε"
-    else:
-        assert len(effect.births) / seconds == pytest.approx(600, rel=0.3)
+    assert len(effect.births) / seconds == pytest.approx(600, rel=0.15)
 
 
 def _candidates(effect: EffectRun, i: int) -> int:
