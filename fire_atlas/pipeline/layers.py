@@ -168,7 +168,7 @@ def draw(
         cells: (flakes,), the cell of the texture that each shows.
     """
     light = draw_frame(rows, height, width, flakes.sprite == "pixel", texture, cells)
-    glows = flakes.glow > 0 and flakes.sprite == "soft"
+    glows = flakes.glow > 0 and flakes.sprite != "pixel"
     return add_glow(light, flakes.glow, flakes.edge == "fade") if glows else light
 
 

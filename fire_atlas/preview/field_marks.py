@@ -37,7 +37,9 @@ class LayerText:
 
 LAYERS: Mapping[FieldLayer, LayerText] = {
     "features": LayerText("Features", "Fv*, refined feature vectors (eq. 3)"),
-    "candidates": LayerText("Candidates", "candidates for flakes, by their weight |Fv*|"),
+    "candidates": LayerText(
+        "Candidates", "candidates for flakes, by the weight with which they are chosen"
+    ),
     "force": LayerText("Force", "U_buoyancy, what drives the field (eq. 11, 12)", "px/s/s"),
     "field": LayerText("Field", "Bv, the buoyancy field (eq. 12)", "px/s"),
     "blur": LayerText("Blur", "Bv kappa, while the shutter is open (eq. 17)", "px"),

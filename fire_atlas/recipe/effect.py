@@ -59,8 +59,8 @@ PAPER: dict[str, dict[str, Any]] = {
     "flakes": {
         "alpha": PAPER_ALPHA,
         "bursts": 0.0,
-        "sparks": 0.0,
-        "stretch": 0.0,
+        "stretch": 1.0,
+        "scatter": 0.98,
         "lag": 0.0,
         "own_motion": 0.0,
         "colors": ("#b80c00", "#ff2c00", "#ff5808", "#ff7a24", "#ff9c58"),
@@ -69,8 +69,9 @@ PAPER: dict[str, dict[str, Any]] = {
     "motion_blur": {"flame": True, "shutter": 1.0, "exaggeration": 1.0},
 }
 """What ``features.preset: paper`` sets, block by block, unless the recipe states it: the constants
-of the paper (section III), and none of what is added to it here. The five colours are ours: its
-Figure 9 has swatches, but no numbers."""
+of the paper (section III), and none of what is added to it here. Three values are ours, because it
+has no numbers of them: how far flakes are stretched along their velocity and what colours they have
+by it (Figure 9), and k of their jitter (eq. 13)."""
 
 MAX_ROUNDS = 64
 """Maximum number of rounds of a loop after which its flakes repeat."""
@@ -85,8 +86,9 @@ class Features(Settings):
     preset: Literal["auto", "paper"] = "auto"
     """``auto``: adapted to the clip. ``paper``: the whole effect as the paper has it, with its
     constants and without what is added to it here; what the recipe states wins. It sets keys of
-    ``features``, ``buoyancy``, ``flakes`` and ``motion_blur``, and flakes differ in neither
-    brightness nor focus."""
+    ``features``, ``buoyancy``, ``flakes`` and ``motion_blur``. Besides, flakes differ in neither
+    brightness nor focus, edges shed them in the whole image, not in the flame alone, several fires
+    are one, and there are no classes of fire."""
     kernel: Literal["unit", "printed"] = "unit"
     """Gaussians of eq. 1. ``unit``: with a sum of 1, their difference finds edges alone, thin, with
     vectors on both sides of them. ``printed``: as the paper prints them, with sums in proportion to
@@ -186,14 +188,15 @@ class Flakes(Settings):
     bake: bool = True
     """Draw the flakes into the frames. ``false``: write only their tracks."""
     alpha: AutoOrNumber = "auto"
-    """[α] Flakes start only at flame edges stronger than this (with longer feature vectors). Lower
-    values give more flakes. ``auto``: measured once for the whole clip. Paper: 0.03."""
+    """[α] Flakes start only at flame edges stronger than this (with longer feature vectors), and
+    anywhere on them alike. Lower values give more flakes. ``auto``: measured once for the whole
+    clip, and the stronger the edge, the more start there. Paper: 0.03."""
     rate: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100000), NUMBER], either("`auto` or a number")
     ] = "auto"
     """Spawn rate, flakes per second, the sparks of ``bursts`` included. Several fires in a frame
-    share it by their areas. If you set ``alpha``, it is
-    scaled by the area of the edges above it, relative to the automatic α: half the area, half the
+    share it by their areas. If you set ``alpha``, it is scaled by the area of the edges above it,
+    relative to the automatic α (with ``features.preset: paper`` to 0.03): half the area, half the
     flakes. ``auto``: by ``class`` and the area in which the fire moves, about 1 for a candle, 30
     for a campfire and 90 for a wall of fire; fewer if the frame is too small to show flakes of
     ``size``."""
@@ -265,8 +268,8 @@ class Flakes(Settings):
     edge: Literal["fade", "crop"] = "fade"
     """Flakes that leave the frame ``fade`` out near its border, or are cut off by it (``crop``)."""
     glow: float = Field(default=0.0, ge=0, le=10)
-    """Light of a wide, soft glow around each flake, relative to the flake's, in addition to the
-    faint halo of a lens. Not in the tracks."""
+    """Light of a wide, soft glow around each soft flake, relative to the flake's, in addition to
+    the faint halo of a lens. Not in the tracks."""
     sprite: Literal["auto", "soft", "pixel"] = "auto"
     """``soft``: round sprites. ``pixel``: hard squares of whole pixels, for pixel art. ``auto``: by
     ``class``."""

@@ -41,9 +41,9 @@ class Recipe(Settings):
     timeline: Timeline = Timeline()
     """Length, frame rate and looping of the result."""
     wind: Wind = Wind()
-    """Wind that carries flakes away outside the flame, and bends the flame of sources ``profile``
-    and ``silk``. The flame of ``frames`` stays as it is. On these it blows by ``buoyancy.drag``,
-    without which it is refused."""
+    """Wind that carries flakes away outside the flame, by ``buoyancy.drag``, and bends the flame of
+    sources ``profile`` and ``silk``. The flame of ``frames`` stays as it is, so that wind on them
+    is refused where it has nothing to carry."""
     features: Features = Features()
     """Which edges of the flame can shed sparks (eq. 1-3)."""
     buoyancy: Buoyancy = Buoyancy()
@@ -166,40 +166,79 @@ class Recipe(Settings):
 
 
 def _idle_keys(recipe: Recipe) -> Iterator[Problem]:
-    """Yield the keys of the effect that would do nothing, because of another one.
-
-    Values that the recipe would have without them are let pass: ``check --resolved`` prints them.
-    """
-    buoyancy, blur = recipe.buoyancy, recipe.motion_blur
+    """Yield the keys of the effect that would do nothing, because of another one."""
+    buoyancy, flakes, blur = recipe.buoyancy, recipe.flakes, recipe.motion_blur
     if buoyancy.motion == "flow" and buoyancy.feature_force != "auto":
         yield Problem(
             ("buoyancy", "feature_force"),
             "pushes with motion: features alone; with flow, the optical flow says how the flame "
             "moves. Remove it, or set buoyancy.motion: features",
         )
-    if (
-        buoyancy.motion == "features"
-        and buoyancy.coupling != Buoyancy.model_fields["coupling"].default
-    ):
+    if buoyancy.motion == "features" and _differs(recipe, "buoyancy", "coupling"):
         yield Problem(
             ("buoyancy", "coupling"),
             "is how fast air adopts the optical flow, which motion: features does without; remove "
             "it, or set buoyancy.motion: flow",
         )
-    if isinstance(recipe.source, FramesSource) and buoyancy.drag == 0 and recipe.wind.peak > 0:
-        yield Problem(
-            ("wind",),
-            "blows against the flakes of a clip by buoyancy.drag, which is 0; set it to 2, or "
-            "remove wind",
-        )
+    if isinstance(recipe.source, FramesSource) and recipe.wind.peak > 0:
+        if flakes == "none" and not recipe.needs_field:
+            yield Problem(("wind",), "has no flakes to carry: flakes is none; remove one of them")
+        elif buoyancy.drag == 0:
+            yield Problem(
+                ("wind",),
+                "blows against the flakes of a clip by buoyancy.drag, which is 0; set it to 2, or "
+                "remove wind",
+            )
     if isinstance(blur, MotionBlur) and not blur.flame:
-        preset = PAPER["motion_blur"] if recipe.features.preset == "paper" else {}
         for key in ("exaggeration", "samples"):
-            if getattr(blur, key) != preset.get(key, MotionBlur.model_fields[key].default):
+            if _differs(recipe, "motion_blur", key):
                 yield Problem(
                     ("motion_blur", key),
                     "is of the flame's blur; add motion_blur.flame: true, or remove it",
                 )
+    if flakes != "none":
+        yield from _idle_keys_of_flakes(recipe, flakes)
+
+
+def _idle_keys_of_flakes(recipe: Recipe, flakes: Flakes) -> Iterator[Problem]:
+    """Yield the keys of flakes that would do nothing, and turbulence that reaches none."""
+    if flakes.own_motion == 0:
+        if _differs(recipe, "flakes", "lag"):
+            yield Problem(
+                ("flakes", "lag"),
+                "is part of flakes.own_motion, which is 0; set that, or remove it",
+            )
+        if recipe.buoyancy.drag == 0 and _differs(recipe, "buoyancy", "turbulence"):
+            yield Problem(
+                ("buoyancy", "turbulence"),
+                "reaches flakes by buoyancy.drag or flakes.own_motion, and both are 0; set one of "
+                "them, or remove it",
+            )
+    if flakes.sparks == 0 and flakes.bursts not in ("auto", 0):
+        yield Problem(
+            ("flakes", "bursts"), "throw sparks, of which flakes.sparks: 0 leaves none; remove one"
+        )
+    if recipe.features.preset == "paper" and flakes.fire_class != "auto":
+        yield Problem(
+            ("flakes", "class"),
+            "is unknown to features.preset: paper; remove it, and state what it would decide: "
+            "rate, size, colors, sprite",
+        )
+    if flakes.sprite == "pixel":
+        for key in ("glow", "stretch"):
+            if _differs(recipe, "flakes", key):
+                yield Problem(
+                    ("flakes", key), "is of soft flakes, but sprite is pixel; remove one of them"
+                )
+
+
+def _differs(recipe: Recipe, block: str, key: str) -> bool:
+    """Return whether a key has another value than it would have if the recipe did not state it: as
+    ``check --resolved`` prints them, keys that do nothing are let pass."""
+    settings = getattr(recipe, block)
+    preset = PAPER[block] if recipe.features.preset == "paper" else {}
+    default = preset.get(key, type(settings).model_fields[key].default)
+    return bool(getattr(settings, key) != default)
 
 
 def _rounds_in_pages(flakes: FlakesOrNone, maps: Maps) -> Iterator[Problem]:

@@ -203,17 +203,19 @@ def _upward_vectors(seen: Seen) -> float:
 
 
 def _flow_correlation(seen: Seen) -> float:
-    """Return how well flakes in the flame move as the clip does, in the same pixels, %."""
+    """Return how well embers in the flame move as the clip does, in the same pixels, %: the mean of
+    the correlations sideways and upwards."""
     clip, one, other = seen.clip, [], []
     for i in range(0, clip.count - 1, 2):
         rows = seen.effect.tracks.frames[i]
+        rows = rows[rows[:, KIND] != SPARK]
         flow, (row, column) = dis_flow(clip, i) * clip.fps, pixel_of(rows, clip)
         moves = np.hypot(*flow[row, column].T) > MOVES * clip.fps
         there = moves & (clip.brightness(i)[row, column] > FLAME)
         one.append(rows[there][:, [VX, VY]])
         other.append(flow[row, column][there])
-    moved, flow = np.concatenate(one).ravel(), np.concatenate(other).ravel()
-    return 100 * float(np.corrcoef(moved, flow)[0, 1])
+    moved, flow = np.concatenate(one), np.concatenate(other)
+    return 100 * _mean([np.corrcoef(moved[:, k], flow[:, k])[0, 1] for k in (0, 1)])
 
 
 def _rise(seen: Seen) -> float:
@@ -370,12 +372,13 @@ def _light_spread(seen: Seen) -> float:
 
 
 def _light_at_border(seen: Seen) -> float:
-    """Return the flakes' light within 3 % of the upper border, relative to that within 30 %."""
+    """Return the flakes' light a px² within 3 % of the upper border, relative to that within 30 %
+    of it, %."""
     rows, height = seen.rows, seen.clip.height
     light = rows[:, R] * rows[:, A]
     near = (rows[:, Y] >= 0) & (rows[:, Y] < 0.03 * height)
     further = (rows[:, Y] >= 0) & (rows[:, Y] < 0.3 * height)
-    return 100 * float(light[near].sum() / max(light[further].sum(), 1e-9)) * 10
+    return 100 * 10 * float(light[near].sum() / max(light[further].sum(), 1e-9))
 
 
 def _green(seen: Seen) -> float:

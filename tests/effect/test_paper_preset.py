@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 from scipy import ndimage, stats
 
 from fire_atlas.core.pixels import Pixels
@@ -22,7 +23,10 @@ from fire_atlas.pipeline.layers import RenderSettings, flame_of
 from tests.support.clips import ALL_CLIPS, campfire, open_clip, real
 from tests.support.effect import (
     AGE,
+    BLUR,
     ID,
+    SIZE,
+    STRETCH,
     VX,
     VY,
     A,
@@ -65,6 +69,49 @@ def test_what_a_recipe_states_wins_over_the_preset() -> None:
     assert recipe_of({"features": PAPER, "flakes": "none", "motion_blur": "none"}).flakes == "none"
 
 
+STATED: dict[str, list[Any]] = {
+    "features": [{"n": 0}, {"sigma": [2, 3]}, {"epsilon": 90}, {"beta": 1}, {"clamp": 9},
+                 {"kernel": "unit"}, {"kappa_over": "flame"}],
+    "buoyancy": [{"motion": "flow"}, {"cell": 9}, {"coupling": 9}, {"feature_force": 9},
+                 {"lift": 1}, {"gravity": 1}, {"drag": 2}, {"viscosity": 0.1}, {"turbulence": 0.5},
+                 {"projection": True}],
+    "flakes": [{"class": "none"}, {"class": "pixel"}, {"alpha": 9}, {"alpha": "auto"},
+               {"bursts": 5}, {"sparks": 0.5}, {"life": [2, 3]}, {"size": [0.02, 0.03]},
+               {"stretch": 0}, {"scatter": 1}, {"own_motion": 1}, {"lag": 0.2},
+               {"colors": ["#00ff00"]}, {"intensity": 2}, {"edge": "fade"}, {"glow": 1},
+               {"sprite": "pixel"}, {"max": 3}, {"bake": False}],
+    "motion_blur": [{"shutter": 3}, {"exaggeration": 9}, {"flame": False}],
+    "composite": [{"blend": "over"}, {"intensity": 2}, {"palette": "clip"}],
+    "wind": [{"level": 4}, {"gusts": {"mean": 3}}],
+}  # fmt: skip
+"""Keys that are stated with the preset, a block at a time."""
+
+
+def _shown(keys: dict[str, Any]) -> tuple[Array, Array]:
+    """Return the rows of the tracks and some frames."""
+    effect = run_effect(open_clip("cartoon"), keys)
+    flakes = effect.recipe.flakes
+    assert flakes != "none"
+    frames = [effect.finished(i) for i in (5, 11)]
+    return effect.rows, np.stack(frames).astype(np.float64)
+
+
+@pytest.mark.parametrize(
+    ("block", "stated"),
+    [(block, keys) for block, each in STATED.items() for keys in each],
+    ids=str,
+)
+def test_a_key_stated_with_the_preset_acts_or_is_refused(block: str, stated: Any) -> None:
+    keys: dict[str, Any] = {"features": PAPER, "flakes": {"rate": 200}}
+    stated_too = {**keys, block: {**keys.get(block, {}), **stated}}
+    try:
+        recipe_of(stated_too)
+    except ValidationError:
+        return  # with advice: tests/recipe/test_validate.py
+    pairs = zip(_shown(keys), _shown(stated_too), strict=True)
+    assert not all(one.shape == other.shape and (one == other).all() for one, other in pairs)
+
+
 def test_the_printed_kernel_is_equation_1_term_by_term() -> None:
     picture = campfire(96).brightness(10)
     y, x = np.mgrid[-9:10, -9:10]
@@ -73,7 +120,7 @@ def test_the_printed_kernel_is_equation_1_term_by_term() -> None:
         picture.astype(float), (narrow - wide) / np.sqrt(2 * np.pi), mode="nearest"
     )
     found = difference_of_gaussians(picture, SIGMA, "printed")
-    assert np.abs(found - wanted).max() < 0.005 * np.abs(wanted).max()
+    assert np.abs(found - wanted).max() < 0.002 * np.abs(wanted).max()
 
 
 @pytest.mark.parametrize("name", ["campfire", "torch", "cartoon", real("real_candle_red")])
@@ -179,12 +226,22 @@ def test_flakes_differ_in_neither_light_nor_focus_but_by_speed_and_age() -> None
     speed = np.hypot(rows[:, VX], rows[:, VY])
     assert (effectively := np.unique(coloured[speed < 1e-6], axis=0)).shape[0] <= 1, effectively
     # Their brightest channel grows with their speed, smoothed over 0.2 s.
-    assert stats.spearmanr(speed, coloured[:, 0]).statistic > 0.85
-    assert rows[:, A].max() <= 1.0
+    assert stats.spearmanr(speed, coloured[:, 0]).statistic > 0.7
+    assert not rows[:, BLUR].any(), "all are in focus"
     flights = _run().flights(12)
     for flight in flights[:40]:  # none flickers: they brighten up, and then fade
         peak = int(np.argmax(flight[:, A]))
         assert (np.diff(flight[peak:, A]) <= 0.02).all()
+
+
+def test_flakes_are_the_longer_the_faster_they_are() -> None:
+    """Figure 9: a circle at its birth, scaled and turned by the field's velocity."""
+    rows = _run().rows
+    speed, length = np.hypot(rows[:, VX], rows[:, VY]), rows[:, SIZE] * (rows[:, STRETCH] - 1)
+    grown = rows[:, AGE] > 0.1
+    assert stats.spearmanr(speed[grown], length[grown]).statistic > 0.9
+    fast = speed > np.quantile(speed, 0.75)
+    assert np.median(length[fast]) > 2 * np.median(length[~fast])
 
 
 def test_the_flame_is_blurred_by_equation_17_itself() -> None:

@@ -58,6 +58,38 @@ def advice(path: Path, *overrides: str) -> list[str]:
             "is of the flame's blur; add motion_blur.flame: true, or remove it",
         ),
         (
+            "features: {preset: paper}\nflakes: {class: candle}",
+            "3: flakes.class",
+            "is unknown to features.preset: paper; remove it, and state what it would decide: "
+            "rate, size, colors, sprite",
+        ),
+        (
+            "features: {preset: paper}\nflakes: {lag: 0.2}",
+            "3: flakes.lag",
+            "is part of flakes.own_motion, which is 0; set that, or remove it",
+        ),
+        (
+            "features: {preset: paper}\nbuoyancy: {turbulence: 0.5}",
+            "3: buoyancy.turbulence",
+            "reaches flakes by buoyancy.drag or flakes.own_motion, and both are 0; set one of "
+            "them, or remove it",
+        ),
+        (
+            "flakes: {sparks: 0, bursts: 2}",
+            "2: flakes.bursts",
+            "throw sparks, of which flakes.sparks: 0 leaves none; remove one",
+        ),
+        (
+            "flakes: {sprite: pixel, glow: 1}",
+            "2: flakes.glow",
+            "is of soft flakes, but sprite is pixel; remove one of them",
+        ),
+        (
+            "flakes: none\nwind: {level: 2}",
+            "3: wind",
+            "has no flakes to carry: flakes is none; remove one of them",
+        ),
+        (
             "motion_blur: {samples: 20}",
             "2: motion_blur.samples",
             "is of the flame's blur; add motion_blur.flame: true, or remove it",

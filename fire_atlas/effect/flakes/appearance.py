@@ -33,8 +33,9 @@ EMBER_LIGHT = (1.0, 0.123, 0.014)
 """Linear R, G, B of a glowing ember, a black body of about 1400 K: all embers have this colour, and
 only the shoulder of the film makes the bright ones yellow."""
 
-_FULL_SPEED = 0.9
-"""Speed, heights/s, at which a flake has the last of the colours."""
+_FULL_SPEED, _FULL_SPEED_OF_PAPER = 0.9, 0.3
+"""Speed, heights/s, at which a flake has the last of the colours; with the paper's preset, whose
+fields are slower."""
 
 _BORDER, _BORDER_FRAMES = 0.05, 3.0
 """Flakes fade in a strip along the frame's border. It is the larger of this many heights and the
@@ -74,9 +75,9 @@ graded darker than their red, and would still show all that an ember adds to the
 _PIXEL_SHADES = 3
 """Number of brightness steps of hard flakes."""
 
-_EVEN_LIGHT, _EVEN_HELD = 1.35, 0.225
+_EVEN_LIGHT, _EVEN_HELD = 5.0, 0.225
 """Light of all flakes where none is brighter than another, and the fraction of its life from which
-each dies: the medians of those that differ."""
+each dies: about the means of those that differ."""
 
 _PIXEL_LIGHT = 11.0
 """Light of all hard flakes: that of bright ones, because so few shades cannot show dim ones."""
@@ -332,7 +333,8 @@ def _table(
         halo = size if look.pixel or look.texture is not None else size * HALO_WIDTH
         half_length = (size * (stretch - 1) + halo) / 2
         light = light * _border_fade(state, half_length, travel, height, width)
-    colour = colour_by_speed(state.smoothed_speed, height, look.colours) * embers.light.take(ids)
+    full = (_FULL_SPEED_OF_PAPER if look.is_even else _FULL_SPEED) * height
+    colour = colour_by_speed(state.smoothed_speed / full, look.colours) * embers.light.take(ids)
     # Each column is contiguous in memory, because tables are read by column.
     return np.stack([
         ids, state.x, state.y, state.vx, state.vy, size, stretch,
@@ -377,11 +379,10 @@ def _border_fade(
     return smooth_step(np.asarray(gap / strip, np.float64))
 
 
-def colour_by_speed(
-    speed: NDArray[np.float64], height: int, stops: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Colour (3, flakes), linear light, of flakes at ``speed`` px/s in frames of ``height`` px."""
-    at = np.clip(speed / (_FULL_SPEED * height), 0, 1) * (len(stops) - 1)
+def colour_by_speed(speed: NDArray[np.float64], stops: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Colour (3, flakes), linear light, of flakes by their ``speed``, 1 for the last of the
+    ``stops``."""
+    at = np.clip(speed, 0, 1) * (len(stops) - 1)
     known = np.arange(len(stops))
     return np.stack([np.interp(at, known, stops[:, c]) for c in range(3)])
 
