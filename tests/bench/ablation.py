@@ -698,10 +698,10 @@ SECTIONS = (
         _draw_whole,
         "Two frames of the campfire and two of the cartoon, with the preset and by default.",
         "with the preset more flakes are alive, nearly equal in light, and the redder the slower "
-        "they are. In the campfire they leave the flame at its sides, at an eighth of the speed of the flow; in the "
-        "cartoon they are more than twice as fast as the flow and hardly follow it. By default "
-        "flakes rise two to four times as far and follow the flow, in the cartoon at more than "
-        "twice its speed as well.",
+        "they are. In the campfire they leave the flame at its sides, at a ninth of the speed of "
+        "the flow; in the cartoon they are more than twice as fast as the flow and hardly follow "
+        "it. By default flakes rise two to four times as far and follow the flow, in the cartoon "
+        "at more than twice its speed as well.",
         lambda t: (
             t.of(SIDEWAYS)[0] < 0 < 60 < min(t.of(UPWARDS)[1], t.of(UPWARDS)[3])
             and t.of(OF_FLOW)[0] < 15

@@ -672,7 +672,7 @@ PROMISES = (
     ),
     Promise("flakes.intensity", "Multiplier of the flakes' light", FLAKE_LIGHT, 0.3, 3.0),
     Promise("flakes.edge", "``fade`` out near its border", AT_BORDER, "fade", "crop", needs=MANY),
-    Promise("flakes.glow", "Light of a wide, soft glow around each flake", LIT, 0.0, 1.0),
+    Promise("flakes.glow", "Light of a wide, soft glow around each soft flake", LIT, 0.0, 1.0),
     Promise("flakes.sprite", "``pixel``: hard squares of whole pixels", HARD, "soft", "pixel"),
     Promise(
         "flakes.tint", "``none``: as painted", BLUE, "heat", "none", texture=True,

@@ -157,7 +157,19 @@ def _without_idle_keys(keys: dict[str, Any]) -> dict[str, Any]:
     if blur != "none" and not blur.get("flame", is_paper):
         blur = {key: blur[key] for key in blur if key not in ("exaggeration", "samples")}
     wind = {} if is_free else keys["wind"]
-    return {**keys, "buoyancy": buoyancy, "motion_blur": blur, "wind": wind}
+    flakes, idle = dict(keys["flakes"]), set[str]()
+    if is_paper:
+        idle.add("class")
+    if flakes.get("own_motion", 0.0 if is_paper else 1.0) == 0:
+        idle.add("lag")
+        if is_free:
+            buoyancy.pop("turbulence", None)
+    if flakes.get("sparks") == 0:
+        idle.add("bursts")
+    if flakes.get("sprite") == "pixel":
+        idle |= {"glow", "stretch"}
+    flakes = {key: value for key, value in flakes.items() if key not in idle}
+    return {**keys, "buoyancy": buoyancy, "flakes": flakes, "motion_blur": blur, "wind": wind}
 
 
 RECIPES = st.fixed_dictionaries(
