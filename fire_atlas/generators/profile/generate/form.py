@@ -13,57 +13,85 @@ from numpy.typing import NDArray
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Form
 from fire_atlas.core.pixels import as_plane
+from fire_atlas.generators.profile.generate.axis import BentAxis
 
 _LEAST = 1e-6
 """Least size of the column that is divided by, flame heights."""
 
 
 @dataclass(frozen=True, slots=True)
-class ColumnSide:
-    """One side of the column, by the rows of the frame.
+class Column:
+    """The round column in which a fire burns, at the nodes of its axis, flame heights.
 
     Attributes:
-        half: (rows,) half its width, flame heights.
-        middle: (rows,) its middle, flame heights to the right of the axis.
+        half: (n,) half its width, as the camera sees it.
+        middle: (n,) distance of its middle to the right of the axis.
+        depth: (n,) half its depth.
+        taper: (n,) its size, in that of its foot.
     """
 
     half: NDArray[np.float64]
     middle: NDArray[np.float64]
+    depth: NDArray[np.float64]
+    taper: NDArray[np.float64]
 
 
 def column_form(
-    seen: ColumnSide, deep: ColumnSide, taper: NDArray[np.float64], camera: Camera
+    column: Column,
+    axis: BentAxis,
+    heights: NDArray[np.float64],
+    aside: NDArray[np.float64],
+    camera: Camera,
 ) -> Form:
     """Return the form of a column.
 
-    ``seen`` is what the camera sees of it, ``deep`` what one sees from the right, ``taper`` (rows,)
-    its size, in that of its foot. The camera's unit of length is the flame height.
+    Args:
+        column: The column.
+        axis: The axis of the fire.
+        heights, aside: (rows, columns) of the frame: height along the axis, and distance to the
+            right of it, of each pixel.
+        camera: The camera; its unit of length is the flame height.
     """
-    right = (np.arange(camera.width) + 0.5 - camera.origin[0]) / camera.scale
-    half, depth = (np.maximum(side.half, _LEAST)[:, None] for side in (seen, deep))
-    across = (right - seen.middle[:, None]) / half
-    size = taper[:, None]
+    step = float(axis.heights[1] - axis.heights[0])
+
+    def at(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return values (n,) of the nodes at each pixel, and how they change along the axis."""
+        return axis.at(values, heights), axis.at(np.gradient(values, step), heights)
+
+    half, half_slope = at(np.maximum(column.half, _LEAST))
+    depth, depth_slope = at(np.maximum(column.depth, _LEAST))
+    middle, middle_slope = at(column.middle)
+    away, away_slope = at(axis.away)
+    size, size_slope = at(column.taper)
+    across = (aside - middle) / half
+    across_slope = -(middle_slope + across * half_slope) / half
     # What seems to burn beside the column burns at its edge.
     front = np.sqrt(np.clip(size * size - across * across, 0, None))
-    towards = front * depth - deep.middle[:, None]
+    towards = front * depth - away
     across = np.clip(across, -size, size)
     # The ellipse is across² + front² = taper²; its gradient is the normal.
-    step = 1 / camera.scale / math.cos(camera.elevation)
-    shift = _fall(deep.middle[:, None], step) - front * _fall(depth, step)
-    down = across * _fall(across, step) + front * shift / depth - size * _fall(size, step)
-    normal = np.stack([across / half, down, front / depth], axis=-1)
-    return _tilted(towards * camera.scale, normal, camera)
+    front_slope = (away_slope - front * depth_slope) / depth
+    along = across * across_slope + front * front_slope - size * size_slope
+    turn, _ = at(axis.turn)
+    cos, sin = np.cos(turn), np.sin(turn)
+    right, up = across / half * cos + along * sin, along * cos - across / half * sin
+    normal = np.stack([right, -up, front / depth], axis=-1)
+    rows = (camera.origin[1] - (np.arange(camera.height) + 0.5))[:, None] / camera.scale
+    level = (rows - axis.at(axis.away, heights) * math.sin(camera.elevation)) / math.cos(
+        camera.elevation
+    )
+    return _tilted(towards * camera.scale, level * camera.scale, normal, camera)
 
 
-def _fall(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-    """Return how values (rows, ...) change per flame height down; rows are a ``step`` apart."""
-    return np.asarray(np.gradient(values, step, axis=0))
-
-
-def _tilted(depth: NDArray[np.float64], normal: NDArray[np.float64], camera: Camera) -> Form:
-    """Return depths and normals of a level view as a camera sees them that looks down."""
+def _tilted(
+    depth: NDArray[np.float64],
+    up: NDArray[np.float64],
+    normal: NDArray[np.float64],
+    camera: Camera,
+) -> Form:
+    """Return depths and normals of a level view as a camera sees them that looks down; ``up`` is
+    how far above the ground each pixel is, px."""
     cos, sin = math.cos(camera.elevation), math.sin(camera.elevation)
-    up = (camera.origin[1] - (np.arange(camera.height) + 0.5))[:, None] / cos
     right, down, towards = np.moveaxis(normal, -1, 0)
     seen = np.stack([right, down * cos + towards * sin, towards * cos - down * sin], axis=-1)
     seen[..., 2] = np.maximum(seen[..., 2], 0)

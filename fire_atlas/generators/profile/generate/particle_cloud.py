@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Pixels, as_plane
+from fire_atlas.generators.profile.generate.axis import BentAxis
 from fire_atlas.generators.profile.generate.colouring import TableColours, sample_cells
 from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
 from fire_atlas.generators.profile.generate.particles import half_width, height_after, rise_time
@@ -119,8 +120,9 @@ class ParticleCloud:
         places = skeleton.paths(across * (1 - _INSET * _BILLBOARD), share, self.taper)
         return places, share, across, particles.size[alive]
 
-    def picture(self, skeleton: Skeleton, time: float) -> Pixels:
-        """Draw the particles at a ``time`` in frames: (height, width, 4)."""
+    def picture(self, skeleton: Skeleton, axis: BentAxis, time: float) -> Pixels:
+        """Draw the particles at a ``time`` in frames, along the ``axis`` of the fire: (height,
+        width, 4)."""
         camera, foot = self.camera, skeleton.foot[1]
         places, share, across, size = self.places(skeleton, time)
         # Soft billboards are drawn smaller, and enlarged.
@@ -128,8 +130,9 @@ class ParticleCloud:
         scale = camera.scale / factor
         height, width = -(-camera.height // factor), -(-camera.width // factor)
         sigma = np.maximum(_BILLBOARD * foot * size * scale, _SMALLEST)
-        x = camera.origin[0] / factor + places[:, 0] * scale
-        y = camera.origin[1] / factor - places[:, 1] * scale * math.cos(camera.elevation)
+        to_right, up = axis.placed(places[:, 1], places[:, 0])
+        x = camera.origin[0] / factor + to_right * scale
+        y = camera.origin[1] / factor - up * scale
         weight = smooth_step(share / _BEGIN) * smooth_step((_END - share) / (_END - _FADING))
         colours, cover = self._colours(places, across * _BILLBOARD * foot, _BILLBOARD * foot)
         down = _gaussians(np.arange(height) + 0.5, y, sigma) * as_plane(weight)[:, None]

@@ -15,9 +15,10 @@ from scipy.special import ndtr
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Form, Values
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
+from fire_atlas.generators.profile.generate.axis import BentAxis
 from fire_atlas.generators.profile.generate.blend_masks import MASK_CELL, BlendMask, blend_masks
 from fire_atlas.generators.profile.generate.colouring import TableColours
-from fire_atlas.generators.profile.generate.form import ColumnSide, column_form
+from fire_atlas.generators.profile.generate.form import Column, column_form
 from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
 from fire_atlas.generators.profile.generate.particle_cloud import (
     ParticleCloud,
@@ -26,9 +27,9 @@ from fire_atlas.generators.profile.generate.particle_cloud import (
 )
 from fire_atlas.generators.profile.generate.particles import half_width
 from fire_atlas.generators.profile.generate.shading import ShadeTable, shade_table, taper_of
-from fire_atlas.generators.profile.generate.skeleton import Displacement, lean_curve, skeletons
+from fire_atlas.generators.profile.generate.skeleton import Displacement, skeletons
 from fire_atlas.generators.profile.generate.wind import LEAN_PER_LEVEL
-from fire_atlas.generators.profile.model import FLOW_CELL, SCORE_UNIT, interpolated
+from fire_atlas.generators.profile.model import FLOW_CELL, SCORE_UNIT, Profile, interpolated
 from fire_atlas.vision.warp import sample_at
 
 _MAX_ELEVATION = 80.0
@@ -45,19 +46,14 @@ class FramePose:
     Attributes:
         offset: (NODES,) distance of its middle to the right of the axis, flame heights.
         width_ratio: (NODES,) width divided by its mean.
-        lean: Lean to the right of the camera, caused by the wind, radians.
+        axis: Its axis, bent by the wind.
         moved: How its points were moved from where the clip has them; None if they were not.
     """
 
     offset: NDArray[np.float64]
     width_ratio: NDArray[np.float64]
-    lean: float
+    axis: BentAxis
     moved: Displacement | None
-
-    def middle(self, heights: NDArray[np.floating]) -> NDArray[np.float64]:
-        """Return the offset of the fire's middle from its axis at ``heights``, in flame heights."""
-        bent = math.sin(self.lean) * lean_curve(heights)
-        return np.asarray(interpolated(self.offset, heights) + bent)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +95,7 @@ class ProfileRendering:
             return self._detailed(index)
         time = float(self.fire.frame_times[index])
         skeleton = skeletons(self.fire.planes, time, self.camera.azimuth).moved
-        particles = self.cloud.picture(skeleton, time)
+        particles = self.cloud.picture(skeleton, self.pose(index).axis, time)
         if share == 0:
             return particles
         return as_plane(self._detailed(index) * share + particles * (1 - share))
@@ -130,24 +126,31 @@ class ProfileRendering:
 
     def motion(self, index: int) -> NDArray[np.float32]:
         """Velocity of the fire in frame ``index``: (height, width, 2) px/s, x right, y down. It is
-        the sum of the clip's own motion, carried by the particles, and of the sway."""
+        the sum of the clip's own motion, carried by the particles, and of the sway and the lean."""
         grid, settings, pose = self.fire.profile.grid, self.fire.settings, self.pose(index)
-        moves = self._grid_flow(self._masks(index)) * np.float32(self.fire.time_rate(index))
+        heights, across = self._straightened(pose, 1)
         columns, rows = self._grid_places(pose, 1)
+        moves = self._grid_flow(self._masks(index)) * np.float32(self.fire.time_rate(index))
         seen = sample_at(moves, (columns + 0.5) / FLOW_CELL - 0.5, (rows + 0.5) / FLOW_CELL - 0.5)
-        per_cell = self.camera.scale * np.array([
-            self.half_width / grid.cells_per_half, 1 / grid.cells_per_height
-        ])  # fmt: skip
-        flow = seen * per_cell.astype(np.float32)
-        # Gas that rises along a bent middle line also moves sideways.
-        middle = self._middle(pose)
-        flow[..., 0] += flow[..., 1] * np.gradient(middle).astype(np.float32)[:, None]
+        aside = seen[..., 0] * (self.half_width / grid.cells_per_half)
+        rise = seen[..., 1] / -grid.cells_per_height
+        # Gas that rises along a middle that is not straight also moves sideways.
+        middle = self._outline(pose)[2]
+        aside = aside + rise * pose.axis.at(np.gradient(middle, pose.axis.heights), heights)
+        along = rise * pose.axis.at(pose.axis.speed, heights)
+        turn = pose.axis.at(pose.axis.turn, heights)
+        flow = np.stack([
+            aside * np.cos(turn) + along * np.sin(turn),
+            aside * np.sin(turn) - along * np.cos(turn),
+        ], axis=-1)  # fmt: skip
         following = index + 1 if settings.loop or index + 1 < settings.frames else index - 1
         if settings.frames > 1:
             later = self.pose(following % settings.frames)
-            sway = (self._middle(later) - middle) * settings.fps
-            flow[..., 0] += (sway if following > index else -sway)[:, None].astype(np.float32)
-        return as_plane(flow)
+            shift = across + later.axis.at(self._outline(later)[2] - middle, heights)
+            before, after = pose.axis.placed(heights, across), later.axis.placed(heights, shift)
+            sway = np.stack([after[0] - before[0], before[1] - after[1]], axis=-1) * settings.fps
+            flow += sway if following > index else -sway
+        return as_plane(flow * self.camera.scale)
 
     @property
     def front(self) -> Camera:
@@ -166,14 +169,16 @@ class ProfileRendering:
         camera = self.camera
         side = self.seen_by(replace(camera, azimuth=camera.azimuth + math.pi / 2))
         pose, behind = self.pose(index), side.pose(index)
-        up = (camera.origin[1] - y) / camera.scale
-        heights, half, middle = self._outline(pose, up / math.cos(pose.lean))
-        across = ((x - camera.origin[0]) / camera.scale - middle) / half
-        heights, half, middle = side._outline(behind, up / math.cos(behind.lean))
-        taper = self.taper(np.clip(heights, 0, 1))
+        right, up = (x - camera.origin[0]) / camera.scale, (camera.origin[1] - y) / camera.scale
+        shown, across = pose.axis.straightened(right, up)
+        at = pose.axis.at
+        _, half, middle = self._outline(pose)
+        across = (across - at(middle, shown)) / at(half, shown)
+        heights, deep, _ = side._outline(behind)
+        taper = at(np.asarray(self.taper(np.clip(heights, 0, 1)), np.float64), shown)
         # What seems to burn beside the column burns at its edge.
-        depth = half * np.sqrt(np.clip(taper * taper - across * across, 0, None))
-        return np.asarray(((2 * share - 1) * depth - middle) * camera.scale)
+        depth = at(deep, shown) * np.sqrt(np.clip(taper * taper - across * across, 0, None))
+        return np.asarray(((2 * share - 1) * depth - at(pose.axis.away, shown)) * camera.scale)
 
     def hidden(self, index: int, x: Values, y: Values, z: Values) -> NDArray[np.bool_]:
         """Return which places are behind something opaque: none."""
@@ -183,15 +188,12 @@ class ProfileRendering:
         """Return the form of the fire in frame ``index``: the column of ``fire_depth``."""
         camera = self.camera
         side = self.seen_by(replace(camera, azimuth=camera.azimuth + math.pi / 2))
-        up = camera.origin[1] - (np.arange(camera.height, dtype=np.float64) + 0.5)
-        rows = up / (camera.scale * math.cos(camera.elevation))
-        sides, heights = list[ColumnSide](), np.asarray(rows, np.float64)
-        for view in (side, self):
-            pose = view.pose(index)
-            heights, half, middle = view._outline(pose, rows / math.cos(pose.lean))
-            sides.append(ColumnSide(half, middle))
+        pose, behind = self.pose(index), side.pose(index)
+        heights, half, middle = self._outline(pose)
+        _, deep, _ = side._outline(behind)
         taper = np.asarray(self.taper(np.clip(heights, 0, 1)), np.float64)
-        return column_form(sides[1], sides[0], np.maximum(taper, 0), camera)
+        column = Column(half, middle, deep, np.maximum(taper, 0))
+        return column_form(column, pose.axis, *self._straightened(pose, 1), camera)
 
     def smoke(self, index: int) -> Plane:
         """Return the share of light (height, width) that smoke keeps back: none."""
@@ -200,16 +202,28 @@ class ProfileRendering:
     def pose(self, index: int) -> FramePose:
         """Return the pose of the fire in frame ``index``."""
         planes, time = self.fire.planes, float(self.fire.frame_times[index])
-        (right, middle, width), (away, behind, depth) = (plane.sway(time) for plane in planes)
+        (right, middle, width), (away_sway, behind, depth) = (plane.sway(time) for plane in planes)
         cos, sin = math.cos(self.camera.azimuth), math.sin(self.camera.azimuth)
         # Means seen from in between are averaged, sways add up.
         mean = middle * cos * abs(cos) + behind * sin * abs(sin)
         ratio = np.exp(width * cos * cos + depth * sin * sin)
-        bend, bend_away = (plane.playback.bend_at(time) for plane in planes)
-        lean = math.radians(bend * cos + bend_away * sin)
+        bend, away = (math.radians(plane.playback.bend_at(time)) for plane in planes)
+        # To the right of this camera, and away from it.
+        lean = bend * cos + away * sin, away * cos - bend * sin
         seen = skeletons(planes, time, self.camera.azimuth)
         moved = None if (seen.moved.points == seen.learnt.points).all() else seen
-        return FramePose(mean + right * cos + away * sin, ratio, lean, moved)
+        aside = behind * cos * abs(cos) - middle * sin * abs(sin) + away_sway * cos - right * sin
+        axis = BentAxis.of(
+            lean, self.camera.elevation, _span(self.fire.profile), self._widest,
+            lambda heights: interpolated(aside, heights),
+        )  # fmt: skip
+        return FramePose(mean + right * cos + away_sway * sin, ratio, axis, moved)
+
+    @property
+    def _widest(self) -> float:
+        """Half the width within which the fire burns, flame heights."""
+        grid = self.fire.profile.grid
+        return grid.half_columns / grid.cells_per_half * self.half_width
 
     def _masks(self, index: int) -> list[BlendMask]:
         time = float(self.fire.frame_times[index])
@@ -268,16 +282,12 @@ class ProfileRendering:
         """Return the grid's column and row at each pixel: two arrays of the size of the frame times
         ``oversampling``."""
         grid, camera = self.fire.profile.grid, self.camera
-        (x, y), flame = camera.origin, camera.scale
-        right = (np.arange(camera.width * oversampling) + 0.5) / oversampling - x
-        up = y - (np.arange(camera.height * oversampling) + 0.5) / oversampling
-        heights = up / (flame * math.cos(pose.lean) * math.cos(camera.elevation))
-        shown = heights
-        heights, half, middle = self._outline(pose, shown)
-        across = (right / flame - middle[:, None]) / half[:, None]
-        height = np.broadcast_to(heights[:, None], across.shape)
+        shown, aside = self._straightened(pose, oversampling)
+        heights, half, middle = self._outline(pose)
+        across = (aside - pose.axis.at(middle, shown)) / pose.axis.at(half, shown)
+        height = pose.axis.at(heights, shown)
         if pose.moved is not None:
-            height = height - pose.moved.raised(right / flame, shown)
+            height = height - pose.moved.raised(aside, shown)
         if camera.elevation:
             # From above, the near side of a round foot is lower in the frame than its axis.
             foot = np.sqrt(np.clip(1 - across * across, 0, 1)) * np.clip(1 - height, 0, 1)
@@ -286,24 +296,25 @@ class ProfileRendering:
         rows = grid.rows_above - height * grid.cells_per_height - 0.5
         return columns.astype(np.float32), rows.astype(np.float32)
 
-    def _outline(
-        self, pose: FramePose, shown: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Return heights in the clip, half the foot's width and the fire's middle, (n,) each, flame
-        heights, at heights ``shown`` (n,) in the fire."""
+    def _straightened(self, pose: FramePose, oversampling: int) -> tuple[Values, Values]:
+        """Return the height along the fire's axis and the distance to the right of it, flame
+        heights, of each pixel: two arrays of the size of the frame times ``oversampling``."""
+        camera = self.camera
+        (x, y), scale = camera.origin, camera.scale
+        right = ((np.arange(camera.width * oversampling) + 0.5) / oversampling - x) / scale
+        up = (y - (np.arange(camera.height * oversampling) + 0.5) / oversampling) / scale
+        return pose.axis.straightened_frame(right, up)
+
+    def _outline(self, pose: FramePose) -> tuple[Values, Values, Values]:
+        """Return heights in the clip, half the foot's width and the distance of the fire's middle
+        from its axis, flame heights, at the nodes (n,) of the fire's axis."""
+        shown = pose.axis.heights
         heights = shown if pose.moved is None else pose.moved.heights(shown)
         half = interpolated(pose.width_ratio, heights) * self.half_width
-        middle = pose.middle(heights)
+        middle = interpolated(pose.offset, heights)
         if pose.moved is not None:
             half, middle = half * pose.moved.width(shown), middle + pose.moved.middle(shown)
         return heights, half, middle
-
-    def _middle(self, pose: FramePose) -> NDArray[np.float64]:
-        """Return the (height,) distance of the fire's middle from its axis in each row, px."""
-        camera = self.camera
-        up = camera.origin[1] - (np.arange(camera.height) + 0.5)
-        heights = up / (camera.scale * math.cos(pose.lean) * math.cos(camera.elevation))
-        return np.asarray(pose.middle(heights) * camera.scale)
 
 
 def renderings(
@@ -343,13 +354,15 @@ def _front_camera(
     sway = max(float(np.abs(side.pose.offset).max()) for side in profile.sides)
     sway *= max(float(plane.sway_gain.max()) for plane in fire.planes)
     widest = max(float(side.pose.width_ratio.max()) for side in profile.sides)
-    lean = math.radians(_largest_lean(fire))
-    top = grid.rows_above / grid.cells_per_height
-    aside = grid.half_columns / grid.cells_per_half * half * widest + sway
-    aside += math.sin(lean) * float(lean_curve(np.array(top)))
+    lean, span = math.radians(_largest_lean(fire)), _span(profile)
+    # Seen from all sides, the fire leans to the right, away and towards the camera.
+    axes = [
+        BentAxis.of(each, tilt, span, half) for each in ((lean, 0.0), (0.0, lean), (0.0, -lean))
+    ]
+    aside = grid.half_columns / grid.cells_per_half * half * widest + sway + axes[0].right.max()
     depth = half * abs(math.sin(tilt))
-    above = top * math.cos(tilt) + depth
-    below = grid.rows_below / grid.cells_per_height + depth
+    above = max(float(axis.up.max()) for axis in axes) + depth
+    below = max(float(-axis.up.min()) for axis in axes) + depth
     if fire.detail < 1:
         above += billboard_reach(half)
         below += billboard_reach(half)
@@ -362,6 +375,12 @@ def _front_camera(
     rows = height or math.ceil(above * scale) + _MARGIN + ground
     columns = 2 * (math.ceil(aside * scale) + _MARGIN)
     return Camera(0.0, tilt, columns, rows, (columns / 2, float(rows - ground)), scale)
+
+
+def _span(profile: Profile) -> tuple[float, float]:
+    """Return the heights between which the fire's detail is stored."""
+    grid = profile.grid
+    return -grid.rows_below / grid.cells_per_height, grid.rows_above / grid.cells_per_height
 
 
 def _largest_lean(fire: GeneratedFire) -> float:

@@ -2,7 +2,7 @@
 (the path builder of Lee et al., III-C, Figure 11)."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ _MIN_SPAN = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Skeleton:
-    """The six feature points of a fire in one frame, seen by one camera.
+    """The six feature points of a fire in one frame, seen by one camera, before the wind bends it.
 
     Attributes:
         points: (6, 2) distance to the right of the axis and height above the base, flame heights,
@@ -60,14 +60,6 @@ class Skeleton:
         # Points in one column would give no curve.
         apart = np.maximum(np.diff(x), _MIN_SPAN)
         return CubicSpline(x[0] + np.append(0.0, np.cumsum(apart)), height, bc_type="natural")
-
-    def leaning(self, angle: float) -> "Skeleton":
-        """Return the skeleton with its top rotated about its bottom, to the right, by radians."""
-        x, up = self.top - self.bottom
-        cos, sin = math.cos(angle), math.sin(angle)
-        rotated = self.points.copy()
-        rotated[_TOP] = self.bottom + np.array([x * cos + up * sin, up * cos - x * sin])
-        return replace(self, points=rotated)
 
     def paths(
         self, across: NDArray[np.float64], share: NDArray[np.float64], taper: NDArray[np.float64]
@@ -134,12 +126,12 @@ class Displacement:
         return np.asarray(1 + (self.moved.foot[1] / self.learnt.foot[1] - 1) * _at_foot(heights))
 
     def raised(self, x: NDArray[np.float64], heights: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how far the fire is raised (rows, columns), at ``heights`` (rows,) and at places
-        ``x`` (columns,) to the right of the axis."""
+        """Return how far the fire is raised at ``heights`` and at places ``x`` to the right of the
+        axis, all of one shape."""
         curves = [each.emitting_curve() for each in (self.moved, self.learnt)]
         moved, learnt = (curve(np.clip(x, curve.x[0], curve.x[-1])) for curve in curves)
         bottom = self.moved.bottom[1] - self.learnt.bottom[1]
-        return np.asarray(np.outer(_at_foot(heights), moved - learnt - bottom))
+        return np.asarray(_at_foot(heights) * (moved - learnt - bottom))
 
 
 def _at_foot(heights: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -148,7 +140,8 @@ def _at_foot(heights: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def skeletons(planes: tuple[PlaneOfFire, PlaneOfFire], time: float, azimuth: float) -> Displacement:
-    """Return the six points at a ``time`` in frames, seen from ``azimuth`` in radians."""
+    """Return the six points at a ``time`` in frames, seen from ``azimuth`` in radians, as the fire
+    would stand if nothing bent it."""
     cos, sin = math.cos(azimuth), math.sin(azimuth)
     learnt, moved = np.zeros((2, 6, 2))
     for plane, component in zip(planes, (cos, sin), strict=True):
@@ -157,9 +150,7 @@ def skeletons(planes: tuple[PlaneOfFire, PlaneOfFire], time: float, azimuth: flo
                 weight, mirrored = share * component**2, moment.mirrored != (component < 0)
                 learnt += weight * _seen(plane, plane.side.learnt_points[frame], mirrored)
                 moved += weight * _seen(plane, plane.side.points[frame], mirrored)
-    bends = [plane.playback.bend_at(time) for plane in planes]
-    lean = math.radians(bends[0] * cos + bends[1] * sin)
-    return Displacement(Skeleton(learnt).leaning(lean), Skeleton(moved).leaning(lean))
+    return Displacement(Skeleton(learnt), Skeleton(moved))
 
 
 def _seen(plane: PlaneOfFire, points: FeaturePoints, mirrored: bool) -> NDArray[np.float64]:
