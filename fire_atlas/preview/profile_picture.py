@@ -110,7 +110,7 @@ def _panel(title: str) -> tuple[Image.Image, ImageDraw.ImageDraw]:
 
 def _table(profile: Profile) -> Image.Image:
     image, draw = _panel("colour table")
-    table, top = profile.colours, 26
+    table, top = profile.front.colours, 26
     size = (_PANEL - top - 8) / len(table.colours)
     for row, colours in enumerate(table.colours):
         for column, colour in enumerate(colours):

@@ -50,7 +50,7 @@ class WindKeyframe(Settings):
 
 
 class Gusts(Settings):
-    """Wind that rises and falls periodically."""
+    """Wind that rises and falls periodically, up to level 5."""
 
     mean: Level = 1.0
     """Mean strength, 0-5."""
@@ -59,6 +59,15 @@ class Gusts(Settings):
     is calm for a while between gusts."""
     period: float = Field(default=2.0, ge=0.1, le=600)
     """Time from gust to gust, s."""
+
+    @model_validator(mode="after")
+    def _within_levels(self) -> Self:
+        if self.mean + self.strength > MAX_LEVEL:
+            raise ValueError(
+                f"blow up to level {self.mean + self.strength:g}, mean and strength together; the "
+                f"highest is {MAX_LEVEL:g}"
+            )
+        return self
 
 
 class Wind(Settings):

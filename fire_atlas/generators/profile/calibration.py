@@ -40,7 +40,9 @@ smaller with slower time, and because time must run faster elsewhere to make up 
 def measure_steps(fire: GeneratedFire, workers: Workers) -> NDArray[np.float64]:
     """Return the difference of each frame of ``fire`` from the next, drawn from the front in the
     clip's own colours and at its scale; in a loop, also of the last from the first."""
-    fire = replace(fire, profile=replace(fire.profile, colours=fire.profile.learnt_colours))
+    front = fire.profile.front
+    front = replace(front, colours=front.learnt_colours)
+    fire = replace(fire, profile=replace(fire.profile, front=front))
     [rendering] = renderings(fire, [0.0], 0.0, None)
     steps = []
     first: Pixels | None = None

@@ -1,7 +1,8 @@
 """Write and read profile files: JSON that holds everything learnt from a clip of fire.
 
-Values that people read or edit come first: the colour table (edited ``colours`` recolour the
-generated fire), statistics, feature points, leaning sets. The detail follows as base64 grey PNGs.
+Of each side, values that people read or edit come first: the colour table (edited ``colours``
+recolour the generated fire), statistics, feature points, leaning sets. The detail follows as base64
+grey PNGs.
 """
 
 import base64
@@ -42,7 +43,7 @@ from fire_atlas.generators.profile.model import (
 from fire_atlas.recipe.base import COLOR_PATTERN
 
 _FORMAT: Literal["fire-atlas/profile"] = "fire-atlas/profile"
-_VERSION: Literal[2] = 2
+_VERSION: Literal[3] = 3
 
 _Share = Annotated[float, Field(ge=0, le=1)]
 _Size = Annotated[float, Field(gt=0, le=1e5)]
@@ -108,6 +109,8 @@ class _SideBlock(_Block):
     fps: float = Field(gt=0, le=1000)
     closed: bool
     threshold: float = Field(ge=0, le=255)
+    colours: _ColoursBlock
+    colours_as_learnt: _ColoursBlock
     statistics: _StatisticsBlock
     sets: Annotated[tuple[_SetBlock, ...], Field(min_length=12, max_length=12)]
     points: tuple[_Points, ...]
@@ -116,7 +119,6 @@ class _SideBlock(_Block):
     half: float = Field(gt=0, le=100)
     autocorrelation: _Share
     correlation_length: float = Field(ge=0, le=4096)
-    is_symmetric: bool
     offset: _Curves
     ratio: _Curves
     scores: str
@@ -126,10 +128,8 @@ class _SideBlock(_Block):
 
 class _ProfileBlock(_Block):
     format: Literal["fire-atlas/profile"]
-    version: Literal[2]
+    version: Literal[3]
     tool: str
-    colours: _ColoursBlock
-    colours_as_learnt: _ColoursBlock
     rise: float = Field(ge=0.01, le=100)
     grid: _GridBlock
     sides: Annotated[tuple[_SideBlock, ...], Field(min_length=1, max_length=2)]
@@ -142,8 +142,6 @@ def write_profile(profile: Profile) -> bytes:
         format=_FORMAT,
         version=_VERSION,
         tool=f"fire-atlas {__version__}",
-        colours=_ColoursBlock.of(profile.colours),
-        colours_as_learnt=_ColoursBlock.of(profile.learnt_colours),
         rise=profile.rise_speed,
         grid=_GridBlock(
             up=grid.rows_above, down=grid.rows_below, side=grid.half_columns,
@@ -158,7 +156,7 @@ def read_profile(data: bytes, name: str) -> Profile:
     """Read a profile from the bytes of a file; messages call the file ``name``.
 
     Raises:
-        SourceError: The file is damaged, not a profile, or of a later version.
+        SourceError: The file is damaged, not a profile, or of another version.
     """
     again = "learn it again with: fire-atlas learn CLIP -o NAME.profile.json"
     try:
@@ -173,13 +171,15 @@ def read_profile(data: bytes, name: str) -> Profile:
             f"{name}: is a profile of version {version}, but this fire-atlas reads "
             f"only up to {_VERSION}; update fire-atlas, or {again}"
         )
+    if isinstance(version, int) and version < _VERSION:
+        raise SourceError(
+            f"{name}: is a profile of version {version}, which has the colours of one side alone; "
+            f"{again}"
+        )
     try:
         file = _ProfileBlock.model_validate(values)
         block = file.grid
         grid = DetailGrid(block.up, block.down, block.side, block.per_height, block.per_half)
-        colours, learnt = file.colours.table(), file.colours_as_learnt.table()
-        if colours.colours.shape != learnt.colours.shape:
-            raise ValueError("colours: must have as many cells as colours_as_learnt")
         sides = [_side(side, grid) for side in file.sides]
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
@@ -188,7 +188,7 @@ def read_profile(data: bytes, name: str) -> Profile:
     except ValueError as error:
         raise SourceError(f"{name}: is damaged: {error}; {again}") from None
     side = sides[1] if len(sides) > 1 else None
-    return Profile(grid, file.rise, colours, learnt, sides[0], side)
+    return Profile(grid, file.rise, sides[0], side)
 
 
 def _side_block(side: Side) -> _SideBlock:
@@ -198,6 +198,8 @@ def _side_block(side: Side) -> _SideBlock:
         fps=side.fps,
         closed=side.closed,
         threshold=side.threshold,
+        colours=_ColoursBlock.of(side.colours),
+        colours_as_learnt=_ColoursBlock.of(side.learnt_colours),
         statistics=_StatisticsBlock(
             height=statistics.height,
             width=statistics.width,
@@ -222,7 +224,6 @@ def _side_block(side: Side) -> _SideBlock:
         half=side.half_width,
         autocorrelation=detail.autocorrelation,
         correlation_length=detail.correlation_length,
-        is_symmetric=detail.is_symmetric,
         offset=tuple(map(tuple, side.pose.offset.tolist())),
         ratio=tuple(map(tuple, side.pose.width_ratio.tolist())),
         scores=_packed(detail.scores),
@@ -237,6 +238,9 @@ def _side(block: _SideBlock, grid: DetailGrid) -> Side:
     for name in ("points", "points_as_learnt", "leans", "offset", "ratio"):
         if (items := len(getattr(block, name))) != count:
             raise ValueError(f"{name}: has {items} items for {count} frames")
+    colours, learnt = block.colours.table(), block.colours_as_learnt.table()
+    if colours.colours.shape != learnt.colours.shape:
+        raise ValueError("colours: must have as many cells as colours_as_learnt")
     if not all(0 <= frame < count for each in block.sets for frame in each.frames):
         raise ValueError(f"sets: there are only frames 0 to {count - 1}")
     return Side(
@@ -253,6 +257,8 @@ def _side(block: _SideBlock, grid: DetailGrid) -> Side:
         sets=tuple(
             LeaningSet(s.low, s.high, s.period, s.origin, s.shear, s.frames) for s in block.sets
         ),
+        colours=colours,
+        learnt_colours=learnt,
         half_width=block.half,
         pose=PoseCurves(
             np.clip(np.array(block.offset), -2, 2), np.clip(np.array(block.ratio), 0.5, 2)
@@ -273,7 +279,6 @@ def _detail(block: _SideBlock, grid: DetailGrid) -> DetailModel:
         flow=np.moveaxis((flow - 128) * np.float32(FLOW_UNIT), 1, 3),
         autocorrelation=block.autocorrelation,
         correlation_length=block.correlation_length,
-        is_symmetric=block.is_symmetric,
     )
 
 

@@ -208,7 +208,6 @@ class DetailModel:
             for each square of ``FLOW_CELL`` by ``FLOW_CELL`` cells.
         autocorrelation: Correlation of the scores of one frame with those of the next, 0..1.
         correlation_length: Distance in columns at which scores correlate by less than 0.5.
-        is_symmetric: Whether left and right look alike, so that frames may be mirrored.
     """
 
     scores: Bytes
@@ -216,7 +215,6 @@ class DetailModel:
     flow: NDArray[np.float32]
     autocorrelation: float
     correlation_length: float
-    is_symmetric: bool
 
     @property
     def count(self) -> int:
@@ -277,6 +275,8 @@ class Side:
         leans: Lean of the flame in every frame, degrees to the right, from ``flame_lean``.
         statistics: Statistics of the frames.
         sets: The twelve leaning sets: six states, each in two periods.
+        colours: Colours of generated fire seen from this side; the user may have edited them.
+        learnt_colours: Colours of the clip.
         half_width: Half the width of the foot, flame heights.
         pose: Sway of the flame.
         detail: Look of the flame, its sway removed.
@@ -290,6 +290,8 @@ class Side:
     leans: tuple[float, ...]
     statistics: ClipStatistics
     sets: tuple[LeaningSet, ...]
+    colours: ColourTable
+    learnt_colours: ColourTable
     half_width: float
     pose: PoseCurves
     detail: DetailModel
@@ -309,16 +311,12 @@ class Profile:
     Attributes:
         grid: Grid on which its detail is stored.
         rise_speed: Speed of the gas in the intermittent zone, flame heights per second.
-        colours: Colours of generated fire; the user may have edited them.
-        learnt_colours: Colours of the clip.
         front: Learnt from the first clip.
         side: Learnt from a second clip, filmed at a right angle to the first; or None.
     """
 
     grid: DetailGrid
     rise_speed: float
-    colours: ColourTable
-    learnt_colours: ColourTable
     front: Side
     side: Side | None
 

@@ -49,8 +49,8 @@ def test_two_sides_are_kept() -> None:
 
 def test_people_can_read_it(file: bytes) -> None:
     values = json.loads(file)
-    assert values["format"] == "fire-atlas/profile" and values["version"] == 2
-    assert len(values["colours"]["rows"]) == 5
+    assert values["format"] == "fire-atlas/profile" and values["version"] == 3
+    assert len(values["sides"][0]["colours"]["rows"]) == 5
     assert [len(each) for each in values["sides"][0]["points"]] == [6] * 32
     readable = file.split(b'"scores"')[0]
     assert max(map(len, readable.splitlines())) < 400
@@ -59,8 +59,10 @@ def test_people_can_read_it(file: bytes) -> None:
 def test_an_edited_colour_table_recolours_the_fire(file: bytes) -> None:
     plain = _frame(read_profile(file, "x"))
     values = json.loads(file)
-    rows = values["colours"]["rows"]
-    values["colours"]["rows"] = [[f"#{c[5:7]}{c[3:5]}{c[1:3]}" for c in row] for row in rows]
+    rows = values["sides"][0]["colours"]["rows"]
+    values["sides"][0]["colours"]["rows"] = [
+        [f"#{c[5:7]}{c[3:5]}{c[1:3]}" for c in row] for row in rows
+    ]
     blue = _frame(read_profile(json.dumps(values).encode(), "x"))
     assert (blue[..., 3] == plain[..., 3]).all()
     lit = plain[..., 3] > 0.9
@@ -83,8 +85,11 @@ Change = Callable[[dict[str, Any]], object]
         (lambda v: v["sides"][0]["points"].pop(), "points"),
         (lambda v: v["sides"][0]["offset"][0].pop(), "offset"),
         (lambda v: v["sides"][0]["sets"][0].update(frames=[99]), "sets"),
-        (lambda v: v["colours"]["rows"][0].pop(), "colour table"),
-        (lambda v: v["colours"]["rows"][0].__setitem__(0, "red"), "colours.rows.0.0"),
+        (lambda v: v["sides"][0]["colours"]["rows"][0].pop(), "colour table"),
+        (
+            lambda v: v["sides"][0]["colours"]["rows"][0].__setitem__(0, "red"),
+            "sides.0.colours.rows.0.0",
+        ),
         (lambda v: v.update(rise=float("nan")), "rise"),
         (lambda v: v.update(more=1), "more"),
         (lambda v: v.update(sides=[]), "sides"),
@@ -109,7 +114,8 @@ def test_a_damaged_profile_is_refused_saying_where(file: bytes, change: Change, 
         (b"[" * 100_000, "is damaged or not a fire profile"),
         (b"[]", "is not a fire profile"),
         (b'{"frames": {}}', "is not a fire profile"),
-        (b'{"format": "fire-atlas/profile", "version": 3}', "version 3, but this fire-atlas reads"),
+        (b'{"format": "fire-atlas/profile", "version": 4}', "version 4, but this fire-atlas reads"),
+        (b'{"format": "fire-atlas/profile", "version": 2}', "of version 2, which has the colours"),
     ],
 )
 def test_what_is_no_profile_is_refused(data: bytes, what: str) -> None:

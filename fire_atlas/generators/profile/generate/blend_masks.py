@@ -111,7 +111,7 @@ def _billboards(
     particles, grid, front = fire.particles, fire.profile.grid, fire.profile.front
     alive, age = particles.alive(time)
     life = age / particles.lifetime
-    height = height_after(life * fire.rise_time, fire.profile.rise_speed)
+    height = height_after(age / fire.settings.fps, fire.profile.rise_speed)
     widening = np.maximum(taper(np.minimum(height, 1.4)), 0.2)
     cos, sin = math.cos(azimuth), math.sin(azimuth)
     across = particles.x[alive] * cos + particles.z[alive] * sin

@@ -3,6 +3,8 @@
 A place's colour is that of the cell of the colour table in which it lies, bilinear between cells.
 """
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -97,15 +99,35 @@ class TableColours:
     threshold: float
 
     @classmethod
-    def of(cls, profile: Profile) -> "TableColours":
-        """Read the tables of a profile."""
-        weight = profile.learnt_colours.coverage
-        ratio = profile.colours.coverage / np.maximum(weight, _LEAST)
-        gain = np.where(profile.colours.coverage == weight, 1, ratio).astype(np.float32)
-        learnt = current = ColourField.of(profile.learnt_colours, weight)
-        if profile.colours is not profile.learnt_colours:
-            current = ColourField.of(profile.colours, weight)
-        return cls(current, learnt, weight, gain, profile.front.threshold)
+    def of(cls, profile: Profile, azimuth: float = 0.0) -> "TableColours":
+        """Read the tables of a profile, as a camera at ``azimuth``, radians, sees them.
+
+        Those of the front and the side are mixed as their shades are; from behind they are
+        mirrored.
+        """
+        cos, sin = math.cos(azimuth), math.sin(azimuth)
+        shares, fields = list[float](), list[tuple[_Array, ...]]()
+        for side, part in ((profile.sides[0], cos), (profile.sides[-1], sin)):
+            weight = side.learnt_colours.coverage
+            ratio = side.colours.coverage / np.maximum(weight, _LEAST)
+            gain = np.where(side.colours.coverage == weight, 1, ratio).astype(np.float32)
+            learnt = current = ColourField.of(side.learnt_colours, weight).cells
+            if side.colours is not side.learnt_colours:
+                current = ColourField.of(side.colours, weight).cells
+            turned = -1 if part < 0 else 1
+            seen = (each[:, ::turned].copy() for each in (current, learnt, weight, gain))
+            shares.append(part * part)
+            fields.append(tuple(seen))
+        current, learnt, coverage, gain = (
+            _mixed(shares, cells) for cells in zip(*fields, strict=True)
+        )
+        thresholds = profile.sides[0].threshold, profile.sides[-1].threshold
+        threshold = sum(share * each for share, each in zip(shares, thresholds, strict=True))
+        is_edited = any(side.colours is not side.learnt_colours for side in profile.sides)
+        as_learnt = ColourField(learnt)
+        return cls(
+            ColourField(current) if is_edited else as_learnt, as_learnt, coverage, gain, threshold
+        )
 
     def applied(self, pixels: Pixels, bright: _Array) -> Pixels:
         """Return a drawn flame (H, W, 4) in the colours of the table.
@@ -135,6 +157,13 @@ class TableColours:
         gain = sample_cells(self.coverage_gain, x, y)[..., None]
         coverage = np.clip(alpha * gain, 0, 1)
         return np.concatenate([np.clip(colours * gain, 0, coverage), coverage], axis=-1)
+
+
+def _mixed(shares: Sequence[float], cells: Sequence[_Array]) -> _Array:
+    """Return the tables (n, n, ...) of the two sides, mixed; one of them where it alone is seen."""
+    if cells[0].shape != cells[1].shape or min(shares) < 1e-9:
+        return cells[int(shares[1] > shares[0])]
+    return np.asarray(cells[0] * shares[0] + cells[1] * shares[1], np.float32)
 
 
 def _box_places(flame: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

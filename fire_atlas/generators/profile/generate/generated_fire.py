@@ -1,6 +1,5 @@
 """A generated fire in space and time, independent of any camera."""
 
-import itertools
 import math
 from dataclasses import dataclass, replace
 
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
-from fire_atlas.core.pixels import Plane, as_plane
+from fire_atlas.core.pixels import REC709, Plane, as_plane
 from fire_atlas.generators.profile.generate.particles import (
     Particles,
     peripheral_curve,
@@ -29,11 +28,14 @@ from fire_atlas.generators.profile.generate.playback import (
 )
 from fire_atlas.generators.profile.generate.state_machine import SelectedStates
 from fire_atlas.generators.profile.generate.wind import WindResponse
-from fire_atlas.generators.profile.model import SCORE_UNIT, DetailModel, Profile, Side
+from fire_atlas.generators.profile.model import (
+    SCORE_UNIT,
+    DetailModel,
+    Profile,
+    Side,
+    decoded_shades,
+)
 from fire_atlas.generators.settings import GenerationSettings
-
-_MIN_LIFETIME, _MAX_LIFETIME = 0.4, 1.6
-"""Limits on the lifetime of a particle, seconds."""
 
 _TRACK_WIDTH = 1.5
 """Width within which slices show the same moment, in correlation lengths of the detail."""
@@ -100,8 +102,8 @@ class PlaneOfFire:
         reference = Reference.random(sequence, frames, loop, transition, seed, number)
         states = SelectedStates.of(side, wind, number * math.pi / 2, reference, fps)
         gain = np.array([wind.sway_gain(i) for i in range(frames)])
-        runs, shown = play(side, sequence, reference, states.sets, gain, seed, number)
-        bend = bends(side, states.sets, shown, states.wind_lean, states.force, fps, loop)
+        runs, shown, own = play(side, sequence, reference, states.sets, gain, seed, number)
+        bend = bends(side, states.sets, shown, own, states.wind_lean, states.force, fps, loop)
         mean = side.pose.offset.mean(axis=0)
         offset = side.pose.offset - mean
         mode = "wrap" if side.closed else "reflect"
@@ -124,15 +126,17 @@ class PlaneOfFire:
 
     def sway(self, time: float) -> NDArray[np.float64]:
         """Return three curves (3, NODES) at a ``time`` in frames: offset of the middle from its
-        mean, that mean, which may be mirrored, and the logarithm of the width ratio."""
-        gain = float(self.sway_gain[int(time) % len(self.sway_gain)])
+        mean, that mean, which may be mirrored and is 0 in wind, and the logarithm of the width
+        ratio."""
+        at = int(time) % len(self.sway_gain)
+        gain, calm = float(self.sway_gain[at]), 1 - float(self.states.force[at])
         offset, middle, width = curves = np.zeros((3, len(self.mean)))
         for moment in self.playback.moments(time):
             sign = -1.0 if moment.mirrored else 1.0
             for frame, share in frames_of(moment):
                 mean = self.running_mean[frame]
                 offset += sign * share * (mean + gain * (self.offset[frame] - mean))
-                middle += sign * share * self.mean
+                middle += sign * share * calm * self.mean
                 width += share * np.log(self.side.pose.width_ratio[frame])
         return curves
 
@@ -160,8 +164,9 @@ class GeneratedFire:
         lags: (tracks,) frames by which slices show what is played later than others.
         particles: All particles.
         planes: The plane of the front, and that at a right angle to it.
-        autocorrelations: By plane, (rows, columns) correlation of scores one frame apart.
-        rise_time: Seconds a particle takes to the top of the grid.
+        flickers: By plane, (frames of the clip,) the score that all cells of a frame share.
+        autocorrelations: By plane, (rows, columns) correlation one frame apart of what is left of
+            the scores.
         frame_times: (frames,) time of each frame, in frames of the fire's own time.
     """
 
@@ -175,8 +180,8 @@ class GeneratedFire:
     lags: NDArray[np.float64]
     particles: Particles
     planes: tuple[PlaneOfFire, PlaneOfFire]
+    flickers: tuple[NDArray[np.float32], ...]
     autocorrelations: tuple[Plane, ...]
-    rise_time: float
     frame_times: NDArray[np.float64]
 
     @property
@@ -210,14 +215,17 @@ class GeneratedFire:
         azimuths = math.pi * ((np.arange(settings.slices) + 0.5) / settings.slices - 0.5)
         slice_planes = (np.abs(azimuths) > math.pi / 4).astype(np.intp) * (len(sides) - 1)
         rise = rise_time(grid.rows_above / grid.cells_per_height, profile.rise_speed)
-        seconds = min(max(rise, _MIN_LIFETIME), _MAX_LIFETIME)
-        lifetime = max(round(seconds * shared.fps), 2)
-        if shared.loop:
-            lifetime = min(lifetime, shared.frames)
+        lifetime = max(round(rise * shared.fps), 2)
         # A fire that plays once has fully risen before frame 0, and its end need not fit its start.
         period = shared.frames if shared.loop else shared.frames + lifetime
         particles = Particles.random(
-            shared.seed, azimuths, settings.particles, lifetime, period, base_curve
+            shared.seed,
+            azimuths,
+            settings.particles,
+            rise_time(1.03, profile.rise_speed) * shared.fps,
+            lifetime,
+            period,
+            base_curve,
         )
         tracks = _slice_tracks(profile, settings.slices)
         number = int(tracks.max()) + 1
@@ -226,10 +234,15 @@ class GeneratedFire:
             PlaneOfFire.of(sides[0], wind, shared, 0),
             PlaneOfFire.of(sides[-1], wind, shared, 1),
         )
+        flickers = tuple(_shared_scores(plane.side.detail) for plane in planes)
         return cls(
             profile, shared, settings.detail, base_curve, azimuths, slice_planes, tracks,
             lags.round(), particles, planes,
-            tuple(_autocorrelation_map(plane.side.detail) for plane in planes), rise,
+            flickers,
+            tuple(
+                _autocorrelation_map(plane.side.detail, flicker)
+                for plane, flicker in zip(planes, flickers, strict=True)
+            ),
             np.arange(shared.frames, dtype=np.float64),
         )  # fmt: skip
 
@@ -242,10 +255,30 @@ def _slice_tracks(profile: Profile, slices: int) -> NDArray[np.intp]:
     return np.arange(slices) * number // slices
 
 
-def _autocorrelation_map(detail: DetailModel) -> Plane:
-    """Return the correlation (rows, columns), 0..1, of each cell's scores one frame apart."""
-    correlation = np.zeros(detail.scores.shape[1:], np.float32)
-    for before, after in itertools.pairwise(detail.scores):
-        correlation += (before.astype(np.float32) - 128) * (after.astype(np.float32) - 128)
-    correlation /= np.float32((detail.count - 1) * SCORE_UNIT**2)
+def scores_of(detail: DetailModel, frame: int) -> Plane:
+    """Return the normal scores (rows, columns) of a frame of the clip."""
+    return as_plane((detail.scores[frame].astype(np.float32) - 128) / np.float32(SCORE_UNIT))
+
+
+def _shared_scores(detail: DetailModel) -> NDArray[np.float32]:
+    """Return what the scores of all cells of each frame share (frames,): the flicker of the whole
+    flame. Cells weigh by how much their light changes."""
+    light = decoded_shades(detail.shades)[..., :3] @ REC709
+    weight = as_plane(light[-1] - light[0])
+    total = max(float(weight.sum()), 1e-6)
+    shared = [float((scores_of(detail, i) * weight).sum()) / total for i in range(detail.count)]
+    return np.array(shared, np.float32)
+
+
+def _autocorrelation_map(detail: DetailModel, shared: NDArray[np.float32]) -> Plane:
+    """Return the correlation (rows, columns), 0..1, of each cell's scores one frame apart, without
+    what all cells of a frame ``shared`` (frames,)."""
+    product, power = np.zeros((2, *detail.scores.shape[1:]), np.float32)
+    before = scores_of(detail, 0) - shared[0]
+    for i in range(1, detail.count):
+        after = scores_of(detail, i) - shared[i]
+        product += before * after
+        power += after * after
+        before = after
+    correlation = product / np.maximum(power, np.float32(1e-6))
     return as_plane(np.clip(cv2.GaussianBlur(correlation, (0, 0), 2.0), 0, 1))

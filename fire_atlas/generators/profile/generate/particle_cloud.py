@@ -14,7 +14,7 @@ from fire_atlas.core.pixels import Pixels, as_plane
 from fire_atlas.generators.profile.generate.axis import BentAxis
 from fire_atlas.generators.profile.generate.colouring import TableColours, sample_cells
 from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
-from fire_atlas.generators.profile.generate.particles import half_width, height_after, rise_time
+from fire_atlas.generators.profile.generate.particles import half_width, height_after
 from fire_atlas.generators.profile.generate.skeleton import Skeleton
 from fire_atlas.generators.profile.model import Profile
 
@@ -38,7 +38,7 @@ _INSET = 0.5
 """Distance of the outermost paths from the outline, standard deviations of a billboard."""
 
 _END = 1.03
-"""Height at which particles die, in heights of the top: above the top they slow down and fade."""
+"""Height above which particles are not drawn, in heights of the top: there they slow down."""
 
 _BEGIN, _FADING = 0.03, 0.75
 """Share of the way to the top at which particles have faded in, and at which they begin to fade."""
@@ -107,13 +107,15 @@ class ParticleCloud:
     def places(
         self, skeleton: Skeleton, time: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Return the particles alive at a ``time`` in frames: their places (n, 2), flame heights to
+        """Return the particles drawn at a ``time`` in frames: their places (n, 2), flame heights to
         the right of the axis and above the base; the share (n,) of their way to the top; where
         (n,) each is across the flame, -1 at its left edge to 1 at its right; and their sizes (n,).
         """
         particles, speed = self.fire.particles, self.fire.profile.rise_speed
         alive, age = particles.alive(time)
-        share = height_after(age / particles.lifetime * rise_time(_END, speed), speed)
+        share = height_after(age / self.fire.settings.fps, speed)
+        drawn = np.flatnonzero(share < _END)
+        alive, share = alive[drawn], share[drawn]
         cos, sin = math.cos(self.camera.azimuth), math.sin(self.camera.azimuth)
         across = particles.x[alive] * cos + particles.z[alive] * sin
         across = np.clip(across / half_width(self.fire.base_curve, self.camera.azimuth), -1, 1)

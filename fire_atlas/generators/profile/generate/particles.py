@@ -69,7 +69,7 @@ class Particles:
         slice: (n,) index of the vertical slice in which each rises.
         x, z: (n,) place of birth to the right of the axis and behind it, half widths of the front.
         size: (n,) relative to the typical size.
-        lifetime: Frames for which each lives.
+        lifetime: Frames for which each lives; in a short loop, longer than the period.
         period: Frames after which the fire repeats.
     """
 
@@ -83,20 +83,21 @@ class Particles:
 
     @classmethod
     def random(
-        cls, seed: int, azimuths: NDArray[np.float64], alive: int, lifetime: int, period: int,
-        curve: CubicSpline,
+        cls, seed: int, azimuths: NDArray[np.float64], alive: int, rising: float, lifetime: int,
+        period: int, curve: CubicSpline,
     ) -> "Particles":  # fmt: skip
         """Spawn particles at random, evenly over the period.
 
         Args:
             seed: Seed of the recipe.
             azimuths: (slices,) directions of the vertical slices, radians.
-            alive: Number of particles alive in a slice at any time.
+            alive: Number of particles in a slice at any time, up to the height of the flame.
+            rising: Frames that one takes to there.
             lifetime, period: See the class.
             curve: Outline of the base, from ``peripheral_curve``.
         """
         parts = []
-        number = max(1, round(alive * period / lifetime))
+        number = max(1, round(alive * period / rising))
         for k, azimuth in enumerate(azimuths):
             chance = generator(seed, RandomStream.PARTICLES, k)
             birth = (np.arange(number) + chance.random(number)) * period / number
@@ -111,8 +112,11 @@ class Particles:
     def alive(self, time: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
         """Return the indices of the particles alive at ``time``, and their ages in frames."""
         age = np.mod(time - self.birth, self.period)
-        alive = np.flatnonzero(age < self.lifetime)
-        return alive, age[alive]
+        # In a loop shorter than a life, some were born in rounds before.
+        rounds = np.arange(-(-self.lifetime // self.period))
+        ages = np.asarray(age + self.period * rounds[:, None], np.float64)
+        which, alive = np.nonzero(ages < self.lifetime)
+        return alive, ages[which, alive]
 
 
 def opacity(age: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -351,34 +351,37 @@ def play(
     sway_gain: NDArray[np.float64],
     seed: int,
     plane: int,
-) -> tuple[tuple[Run, ...], NDArray[np.float64]]:
-    """Return the runs that show the ``selected`` sets (frames,), and the lean of the clip in every
-    frame (degrees, with mirroring and the ``sway_gain`` (frames,) of the result)."""
+) -> tuple[tuple[Run, ...], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the runs that show the ``selected`` sets (frames,); the lean of the clip in every
+    frame (frames,), degrees, with mirroring and the ``sway_gain`` (frames,) of the result; and the
+    mean lean of the clip in it, which is mirrored where the frame is."""
     player, leans = _Player(side, sequence, seed, plane), np.array(side.leans)
     mode = "wrap" if side.closed else "reflect"
     mean = gaussian_filter1d(leans, len(leans) / MEAN_WINDOWS, mode=mode)
     frames = len(selected)
     begun: list[tuple[int, float, bool]] = []
-    shown = np.empty(frames)
+    shown, own = np.empty((2, frames))
     for tick in range(frames):
         cut, state = bool(reference.cuts[tick]), int(selected[tick])
         if player.step(tick, float(reference.positions[tick]), cut, state):
             begun.append((tick, player.position, player.mirrored))
         at = int(player.position)
         lean = mean[at] + sway_gain[tick] * (leans[at] - mean[at])
-        shown[tick] = -lean if player.mirrored else lean
+        sign = -1.0 if player.mirrored else 1.0
+        shown[tick], own[tick] = sign * lean, sign * float(leans.mean())
     ends = [start for start, _, _ in begun[1:]] + [frames]
     runs = tuple(
         Run(start, end - start, first, mirrored)
         for (start, first, mirrored), end in zip(begun, ends, strict=True)
     )
-    return runs, shown
+    return runs, shown, own
 
 
 def bends(
     side: Side,
     selected: NDArray[np.intp],
     shown: NDArray[np.float64],
+    own: NDArray[np.float64],
     wind_lean: NDArray[np.float64],
     force: NDArray[np.float64],
     fps: float,
@@ -394,6 +397,7 @@ def bends(
         side: The clip.
         selected: (frames,) the leaning set.
         shown: (frames,) lean of the clip's frame, degrees.
+        own: (frames,) mean lean of the clip in it, which a force takes out.
         wind_lean, force: As in ``SelectedStates``.
         fps: Frames of the fire per second.
         loop: Whether it loops.
@@ -404,7 +408,7 @@ def bends(
     is_own = ((shown >= low) | outer_low) & ((shown < high) | outer_high)
     shear = np.array([each.shear for each in side.sets])[selected]
     calm = np.where(is_own, 0.0, shear)
-    blown = np.clip(wind_lean, low, high) - shown
+    blown = np.clip(wind_lean, low, high) - (shown - own)
     mode = "wrap" if loop else "nearest"
     bend = gaussian_filter1d((1 - force) * calm + force * blown, _BEND_TIME * fps, mode=mode)
     return np.asarray(bend, np.float64)

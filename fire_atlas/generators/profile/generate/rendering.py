@@ -19,7 +19,11 @@ from fire_atlas.generators.profile.generate.axis import BentAxis
 from fire_atlas.generators.profile.generate.blend_masks import MASK_CELL, BlendMask, blend_masks
 from fire_atlas.generators.profile.generate.colouring import TableColours
 from fire_atlas.generators.profile.generate.form import Column, column_form
-from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
+from fire_atlas.generators.profile.generate.generated_fire import (
+    GeneratedFire,
+    frames_of,
+    scores_of,
+)
 from fire_atlas.generators.profile.generate.particle_cloud import (
     ParticleCloud,
     billboard_reach,
@@ -29,7 +33,7 @@ from fire_atlas.generators.profile.generate.particles import half_width
 from fire_atlas.generators.profile.generate.shading import ShadeTable, shade_table, taper_of
 from fire_atlas.generators.profile.generate.skeleton import Displacement, skeletons
 from fire_atlas.generators.profile.generate.wind import LEAN_PER_LEVEL
-from fire_atlas.generators.profile.model import FLOW_CELL, SCORE_UNIT, Profile, interpolated
+from fire_atlas.generators.profile.model import FLOW_CELL, Profile, interpolated
 from fire_atlas.vision.warp import sample_at
 
 _MAX_ELEVATION = 80.0
@@ -84,7 +88,7 @@ class ProfileRendering:
         """Set up the drawing of ``fire`` as seen by ``camera``."""
         half = half_width(fire.base_curve, camera.azimuth) * fire.profile.front.half_width
         shades = shade_table(fire.profile, camera.azimuth)
-        colours = TableColours.of(fire.profile)
+        colours = TableColours.of(fire.profile, camera.azimuth)
         cloud = ParticleCloud(fire, camera, colours, fitted_taper(fire.profile))
         return cls(fire, camera, half, taper_of(fire.profile), shades, cloud)
 
@@ -109,7 +113,7 @@ class ProfileRendering:
         filmed = min(profile.grid.cells_per_height, profile.front.statistics.height.median)
         oversampling = max(1, math.ceil(0.8 * filmed / camera.scale))
         columns, rows = self._grid_places(pose, oversampling)
-        straight = self._straight_picture(self._masks(index))
+        straight = self._straight_picture(self._masks(index), self._flicker(index))
         seen = sample_at(straight, columns, rows, cv2.INTER_CUBIC, cv2.BORDER_CONSTANT)
         if oversampling > 1:
             size = camera.width, camera.height
@@ -229,8 +233,13 @@ class ProfileRendering:
         time = float(self.fire.frame_times[index])
         return blend_masks(self.fire, self.camera.azimuth, self.half_width, self.taper, time)
 
-    def _straight_picture(self, masks: Sequence[BlendMask]) -> Pixels:
-        """Return the fire on the grid, without its sway and lean."""
+    def _straight_picture(self, masks: Sequence[BlendMask], flicker: float) -> Pixels:
+        """Return the fire on the grid, without its sway and lean.
+
+        What the moments that are blended have of their own is mixed; what all cells of a moment
+        share, the flicker of the whole flame, is that of the leading one. Moments that lag by half
+        a period would else comb it out.
+        """
         shape = self.fire.profile.grid.shape
         weights = [_enlarged(mask.weight, shape) for mask in masks]
         mixed, power = np.zeros(shape, np.float32), np.full(shape, 1e-30, np.float32)
@@ -243,7 +252,7 @@ class ProfileRendering:
         ):
             if one.plane == other.plane and one.mirrored == other.mirrored:
                 power += 2 * weight * more * self._correlation(one.plane, one.frame, other.frame)
-        return self.shades.colours(as_plane(ndtr(mixed / np.sqrt(power))))
+        return self.shades.colours(as_plane(ndtr(mixed / np.sqrt(power) + flicker)))
 
     def _correlation(self, plane: int, one: int, other: int) -> Plane:
         """Return the correlation (rows, columns) of two frames' scores."""
@@ -254,10 +263,19 @@ class ProfileRendering:
         return _power(self.fire.autocorrelations[plane], apart)
 
     def _scores(self, mask: BlendMask) -> Plane:
-        """Return the normal scores (rows, columns) of the frame of a mask."""
-        detail = self.fire.planes[mask.plane].side.detail
-        scores = (detail.scores[mask.frame].astype(np.float32) - 128) / np.float32(SCORE_UNIT)
+        """Return the normal scores (rows, columns) of the frame of a mask, without what all of them
+        share."""
+        scores = scores_of(self.fire.planes[mask.plane].side.detail, mask.frame)
+        scores = scores - self.fire.flickers[mask.plane][mask.frame]
         return as_plane(scores[:, ::-1] if mask.mirrored else scores)
+
+    def _flicker(self, index: int) -> float:
+        """Return the score that all cells share in frame ``index``: that of the front's moment."""
+        moments = self.fire.planes[0].playback.moments(float(self.fire.frame_times[index]))
+        flicker = self.fire.flickers[0]
+        return sum(
+            float(flicker[frame]) * share for each in moments for frame, share in frames_of(each)
+        )
 
     def _grid_flow(self, masks: Iterable[BlendMask]) -> NDArray[np.float32]:
         """Return the fire's velocity on the grid: (r, c, 2) cells per second, x right, y down."""
@@ -366,6 +384,8 @@ def _front_camera(
     if fire.detail < 1:
         above += billboard_reach(half)
         below += billboard_reach(half)
+    left_right, up, down = _displacements(profile)
+    aside, above, below = aside + left_right, above + up, below + down
     if height is None:
         scale = scale or profile.front.statistics.height.median
     else:
@@ -375,6 +395,17 @@ def _front_camera(
     rows = height or math.ceil(above * scale) + _MARGIN + ground
     columns = 2 * (math.ceil(aside * scale) + _MARGIN)
     return Camera(0.0, tilt, columns, rows, (columns / 2, float(rows - ground)), scale)
+
+
+def _displacements(profile: Profile) -> tuple[float, float, float]:
+    """Return how far points were moved at most: to a side, up and down, flame heights."""
+    moved = np.concatenate([
+        (np.array(side.points) - np.array(side.learnt_points)).reshape(-1, 2)
+        / side.statistics.height.median
+        for side in profile.sides
+    ])  # fmt: skip
+    x, y = moved.T
+    return float(np.abs(x).max()), max(float(-y.min()), 0.0), max(float(y.max()), 0.0)
 
 
 def _span(profile: Profile) -> tuple[float, float]:

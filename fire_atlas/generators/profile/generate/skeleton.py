@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import PchipInterpolator
 
 from fire_atlas.generators.profile.generate.generated_fire import PlaneOfFire, frames_of
 from fire_atlas.generators.profile.model import FeaturePoints
@@ -53,13 +53,14 @@ class Skeleton:
         left, right = float(self.points[_LEFT, 0]), float(self.points[_RIGHT, 0])
         return (left + right) / 2, max((right - left) / 2, _MIN_SPAN)
 
-    def emitting_curve(self) -> CubicSpline:
+    def emitting_curve(self) -> PchipInterpolator:
         """Return the height at which particles are born, by the distance to the right of the axis:
-        a cubic spline through five points."""
+        a cubic spline through five points that goes no further than they do between two of them
+        (Fritsch and Carlson's), however near to each other they were moved."""
         x, height = self.points[: _RIGHT + 1].T
         # Points in one column would give no curve.
         apart = np.maximum(np.diff(x), _MIN_SPAN)
-        return CubicSpline(x[0] + np.append(0.0, np.cumsum(apart)), height, bc_type="natural")
+        return PchipInterpolator(x[0] + np.append(0.0, np.cumsum(apart)), height)
 
     def paths(
         self, across: NDArray[np.float64], share: NDArray[np.float64], taper: NDArray[np.float64]

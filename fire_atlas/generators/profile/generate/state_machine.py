@@ -63,7 +63,8 @@ class SelectedStates:
         slow = gaussian_filter1d(own, _SLOW_TIME * fps, mode=mode)
         force = smooth_step(np.hypot(*wind.level.T) / _FULL_FORCE)
         gain = np.array([wind.sway_gain(i) for i in range(frames)])
-        blown = median + np.array([wind.lean(i, azimuth) for i in range(frames)])
+        # The clip's own lean gives way to that of the wind.
+        blown = (1 - force) * median + np.array([wind.lean(i, azimuth) for i in range(frames)])
         driven = blown + gain * slow
         lean = (1 - force) * (blown + own) + force * driven
         rests = np.where(force > 0.5, wind.steadiness > _SUSTAINED, ~swinging(leans)[shown])

@@ -152,7 +152,6 @@ def learn_detail(
         flow=_flow(bright, clip.fps),
         autocorrelation=_autocorrelation(scores, varies),
         correlation_length=_correlation_length(scores, varies),
-        is_symmetric=_is_symmetric(np.mean(bright, axis=0), measured),
     )
 
 
@@ -273,9 +272,3 @@ def _correlation_length(scores: NDArray[np.float32], varies: NDArray[np.bool_]) 
         if float(products.mean(axis=0)[both].mean()) < 0.5:
             return float(apart)
     return float(scores.shape[2] / 2)
-
-
-def _is_symmetric(mean: NDArray[np.floating], measured: ClipMeasurements) -> bool:
-    flat = mean - mean.mean()
-    is_similar = float((flat * flat[:, ::-1]).sum()) > 0.9 * float((flat * flat).sum())
-    return is_similar and abs(float(np.median(measured.leans))) < _UPRIGHT
