@@ -17,7 +17,8 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,10 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flakes.emission import SPARK, TICK
 from fire_atlas.effect.flakes.flight import FlightField
 from fire_atlas.effect.flame.features import difference_of_gaussians, gradient
+from fire_atlas.generators.profile.fire import generate_clips, learn_profile
+from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
+from fire_atlas.generators.profile.model import Profile
+from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.pipeline.analyse import AnalysisSettings, FrameAnalyser
 from fire_atlas.pipeline.animate import prepared_texture
 from fire_atlas.pipeline.layers import (
@@ -42,8 +47,10 @@ from fire_atlas.pipeline.layers import (
     layers_of,
 )
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
+from fire_atlas.recipe.source import ProfileSource, Views
+from fire_atlas.recipe.wind import Wind
 from tests.support.clip_motion import FLAME, MOVES, dis_flow
-from tests.support.clips import clip_of, open_clip
+from tests.support.clips import clip_of, open_clip, proxied
 from tests.support.effect import (
     AGE,
     KIND,
@@ -136,12 +143,39 @@ class Seen:
 
 
 @dataclass(frozen=True)
+class Generated:
+    """Fire generated from a profile, seen from one side.
+
+    Attributes:
+        clip: Its frames.
+        threshold: Brightness above which a pixel is flame, 0..255.
+    """
+
+    clip: Clip
+    threshold: float
+
+    @cached_property
+    def leans(self) -> Array:
+        """Lean of the flame in each frame, degrees, by the line fitted to its pixels."""
+        found = []
+        for i in range(self.clip.count):
+            bright = self.clip.brightness(i)
+            rows, columns = np.nonzero(bright > min(self.threshold, 0.5 * float(bright.max())))
+            found.append(-np.degrees(np.arctan(np.polyfit(rows, columns, 1)[0])))
+        return np.array(found)
+
+    def frames(self) -> list[Pixels]:
+        """Return some of its frames."""
+        return [self.clip.read(i) for i in range(2, self.clip.count, 3)]
+
+
+@dataclass(frozen=True)
 class Figure:
-    """A figure of the result, as the table names it."""
+    """A figure of a ``Seen`` or a ``Generated``, as the table names it."""
 
     name: str
     unit: Unit
-    of: Callable[[Seen], float]
+    of: Callable[[Any], float]
 
 
 def _mean(values: Any) -> float:
@@ -468,6 +502,60 @@ def _swings(seen: Seen) -> float:
     return float(np.fft.rfftfreq(8 * len(smooth), 1 / seen.clip.fps)[np.argmax(strength)])
 
 
+def _mean_lean(fire: Generated) -> float:
+    return _mean(fire.leans)
+
+
+def _lean_swing(fire: Generated) -> float:
+    return float(np.std(fire.leans))
+
+
+def _lean_swings(fire: Generated) -> float:
+    """Return how often the lean swings to and fro, a second."""
+    strength = np.abs(np.fft.rfft(fire.leans - fire.leans.mean(), 8 * len(fire.leans)))
+    return float(np.fft.rfftfreq(8 * len(fire.leans), 1 / fire.clip.fps)[np.argmax(strength)])
+
+
+def _lean_change(fire: Generated) -> float:
+    quarter = fire.clip.count // 4
+    return _mean(fire.leans[-quarter:]) - _mean(fire.leans[:quarter])
+
+
+def _top(fire: Generated) -> float:
+    """Return the height of the flame, of its width."""
+    found = []
+    for frame in fire.frames():
+        shown = frame[..., 3] > 0.3
+        height, width = (np.ptp(np.flatnonzero(shown.any(axis=k))) for k in (1, 0))
+        found.append(height / width)
+    return _mean(found)
+
+
+def _slopes(fire: Generated) -> float:
+    """Return the mean slope of the brightness as shown within the flame, 1/px, of 255."""
+    found = []
+    for frame in fire.frames():
+        shown = encode_unit(np.ascontiguousarray(frame[..., :3])).max(axis=2)
+        found.append(255 * float(np.hypot(*np.gradient(shown))[frame[..., 3] > 0.2].mean()))
+    return _mean(found)
+
+
+def _step(fire: Generated) -> float:
+    """Return the difference of neighbouring frames, of their light, %."""
+    frames = [fire.clip.read(i)[..., :3] for i in range(fire.clip.count)]
+    steps = [np.abs(b - a).sum() / a.sum() for a, b in pairwise(frames)]
+    return 100 * float(np.median(steps))
+
+
+def _hues(fire: Generated) -> float:
+    """Return how unlike colours are within the flame: the spread of green over red, %."""
+    found = []
+    for frame in fire.frames():
+        flame = frame[frame[..., 3] > 0.5]
+        found.append(float(np.std(flame[:, 1] / np.maximum(flame[:, 0], 1e-3))))
+    return 100 * _mean(found)
+
+
 def _rounds(seen: Seen) -> float:
     return float(seen.effect.tracks.rounds)
 
@@ -521,6 +609,14 @@ SHARPNESS = Figure("slope of the upper flame's brightness", Unit.NUMBER, _sharpn
 LATER_DRIFT = Figure("change of the sideways speed over time", Unit.HEIGHT, _later_drift)
 SWING = Figure("swing of the wind (rms), a second", Unit.HEIGHT, _swing)
 SWINGS = Figure("swings of the wind, a second", Unit.NUMBER, _swings)
+LEAN = Figure("mean lean of the flame", Unit.DEGREES, _mean_lean)
+LEAN_SWING = Figure("swing of its lean (rms)", Unit.DEGREES, _lean_swing)
+LEAN_SWINGS = Figure("swings of its lean, a second", Unit.NUMBER, _lean_swings)
+LEAN_CHANGE = Figure("change of its lean over time", Unit.DEGREES, _lean_change)
+TOP = Figure("height of the flame as seen, of its width", Unit.NUMBER, _top)
+SLOPES = Figure("slope of the brightness in the flame", Unit.NUMBER, _slopes)
+STEP = Figure("step from frame to frame, of the light", Unit.NUMBER, _step)
+HUES = Figure("spread of green over red in the flame", Unit.NUMBER, _hues)
 ROUNDS = Figure("rounds in the tracks", Unit.NUMBER, _rounds)
 
 
@@ -537,6 +633,7 @@ class Promise:
         needs: Other keys with which the figure is measured.
         clip: The sample that it is measured on.
         texture: Whether its flakes show a painted blue square.
+        is_generated: Whether it is of fire that is generated from the clip.
     """
 
     key: str
@@ -548,13 +645,15 @@ class Promise:
     needs: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     clip: str = "campfire"
     texture: bool = False
+    is_generated: bool = False
 
     @property
     def label(self) -> str:
         """The figure with its unit, and the clip if that is not the campfire."""
         unit = self.figure.unit.value
         label = self.figure.name + (f", {unit}" if unit else "")
-        return label if self.clip == "campfire" else f"{label} ({self.clip})"
+        usual = "torch" if self.is_generated else "campfire"
+        return label if self.clip == usual else f"{label} ({self.clip})"
 
 
 ONCE = {"timeline": {"loop": "none"}}
@@ -722,10 +821,63 @@ PROMISES = (
     ),
 )  # fmt: skip
 
+PARTICLES = {"source": {"detail": 0.0}}
+
+
+def _of_fire(
+    key: str, sentence: str, figure: Figure, low: Any, high: Any, *, rises: bool = True,
+    needs: Mapping[str, Mapping[str, Any]] | None = None, clip: str = "torch",
+) -> Promise:  # fmt: skip
+    """Return a promise about fire that is generated from a clip."""
+    return Promise(key, sentence, figure, low, high, rises, needs or {}, clip, is_generated=True)
+
+
+PROMISES_OF_PROFILE = (
+    _of_fire(
+        "source.detail", "Share of the clip's own detail in the picture", SLOPES, 0.0, 1.0
+    ),
+    _of_fire(
+        "source.slices", "Number of vertical slices of fire around the axis", STEP, 1, 12,
+        rises=False, needs=PARTICLES,
+    ),
+    _of_fire(
+        "source.particles", "Number of particles alive in each slice", STEP, 10, 200, rises=False,
+        needs=PARTICLES,
+    ),
+    _of_fire(
+        "source.cells", "Rows, and columns, of the colour table that is learnt", HUES, 2, 10,
+        needs=PARTICLES, clip="candle",
+    ),
+    _of_fire(
+        "views.elevation", "Elevation of the cameras above the horizon", TOP, 0.0, 50.0,
+        rises=False,
+    ),
+    _of_fire("wind.level", "Strength of a steady wind", LEAN, 0.0, 5.0),
+    _of_fire(
+        "wind.direction", "Direction a steady wind or gusts blow towards", LEAN, "left", "right",
+        needs={"wind": {"level": 3}},
+    ),
+    _of_fire(
+        "wind.keyframes", "Wind that changes over time", LEAN_CHANGE, [{"t": 0, "level": 0}],
+        [{"t": 0.5, "level": 0}, {"t": 1, "level": 4}],
+    ),
+    _of_fire("wind.levels", "Strengths of steady wind", LEAN, [0, 1], [0, 5]),
+    _of_fire("wind.gusts.mean", "Mean strength", LEAN, 1.0, 4.0),
+    _of_fire(
+        "wind.gusts.strength", "how far it rises above and falls below the mean", LEAN_SWING,
+        0.0, 2.0, needs={"wind": {"gusts": {"mean": 2}}}, clip="candle",
+    ),
+    _of_fire(
+        "wind.gusts.period", "Time from gust to gust", LEAN_SWINGS, 0.8, 2.0, rises=False,
+        needs={"wind": {"gusts": {"mean": 2, "strength": 2}}}, clip="candle",
+    ),
+)  # fmt: skip
+"""Promises of ``source.kind: profile``, of the wind on it and of its views."""
+
 WITHOUT = {
     "flakes.texture": "is looked at in tests of textures: its axis, its head, its light",
     "motion_blur.samples": "is how finely a long path is sampled, which is not to be seen",
-    "wind.levels": "are of generated fire",
+    "wind.levels": "are of generated fire: see below",
 }
 """Keys of the effect that promise nothing to be seen on a clip, and why."""
 
@@ -786,9 +938,31 @@ def run(promise: Promise, value: Any, seed: int, height: int) -> Seen:
     return Seen(effect, simulated)
 
 
+@lru_cache(maxsize=16)
+def _learnt(clip: str, threshold: float | None, cells: int) -> Profile:
+    with Workers(2) as workers:
+        return learn_profile({clip: proxied(open_clip(clip))}, workers, threshold, cells)
+
+
+def generate(promise: Promise, value: Any, seed: int, height: int) -> Generated:
+    """Generate two seconds of fire with the promise's key at ``value``, or left out."""
+    keys = _merged(promise.needs, _nested(promise.key, value) if value is not None else {})
+    source = ProfileSource.model_validate({"path": promise.clip, **keys.get("source", {})})
+    wind = Wind.model_validate(keys.get("wind", {})).steady()[-1]
+    views = Views.model_validate(keys.get("views", {}))
+    is_loop = not wind.keyframes
+    shared = GenerationSettings(seed, wind, 48, 24.0, is_loop, views)
+    settings = ProfileFireSettings(shared, source.slices, source.particles, source.detail)
+    profile = _learnt(promise.clip, source.threshold, source.cells)
+    with Workers(2) as workers:
+        [clip] = generate_clips(profile, settings, height, "srgb", (), workers)
+    return Generated(clip, profile.front.threshold)
+
+
 def measured(promise: Promise, value: Any, seed: int, height: int = HEIGHT) -> float:
     """Return the promise's figure with its key at ``value``."""
-    return promise.figure.of(run(promise, value, seed, height))
+    make = generate if promise.is_generated else run
+    return promise.figure.of(make(promise, value, seed, height))
 
 
 @dataclass(frozen=True)
@@ -850,21 +1024,32 @@ spread is the largest difference between two seeds at one value. It is *seen* if
 promised way by more than twice the spread, and by at least 2 px, 2 % of the height, 3°, 5 % of a
 number or of light, or 5 of a hundred.
 
+"""
+
+COLUMNS = """\
 | key | says | figure | low | high | at low | by default | at high | spread | seen |
 |---|---|---|---|---|---|---|---|---|---|
+"""
+
+OF_PROFILE = """\
+
+## Fire learnt from a clip
+
+Of `source.kind: profile`, the wind on it and its views, measured on two seconds of fire from the
+sample torch where no other is named.
+
 """
 
 
 def page(rows: list[Kept]) -> str:
     """Return docs/promises.md."""
     without = [f"- `{key}` {why}." for key, why in WITHOUT.items()]
-    return (
-        HEAD
-        + "\n".join(each.row() for each in rows)
-        + "\n\nThese promise nothing that is seen on a clip:\n\n"
-        + "\n".join(without)
-        + "\n"
+    effect, profile = (
+        "\n".join(each.row() for each in rows if each.promise.is_generated == made) + "\n"
+        for made in (False, True)
     )
+    why = "\nThese promise nothing that is seen on a clip:\n\n" + "\n".join(without) + "\n"
+    return HEAD + COLUMNS + effect + why + OF_PROFILE + COLUMNS + profile
 
 
 def main() -> int:
@@ -873,7 +1058,7 @@ def main() -> int:
     parser.add_argument("--write", action="store_true", help="write docs/promises.md")
     args = parser.parse_args()
     rows = []
-    for promise in PROMISES:
+    for promise in (*PROMISES, *PROMISES_OF_PROFILE):
         if not args.keys or promise.key in args.keys:
             rows.append(Kept.of(promise))
             print(rows[-1].row(), flush=True)

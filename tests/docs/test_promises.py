@@ -5,14 +5,23 @@ from collections.abc import Iterator
 import pytest
 
 from fire_atlas.recipe.keys import all_keys, blocks_at, key_docs
-from tests.bench.promises import PROMISES, SEEDS, WITHOUT, Promise, measured
+from tests.bench.promises import (
+    PROMISES,
+    PROMISES_OF_PROFILE,
+    SEEDS,
+    WITHOUT,
+    Promise,
+    measured,
+)
 from tests.docs.markdown import page_text
 
 PAGE = "docs/promises.md"
 
 BLOCKS = ("features", "buoyancy", "flakes", "motion_blur", "composite", "wind")
 
-IDS = [promise.key for promise in PROMISES]
+ALL = (*PROMISES, *PROMISES_OF_PROFILE)
+
+IDS = [f"{p.key}{' of a profile' * p.is_generated}" for p in ALL]
 
 
 def keys_of_the_effect() -> Iterator[str]:
@@ -23,16 +32,18 @@ def keys_of_the_effect() -> Iterator[str]:
 
 
 def test_every_key_has_a_promise_or_a_reason_why_not() -> None:
-    stated = {*IDS, *WITHOUT}
+    stated = {*(promise.key for promise in PROMISES), *WITHOUT}
     for key in keys_of_the_effect():
         blocks = [key.rsplit(".", depth)[0] for depth in range(key.count("."))]
         inside = [other for other in stated if other.startswith(f"{key}.")]
         assert stated & {key, *blocks} or inside, key
 
 
-@pytest.mark.parametrize("promise", PROMISES, ids=IDS)
+@pytest.mark.parametrize("promise", ALL, ids=IDS)
 def test_a_promise_is_what_the_text_of_its_key_says(promise: Promise) -> None:
     *path, name = promise.key.split(".")
+    if promise.is_generated and path == ["source"]:
+        path.append("<profile>")
     texts = [key_docs(block).get(name, "") for block in blocks_at(tuple(path))]
     assert any(promise.sentence in " ".join(text.split()) for text in texts), texts
 
@@ -40,17 +51,17 @@ def test_a_promise_is_what_the_text_of_its_key_says(promise: Promise) -> None:
 def test_the_table_has_every_promise_and_all_are_kept() -> None:
     rows = [row.split(" | ") for row in page_text(PAGE).splitlines() if row.startswith("| `")]
     table = {(key.strip("| `"), says, figure) for key, says, figure, *_ in rows}
-    for promise in PROMISES:
+    for promise in ALL:
         row = promise.key, promise.sentence.replace("``", "`"), promise.label
         assert row in table, "run python -m tests.bench.promises --write"
-    assert len(rows) == len(PROMISES)
+    assert len(rows) == len(ALL)
     assert {row[-1] for row in rows} == {"yes |"}
 
 
 @pytest.mark.parametrize("key", ["features.n", "buoyancy.lift", "flakes.stretch", "wind.level"])
 def test_figures_of_the_table_are_measured_again(key: str) -> None:
     [promise] = [each for each in PROMISES if each.key == key]
-    [row] = [row for row in page_text(PAGE).splitlines() if row.startswith(f"| `{key}` |")]
+    row, *_ = [row for row in page_text(PAGE).splitlines() if row.startswith(f"| `{key}` |")]
     low, high = (float(row.split(" | ")[k]) for k in (5, 7))
     found = [
         sum(measured(promise, value, seed) for seed in SEEDS) / len(SEEDS)
@@ -59,7 +70,7 @@ def test_figures_of_the_table_are_measured_again(key: str) -> None:
     assert found == pytest.approx([low, high], rel=0.02)
 
 
-@pytest.mark.parametrize("promise", PROMISES, ids=IDS)
+@pytest.mark.parametrize("promise", ALL, ids=IDS)
 def test_a_promise_goes_its_way(promise: Promise) -> None:
     low, high = (measured(promise, value, 0, height=96) for value in (promise.low, promise.high))
     assert high > low if promise.rises else high < low, f"{low:.3g} to {high:.3g}"
