@@ -3,6 +3,7 @@
 from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fire_atlas.cli.progress import view_for
 from fire_atlas.cli.text import printable
@@ -14,6 +15,9 @@ from fire_atlas.recipe.load import LoadedRecipe, load_tree
 from fire_atlas.recipe.problem import COMMAND_LINE, KeyPath
 from fire_atlas.recipe.source import ProfileSource
 from fire_atlas.recipe.tree import RecipeTree
+
+if TYPE_CHECKING:
+    from fire_atlas.core.clip import Clip
 
 
 def run(args: Namespace) -> int:
@@ -34,7 +38,7 @@ def run(args: Namespace) -> int:
 
     from fire_atlas.core.workers import Workers
     from fire_atlas.generators.profile.file import write_profile
-    from fire_atlas.generators.profile.learn.fitness import length_advice
+    from fire_atlas.generators.profile.learn.fitness import length_advice, size_advice
     from fire_atlas.preview.profile_picture import profile_picture
     from fire_atlas.sources.profile import learn_from_files
     from fire_atlas.sources.reader import OpeningContext
@@ -53,6 +57,9 @@ def run(args: Namespace) -> int:
         for count in dict.fromkeys(clip.count for clip in clips):
             if advice := length_advice(count):
                 view.note(advice)
+        for path, each in zip(loaded.source_files.values(), profile.sides, strict=True):
+            if advice := size_advice(each):
+                view.note(f"{path}: {advice}")
         staging.protect([path for clip in clips for path in clip.inputs])
         written = {out: write_profile(profile), picture: profile_picture(profile, clips)}
         for path, data in written.items():
@@ -62,9 +69,18 @@ def run(args: Namespace) -> int:
             staging.commit([])
     if not args.quiet:
         count = sum(clip.count for clip in clips)
-        print(printable(f"{out}: learnt from {count} frames"))
+        rate = _assumed_rate(loaded.recipe.source, clips)
+        print(printable(f"{out}: learnt from {count} frames{rate}"))
         print(printable(f"{picture}: picture of the profile"))
     return 0
+
+
+def _assumed_rate(source: ProfileSource, clips: Sequence["Clip"]) -> str:
+    """Return what to say of the frames' rate, of files that state none; nothing if it is known."""
+    assumed = [clip for clip in clips if source.grid is not None or len(clip.inputs) > 1]
+    if source.fps is not None or not assumed:
+        return ""
+    return f", {assumed[0].fps:g} frames a second assumed; say --set fps=N if it is another rate"
 
 
 def _as_recipe(clip: Path, side: Path | None, overrides: Sequence[str]) -> LoadedRecipe:

@@ -1,6 +1,6 @@
 """What is learnt of a clip, and which clips nothing can be learnt from."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import cv2
@@ -18,7 +18,8 @@ from fire_atlas.generators.profile.generate.particles import (
     rise_time,
 )
 from fire_atlas.generators.profile.learn.fitness import refuse_unfit
-from fire_atlas.generators.profile.learn.learn import colour_table
+from fire_atlas.generators.profile.learn.learn import colour_table, leaning_sets
+from fire_atlas.generators.profile.model import LeaningSet, swinging
 from fire_atlas.recipe.source import FramesSource, ProfileSource
 from fire_atlas.sources.frames import open_with_proxy
 from fire_atlas.sources.profile import learn_from_files
@@ -359,6 +360,41 @@ def test_a_threshold_above_all_light_finds_no_fire() -> None:
     clip, _ = swaying()
     with pytest.raises(SourceError, match=r"brighter than 254 of 255: leave source.threshold out"):
         learnt(clip, threshold=254.0)
+
+
+def _leaning(leans: Sequence[float]) -> dict[tuple[float, str], LeaningSet]:
+    sets = leaning_sets(np.array(leans, np.float64))
+    return {(each.low, each.period): each for each in sets}
+
+
+def test_a_state_that_the_clip_shows_in_one_period_gives_its_frames_to_the_other() -> None:
+    """It rests upright, then swings over to 15 degrees and back, again and again."""
+    swing = [7.0, 12.0, 15.0, 17.0, 15.0, 18.0, 14.0, 12.0, 7.0]
+    leans = ([5.0] * 10 + swing) * 3
+    sets = _leaning(leans)
+    aslant = tuple(i for i, lean in enumerate(leans) if lean >= 10)
+    for period in ("swing", "rest"):
+        assert sets[10.0, period].origin == "own"
+        assert set(sets[10.0, period].frames) <= set(aslant)
+        # The opposite state, which is never shown, has them mirrored.
+        assert sets[-20.0, period].origin == "mirrored"
+        assert set(sets[-20.0, period].frames) <= set(aslant)
+
+
+def test_a_state_with_few_frames_in_each_period_has_those_of_both_in_both() -> None:
+    slow, fast = np.linspace(-4, -3.8, 8), np.linspace(-3.8, -9.8, 8)
+    leans = [*slow, *fast, *np.linspace(0, 9.5, 10), *np.linspace(9.5, 9.9, 10)]
+    shown = np.array(leans) < 0
+    assert np.count_nonzero(shown & swinging(np.array(leans))) == 8
+    sets = _leaning(leans)
+    for period in ("swing", "rest"):
+        assert sets[-10.0, period].origin == "own"
+        assert sets[-10.0, period].frames == tuple(range(16))
+
+
+def test_a_state_with_few_frames_in_all_still_borrows() -> None:
+    sets = _leaning([12.0] * 5 + [5.0] * 20)
+    assert sets[10.0, "swing"].origin == "sheared"
 
 
 def test_particles_rise_through_three_regimes() -> None:

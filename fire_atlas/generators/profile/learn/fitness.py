@@ -1,30 +1,34 @@
 """Refuse clips that do not show one whole flame which burns upwards in one place, with advice.
 
 Frames are looked at as small copies, first a few of them and then all, so that a refusal takes
-seconds, whatever the size and length of the clip.
+seconds, whatever the size and length of the clip. The few refuse only what every one of them shows.
+Advice that names a threshold or frames was tried: with it, the clip is learnt.
 """
 
-import itertools
-from dataclasses import dataclass
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip
+from fire_atlas.core.clip import Clip, kept
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.pixels import Bytes, linear_to_srgb
+from fire_atlas.core.picture import as_bytes
 from fire_atlas.core.workers import Workers
-from fire_atlas.generators.profile.flame_region import largest_flame
-from fire_atlas.generators.profile.learn.features import FireMask, feature_points
+from fire_atlas.generators.profile.learn.features import FireMask
+from fire_atlas.generators.profile.learn.wholeness import Break, SeenFrame, breaks, presence
 from fire_atlas.generators.profile.model import (
     FEW_FRAMES,
     MANY_FRAMES,
     MAX_FRAMES,
     MIN_FRAMES,
     FeaturePoints,
+    Side,
+    node_heights,
 )
 from fire_atlas.vision.sampling import evenly_spread
-from fire_atlas.vision.steps import held_steps
 
 PROXY_SIDE = 480
 """Longest side of the copies, px."""
@@ -35,65 +39,83 @@ _SAMPLES = 12
 _MAX_WIDTH = 2.0
 """Maximum width of the foot of one flame, relative to its height."""
 
+_WALL = 0.9
+"""Share of the frame's columns in which a wall of fire burns, at least."""
+
+_TILTED, _FAR_TILTED = 0.12, 0.24
+"""Distance from what always burns to what sometimes does, in sizes of the fire, from which its
+direction counts; and where only a few frames are known."""
+
 _MIN_CHROMA, _MIN_PEAK = 0.15, 0.85
 """What is less colourful than the first and less bright than the second is no flame."""
 
-_MAX_SHIFT, _MIN_AREA_SHARE = 0.4, 0.35
-"""A flame whose foot is further from the usual place, in heights, or whose area is smaller than a
-share of the usual, is broken."""
+_MIN_DRIFT, _MAX_DRIFT = 0.7, 1.3
+"""Limits on the size of a flame at the end of a clip, relative to that at its beginning."""
 
-_CORE, _MIN_CORE = 0.8, 0.1
-"""Pixels that are flame in this share of the frames are its core, if that is more than the second
-share of its area."""
+_AGREES = 0.2
+"""Change of the size of a flame's body that goes with one of its height x width, at least; both as
+logarithms."""
 
-_GAP, _MIN_GAP, _MAX_GAP = 6.0, 0.1, 0.25
-"""A flame is broken that leaves out of the core, and is smaller than usual by, more than this many
-times what the clip's upper quartile leaves out, within limits; or that leaves out more than the
-upper limit, whatever its size."""
+_BODY = 0.2, 1.0
+"""Lowest and highest part of a flame, in heights, that are its body."""
 
-_FLASH, _MIN_FLASH = 10.0, 0.03
-"""A flame is broken in a drawing that differs from both its neighbours in more than the second
-share of its area, and in more than the first times what the clip's upper quartile does."""
-
-_MIRRORED = 0.5
-"""Drawings before and after a turn are alike: they differ by less than this fraction of the steps
-next to them."""
-
-_MIN_AREA = 24
-"""Minimum number of pixels of a flame that has an outline."""
+_LOWER, _HIGHER = (0.7, 0.5), (1.4, 2.0)
+"""Thresholds that are tried before they are advised, relative to the clip's."""
 
 _LISTED = 4
 """Maximum number of frames that a message lists."""
 
+_TRIED_PARTS = 8
+"""Maximum number of parts of a clip that are tried before one is advised."""
+
+_AS_IT_IS = "use the clip as it is with source.kind: frames"
+
+_WANTED = {
+    Break.OUT: ("burns in every frame", _LOWER),
+    Break.SMALL: ("stays about as large", _LOWER),
+    Break.PIECES: ("stays in one piece", _LOWER),
+    Break.PART_LOST: ("keeps all its parts", _LOWER),
+    Break.CUT: ("has room at its sides", _HIGHER),
+    Break.LIFTED: ("stays on its base", _LOWER),
+    Break.ELSEWHERE: ("stays in one place", ()),
+    Break.ASLANT: ("sways in one place", ()),
+    Break.PART_ADDED: ("changes evenly", _HIGHER),
+}
+"""What a flame has to do instead, and thresholds, relative to the clip's, with which it may."""
+
 
 @dataclass(frozen=True, slots=True)
-class _Frame:
-    """What is seen in a small copy of a frame.
+class _Fault:
+    """Why nothing can be learnt from a clip.
 
     Attributes:
-        mask: (H, W / 8) mask of its largest flame, 8 pixels in a byte, because all frames are kept.
-        area: Number of its pixels.
-        points: Its feature points; None if it shows no flame.
-        edges: Whether the flame touches the left, right, top and bottom edge, and whether it
-            touches the top edge over more than half its width.
-        has_rival: Whether it shows a second flame beside the first.
-        chroma: Difference of the largest and smallest channel, relative to the largest, that 95 %
-            of the flame's pixels do not exceed.
-        peak: Brightness, 0..1, that 99 % of the flame's pixels do not exceed.
+        what: What is wrong.
+        advice: What to do about it, whether or not anything that is tried helps.
+        factors: Thresholds, relative to that of the clip, with which it may be right.
+        broken: (frames,) whether that is wrong in a frame; None if all frames are alike.
+        is_wall: Whether the fire is as wide as the frame.
     """
 
-    mask: Bytes
-    area: int
-    points: FeaturePoints | None
-    edges: tuple[bool, bool, bool, bool, bool]
-    has_rival: bool
-    chroma: float
-    peak: float
+    what: str
+    advice: str
+    factors: tuple[float, ...] = ()
+    broken: NDArray[np.bool_] | None = None
+    is_wall: bool = False
 
-    @property
-    def flame(self) -> NDArray[np.bool_]:
-        """(H, W) mask of its largest flame; columns beyond the frame are not set."""
-        return np.unpackbits(self.mask, axis=1).view(np.bool_)
+
+@dataclass(frozen=True, slots=True)
+class _Verdict:
+    """What is found of a clip, as small copies of its frames show it.
+
+    Attributes:
+        threshold: Brightness (0..255) above which a pixel is flame.
+        frames: What is seen in its frames; of a clip with a gross fault, in a few of them.
+        fault: Why nothing can be learnt from it, or None.
+    """
+
+    threshold: float
+    frames: list[SeenFrame]
+    fault: _Fault | None
 
 
 def refuse_unfit(
@@ -115,77 +137,12 @@ def refuse_unfit(
             in one place in every frame.
     """
     _refuse_length(name, proxy.count)
-    mask = FireMask.of(proxy, threshold)
-    cut_share = 0.0
-    # A few frames tell soon whether all need be looked at.
-    for numbers in (evenly_spread(0, proxy.count - 1, _SAMPLES), range(proxy.count)):
-        frames = list(workers.map(lambda i: _seen(proxy, mask, i), numbers))
-        cut_share = _refuse_frames(name, mask, frames, list(numbers))
-    return mask.threshold, cut_share
-
-
-def _seen(clip: Clip, mask: FireMask, i: int) -> _Frame:
-    pixels = clip.read(i)
-    binarized = mask.binarized(pixels)
-    flame = largest_flame(binarized)
-    points, has_rival, chroma, peak = None, False, 0.0, 0.0
-    area = int(np.count_nonzero(flame))
-    if area >= _MIN_AREA:
-        points, has_rival = feature_points(flame), _has_rival(binarized, flame)
-        chroma, peak = _colourfulness(mask.isolated(pixels, binarized)[flame])
-    width = points.width if points else clip.width
-    edges = (
-        bool(flame[:, :1].any()), bool(flame[:, -1:].any()),
-        bool(flame[:2].any()), bool(flame[-1:].any()),
-        bool(np.count_nonzero(flame[0]) > 0.5 * width),
-    )  # fmt: skip
-    return _Frame(np.packbits(flame, axis=1), area, points, edges, has_rival, chroma, peak)
-
-
-def _colourfulness(pixels: NDArray[np.float32]) -> tuple[float, float]:
-    """Return ``chroma`` and ``peak`` of ``_Frame`` for pixels (n, 4) of a flame."""
-    colours = linear_to_srgb(np.clip(pixels[:, :3], 0, 1))
-    most, least = colours.max(axis=1), colours.min(axis=1)
-    chroma = (most - least) / np.maximum(most, 1e-3)
-    return float(np.quantile(chroma, 0.95)), float(np.quantile(most, 0.99))
-
-
-def _has_rival(binarized: NDArray[np.uint8], flame: NDArray[np.bool_]) -> bool:
-    """Return whether a second flame of similar size stands beside this one."""
-    rest = (binarized > 0) & ~flame
-    other = largest_flame(rest.astype(np.uint8))
-    if np.count_nonzero(other) < 0.35 * np.count_nonzero(flame):
-        return False
-    mine, its = (np.flatnonzero(mask.any(axis=0)) for mask in (flame, other))
-    return bool(its[0] > mine[-1] or its[-1] < mine[0])
-
-
-def _refuse_frames(name: str, mask: FireMask, frames: list[_Frame], numbers: list[int]) -> float:
-    """Refuse frames, of these ``numbers``, that do not show one whole flame; return the share whose
-    tip is cut off."""
-    seen = [frame for frame in frames if frame.points is not None]
-    if len(seen) < 0.5 * len(frames):
-        raise SourceError(_no_fire(name, mask, len(seen), len(frames)))
-    _refuse_rivals(name, frames)
-    cut_share = _refuse_cut(name, frames)
-    _refuse_tilted(name, _presence(seen), len(seen))
-    _refuse_wide(name, [frame.points for frame in seen if frame.points is not None])
-    _refuse_grey(name, seen)
-    _refuse_broken(name, frames, numbers)
-    return cut_share
-
-
-def _no_fire(name: str, mask: FireMask, seen: int, count: int) -> str:
-    if not mask.fire.any():
-        return (
-            f"{name}: no fire found: nothing in it moves and is bright; choose a clip in which the "
-            f"fire flickers, so that its frames differ"
-        )
-    return (
-        f"{name}: no fire found in {count - seen} of {count} frames: too little in them is "
-        f"brighter than {mask.threshold:.0f} of 255; set source.threshold lower, or choose other "
-        f"frames with source.start and source.count"
-    )
+    # In bytes more of them are kept, and advice is soon tried.
+    copies = kept(replace(proxy, picture=lambda i: as_bytes(proxy.picture(i))))
+    verdict = _judged(copies, threshold, workers)
+    if verdict.fault is not None:
+        raise SourceError(f"{name}: {_with_advice(copies, threshold, verdict, workers)}")
+    return verdict.threshold, float(np.mean([frame.edges[2] for frame in verdict.frames]))
 
 
 def length_advice(count: int) -> str | None:
@@ -201,12 +158,46 @@ def length_advice(count: int) -> str | None:
     )
 
 
+def size_advice(side: Side) -> str | None:
+    """Return advice on a clip, of which ``side`` was learnt, whose flame is much larger or smaller
+    at its end than at its beginning."""
+    heights = np.array([each.height for each in side.learnt_points])
+    rows = (node_heights() >= _BODY[0]) & (node_heights() <= _BODY[1])
+    drift = _drift(side.learnt_points, heights * side.pose.width_ratio[:, rows].mean(axis=1))
+    if _is_steady(drift):
+        return None
+    what = "grows: a flash, not a fire" if drift > 1 else "shrinks: a fire that dies"
+    return (
+        f"{what}: its height x width in the last third of the frames is {drift:.2f} times that in "
+        f"the first, and new fire jumps between these sizes; choose a part in which it stays as "
+        f"large with --set start=N and --set count=N, or {_AS_IT_IS}"
+    )
+
+
+def _drift(points: Sequence[FeaturePoints], bodies: NDArray[np.floating]) -> float:
+    """Return the mean height x width of the last third of the frames, relative to the first.
+
+    A wick that joins the flame or leaves it changes the width of its foot, but not its body: 1 is
+    returned if that, of the sizes (frames,) ``bodies``, does not go the same way.
+    """
+    feet = np.array([each.height * max(each.width, 1.0) for each in points])
+    third = max(1, len(feet) // 3)
+    drift, of_bodies = (float(s[-third:].mean() / s[:third].mean()) for s in (feet, bodies))
+    agrees = math.log(of_bodies) * math.copysign(1, drift - 1) >= _AGREES * abs(math.log(drift))
+    return drift if agrees else 1.0
+
+
+def _is_steady(drift: float) -> bool:
+    return _MIN_DRIFT <= drift <= _MAX_DRIFT
+
+
 def _refuse_length(name: str, count: int) -> None:
     best = f"{FEW_FRAMES} to {MANY_FRAMES}"
     if count < MIN_FRAMES:
+        sheet = "; if it is a sheet of frames, set source.grid: {columns: N, rows: N}"
         raise SourceError(
             f"{name}: has {count} frame{'s' * (count > 1)}; a profile is learnt from at "
-            f"least {MIN_FRAMES}, best from {best}"
+            f"least {MIN_FRAMES}, best from {best}{sheet * (count == 1)}"
         )
     if count > MAX_FRAMES:
         raise SourceError(
@@ -215,154 +206,254 @@ def _refuse_length(name: str, count: int) -> None:
         )
 
 
-def _refuse_rivals(name: str, frames: list[_Frame]) -> None:
-    rivals = sum(frame.has_rival for frame in frames)
-    if rivals > 0.6 * len(frames):
-        raise SourceError(
-            f"{name}: shows several flames side by side in {rivals} of {len(frames)} frames; "
-            f"a profile is of one flame: crop the clip to one, or set source.threshold lower if "
-            f"they belong together"
+def _judged(proxy: Clip, threshold: float | None, workers: Workers) -> _Verdict:
+    """Judge a clip by a few frames, and unless these all have a fault by all of them."""
+    mask = FireMask.of(proxy, threshold)
+    if proxy.count > _SAMPLES:
+        numbers = evenly_spread(0, proxy.count - 1, _SAMPLES)
+        few = list(workers.map(lambda i: SeenFrame.of(proxy, mask, i), numbers))
+        if fault := _fault(mask, few, are_all=False):
+            return _Verdict(mask.threshold, few, fault)
+    frames = list(workers.map(lambda i: SeenFrame.of(proxy, mask, i), range(proxy.count)))
+    return _Verdict(mask.threshold, frames, _fault(mask, frames, are_all=True))
+
+
+def _fault(mask: FireMask, frames: Sequence[SeenFrame], are_all: bool) -> _Fault | None:
+    """Return what is wrong with a clip, as all its frames show it, or a few: of these only what
+    every one shows, or what is far off."""
+    if gross := _dark(mask, frames, are_all) or _several(frames, are_all) or _cut(frames, are_all):
+        return gross
+    seen = [frame for frame in frames if frame.points is not None]
+    if not are_all:
+        return _tilted(seen, _FAR_TILTED)
+    found = breaks(frames)
+    whole = [frame for frame, why in zip(frames, found, strict=True) if why is None]
+    # Frames in which a flame is elsewhere do not tell where it burns to.
+    upright = whole if len(whole) > 0.5 * len(frames) else seen
+    return _tilted(upright, _TILTED) or _wide(seen) or _grey(seen) or _broken(found)
+
+
+def _exceeds(bad: NDArray[np.bool_], limit: float, are_all: bool) -> bool:
+    """Return whether too many frames are ``bad``: more than a share of all, or each of a few."""
+    return bool(bad.mean() > limit) if are_all else bool(bad.all())
+
+
+def _where(bad: NDArray[np.bool_], are_all: bool = True) -> str:
+    """Return in which frames, or in how many, something is wrong."""
+    if not are_all:
+        return "in nearly all frames"
+    numbers = np.flatnonzero(bad).tolist()
+    if len(numbers) > _LISTED:
+        return f"in {len(numbers)} of {len(bad)} frames"
+    return f"in frame{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"
+
+
+def _dark(mask: FireMask, frames: Sequence[SeenFrame], are_all: bool) -> _Fault | None:
+    dark = np.array([frame.points is None for frame in frames])
+    if not _exceeds(dark, 0.5, are_all):
+        return None
+    if not mask.fire.any():
+        return _Fault(
+            "no fire found, for nothing in it moves and is bright",
+            "choose a clip in which the fire flickers, so that its frames differ",
         )
+    return _Fault(
+        f"no fire found {_where(dark, are_all)}, for too little in them is brighter than "
+        f"{mask.threshold:.0f} of 255",
+        "choose a clip in which the fire is brighter than what is around it",
+        _LOWER,
+        dark if are_all else None,
+    )
 
 
-def _refuse_cut(name: str, frames: list[_Frame]) -> float:
-    """Return the share of frames whose tip is cut off; refuse flames cut off more than that."""
-    left, right, top, bottom, wide = np.mean([frame.edges for frame in frames], axis=0)
-    advice = "film it with room on all sides, or set source.threshold higher if this is its glow"
-    if min(left, right, top, bottom) > 0.5:
-        raise SourceError(f"{name}: the fire touches every edge, so it has no outline; {advice}")
-    for share, edge in ((left, "left"), (right, "right")):
-        if share > 0.5:
-            raise SourceError(f"{name}: the fire is cut off at the {edge} edge; {advice}")
-    if wide > 0.5 or top > 0.9:
-        raise SourceError(
-            f"{name}: the tip of the flame is cut off in {100 * max(wide, top):.0f} % of the "
-            f"frames; {advice}"
+def _several(frames: Sequence[SeenFrame], are_all: bool) -> _Fault | None:
+    rivals = np.array([frame.has_rival for frame in frames])
+    if not _exceeds(rivals, 0.6, are_all):
+        return None
+    return _wall(frames) or _Fault(
+        f"shows several flames side by side {_where(rivals, are_all)}; a profile is of one flame",
+        f"crop the clip to one, or {_AS_IT_IS}",
+        _LOWER,
+        rivals if are_all else None,
+    )
+
+
+def _wall(frames: Sequence[SeenFrame]) -> _Fault | None:
+    """Return that the fire is a wall, of frames in which it is not one whole flame, if it is."""
+    if float(np.median([frame.breadth for frame in frames])) < _WALL:
+        return None
+    return _Fault(
+        "this is a wall of fire, as wide as the frame; a profile is of one flame",
+        f"crop a tongue, above where it joins the others, or {_AS_IT_IS}",
+        _HIGHER,
+        is_wall=True,
+    )
+
+
+def _cut(frames: Sequence[SeenFrame], are_all: bool) -> _Fault | None:
+    left, right, top, bottom, wide = np.array([frame.edges for frame in frames]).T
+    advice = f"film it with room on all sides, or {_AS_IT_IS}"
+    if all(_exceeds(edge, 0.5, are_all) for edge in (left, right, top, bottom)):
+        return _Fault("the fire touches every edge, so it has no outline", advice, _HIGHER)
+    for edge, which in ((left, "left"), (right, "right")):
+        if _exceeds(edge, 0.5, are_all):
+            return _wall(frames) or _Fault(
+                f"the fire is cut off at the {which} edge {_where(edge, are_all)}",
+                advice,
+                _HIGHER,
+                edge if are_all else None,
+            )
+    # That a few tips are all cut off does not say that nine tenths of all are.
+    if _exceeds(wide, 0.5, are_all) or (are_all and top.mean() > 0.9):
+        return _Fault(
+            f"the tip of the flame is cut off {_where(top, are_all)}",
+            advice,
+            _HIGHER,
+            top if are_all else None,
         )
-    return float(top)
+    return None
 
 
-def _refuse_tilted(name: str, present: NDArray[np.float32], count: int) -> None:
-    """Refuse fire that does not burn upwards, which is the direction from the pixels that are
-    always flame to those that sometimes are, in ``count`` frames."""
+def _tilted(frames: Sequence[SeenFrame], least: float) -> _Fault | None:
+    """Return that fire does not burn upwards, which is the direction from the pixels that are
+    always flame to those that sometimes are, if these are ``least`` sizes of the fire apart."""
+    present = presence(frames)
     # What a single frame shows, of a few, says where that frame is broken.
-    seldom = max(0.05, 1.5 / count)
+    seldom = max(0.05, 1.5 / len(frames))
     always, sometimes = present > 0.8, (present > seldom) & (present < 0.5)
     if not always.any() or not sometimes.any():
-        return
+        return None
     (y0, x0), (y1, x1) = (np.argwhere(mask).mean(axis=0) for mask in (always, sometimes))
     rows, columns = np.argwhere(present > 0.05).T
     size = float(np.hypot(np.ptp(rows) + 1, np.ptp(columns) + 1))
     right, up = (x1 - x0) / size, (y0 - y1) / size
-    if max(abs(right), -up) < 0.12 or up > abs(right):
-        return
+    if max(abs(right), -up) < least or up > abs(right):
+        return None
     where = "downwards" if -up > abs(right) else "to the right" if right > 0 else "to the left"
-    raise SourceError(
-        f"{name}: the fire burns {where}; a profile is of fire that burns upwards: turn the clip "
-        f"so that its base is at the bottom"
+    return _Fault(
+        f"the fire burns {where}; a profile is of fire that burns upwards",
+        "turn the clip so that its base is at the bottom",
     )
 
 
-def _refuse_wide(name: str, points: list[FeaturePoints]) -> None:
-    ratio = float(np.median([each.width / max(each.height, 1.0) for each in points]))
-    if ratio > _MAX_WIDTH:
-        raise SourceError(
-            f"{name}: the fire is {ratio:.1f} times as wide as it is high: a row or a ring of "
-            f"flames; a profile is of one flame: crop the clip to one"
-        )
+def _wide(frames: Sequence[SeenFrame]) -> _Fault | None:
+    ratio = float(np.median([each.width / max(each.height, 1.0) for each in _points(frames)]))
+    if ratio <= _MAX_WIDTH:
+        return None
+    return _wall(frames) or _Fault(
+        f"the fire is {ratio:.1f} times as wide as it is high: a row or a ring of flames; a "
+        f"profile is of one flame",
+        f"crop the clip to one, or {_AS_IT_IS}",
+    )
 
 
-def _refuse_grey(name: str, frames: list[_Frame]) -> None:
+def _grey(frames: Sequence[SeenFrame]) -> _Fault | None:
     chroma, peak = np.median([(frame.chroma, frame.peak) for frame in frames], axis=0)
-    if chroma < _MIN_CHROMA and peak < _MIN_PEAK:
-        raise SourceError(
-            f"{name}: shows something grey that does not glow (at most {255 * peak:.0f} of 255): "
-            f"smoke or steam; a profile is of a flame: choose a clip of one, or use the clip as it "
-            f"is with source.kind: frames"
-        )
-
-
-def _refuse_broken(name: str, frames: list[_Frame], numbers: list[int]) -> None:
-    """Refuse a flame that goes out, breaks up, leaves its base, or gives way to another picture:
-    fire that is generated from it would do so now and then."""
-    bad = _broken(frames)
-    if numbers == list(range(numbers[0], numbers[0] + len(numbers))):
-        bad |= _flashes(frames)
-    broken = list(itertools.compress(numbers, bad))
-    if not broken:
-        return
-    which = f"{len(broken)} of {len(frames)} frames"
-    if len(broken) <= _LISTED:
-        which = f"frame{'s' * (len(broken) > 1)} {', '.join(map(str, broken))}"
-    raise SourceError(
-        f"{name}: the flame goes out, breaks up, is cut off, leaves its base or jumps elsewhere in "
-        f"{which}; "
-        f"choose a part of the clip in which it burns whole and in one place with source.start and "
-        f"source.count, or set source.threshold lower if parts of it are dim"
+    if chroma >= _MIN_CHROMA or peak >= _MIN_PEAK:
+        return None
+    return _Fault(
+        f"shows something grey that does not glow (at most {255 * peak:.0f} of 255): smoke or "
+        f"steam; a profile is of a flame",
+        f"choose a clip of one, or {_AS_IT_IS}",
     )
 
 
-def _presence(frames: list[_Frame]) -> NDArray[np.float32]:
-    """Return the share (H, W), 0..1, of the frames in which each pixel is flame."""
-    total = np.zeros(frames[0].flame.shape, np.float32)
-    for frame in frames:
-        total += frame.flame
-    return total / np.float32(len(frames))
+def _broken(found: Sequence[Break | None]) -> _Fault | None:
+    """Return in which frames a flame goes out, breaks up, leaves its base, or gives way to another
+    picture: fire that is generated from it would do so now and then."""
+    kinds = [kind for kind, _ in Counter(filter(None, found)).most_common()]
+    if not kinds:
+        return None
+    told = [f"{kind} {_where(np.array([each is kind for each in found]))}" for kind in kinds]
+    wanted = [_WANTED[kind][0] for kind in kinds]
+    return _Fault(
+        f"the flame {_listed(told)}; a profile is of a flame that {_listed(wanted)}",
+        f"film it with room on all sides, or {_AS_IT_IS}" if Break.CUT in kinds else _AS_IT_IS,
+        tuple(dict.fromkeys(factor for kind in kinds for factor in _WANTED[kind][1])),
+        np.array([each is not None for each in found]),
+    )
 
 
-def _broken(frames: list[_Frame]) -> NDArray[np.bool_]:
-    """Return in which frames the flame is not whole, or not in its place."""
-    area = np.array([frame.area for frame in frames])
-    whole = np.array([frame.points is not None for frame in frames])
-    usual = float(np.median(area[whole]))
-    whole &= area >= _MIN_AREA_SHARE * usual
-    # Those that are large enough, so that one of them at least is in the usual place.
-    points = [frame.points for frame in itertools.compress(frames, whole) if frame.points]
-    height = float(np.median([each.height for each in points]))
-    foot = np.array([(np.inf, np.inf) if f.points is None else f.points.bottom for f in frames])
-    at = np.array([each.bottom for each in points])
-    # The usual place is that of the frame to which most others are near.
-    apart = np.abs(at[:, None] - at).max(axis=2)
-    place = at[np.argmin(np.quantile(apart, 0.4, axis=1))]
-    whole &= np.abs(foot - place).max(axis=1) <= _MAX_SHIFT * height
-    core = _presence(list(itertools.compress(frames, whole))) > _CORE
-    if np.count_nonzero(core) >= _MIN_CORE * usual:
-        gap = 1 - np.array([frame.flame[core].mean() for frame in frames])
-        limit = np.clip(_GAP * np.quantile(gap, 0.75), _MIN_GAP, _MAX_GAP)
-        # A flame that sways leaves out some of the core too, but is no smaller for it.
-        whole &= (np.minimum(gap, 1 - area / usual) <= limit) & (gap <= _MAX_GAP)
-    return ~whole
+def _listed(parts: Sequence[str]) -> str:
+    """Return ``a, b and c``."""
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
 
 
-def _flashes(frames: list[_Frame]) -> NDArray[np.bool_]:
-    """Return which of successive frames differ from the drawing before and from the one after far
-    more than is usual: there, for a moment, a part of the flame is missing or added.
+def _with_advice(proxy: Clip, threshold: float | None, verdict: _Verdict, workers: Workers) -> str:
+    """Return what is wrong with a clip, and what to do: first that with which it was learnt."""
+    fault = verdict.fault
+    assert fault is not None, "advice is for what is wrong"
+    advice: list[str] = []
+    factors = fault.factors
+    if threshold is not None:
+        usual = _judged(proxy, None, workers)
+        if _is_learnt(usual):
+            advice.append(f"leave source.threshold out, so that {usual.threshold:.0f} is chosen")
+            factors = ()
+        elif usual.fault is not None and usual.fault.is_wall:
+            # Some thresholds leave only bits of it.
+            fault, factors = usual.fault, ()
+    remark = ""
+    if fault.broken is not None and (part := _whole_part(proxy, threshold, fault.broken, workers)):
+        first, frames = part
+        if _is_steady(drift := _seen_drift(frames)):
+            advice.append(f"{_choosing(first, len(frames))}, which show it whole")
+        else:
+            remark = (
+                f"; frames {first} to {first + len(frames) - 1} show it whole, but it "
+                f"{'grows' if drift > 1 else 'shrinks'} in them ({drift:.2f} times the size)"
+            )
+    for tried in (round(verdict.threshold * factor) for factor in factors):
+        if 0 < tried < 255 and _is_learnt(_judged(proxy, float(tried), workers)):
+            advice.append(f"set source.threshold to {tried} instead of {verdict.threshold:.0f}")
+            break
+    return f"{fault.what}: {', or '.join([*advice, fault.advice])}{remark}"
 
-    The first and the last drawing have no other on one side, so that nothing is known of them.
-    """
-    masks = [frame.mask for frame in frames]
-    lengths = np.array([_size(a ^ b) for a, b in itertools.pairwise(masks)], np.float64)
-    begins = np.append(True, ~held_steps(lengths, closed=False))
-    drawings = list(itertools.compress(masks, begins))
-    flash = np.zeros(len(drawings))
-    for i in range(1, len(drawings) - 1):
-        flash[i] = _size((drawings[i] ^ drawings[i - 1]) & (drawings[i] ^ drawings[i + 1]))
-    usual = float(np.median([frame.area for frame in frames]))
-    limit = max(_MIN_FLASH * usual, _FLASH * float(np.quantile(flash, 0.75)))
-    broken = flash > limit
-    for i in np.flatnonzero(broken).tolist():
-        broken[i] = not _is_turn(drawings[max(i - 2, 0) : i + 3])
-    return np.asarray(broken[np.cumsum(begins) - 1])
+
+def _is_learnt(verdict: _Verdict) -> bool:
+    """Return whether a clip is learnt, and as a fire that burns on."""
+    return verdict.fault is None and _is_steady(_seen_drift(verdict.frames))
 
 
-def _is_turn(drawings: list[Bytes]) -> bool:
-    """Return whether the clip is played in reverse from the third of five drawings on."""
-    if len(drawings) < 5:
-        return False
-    first, second, _, fourth, fifth = drawings
-    return _size(first ^ fifth) < _MIRRORED * (_size(first ^ second) + _size(fourth ^ fifth))
+def _seen_drift(frames: Sequence[SeenFrame]) -> float:
+    """Return ``_drift`` of frames that all show a flame."""
+    return _drift(_points(frames), np.array([frame.area for frame in frames]))
 
 
-def _size(mask: Bytes) -> int:
-    """Return how many pixels of a mask (H, W / 8) are set."""
-    return int(np.count_nonzero(np.unpackbits(mask)))
+def _points(frames: Sequence[SeenFrame]) -> list[FeaturePoints]:
+    return [frame.points for frame in frames if frame.points is not None]
+
+
+def _choosing(first: int, count: int) -> str:
+    """Return how to choose ``count`` frames from ``first`` on, of those that are used now."""
+    start = f"source.start {first} higher and " if first else ""
+    return f"set {start}source.count to {count} for frames {first} to {first + count - 1}"
+
+
+def _whole_part(
+    proxy: Clip, threshold: float | None, broken: NDArray[np.bool_], workers: Workers
+) -> tuple[int, list[SeenFrame]] | None:
+    """Return the first frame of a part of the clip, without ``broken`` frames, that can be learnt
+    from, and what is seen in its frames; None if there is none."""
+    runs = _runs(~broken)
+    for _ in range(_TRIED_PARTS):
+        first, count = max(runs, key=lambda run: run[1], default=(0, 0))
+        if count < MIN_FRAMES:
+            return None
+        verdict = _judged(_part(proxy, first, count), threshold, workers)
+        if verdict.fault is None:
+            return first, verdict.frames
+        runs.remove((first, count))
+        if verdict.fault.broken is not None:
+            runs += [(first + start, length) for start, length in _runs(~verdict.fault.broken)]
+    return None
+
+
+def _part(clip: Clip, start: int, count: int) -> Clip:
+    return replace(clip, count=count, picture=lambda i: clip.picture(start + i))
+
+
+def _runs(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return the first and the number of each run of items that are set."""
+    changes = np.flatnonzero(np.diff(chosen.astype(np.int8), prepend=0, append=0))
+    return [(int(first), int(stop - first)) for first, stop in changes.reshape(-1, 2)]

@@ -56,20 +56,20 @@ def learn(
     measured = [measure_clip(each, name, threshold, workers) for name, each in clips.items()]
     front_and_side = [each.clip for each in clips.values()]
     grid, pairs = detail_grid(measured), list(zip(front_and_side, measured, strict=True))
-    sides = [_side(*pair, grid, workers) for pair in pairs]
-    table = _table(*pairs[0], cells, workers)
+    sides = [_side(*pair, grid, cells, workers) for pair in pairs]
     return Profile(
         grid=grid,
         rise_speed=_rise_speed(sides[0].detail, grid),
-        colours=table,
-        learnt_colours=table,
         front=sides[0],
         side=sides[1] if len(sides) > 1 else None,
     )
 
 
-def _side(clip: Clip, measured: ClipMeasurements, grid: DetailGrid, workers: Workers) -> Side:
+def _side(
+    clip: Clip, measured: ClipMeasurements, grid: DetailGrid, cells: int, workers: Workers
+) -> Side:
     pose, points = learn_pose(measured), measured.points
+    table = _table(clip, measured, cells, workers)
     return Side(
         fps=clip.fps,
         closed=measured.closed,
@@ -85,6 +85,8 @@ def _side(clip: Clip, measured: ClipMeasurements, grid: DetailGrid, workers: Wor
             step=round(measured.step, 4),
         ),
         sets=leaning_sets(measured.leans),
+        colours=table,
+        learnt_colours=table,
         half_width=measured.half_width / measured.height,
         pose=pose,
         detail=learn_detail(clip, measured, pose, grid, workers),
@@ -151,8 +153,9 @@ def leaning_sets(leans: NDArray[np.float64]) -> tuple[LeaningSet, ...]:
 
     The paper has twelve sets, "each captured in one period of time", and does not define the
     periods. Here they are what its state machine needs: the fire swings when a force sets in and
-    rests when it is sustained. If the clip has too few frames for a set, it borrows frames of the
-    opposite state, to be mirrored, or else runs of the most similar lean, to be sheared.
+    rests when it is sustained. If the clip has too few frames for a set, it has those of its state
+    in both periods; if these are too few, it borrows frames of the opposite state, to be mirrored,
+    or else runs of the most similar lean, to be sheared.
     """
     swings = swinging(leans)
     periods: dict[Period, NDArray[np.bool_]] = {"swing": swings, "rest": ~swings}
@@ -166,14 +169,20 @@ def leaning_sets(leans: NDArray[np.float64]) -> tuple[LeaningSet, ...]:
 def _leaning_set(
     leans: NDArray[np.float64], belongs: NDArray[np.bool_], period: Period, low: float, high: float
 ) -> LeaningSet:
-    own, opposite = (np.flatnonzero(belongs & _within(each, low, high)) for each in (leans, -leans))
-    if _is_enough(own):
-        return LeaningSet(low, high, period, "own", 0.0, tuple(map(int, own)))
-    if not own.size and _is_enough(opposite):
+    shown, opposite = (_of_period(_within(each, low, high), belongs) for each in (leans, -leans))
+    if _is_enough(shown):
+        return LeaningSet(low, high, period, "own", 0.0, tuple(map(int, shown)))
+    if not belongs[shown].any() and _is_enough(opposite):
         return LeaningSet(low, high, period, "mirrored", 0.0, tuple(map(int, opposite)))
-    borrowed = _nearest_runs(leans, belongs, own, (low + high) / 2)
+    borrowed = _nearest_runs(leans, belongs, shown, (low + high) / 2)
     shear = round((low + high) / 2 - float(leans[list(borrowed)].mean()), 2)
     return LeaningSet(low, high, period, "sheared", shear, borrowed)
+
+
+def _of_period(state: NDArray[np.bool_], belongs: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return the frames of a state that belong to a period; of both periods if these are few."""
+    own = np.flatnonzero(state & belongs)
+    return own if _is_enough(own) else np.flatnonzero(state)
 
 
 def _is_enough(frames: NDArray[np.intp]) -> bool:
