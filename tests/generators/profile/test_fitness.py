@@ -201,23 +201,29 @@ def test_a_clip_that_breaks_in_several_ways_counts_each() -> None:
     assert judged(advised_part(why, broken)) is None
 
 
-def _dim_waist(frame: Pixels) -> None:
-    """Joined by a part that is dimmer than what counts as flame."""
-    frame[130:145, :, :3] *= 0.06
-
-
 def test_a_lower_threshold_is_advised_where_it_helps() -> None:
-    frames = frames_of(swaying(32, reach=3.0)[0])
-    for i in (10, 20):
-        _dim_waist(frames[i])
+    """A hot core in a cooler flame; in two frames a part of both is dimmer than counts as flame."""
+    frames = []
+    for i in range(48):
+        lean = float(np.sin(i / 3))
+        core = kite(lean, 14.0)
+        frames.append(painted(kite(lean), (220, 90, 10)))
+        frames[i][core] = painted(core, (255, 235, 170))[core]
+    for i in (15, 31):
+        frames[i][135:139, :, :3] *= 0.05
     clip = clip_of(frames)
-    why = judged(clip, threshold=100.0)
-    assert why is not None and "breaks up in frames 10, 20" in why
-    assert "leave source.threshold out" in why and judged(clip) is None
-    for frame in frames:
-        frame[..., :3] *= np.linspace(0.1, 1, HEIGHT)[:, None, None]
-    why = judged(clip_of(frames), threshold=60.0)
-    assert why is None or "source.kind: frames" in why
+    why = judged(clip)
+    assert why is not None and why.startswith("the flame breaks up in frames 15, 31;")
+    lower = re.search(r"or set source\.threshold to (\d+) instead of (\d+), or use", why)
+    assert lower is not None and int(lower[1]) < int(lower[2])
+    assert judged(clip, float(lower[1])) is None
+
+
+def test_a_threshold_that_is_worse_than_none_is_advised_to_be_left_out() -> None:
+    clip, _ = swaying(32)
+    why = judged(clip, threshold=250.0)
+    assert why is not None and "leave source.threshold out, so that 12 is chosen" in why
+    assert "set source.threshold" not in why and judged(clip) is None
 
 
 def test_a_threshold_that_does_not_help_is_not_advised() -> None:
