@@ -151,7 +151,7 @@ def test_flakes_add_the_light_that_film_shows_of_them(
     tmp_path: Path, images: list[NDArray[np.uint8]]
 ) -> None:
     def light_of(**flakes: Any) -> float:
-        build = built(tmp_path, flakes={"rate": 300, "bursts": 0, "alpha": 0.01, **flakes})
+        build = built(tmp_path, flakes={"rate": 900, "bursts": 0, "alpha": 0.01, **flakes})
         return float(json.loads((build / "fire.light.json").read_bytes())["mean"]["light"])
 
     without, dark = light_of(bake=False), light_of(intensity=0)

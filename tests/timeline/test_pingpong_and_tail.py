@@ -38,7 +38,8 @@ def test_a_pingpong_longer_than_there_and_back_is_refused() -> None:
 @pytest.mark.parametrize("fps", [None, 60.0])
 def test_sparks_of_a_pingpong_rise_while_the_flame_runs_backwards(fps: float | None) -> None:
     timeline: dict[str, Any] = {"loop": "pingpong", **({"fps": fps} if fps else {})}
-    effect = run_effect(replace(campfire(160, 24), loop=False), {"timeline": timeline})
+    keys = {"timeline": timeline, "flakes": {"rate": 300, "bursts": 0}}
+    effect = run_effect(replace(campfire(160, 24), loop=False), keys)
     half = effect.clip.count // 2
     there, back = (np.concatenate(effect.tracks.frames[part])[:, VY]
                    for part in (slice(0, half), slice(half, None)))  # fmt: skip

@@ -38,7 +38,7 @@ def form(
     even = np.ones_like(axis.heights)
     taper = np.maximum(1 - slope * axis.heights, 0.0)
     column = Column(WIDE * even, 0 * even, deep * even, taper)
-    return column_form(column, axis, *axis.straightened_frame(RIGHT, ROWS), camera)
+    return column_form(column, axis, axis.frame_places(RIGHT, ROWS), camera)
 
 
 def angles(found: NDArray[np.float32], wanted: NDArray[np.float64]) -> NDArray[np.float64]:

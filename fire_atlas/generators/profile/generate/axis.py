@@ -27,11 +27,13 @@ _SLENDER, _WIDE = 0.4, 0.9
 """Half widths, flame heights, up to which a fire lies square to its axis, and from which its rows
 stay level. On the inner side of the bend, rows do not cross that far from the axis."""
 
-_LEAST_SPEED = 0.2
-"""Least length of a flame height of the axis as a camera sees it that places are divided by."""
+_LEAST_RISE = 0.15
+"""Least height in the picture of a flame height of the axis: where it leans so far towards a camera
+that looks down that it would end lower than it began, it is seen nearly along itself instead."""
 
-_CELL = 4
-"""Side of the square of px in which places along the axis change evenly."""
+_MAX_CELL, _CELLS = 4, 24
+"""Largest side of the square of px in which places along the axis change evenly, and number of such
+squares that a frame has at least to each side."""
 
 _ITERATIONS = 4
 """Steps of Newton's method."""
@@ -49,7 +51,6 @@ class BentAxis:
         up: (n,) how far each is up in the picture, as a camera that looks down sees it.
         away: (n,) how far the middle of the fire is away from a level camera there.
         turn: (n,) angle to which the fire turns there in the picture, to the right, radians.
-        speed: (n,) length of the axis in the picture, per length of the axis.
     """
 
     heights: Places
@@ -57,7 +58,6 @@ class BentAxis:
     up: Places
     away: Places
     turn: Places
-    speed: Places
 
     @classmethod
     def of(
@@ -90,24 +90,37 @@ class BentAxis:
         if behind is not None:
             away = np.asarray(away + behind(heights), np.float64)
         seen = np.asarray(up * math.cos(elevation) + away * math.sin(elevation), np.float64)
-        to_right, to_up = np.gradient(right, _STEP), np.gradient(seen, _STEP)
-        turn = np.arctan2(to_right, np.maximum(to_up, 1e-9)).astype(np.float64)
+        rises = np.maximum(np.gradient(seen, _STEP), _LEAST_RISE)
+        seen = _integrated(rises, -first) + seen[-first]
+        turn = np.arctan2(np.gradient(right, _STEP), rises).astype(np.float64)
         turn *= float(np.clip((_WIDE - widest) / (_WIDE - _SLENDER), 0, 1))
-        speed = np.maximum(np.hypot(to_right, to_up), _LEAST_SPEED).astype(np.float64)
-        return cls(heights, right, seen, away, turn, speed)
+        return cls(heights, right, seen, away, turn)
 
     @cached_property
     def is_straight(self) -> bool:
-        """Whether the fire does not lean."""
-        return not self.right.any() and not self.away.any()
+        """Whether the camera sees it upright and evenly long."""
+        return not self.right.any() and bool(np.ptp(np.diff(self.up)) < 1e-9)
+
+    @cached_property
+    def tangent(self) -> tuple[Places, Places]:
+        """How far to the right and up (n,) each goes in the picture per length of the axis."""
+        to_right, to_up = (np.gradient(each, _STEP) for each in (self.right, self.up))
+        return np.asarray(to_right, np.float64), np.asarray(to_up, np.float64)
 
     def at(self, values: Places, heights: NDArray[np.floating]) -> Places:
-        """Return ``values`` (n,) of the nodes at ``heights``, continued evenly beyond the ends."""
-        place = np.clip((heights - self.heights[0]) / _STEP, 0, len(values) - 1)
-        beyond = (heights - self.heights[0]) / _STEP - place
-        lower = np.minimum(place.astype(np.intp), len(values) - 2)
-        change = np.diff(values)[lower]
-        return np.asarray(values[lower] + change * (place - lower + beyond), np.float64)
+        """Return ``values`` (n,) of the nodes at ``heights``; they are constant beyond the ends."""
+        return np.asarray(np.interp(heights, self.heights, values), np.float64)
+
+    def continued(self, values: Places, heights: NDArray[np.floating]) -> Places:
+        """Return places, ``values`` (n,) of the nodes, at ``heights``; they go on evenly beyond the
+        ends."""
+        found = self.at(values, heights)
+        low, high = heights - self.heights[0], heights - self.heights[-1]
+        if np.min(low) < 0:
+            found += np.minimum(low, 0) * ((values[1] - values[0]) / _STEP)
+        if np.max(high) > 0:
+            found += np.maximum(high, 0) * ((values[-1] - values[-2]) / _STEP)
+        return found
 
     def placed(
         self, heights: NDArray[np.floating], across: NDArray[np.floating]
@@ -115,55 +128,72 @@ class BentAxis:
         """Return where in the picture, to the right and up, places of the fire are: at ``heights``
         along its axis, and ``across`` to the right of it."""
         turn = self.at(self.turn, heights)
-        right = self.at(self.right, heights) + across * np.cos(turn)
-        return right, self.at(self.up, heights) - across * np.sin(turn)
+        right = self.continued(self.right, heights) + across * np.cos(turn)
+        return right, self.continued(self.up, heights) - across * np.sin(turn)
 
     def straightened(
         self, right: NDArray[np.floating], up: NDArray[np.floating]
     ) -> tuple[Places, Places]:
         """Return the height along the axis, and the distance to the right of it, of places in the
         picture: the inverse of ``placed``, by Newton's method."""
-        slope = max(float(self.speed[0]), _LEAST_SPEED)
+        to_right, to_up = self.tangent
         if self.is_straight:
-            heights, across = np.broadcast_arrays(up / slope, right)
-            return heights.astype(np.float64), across.astype(np.float64)
-        rising = np.maximum.accumulate(self.up)
-        heights = np.interp(up, rising, self.heights, right=np.nan)
-        beyond = self.heights[-1] + (up - rising[-1]) / slope
-        heights = np.where(np.isnan(heights), beyond, heights)
+            heights = np.asarray(up / to_up[0], np.float64)
+            return heights, np.asarray(right, np.float64)
+        heights = np.interp(up, self.up, self.heights)
+        heights += np.maximum(up - self.up[-1], 0) / to_up[-1]
+        heights += np.minimum(up - self.up[0], 0) / to_up[0]
         turning = np.gradient(self.turn, _STEP)
-        to_right, to_up = np.gradient(self.right, _STEP), np.gradient(self.up, _STEP)
         across = np.zeros_like(heights)
         for step in range(_ITERATIONS + 1):
             turn = self.at(self.turn, heights)
             cos, sin = np.cos(turn), np.sin(turn)
-            x = right - self.at(self.right, heights)
-            y = up - self.at(self.up, heights)
+            x = right - self.continued(self.right, heights)
+            y = up - self.continued(self.up, heights)
             across = x * cos - y * sin
             if step < _ITERATIONS:
                 along = self.at(to_right, heights) * sin + self.at(to_up, heights) * cos
-                slower = np.maximum(along - across * self.at(turning, heights), _LEAST_SPEED)
+                slower = np.maximum(along - across * self.at(turning, heights), _LEAST_RISE)
                 heights = heights + np.clip((x * sin + y * cos) / slower, -0.5, 0.5)
         return heights, across
 
-    def straightened_frame(
-        self, right: NDArray[np.floating], up: NDArray[np.floating]
-    ) -> tuple[Places, Places]:
-        """Return the same for all pixels of a frame whose columns are at ``right`` (columns,) and
-        whose rows at ``up`` (rows,), evenly spaced: (rows, columns) each.
-
-        It is computed for every fourth pixel, because it changes slowly.
-        """
+    def frame_places(self, right: NDArray[np.floating], up: NDArray[np.floating]) -> "FramePlaces":
+        """Return the same for the pixels of a frame whose columns are at ``right`` (columns,) and
+        whose rows at ``up`` (rows,), evenly spaced."""
+        size = len(up), len(right)
         if self.is_straight:
-            return self.straightened(right[None, :], up[:, None])
-        x, y = (_coarse(axis) for axis in (right, up))
-        size = len(x) * _CELL, len(y) * _CELL
-        inner = slice(_CELL, _CELL + len(up)), slice(_CELL, _CELL + len(right))
-        heights, across = (
-            cv2.resize(as_plane(plane), size, interpolation=cv2.INTER_LINEAR)[inner]
-            for plane in self.straightened(x[None, :], y[:, None])
-        )
-        return heights.astype(np.float64), across.astype(np.float64)
+            return FramePlaces(*self.straightened(right[None, :], up[:, None]), size, 1)
+        cell = max(1, min(_MAX_CELL, min(size) // _CELLS))
+        x, y = (_coarse(axis, cell) for axis in (right, up))
+        return FramePlaces(*self.straightened(x[None, :], y[:, None]), size, cell)
+
+
+@dataclass(frozen=True, slots=True)
+class FramePlaces:
+    """Where in a fire the pixels of a frame lie, at fewer places than that: they change slowly.
+
+    Attributes:
+        heights: Height along the axis, flame heights.
+        across: Distance to the right of it, flame heights; of a shape that goes with ``heights``.
+        size: Rows and columns of the frame.
+        cell: Side of the square of px that each place stands for.
+    """
+
+    heights: Places
+    across: Places
+    size: tuple[int, int]
+    cell: int
+
+    def full(self, values: NDArray[np.floating]) -> NDArray[np.float32]:
+        """Return values at the places, (...) as ``heights`` or ``across``, for all pixels (rows,
+        columns)."""
+        rows, columns = self.size
+        if self.cell == 1 and self.heights.shape != self.across.shape:
+            return as_plane(np.broadcast_to(values, self.size))
+        plane = as_plane(np.broadcast_to(values, self.heights.shape))
+        size = plane.shape[1] * self.cell, plane.shape[0] * self.cell
+        large = cv2.resize(plane, size, interpolation=cv2.INTER_LINEAR)
+        return as_plane(large[self.cell : self.cell + rows, self.cell : self.cell + columns])
 
 
 def _integrated(slope: Places, zero: int) -> Places:
@@ -172,10 +202,10 @@ def _integrated(slope: Places, zero: int) -> Places:
     return np.asarray(total - total[zero], np.float64)
 
 
-def _coarse(axis: NDArray[np.floating]) -> Places:
-    """Return the middles of squares of px, one more at each end, of places that are evenly spaced
+def _coarse(axis: NDArray[np.floating], cell: int) -> Places:
+    """Return the middles of cells of px, one more at each end, of places that are evenly spaced
     along an axis of the frame."""
-    cells = -(-len(axis) // _CELL) + 2
+    cells = -(-len(axis) // cell) + 2
     step = float(axis[1] - axis[0]) if len(axis) > 1 else 1.0
-    first = float(axis[0]) + step * ((_CELL - 1) / 2 - _CELL)
-    return np.asarray(first + step * _CELL * np.arange(cells), np.float64)
+    first = float(axis[0]) + step * ((cell - 1) / 2 - cell)
+    return np.asarray(first + step * cell * np.arange(cells), np.float64)

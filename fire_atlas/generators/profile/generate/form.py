@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Form
 from fire_atlas.core.pixels import as_plane
-from fire_atlas.generators.profile.generate.axis import BentAxis
+from fire_atlas.generators.profile.generate.axis import BentAxis, FramePlaces
 
 _LEAST = 1e-6
 """Least size of the column that is divided by, flame heights."""
@@ -36,23 +36,19 @@ class Column:
     taper: NDArray[np.float64]
 
 
-def column_form(
-    column: Column,
-    axis: BentAxis,
-    heights: NDArray[np.float64],
-    aside: NDArray[np.float64],
-    camera: Camera,
-) -> Form:
+def column_form(column: Column, axis: BentAxis, places: FramePlaces, camera: Camera) -> Form:
     """Return the form of a column.
 
     Args:
         column: The column.
         axis: The axis of the fire.
-        heights, aside: (rows, columns) of the frame: height along the axis, and distance to the
-            right of it, of each pixel.
+        places: Where in the fire the pixels lie.
         camera: The camera; its unit of length is the flame height.
     """
     step = float(axis.heights[1] - axis.heights[0])
+    heights, aside = (
+        places.full(each).astype(np.float64) for each in (places.heights, places.across)
+    )
 
     def at(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return values (n,) of the nodes at each pixel, and how they change along the axis."""

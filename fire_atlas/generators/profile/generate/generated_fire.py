@@ -102,7 +102,9 @@ class PlaneOfFire:
         reference = Reference.random(sequence, frames, loop, transition, seed, number)
         states = SelectedStates.of(side, wind, number * math.pi / 2, reference, fps)
         gain = np.array([wind.sway_gain(i) for i in range(frames)])
-        runs, shown, own = play(side, sequence, reference, states.sets, gain, seed, number)
+        runs = play(side, sequence, reference, states.sets, seed, number)
+        still = Playback(sequence, runs, frames, loop, transition, np.zeros(frames))
+        shown, own = still.leans(side, gain)
         bend = bends(side, states.sets, shown, own, states.wind_lean, states.force, fps, loop)
         mean = side.pose.offset.mean(axis=0)
         offset = side.pose.offset - mean
@@ -110,7 +112,7 @@ class PlaneOfFire:
         return cls(
             side,
             states,
-            Playback(sequence, runs, frames, loop, transition, bend),
+            replace(still, bend=bend),
             mean,
             offset,
             gaussian_filter1d(offset, len(offset) / MEAN_WINDOWS, axis=0, mode=mode),

@@ -251,6 +251,24 @@ class Playback:
             if m.weight > 1e-3 * total
         ]
 
+    def leans(
+        self, side: Side, sway_gain: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the lean, degrees, of what is shown of ``side`` in every frame (frames,), its sway
+        times ``sway_gain`` (frames,); and the part of it that is the mean lean of the clip."""
+        leans = np.array(side.leans)
+        mode = "wrap" if side.closed else "reflect"
+        mean = gaussian_filter1d(leans, len(leans) / MEAN_WINDOWS, mode=mode)
+        shown, own = np.zeros((2, self.frames))
+        for tick in range(self.frames):
+            swayed = mean + sway_gain[tick] * (leans - mean)
+            for moment in self.moments(float(tick)):
+                weight = -moment.weight if moment.mirrored else moment.weight
+                lower, upper = swayed[moment.lower], swayed[moment.upper]
+                shown[tick] += weight * (lower + (upper - lower) * moment.share)
+                own[tick] += weight * leans.mean()
+        return shown, own
+
     def bend_at(self, time: float) -> float:
         """Return the shear to the right at ``time``, degrees."""
         at = np.arange(self.frames)
@@ -348,33 +366,22 @@ def play(
     sequence: FrameSequence,
     reference: Reference,
     selected: NDArray[np.intp],
-    sway_gain: NDArray[np.float64],
     seed: int,
     plane: int,
-) -> tuple[tuple[Run, ...], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the runs that show the ``selected`` sets (frames,); the lean of the clip in every
-    frame (frames,), degrees, with mirroring and the ``sway_gain`` (frames,) of the result; and the
-    mean lean of the clip in it, which is mirrored where the frame is."""
-    player, leans = _Player(side, sequence, seed, plane), np.array(side.leans)
-    mode = "wrap" if side.closed else "reflect"
-    mean = gaussian_filter1d(leans, len(leans) / MEAN_WINDOWS, mode=mode)
+) -> tuple[Run, ...]:
+    """Return the runs that show the ``selected`` sets (frames,)."""
+    player = _Player(side, sequence, seed, plane)
     frames = len(selected)
     begun: list[tuple[int, float, bool]] = []
-    shown, own = np.empty((2, frames))
     for tick in range(frames):
         cut, state = bool(reference.cuts[tick]), int(selected[tick])
         if player.step(tick, float(reference.positions[tick]), cut, state):
             begun.append((tick, player.position, player.mirrored))
-        at = int(player.position)
-        lean = mean[at] + sway_gain[tick] * (leans[at] - mean[at])
-        sign = -1.0 if player.mirrored else 1.0
-        shown[tick], own[tick] = sign * lean, sign * float(leans.mean())
     ends = [start for start, _, _ in begun[1:]] + [frames]
-    runs = tuple(
+    return tuple(
         Run(start, end - start, first, mirrored)
         for (start, first, mirrored), end in zip(begun, ends, strict=True)
     )
-    return runs, shown, own
 
 
 def bends(

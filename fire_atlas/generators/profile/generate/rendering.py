@@ -15,7 +15,7 @@ from scipy.special import ndtr
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Form, Values
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
-from fire_atlas.generators.profile.generate.axis import BentAxis
+from fire_atlas.generators.profile.generate.axis import BentAxis, FramePlaces
 from fire_atlas.generators.profile.generate.blend_masks import MASK_CELL, BlendMask, blend_masks
 from fire_atlas.generators.profile.generate.colouring import TableColours
 from fire_atlas.generators.profile.generate.form import Column, column_form
@@ -132,29 +132,30 @@ class ProfileRendering:
         """Velocity of the fire in frame ``index``: (height, width, 2) px/s, x right, y down. It is
         the sum of the clip's own motion, carried by the particles, and of the sway and the lean."""
         grid, settings, pose = self.fire.profile.grid, self.fire.settings, self.pose(index)
-        heights, across = self._straightened(pose, 1)
-        columns, rows = self._grid_places(pose, 1)
+        places, at = self._places(pose, 1), pose.axis.at
+        heights, across = np.broadcast_arrays(places.heights, places.across)
+        columns, rows = self._on_grid(pose, places)
         moves = self._grid_flow(self._masks(index)) * np.float32(self.fire.time_rate(index))
         seen = sample_at(moves, (columns + 0.5) / FLOW_CELL - 0.5, (rows + 0.5) / FLOW_CELL - 0.5)
         aside = seen[..., 0] * (self.half_width / grid.cells_per_half)
         rise = seen[..., 1] / -grid.cells_per_height
         # Gas that rises along a middle that is not straight also moves sideways.
-        middle = self._outline(pose)[2]
-        aside = aside + rise * pose.axis.at(np.gradient(middle, pose.axis.heights), heights)
-        along = rise * pose.axis.at(pose.axis.speed, heights)
-        turn = pose.axis.at(pose.axis.turn, heights)
-        flow = np.stack([
-            aside * np.cos(turn) + along * np.sin(turn),
-            aside * np.sin(turn) - along * np.cos(turn),
-        ], axis=-1)  # fmt: skip
+        _, half, middle = self._outline(pose)
+        aside = aside + rise * at(np.gradient(middle, pose.axis.heights), heights)
+        turn, (to_right, to_up) = at(pose.axis.turn, heights), pose.axis.tangent
+        right = aside * np.cos(turn) + rise * at(to_right, heights)
+        up = rise * at(to_up, heights) - aside * np.sin(turn)
         following = index + 1 if settings.loop or index + 1 < settings.frames else index - 1
         if settings.frames > 1:
             later = self.pose(following % settings.frames)
-            shift = across + later.axis.at(self._outline(later)[2] - middle, heights)
+            _, half_later, middle_later = self._outline(later)
+            wider = at(half_later / half, heights)
+            shift = at(middle_later, heights) + (across - at(middle, heights)) * wider
             before, after = pose.axis.placed(heights, across), later.axis.placed(heights, shift)
-            sway = np.stack([after[0] - before[0], before[1] - after[1]], axis=-1) * settings.fps
-            flow += sway if following > index else -sway
-        return as_plane(flow * self.camera.scale)
+            sign = settings.fps if following > index else -settings.fps
+            right, up = right + (after[0] - before[0]) * sign, up + (after[1] - before[1]) * sign
+        flow = np.stack([places.full(right), places.full(-up)], axis=-1)
+        return as_plane(flow * np.float32(self.camera.scale))
 
     @property
     def front(self) -> Camera:
@@ -197,7 +198,7 @@ class ProfileRendering:
         _, deep, _ = side._outline(behind)
         taper = np.asarray(self.taper(np.clip(heights, 0, 1)), np.float64)
         column = Column(half, middle, deep, np.maximum(taper, 0))
-        return column_form(column, pose.axis, *self._straightened(pose, 1), camera)
+        return column_form(column, pose.axis, self._places(pose, 1), camera)
 
     def smoke(self, index: int) -> Plane:
         """Return the share of light (height, width) that smoke keeps back: none."""
@@ -299,29 +300,36 @@ class ProfileRendering:
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the grid's column and row at each pixel: two arrays of the size of the frame times
         ``oversampling``."""
-        grid, camera = self.fire.profile.grid, self.camera
-        shown, aside = self._straightened(pose, oversampling)
+        places = self._places(pose, oversampling)
+        columns, rows = (places.full(each) for each in self._on_grid(pose, places))
+        return columns, rows
+
+    def _on_grid(self, pose: FramePose, places: FramePlaces) -> tuple[Plane, Plane]:
+        """Return the grid's column and row at each of the places."""
+        grid, camera, at = self.fire.profile.grid, self.camera, pose.axis.at
+        shown, aside = places.heights, places.across
         heights, half, middle = self._outline(pose)
-        across = (aside - pose.axis.at(middle, shown)) / pose.axis.at(half, shown)
-        height = pose.axis.at(heights, shown)
+        across = (aside - at(middle, shown)) / at(half, shown)
+        height = pose.axis.continued(heights, shown)
         if pose.moved is not None:
             height = height - pose.moved.raised(aside, shown)
         if camera.elevation:
             # From above, the near side of a round foot is lower in the frame than its axis.
             foot = np.sqrt(np.clip(1 - across * across, 0, 1)) * np.clip(1 - height, 0, 1)
-            height = height + foot * self.half_width * math.tan(camera.elevation)
+            drop = foot * self.half_width * math.sin(camera.elevation)
+            height = height + drop / at(pose.axis.tangent[1], shown)
         columns = grid.half_columns + across * grid.cells_per_half - 0.5
         rows = grid.rows_above - height * grid.cells_per_height - 0.5
-        return columns.astype(np.float32), rows.astype(np.float32)
+        columns, rows = np.broadcast_arrays(columns, rows)
+        return as_plane(columns), as_plane(rows)
 
-    def _straightened(self, pose: FramePose, oversampling: int) -> tuple[Values, Values]:
-        """Return the height along the fire's axis and the distance to the right of it, flame
-        heights, of each pixel: two arrays of the size of the frame times ``oversampling``."""
+    def _places(self, pose: FramePose, oversampling: int) -> FramePlaces:
+        """Return where in the fire the pixels of the frame times ``oversampling`` lie."""
         camera = self.camera
         (x, y), scale = camera.origin, camera.scale
         right = ((np.arange(camera.width * oversampling) + 0.5) / oversampling - x) / scale
         up = (y - (np.arange(camera.height * oversampling) + 0.5) / oversampling) / scale
-        return pose.axis.straightened_frame(right, up)
+        return pose.axis.frame_places(right, up)
 
     def _outline(self, pose: FramePose) -> tuple[Values, Values, Values]:
         """Return heights in the clip, half the foot's width and the distance of the fire's middle
@@ -373,14 +381,18 @@ def _front_camera(
     sway *= max(float(plane.sway_gain.max()) for plane in fire.planes)
     widest = max(float(side.pose.width_ratio.max()) for side in profile.sides)
     lean, span = math.radians(_largest_lean(fire)), _span(profile)
-    # Seen from all sides, the fire leans to the right, away and towards the camera.
-    axes = [
-        BentAxis.of(each, tilt, span, half) for each in ((lean, 0.0), (0.0, lean), (0.0, -lean))
-    ]
-    aside = grid.half_columns / grid.cells_per_half * half * widest + sway + axes[0].right.max()
     depth = half * abs(math.sin(tilt))
-    above = max(float(axis.up.max()) for axis in axes) + depth
-    below = max(float(-axis.up.min()) for axis in axes) + depth
+    aside = above = below = 0.0
+    # Seen from all sides, the fire leans to the right, away and towards the camera, or less.
+    for angle in (0.0, lean / 2, lean):
+        for seen in ((angle, 0.0), (0.0, angle), (0.0, -angle)):
+            axis = BentAxis.of(seen, tilt, span, half * grid.half_columns / grid.cells_per_half)
+            reach = _reach(profile, axis.heights) * widest + sway
+            burns = reach > sway
+            tall = reach * np.abs(np.sin(axis.turn)) + sway * abs(math.sin(tilt))
+            aside = max(aside, float((axis.right + reach)[burns].max()))
+            above = max(above, float((axis.up + tall)[burns].max()) + depth)
+            below = max(below, float((tall - axis.up)[burns].max()) + depth)
     if fire.detail < 1:
         above += billboard_reach(half)
         below += billboard_reach(half)
@@ -406,6 +418,19 @@ def _displacements(profile: Profile) -> tuple[float, float, float]:
     ])  # fmt: skip
     x, y = moved.T
     return float(np.abs(x).max()), max(float(-y.min()), 0.0), max(float(y.max()), 0.0)
+
+
+def _reach(profile: Profile, heights: Values) -> Values:
+    """Return half the width, flame heights, within which the fire ever burns at ``heights`` (n,)
+    along its axis; 0 where it never does."""
+    grid, reach = profile.grid, np.zeros_like(heights)
+    for side in profile.sides:
+        burns = side.detail.shades[..., 3].max(axis=0) > 0
+        wide = np.where(burns, np.abs(grid.offsets) + 1 / grid.cells_per_half, 0).max(axis=1)
+        near = np.maximum(wide, np.maximum(np.roll(wide, 1), np.roll(wide, -1)))
+        found = np.interp(heights, grid.heights[::-1], near[::-1]) * side.half_width
+        reach = np.maximum(reach, found)
+    return reach
 
 
 def _span(profile: Profile) -> tuple[float, float]:

@@ -57,7 +57,8 @@ class Skeleton:
         """Return the height at which particles are born, by the distance to the right of the axis:
         a cubic spline through five points that goes no further than they do between two of them
         (Fritsch and Carlson's), however near to each other they were moved."""
-        x, height = self.points[: _RIGHT + 1].T
+        lower = self.points[: _RIGHT + 1]
+        x, height = lower[np.argsort(lower[:, 0], kind="stable")].T
         # Points in one column would give no curve.
         apart = np.maximum(np.diff(x), _MIN_SPAN)
         return PchipInterpolator(x[0] + np.append(0.0, np.cumsum(apart)), height)
@@ -129,8 +130,14 @@ class Displacement:
     def raised(self, x: NDArray[np.float64], heights: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how far the fire is raised at ``heights`` and at places ``x`` to the right of the
         axis, all of one shape."""
+        # A place of the moved foot is further out, or in, on the learnt one.
+        (middle, half), (learnt_middle, learnt_half) = self.moved.foot, self.learnt.foot
+        there = learnt_middle + (x - middle) * (learnt_half / half)
         curves = [each.emitting_curve() for each in (self.moved, self.learnt)]
-        moved, learnt = (curve(np.clip(x, curve.x[0], curve.x[-1])) for curve in curves)
+        moved, learnt = (
+            curve(np.clip(places, curve.x[0], curve.x[-1]))
+            for curve, places in zip(curves, (x, there), strict=True)
+        )
         bottom = self.moved.bottom[1] - self.learnt.bottom[1]
         return np.asarray(_at_foot(heights) * (moved - learnt - bottom))
 
