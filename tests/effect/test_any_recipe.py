@@ -130,7 +130,7 @@ WIND: dict[str, dict[str, Drawn]] = {
     "gusty": {
         "gusts": st.fixed_dictionaries(
             {"mean": _level, "strength": _level, "period": _number(0.1, 600, 2.0)}
-        ),
+        ).map(lambda gusts: {**gusts, "strength": min(gusts["strength"], 5 - gusts["mean"])}),
         "direction": _heading,
     },
 }

@@ -53,7 +53,8 @@ def torch(game: Path) -> Path:
     """The project, with the ready windy torch from four sides, small and short."""
     keys = {
         "views.count": 4, "views.elevation": 20, "timeline.frames": 6, "source.height": 80,
-        "flakes.bake": "false", "atlas.alpha": "premultiplied", "exports": "[json, godot]",
+        "flakes.bake": "false", "flakes.rate": 30, "atlas.alpha": "premultiplied",
+        "exports": "[json, godot]",
         "tracks": "[json, light]",
         "atlas.mesh": "{vertices: 8}",  # which sprites in space draw as rectangles
     }  # fmt: skip
