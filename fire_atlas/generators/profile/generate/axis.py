@@ -25,7 +25,7 @@ _STEP = 1 / 32
 
 _SLENDER, _WIDE = 0.4, 0.9
 """Half widths, flame heights, up to which a fire lies square to its axis, and from which its rows
-stay level. On the inner side of the bend, rows do not cross that far from the axis."""
+stay level."""
 
 _LEAST_RISE = 0.15
 """Least height in the picture of a flame height of the axis: where it leans so far towards a camera

@@ -11,6 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from fire_atlas.core.pixels import REC709, Plane, as_plane
 from fire_atlas.generators.profile.generate.particles import (
+    DRAWN_UP_TO,
     Particles,
     peripheral_curve,
     rise_time,
@@ -224,7 +225,7 @@ class GeneratedFire:
             shared.seed,
             azimuths,
             settings.particles,
-            rise_time(1.03, profile.rise_speed) * shared.fps,
+            rise_time(DRAWN_UP_TO, profile.rise_speed) * shared.fps,
             lifetime,
             period,
             base_curve,

@@ -14,7 +14,11 @@ from fire_atlas.core.pixels import Pixels, as_plane
 from fire_atlas.generators.profile.generate.axis import BentAxis
 from fire_atlas.generators.profile.generate.colouring import TableColours, sample_cells
 from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
-from fire_atlas.generators.profile.generate.particles import half_width, height_after
+from fire_atlas.generators.profile.generate.particles import (
+    DRAWN_UP_TO,
+    half_width,
+    height_after,
+)
 from fire_atlas.generators.profile.generate.skeleton import Skeleton
 from fire_atlas.generators.profile.model import Profile
 
@@ -36,9 +40,6 @@ _DENSITY = 4.0
 
 _INSET = 0.5
 """Distance of the outermost paths from the outline, standard deviations of a billboard."""
-
-_END = 1.03
-"""Height above which particles are not drawn, in heights of the top: there they slow down."""
 
 _BEGIN, _FADING = 0.03, 0.75
 """Share of the way to the top at which particles have faded in, and at which they begin to fade."""
@@ -114,7 +115,7 @@ class ParticleCloud:
         particles, speed = self.fire.particles, self.fire.profile.rise_speed
         alive, age = particles.alive(time)
         share = height_after(age / self.fire.settings.fps, speed)
-        drawn = np.flatnonzero(share < _END)
+        drawn = np.flatnonzero(share < DRAWN_UP_TO)
         alive, share = alive[drawn], share[drawn]
         cos, sin = math.cos(self.camera.azimuth), math.sin(self.camera.azimuth)
         across = particles.x[alive] * cos + particles.z[alive] * sin
@@ -135,7 +136,9 @@ class ParticleCloud:
         to_right, up = axis.placed(places[:, 1], places[:, 0])
         x = camera.origin[0] / factor + to_right * scale
         y = camera.origin[1] / factor - up * scale
-        weight = smooth_step(share / _BEGIN) * smooth_step((_END - share) / (_END - _FADING))
+        weight = smooth_step(share / _BEGIN) * smooth_step(
+            (DRAWN_UP_TO - share) / (DRAWN_UP_TO - _FADING)
+        )
         colours, cover = self._colours(places, across * _BILLBOARD * foot, _BILLBOARD * foot)
         down = _gaussians(np.arange(height) + 0.5, y, sigma) * as_plane(weight)[:, None]
         right = _gaussians(np.arange(width) + 0.5, x, sigma)

@@ -14,6 +14,9 @@ _FLAME, _PLUME = 0.2, 1.0
 """Heights where McCaffrey's regimes change, flame heights. Below the first, gas accelerates (speed
 as height^1/2), in between its speed is constant, above the second it slows down (height^-1/3)."""
 
+DRAWN_UP_TO = 1.03
+"""Height above which particles are not drawn, in heights of the top: there they slow down."""
+
 
 def height_after(seconds: NDArray[np.floating], rise_speed: float) -> NDArray[np.float64]:
     """Return the height, in flame heights, of a particle ``seconds`` after its birth at the base.
@@ -91,7 +94,7 @@ class Particles:
         Args:
             seed: Seed of the recipe.
             azimuths: (slices,) directions of the vertical slices, radians.
-            alive: Number of particles in a slice at any time, up to the height of the flame.
+            alive: Number of particles in a slice at any time, below ``DRAWN_UP_TO``.
             rising: Frames that one takes to there.
             lifetime, period: See the class.
             curve: Outline of the base, from ``peripheral_curve``.
