@@ -20,12 +20,9 @@ _PLANCK = 1.438777e7
 """hc/k, nm K."""
 
 
-def blackbody(kelvin: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return linear sRGB (n, 3) of black bodies, brightest channel 1, by Planck's law (eq. 16
-    of Balci & Foroosh).
-
-    B(λ) ∝ λ⁻⁵ / (exp(hc/λkT) − 1); eq. 16 up to constants.
-    """
+def radiance(kelvin: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return the light of black bodies, linear sRGB (n, 3) up to one common factor, by Planck's law
+    (eq. 16 of Balci & Foroosh): B(λ) ∝ λ⁻⁵ / (exp(hc/λkT) − 1)."""
     wave = np.arange(380.0, 781.0, 5.0)
     glow = wave**-5 / np.expm1(_PLANCK / (wave * np.asarray(kelvin, np.float64)[:, None]))
     seen = [
@@ -33,5 +30,10 @@ def blackbody(kelvin: NDArray[np.floating]) -> NDArray[np.float64]:
         for lobes in (_X, _Y, _Z)
     ]
     xyz = np.einsum("nw,cw->nc", glow, np.stack(seen))
-    rgb = np.maximum(np.einsum("nc,rc->nr", xyz, _SRGB), 0.0)
+    return np.asarray(np.maximum(np.einsum("nc,rc->nr", xyz, _SRGB), 0.0))
+
+
+def blackbody(kelvin: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return the colours of black bodies: linear sRGB (n, 3), brightest channel 1."""
+    rgb = radiance(kelvin)
     return np.asarray(rgb / rgb.max(axis=1, keepdims=True))

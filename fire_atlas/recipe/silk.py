@@ -4,16 +4,18 @@ Lengths are in heights (fractions of the frame's height). Points are [x, y, z]: 
 away from the front view, z up; the origin is the middle of the fire on the ground.
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from fire_atlas.recipe.base import (
     ARRANGEMENT,
     BLOCK,
     BY_ARRANGEMENT,
     LIST,
+    NUMBER,
     PAIR,
     SHEET,
     Auto,
@@ -71,6 +73,74 @@ class Arrangement(Settings):
     """What burns on them. Default: ``source.fuel``."""
 
 
+def _in_order(times: Sequence[float]) -> None:
+    if any(later <= t for t, later in pairwise(times)):
+        raise ValueError("keyframes must be in order of t, no two at the same t")
+
+
+class ValueKeyframe(Settings):
+    """A value at one time; between keyframes it is interpolated linearly."""
+
+    t: float = Field(ge=0, le=3600)
+    """Seconds from the first frame."""
+    value: float
+    """The value, in the range of the key."""
+
+
+class Keyframes(Settings):
+    """A number that changes while the fire burns. In a loop it must end as it begins."""
+
+    keyframes: Annotated[tuple[ValueKeyframe, ...], LIST, Field(min_length=1)]
+    """The values over time, in order of ``t``."""
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        _in_order([moment.t for moment in self.keyframes])
+        return self
+
+
+def _keyframes_within(least: float, most: float) -> AfterValidator:
+    def check(changing: Keyframes) -> Keyframes:
+        for moment in changing.keyframes:
+            if not least <= moment.value <= most:
+                raise ValueError(
+                    f"keyframes: the value at {moment.t:g} s must be from {least:g} to {most:g}; "
+                    f"got {moment.value:g}"
+                )
+        return changing
+
+    return AfterValidator(check)
+
+
+_CHANGING = either("a number or {keyframes: [{t: 0, value: 1}, ...]}")
+
+Pressure = Annotated[
+    Annotated[float, Field(ge=0.2, le=5), NUMBER]
+    | Annotated[Keyframes, _keyframes_within(0.2, 5), BLOCK],
+    _CHANGING,
+]
+Oxygen = Annotated[
+    Annotated[float, Field(ge=0.2, le=3), NUMBER]
+    | Annotated[Keyframes, _keyframes_within(0.2, 3), BLOCK],
+    _CHANGING,
+]
+Lift = Annotated[
+    Annotated[float, Field(ge=0, le=100), NUMBER]
+    | Annotated[Keyframes, _keyframes_within(0, 100), BLOCK],
+    _CHANGING,
+]
+Gravity = Annotated[
+    Annotated[float, Field(ge=-20, le=20), NUMBER]
+    | Annotated[Keyframes, _keyframes_within(-20, 20), BLOCK],
+    _CHANGING,
+]
+Turbulence = Annotated[
+    Annotated[float, Field(ge=0, le=20), NUMBER]
+    | Annotated[Keyframes, _keyframes_within(0, 20), BLOCK],
+    _CHANGING,
+]
+
+
 class Moment(Settings):
     """Place of an intruder at one time; between keyframes it moves smoothly."""
 
@@ -102,6 +172,9 @@ class Intruder(Settings):
     """Angle by which that end is raised, degrees."""
     strength: float = Field(default=1.0, ge=0, le=20)
     """Force with which it pushes the flame aside; 1: about the force by which the flame rises."""
+    ignites: bool | None = None
+    """Whether it catches fire in a flame, after a quarter of a second, and then burns on with a
+    flame of its own, also where it is moved to. Default: only a ``match`` does."""
     draw: bool = True
     """Draw it, opaque and lit by the fire. ``false``: only its effect on the flame is seen."""
 
@@ -109,10 +182,15 @@ class Intruder(Settings):
     def _one_way(self) -> Self:
         if (self.at is None) == (not self.keyframes):
             raise ValueError("needs either `at` (it never moves) or `keyframes`")
-        times = [moment.t for moment in self.keyframes]
-        if any(later <= t for t, later in pairwise(times)):
-            raise ValueError("keyframes must be in order of t, no two at the same t")
+        _in_order([moment.t for moment in self.keyframes])
+        if self.ignites and self.shape == "wax":
+            raise ValueError("wax does not catch fire; its wick does: {shape: wick, ignites: true}")
         return self
+
+    @property
+    def catches_fire(self) -> bool:
+        """Whether it burns once it has been in a flame."""
+        return self.shape == "match" if self.ignites is None else self.ignites
 
 
 class Texture(Settings):
@@ -163,14 +241,14 @@ class SilkSource(Settings):
     """Height of the ground above the lower edge of the frame, heights."""
     fuel: FuelName = "wood"
     """The fuel, which sets stiffness, lift, speed and colours."""
-    pressure: float = Field(default=1.0, ge=0.2, le=5)
+    pressure: Pressure = 1.0
     """Pressure of the fuel, 1: the fuel's default. More gives a higher, stiffer flame."""
-    oxygen: float = Field(default=1.0, ge=0.2, le=3)
+    oxygen: Oxygen = 1.0
     """Oxygen, 1: the fuel's default. More burns faster, hotter and whiter; less, slow and red."""
     sheets: SheetsOrArrangement = Arrangement()
     """The sheets: an arrangement, or a list of single ones and of arrangements, each of which may
     have a ``fuel`` of its own."""
-    rows: int = Field(default=24, ge=2, le=256)
+    rows: int = Field(default=24, ge=4, le=256)
     """Nodes from the base of a sheet to its top."""
     columns: int = Field(default=16, ge=2, le=256)
     """Nodes across a sheet."""
@@ -180,11 +258,11 @@ class SilkSource(Settings):
     """Stiffness of all springs, 1: the fuel's default. Higher values need more steps per frame."""
     damping: float = Field(default=1.0, ge=0, le=100)
     """Damping of the springs, 1: the fuel's default."""
-    lift: float = Field(default=1.0, ge=0, le=100)
+    lift: Lift = 1.0
     """Lift of the flame by heat, 1: the fuel's default. With less, the wind bends it more."""
-    gravity: float = Field(default=1.0, ge=-20, le=20)
+    gravity: Gravity = 1.0
     """Weight of the silk, 1: the fuel's default."""
-    turbulence: float = Field(default=1.0, ge=0, le=20)
+    turbulence: Turbulence = 1.0
     """Flutter of the sheets in turbulent air, 1: the fuel's default."""
     intruders: Annotated[tuple[Intruder, ...], LIST, Field(max_length=64)] = ()
     """Objects in the flame."""

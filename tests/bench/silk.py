@@ -18,9 +18,9 @@ from fire_atlas.generators.silk.mechanics import (
     SheetModel,
     SheetPlacement,
     SheetState,
+    StepLimit,
     Vectors,
     build_model,
-    longest_step,
     spring_force,
     step,
 )
@@ -42,7 +42,7 @@ def cpu(work: Callable[[], object], times: int = 3) -> float:
 
 def model_of(sheets: int, rows: int = 24, columns: int = 16) -> SheetModel:
     places = [SheetPlacement((0.0, 0.0, 0.0), 0.4, 0.8, 180.0 * n / sheets) for n in range(sheets)]
-    return build_model(places, rows, columns, [Elasticity(8e-4, 8.0, 3.0, 1.0, 1e-3)] * sheets)
+    return build_model(places, rows, columns, [Elasticity(0.3, 8.0, 3.0, 1.0, 1.0)] * sheets)
 
 
 def plain_force(model: SheetModel, x: list[Any], v: list[Any]) -> list[Any]:
@@ -61,8 +61,8 @@ def plain_force(model: SheetModel, x: list[Any], v: list[Any]) -> list[Any]:
                     long = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
                     va, vb = v[s][one[0]][one[1]], v[s][other[0]][other[1]]
                     rate = sum((vb[k] - va[k]) * d[k] for k in range(3))
-                    pull = springs.stiffness * (1 - length / long)
-                    pull += model.damping * rate / (long * long)
+                    pull = springs.stiffness[s, r, c] * (1 - length / long)
+                    pull += springs.damping[s, r, c] * rate / (long * long)
                     for k in range(3):
                         force[s][one[0]][one[1]][k] += pull * d[k]
                         force[s][other[0]][other[1]][k] -= pull * d[k]
@@ -73,7 +73,7 @@ def mechanics() -> None:
     print("springs, node updates a second")
     for sheets in (1, 4, 16, 64):
         model = model_of(sheets)
-        dt, state = longest_step(model, 0.0), SheetState.resting(model.rest * 1.01)
+        dt, state = StepLimit.of(model, 0.0).longest_step, SheetState.resting(model.rest * 1.01)
 
         def still(x: Vectors, _: Vectors) -> Vectors:
             return np.zeros_like(x)

@@ -76,11 +76,10 @@ def synthesise_from_clip(
     shape: tuple[int, int],
     name: str,
     seed: int,
-    energy: float,
 ) -> TextureLoop:
     """Synthesise a loop of ``count`` images from two frames of a clip, ``seeds`` (Appendix B).
 
-    For ``seed`` and ``energy`` see ``synthesise_images``, for the others ``cut_texture``.
+    For ``seed`` see ``synthesise_images``, for the others ``cut_texture``.
 
     Raises:
         SourceError: The clip holds no fire, or does not have these frames.
@@ -91,7 +90,7 @@ def synthesise_from_clip(
         )
     key = _FireKey(clip, name)
     one, other = (key.upright_image(i, shape) for i in seeds)
-    images = synthesise_images(SeedImages(one, other, _search_radius(shape)), seed, count, energy)
+    images = synthesise_images(SeedImages(one, other, _search_radius(shape)), seed, count)
     # They repeat once they no longer show the first seeds.
     settled = count * -(-_SETTLING // count)
     return _loop_of(list(islice(images, settled, settled + count)))

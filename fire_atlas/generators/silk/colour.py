@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.blackbody import blackbody
+from fire_atlas.core.blackbody import radiance
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import REC709, Plane, as_plane, srgb_to_linear
 from fire_atlas.generators.silk.fuel import Fuel
@@ -16,14 +16,18 @@ from fire_atlas.generators.silk.texture import Image
 _HEAT = np.linspace(0.0, 1.25, 512)
 """Values of heat for which light is tabulated."""
 
-_MIN_KELVIN = 900.0
-"""Temperature of the faintest visible fire, K."""
-
 _TABLES = 24
 """Number of tables for black bodies, from the slowest sheets to the fastest."""
 
 _TEMPERATURE_RANGE = 0.15
 """Relative difference in temperature between a sheet at the reference speed and the fastest."""
+
+_MOST_BRIGHTENED = 4.0
+"""Limit of how many times as bright as a sheet at the reference speed the fastest is, and of how
+many times dimmer the slowest is. Planck's law has about seven, more than a picture can show."""
+
+_WIEN = 2.6e4
+"""hc/λk at 555 nm, K: light of a temperature T is about proportional to exp(−hc/λkT) (Wien)."""
 
 _OPACITY_EXPONENTS = np.array([1.0, 1.7, 3.0])
 """Exponents for red, green and blue of a warm fire, so that thin fire is dimmer and redder."""
@@ -63,22 +67,25 @@ class ColourMap:
     soot: float
 
     @classmethod
-    def of(cls, fuel: Fuel, grading: str, gain: float, soot: float) -> Self:
-        """Return the colour map of a fuel, its light and soot multiplied by ``gain`` and ``soot``.
+    def of(cls, fuel: Fuel, grading: str, oxygen: float, gain: float, soot: float) -> Self:
+        """Return the colour map of a fuel that burns in ``oxygen``, 1: as much as usual; its light
+        and soot are multiplied by ``gain`` and ``soot``.
 
         ``grading`` is ``fuel`` (its own colours) or ``blackbody``.
         """
         exponents = _OPACITY_EXPONENTS
+        brightness = fuel.brightness * oxygen * gain
         if grading == "blackbody":
-            temperatures = fuel.temperature * (1 + _TEMPERATURE_RANGE * np.linspace(-1, 1, _TABLES))
-            colours = [_blackbody_colours(kelvin) for kelvin in temperatures]
+            hottest = fuel.temperature * oxygen**0.2
+            light = _blackbody_light(hottest, fuel.contrast)
         else:
             stops = _linear_of_hex(fuel.ramp)
-            colours = [_ramp_colours(stops, fuel.ramp_end)]
+            white_hot = _linear_of_hex([fuel.white_hot])[0]
+            colours = _ramp_colours(stops, white_hot, oxygen**0.6)
+            light = colours[None] * (_HEAT**fuel.contrast)[:, None]
             # Thin parts of a red fire are redder, those of a blue fire bluer.
             exponents = exponents if stops[0, 0] > stops[0, 2] else exponents[::-1]
-        light = (fuel.brightness * gain * _HEAT**fuel.contrast)[:, None]
-        tables = np.stack([(each * light).astype(np.float32) for each in colours])
+        tables = (brightness * light).astype(np.float32)
         blue = _linear_of_hex([_BLUE])[0] * np.float32(fuel.blue_light * gain)
         return cls(tables, fuel.reference_speed, gain, exponents, blue, fuel.soot * soot)
 
@@ -134,19 +141,39 @@ def _linear_of_hex(colours: Sequence[str]) -> NDArray[np.float32]:
     return srgb_to_linear(np.array(values))
 
 
-def _ramp_colours(stops: NDArray[np.float32], end: float) -> NDArray[np.float64]:
-    """Return linear colours (512, 3) of ``_HEAT`` on a ramp of evenly spaced ``stops`` (n, 3).
+def _ramp_colours(
+    stops: NDArray[np.float32], white_hot: NDArray[np.float32], end: float
+) -> NDArray[np.float64]:
+    """Return linear colours (512, 3) of ``_HEAT`` on a ramp of evenly spaced ``stops`` (n, 3) up to
+    the position 1, and on to ``white_hot`` (3,) at 2.
 
-    A heat of 1 is at the position ``end`` of the ramp, 0..1.
+    A heat of 1 is at the position ``end`` of the ramp; with no more oxygen than usual, 1, no heat
+    goes beyond the stops.
     """
-    at = np.linspace(0.0, 1.0, len(stops))
-    channels = stops.astype(np.float64).T
-    return np.stack([np.interp(_HEAT * end, at, channel) for channel in channels], axis=1)
+    at = np.append(np.linspace(0.0, 1.0, len(stops)), 2.0)
+    place = np.minimum(_HEAT, 1.0) * end
+    channels = np.vstack([stops, white_hot]).astype(np.float64).T
+    return np.stack([np.interp(place, at, channel) for channel in channels], axis=1)
 
 
-def _blackbody_colours(hottest: float) -> NDArray[np.float64]:
-    """Return linear colours (512, 3) of ``_HEAT`` as black bodies; heat 1 is at ``hottest`` K."""
-    return blackbody(_MIN_KELVIN + (hottest - _MIN_KELVIN) * np.minimum(_HEAT, 1.25) ** 0.7)
+def _blackbody_light(hottest: float, contrast: float) -> NDArray[np.float64]:
+    """Return the light (n, 512, 3) of ``_HEAT`` as that of black bodies, from slow sheets to fast.
+
+    Hue and brightness are both Planck's (eq. 16). A heat is the temperature at which, by Wien's
+    approximation, a body's light is heat to the power of ``contrast`` of that of heat 1, as with a
+    fuel's own colours. Heat 1 on a sheet at the reference speed is at ``hottest`` K, has a light of
+    1 in its brightest channel, and faster sheets are brighter by Planck's law, up to
+    ``_MOST_BRIGHTENED``.
+    """
+    light = []
+    unit = float(radiance(np.array([hottest])).max())
+    for speed in np.linspace(-1, 1, _TABLES):
+        peak = hottest * (1 + _TEMPERATURE_RANGE * speed)
+        kelvin = 1 / (1 / peak - contrast * np.log(np.maximum(_HEAT, 1e-3)) / _WIEN)
+        brighter = float(radiance(np.array([peak])).max()) / unit
+        limited = np.clip(brighter, 1 / _MOST_BRIGHTENED, _MOST_BRIGHTENED)
+        light.append(radiance(kelvin) * (limited / brighter / unit))
+    return np.stack(light)
 
 
 def _look_up(heat: Plane, table: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -1,4 +1,8 @@
-"""External forces on the sheets: wind, slow sway, lift by heat, gravity and flutter."""
+"""External forces on the sheets: wind, slow sway, lift by heat, gravity and flutter.
+
+What the air and the heat do are forces, so the heavier the silk, the less they move it. Its weight
+is a force too, but one that grows with its mass.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -10,6 +14,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.effect.field.wind import LEVEL_SPEED, wind_velocity
+from fire_atlas.generators.silk.controls import Controls
 from fire_atlas.generators.silk.fuel import Fuel
 from fire_atlas.generators.silk.mechanics import Vectors, normals
 from fire_atlas.recipe.wind import Wind
@@ -23,8 +28,49 @@ _GUST_GAIN = 0.5
 _MIN_FLUTTER = 0.6
 """Minimum frequency of the flutter, Hz."""
 
+_SWAY_WAVELENGTHS = 1.2, 4.0
+"""Shortest and longest wave of the sway along the ground, heights: fires far apart sway apart."""
+
 _BOUNDARY_LAYER = 0.12
 """Height above the ground at which the wind has half its speed, heights."""
+
+
+@dataclass(frozen=True, slots=True)
+class _SwayWaves:
+    """Waves whose sum is the slow sway of the air.
+
+    Attributes:
+        phase: (waves,) rad.
+        frequency: (waves,) rad/s.
+        heading: (waves,) direction that the air sways in, rad.
+        along: (2, waves) wave numbers right and away along the ground, rad/height.
+    """
+
+    phase: NDArray[np.float64]
+    frequency: NDArray[np.float64]
+    heading: NDArray[np.float64]
+    along: NDArray[np.float64]
+
+    @classmethod
+    def random(cls, chance: np.random.Generator) -> Self:
+        """Return waves of 0.25 to 1.6 Hz."""
+        phase = chance.uniform(0, 2 * np.pi, _WAVES)
+        frequency = 2 * np.pi * np.exp(chance.uniform(np.log(0.25), np.log(1.6), _WAVES))
+        heading = chance.uniform(0, 2 * np.pi, _WAVES)
+        shortest, longest = np.log(_SWAY_WAVELENGTHS)
+        number = 2 * np.pi / np.exp(chance.uniform(shortest, longest, _WAVES))
+        way = chance.uniform(0, 2 * np.pi, _WAVES)
+        return cls(phase, frequency, heading, number * np.stack([np.cos(way), np.sin(way)]))
+
+    def velocity(self, time: float, x: Vectors) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the velocity right and away (sheets, rows, 1) of the air at the middle of each row
+        of nodes ``x``, with an rms of 1 for both together."""
+        # Waves travel upwards (0.35 s per height), so the top follows the base.
+        place = np.concatenate([self.along, -0.35 * self.frequency[None]])
+        waves = np.sin(x.mean(axis=2) @ place + (self.phase + self.frequency * time))
+        waves *= np.sqrt(2 / len(self.phase))
+        right, away = waves @ np.cos(self.heading), waves @ np.sin(self.heading)
+        return right[..., None], away[..., None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +79,8 @@ class SheetForces:
 
     Attributes:
         wind: The recipe's wind.
+        controls: The keys that change with time.
+        mass: (sheets, 1, 1) mass of the silk, relative to that for which fuels state accelerations.
         drag: (sheets, 1, 1, 1) rate at which a node takes on the velocity of the air, 1/s.
         sway: (sheets, 1, 1) speed (rms) of the slow oscillation of the air, heights/s.
         gravity: (sheets, 1, 1) acceleration downwards, heights/s².
@@ -42,11 +90,13 @@ class SheetForces:
         row_phase: (sheets, rows, waves) phase of the flutter by row, rad.
         column_phase: (sheets, columns, waves) phase added by column, rad.
         flutter_frequency: (sheets, waves) angular frequency, rad/s.
-        sway_waves: (3, waves) phase (rad), frequency (rad/s) and heading (rad) of the sway.
+        sway_waves: The waves of the sway.
         flutter: (sheets, 1, 1) acceleration (rms) at the top of a sheet in still air, heights/s².
     """
 
     wind: Wind
+    controls: Controls
+    mass: NDArray[np.float64]
     drag: NDArray[np.float64]
     sway: NDArray[np.float64]
     gravity: NDArray[np.float64]
@@ -56,7 +106,7 @@ class SheetForces:
     row_phase: NDArray[np.float64]
     column_phase: NDArray[np.float64]
     flutter_frequency: NDArray[np.float64]
-    sway_waves: NDArray[np.float64]
+    sway_waves: _SwayWaves
     flutter: NDArray[np.float64]
 
     @classmethod
@@ -65,12 +115,13 @@ class SheetForces:
         rest: Vectors,
         fuels: Sequence[Fuel],
         wind: Wind,
+        controls: Controls,
+        mass: float,
         seed: int,
-        factors: tuple[float, float, float],
     ) -> Self:
         """Return the forces on sheets whose nodes rest at ``rest`` and that burn ``fuels``.
 
-        ``factors`` are multiples of the fuels' lift, gravity and turbulence.
+        ``mass`` is a multiple of the fuels'.
         """
 
         def each(value: Callable[[Fuel], float]) -> NDArray[np.float64]:
@@ -84,25 +135,26 @@ class SheetForces:
         up = chance.uniform(0.4, 1.6, size)
         across = chance.uniform(-0.7, 0.7, size)
         phase = chance.uniform(0, 2 * np.pi, size)
-        gas_speed = each(lambda fuel: fuel.gas_speed)[..., 0]
+        gas_speed = each(lambda fuel: fuel.burner.gas_speed * fuel.image_rate)[..., 0]
         hertz = up[:, 0] * gas_speed * 0.7 + chance.normal(0, 0.2, size)[:, 0]
         share = np.linspace(0, 1, rows)[None, :, None]
         along = np.linspace(-0.5, 0.5, columns)[None, :, None]
-        lift, gravity, turbulence = factors
         return cls(
             wind=wind,
+            controls=controls,
+            mass=each(lambda fuel: fuel.mass * mass),
             drag=each(lambda fuel: fuel.drag)[..., None],
             sway=each(lambda fuel: fuel.sway),
-            gravity=each(lambda fuel: fuel.gravity * gravity),
-            lift=each(lambda fuel: fuel.lift * lift),
+            gravity=each(lambda fuel: fuel.gravity),
+            lift=each(lambda fuel: fuel.lift),
             lift_decay=each(lambda fuel: fuel.lift_height) * height[:, None, None],
             base=rest[:, 0, 0, 2][:, None, None],
             row_phase=2 * np.pi * up * share + phase,
             column_phase=2 * np.pi * across * along,
             # A minimum, because a wave at rest would bend its sheet to one side all the time.
             flutter_frequency=2 * np.pi * np.maximum(hertz, _MIN_FLUTTER),
-            sway_waves=_random_sway(chance),
-            flutter=each(lambda fuel: fuel.flutter * turbulence),
+            sway_waves=_SwayWaves.random(chance),
+            flutter=each(lambda fuel: fuel.flutter),
         )
 
     def air_velocity(self, time: float, x: Vectors) -> Vectors:
@@ -111,38 +163,31 @@ class SheetForces:
         gust = 1 + _GUST_GAIN * np.hypot(right, away)
         above = np.maximum(x[..., 2], 0.0)
         profile = above / (above + _BOUNDARY_LAYER)
-        phase, frequency, heading = self.sway_waves
-        # Waves travel upwards (0.35 s per height), so the top follows the base.
-        delay = frequency * 0.35
-        sway = np.sin(phase + frequency * time - delay * above[..., None])
-        sway *= (self.sway * gust * np.sqrt(2 / len(phase)))[..., None]
+        sway = self.sway_waves.velocity(time, x)
         u = np.zeros_like(x)
-        for axis, wind, part in ((0, right, np.cos(heading)), (1, away, np.sin(heading))):
-            u[..., axis] = profile * (wind * LEVEL_SPEED + sway @ part)
+        for axis, wind in ((0, right), (1, away)):
+            u[..., axis] = profile * (wind * LEVEL_SPEED + self.sway * gust * sway[axis])
         return u
 
     def acceleration(self, time: float, x: Vectors, v: Vectors) -> Vectors:
         """Return the acceleration of every node, heights/s²."""
-        a = (self.air_velocity(time, x) - v) * self.drag
+        controls = self.controls
+        force = (self.air_velocity(time, x) - v) * self.drag
         risen = np.maximum(x[..., 2] - self.base, 0.0)
-        a[..., 2] += self.lift * np.exp(-risen / self.lift_decay) - self.gravity
-        return a + self._flutter(time) * normals(x)
+        lift = controls.lift.at(time) * controls.pressure.at(time)
+        force[..., 2] += lift * self.lift * np.exp(-risen / self.lift_decay)
+        a = (force + self._flutter(time) * normals(x)) / self.mass[..., None]
+        a[..., 2] -= controls.gravity.at(time) * self.gravity
+        return a
 
     def _flutter(self, time: float) -> NDArray[np.float64]:
-        """Return the acceleration (sheets, rows, columns, 1) along the normals, heights/s²."""
+        """Return the force (sheets, rows, columns, 1) along the normals, for each of ``mass``,
+        heights/s²."""
+        strength = self.controls.turbulence.at(time) * self.controls.oxygen.at(time) ** 0.5
         gust = 1 + _GUST_GAIN * float(np.hypot(*wind_velocity(self.wind, time)))
-        rows = self.row_phase - (self.flutter_frequency * time)[:, None]
+        rows = self.row_phase - (self.flutter_frequency * self.controls.gas_time(time))[:, None]
         columns = self.column_phase.transpose(0, 2, 1)
         waves = np.sin(rows) @ np.cos(columns) + np.cos(rows) @ np.sin(columns)
         share = np.linspace(0, 1, rows.shape[1])[None, :, None]
-        waves *= share * (self.flutter * gust * math.sqrt(2 / _WAVES))
+        waves *= share * (self.flutter * strength * gust * math.sqrt(2 / _WAVES))
         return np.asarray(waves[..., None])
-
-
-def _random_sway(chance: np.random.Generator) -> NDArray[np.float64]:
-    """Return (3, waves): phase, angular frequency (0.25 to 1.6 Hz) and heading of each wave."""
-    return np.stack([
-        chance.uniform(0, 2 * np.pi, _WAVES),
-        2 * np.pi * np.exp(chance.uniform(np.log(0.25), np.log(1.6), _WAVES)),
-        chance.uniform(0, 2 * np.pi, _WAVES),
-    ])  # fmt: skip

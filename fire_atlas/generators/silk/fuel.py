@@ -3,7 +3,7 @@
 Units: lengths are frame heights, times seconds; mass 1 is that of a square sheet one height wide.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from fire_atlas.recipe.silk import FuelName
 
@@ -56,10 +56,10 @@ class Fuel:
         image_rate: Texture images per second at ``reference_speed``.
         reference_speed: v_rms of the nodes at which textures play at that rate, heights/s.
         thin_speed: v_rms at which a sheet is half as opaque as at rest, heights/s.
-        gas_speed: Speed of the gas in the texture at that rate, sheet heights/s.
-        burner: Constants of the texture; its ``gas_speed`` is replaced, from the one above.
+        burner: Constants of the texture.
         ramp: sRGB hex colours from the coolest visible part of the flame to the hottest.
-        ramp_end: Position of the hottest part on the ramp, 0..1.
+        white_hot: sRGB hex colour of a flame with all the oxygen it can use: twice as far along the
+            ramp as its end.
         blue_light: Light of the blue foot of the flame, 0 for none.
         brightness: Light of the hottest part, before exposure.
         contrast: Exponent from heat to light.
@@ -81,10 +81,9 @@ class Fuel:
     image_rate: float
     reference_speed: float
     thin_speed: float
-    gas_speed: float
     burner: Burner
     ramp: tuple[str, ...]
-    ramp_end: float
+    white_hot: str
     blue_light: float
     brightness: float
     contrast: float
@@ -96,56 +95,32 @@ FUELS: dict[FuelName, Fuel] = {
     "wood": Fuel(
         mass=1.0, structural=26.0, shear=9.0, bending=3.0, damping=6.0,
         lift=9.0, lift_height=0.9, gravity=1.5, drag=6.0, flutter=5.0, sway=0.10,
-        image_rate=24.0, reference_speed=0.28, thin_speed=0.42, gas_speed=1.5,
-        burner=Burner(0.0, eddy_strength=0.34, flame_height=0.85, width=0.75, flicker=0.5,
-                      tongue_width=0.14, entrainment=0.6,
+        image_rate=24.0, reference_speed=0.28, thin_speed=0.42,
+        burner=Burner(gas_speed=0.0625, eddy_strength=0.34, flame_height=0.85, width=0.75,
+                      flicker=0.5, tongue_width=0.14, entrainment=0.6,
                       grain=0.5, ragged=0.035, mixing=4.0),
-        ramp=("#a80c00", "#ff3404", "#ff660a", "#ff8c1a", "#ffb044"), ramp_end=1.0, blue_light=0.0,
+        ramp=("#a80c00", "#ff3404", "#ff660a", "#ff8c1a", "#ffb044"), white_hot="#ffe9c8",
+        blue_light=0.0,
         brightness=10.0, contrast=2.7, soot=1.4, temperature=1750.0,
     ),
     "candle": Fuel(
         mass=1.0, structural=20.0, shear=2.5, bending=3.0, damping=8.0,
         lift=6.0, lift_height=1.2, gravity=1.0, drag=6.0, flutter=0.4, sway=0.04,
-        image_rate=24.0, reference_speed=0.06, thin_speed=0.11, gas_speed=1.3,
-        burner=Burner(0.0, eddy_strength=0.012, flame_height=0.72, width=0.26, flicker=0.03,
-                      tongue_width=0.5, entrainment=2.6,
+        image_rate=24.0, reference_speed=0.06, thin_speed=0.11,
+        burner=Burner(gas_speed=0.054, eddy_strength=0.012, flame_height=0.72, width=0.26,
+                      flicker=0.03, tongue_width=0.5, entrainment=2.6,
                       grain=0.0, ragged=0.0, mixing=0.0, widening_height=0.32),
-        ramp=("#d85008", "#ff9424", "#ffcc68", "#fff0c4"), ramp_end=1.0, blue_light=0.3,
+        ramp=("#d85008", "#ff9424", "#ffcc68", "#fff0c4"), white_hot="#ffffff", blue_light=0.3,
         brightness=7.2, contrast=0.6, soot=2.0, temperature=1900.0,
     ),
     "gas": Fuel(
         mass=1.0, structural=40.0, shear=14.0, bending=6.0, damping=6.0,
         lift=13.0, lift_height=1.2, gravity=1.0, drag=6.0, flutter=3.0, sway=0.05,
-        image_rate=30.0, reference_speed=0.15, thin_speed=0.36, gas_speed=2.6,
-        burner=Burner(0.0, eddy_strength=0.4, flame_height=0.8, width=0.6, flicker=0.3,
+        image_rate=30.0, reference_speed=0.15, thin_speed=0.36,
+        burner=Burner(gas_speed=0.087, eddy_strength=0.4, flame_height=0.8, width=0.6, flicker=0.3,
                       tongue_width=0.1, entrainment=0.7,
                       grain=0.2, ragged=0.0, mixing=1.0),
-        ramp=("#1430d0", "#2a6cff", "#64b0ff", "#d8f0ff"), ramp_end=1.0, blue_light=0.6,
+        ramp=("#1430d0", "#2a6cff", "#64b0ff", "#d8f0ff"), white_hot="#ffffff", blue_light=0.6,
         brightness=2.6, contrast=1.5, soot=1.2, temperature=2600.0,
     ),
 }  # fmt: skip
-
-
-def fuel_of(name: FuelName, pressure: float, oxygen: float) -> Fuel:
-    """Return a fuel, adjusted by the paper's two controls; 1 leaves it as it is.
-
-    Pressure drives the fuel out: springs and lift are proportional to it, the gas speed to its
-    square root. Oxygen sets the speed, heat and light of the combustion: with too little of it a
-    flame is slow and red.
-    """
-    fuel = FUELS[name]
-    height = fuel.burner.flame_height * min(pressure**0.3, 1.15)
-    return replace(
-        fuel,
-        structural=fuel.structural * pressure,
-        shear=fuel.shear * pressure,
-        bending=fuel.bending * pressure,
-        lift=fuel.lift * pressure,
-        gas_speed=fuel.gas_speed * pressure**0.5,
-        image_rate=fuel.image_rate * oxygen**0.5,
-        flutter=fuel.flutter * oxygen**0.5,
-        brightness=fuel.brightness * oxygen,
-        ramp_end=min(fuel.ramp_end * oxygen**0.6, 1.0),
-        temperature=fuel.temperature * oxygen**0.2,
-        burner=replace(fuel.burner, flame_height=height),
-    )

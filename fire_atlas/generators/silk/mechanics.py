@@ -34,13 +34,14 @@ class SheetPlacement:
 
 @dataclass(frozen=True, slots=True)
 class Elasticity:
-    """Mass, stiffness and damping of the mesh.
+    """Mass, stiffness and damping of a sheet, whatever the number of its nodes.
 
     Attributes:
-        mass: Mass of a node.
+        mass: Mass of the sheet.
         structural, shear, bending: Stiffness of the springs to the next node along a row or column,
             to the next diagonally, and to the next but one along a row or column; force/length.
-        damping: Damping of every spring; force per speed along it.
+        damping: Rate at which a spring is damped, 1/s: its damping, force per speed along it, is
+            this times the mass of an inner node.
     """
 
     mass: float
@@ -56,22 +57,20 @@ class SpringFamily:
 
     Attributes:
         down, right: Steps of rows and columns; ``right`` may be negative.
-        stiffness: (sheets, 1, 1) force per length.
+        stiffness: (sheets, rows', columns') force per length.
+        damping: (sheets, rows', columns') force per speed along the spring.
         rest: (sheets, rows', columns') rest lengths.
     """
 
     down: int
     right: int
     stiffness: NDArray[np.float64]
+    damping: NDArray[np.float64]
     rest: NDArray[np.float64]
 
     def ends(self, nodes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return views of an array (sheets, rows, columns, ...) at both ends of every spring."""
-        down, right = self.down, self.right
-        rows, columns = nodes.shape[1:3]
-        if right >= 0:
-            return nodes[:, : rows - down, : columns - right], nodes[:, down:, right:]
-        return nodes[:, : rows - down, -right:], nodes[:, down:, : columns + right]
+        return _ends(nodes, self.down, self.right)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,14 +80,12 @@ class SheetModel:
     Attributes:
         rest: Positions of the nodes at rest, heights.
         springs: All springs, by family.
-        damping: (sheets, 1, 1) damping of every spring; force per speed.
-        mass: (sheets, 1, 1, 1) mass of a node.
+        mass: (sheets, rows, columns, 1) mass of a node.
         free: (1, rows, 1, 1) 1 where nodes move, 0 where they are pinned.
     """
 
     rest: Vectors
     springs: tuple[SpringFamily, ...]
-    damping: NDArray[np.float64]
     mass: NDArray[np.float64]
     free: NDArray[np.float64]
 
@@ -108,19 +105,24 @@ def build_model(
     """Build the mesh of flat, upright sheets, each with its elasticity, whose lowest
     ``pinned_rows`` are pinned.
 
+    A node has the mass of the part of the sheet that is nearest to it, so one at an edge has half
+    of an inner one's, and springs along an edge are half as stiff: so a finer mesh is the same
+    sheet.
+
     Raises:
         ValueError: Fewer than 2 rows or columns, or a mass that is not positive.
     """
     if rows < 2 or columns < 2:
         raise ValueError(f"a sheet needs at least 2 rows and 2 columns; got {rows} and {columns}")
-    mass = np.array([each.mass for each in elasticities])
-    if not (mass > 0).all():
-        raise ValueError(f"a node's mass must be more than 0; got {mass.min():g}")
+    masses = np.array([each.mass for each in elasticities])[:, None, None]
+    if not (masses > 0).all():
+        raise ValueError(f"a sheet's mass must be more than 0; got {masses.min():g}")
     rest = np.stack([_flat_sheet(each, rows, columns) for each in placements])
     free = (np.arange(rows) >= pinned_rows).astype(np.float64)[None, :, None, None]
-    damping = np.array([each.damping for each in elasticities])
-    springs = tuple(_springs(rest, elasticities))
-    return SheetModel(rest, springs, damping[:, None, None], mass[:, None, None, None], free)
+    inner = masses / ((rows - 1) * (columns - 1))
+    area = np.outer(_halved_at_ends(rows), _halved_at_ends(columns))
+    springs = tuple(_springs(rest, elasticities, inner))
+    return SheetModel(rest, springs, (inner * area)[..., None], free)
 
 
 def _flat_sheet(placement: SheetPlacement, rows: int, columns: int) -> NDArray[np.float64]:
@@ -134,19 +136,47 @@ def _flat_sheet(placement: SheetPlacement, rows: int, columns: int) -> NDArray[n
     return nodes
 
 
+def _ends(
+    nodes: NDArray[np.float64], down: int, right: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    rows, columns = nodes.shape[1:3]
+    if right >= 0:
+        return nodes[:, : rows - down, : columns - right], nodes[:, down:, right:]
+    return nodes[:, : rows - down, -right:], nodes[:, down:, : columns + right]
+
+
 _FAMILIES = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 0), (0, 2))
 """(down, right) of the structural, shear and bending springs (Figure 2)."""
 
 
-def _springs(rest: Vectors, elasticities: Sequence[Elasticity]) -> list[SpringFamily]:
+def _springs(
+    rest: Vectors, elasticities: Sequence[Elasticity], inner: NDArray[np.float64]
+) -> list[SpringFamily]:
+    """Return all springs; ``inner`` (sheets, 1, 1) is the mass of an inner node."""
+    rows, columns = rest.shape[1:3]
+    damping = np.array([each.damping for each in elasticities])[:, None, None] * inner
     stiffness = np.array([(e.structural, e.shear, e.bending) for e in elasticities]).T
     families = []
     for (down, right), k in zip(_FAMILIES, np.repeat(stiffness, 2, axis=0), strict=True):
-        if k.any() and down < rest.shape[1] and right < rest.shape[2]:
-            column = k[:, None, None]
-            start, end = SpringFamily(down, right, column, np.empty(0)).ends(rest)
-            families.append(SpringFamily(down, right, column, lengths(end - start)))
+        if k.any() and down < rows and right < columns:
+            start, end = _ends(rest, down, right)
+            share = np.ones(start.shape[1:3])
+            if right == 0:
+                share *= _halved_at_ends(columns)
+            if down == 0:
+                share *= _halved_at_ends(rows)[:, None]
+            stiff = k[:, None, None] * share
+            rest_lengths = lengths(end - start)
+            families.append(SpringFamily(down, right, stiff, damping * share, rest_lengths))
     return families
+
+
+def _halved_at_ends(count: int) -> NDArray[np.float64]:
+    """Return the parts (count,) of a line that are nearest to points evenly along it, relative to
+    an inner point's."""
+    share = np.ones(count)
+    share[[0, -1]] = 0.5
+    return share
 
 
 def lengths(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -191,29 +221,36 @@ class SheetState:
 
 
 def step(
-    model: SheetModel, state: SheetState, external: ExternalAcceleration, dt: float
+    model: SheetModel,
+    state: SheetState,
+    external: ExternalAcceleration,
+    dt: float,
+    stiffening: float = 1.0,
 ) -> SheetState:
     """Return ``state`` after ``dt``: x(t+δt) = 2x(t) − x(t−δt) + δt² a (eq. 14).
 
-    No force moves pinned nodes: they rest, or keep the velocity they were given.
+    No force moves pinned nodes: they rest, or keep the velocity they were given. ``stiffening``
+    multiplies the stiffness of all springs.
     """
     v = state.velocity(dt)
-    a = (spring_force(model, state.x, v) / model.mass + external(state.x, v)) * model.free
+    force = spring_force(model, state.x, v, stiffening)
+    a = (force / model.mass + external(state.x, v)) * model.free
     return SheetState(2 * state.x - state.previous + a * (dt * dt), state.x)
 
 
-def spring_force(model: SheetModel, x: Vectors, v: Vectors) -> Vectors:
-    """Return the force on every node: (k (|d| − rest) + c d|d|/dt) along each spring d."""
+def spring_force(model: SheetModel, x: Vectors, v: Vectors, stiffening: float = 1.0) -> Vectors:
+    """Return the force on every node: (k (|d| − rest) + c d|d|/dt) along each spring d, whose k
+    are multiplied by ``stiffening``."""
     force = np.zeros_like(x)
     for springs in model.springs:
         start, end = springs.ends(x)
         along = end - start
         extent = np.maximum(lengths(along), 1e-9)
-        tension = springs.stiffness * (1 - springs.rest / extent)
-        if model.damping.any():
+        tension = (stiffening * springs.stiffness) * (1 - springs.rest / extent)
+        if springs.damping.any():
             v_start, v_end = springs.ends(v)
             rate = _dot(v_end - v_start, along)
-            tension = tension + model.damping * rate / (extent * extent)
+            tension = tension + springs.damping * rate / (extent * extent)
         along *= tension[..., None]
         force_start, force_end = springs.ends(force)
         force_start += along
@@ -221,25 +258,57 @@ def spring_force(model: SheetModel, x: Vectors, v: Vectors) -> Vectors:
     return force
 
 
-def longest_step(model: SheetModel, drag: float) -> float:
-    """Return the longest stable time step, s, reduced by ``_SAFETY``.
+@dataclass(frozen=True, slots=True)
+class StepLimit:
+    """What limits the time step of a mesh: ω²δt² + 2γδt < 4.
 
     The springs at a node bound the frequency of the whole mesh (Gershgorin): ω² ≤ 2 Σk / m. Eq. 11
     considers a single spring, so its step is too long. Damping at the rate γ, with the velocity of
-    the step before (eq. 15), shortens it further: ω²δt² + 2γδt < 4. γ includes ``drag``, 1/s.
+    the step before (eq. 15), shortens it further.
+
+    Attributes:
+        square: ω², 1/s².
+        damping: γ by the damping of the springs, 1/s.
+        drag: γ by the drag of the air, 1/s.
     """
-    stiffness, springs = np.zeros(model.rest.shape[:3]), np.zeros(model.rest.shape[:3])
-    for family in model.springs:
-        for end in family.ends(stiffness):
-            end += family.stiffness
-        for end in family.ends(springs):
-            end += 1
-    mass = model.mass[..., 0]
-    square = float((2 * stiffness / mass).max())
-    rate = float((2 * model.damping * springs / mass).max()) + drag
-    if square == 0:
-        return _SAFETY * 2 / max(rate, 1e-9)
-    return _SAFETY * (math.sqrt(rate * rate + 4 * square) - rate) / square
+
+    square: float
+    damping: float
+    drag: float
+
+    @classmethod
+    def of(cls, model: SheetModel, drag: float, stiffening: float = 1.0) -> Self:
+        """Return the limit of a mesh whose springs are ``stiffening`` times as stiff, in air of a
+        ``drag``, 1/s."""
+        stiffness, damping = np.zeros(model.rest.shape[:3]), np.zeros(model.rest.shape[:3])
+        for family in model.springs:
+            for end in family.ends(stiffness):
+                end += family.stiffness
+            for end in family.ends(damping):
+                end += family.damping
+        mass = model.mass[..., 0]
+        square = float((2 * stiffening * stiffness / mass).max())
+        return cls(square, float((2 * damping / mass).max()), drag)
+
+    @property
+    def longest_step(self) -> float:
+        """The longest stable time step, s, reduced by ``_SAFETY``."""
+        rate = self.damping + self.drag
+        if self.square == 0:
+            return _SAFETY * 2 / max(rate, 1e-9)
+        return _SAFETY * (math.sqrt(rate * rate + 4 * self.square) - rate) / self.square
+
+    def most_stiffness(self, dt: float) -> float:
+        """Return by what the stiffness may be multiplied at the most for steps of ``dt``, s; 0 or
+        less if no stiffness is small enough."""
+        dt = dt / _SAFETY
+        return (4 - 2 * (self.damping + self.drag) * dt) / max(self.square * dt * dt, 1e-12)
+
+    def most_damping(self, dt: float) -> float:
+        """Return by what the damping of the springs may be multiplied at the most, likewise."""
+        dt = dt / _SAFETY
+        allowed = 4 - self.square * dt * dt - 2 * self.drag * dt
+        return allowed / max(2 * self.damping * dt, 1e-12)
 
 
 def normals(x: Vectors) -> NDArray[np.float64]:
@@ -251,3 +320,12 @@ def normals(x: Vectors) -> NDArray[np.float64]:
     up[:, 0], up[:, -1] = x[:, 1] - x[:, 0], x[:, -1] - x[:, -2]
     normal = np.cross(across, up)
     return np.asarray(normal / np.maximum(lengths(normal), 1e-12)[..., None])
+
+
+def refined(nodes: NDArray[np.float64], count: int, axis: int) -> NDArray[np.float64]:
+    """Return nodes with ``count`` along an axis, interpolated linearly between those given."""
+    at = np.linspace(0, nodes.shape[axis] - 1, count)
+    below = np.minimum(at.astype(np.intp), nodes.shape[axis] - 2)
+    share = (at - below).reshape([-1 if k == axis else 1 for k in range(nodes.ndim)])
+    first, second = np.take(nodes, below, axis), np.take(nodes, below + 1, axis)
+    return np.asarray(first + (second - first) * share)

@@ -82,27 +82,24 @@ class SeedImages:
     radius: int
 
 
-def synthesise_images(
-    seeds: SeedImages, seed: int, period: int, energy: float = 1.0
-) -> Iterator[Image]:
+def synthesise_images(seeds: SeedImages, seed: int, period: int) -> Iterator[Image]:
     """Yield an endless sequence of images that follow the two seeds.
 
     What drives them repeats after ``period`` images and each image replaces a part of the one
-    before, so the images come to repeat as well.
+    before, so the images come to repeat as well. From one to the next fire moves as far as between
+    the seeds; a sheet that moves faster plays them faster (eq. 17), so its energy is not put into
+    the motion as well.
 
     Args:
         seeds: The two images.
         seed: Seed of the recipe, for the eddies.
         period: Number of images after which they repeat.
-        energy: v_rms² of the sheets, relative to that at which images move as fast as the seeds;
-            the motion is proportional to its square root.
     """
     one, other = seeds.one, seeds.other
     height, width = other.shape[:2]
     first = smooth_motion(most_probable_motion(one, other, seeds.radius))
     light = other.max(axis=-1) + np.float32(0.05 * float(other.max()))
     strength = max(_rms(first, light), 0.02 * height / 10)
-    gain = float(np.sqrt(energy))
     seed_step, detail = _distance(one, other), 0.5 * (_detail(one) + _detail(other))
     up = np.linspace(1, 0, height, dtype=np.float32)[:, None, None]
     fuel = np.float32(_FUEL_TOP) + np.float32(_FUEL_BASE - _FUEL_TOP) * (1 - up) ** 2
@@ -115,14 +112,14 @@ def synthesise_images(
         motion = np.float32(_NEW_MOTION) * found + np.float32(1 - _NEW_MOTION) * first
         motion = motion * np.float32(strength / max(_rms(motion, light), 1e-6))
         motion = motion + eddies.at(n) * np.float32(_EDDIES * strength)
-        moved = _displace(now, motion * np.float32(gain * correction))
+        moved = _displace(now, motion * np.float32(correction))
         source = _displace(
             one if n % period % 2 else other, eddies.at(n + 0.5) * np.float32(strength)
         )
         new = _sharpen(moved + fuel * (source - moved), detail)
         # Steps that get too small lead to freezing, so the next one is made larger.
         step = _distance(now, new) / max(seed_step, 1e-6)
-        correction = float(np.clip(correction * (gain / max(step, 0.1)) ** 0.25, 0.6, 2.5))
+        correction = float(np.clip(correction * (1 / max(step, 0.1)) ** 0.25, 0.6, 2.5))
         before, now = now, np.clip(new, 0.0, float(max(one.max(), other.max())))
         n += 1
         yield now

@@ -4,6 +4,7 @@ Each triangle is split into row spans, all spans into one flat array of fragment
 samples the texture, so a few array operations draw the whole mesh.
 """
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -172,7 +173,11 @@ def accumulate(
 
 
 _MIN_SPREAD = 0.004
-"""Least standard deviation of depth, heights: sheets that cross blend over about this distance."""
+"""Standard deviation of the depth of what is on a sheet, heights: sheets that cross blend over
+about this distance."""
+
+_QUANTILES, _WEIGHTS = np.polynomial.legendre.leggauss(3)[0] / 2 + 0.5, (5 / 18, 8 / 18, 5 / 18)
+"""Quantiles of that depth, and their weights, for a mean over it (Gauss-Legendre)."""
 
 
 class Medium:
@@ -200,17 +205,36 @@ class Medium:
             moment += np.bincount(pixel, weights=weight, minlength=len(moment))
             weight = weight * depth
 
-    def thickness_before(
-        self, pixel: NDArray[np.intp], depth: NDArray[np.float32], thickness: NDArray[np.float32]
+    def transmittance(
+        self,
+        pixel: NDArray[np.intp],
+        depth: NDArray[np.float32],
+        thickness: NDArray[np.float32],
+        dimming: NDArray[np.float32],
     ) -> NDArray[np.float32]:
-        """Return the optical depth (n,) of what is in front of ``depth`` (n,).
+        """Return the part (n, channels) of the light shed at ``depth`` (n,) that passes what is in
+        front of it.
 
-        The matter added there itself, ``thickness``, hides nothing of its own light.
+        It is the mean over the depths that the matter added there itself may have, of optical depth
+        ``thickness`` (n,). That matter hides nothing of its own light: it would let a part of
+        (1 − e⁻ᵗ) / t pass, by which the mean is divided. Where n sheets coincide, each so passes
+        the mean over all their orders.
+
+        Args:
+            dimming: (n, channels) how much an optical depth dims each channel.
         """
         total, first, second = self._moments
         mean = first / np.maximum(total, 1e-12)
         variance = np.maximum(second / np.maximum(total, 1e-12) - mean * mean, 0.0)
-        place = (depth - mean[pixel]) / np.sqrt(variance + _MIN_SPREAD**2)[pixel]
+        spread = np.sqrt(variance + _MIN_SPREAD**2)
         # The logistic function of 1.7 x is within 0.01 of the normal distribution.
-        share = 1 / (1 + np.exp(np.clip(-1.7 * place, -30, 30)))
-        return as_plane(np.maximum(share * total[pixel] - 0.5 * thickness, 0.0))
+        place = as_plane(-1.7 * (depth - mean[pixel]) / spread[pixel])
+        step = as_plane(_MIN_SPREAD / spread)[pixel]
+        in_front = as_plane(total)[pixel]
+        passed = np.zeros_like(dimming)
+        for quantile, weight in zip(_QUANTILES, _WEIGHTS, strict=True):
+            deeper = np.float32(math.log(quantile / (1 - quantile))) * step
+            odds = np.exp(np.clip(place - deeper, -30, 30))
+            passed += np.float32(weight) * np.exp(dimming * (-in_front / (1 + odds))[:, None])
+        own = dimming * np.maximum(thickness, np.float32(1e-6))[:, None]
+        return as_plane(np.minimum(passed * (own / -np.expm1(-own)), 1.0))

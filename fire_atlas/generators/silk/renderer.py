@@ -19,13 +19,14 @@ from fire_atlas.generators.silk import raster
 from fire_atlas.generators.silk.colour import expose
 from fire_atlas.generators.silk.form import POINT_DISTANCE, PointCloud, form_of
 from fire_atlas.generators.silk.glow import scattered
+from fire_atlas.generators.silk.ignition import Ignition
 from fire_atlas.generators.silk.intruder_drawing import (
     Hearth,
     IntruderBuffers,
     draw_intruders,
     surface_depth,
 )
-from fire_atlas.generators.silk.mechanics import lengths, normals
+from fire_atlas.generators.silk.mechanics import lengths, normals, refined
 from fire_atlas.generators.silk.scene import SilkScene, build_scene, check_length, check_loop
 from fire_atlas.generators.silk.sheet_textures import (
     FadingTextures,
@@ -33,7 +34,7 @@ from fire_atlas.generators.silk.sheet_textures import (
     cull_dark,
     make_textures,
 )
-from fire_atlas.generators.silk.simulation import Recording, blended, simulate, velocity_of
+from fire_atlas.generators.silk.simulation import Recording, blended, simulate
 from fire_atlas.recipe.silk import SilkSource
 
 _SUPERSAMPLING = 2
@@ -111,6 +112,7 @@ class SilkRenderer:
         scene: The simulated scene.
         recording: Positions of the sheets in every frame.
         textures: Textures of the sheets.
+        ignition: Which sheets and objects burn.
         frames: Number of frames.
         glow: Part of the flame's light that is scattered around it.
     """
@@ -118,6 +120,7 @@ class SilkRenderer:
     scene: SilkScene
     recording: Recording
     textures: SheetTextures
+    ignition: Ignition
     frames: int
     glow: float
 
@@ -137,9 +140,8 @@ class SilkRenderer:
             medium.add(flame.pixel, flame.depth, flame.thickness)
         for n, sheets in enumerate(batches):
             flame = self._flame(i, sheets, camera, intruders) if n else first
-            before = medium.thickness_before(flame.pixel, flame.depth, flame.thickness)
-            seen = flame.light * np.exp(-before[:, None] * flame.dimming)
-            light += raster.accumulate(flame.pixel, seen, width, height)
+            passed = medium.transmittance(flame.pixel, flame.depth, flame.thickness, flame.dimming)
+            light += raster.accumulate(flame.pixel, flame.light * passed, width, height)
         glow = scattered(light, camera.scale * _SUPERSAMPLING, self.glow) if self.glow else 0
         if intruders.is_empty:
             bare = np.zeros((camera.height, camera.width), np.float32)
@@ -191,7 +193,7 @@ class SilkRenderer:
             math.ceil(lengths(np.diff(x, axis=axis)).sum(axis=axis).max() / POINT_DISTANCE) + 1
             for axis in (1, 2)
         )
-        points = _refined(_refined(x, rows, 1), columns, 2)
+        points = refined(refined(x, rows, 1), columns, 2)
         texel = self.textures.texel_grid(sheets, rows, columns)
         texture = self.textures.light(i, sheets)[..., :3]
         found = raster.sample_texture(texture, as_plane(texel.reshape(-1, 2)))
@@ -210,10 +212,13 @@ class SilkRenderer:
         total = np.zeros((height, width, 3), np.float32)
         for sheets in self._batches():
             projected, opacity = self.project_nodes(i, sheets, camera)
+            opacity = opacity * self.density(i, sheets)
             position = projected[..., :2]
-            velocity = camera.project_velocities(
-                self.recording.x[i, sheets], self._velocity(i, sheets)
+            x, v = (
+                np.asarray(each[i, sheets], np.float64)
+                for each in (self.recording.x, self.recording.v)
             )
+            velocity = camera.project_velocities(x, v)
             texel = self.textures.texel_grid(sheets, *position.shape[1:3])
             # Displacement in the frame per texel, along the texture's x and y.
             along, down = np.gradient(position, axis=2), np.gradient(position, axis=1)
@@ -267,6 +272,7 @@ class SilkRenderer:
         also where something hides it."""
         texture = self.textures.light(i, sheets)
         projected, opacity = self.project_nodes(i, sheets, camera)
+        opacity = opacity * self.density(i, sheets)
         texel = self.textures.texel_grid(sheets, *opacity.shape[1:3])
         attributes = np.concatenate([texel, opacity[..., None], projected[..., 2:]], axis=-1)
         triangles = cull_dark(raster.mesh_triangles(projected[..., :2], attributes), texture)
@@ -280,7 +286,7 @@ class SilkRenderer:
         self, i: int, sheets: slice, camera: Camera
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the nodes' positions (sheets, rows, columns, 3), px right, px down and depth in
-        heights, and opacities (sheets, rows, columns), 0..1.
+        heights, and opacities (sheets, rows, columns), 0..1, of gas at rest; high gas is thin.
 
         Seen edge-on, a sheet would be a bright line. The flame it represents has depth, so the
         sheet fades and those that cross it are seen instead. So it does towards a fold, where its
@@ -294,17 +300,18 @@ class SilkRenderer:
         share *= smooth_step(_least_facing(x, camera) / _VANISHING_COSINE)
         projected = camera.project(x)
         before = smooth_step((camera.distance + projected[..., 2]) / _NEAR_FADE)
-        return projected, share * self._density(i, sheets) * before
+        up = np.linspace(0.0, 1.0, x.shape[1])[None, :, None]
+        return projected, share * (1 - _THINNING * up) * before
 
-    def _density(self, i: int, sheets: slice) -> NDArray[np.float64]:
-        """Return how dense the gas on ``sheets`` is in frame ``i``, (sheets, rows, 1), 0..1.
+    def density(self, i: int, sheets: slice) -> NDArray[np.float64]:
+        """Return how dense the gas on ``sheets`` is in frame ``i``, (sheets, 1, 1), 0..1.
 
-        Gas that moves faster (v_rms², as in eq. 17) is thinner, and so is high gas.
+        Gas that moves faster (v_rms², as in eq. 17) is thinner: it is a part of what is there at
+        rest, alike for all colours, as a thin flame is dim and not red.
         """
         thin = self.scene.of_fuels(lambda fuel: fuel.thin_speed)
         energy = ((self.recording.v_rms[i] / thin) ** 2)[sheets, None, None]
-        up = np.linspace(0.0, 1.0, self.recording.x.shape[2])[None, :, None]
-        return np.asarray((1 - _THINNING * up) / (1 + np.minimum(energy * energy, _MAX_THINNING)))
+        return np.asarray(1 / (1 + np.minimum(energy * energy, _MAX_THINNING)))
 
     def _batches(self) -> list[slice]:
         sheets = self.scene.model.sheets
@@ -318,8 +325,10 @@ class SilkRenderer:
         texture = self.textures.light(i, sheets)
         projected, opacity = self.project_nodes(i, sheets, camera)
         texel = self.textures.texel_grid(sheets, *opacity.shape[1:3])
-        shown = opacity[..., None] ** self.textures.opacity_exponents(sheets)
-        attributes = np.concatenate([texel, shown, opacity[..., None], projected[..., 2:]], axis=-1)
+        density = self.density(i, sheets)[..., None]
+        shown = opacity[..., None] ** self.textures.opacity_exponents(sheets) * density
+        hiding = opacity[..., None] * density
+        attributes = np.concatenate([texel, shown, hiding, projected[..., 2:]], axis=-1)
         triangles = raster.mesh_triangles(projected[..., :2] * _SUPERSAMPLING, attributes)
         fragments = raster.rasterise(cull_dark(triangles, texture), width, height)
         found = raster.sample_texture(texture, fragments.attributes) * fragments.attributes[:, 2:6]
@@ -337,20 +346,15 @@ class SilkRenderer:
         away = foot - centre
         radius = float(np.sqrt((away * away).sum(axis=-1).mean()))
         beats = max(1, round(_GLOW_BEATS * self.frames / self.scene.fps))
-        burnt = tuple(float(seconds) for seconds in self.recording.burnt[i])
+        burnt = tuple(float(seconds) for seconds in self.ignition.burnt[i])
         return Hearth(centre, radius, i / self.frames, beats, burnt)
-
-    def _velocity(self, i: int, sheets: slice) -> NDArray[np.float64]:
-        """Return the velocity (sheets, rows, columns, 3) of the nodes in frame ``i``, heights/s."""
-        recording = self.recording
-        return velocity_of(recording.x[:, sheets], self.scene.fps, recording.loops, i)
 
     def _fires(self, i: int, camera: Camera) -> list[tuple[float, NDArray[np.float64]]]:
         """Return each fire's part of the light in frame ``i``, 0..1, by the area of its sheets, and
         the place (3,) that it comes from, in camera axes, heights."""
         x, rest = self.recording.x[i], self.scene.model.rest
         up, across = rest[:, -1, 0] - rest[:, 0, 0], rest[:, 0, -1] - rest[:, 0, 0]
-        area = lengths(up) * lengths(across) * self.recording.lit[i]
+        area = lengths(up) * lengths(across) * self.ignition.lit[i]
         area /= max(float(area.sum()), 1e-9)
         middle = x[:, : max(1, x.shape[1] // 2)].mean(axis=(1, 2), dtype=np.float64)
         fires = []
@@ -375,15 +379,6 @@ def _least_facing(x: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]
     around = [facing[:, :-1, :-1], facing[:, :-1, 1:], facing[:, 1:, :-1], facing[:, 1:, 1:]]
     least, most = reduce(np.minimum, around), reduce(np.maximum, around)
     return np.asarray(np.maximum(np.maximum(least, -most), 0.0))
-
-
-def _refined(nodes: NDArray[np.float64], count: int, axis: int) -> NDArray[np.float64]:
-    """Return nodes with ``count`` along an axis, interpolated linearly between those given."""
-    at = np.linspace(0, nodes.shape[axis] - 1, count)
-    below = np.minimum(at.astype(np.intp), nodes.shape[axis] - 2)
-    share = (at - below).reshape([-1 if k == axis else 1 for k in range(nodes.ndim)])
-    first, second = np.take(nodes, below, axis), np.take(nodes, below + 1, axis)
-    return np.asarray(first + (second - first) * share)
 
 
 def _averaged(samples: NDArray[np.float32], camera: Camera) -> NDArray[np.float32]:
@@ -466,7 +461,9 @@ def generate_silk(
         check_loop(scene, settings.frames / settings.fps)
     recording = simulate(scene, settings.frames, settings.loop)
     textures = make_textures(source, settings, footage, scene, recording)
-    return SilkRenderer(scene, recording, textures, settings.frames, source.glow)
+    ignition = Ignition.of(scene, recording, textures)
+    textures = replace(textures, lit=ignition.lit)
+    return SilkRenderer(scene, recording, textures, ignition, settings.frames, source.glow)
 
 
 def changing_silk(
@@ -486,6 +483,7 @@ def changing_silk(
         before.scene,
         blended(before.recording, after.recording, share),
         FadingTextures.between(before.textures, after.textures, share),
+        before.ignition,
         before.frames,
         before.glow,
     )

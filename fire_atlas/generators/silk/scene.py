@@ -9,15 +9,16 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.errors import RecipeError
+from fire_atlas.generators.silk.controls import Controls
 from fire_atlas.generators.silk.forces import SheetForces
-from fire_atlas.generators.silk.fuel import Fuel, fuel_of
+from fire_atlas.generators.silk.fuel import FUELS, Fuel
 from fire_atlas.generators.silk.intruders import IntruderBody
 from fire_atlas.generators.silk.mechanics import (
     Elasticity,
     SheetModel,
     SheetPlacement,
+    StepLimit,
     build_model,
-    longest_step,
 )
 from fire_atlas.recipe.silk import Arrangement, FuelName, SilkSource
 from fire_atlas.recipe.wind import Wind
@@ -29,10 +30,7 @@ _MAX_NODES = 200_000
 """Maximum number of nodes of all sheets; the forces on more would take too much memory."""
 
 _MAX_POSITIONS = 20_000_000
-"""Maximum number of node positions recorded (240 MB)."""
-
-_MATCH_FLAME = 19.0, 22.0
-"""Width and height of the sheets on a burning match, in radii of the match."""
+"""Maximum number of node positions recorded (480 MB with their velocities)."""
 
 _GOLDEN_ANGLE = 2.399963
 """Turn, rad, from one sheet to the next that spreads any number of them evenly over a disc."""
@@ -47,6 +45,7 @@ class SilkScene:
         fires: (sheets,) number of the fire that each sheet is part of.
         model: The mesh of the sheets.
         forces: Forces on the sheets other than their springs and the intruders.
+        controls: The keys that change with time.
         intruders: Objects in the flame.
         attached_to: (sheets,) index of the intruder that carries each sheet; -1 for none.
         dt: Time step, s.
@@ -58,6 +57,7 @@ class SilkScene:
     fires: tuple[int, ...]
     model: SheetModel
     forces: SheetForces
+    controls: Controls
     intruders: tuple[IntruderBody, ...]
     attached_to: tuple[int, ...]
     dt: float
@@ -95,9 +95,9 @@ def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> SilkSc
     intruders = tuple(IntruderBody.of(intruder) for intruder in source.intruders)
     sheets = _place_sheets(source, seed)
     for i, body in enumerate(intruders):
-        if body.is_match:
+        if body.ignites:
             fire = sheets[-1].fire + 1
-            sheets += [_PlacedSheet(each, source.fuel, fire, i) for each in _match_flames(body)]
+            sheets += [_PlacedSheet(each, source.fuel, fire, i) for each in body.flames()]
     nodes = len(sheets) * source.rows * source.columns
     if nodes > _MAX_NODES:
         raise RecipeError(
@@ -105,21 +105,20 @@ def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> SilkSc
             f"{nodes} nodes; at most {_MAX_NODES} can be simulated, which is "
             f"{_MAX_NODES // (source.rows * source.columns)} sheets of this mesh"
         )
-    known = {
-        name: fuel_of(name, source.pressure, source.oxygen)
-        for name in {sheet.fuel for sheet in sheets}
-    }
-    fuels = tuple(known[sheet.fuel] for sheet in sheets)
+    fuels = tuple(FUELS[sheet.fuel] for sheet in sheets)
     placements = [sheet.placement for sheet in sheets]
-    elasticities = _elasticities(source, fuels, placements)
-    model = build_model(placements, source.rows, source.columns, elasticities, pinned_rows=2)
-    dt, steps = _time_step(source, model, max(fuel.drag for fuel in fuels), fps)
-    factors = source.lift, source.gravity, source.turbulence
+    model = build_model(placements, source.rows, source.columns, _elasticities(source, fuels))
+    controls = Controls.of(source)
+    forces = SheetForces.of(model.rest, fuels, wind, controls, source.mass, seed)
+    drag = float((forces.drag[..., 0] / forces.mass).max())
+    limit = StepLimit.of(model, drag, max(controls.pressure.values))
+    dt, steps = _time_step(source, limit, fps)
     return SilkScene(
         fuels=fuels,
         fires=tuple(sheet.fire for sheet in sheets),
         model=model,
-        forces=SheetForces.of(model.rest, fuels, wind, seed, factors),
+        forces=forces,
+        controls=controls,
         intruders=intruders,
         attached_to=tuple(sheet.attached_to for sheet in sheets),
         dt=dt,
@@ -143,11 +142,12 @@ def check_length(scene: SilkScene, frames: int) -> None:
 
 
 def check_loop(scene: SilkScene, duration: float) -> None:
-    """Check that every intruder ends a loop of ``duration`` s where it began.
+    """Check that everything that changes ends a loop of ``duration`` s as it began.
 
     Raises:
-        RecipeError: One would jump.
+        RecipeError: It would jump.
     """
+    scene.controls.check_loop(duration)
     for i, body in enumerate(scene.intruders):
         if not np.allclose(body.position(0.0), body.position(duration), rtol=0, atol=1e-6):
             raise RecipeError(
@@ -157,43 +157,52 @@ def check_loop(scene: SilkScene, duration: float) -> None:
             )
 
 
-def _elasticities(
-    source: SilkSource, fuels: Sequence[Fuel], placements: Sequence[SheetPlacement]
-) -> list[Elasticity]:
-    """Return mass and stiffness for the nodes of each sheet: those for the sheets' mean area."""
-    area = sum(p.width * p.height for p in placements) / len(placements)
-    stiff = source.stiffness * area
-    node = source.mass * area / (source.rows * source.columns)
+def _elasticities(source: SilkSource, fuels: Sequence[Fuel]) -> list[Elasticity]:
+    """Return mass and stiffness of each sheet: alike for all sizes, so that a large sheet moves
+    like a small one."""
     return [
         Elasticity(
-            fuel.mass * node,
-            fuel.structural * stiff,
-            fuel.shear * stiff,
-            fuel.bending * stiff,
-            fuel.damping * source.damping * fuel.mass * node,
+            fuel.mass * source.mass,
+            fuel.structural * source.stiffness,
+            fuel.shear * source.stiffness,
+            fuel.bending * source.stiffness,
+            fuel.damping * source.damping,
         )
         for fuel in fuels
     ]
 
 
-def _time_step(source: SilkSource, model: SheetModel, drag: float, fps: float) -> tuple[float, int]:
+def _time_step(source: SilkSource, limit: StepLimit, fps: float) -> tuple[float, int]:
     """Return the time step, s, and the number of steps per frame.
 
     Raises:
-        RecipeError: The springs are so stiff, or the nodes so light, that it takes too many.
+        RecipeError: The springs are so stiff, or so damped, or the nodes so light, that it takes
+            too many.
     """
-    longest = longest_step(model, drag)
-    steps = math.ceil(1 / fps / longest)
-    if 1 / longest > _MAX_STEP_RATE:
-        # Frequencies are proportional to the root of stiffness over mass.
-        limit = source.stiffness * (_MAX_STEP_RATE * longest) ** 2
-        raise RecipeError(
-            f"source.stiffness: {source.stiffness:g} with mass {source.mass:g} and a mesh of "
-            f"{source.rows} x {source.columns} needs {1 / longest:.0f} time steps per second, but "
-            f"at most {_MAX_STEP_RATE} are done; use a stiffness of at most about {limit:.3g} "
-            f"here, or more mass or a coarser mesh"
-        )
-    return 1 / fps / steps, steps
+    if 1 / limit.longest_step <= _MAX_STEP_RATE:
+        steps = math.ceil(1 / fps / limit.longest_step)
+        return 1 / fps / steps, steps
+    most_stiff = source.stiffness * limit.most_stiffness(1 / _MAX_STEP_RATE)
+    most_damped = source.damping * limit.most_damping(1 / _MAX_STEP_RATE)
+    # The key that needs the smaller change; a limit of 0 or less means that none of it helps.
+    if most_damped / max(source.damping, 1e-9) > most_stiff / source.stiffness:
+        blamed, advice = "damping", f"a damping of at most about {_rounded_down(most_damped)}"
+    elif most_stiff > 0:
+        blamed, advice = "stiffness", f"a stiffness of at most about {_rounded_down(most_stiff)}"
+    else:
+        blamed, advice = "mass", "more mass"
+    raise RecipeError(
+        f"source.{blamed}: {getattr(source, blamed):g} with stiffness {source.stiffness:g}, "
+        f"damping {source.damping:g}, mass {source.mass:g} and a mesh of {source.rows} x "
+        f"{source.columns} needs {1 / limit.longest_step:.0f} time steps per second, but at most "
+        f"{_MAX_STEP_RATE} are done; use {advice} here, or more mass or a coarser mesh"
+    )
+
+
+def _rounded_down(value: float) -> str:
+    """Return a positive number to three digits, not above it."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return f"{math.floor(value / unit) * unit:.3g}"
 
 
 def _place_sheets(source: SilkSource, seed: int) -> list[_PlacedSheet]:
@@ -247,11 +256,3 @@ def _arranged(
         case "line":
             along = (share - 0.5) * spread + two * spread / (2 * count)
             return along, 0.3 * sheets.width * one, 40 * three + (25 if i % 2 else -25)
-
-
-def _match_flames(body: IntruderBody) -> list[SheetPlacement]:
-    """Return three crossed sheets at the head of a match."""
-    width, height = (body.radius * k for k in _MATCH_FLAME)
-    x, y, z = (float(c) for c in body.positions[0])
-    base = (x, y, z - 0.06 * height)
-    return [SheetPlacement(base, width, height, angle) for angle in (25.0, 85.0, 145.0)]

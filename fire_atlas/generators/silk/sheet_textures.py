@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import cache, reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +47,8 @@ class SheetTextures:
         mirrored: (sheets,) whether it is mirrored left to right.
         phase: (frames, sheets) position in the loop, in images; fractions blend two images.
         rate: (frames, sheets) speed of playing, images per second.
-        colours: (sheets,) conversion of images to light.
+        colours: (frames, sheets) conversion of images to light.
+        height: (frames,) height of the flame, relative to that in the images.
         v_rms: (frames, sheets) root mean square speed of the nodes, heights/s.
         lit: (frames, sheets) 0 where a sheet does not burn yet, 1 where it burns fully.
     """
@@ -57,7 +58,8 @@ class SheetTextures:
     mirrored: NDArray[np.bool_]
     phase: NDArray[np.float64]
     rate: NDArray[np.float64]
-    colours: tuple[ColourMap, ...]
+    colours: tuple[tuple[ColourMap, ...], ...]
+    height: NDArray[np.float64]
     v_rms: NDArray[np.float64]
     lit: NDArray[np.float64]
 
@@ -81,22 +83,26 @@ class SheetTextures:
 
     def opacity_exponents(self, sheets: slice) -> NDArray[np.float64]:
         """Return exponents (sheets, 1, 1, 3) of the sheets' opacity for red, green and blue."""
-        exponents = np.stack([each.opacity_exponents for each in self.colours[sheets]])
+        exponents = np.stack([each.opacity_exponents for each in self.colours[0][sheets]])
         return exponents[:, None, None]
 
     def dimming(self, sheets: slice, row: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return how much an optical depth dims red, green and blue, (n, 3), of the light at rows
         (n,) of the stacked texture."""
         height = self.loops[0].images.shape[1]
-        each = np.stack([colours.dimming for colours in self.colours[sheets]])
+        each = np.stack([colours.dimming for colours in self.colours[0][sheets]])
         return as_plane(each[((row + np.float32(0.5)) // height).astype(np.intp)])
 
-    def _light(self, i: int, sheet: int) -> NDArray[np.float32]:
+    def image(self, i: int, sheet: int) -> Image:
+        """Return the image on a sheet in frame ``i``, heat or light: (height, width, n)."""
         image = self.loops[self.texture_index[sheet]].image_at(float(self.phase[i, sheet]))
         if self.mirrored[sheet]:
             image = np.ascontiguousarray(image[:, ::-1])
-        image = _catching_fire(image, np.float32(self.lit[i, sheet]))
-        colours = self.colours[sheet]
+        return _lowered(image, np.float32(self.height[i]))
+
+    def _light(self, i: int, sheet: int) -> NDArray[np.float32]:
+        image = _catching_fire(self.image(i, sheet), np.float32(self.lit[i, sheet]))
+        colours = self.colours[i][sheet]
         light = colours.light(image, float(self.v_rms[i, sheet]))
         return np.dstack([light, colours.thickness(image)])
 
@@ -128,7 +134,8 @@ class FadingTextures(SheetTextures):
     ) -> "FadingTextures":
         """Return textures that fade from ``before`` into ``after``."""
         played = before.loops, before.texture_index, before.mirrored, before.phase, before.rate
-        return cls(*played, before.colours, before.v_rms, before.lit, after, share)
+        burning = before.colours, before.height, before.v_rms, before.lit
+        return cls(*played, *burning, after, share)
 
     def light(self, i: int, sheets: slice) -> NDArray[np.float32]:
         """See ``SheetTextures.light``."""
@@ -142,6 +149,17 @@ class FadingTextures(SheetTextures):
         self, i: int, before: NDArray[np.float32], after: NDArray[np.float32]
     ) -> NDArray[np.float32]:
         return as_plane(before + (after - before) * np.float32(self.share[i]))
+
+
+def _lowered(image: Image, height: np.float32) -> Image:
+    """Return an image of a fire of which the flame is ``height`` times as high, 0..1.
+
+    Heat falls with the way that the fuel has gone; in a lower flame, sooner. Images of light keep
+    their height.
+    """
+    if height == 1 or image.shape[2] == 3:
+        return image
+    return as_plane(np.maximum(1 - (1 - image) / height, 0))
 
 
 def _catching_fire(image: Image, lit: np.float32) -> Image:
@@ -192,19 +210,31 @@ def make_textures(
     else:
         loops, texture_index = _procedural(source, settings, scene, recording)
     played = _played(scene, recording)
-    return _play(loops, texture_index, played, recording, _colours(source, scene), settings)
+    colours = _colours(source, scene, len(recording.x))
+    return _play(loops, texture_index, played, recording, scene, colours, settings)
 
 
-def _colours(source: SilkSource, scene: SilkScene) -> tuple[ColourMap, ...]:
-    """Return the colours of every sheet: those of its fuel, as bright as its fire is sparse."""
+def _colours(
+    source: SilkSource, scene: SilkScene, frames: int
+) -> tuple[tuple[ColourMap, ...], ...]:
+    """Return the colours of every sheet in every frame.
+
+    They are those of its fuel in the oxygen there is, as bright as its fire is sparse.
+    """
     fires = list(zip(scene.fuels, scene.fires, strict=True))
-    maps = {
-        (fuel, fire): ColourMap.of(
-            fuel, source.grading, source.intensity / _light_divisor(scene, fire), source.soot
-        )
-        for fuel, fire in set(fires)
-    }
-    return tuple(maps[each] for each in fires)
+    divisors = {fire: _light_divisor(scene, fire) for fire in set(scene.fires)}
+
+    @cache
+    def colours(oxygen: float) -> tuple[ColourMap, ...]:
+        maps = {
+            (fuel, fire): ColourMap.of(
+                fuel, source.grading, oxygen, source.intensity / divisors[fire], source.soot
+            )
+            for fuel, fire in set(fires)
+        }
+        return tuple(maps[each] for each in fires)
+
+    return tuple(colours(scene.controls.oxygen.at(n / scene.fps)) for n in range(frames))
 
 
 def _play(
@@ -212,7 +242,8 @@ def _play(
     texture_index: NDArray[np.intp],
     played: NDArray[np.float64],
     recording: Recording,
-    colours: tuple[ColourMap, ...],
+    scene: SilkScene,
+    colours: tuple[tuple[ColourMap, ...], ...],
     settings: GenerationSettings,
 ) -> SheetTextures:
     """Play on every sheet its loop, from a random image on (section 4).
@@ -234,6 +265,8 @@ def _play(
     if settings.loop:
         # Rounding errors would make the end differ in the last bits.
         phase[-1] = phase[0]
+    controls = scene.controls
+    height = [controls.flame_height(n / scene.fps) for n in range(len(rate))]
     return SheetTextures(
         loops=tuple(loops),
         texture_index=texture_index,
@@ -241,8 +274,9 @@ def _play(
         phase=phase,
         rate=rate,
         colours=colours,
+        height=np.array(height) / controls.greatest_height,
         v_rms=recording.v_rms,
-        lit=recording.lit,
+        lit=np.ones(rate.shape),
     )
 
 
@@ -259,9 +293,7 @@ def _from_clip(
     images = texture.images or _loop_length(float(_played(scene, recording).mean()))
     middle = max(clip.count // 2 - 1, 0)
     seeds = texture.seeds or (middle, min(middle + 1, clip.count - 1))
-    reference = scene.of_fuels(lambda fuel: fuel.reference_speed)
-    energy = float(np.clip(((recording.v_rms / reference) ** 2).mean(), 0.25, 4))
-    return synthesise_from_clip(clip, seeds, images, shape, texture.path, seed, energy)
+    return synthesise_from_clip(clip, seeds, images, shape, texture.path, seed)
 
 
 def _procedural(
@@ -277,7 +309,8 @@ def _procedural(
     loops: list[TextureLoop] = []
     texture_index = np.empty(scene.model.sheets, np.intp)
     for fuel in dict.fromkeys(scene.fuels):
-        burner = replace(fuel.burner, gas_speed=fuel.gas_speed / fuel.image_rate)
+        height = fuel.burner.flame_height * scene.controls.greatest_height
+        burner = replace(fuel.burner, flame_height=height)
         sheets = np.flatnonzero([each == fuel for each in scene.fuels])
         slow_to_fast = sheets[np.argsort(played[sheets], kind="stable")]
         for group in np.array_split(slow_to_fast, min(len(sheets), _MAX_LOOPS)):

@@ -8,31 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.easing import smooth_step
-from fire_atlas.generators.silk.mechanics import (
-    ExternalAcceleration,
-    SheetState,
-    Vectors,
-    lengths,
-    step,
-)
+from fire_atlas.generators.silk.mechanics import ExternalAcceleration, SheetState, Vectors, step
 from fire_atlas.generators.silk.scene import SilkScene
 
 Real = TypeVar("Real", np.float32, np.float64)
 
-_WARM_UP = 1.5
+WARM_UP = 1.5
 """Seconds simulated before the first frame, so that the fire is moving by then."""
 
 _OVERLAP, _MAX_OVERLAP = 0.35, 1.0
 """Fraction of a loop over which its end is blended into its beginning, and limit in seconds."""
 
-_IGNITION_DELAY, _IGNITION_TIME = 0.25, 0.3
-"""Seconds in a flame until a match catches fire, and from then until it burns fully."""
-
-_IGNITION_DISTANCE = 0.05
-"""Maximum distance from a flame at which a match catches fire, heights."""
-
-_MAX_SPEED_UP = 3.0
-"""Rough limit on a texture's speed, in multiples of ``Fuel.image_rate``."""
+_MAX_SPEED_UP = 2.5
+"""Limit on a texture's speed by that of its sheet, in multiples of ``Fuel.image_rate``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,18 +31,17 @@ class Recording:
         x: (frames, sheets, rows, columns, 3) float32 positions, heights. In a loop there is one
             more entry, equal to entry 0.
         loops: Whether the first frame follows the last.
+        v: (frames, sheets, rows, columns, 3) float32 velocities in the last step before each frame,
+            heights/s.
         v_rms: (frames, sheets) root mean square speed of the nodes relative to the base, heights/s.
         rate: (frames, sheets) texture images per second.
-        lit: (frames, sheets) 0 where a sheet does not burn yet, 1 where it burns fully.
-        burnt: (frames, intruders) time for which a match has burnt, s; 0 for other intruders.
     """
 
     x: NDArray[np.float32]
+    v: NDArray[np.float32]
     loops: bool
     v_rms: NDArray[np.float64]
     rate: NDArray[np.float64]
-    lit: NDArray[np.float64]
-    burnt: NDArray[np.float64]
 
 
 def simulate(scene: SilkScene, frames: int, loops: bool) -> Recording:
@@ -63,50 +50,39 @@ def simulate(scene: SilkScene, frames: int, loops: bool) -> Recording:
     Even if the forces of a loop are periodic the motion of the sheets is not, so the frames that
     would follow the end are blended into the beginning, node by node.
     """
-    overlap = _overlap(frames, scene.fps) if loops else 0
+    overlap = closing_frames(frames, scene.fps) if loops else 0
     total = frames + overlap + 1 if loops else frames
-    warm_up = math.ceil(_WARM_UP * scene.fps)
+    warm_up = math.ceil(WARM_UP * scene.fps)
     shape = scene.model.rest.shape
     x = np.empty((total, *shape), np.float32)
-    lit = np.empty((total, shape[0]))
-    burnt = np.empty((total, len(scene.intruders)))
-    ignition = _Ignition(scene)
+    v = np.empty_like(x)
     state = SheetState.resting(scene.model.rest.copy())
     for n in range(-warm_up, total):
-        if n >= 0:
-            x[n] = state.x
-            lit[n] = ignition.lit
-            burnt[n] = ignition.burnt
+        x[max(n, 0)], v[max(n, 0)] = state.x, state.velocity(scene.dt)
         state = _next_frame(scene, state, n / scene.fps)
-        ignition.update(scene, state, (n + 1) / scene.fps)
     if loops:
-        x, lit, burnt = (_closed(each, frames, overlap) for each in (x, lit, burnt))
-    # Of the sheets as they are shown: where a loop is closed they move otherwise than simulated.
-    v_rms = np.stack([_v_rms(velocity_of(x, scene.fps, loops, n)) for n in range(len(x))])
-    return Recording(x, loops, v_rms, texture_rate(scene, v_rms), lit, burnt)
-
-
-def velocity_of(x: NDArray[np.float32], fps: float, loops: bool, i: int) -> NDArray[np.float64]:
-    """Return the velocity (sheets, rows, columns, 3) of the nodes in frame ``i``, heights/s, from
-    the frames before and after."""
-    frames = len(x) - 1 if loops else len(x)
-    if loops:
-        before, after, steps = (i - 1) % frames, (i + 1) % frames, 2
-    else:
-        before, after = max(i - 1, 0), min(i + 1, frames - 1)
-        steps = max(after - before, 1)
-    return np.asarray((x[after] - x[before]) * (fps / steps), np.float64)
+        v = closed(v, frames, overlap)
+        # Where a loop is closed, sheets also move from where they are in one to where in the other.
+        blended = min(overlap + 1, frames)
+        apart = (x[: overlap + 1] - x[frames : frames + overlap + 1])[:blended]
+        v[:blended] += _closing_rate(overlap, scene.fps)[:blended] * apart
+        v[frames] = v[0]
+        x = closed(x, frames, overlap)
+    v_rms = np.stack([_v_rms(each) for each in v])
+    return Recording(x, v, loops, v_rms, texture_rate(scene, v_rms))
 
 
 def texture_rate(scene: SilkScene, v_rms: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return texture images per second: a base rate plus a part proportional to v_rms² (eq. 17).
+    """Return texture images per second: a base rate plus a part proportional to v_rms² (eq. 17),
+    both as fast as pressure and oxygen drive the gas.
 
     It levels off for fast sheets, because frames cannot show faster textures.
     """
     energy = (v_rms / scene.of_fuels(lambda fuel: fuel.reference_speed)) ** 2
-    limit = (_MAX_SPEED_UP - 1) / 0.5
+    limit = (_MAX_SPEED_UP - 0.5) / 0.5
     limited = limit * -np.expm1(-energy / limit)
-    image_rate = scene.of_fuels(lambda fuel: fuel.image_rate)
+    gas_speed = np.array([scene.controls.gas_speed(n / scene.fps) for n in range(len(v_rms))])
+    image_rate = scene.of_fuels(lambda fuel: fuel.image_rate) * gas_speed[:, None]
     return np.asarray(image_rate * (0.5 + 0.5 * limited))
 
 
@@ -120,15 +96,15 @@ def blended(before: Recording, after: Recording, share: NDArray[np.float64]) -> 
 
     return Recording(
         mixed(before.x, after.x),
+        mixed(before.v, after.v),
         before.loops,
         mixed(before.v_rms, after.v_rms),
         mixed(before.rate, after.rate),
-        mixed(before.lit, after.lit),
-        mixed(before.burnt, after.burnt),
     )
 
 
-def _overlap(frames: int, fps: float) -> int:
+def closing_frames(frames: int, fps: float) -> int:
+    """Return the number of frames after the end of a loop that are blended into its beginning."""
     return max(1, min(round(frames * _OVERLAP), round(_MAX_OVERLAP * fps)))
 
 
@@ -137,7 +113,8 @@ def _next_frame(scene: SilkScene, state: SheetState, time: float) -> SheetState:
     for n in range(scene.steps):
         now = time + n * scene.dt
         state = _move_attached(scene, state, now)
-        state = step(scene.model, state, _external(scene, now), scene.dt)
+        stiffening = scene.controls.pressure.at(now)
+        state = step(scene.model, state, _external(scene, now), scene.dt, stiffening)
     return state
 
 
@@ -149,8 +126,8 @@ def _external(scene: SilkScene, now: float) -> ExternalAcceleration:
         for i, body in enumerate(scene.intruders):
             if body.strength == 0:
                 continue
-            push = body.acceleration(now, x)
-            # A match does not push away its own flame.
+            push = body.push(now, x) / scene.forces.mass[..., None]
+            # It does not push away its own flame.
             push[[carrier == i for carrier in scene.attached_to]] = 0.0
             a += push
         return a
@@ -174,47 +151,29 @@ def _move_attached(scene: SilkScene, state: SheetState, now: float) -> SheetStat
     return SheetState(x, previous)
 
 
-class _Ignition:
-    """Tracks which sheets burn: all except those of matches that no flame has lit yet."""
-
-    def __init__(self, scene: SilkScene) -> None:
-        self.lit = np.array([float(i < 0) for i in scene.attached_to])
-        self.burnt = np.zeros(len(scene.intruders))
-        self._heated = [0.0] * len(scene.intruders)
-        # Columns that the flame covers: it is narrower than its sheet.
-        across = np.abs(np.linspace(-1, 1, scene.model.rest.shape[2]))
-        widest = max(fuel.burner.width for fuel in scene.fuels)
-        self._flame = across <= max(widest, float(across.min()))
-
-    def update(self, scene: SilkScene, state: SheetState, time: float) -> None:
-        """Heat the matches that are in a flame at ``time``; call this once per frame."""
-        for i, body in enumerate(scene.intruders):
-            if not body.is_match:
-                continue
-            flame = state.x[:, :, self._flame]
-            distance = lengths(flame - body.position(time)).min(axis=(1, 2))
-            near = distance < body.radius + _IGNITION_DISTANCE
-            others = np.array([carrier != i for carrier in scene.attached_to])
-            if self._heated[i] >= _IGNITION_DELAY or (near & others & (self.lit > 0.5)).any():
-                self._heated[i] += 1 / scene.fps
-            share = (self._heated[i] - _IGNITION_DELAY) / _IGNITION_TIME
-            self.lit[~others] = min(max(share, 0.0), 1.0)
-            self.burnt[i] = max(self._heated[i] - _IGNITION_DELAY, 0.0)
-
-
-def _v_rms(v: Vectors) -> NDArray[np.float64]:
+def _v_rms(v: NDArray[np.float32]) -> NDArray[np.float64]:
     """Return the root mean square speed of each sheet's nodes, relative to its base."""
-    v = v - v[:, :1]
-    return np.asarray(np.sqrt((v * v).sum(axis=-1).mean(axis=(1, 2))))
+    relative = np.asarray(v - v[:, :1], np.float64)
+    return np.asarray(np.sqrt((relative * relative).sum(axis=-1).mean(axis=(1, 2))))
 
 
-def _closed(values: NDArray[Real], frames: int, overlap: int) -> NDArray[Real]:
+def _closing_weight(overlap: int) -> NDArray[np.float64]:
+    """Return the weight (overlap + 1,) of a loop's first frames, against those after its end."""
+    return smooth_step(np.linspace(0.0, 1.0, overlap + 1))
+
+
+def _closing_rate(overlap: int, fps: float) -> NDArray[np.float32]:
+    """Return how fast that weight grows, (overlap + 1, 1, 1, 1, 1), 1/s."""
+    share = np.linspace(0.0, 1.0, overlap + 1)
+    return np.asarray(6 * share * (1 - share) * fps / overlap, np.float32).reshape(-1, 1, 1, 1, 1)
+
+
+def closed(values: NDArray[Real], frames: int, overlap: int) -> NDArray[Real]:
     """Return the first ``frames`` entries and one more that equals the first.
 
     The first ``overlap`` entries fade from those recorded after the end to their own.
     """
-    weight = smooth_step(np.linspace(0.0, 1.0, overlap + 1))
-    w = weight.reshape(-1, *[1] * (values.ndim - 1)).astype(values.dtype)
+    w = _closing_weight(overlap).reshape(-1, *[1] * (values.ndim - 1)).astype(values.dtype)
     loop = values[: frames + 1].copy()
     blend = (1 - w) * values[frames : frames + overlap + 1] + w * values[: overlap + 1]
     blended = min(overlap + 1, frames)

@@ -108,7 +108,7 @@ def test_a_clip_on_the_sheets_is_an_input(tmp_path: Path) -> None:
 BAD: dict[str, tuple[dict[str, Any], str]] = {
     "no mass": ({"mass": 0}, "source.mass: must be more than 0; got 0"),
     "negative mass": ({"mass": -1.5}, "source.mass: must be more than 0; got -1.5"),
-    "one-node sheet": ({"rows": 1}, "source.rows: must be at least 2; got 1"),
+    "one-node sheet": ({"rows": 1}, "source.rows: must be at least 4; got 1"),
     "no sheet": ({"sheets": []}, "source.sheets: must be a list of at least 1; got []"),
     "not a number": (
         {"intruders": [{"shape": "log", "keyframes": [{"t": 0, "at": [float("nan"), 0, 0]}]}]},

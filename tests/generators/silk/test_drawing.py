@@ -51,9 +51,9 @@ def test_a_view_is_what_a_plain_rasteriser_draws(
     place, opacity = made.project_nodes(frame, slice(0, 3), eye)
     place = place[..., :2]
     texel = made.textures.texel_grid(slice(0, 3), 8, 6)
-    values = np.concatenate(
-        [texel, opacity[..., None] ** made.textures.opacity_exponents(slice(0, 3))], axis=-1
-    )
+    shown = opacity[..., None] ** made.textures.opacity_exponents(slice(0, 3))
+    shown *= made.density(frame, slice(0, 3))[..., None]
+    values = np.concatenate([texel, shown], axis=-1)
     cells = raster.mesh_triangles(place * 2, values)
     texture = made.textures.light(frame, slice(0, 3))[..., :3]
     light, edge = draw(cells.position, cells.attributes, texture, 80, 112)

@@ -55,13 +55,14 @@ def test_in_a_loop_too_each_texture_is_as_fast_as_its_sheet(fuel: str) -> None:
     line = {"arrangement": "line", "count": 11, "spread": 1.6}
     made = fire(48, wind=gusts, fuel=fuel, sheets=line)
     x = made.recording.x[:-1].astype(np.float64)
-    energy = ((np.roll(x, -1, axis=0) - np.roll(x, 1, axis=0)) ** 2).sum(axis=-1).mean(axis=(2, 3))
+    ahead = ((np.roll(x, -1, axis=0) - x) ** 2).sum(axis=-1).mean(axis=(2, 3))
+    energy = (ahead + np.roll(ahead, 1, axis=0)) / 2
     rate = made.textures.rate[:-1]
     assert min(spearman(energy[:, s], rate[:, s]) for s in range(11)) >= 0.9
     assert spearman(energy.ravel(), rate.ravel()) >= 0.9, "from sheet to sheet as well"
     played = np.round(rate.mean(axis=0), 6)  # sheets that play as many images are as fast
     assert spearman(energy.mean(axis=0), played) >= 0.9, "and from mean to mean"
-    assert np.ptp(rate.mean(axis=0)) > 0.15 * rate.mean(), "no two sheets need to be as fast"
+    assert np.ptp(rate.mean(axis=0)) > 0.1 * rate.mean(), "no two sheets need to be as fast"
 
 
 @pytest.mark.slow
@@ -77,7 +78,7 @@ def test_a_flame_that_is_blown_at_is_thinner(fuel: str) -> None:
         assert max(float(pixels[:, [0, -1], 3].max()) for pixels in seen) < 0.02, "all in the frame"
         coverage.append(float(np.mean([pixels[..., 3] for pixels in seen])))
     assert coverage[0] > coverage[1] > coverage[2]
-    assert coverage[2] < 0.7 * coverage[0]
+    assert coverage[2] < 0.75 * coverage[0]
 
 
 def test_two_fires_of_two_fuels_have_each_its_own_colours_and_pace() -> None:
@@ -222,10 +223,10 @@ def test_a_match_bends_the_flame_by_four_degrees_catches_fire_and_the_flame_reco
     assert np.abs(before).max() < 1.0
     assert bent.min() == pytest.approx(-3.6, abs=1.0)
     assert np.abs(after).max() < 1.5
-    lit = made.recording.lit[:, 5:]
+    lit = made.ignition.lit[:, 5:]
     assert not lit[: round(0.9 * 24)].any()
     assert lit[round(2.6 * 24) :].all() and lit[-1].min() == 1
-    assert np.all(made.recording.lit[:, :5] == 1)
+    assert np.all(made.ignition.lit[:, :5] == 1)
 
 
 @pytest.mark.slow

@@ -1,0 +1,110 @@
+"""Which sheets burn: those of an object in the flame only once a flame has lit it (Figure 6)."""
+
+import math
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.generators.silk.intruders import distance_to
+from fire_atlas.generators.silk.mechanics import lengths, refined
+from fire_atlas.generators.silk.raster import sample_texture
+from fire_atlas.generators.silk.scene import SilkScene
+from fire_atlas.generators.silk.sheet_textures import SheetTextures
+from fire_atlas.generators.silk.simulation import WARM_UP, Recording, closed, closing_frames
+
+_DELAY, _RISE = 0.25, 0.3
+"""Seconds in a flame until an object catches fire, and from then until it burns fully."""
+
+_DISTANCE = 0.05
+"""Maximum distance from a flame at which it catches fire, heights."""
+
+_BURNING = 0.15
+"""Heat (or light, of images of light) from which on a place on a sheet is a flame that can be
+seen."""
+
+_FINE = 0.5 * _DISTANCE
+"""Maximum distance between the places on a sheet that are looked at, heights."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ignition:
+    """What burns in each frame.
+
+    Attributes:
+        lit: (frames, sheets) 0 where a sheet does not burn yet, 1 where it burns fully.
+        burnt: (frames, intruders) time for which an intruder has burnt, s.
+    """
+
+    lit: NDArray[np.float64]
+    burnt: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, scene: SilkScene, recording: Recording, textures: SheetTextures) -> Self:
+        """Find when the objects catch fire: ``textures`` say where the flames are.
+
+        An object that is in a flame before the first frame has caught fire by then. In a loop the
+        frames after the end are blended into the beginning, as the sheets are.
+        """
+        frames = len(recording.x) - recording.loops
+        overlap = closing_frames(frames, scene.fps) if recording.loops else 0
+        warm_up = math.ceil(WARM_UP * scene.fps)
+        heated = np.zeros(len(scene.intruders))
+        steps = []
+        for n in range(-warm_up, frames + overlap + recording.loops):
+            if n >= 0:
+                steps.append(heated.copy())
+            shown = n % frames if recording.loops else max(n, 0)
+            lit = _lit(scene, heated)
+            for i, body in enumerate(scene.intruders):
+                if body.ignites and (
+                    heated[i] >= _DELAY
+                    or _is_in_flame(scene, recording, textures, i, n, shown, lit)
+                ):
+                    heated[i] += 1 / scene.fps
+        times = np.array(steps).reshape(len(steps), len(scene.intruders))
+        lit, burnt = _lit(scene, times), np.maximum(times - _DELAY, 0.0)
+        if recording.loops:
+            lit, burnt = (closed(each, frames, overlap) for each in (lit, burnt))
+        return cls(lit, burnt)
+
+
+def _lit(scene: SilkScene, heated: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far each sheet burns (..., sheets), 0..1, by the time (..., intruders), s, for
+    which what carries it has been in a flame."""
+    share = np.clip((heated - _DELAY) / _RISE, 0.0, 1.0)
+    always = np.ones((*heated.shape[:-1], 1))
+    carriers = np.array(scene.attached_to)
+    return np.asarray(np.concatenate([share, always], axis=-1)[..., carriers])
+
+
+def _is_in_flame(
+    scene: SilkScene,
+    recording: Recording,
+    textures: SheetTextures,
+    i: int,
+    n: int,
+    shown: int,
+    lit: NDArray[np.float64],
+) -> bool:
+    """Return whether a flame that is not its own touches intruder ``i`` at frame ``n``, which is
+    drawn as frame ``shown``."""
+    body = scene.intruders[i]
+    reach, ends = body.radius + _DISTANCE, body.kindling(n / scene.fps)
+    for s in np.flatnonzero(lit > 0.5):
+        x = recording.x[shown, s : s + 1].astype(np.float64)
+        up, across = (lengths(np.diff(x, axis=axis)) for axis in (1, 2))
+        between = reach + max(float(up.max()), float(across.max()))
+        if scene.attached_to[s] == i or distance_to(ends, x).min() > between:
+            continue
+        rows = math.ceil(up.sum(axis=1).max() / _FINE) + 1
+        columns = math.ceil(across.sum(axis=2).max() / _FINE) + 1
+        places = refined(refined(x, rows, 1), columns, 2)
+        near = distance_to(ends, places)[0] < reach
+        if near.any():
+            texel = textures.texel_grid(slice(0, 1), rows, columns)[0][near]
+            heat = textures.image(shown, int(s)).max(axis=-1, keepdims=True)
+            if (sample_texture(heat, texel.astype(np.float32)) > _BURNING).any():
+                return True
+    return False
