@@ -116,11 +116,13 @@ class Section:
     Attributes:
         title: The block's key path, as it is written in a recipe: ``source.grid``, with ``[]`` for
             an item of a list; empty for the recipe itself.
+        name: Name of its definition in the schema; empty for the recipe itself.
         depth: How many blocks it stands in.
         block: Its JSON Schema.
     """
 
     title: str
+    name: str
     depth: int
     block: Schema
 
@@ -147,10 +149,15 @@ def recipe_reference() -> str:
     """Return the text of docs/recipe.md."""
     schema = recipe_schema()
     definitions = schema["$defs"]
-    sections = {each.title: each for each in _sections(Section("", 0, schema), definitions)}
+    # A block that several keys may hold is described once: at the first, or where it is no item.
+    first: dict[str, Section] = {}
+    for section in _sections(Section("", "", 0, schema), definitions):
+        known = first.setdefault(section.name, section)
+        if known.title == f"{section.title}[]":
+            first[section.name] = section
     parts = [INTRODUCTION]
-    for section in sections.values():
-        parts.append(_section_text(section, definitions))
+    for section in first.values():
+        parts.append(_section_text(section, first, definitions))
         if section.title in EXAMPLES:
             parts.append(f"```yaml\n{EXAMPLES[section.title]}```\n")
     return "\n".join(parts)
@@ -161,7 +168,8 @@ def _sections(section: Section, definitions: Schema) -> Iterator[Section]:
     yield section
     for key, schema in section.block["properties"].items():
         for title, name in _blocks(section.path_of(key), schema, definitions):
-            yield from _sections(Section(title, section.depth + 1, definitions[name]), definitions)
+            inner = Section(title, name, section.depth + 1, definitions[name])
+            yield from _sections(inner, definitions)
 
 
 def _blocks(path: str, schema: Schema, definitions: Schema) -> Iterator[tuple[str, str]]:
@@ -184,12 +192,12 @@ def _blocks(path: str, schema: Schema, definitions: Schema) -> Iterator[tuple[st
         yield from _blocks(f"{path}[]", schema["items"], definitions)
 
 
-def _section_text(section: Section, definitions: Schema) -> str:
+def _section_text(section: Section, first: dict[str, Section], definitions: Schema) -> str:
     marks = "#" * min(section.depth + 1, 4)
     heading = f"{marks} {section.heading}\n\n" if section.title else "## The recipe\n\n"
     required = section.block.get("required", ())
     rows = [
-        f"| `{key}` | {_kind(section.path_of(key), schema, definitions)} "
+        f"| `{key}` | {_kind(section.path_of(key), schema, first, definitions)} "
         f"| {'required' if key in required else _default(schema)} | {_prose(schema)} |"
         for key, schema in _kind_first(section.block["properties"])
     ]
@@ -202,14 +210,14 @@ def _kind_first(properties: Schema) -> list[tuple[str, Schema]]:
     return sorted(properties.items(), key=lambda each: each[0] != "kind")
 
 
-def _kind(path: str, schema: Schema, definitions: Schema) -> str:
+def _kind(path: str, schema: Schema, first: dict[str, Section], definitions: Schema) -> str:
     """Return in words what a key may hold, with its range; blocks link to their sections."""
     match schema:
         case {"$ref": _}:
-            ((title, name),) = _blocks(path, schema, definitions)
-            return Section(title, 0, definitions[name]).link
+            ((_, name),) = _blocks(path, schema, definitions)
+            return first[name].link
         case {"anyOf": branches} | {"oneOf": branches}:
-            kinds = [_kind(path, each, definitions) for each in branches]
+            kinds = [_kind(path, each, first, definitions) for each in branches]
             return " or ".join(dict.fromkeys(kind for kind in kinds if kind))
         case {"enum": values}:
             return ", ".join(f"`{json.dumps(value).strip(chr(34))}`" for value in values)
@@ -218,12 +226,12 @@ def _kind(path: str, schema: Schema, definitions: Schema) -> str:
         case {"type": "null"}:
             return ""
         case {"type": "array", "prefixItems": items}:
-            kinds = [_kind(path, each, definitions) for each in items]
+            kinds = [_kind(path, each, first, definitions) for each in items]
             if len(set(kinds)) == 1:
                 return f"[{len(kinds)} {kinds[0].replace('number', 'numbers')}]"
             return f"[{', '.join(kinds)}]"
         case {"type": "array", "items": item}:
-            return f"list of {_kind(f'{path}[]', item, definitions)}"
+            return f"list of {_kind(f'{path}[]', item, first, definitions)}"
         case {"type": "integer" | "number" as kind}:
             return f"{'whole number' if kind == 'integer' else 'number'}{_range(schema)}"
         case {"type": "boolean"}:
