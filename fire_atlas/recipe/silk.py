@@ -242,28 +242,33 @@ class SilkSource(Settings):
     fuel: FuelName = "wood"
     """The fuel, which sets stiffness, lift, speed and colours."""
     pressure: Pressure = 1.0
-    """Pressure of the fuel, 1: the fuel's default. More gives a higher, stiffer flame."""
+    """Pressure of the fuel, 1: the fuel's default. More gives a higher, stiffer flame; from 1.6 on
+    it is only stiffer and faster, as no flame is higher than its sheet."""
     oxygen: Oxygen = 1.0
-    """Oxygen, 1: the fuel's default. More burns faster, hotter and whiter; less, slow and red."""
+    """Oxygen, 1: the fuel's default. More burns faster, brighter and whiter; less, slow and red."""
     sheets: SheetsOrArrangement = Arrangement()
     """The sheets: an arrangement, or a list of single ones and of arrangements, each of which may
     have a ``fuel`` of its own."""
     rows: int = Field(default=24, ge=4, le=256)
-    """Nodes from the base of a sheet to its top."""
+    """Nodes from the base of a sheet to its top: more show finer folds."""
     columns: int = Field(default=16, ge=2, le=256)
     """Nodes across a sheet."""
     mass: Factor = 1.0
-    """Mass of the silk, 1: the fuel's default. Heavier silk sways more slowly."""
+    """Mass of the silk, 1: the fuel's default. Heavier silk sways more slowly, and the air and the
+    heat move it less: from about 3 on its weight outweighs the lift, and it falls."""
     stiffness: Annotated[float, Field(gt=0, le=1e6)] = 1.0
-    """Stiffness of all springs, 1: the fuel's default. Higher values need more steps per frame."""
+    """Stiffness of all springs, 1: the fuel's default. Below 1, soft silk is drawn out by the lift,
+    to a higher flame; higher values need more steps per frame."""
     damping: float = Field(default=1.0, ge=0, le=100)
-    """Damping of the springs, 1: the fuel's default."""
+    """Damping of the springs, 1: the fuel's default. The air damps much more."""
     lift: Lift = 1.0
-    """Lift of the flame by heat, 1: the fuel's default. With less, the wind bends it more."""
+    """Lift of the flame by heat, 1: the fuel's default. With less, the wind bends it more, and the
+    flame is lower."""
     gravity: Gravity = 1.0
-    """Weight of the silk, 1: the fuel's default."""
+    """Weight of the silk, 1: the fuel's default; more draws the flame down."""
     turbulence: Turbulence = 1.0
-    """Flutter of the sheets in turbulent air, 1: the fuel's default."""
+    """Flutter of the sheets in turbulent air, 1: the fuel's default; more makes it wilder, and
+    thinner where it is fast."""
     intruders: Annotated[tuple[Intruder, ...], LIST, Field(max_length=64)] = ()
     """Objects in the flame."""
     texture: AutoOrTexture = "auto"
@@ -275,7 +280,8 @@ class SilkSource(Settings):
     grading: Literal["fuel", "blackbody"] = "fuel"
     """Colours of the ``fuel``, or of a ``blackbody``, hotter where sheets move faster (eq. 16)."""
     intensity: float = Field(default=1.0, gt=0, le=100)
-    """Brightness of the flame; high values clip to white."""
+    """Brightness of the flame. Fire of wood is yellow from about 3 on, and burns out to white in
+    its middle from about 30 on."""
     glow: float = Field(default=0.0, ge=0, le=1)
     """Part of the flame's light that air and lens scatter: a soft glow around it, also in front of
     objects, which fades towards the frame's edges."""

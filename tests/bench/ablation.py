@@ -34,7 +34,7 @@ from fire_atlas.effect.flame.features import (
 )
 from fire_atlas.preview.field_marks import LONGEST, RAMP, MarkGrid, Marks, sizes_of
 from fire_atlas.recipe.effect import MotionBlur
-from tests.bench.promises import (
+from tests.bench.promises.of_effect import (
     ALIVE,
     BIRTH_HEIGHT,
     BIRTHS,
@@ -44,10 +44,9 @@ from tests.bench.promises import (
     SHARPNESS,
     SPEED,
     STREAK,
-    Figure,
     Seen,
-    Unit,
 )
+from tests.bench.promises.promise import Figure, Unit
 from tests.support.clip_motion import Flow, correlation, dis_flow, flows_of, in_the_flame
 from tests.support.clips import open_clip
 from tests.support.effect import AGE, ID, Array, X, Y, run_effect

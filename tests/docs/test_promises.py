@@ -5,23 +5,17 @@ from collections.abc import Iterator
 import pytest
 
 from fire_atlas.recipe.keys import all_keys, blocks_at, key_docs
-from tests.bench.promises import (
-    PROMISES,
-    PROMISES_OF_PROFILE,
-    SEEDS,
-    WITHOUT,
-    Promise,
-    measured,
-)
+from tests.bench.promises.of_effect import PROMISES, WITHOUT
+from tests.bench.promises.of_silk import PROMISES_OF_SILK, WITHOUT_OF_SILK
+from tests.bench.promises.promise import SEEDS, Promise
+from tests.bench.promises.table import ALL, measured
 from tests.docs.markdown import page_text
 
 PAGE = "docs/promises.md"
 
 BLOCKS = ("features", "buoyancy", "flakes", "motion_blur", "composite", "wind")
 
-ALL = (*PROMISES, *PROMISES_OF_PROFILE)
-
-IDS = [f"{p.key}{' of a profile' * p.is_generated}" for p in ALL]
+IDS = [f"{p.key} of {p.fire}: {p.figure.name}" for p in ALL]
 
 
 def keys_of_the_effect() -> Iterator[str]:
@@ -39,11 +33,27 @@ def test_every_key_has_a_promise_or_a_reason_why_not() -> None:
         assert stated & {key, *blocks} or inside, key
 
 
+def test_every_key_of_silk_has_a_promise_or_a_reason_why_not() -> None:
+    stated = {promise.key.removeprefix("source.") for promise in PROMISES_OF_SILK}
+
+    def check(path: tuple[str, ...], name: str) -> None:
+        for block in blocks_at(("source", "<silk>", *path)):
+            for key in key_docs(block):
+                full = f"{name}{key}"
+                if full in WITHOUT_OF_SILK:
+                    continue
+                assert full in stated or any(each.startswith(f"{full}.") for each in stated), full
+                if not full.endswith("keyframes"):
+                    check((*path, key), f"{full}.")
+
+    check((), "")
+
+
 @pytest.mark.parametrize("promise", ALL, ids=IDS)
 def test_a_promise_is_what_the_text_of_its_key_says(promise: Promise) -> None:
     *path, name = promise.key.split(".")
-    if promise.is_generated and path == ["source"]:
-        path.append("<profile>")
+    if path[0] == "source":
+        path.insert(1, f"<{promise.fire}>")
     texts = [key_docs(block).get(name, "") for block in blocks_at(tuple(path))]
     assert any(promise.sentence in " ".join(text.split()) for text in texts), texts
 

@@ -16,7 +16,7 @@ from fire_atlas.generators.silk.texture import Image
 _HEAT = np.linspace(0.0, 1.25, 512)
 """Values of heat for which light is tabulated."""
 
-_TABLES = 24
+_TABLES = 25
 """Number of tables for black bodies, from the slowest sheets to the fastest."""
 
 _TEMPERATURE_RANGE = 0.15

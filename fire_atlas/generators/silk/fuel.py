@@ -99,9 +99,9 @@ FUELS: dict[FuelName, Fuel] = {
         burner=Burner(gas_speed=0.0625, eddy_strength=0.34, flame_height=0.85, width=0.75,
                       flicker=0.5, tongue_width=0.14, entrainment=0.6,
                       grain=0.5, ragged=0.035, mixing=4.0),
-        ramp=("#a80c00", "#ff3404", "#ff660a", "#ff8c1a", "#ffb044"), white_hot="#ffe9c8",
+        ramp=("#a80b00", "#ff3003", "#ff5f07", "#ff8213", "#ffa638"), white_hot="#ffe9c8",
         blue_light=0.0,
-        brightness=10.0, contrast=2.7, soot=1.4, temperature=1750.0,
+        brightness=12.0, contrast=3.0, soot=1.7, temperature=1750.0,
     ),
     "candle": Fuel(
         mass=1.0, structural=20.0, shear=2.5, bending=3.0, damping=8.0,

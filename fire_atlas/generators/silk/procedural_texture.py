@@ -34,18 +34,20 @@ _EDDY_RISE = 0.62
 _SUPPLY_WAVES = 12
 """Number of waves summed for the variation of the fuel along the burner."""
 
-_INLET_HEIGHT, _INLET_CURVE, _INLET_DEPTH = 0.07, 0.10, 0.035
-"""Height of the fuel inlet in its middle, additional height at its sides, and distance over which
-it fades: sheet heights."""
+INLET_HEIGHT = 0.07
+"""Height of the fuel inlet in its middle, sheet heights."""
 
-_FINEST = 0.5
+_INLET_CURVE, _INLET_DEPTH = 0.10, 0.035
+"""Additional height of the inlet at its sides, and distance over which it fades, sheet heights."""
+
+_FINEST = 0.45
 """Maximum distance that the gas goes in a time step, inlet depths. With half of it, flames are as
 high within 5 %."""
 
 _FILLING = 0.021
 """Distance that the gas goes while an inlet without fuel fills to ``_FILLED``, sheet heights."""
 
-_FILLED = 0.95
+_FILLED = 0.8
 """Part of the supply that the middle of the inlet holds after that distance."""
 
 _GRAIN_HEIGHT = 0.16
@@ -154,7 +156,7 @@ class _FuelInlet:
         self._filling = np.float32(math.log(1 - _FILLED) * way / _FILLING)
         across = np.abs(u) / (aspect * burner.width / 2)
         # The inlet is higher at the sides of the burner, where ``across`` is 1.
-        inlet = _INLET_HEIGHT + _INLET_CURVE * np.minimum(across, 1.2)[None] ** 2
+        inlet = INLET_HEIGHT + _INLET_CURVE * np.minimum(across, 1.2)[None] ** 2
         self._above = as_plane(v[:, None] - inlet)
         self._profile = np.clip(1 - across**2, 0, None) ** 0.75
         waves = supply.tongues, supply.grain, supply.feet

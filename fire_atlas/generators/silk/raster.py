@@ -153,6 +153,8 @@ def sample_texture(
 ) -> NDArray[np.float32]:
     """Sample a texture (h, w, c) bilinearly at x and y (n, 2 or more): (n, c); 0 outside."""
     count = len(position)
+    if not count:
+        return np.zeros((0, texture.shape[2]), np.float32)
     rows = -(-count // _MAP_WIDTH)
     # Separate maps for x and y, because OpenCV rounds maps of (x, y) pairs to 1/32 px.
     maps = np.full((2, rows * _MAP_WIDTH), -2.0, np.float32)

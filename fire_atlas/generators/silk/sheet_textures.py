@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, reduce
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,12 +15,13 @@ from fire_atlas.core.pixels import REC709, as_plane
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk.clip_texture import cut_texture, synthesise_from_clip
 from fire_atlas.generators.silk.colour import ColourMap
-from fire_atlas.generators.silk.procedural_texture import synthesise_texture
+from fire_atlas.generators.silk.procedural_texture import INLET_HEIGHT, synthesise_texture
 from fire_atlas.generators.silk.raster import Triangles
 from fire_atlas.generators.silk.scene import SilkScene
 from fire_atlas.generators.silk.simulation import Recording
 from fire_atlas.generators.silk.texture import Image, TextureLoop
 from fire_atlas.recipe.silk import SilkSource, Texture
+from fire_atlas.vision.warp import sample_at
 
 _MAX_LOOPS = 6
 """Maximum number of loops of a fuel; further sheets share them, from another image on."""
@@ -48,7 +50,7 @@ class SheetTextures:
         phase: (frames, sheets) position in the loop, in images; fractions blend two images.
         rate: (frames, sheets) speed of playing, images per second.
         colours: (frames, sheets) conversion of images to light.
-        height: (frames,) height of the flame, relative to that in the images.
+        height: (frames,) height of the flame as shown, relative to that in the images.
         v_rms: (frames, sheets) root mean square speed of the nodes, heights/s.
         lit: (frames, sheets) 0 where a sheet does not burn yet, 1 where it burns fully.
     """
@@ -98,7 +100,7 @@ class SheetTextures:
         image = self.loops[self.texture_index[sheet]].image_at(float(self.phase[i, sheet]))
         if self.mirrored[sheet]:
             image = np.ascontiguousarray(image[:, ::-1])
-        return _lowered(image, np.float32(self.height[i]))
+        return _lowered(image, float(self.height[i]))
 
     def _light(self, i: int, sheet: int) -> NDArray[np.float32]:
         image = _catching_fire(self.image(i, sheet), np.float32(self.lit[i, sheet]))
@@ -109,7 +111,9 @@ class SheetTextures:
     def _motion(self, i: int, sheet: int) -> NDArray[np.float32]:
         loop, phase = self.loops[self.texture_index[sheet]], float(self.phase[i, sheet])
         motion = loop.motion_from(int(np.floor(phase)) % len(loop))
-        motion = motion * np.float32(self.rate[i, sheet])
+        height = float(self.height[i])
+        rate = float(self.rate[i, sheet])
+        motion = _lowered(motion, height) * np.array([rate, rate * height], np.float32)
         if self.mirrored[sheet]:
             motion = motion[:, ::-1] * np.array([-1, 1], np.float32)
         luminance = np.einsum("hwc,c->hw", self._light(i, sheet)[..., :3], REC709)
@@ -151,15 +155,18 @@ class FadingTextures(SheetTextures):
         return as_plane(before + (after - before) * np.float32(self.share[i]))
 
 
-def _lowered(image: Image, height: np.float32) -> Image:
-    """Return an image of a fire of which the flame is ``height`` times as high, 0..1.
-
-    Heat falls with the way that the fuel has gone; in a lower flame, sooner. Images of light keep
-    their height.
-    """
-    if height == 1 or image.shape[2] == 3:
+def _lowered(image: Image, height: float) -> Image:
+    """Return an image of a fire with a flame ``height`` times as high, 0..1: the part above its
+    foot, squeezed."""
+    if height == 1:
         return image
-    return as_plane(np.maximum(1 - (1 - image) / height, 0))
+    rows, columns = image.shape[:2]
+    up = 1 - (np.arange(rows) + 0.5) / rows
+    from_up = np.where(up > INLET_HEIGHT, INLET_HEIGHT + (up - INLET_HEIGHT) / height, up)
+    y = np.broadcast_to(((1 - from_up) * rows - 0.5)[:, None], (rows, columns))
+    x = np.broadcast_to(np.arange(columns, dtype=np.float64), (rows, columns))
+    lowered = sample_at(image, x, y, border=cv2.BORDER_CONSTANT)
+    return as_plane(lowered).reshape(image.shape)
 
 
 def _catching_fire(image: Image, lit: np.float32) -> Image:

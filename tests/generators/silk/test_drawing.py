@@ -1,6 +1,7 @@
 """What is drawn against a plain rasteriser, and against what eyes on other sides see."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -15,6 +16,7 @@ from fire_atlas.generators.silk.intruder_drawing import Hearth, IntruderBuffers,
 from fire_atlas.generators.silk.intruders import IntruderBody
 from fire_atlas.generators.silk.renderer import generate_silk
 from fire_atlas.recipe.silk import Intruder
+from fire_atlas.recipe.wind import Wind
 from tests.generators.silk.rasteriser import draw
 from tests.generators.silk.small_fires import camera, fire, settings, source, torch
 
@@ -340,3 +342,77 @@ def test_flame_behind_flame_has_the_tint_of_thin_flame(fuel: str, own: int, othe
         shed.append(light)
     passed = shed[1] / shed[0]
     assert passed[other] < 0.9 * passed[own] < 0.9
+
+
+# Thin gas, and sheets that cross
+
+
+@pytest.mark.slow
+def test_a_black_body_is_hotter_where_wind_makes_sheets_faster() -> None:
+    """On pixels: less red over green than in calm air. A fuel's own colours hardly change."""
+    ratios = {}
+    for grading in ("blackbody", "fuel"):
+        for level in (0.0, 2.0, 5.0):
+            red = green = 0.0
+            for seed in (1, 2, 3):
+                keys = source(grading=grading, width=140, sheets={"count": 5})
+                wind = Wind.model_validate({"level": level})
+                made = generate_silk(keys, settings(12, True, wind, seed))
+                for i in range(0, 12, 3):
+                    light = made.draw(i, camera(width=140)).light
+                    red, green = red + light[..., 0].sum(), green + light[..., 1].sum()
+            ratios[grading, level] = red / green
+    assert ratios["blackbody", 2.0] < 0.95 * ratios["blackbody", 0.0]
+    assert ratios["blackbody", 5.0] < 0.95 * ratios["blackbody", 0.0]
+    assert ratios["fuel", 5.0] < 1.35 * ratios["fuel", 0.0]
+
+
+def test_fast_gas_is_thinner_alike_for_all_colours() -> None:
+    made = fire(6, sheets={"count": 1}, soot=0.0)
+    fast = replace(made, recording=replace(made.recording, v_rms=made.recording.v_rms * 2))
+    shown = [-np.log1p(-np.minimum(each.draw(2, camera()).light, 0.99)) for each in (made, fast)]
+    lit = (shown[0] > 0.05) & (shown[0] < 3)
+    ratio = (shown[1] / np.maximum(shown[0], 1e-6))[lit]
+    wanted = fast.density(2, slice(0, 1)) / made.density(2, slice(0, 1))
+    assert np.allclose(ratio, float(wanted.squeeze()), rtol=0.03)
+
+
+@pytest.mark.parametrize("count", [2, 3, 5])
+@pytest.mark.parametrize("thickness", [0.1, 0.5, 2.0])
+def test_sheets_that_coincide_let_the_mean_over_their_orders_pass(
+    count: int, thickness: float
+) -> None:
+    """Seen in every order, n alike sheets show (1 - T**n) / (n (1 - T)) of their light."""
+    medium = raster.Medium(1)
+    pixel, depth = np.zeros(count, np.intp), np.full(count, 1.5, np.float32)
+    each = np.full(count, thickness, np.float32)
+    medium.add(pixel, depth, each)
+    one = np.ones((count, 1), np.float32)
+    found = float(medium.transmittance(pixel, depth, each, one).mean())
+    passing = math.exp(-thickness)
+    assert found == pytest.approx((1 - passing**count) / (count * (1 - passing)), abs=0.02)
+
+
+def test_a_sheet_hides_nothing_of_itself_and_all_behind_it() -> None:
+    medium = raster.Medium(1)
+    pixel, depth = np.zeros(2, np.intp), np.array([1.0, 2.0], np.float32)
+    thickness = np.array([0.8, 0.8], np.float32)
+    medium.add(pixel, depth, thickness)
+    dimming = np.array([[0.5, 1.0, 2.0]] * 2, np.float32)
+    front, back = medium.transmittance(pixel, depth, thickness, dimming)
+    assert np.allclose(front, 1, atol=0.08)
+    assert np.allclose(back, np.exp(-0.8 * dimming[1]), atol=0.12)
+
+
+def test_no_line_is_dark_where_two_sheets_cross() -> None:
+    """A candle of two sheets at right angles, seen from between them: it is as bright in the
+    middle, where they meet, as a little to the side."""
+    made = fire(
+        12, fuel="candle", turbulence=0.0, rows=24, columns=16, width=200, height=200,
+        sheets=[{"width": 0.4, "height": 0.9, "angle": angle} for angle in (45, 135)],
+    )  # fmt: skip
+    light = np.mean([made.draw(i, camera(width=200, height=200)).light for i in (0, 4, 8)], axis=0)
+    across = light[80:150].mean(axis=(0, 2))
+    middle = int(np.average(np.arange(200), weights=across).round())
+    beside = max(across[middle - 5 : middle - 1].max(), across[middle + 2 : middle + 6].max())
+    assert across[middle - 1 : middle + 2].min() > 0.95 * beside

@@ -199,7 +199,7 @@ def test_steps_of_the_longest_kind_stay_bounded(damping: float, drag: float) -> 
 
     for _ in range(3000):
         state = step(model, state, air, dt)
-    assert np.abs(state.x - model.rest).max() < 0.1
+    assert np.abs(state.x - model.rest).max() < 0.2
 
 
 def test_normals_are_orthogonal_to_a_turned_sheet() -> None:

@@ -1,5 +1,6 @@
 """The images on the sheets: painted, cut from clips, and synthesised without end."""
 
+import math
 from itertools import islice, pairwise
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from fire_atlas.generators.silk.motion_synthesis import (
 )
 from fire_atlas.generators.silk.procedural_texture import synthesise_texture
 from fire_atlas.generators.silk.texture import TextureLoop
+from fire_atlas.recipe.silk import FuelName
 from tests.support.clips import real_clip
 
 Array = NDArray[np.float32]
@@ -48,6 +50,24 @@ def test_painted_images_close_into_a_circle() -> None:
     images = painted().images
     steps = [step(images[n], images[(n + 1) % 24]) for n in range(24)]
     assert 0.6 < steps[-1] / np.median(steps) < 1.5
+
+
+@pytest.mark.parametrize("fuel", ["wood", "candle", "gas"])
+def test_time_steps_half_as_long_paint_flames_as_high(fuel: FuelName) -> None:
+    heights, areas = [], []
+    for fineness in (1, 2):
+        tops = []
+        for seed in range(4):
+            burner = FUELS[fuel].burner
+            images = synthesise_texture(burner, 24, (128, 64), 0.5, seed, 0, fineness).images[
+                ..., 0
+            ]
+            lit = ((images > 0.2).sum(axis=2) >= 2).argmax(axis=1)
+            tops.append(1 - lit.mean() / 128)
+            areas.append(float((images > 0.2).mean()))
+        heights.append(float(np.mean(tops)))
+    assert heights[1] == pytest.approx(heights[0], rel=0.05)
+    assert sum(areas[4:]) == pytest.approx(sum(areas[:4]), rel=0.05)
 
 
 def test_painted_fire_is_hot_below_and_gone_at_every_edge() -> None:
@@ -226,6 +246,9 @@ def test_a_clip_with_too_few_frames_says_how_many_there_are() -> None:
 
 # Colour
 
+_WIEN_RED = 1.438777e7 / 620
+"""hc/λk, K, of the red of sRGB."""
+
 
 def test_black_bodies_have_the_colours_known_for_them() -> None:
     """Linear sRGB of Planck's law, from the published tables for the 2° observer."""
@@ -234,6 +257,22 @@ def test_black_bodies_have_the_colours_known_for_them() -> None:
     assert np.allclose(found[1], [1, 0.26, 0.007], atol=0.03)
     assert np.allclose(found[2], [1, 0.47, 0.16], atol=0.04)
     assert np.allclose(found[3], [1, 0.94, 0.98], atol=0.05)
+
+
+def test_black_bodies_are_brighter_by_plancks_law_up_to_a_limit() -> None:
+    image = np.ones((8, 8, 1), np.float32)
+    colours = ColourMap.of(FUELS["wood"], "blackbody", 1.0, 1.0, 0.0)
+    slow, usual, faster, fastest = (
+        colours.light(image, speed * colours.reference_speed)[0, 0] for speed in (0, 1, 1.2, 50)
+    )
+    hot = FUELS["wood"].temperature
+    assert (usual.max(), fastest.max()) == pytest.approx((12.0, 48.0), rel=0.06)
+    assert slow.max() == pytest.approx(3.0, rel=0.06)
+    assert np.allclose(fastest / fastest.max(), blackbody(np.array([1.15 * hot]))[0], atol=0.01)
+    # Wien: an energy of 1.44 is 1 + .15 (2 * 1.44 / 2.44 - 1) times as hot.
+    kelvin = hot * (1 + 0.15 * (2 * 1.44 / 2.44 - 1))
+    brighter = math.exp(_WIEN_RED * (1 / hot - 1 / kelvin))
+    assert faster[0] / usual[0] == pytest.approx(brighter, rel=0.1)
 
 
 def test_black_bodies_are_hotter_on_faster_sheets_and_fuels_are_not() -> None:

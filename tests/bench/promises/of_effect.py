@@ -1,30 +1,12 @@
-"""What the keys of a recipe promise to be seen, and whether it is: the table of docs/promises.md.
+"""What keys of the effect promise to be seen."""
 
-Run it from the checkout: ``python -m tests.bench.promises [--write] [KEY ...]``.
-
-A promise is a sentence of a key's text in docs/recipe.md. For each, the effect is run on a sample
-with a low and a high value that an artist would use, and with the key left out, over four seeds.
-The figure that the sentence is about is measured on tracks or pixels. It is seen if from low to
-high it goes the promised way by more than twice the spread of the seeds (the largest difference
-between two of them at one value), and by at least what ``Unit`` says.
-
-To add one: a ``Promise`` in ``PROMISES``. ``tests/docs/test_promises.py`` checks the sentences and,
-small and with one seed, the directions; ``--write`` writes the page.
-"""
-
-import argparse
-import sys
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from enum import Enum
-from functools import cached_property, lru_cache
-from itertools import pairwise
-from pathlib import Path
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import cv2
 import numpy as np
-import yaml
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import as_light
@@ -33,10 +15,6 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flakes.emission import SPARK, TICK
 from fire_atlas.effect.flakes.flight import FlightField
 from fire_atlas.effect.flame.features import difference_of_gaussians, gradient
-from fire_atlas.generators.profile.fire import generate_clips, learn_profile
-from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
-from fire_atlas.generators.profile.model import Profile
-from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.pipeline.analyse import AnalysisSettings, FrameAnalyser
 from fire_atlas.pipeline.animate import prepared_texture
 from fire_atlas.pipeline.layers import (
@@ -47,10 +25,9 @@ from fire_atlas.pipeline.layers import (
     layers_of,
 )
 from fire_atlas.pipeline.simulate import SimulationSettings, simulate
-from fire_atlas.recipe.source import ProfileSource, Views
-from fire_atlas.recipe.wind import Wind
+from tests.bench.promises.promise import Figure, Promise, Unit, mean, merged, nested
 from tests.support.clip_motion import FLAME, MOVES, dis_flow
-from tests.support.clips import clip_of, open_clip, proxied
+from tests.support.clips import clip_of, open_clip
 from tests.support.effect import (
     AGE,
     KIND,
@@ -68,36 +45,6 @@ from tests.support.effect import (
     pixel_of,
     run_effect,
 )
-
-PAGE = Path(__file__).parents[2] / "docs" / "promises.md"
-
-SEEDS = (0, 1, 2, 3)
-
-HEIGHT = 160
-"""Height of the frames that are measured, px."""
-
-
-class Unit(Enum):
-    """What a figure is of, and the least change of it that is seen."""
-
-    PX = "px"
-    HEIGHT = "% of height"
-    DEGREES = "°"
-    SHARE = "%"
-    NUMBER = ""
-
-    def is_seen(self, low: float, high: float) -> bool:
-        """Return whether the change from ``low`` to ``high`` is as large as can be seen."""
-        change = abs(high - low)
-        match self:
-            case Unit.PX | Unit.HEIGHT:
-                return change >= 2
-            case Unit.DEGREES:
-                return change >= 3
-            case Unit.SHARE:
-                return change >= 5
-            case Unit.NUMBER:
-                return change >= 0.05 * max(abs(low), abs(high))
 
 
 @dataclass(frozen=True)
@@ -142,48 +89,8 @@ class Seen:
         return FrameAnalyser.of(self.clip, self.effect.study, settings)
 
 
-@dataclass(frozen=True)
-class Generated:
-    """Fire generated from a profile, seen from one side.
-
-    Attributes:
-        clip: Its frames.
-        threshold: Brightness above which a pixel is flame, 0..255.
-    """
-
-    clip: Clip
-    threshold: float
-
-    @cached_property
-    def leans(self) -> Array:
-        """Lean of the flame in each frame, degrees, by the line fitted to its pixels."""
-        found = []
-        for i in range(self.clip.count):
-            bright = self.clip.brightness(i)
-            rows, columns = np.nonzero(bright > min(self.threshold, 0.5 * float(bright.max())))
-            found.append(-np.degrees(np.arctan(np.polyfit(rows, columns, 1)[0])))
-        return np.array(found)
-
-    def frames(self) -> list[Pixels]:
-        """Return some of its frames."""
-        return [self.clip.read(i) for i in range(2, self.clip.count, 3)]
-
-
-@dataclass(frozen=True)
-class Figure:
-    """A figure of a ``Seen`` or a ``Generated``, as the table names it."""
-
-    name: str
-    unit: Unit
-    of: Callable[[Any], float]
-
-
-def _mean(values: Any) -> float:
-    return float(np.mean(values)) if len(values) else 0.0
-
-
 def _birth_height(seen: Seen) -> float:
-    return 100 * (1 - _mean(seen.effect.births[:, 1]) / seen.clip.height)
+    return 100 * (1 - mean(seen.effect.births[:, 1]) / seen.clip.height)
 
 
 def _edge_at_births(seen: Seen) -> float:
@@ -196,7 +103,7 @@ def _edge_at_births(seen: Seen) -> float:
         edges = np.hypot(*gradient(difference_of_gaussians(bright, (1.0, 1.6), "unit")))
         row, column = spawns.y[frame == i].astype(int), spawns.x[frame == i].astype(int)
         found += edges[row, column].tolist()
-    return _mean(found)
+    return mean(found)
 
 
 def _edge_thickness(seen: Seen) -> float:
@@ -212,7 +119,7 @@ def _edge_thickness(seen: Seen) -> float:
         edges = edges - edges.mean()
         alike = [float((edges[:, d:] * edges[:, : edges.shape[1] - d]).mean()) for d in range(30)]
         found.append(np.interp(-0.5 * alike[0], [-each for each in alike], np.arange(30)))
-    return 2 * _mean(found)
+    return 2 * mean(found)
 
 
 def _outward(seen: Seen) -> float:
@@ -224,7 +131,7 @@ def _outward(seen: Seen) -> float:
         dy, dx = np.gradient(cv2.GaussianBlur(bright, (0, 0), 2.0))
         strong = np.hypot(gx, gy) > np.quantile(np.hypot(gx, gy), 0.9)
         shares.append((gx * dx + gy * dy < 0)[strong].mean())
-    return 100 * _mean(shares)
+    return 100 * mean(shares)
 
 
 def _upward_vectors(seen: Seen) -> float:
@@ -233,7 +140,7 @@ def _upward_vectors(seen: Seen) -> float:
         features = analyser.features(i)
         there = features.strength > 0
         found.append(np.degrees(np.arctan2(-features.y[there], np.abs(features.x[there]))))
-    return _mean(np.concatenate(found))
+    return mean(np.concatenate(found))
 
 
 def _flow_correlation(seen: Seen) -> float:
@@ -249,17 +156,17 @@ def _flow_correlation(seen: Seen) -> float:
         one.append(rows[there][:, [VX, VY]])
         other.append(flow[row, column][there])
     moved, flow = np.concatenate(one), np.concatenate(other)
-    return 100 * _mean([np.corrcoef(moved[:, k], flow[:, k])[0, 1] for k in (0, 1)])
+    return 100 * mean([np.corrcoef(moved[:, k], flow[:, k])[0, 1] for k in (0, 1)])
 
 
 def _rise(seen: Seen) -> float:
     ways = [flight[0, Y] - flight[-1, Y] for flight in seen.effect.flights(3)]
-    return 100 * _mean(ways) / seen.clip.height
+    return 100 * mean(ways) / seen.clip.height
 
 
 def _drift(seen: Seen) -> float:
     ways = [flight[-1, X] - flight[0, X] for flight in seen.effect.flights(3)]
-    return 100 * _mean(ways) / seen.clip.height
+    return 100 * mean(ways) / seen.clip.height
 
 
 def _above(seen: Seen) -> Array:
@@ -270,11 +177,11 @@ def _above(seen: Seen) -> Array:
 
 
 def _rising_speed(seen: Seen) -> float:
-    return -100 * _mean(_above(seen)[:, VY]) / seen.clip.height
+    return -100 * mean(_above(seen)[:, VY]) / seen.clip.height
 
 
 def _speed(seen: Seen) -> float:
-    return 100 * _mean(np.hypot(seen.rows[:, VX], seen.rows[:, VY])) / seen.clip.height
+    return 100 * mean(np.hypot(seen.rows[:, VX], seen.rows[:, VY])) / seen.clip.height
 
 
 def _unlike_neighbours(seen: Seen) -> float:
@@ -337,7 +244,7 @@ def _steps_in_space(seen: Seen) -> float:
         step = max(1, seen.clip.height // 50)
         du, dv = (plane[step:] - plane[:-step] for plane in fine)
         found.append(float(np.hypot(du, dv).mean() / np.hypot(*fine).mean()))
-    return 100 * _mean(found)
+    return 100 * mean(found)
 
 
 def _births(seen: Seen) -> float:
@@ -345,7 +252,7 @@ def _births(seen: Seen) -> float:
 
 
 def _sparks(seen: Seen) -> float:
-    return 100 * _mean(seen.effect.analysis.spawns.kind == SPARK)
+    return 100 * mean(seen.effect.analysis.spawns.kind == SPARK)
 
 
 def _bursts(seen: Seen) -> float:
@@ -357,11 +264,11 @@ def _bursts(seen: Seen) -> float:
 
 
 def _seconds_alive(seen: Seen) -> float:
-    return _mean([flight[-1, AGE] for flight in seen.effect.flights()])
+    return mean([flight[-1, AGE] for flight in seen.effect.flights()])
 
 
 def _alive(seen: Seen) -> float:
-    return _mean([len(rows) for rows in seen.effect.tracks.frames])
+    return mean([len(rows) for rows in seen.effect.tracks.frames])
 
 
 def _most_alive(seen: Seen) -> float:
@@ -387,7 +294,7 @@ def _light(seen: Seen) -> float:
     for i in seen.frames:
         bare = as_light(seen.layers(i).flame)
         found.append((encode_unit(seen.finished(i)[..., :3]) - encode_unit(bare[..., :3])).mean())
-    return 1000 * _mean(found)
+    return 1000 * mean(found)
 
 
 def _flake_light(seen: Seen) -> float:
@@ -428,7 +335,7 @@ def _blue(seen: Seen) -> float:
 
 def _lit(seen: Seen) -> float:
     """Return the part of the frame in which flakes give light that can be seen, %."""
-    return 100 * _mean([(seen.flakes(i).max(axis=2) > 0.001).mean() for i in seen.frames])
+    return 100 * mean([(seen.flakes(i).max(axis=2) > 0.001).mean() for i in seen.frames])
 
 
 def _hard(seen: Seen) -> float:
@@ -440,7 +347,7 @@ def _hard(seen: Seen) -> float:
         around = cv2.dilate(light, np.ones((5, 5), np.uint8))
         if light.sum() > 0:
             found.append(float(light[light > around * 0.66].sum() / light.sum()))
-    return 100 * _mean(found)
+    return 100 * mean(found)
 
 
 def _opaque(seen: Seen) -> float:
@@ -451,7 +358,7 @@ def _opaque(seen: Seen) -> float:
         bare = as_light(seen.layers(i).flame)[..., 3]
         touched = (bare < 0.02) & (alpha > 0.05)
         found += alpha[touched].tolist()
-    return 100 * _mean(found)
+    return 100 * mean(found)
 
 
 def _over_flame(seen: Seen) -> float:
@@ -461,7 +368,7 @@ def _over_flame(seen: Seen) -> float:
         bare = as_light(seen.layers(i).flame)[..., :3]
         bright = bare.max(axis=2) > 0.5
         found.append((encode_unit(seen.finished(i)[..., :3]) - encode_unit(bare))[bright].mean())
-    return 1000 * _mean(found)
+    return 1000 * mean(found)
 
 
 def _sharpness(seen: Seen) -> float:
@@ -472,7 +379,7 @@ def _sharpness(seen: Seen) -> float:
         shown = encode_unit(as_light(seen.layers(i).flame)[..., :3]).max(axis=2)
         upper = shown[int(top) : int((top + bottom) / 2)]
         found.append(255 * np.hypot(*np.gradient(upper)).mean())
-    return _mean(found)
+    return mean(found)
 
 
 def _later_drift(seen: Seen) -> float:
@@ -480,7 +387,7 @@ def _later_drift(seen: Seen) -> float:
     frames = seen.effect.tracks.frames
     half = len(frames) // 2
     early, late = (np.concatenate(each)[:, VX] for each in (frames[:half], frames[half:]))
-    return 100 * (_mean(late) - _mean(early)) / seen.clip.height
+    return 100 * (mean(late) - mean(early)) / seen.clip.height
 
 
 def _sideways(seen: Seen) -> Array:
@@ -500,60 +407,6 @@ def _swings(seen: Seen) -> float:
     smooth = np.convolve(sideways - sideways.mean(), np.ones(3) / 3, "valid")
     strength = np.abs(np.fft.rfft(smooth, 8 * len(smooth)))
     return float(np.fft.rfftfreq(8 * len(smooth), 1 / seen.clip.fps)[np.argmax(strength)])
-
-
-def _mean_lean(fire: Generated) -> float:
-    return _mean(fire.leans)
-
-
-def _lean_swing(fire: Generated) -> float:
-    return float(np.std(fire.leans))
-
-
-def _lean_swings(fire: Generated) -> float:
-    """Return how often the lean swings to and fro, a second."""
-    strength = np.abs(np.fft.rfft(fire.leans - fire.leans.mean(), 8 * len(fire.leans)))
-    return float(np.fft.rfftfreq(8 * len(fire.leans), 1 / fire.clip.fps)[np.argmax(strength)])
-
-
-def _lean_change(fire: Generated) -> float:
-    quarter = fire.clip.count // 4
-    return _mean(fire.leans[-quarter:]) - _mean(fire.leans[:quarter])
-
-
-def _top(fire: Generated) -> float:
-    """Return the height of the flame, of its width."""
-    found = []
-    for frame in fire.frames():
-        shown = frame[..., 3] > 0.3
-        height, width = (np.ptp(np.flatnonzero(shown.any(axis=k))) for k in (1, 0))
-        found.append(height / width)
-    return _mean(found)
-
-
-def _slopes(fire: Generated) -> float:
-    """Return the mean slope of the brightness as shown within the flame, 1/px, of 255."""
-    found = []
-    for frame in fire.frames():
-        shown = encode_unit(np.ascontiguousarray(frame[..., :3])).max(axis=2)
-        found.append(255 * float(np.hypot(*np.gradient(shown))[frame[..., 3] > 0.2].mean()))
-    return _mean(found)
-
-
-def _step(fire: Generated) -> float:
-    """Return the difference of neighbouring frames, of their light, %."""
-    frames = [fire.clip.read(i)[..., :3] for i in range(fire.clip.count)]
-    steps = [np.abs(b - a).sum() / a.sum() for a, b in pairwise(frames)]
-    return 100 * float(np.median(steps))
-
-
-def _hues(fire: Generated) -> float:
-    """Return how unlike colours are within the flame: the spread of green over red, %."""
-    found = []
-    for frame in fire.frames():
-        flame = frame[frame[..., 3] > 0.5]
-        found.append(float(np.std(flame[:, 1] / np.maximum(flame[:, 0], 1e-3))))
-    return 100 * _mean(found)
 
 
 def _rounds(seen: Seen) -> float:
@@ -609,52 +462,7 @@ SHARPNESS = Figure("slope of the upper flame's brightness", Unit.NUMBER, _sharpn
 LATER_DRIFT = Figure("change of the sideways speed over time", Unit.HEIGHT, _later_drift)
 SWING = Figure("swing of the wind (rms), a second", Unit.HEIGHT, _swing)
 SWINGS = Figure("swings of the wind, a second", Unit.NUMBER, _swings)
-LEAN = Figure("mean lean of the flame", Unit.DEGREES, _mean_lean)
-LEAN_SWING = Figure("swing of its lean (rms)", Unit.DEGREES, _lean_swing)
-LEAN_SWINGS = Figure("swings of its lean, a second", Unit.NUMBER, _lean_swings)
-LEAN_CHANGE = Figure("change of its lean over time", Unit.DEGREES, _lean_change)
-TOP = Figure("height of the flame as seen, of its width", Unit.NUMBER, _top)
-SLOPES = Figure("slope of the brightness in the flame", Unit.NUMBER, _slopes)
-STEP = Figure("step from frame to frame, of the light", Unit.NUMBER, _step)
-HUES = Figure("spread of green over red in the flame", Unit.NUMBER, _hues)
 ROUNDS = Figure("rounds in the tracks", Unit.NUMBER, _rounds)
-
-
-@dataclass(frozen=True)
-class Promise:
-    """What a key promises to be seen.
-
-    Attributes:
-        key: The key, with its block.
-        sentence: What its text in docs/recipe.md says, word by word.
-        figure: What is measured.
-        low, high: Values that an artist would use.
-        rises: Whether the figure is larger with the high one.
-        needs: Other keys with which the figure is measured.
-        clip: The sample that it is measured on.
-        texture: Whether its flakes show a painted blue square.
-        is_generated: Whether it is of fire that is generated from the clip.
-    """
-
-    key: str
-    sentence: str
-    figure: Figure
-    low: Any
-    high: Any
-    rises: bool = True
-    needs: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    clip: str = "campfire"
-    texture: bool = False
-    is_generated: bool = False
-
-    @property
-    def label(self) -> str:
-        """The figure with its unit, and the clip if that is not the campfire."""
-        unit = self.figure.unit.value
-        label = self.figure.name + (f", {unit}" if unit else "")
-        usual = "torch" if self.is_generated else "campfire"
-        return label if self.clip == usual else f"{label} ({self.clip})"
-
 
 ONCE = {"timeline": {"loop": "none"}}
 FEATURES = {"buoyancy": {"motion": "features"}}
@@ -821,80 +629,12 @@ PROMISES = (
     ),
 )  # fmt: skip
 
-PARTICLES = {"source": {"detail": 0.0}}
-
-
-def _of_fire(
-    key: str, sentence: str, figure: Figure, low: Any, high: Any, *, rises: bool = True,
-    needs: Mapping[str, Mapping[str, Any]] | None = None, clip: str = "torch",
-) -> Promise:  # fmt: skip
-    """Return a promise about fire that is generated from a clip."""
-    return Promise(key, sentence, figure, low, high, rises, needs or {}, clip, is_generated=True)
-
-
-PROMISES_OF_PROFILE = (
-    _of_fire(
-        "source.detail", "Share of the clip's own detail in the picture", SLOPES, 0.0, 1.0
-    ),
-    _of_fire(
-        "source.slices", "Number of vertical slices of fire around the axis", STEP, 1, 12,
-        rises=False, needs=PARTICLES,
-    ),
-    _of_fire(
-        "source.particles", "Number of particles alive in each slice", STEP, 10, 200, rises=False,
-        needs=PARTICLES,
-    ),
-    _of_fire(
-        "source.cells", "Rows, and columns, of the colour table that is learnt", HUES, 2, 10,
-        needs=PARTICLES, clip="candle",
-    ),
-    _of_fire(
-        "views.elevation", "Elevation of the cameras above the horizon", TOP, 0.0, 50.0,
-        rises=False,
-    ),
-    _of_fire("wind.level", "Strength of a steady wind", LEAN, 0.0, 5.0),
-    _of_fire(
-        "wind.direction", "Direction a steady wind or gusts blow towards", LEAN, "left", "right",
-        needs={"wind": {"level": 3}},
-    ),
-    _of_fire(
-        "wind.keyframes", "Wind that changes over time", LEAN_CHANGE, [{"t": 0, "level": 0}],
-        [{"t": 0.5, "level": 0}, {"t": 1, "level": 4}],
-    ),
-    _of_fire("wind.levels", "Strengths of steady wind", LEAN, [0, 1], [0, 5]),
-    _of_fire("wind.gusts.mean", "Mean strength", LEAN, 1.0, 4.0),
-    _of_fire(
-        "wind.gusts.strength", "how far it rises above and falls below the mean", LEAN_SWING,
-        0.0, 2.0, needs={"wind": {"gusts": {"mean": 2}}}, clip="candle",
-    ),
-    _of_fire(
-        "wind.gusts.period", "Time from gust to gust", LEAN_SWINGS, 0.8, 2.0, rises=False,
-        needs={"wind": {"gusts": {"mean": 2, "strength": 2}}}, clip="candle",
-    ),
-)  # fmt: skip
-"""Promises of ``source.kind: profile``, of the wind on it and of its views."""
-
 WITHOUT = {
     "flakes.texture": "is looked at in tests of textures: its axis, its head, its light",
     "motion_blur.samples": "is how finely a long path is sampled, which is not to be seen",
     "wind.levels": "are of generated fire: see below",
 }
 """Keys of the effect that promise nothing to be seen on a clip, and why."""
-
-
-def _merged(*blocks: Mapping[str, Any]) -> dict[str, Any]:
-    result: dict[str, Any] = {}
-    for block in blocks:
-        for key, value in block.items():
-            both = isinstance(value, Mapping) and isinstance(result.get(key), Mapping)
-            result[key] = _merged(result[key], value) if both else value
-    return result
-
-
-def _nested(key: str, value: Any) -> dict[str, Any]:
-    for name in reversed(key.split(".")):
-        value = {name: value}
-    return dict(value)
 
 
 def _blue_square() -> Pixels:
@@ -918,11 +658,11 @@ def clip_for(promise: Promise, height: int) -> Clip:
 
 def run(promise: Promise, value: Any, seed: int, height: int) -> Seen:
     """Run the effect with the promise's key at ``value``, or left out if that is None."""
-    keys = _merged(promise.needs, {"seed": seed})
+    keys = merged(promise.needs, {"seed": seed})
     if value is not None:
-        keys = _merged(keys, _nested(promise.key, value))
+        keys = merged(keys, nested(promise.key, value))
     if promise.texture:
-        keys = _merged({"flakes": {"texture": "square.png"}}, keys)
+        keys = merged({"flakes": {"texture": "square.png"}}, keys)
     effect = run_effect(clip_for(promise, height), keys)
     if not promise.texture:
         return Seen(effect, effect.simulated)
@@ -936,136 +676,3 @@ def run(promise: Promise, value: Any, seed: int, height: int) -> Seen:
         )
     simulated = SimulatedClip(effect.clip, effect.study, effect.analysis, tracks, prepared.shape)
     return Seen(effect, simulated)
-
-
-@lru_cache(maxsize=16)
-def _learnt(clip: str, threshold: float | None, cells: int) -> Profile:
-    with Workers(2) as workers:
-        return learn_profile({clip: proxied(open_clip(clip))}, workers, threshold, cells)
-
-
-def generate(promise: Promise, value: Any, seed: int, height: int) -> Generated:
-    """Generate two seconds of fire with the promise's key at ``value``, or left out."""
-    keys = _merged(promise.needs, _nested(promise.key, value) if value is not None else {})
-    source = ProfileSource.model_validate({"path": promise.clip, **keys.get("source", {})})
-    wind = Wind.model_validate(keys.get("wind", {})).steady()[-1]
-    views = Views.model_validate(keys.get("views", {}))
-    is_loop = not wind.keyframes
-    shared = GenerationSettings(seed, wind, 48, 24.0, is_loop, views)
-    settings = ProfileFireSettings(shared, source.slices, source.particles, source.detail)
-    profile = _learnt(promise.clip, source.threshold, source.cells)
-    with Workers(2) as workers:
-        [clip] = generate_clips(profile, settings, height, "srgb", (), workers)
-    return Generated(clip, profile.front.threshold)
-
-
-def measured(promise: Promise, value: Any, seed: int, height: int = HEIGHT) -> float:
-    """Return the promise's figure with its key at ``value``."""
-    make = generate if promise.is_generated else run
-    return promise.figure.of(make(promise, value, seed, height))
-
-
-@dataclass(frozen=True)
-class Kept:
-    """A promise, measured over the seeds: its figure at the low value, by default, at the high."""
-
-    promise: Promise
-    low: float
-    default: float
-    high: float
-    spread: float
-
-    @classmethod
-    def of(cls, promise: Promise) -> "Kept":
-        """Measure a promise."""
-        at = [
-            [measured(promise, value, seed) for seed in SEEDS]
-            for value in (promise.low, None, promise.high)
-        ]
-        spread = max(np.ptp(at[0]), np.ptp(at[2]))
-        return cls(promise, _mean(at[0]), _mean(at[1]), _mean(at[2]), float(spread))
-
-    @property
-    def is_seen(self) -> bool:
-        """Whether the figure goes the promised way, by as much as can be seen."""
-        change = self.high - self.low if self.promise.rises else self.low - self.high
-        unit = self.promise.figure.unit
-        return change > 2 * self.spread and unit.is_seen(self.low, self.high)
-
-    def row(self) -> str:
-        """Return the row of the table."""
-        promise = self.promise
-        text = promise.sentence.replace("``", "`")
-        figures = " | ".join(f"{each:.3g}" for each in (self.low, self.default, self.high))
-        values = f"`{_shown(promise.low)}` | `{_shown(promise.high)}`"
-        seen = "yes" if self.is_seen else "**no**"
-        return (
-            f"| `{promise.key}` | {text} | {promise.label} | {values} | {figures} "
-            f"| {self.spread:.2g} | {seen} |"
-        )
-
-
-def _shown(value: Any) -> str:
-    return (
-        yaml.safe_dump(value, default_flow_style=True, width=1000).removesuffix("\n...\n").strip()
-    )
-
-
-HEAD = """\
-# What the keys of the effect do, in figures
-
-<!-- Written by python -m tests.bench.promises --write: do not edit by hand. -->
-
-For every key of `features`, `buoyancy`, `flakes`, `motion_blur`, `composite` and `wind` whose text
-in the [reference](recipe.md) promises something to be seen: that sentence, a figure of what it is
-about, and how far the figure goes from a low value to a high one that an artist would use. The
-effect is run on a sample, the campfire where no other is named, 160 px high, with four seeds; the
-spread is the largest difference between two seeds at one value. It is *seen* if it goes the
-promised way by more than twice the spread, and by at least 2 px, 2 % of the height, 3°, 5 % of a
-number or of light, or 5 of a hundred.
-
-"""
-
-COLUMNS = """\
-| key | says | figure | low | high | at low | by default | at high | spread | seen |
-|---|---|---|---|---|---|---|---|---|---|
-"""
-
-OF_PROFILE = """\
-
-## Fire learnt from a clip
-
-Of `source.kind: profile`, the wind on it and its views, measured on two seconds of fire from the
-sample torch where no other is named.
-
-"""
-
-
-def page(rows: list[Kept]) -> str:
-    """Return docs/promises.md."""
-    without = [f"- `{key}` {why}." for key, why in WITHOUT.items()]
-    effect, profile = (
-        "\n".join(each.row() for each in rows if each.promise.is_generated == made) + "\n"
-        for made in (False, True)
-    )
-    why = "\nThese promise nothing that is seen on a clip:\n\n" + "\n".join(without) + "\n"
-    return HEAD + COLUMNS + effect + why + OF_PROFILE + COLUMNS + profile
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser()
-    parser.add_argument("keys", nargs="*", metavar="KEY", help="only these")
-    parser.add_argument("--write", action="store_true", help="write docs/promises.md")
-    args = parser.parse_args()
-    rows = []
-    for promise in (*PROMISES, *PROMISES_OF_PROFILE):
-        if not args.keys or promise.key in args.keys:
-            rows.append(Kept.of(promise))
-            print(rows[-1].row(), flush=True)
-    if args.write and not args.keys:
-        PAGE.write_text(page(rows), encoding="utf-8")
-    return 0 if all(each.is_seen for each in rows) else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())
