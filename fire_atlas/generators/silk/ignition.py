@@ -12,7 +12,7 @@ from fire_atlas.generators.silk.mechanics import lengths, refined
 from fire_atlas.generators.silk.raster import sample_texture
 from fire_atlas.generators.silk.scene import SilkScene
 from fire_atlas.generators.silk.sheet_textures import SheetTextures
-from fire_atlas.generators.silk.simulation import WARM_UP, Recording, closed, closing_frames
+from fire_atlas.generators.silk.simulation import WARM_UP, Recording, closed, closing_frames, mixed
 
 _DELAY, _RISE = 0.25, 0.3
 """Seconds in a flame until an object catches fire, and from then until it burns fully."""
@@ -50,6 +50,7 @@ class Ignition:
         frames = len(recording.x) - recording.loops
         overlap = closing_frames(frames, scene.fps) if recording.loops else 0
         warm_up = math.ceil(WARM_UP * scene.fps)
+        flames = _Flames(scene, recording, textures)
         heated = np.zeros(len(scene.intruders))
         steps = []
         for n in range(-warm_up, frames + overlap + recording.loops):
@@ -59,8 +60,7 @@ class Ignition:
             lit = _lit(scene, heated)
             for i, body in enumerate(scene.intruders):
                 if body.ignites and (
-                    heated[i] >= _DELAY
-                    or _is_in_flame(scene, recording, textures, i, n, shown, lit)
+                    heated[i] >= _DELAY or flames.touch(i, n / scene.fps, shown, lit)
                 ):
                     heated[i] += 1 / scene.fps
         times = np.array(steps).reshape(len(steps), len(scene.intruders))
@@ -68,6 +68,13 @@ class Ignition:
         if recording.loops:
             lit, burnt = (closed(each, frames, overlap) for each in (lit, burnt))
         return cls(lit, burnt)
+
+    def changing_to(self, after: "Ignition", share: NDArray[np.float64]) -> "Ignition":
+        """Return what burns while a fire changes between its loops in two winds.
+
+        ``share`` (frames,) is the weight of ``after`` in each frame, 0..1.
+        """
+        return Ignition(mixed(self.lit, after.lit, share), mixed(self.burnt, after.burnt, share))
 
 
 def _lit(scene: SilkScene, heated: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -79,32 +86,34 @@ def _lit(scene: SilkScene, heated: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.concatenate([share, always], axis=-1)[..., carriers])
 
 
-def _is_in_flame(
-    scene: SilkScene,
-    recording: Recording,
-    textures: SheetTextures,
-    i: int,
-    n: int,
-    shown: int,
-    lit: NDArray[np.float64],
-) -> bool:
-    """Return whether a flame that is not its own touches intruder ``i`` at frame ``n``, which is
-    drawn as frame ``shown``."""
-    body = scene.intruders[i]
-    reach, ends = body.radius + _DISTANCE, body.kindling(n / scene.fps)
-    for s in np.flatnonzero(lit > 0.5):
-        x = recording.x[shown, s : s + 1].astype(np.float64)
-        up, across = (lengths(np.diff(x, axis=axis)) for axis in (1, 2))
-        between = reach + max(float(up.max()), float(across.max()))
-        if scene.attached_to[s] == i or distance_to(ends, x).min() > between:
-            continue
-        rows = math.ceil(up.sum(axis=1).max() / _FINE) + 1
-        columns = math.ceil(across.sum(axis=2).max() / _FINE) + 1
-        places = refined(refined(x, rows, 1), columns, 2)
-        near = distance_to(ends, places)[0] < reach
-        if near.any():
-            texel = textures.texel_grid(slice(0, 1), rows, columns)[0][near]
-            heat = textures.image(shown, int(s)).max(axis=-1, keepdims=True)
-            if (sample_texture(heat, texel.astype(np.float32)) > _BURNING).any():
-                return True
-    return False
+@dataclass(frozen=True, slots=True)
+class _Flames:
+    """Where flames are."""
+
+    scene: SilkScene
+    recording: Recording
+    textures: SheetTextures
+
+    def touch(self, i: int, time: float, shown: int, lit: NDArray[np.float64]) -> bool:
+        """Return whether a flame that is not its own touches intruder ``i`` at ``time`` s.
+
+        The sheets are as in frame ``shown`` and burn as far as ``lit`` (sheets,) says.
+        """
+        body = self.scene.intruders[i]
+        reach, ends = body.radius + _DISTANCE, body.kindling(time)
+        for s in np.flatnonzero(lit > 0.5):
+            x = self.recording.x[shown, s : s + 1].astype(np.float64)
+            up, across = (lengths(np.diff(x, axis=axis)) for axis in (1, 2))
+            between = reach + max(float(up.max()), float(across.max()))
+            if self.scene.attached_to[s] == i or distance_to(ends, x).min() > between:
+                continue
+            rows = math.ceil(up.sum(axis=1).max() / _FINE) + 1
+            columns = math.ceil(across.sum(axis=2).max() / _FINE) + 1
+            places = refined(refined(x, rows, 1), columns, 2)
+            near = distance_to(ends, places)[0] < reach
+            if near.any():
+                texel = self.textures.texel_grid(slice(0, 1), rows, columns)[0][near]
+                heat = self.textures.image(shown, int(s)).max(axis=-1, keepdims=True)
+                if (sample_texture(heat, texel.astype(np.float32)) > _BURNING).any():
+                    return True
+        return False

@@ -483,7 +483,7 @@ def changing_silk(
         before.scene,
         blended(before.recording, after.recording, share),
         FadingTextures.between(before.textures, after.textures, share),
-        before.ignition,
+        before.ignition.changing_to(after.ignition, share),
         before.frames,
         before.glow,
     )

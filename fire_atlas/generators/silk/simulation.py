@@ -89,18 +89,19 @@ def texture_rate(scene: SilkScene, v_rms: NDArray[np.float64]) -> NDArray[np.flo
 def blended(before: Recording, after: Recording, share: NDArray[np.float64]) -> Recording:
     """Return a recording that changes from one loop to another; ``share`` (frames,) is the weight
     of ``after``, 0..1."""
-    weight = np.append(share, share[0])
-
-    def mixed(one: NDArray[Real], other: NDArray[Real]) -> NDArray[Real]:
-        return one + (other - one) * weight.reshape(-1, *[1] * (one.ndim - 1)).astype(one.dtype)
-
     return Recording(
-        mixed(before.x, after.x),
-        mixed(before.v, after.v),
+        mixed(before.x, after.x, share),
+        mixed(before.v, after.v, share),
         before.loops,
-        mixed(before.v_rms, after.v_rms),
-        mixed(before.rate, after.rate),
+        mixed(before.v_rms, after.v_rms, share),
+        mixed(before.rate, after.rate, share),
     )
+
+
+def mixed(before: NDArray[Real], after: NDArray[Real], share: NDArray[np.float64]) -> NDArray[Real]:
+    """Return values (frames + 1, ...) that go from those of one loop to those of another."""
+    weight = np.append(share, share[0]).reshape(-1, *[1] * (before.ndim - 1))
+    return before + (after - before) * weight.astype(before.dtype)
 
 
 def closing_frames(frames: int, fps: float) -> int:
