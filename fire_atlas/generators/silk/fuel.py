@@ -94,14 +94,14 @@ class Fuel:
 FUELS: dict[FuelName, Fuel] = {
     "wood": Fuel(
         mass=1.0, structural=26.0, shear=9.0, bending=3.0, damping=6.0,
-        lift=9.0, lift_height=0.9, gravity=1.5, drag=6.0, flutter=5.0, sway=0.10,
+        lift=10.0, lift_height=0.9, gravity=1.5, drag=6.0, flutter=4.6, sway=0.10,
         image_rate=24.0, reference_speed=0.28, thin_speed=0.42,
         burner=Burner(gas_speed=0.0625, eddy_strength=0.34, flame_height=0.85, width=0.75,
                       flicker=0.5, tongue_width=0.14, entrainment=0.6,
                       grain=0.5, ragged=0.035, mixing=4.0),
-        ramp=("#a80b00", "#ff3003", "#ff5f07", "#ff8213", "#ffa638"), white_hot="#ffe9c8",
+        ramp=("#a80a00", "#ff2a02", "#ff5405", "#ff740e", "#ff9829"), white_hot="#ffe9c8",
         blue_light=0.0,
-        brightness=12.0, contrast=3.0, soot=1.7, temperature=1750.0,
+        brightness=10.5, contrast=2.7, soot=1.6, temperature=1750.0,
     ),
     "candle": Fuel(
         mass=1.0, structural=20.0, shear=2.5, bending=3.0, damping=8.0,
@@ -115,7 +115,7 @@ FUELS: dict[FuelName, Fuel] = {
     ),
     "gas": Fuel(
         mass=1.0, structural=40.0, shear=14.0, bending=6.0, damping=6.0,
-        lift=13.0, lift_height=1.2, gravity=1.0, drag=6.0, flutter=3.0, sway=0.05,
+        lift=14.0, lift_height=1.2, gravity=1.0, drag=6.0, flutter=2.8, sway=0.05,
         image_rate=30.0, reference_speed=0.15, thin_speed=0.36,
         burner=Burner(gas_speed=0.087, eddy_strength=0.4, flame_height=0.8, width=0.6, flicker=0.3,
                       tongue_width=0.1, entrainment=0.7,

@@ -47,7 +47,7 @@ high within 5 %."""
 _FILLING = 0.021
 """Distance that the gas goes while an inlet without fuel fills to ``_FILLED``, sheet heights."""
 
-_FILLED = 0.8
+_FILLED = 0.88
 """Part of the supply that the middle of the inlet holds after that distance."""
 
 _GRAIN_HEIGHT = 0.16

@@ -18,7 +18,7 @@ from fire_atlas.generators.silk.colour import ColourMap
 from fire_atlas.generators.silk.procedural_texture import INLET_HEIGHT, synthesise_texture
 from fire_atlas.generators.silk.raster import Triangles
 from fire_atlas.generators.silk.scene import SilkScene
-from fire_atlas.generators.silk.simulation import Recording
+from fire_atlas.generators.silk.simulation import Recording, mean_square_speed
 from fire_atlas.generators.silk.texture import Image, TextureLoop
 from fire_atlas.recipe.silk import SilkSource, Texture
 from fire_atlas.vision.warp import sample_at
@@ -340,7 +340,7 @@ def _played(scene: SilkScene, recording: Recording) -> NDArray[np.float64]:
         return np.asarray(recording.rate.sum(axis=0) / scene.fps)
     # The last entry of a loop repeats the first.
     played = recording.rate[:-1].sum(axis=0) / scene.fps
-    energy = (recording.v_rms[:-1] ** 2).mean(axis=0)
+    energy = np.mean([mean_square_speed(each) for each in recording.v[:-1]], axis=0)
     for fuel in set(scene.fuels):
         sheets = np.flatnonzero([each == fuel for each in scene.fuels])
         played[sheets[np.argsort(energy[sheets], kind="stable")]] = np.sort(played[sheets])

@@ -33,7 +33,8 @@ class Recording:
         loops: Whether the first frame follows the last.
         v: (frames, sheets, rows, columns, 3) float32 velocities in the last step before each frame,
             heights/s.
-        v_rms: (frames, sheets) root mean square speed of the nodes relative to the base, heights/s.
+        v_rms: (frames, sheets) root mean square speed of the nodes relative to the base, heights/s,
+            as simulated: without what closing a loop adds, which would thin the gas there.
         rate: (frames, sheets) texture images per second.
     """
 
@@ -60,16 +61,18 @@ def simulate(scene: SilkScene, frames: int, loops: bool) -> Recording:
     for n in range(-warm_up, total):
         x[max(n, 0)], v[max(n, 0)] = state.x, state.velocity(scene.dt)
         state = _next_frame(scene, state, n / scene.fps)
+    square = np.stack([mean_square_speed(each) for each in v])
     if loops:
-        v = closed(v, frames, overlap)
+        square, v = closed(square, frames, overlap), closed(v, frames, overlap)
         # Where a loop is closed, sheets also move from where they are in one to where in the other.
         blended = min(overlap + 1, frames)
         apart = (x[: overlap + 1] - x[frames : frames + overlap + 1])[:blended]
         v[:blended] += _closing_rate(overlap, scene.fps)[:blended] * apart
         v[frames] = v[0]
         x = closed(x, frames, overlap)
-    v_rms = np.stack([_v_rms(each) for each in v])
-    return Recording(x, v, loops, v_rms, texture_rate(scene, v_rms))
+    # A texture is as fast as its sheet is seen to be.
+    shown = np.stack([mean_square_speed(each) for each in v])
+    return Recording(x, v, loops, np.sqrt(square), texture_rate(scene, np.sqrt(shown)))
 
 
 def texture_rate(scene: SilkScene, v_rms: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -152,10 +155,10 @@ def _move_attached(scene: SilkScene, state: SheetState, now: float) -> SheetStat
     return SheetState(x, previous)
 
 
-def _v_rms(v: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return the root mean square speed of each sheet's nodes, relative to its base."""
+def mean_square_speed(v: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return the mean square speed (sheets,) of each sheet's nodes, relative to its base."""
     relative = np.asarray(v - v[:, :1], np.float64)
-    return np.asarray(np.sqrt((relative * relative).sum(axis=-1).mean(axis=(1, 2))))
+    return np.asarray((relative * relative).sum(axis=-1).mean(axis=(1, 2)))
 
 
 def _closing_weight(overlap: int) -> NDArray[np.float64]:
