@@ -251,11 +251,11 @@ class SilkSource(Settings):
     have a ``fuel`` of its own."""
     rows: int = Field(default=24, ge=4, le=256)
     """Nodes from the base of a sheet to its top: more show finer folds."""
-    columns: int = Field(default=16, ge=2, le=256)
+    columns: int = Field(default=16, ge=4, le=256)
     """Nodes across a sheet."""
     mass: Factor = 1.0
     """Mass of the silk, 1: the fuel's default. Heavier silk sways more slowly, and the air and the
-    heat move it less: from about 3 on its weight outweighs the lift, and it falls."""
+    heat move it less: from about 4 on its weight outweighs the lift, and it falls."""
     stiffness: Annotated[float, Field(gt=0, le=1e6)] = 1.0
     """Stiffness of all springs, 1: the fuel's default. Below 1, soft silk is drawn out by the lift,
     to a higher flame; higher values need more steps per frame."""
@@ -285,3 +285,12 @@ class SilkSource(Settings):
     glow: float = Field(default=0.0, ge=0, le=1)
     """Part of the flame's light that air and lens scatter: a soft glow around it, also in front of
     objects, which fades towards the frame's edges."""
+
+    @model_validator(mode="after")
+    def _colours_of_its_own(self) -> Self:
+        if self.grading == "blackbody" and isinstance(self.texture, Texture):
+            raise ValueError(
+                "`grading: blackbody` colours painted fire; a clip on the sheets has colours of "
+                "its own: leave out `grading`, or `texture`"
+            )
+        return self

@@ -87,7 +87,7 @@ class ColourMap:
             exponents = exponents if stops[0, 0] > stops[0, 2] else exponents[::-1]
         tables = (brightness * light).astype(np.float32)
         blue = _linear_of_hex([_BLUE])[0] * np.float32(fuel.blue_light * gain)
-        return cls(tables, fuel.reference_speed, gain, exponents, blue, fuel.soot * soot)
+        return cls(tables, fuel.reference_speed, gain * oxygen, exponents, blue, fuel.soot * soot)
 
     @property
     def dimming(self) -> NDArray[np.float64]:

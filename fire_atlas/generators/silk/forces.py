@@ -157,9 +157,9 @@ class SheetForces:
             flutter=each(lambda fuel: fuel.flutter),
         )
 
-    def air_velocity(self, time: float, x: Vectors) -> Vectors:
+    def air_velocity(self, time: float, moment: float, x: Vectors) -> Vectors:
         """Return the air's velocity at every node, heights/s: wind and sway, growing upwards."""
-        right, away = wind_velocity(self.wind, time)
+        right, away = wind_velocity(self.wind, moment)
         gust = 1 + _GUST_GAIN * np.hypot(right, away)
         above = np.maximum(x[..., 2], 0.0)
         profile = above / (above + _BOUNDARY_LAYER)
@@ -169,22 +169,26 @@ class SheetForces:
             u[..., axis] = profile * (wind * LEVEL_SPEED + self.sway * gust * sway[axis])
         return u
 
-    def acceleration(self, time: float, x: Vectors, v: Vectors) -> Vectors:
-        """Return the acceleration of every node, heights/s²."""
+    def acceleration(self, time: float, moment: float, x: Vectors, v: Vectors) -> Vectors:
+        """Return the acceleration of every node, heights/s².
+
+        ``time``, s, is that of the flutter and the sway, which go on; ``moment``, s, that of the
+        wind and the keys with keyframes, which begin again with a loop.
+        """
         controls = self.controls
-        force = (self.air_velocity(time, x) - v) * self.drag
+        force = (self.air_velocity(time, moment, x) - v) * self.drag
         risen = np.maximum(x[..., 2] - self.base, 0.0)
-        lift = controls.lift.at(time) * controls.pressure.at(time)
+        lift = controls.lift.at(moment) * controls.pressure.at(moment)
         force[..., 2] += lift * self.lift * np.exp(-risen / self.lift_decay)
-        a = (force + self._flutter(time) * normals(x)) / self.mass[..., None]
-        a[..., 2] -= controls.gravity.at(time) * self.gravity
+        a = (force + self._flutter(time, moment) * normals(x)) / self.mass[..., None]
+        a[..., 2] -= controls.gravity.at(moment) * self.gravity
         return a
 
-    def _flutter(self, time: float) -> NDArray[np.float64]:
+    def _flutter(self, time: float, moment: float) -> NDArray[np.float64]:
         """Return the force (sheets, rows, columns, 1) along the normals, for each of ``mass``,
         heights/s²."""
-        strength = self.controls.turbulence.at(time) * self.controls.oxygen.at(time) ** 0.5
-        gust = 1 + _GUST_GAIN * float(np.hypot(*wind_velocity(self.wind, time)))
+        strength = self.controls.turbulence.at(moment) * self.controls.oxygen.at(moment) ** 0.5
+        gust = 1 + _GUST_GAIN * float(np.hypot(*wind_velocity(self.wind, moment)))
         rows = self.row_phase - (self.flutter_frequency * self.controls.gas_time(time))[:, None]
         columns = self.column_phase.transpose(0, 2, 1)
         waves = np.sin(rows) @ np.cos(columns) + np.cos(rows) @ np.sin(columns)

@@ -1,6 +1,6 @@
 """Fuels (wood, candle, gas): constants of the mechanics, texture and colours of a flame.
 
-Units: lengths are frame heights, times seconds; mass 1 is that of a square sheet one height wide.
+Units: lengths are frame heights, times seconds; mass 1 is that of a sheet.
 """
 
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ class Fuel:
     """Constants of how a flame moves and looks.
 
     Attributes:
-        mass: Mass of the cloth per square height.
+        mass: Mass of a sheet, whatever its size.
         structural, shear, bending: Stiffness of the springs, force per length.
         damping: Damping of a spring per mass of a node, 1/s.
         lift: Acceleration upwards by heat at the base, heights/s².

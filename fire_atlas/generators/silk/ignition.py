@@ -60,7 +60,8 @@ class Ignition:
             lit = _lit(scene, heated)
             for i, body in enumerate(scene.intruders):
                 if body.ignites and (
-                    heated[i] >= _DELAY or flames.touch(i, n / scene.fps, shown, lit)
+                    heated[i] >= _DELAY
+                    or flames.touch(i, (shown if recording.loops else n) / scene.fps, shown, lit)
                 ):
                     heated[i] += 1 / scene.fps
         times = np.array(steps).reshape(len(steps), len(scene.intruders))

@@ -338,6 +338,13 @@ class StepLimit:
         dt = dt / _SAFETY
         return (4 - 2 * (self.damping + self.drag) * dt) / max(self.square * dt * dt, 1e-12)
 
+    def most_of_both(self, dt: float) -> tuple[float, float]:
+        """Return by what stiffness and damping may be multiplied if each takes half of what drag
+        leaves; 0 or less if drag leaves nothing."""
+        dt = dt / _SAFETY
+        half = 2 - self.drag * dt
+        return half / max(self.square * dt * dt, 1e-12), half / max(2 * self.damping * dt, 1e-12)
+
     def most_damping(self, dt: float) -> float:
         """Return by what the damping of the springs may be multiplied at the most, likewise."""
         dt = dt / _SAFETY

@@ -182,15 +182,20 @@ def _time_step(source: SilkSource, limit: StepLimit, fps: float) -> tuple[float,
     if 1 / limit.longest_step <= _MAX_STEP_RATE:
         steps = math.ceil(1 / fps / limit.longest_step)
         return 1 / fps / steps, steps
-    most_stiff = source.stiffness * limit.most_stiffness(1 / _MAX_STEP_RATE)
-    most_damped = source.damping * limit.most_damping(1 / _MAX_STEP_RATE)
-    # The key that needs the smaller change; a limit of 0 or less means that none of it helps.
-    if most_damped / max(source.damping, 1e-9) > most_stiff / source.stiffness:
-        blamed, advice = "damping", f"a damping of at most about {_rounded_down(most_damped)}"
-    elif most_stiff > 0:
-        blamed, advice = "stiffness", f"a stiffness of at most about {_rounded_down(most_stiff)}"
+    shortest = 1 / _MAX_STEP_RATE
+    stiffer, damper = limit.most_stiffness(shortest), limit.most_damping(shortest)
+    # The key that needs the smaller change; a limit of 0 or less means that it alone does not help.
+    if max(stiffer, damper) <= 0:
+        blamed = "stiffness"
+        stiffer, damper = limit.most_of_both(shortest)
+        both = _at_most("stiffness", source.stiffness * stiffer)
+        advice = f"{both} and {_at_most('damping', source.damping * damper)}"
+        if stiffer <= 0:
+            blamed, advice = "mass", "much more"
+    elif damper > stiffer:
+        blamed, advice = "damping", _at_most("damping", source.damping * damper)
     else:
-        blamed, advice = "mass", "more mass"
+        blamed, advice = "stiffness", _at_most("stiffness", source.stiffness * stiffer)
     raise RecipeError(
         f"source.{blamed}: {getattr(source, blamed):g} with stiffness {source.stiffness:g}, "
         f"damping {source.damping:g}, mass {source.mass:g} and a mesh of {source.rows} x "
@@ -199,10 +204,12 @@ def _time_step(source: SilkSource, limit: StepLimit, fps: float) -> tuple[float,
     )
 
 
-def _rounded_down(value: float) -> str:
-    """Return a positive number to three digits, not above it."""
+def _at_most(key: str, value: float) -> str:
+    """Return advice on a key: at most a positive value, to three digits, rounded down."""
+    if value <= 0:
+        return f"less {key}"
     unit = 10.0 ** (math.floor(math.log10(value)) - 2)
-    return f"{math.floor(value / unit) * unit:.3g}"
+    return f"a {key} of at most about {math.floor(value / unit) * unit:.3g}"
 
 
 def _place_sheets(source: SilkSource, seed: int) -> list[_PlacedSheet]:

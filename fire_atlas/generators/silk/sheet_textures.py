@@ -273,7 +273,10 @@ def _play(
         # Rounding errors would make the end differ in the last bits.
         phase[-1] = phase[0]
     controls = scene.controls
-    height = [controls.flame_height(n / scene.fps) for n in range(len(rate))]
+    # A clip's fire is as high as its sheet at a pressure of 1 already.
+    painted = loops[0].images.shape[-1] == 1
+    highest = controls.greatest_height if painted else 1.0
+    height = [min(controls.flame_height(n / scene.fps), highest) for n in range(len(rate))]
     return SheetTextures(
         loops=tuple(loops),
         texture_index=texture_index,
@@ -281,7 +284,7 @@ def _play(
         phase=phase,
         rate=rate,
         colours=colours,
-        height=np.array(height) / controls.greatest_height,
+        height=np.array(height) / highest,
         v_rms=recording.v_rms,
         lit=np.ones(rate.shape),
     )

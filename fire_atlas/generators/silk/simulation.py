@@ -60,7 +60,7 @@ def simulate(scene: SilkScene, frames: int, loops: bool) -> Recording:
     state = SheetState.resting(scene.model.rest.copy())
     for n in range(-warm_up, total):
         x[max(n, 0)], v[max(n, 0)] = state.x, state.velocity(scene.dt)
-        state = _next_frame(scene, state, n / scene.fps)
+        state = _next_frame(scene, state, n / scene.fps, frames / scene.fps if loops else None)
     square = np.stack([mean_square_speed(each) for each in v])
     if loops:
         square, v = closed(square, frames, overlap), closed(v, frames, overlap)
@@ -112,25 +112,28 @@ def closing_frames(frames: int, fps: float) -> int:
     return max(1, min(round(frames * _OVERLAP), round(_MAX_OVERLAP * fps)))
 
 
-def _next_frame(scene: SilkScene, state: SheetState, time: float) -> SheetState:
-    """Advance the sheets by one frame."""
+def _next_frame(
+    scene: SilkScene, state: SheetState, time: float, period: float | None
+) -> SheetState:
+    """Advance the sheets by one frame; what has keyframes begins again after ``period``, s."""
     for n in range(scene.steps):
         now = time + n * scene.dt
-        state = _move_attached(scene, state, now)
-        stiffening = scene.controls.pressure.at(now)
-        state = step(scene.model, state, _external(scene, now), scene.dt, stiffening)
+        moment = now if period is None else now % period
+        state = _move_attached(scene, state, moment)
+        stiffening = scene.controls.pressure.at(moment)
+        state = step(scene.model, state, _external(scene, now, moment), scene.dt, stiffening)
     return state
 
 
-def _external(scene: SilkScene, now: float) -> ExternalAcceleration:
-    """Return a function for the acceleration by forces and intruders at time ``now``."""
+def _external(scene: SilkScene, now: float, moment: float) -> ExternalAcceleration:
+    """Return a function for the acceleration by forces and intruders; see ``SheetForces``."""
 
     def external(x: Vectors, v: Vectors) -> Vectors:
-        a = scene.forces.acceleration(now, x, v)
+        a = scene.forces.acceleration(now, moment, x, v)
         for i, body in enumerate(scene.intruders):
             if body.strength == 0:
                 continue
-            push = body.push(now, x) / scene.forces.mass[..., None]
+            push = body.push(moment, x) / scene.forces.mass[..., None]
             # It does not push away its own flame.
             push[[carrier == i for carrier in scene.attached_to]] = 0.0
             a += push

@@ -177,7 +177,7 @@ def acceleration(mass: float, **keys: Any) -> NDArray[np.float64]:
     """Of every node at rest, in wind."""
     wind = Wind.model_validate({"level": 3.0})
     scene = build_scene(source(mass=mass, **keys), wind, seed=1, fps=24.0)
-    return scene.forces.acceleration(0.3, scene.model.rest, np.zeros_like(scene.model.rest))
+    return scene.forces.acceleration(0.3, 0.3, scene.model.rest, np.zeros_like(scene.model.rest))
 
 
 def test_air_and_heat_move_heavy_silk_less_and_gravity_moves_it_as_much() -> None:
@@ -411,6 +411,31 @@ def test_springs_too_damped_are_refused_with_a_limit_that_helps() -> None:
     assert limit > 30
     made = fire(2, loops=False, damping=limit, rows=24, columns=16, sheets={"count": 1})
     assert np.abs(made.recording.x).max() < 2
+
+
+def test_where_neither_less_stiffness_nor_less_damping_is_enough_both_are_advised() -> None:
+    with pytest.raises(RecipeError, match=r"stiffness of at most about .* and a damping of") as no:
+        fire(2, damping=100.0, stiffness=1000.0, rows=24, columns=16)
+    stiffness, damping = (
+        float(part.split()[0]) for part in str(no.value).split("at most about ")[1:]
+    )
+    keys: dict[str, Any] = {"stiffness": stiffness, "damping": damping}
+    made = fire(2, loops=False, rows=24, columns=16, sheets={"count": 1}, **keys)
+    assert np.abs(made.recording.x).max() < 2
+
+
+def test_what_moves_early_in_a_loop_moves_its_flame_with_it() -> None:
+    """Also where the frames after the end are blended into the beginning."""
+    way = [
+        {"t": 0, "at": [0, 0, 0.3]},
+        {"t": 0.25, "at": [0.4, 0, 0.3]},
+        {"t": 0.9, "at": [0, 0, 0.3]},
+    ]
+    made = fire(24, intruders=[{"shape": "match", "keyframes": way, "radius": 0.02}])
+    body = made.scene.intruders[0]
+    for i in range(24):
+        foot = made.recording.x[i, -1, 0].mean(axis=0)
+        assert foot[0] == pytest.approx(body.position(i / 24)[0], abs=0.01), i
 
 
 def test_damping_calms_what_neighbours_move_against_one_another() -> None:

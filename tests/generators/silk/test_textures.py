@@ -23,8 +23,10 @@ from fire_atlas.generators.silk.motion_synthesis import (
     synthesise_images,
 )
 from fire_atlas.generators.silk.procedural_texture import synthesise_texture
+from fire_atlas.generators.silk.renderer import SilkRenderer, generate_silk
 from fire_atlas.generators.silk.texture import TextureLoop
-from fire_atlas.recipe.silk import FuelName
+from fire_atlas.recipe.silk import FuelName, SilkSource
+from tests.generators.silk.small_fires import COARSE, camera, settings
 from tests.support.clips import real_clip
 
 Array = NDArray[np.float32]
@@ -235,6 +237,29 @@ def still_clip(value: tuple[float, float, float], count: int = 20, matte: str = 
 def test_a_clip_without_fire_is_refused(clip: Clip) -> None:
     with pytest.raises(SourceError, match=r"dark\.gif: shows no fire"):
         cut_texture(clip, 8, (64, 32), "dark.gif")
+
+
+def test_pressure_lowers_and_oxygen_brightens_a_clip_on_the_sheets(clips: Path) -> None:
+    clip = real_clip(clips, "sim_unity_flame03")
+    keys = {"kind": "silk", **COARSE, "sheets": {"count": 3}, "texture": {"path": "fire.gif"}}
+
+    def made(**more: float) -> SilkRenderer:
+        return generate_silk(SilkSource.model_validate({**keys, **more}), settings(4, True), clip)
+
+    heights = []
+    for pressure in (0.3, 1.0):
+        image = made(pressure=pressure).textures.image(0, 0).max(axis=-1)
+        heights.append(1 - np.flatnonzero((image > 0.3).any(axis=1))[0] / len(image))
+    assert heights[0] < 0.85 * heights[1]
+    light = [made(oxygen=o).draw(1, camera()).light.sum() for o in (0.4, 1.0, 2.5)]
+    assert light[0] < 0.8 * light[1] < 0.64 * light[2]
+
+
+def test_black_bodies_need_painted_fire() -> None:
+    with pytest.raises(ValueError, match="has colours of its own"):
+        SilkSource.model_validate(
+            {"kind": "silk", "grading": "blackbody", "texture": {"path": "fire.gif"}}
+        )
 
 
 def test_a_clip_with_too_few_frames_says_how_many_there_are() -> None:
