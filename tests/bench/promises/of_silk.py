@@ -363,7 +363,13 @@ PROMISES_OF_SILK = (
         rises=False,
     ),
     _of_silk(
-        "source.lift", "With less, the wind bends it more", LEAN, 0.8, 4.0, rises=False, needs=BLOWN
+        "source.lift",
+        "With less, the wind bends it more",
+        LEAN,
+        0.8,
+        10.0,
+        rises=False,
+        needs=merged(BLOWN, {"timeline": {"loop": "none", "frames": 72}}),
     ),
     _of_silk(
         "source.lift.keyframes",
@@ -390,8 +396,8 @@ PROMISES_OF_SILK = (
         "source.turbulence",
         "more makes it wilder, and thinner where it is fast",
         LIGHT,
-        0.2,
-        2.5,
+        0.0,
+        5.0,
         rises=False,
     ),
     _of_silk(
