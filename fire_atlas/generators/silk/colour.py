@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Self
 
 import numpy as np
@@ -24,7 +25,7 @@ _TEMPERATURE_RANGE = 0.15
 
 _MOST_BRIGHTENED = 4.0
 """Limit of how many times as bright as a sheet at the reference speed the fastest is, and of how
-many times dimmer the slowest is. Planck's law has about seven, more than a picture can show."""
+many times dimmer the slowest is. Planck's law has three to ten, by fuel."""
 
 _WIEN = 2.6e4
 """hc/λk at 555 nm, K: light of a temperature T is about proportional to exp(−hc/λkT) (Wien)."""
@@ -156,6 +157,7 @@ def _ramp_colours(
     return np.stack([np.interp(place, at, channel) for channel in channels], axis=1)
 
 
+@lru_cache(maxsize=8)  # the fires of a fuel differ in their gain alone
 def _blackbody_light(hottest: float, contrast: float) -> NDArray[np.float64]:
     """Return the light (n, 512, 3) of ``_HEAT`` as that of black bodies, from slow sheets to fast.
 

@@ -1,6 +1,6 @@
 """Keys of a recipe that may change while a fire burns: pressure, oxygen, lift and others."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Self
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.recipe.silk import Keyframes, SilkSource
 
-MAX_HEIGHT = 1.15
+_MAX_HEIGHT = 1.15
 """Limit of the height of a flame, relative to its fuel's own, reached at a pressure of 1.6."""
 
 _PIECES = 64
@@ -18,7 +18,7 @@ _PIECES = 64
 
 
 @dataclass(frozen=True, slots=True)
-class _Curve:
+class Curve:
     """A number over time: linear between keyframes, before and after them constant.
 
     Attributes:
@@ -31,12 +31,14 @@ class _Curve:
 
     @classmethod
     def of(cls, key: float | Keyframes) -> Self:
+        """Read a key of a recipe."""
         if isinstance(key, Keyframes):
             moments = key.keyframes
             return cls(tuple(each.t for each in moments), tuple(each.value for each in moments))
         return cls((0.0,), (key,))
 
     def at(self, time: float) -> float:
+        """Return the number at ``time`` s."""
         if len(self.values) == 1:
             return self.values[0]
         return float(np.interp(time, self.times, self.values))
@@ -53,21 +55,21 @@ class Controls:
         lift, gravity, turbulence: Multiples of these forces.
     """
 
-    pressure: _Curve
-    oxygen: _Curve
-    lift: _Curve
-    gravity: _Curve
-    turbulence: _Curve
+    pressure: Curve
+    oxygen: Curve
+    lift: Curve
+    gravity: Curve
+    turbulence: Curve
 
     @classmethod
     def of(cls, source: SilkSource) -> Self:
         """Read the keys of a recipe."""
         return cls(
-            _Curve.of(source.pressure),
-            _Curve.of(source.oxygen),
-            _Curve.of(source.lift),
-            _Curve.of(source.gravity),
-            _Curve.of(source.turbulence),
+            Curve.of(source.pressure),
+            Curve.of(source.oxygen),
+            Curve.of(source.lift),
+            Curve.of(source.gravity),
+            Curve.of(source.turbulence),
         )
 
     def gas_speed(self, time: float) -> float:
@@ -76,8 +78,8 @@ class Controls:
 
     def flame_height(self, time: float) -> float:
         """Return the height of the flame at ``time`` s, a multiple of the fuel's own: up to
-        ``MAX_HEIGHT``, because no flame is higher than its sheet."""
-        return float(min(self.pressure.at(time) ** 0.3, MAX_HEIGHT))
+        ``_MAX_HEIGHT``, because no flame is higher than its sheet."""
+        return float(min(self.pressure.at(time) ** 0.3, _MAX_HEIGHT))
 
     @property
     def greatest_height(self) -> float:
@@ -109,8 +111,8 @@ class Controls:
         Raises:
             RecipeError: One would jump.
         """
-        for key in ("pressure", "oxygen", "lift", "gravity", "turbulence"):
-            curve: _Curve = getattr(self, key)
+        for key in (each.name for each in fields(self)):
+            curve: Curve = getattr(self, key)
             first, last = curve.at(0.0), curve.at(duration)
             if not np.isclose(first, last, rtol=1e-6, atol=1e-9):
                 raise RecipeError(

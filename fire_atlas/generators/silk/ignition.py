@@ -57,12 +57,11 @@ class Ignition:
             if n >= 0:
                 steps.append(heated.copy())
             shown = n % frames if recording.loops else max(n, 0)
+            time = (shown if recording.loops else n) / scene.fps
             lit = _lit(scene, heated)
             for i, body in enumerate(scene.intruders):
-                if body.ignites and (
-                    heated[i] >= _DELAY
-                    or flames.touch(i, (shown if recording.loops else n) / scene.fps, shown, lit)
-                ):
+                burns = heated[i] >= _DELAY
+                if burns or (body.ignites and flames.touch(i, time, shown, lit)):
                     heated[i] += 1 / scene.fps
         times = np.array(steps).reshape(len(steps), len(scene.intruders))
         lit, burnt = _lit(scene, times), np.maximum(times - _DELAY, 0.0)
@@ -104,16 +103,14 @@ class _Flames:
         reach, ends = body.radius + _DISTANCE, body.kindling(time)
         for s in np.flatnonzero(lit > 0.5):
             x = self.recording.x[shown, s : s + 1].astype(np.float64)
-            up, across = (lengths(np.diff(x, axis=axis)) for axis in (1, 2))
-            between = reach + max(float(up.max()), float(across.max()))
-            if self.scene.attached_to[s] == i or distance_to(ends, x).min() > between:
+            # Between two nodes a sheet is no nearer than by their distance.
+            apart = max(float(lengths(np.diff(x, axis=axis)).max()) for axis in (1, 2))
+            if self.scene.attached_to[s] == i or distance_to(ends, x).min() > reach + apart:
                 continue
-            rows = math.ceil(up.sum(axis=1).max() / _FINE) + 1
-            columns = math.ceil(across.sum(axis=2).max() / _FINE) + 1
-            places = refined(refined(x, rows, 1), columns, 2)
+            places = refined(x, _FINE)
             near = distance_to(ends, places)[0] < reach
             if near.any():
-                texel = self.textures.texel_grid(slice(0, 1), rows, columns)[0][near]
+                texel = self.textures.texel_grid(slice(0, 1), *places.shape[1:3])[0][near]
                 heat = self.textures.image(shown, int(s)).max(axis=-1, keepdims=True)
                 if (sample_texture(heat, texel.astype(np.float32)) > _BURNING).any():
                     return True

@@ -1,7 +1,8 @@
 """Intruders (section 6): objects in the flame, as force fields.
 
 No collisions are computed: an intruder pushes the sheets away from its middle line. One that
-catches fire carries sheets of its own. ``intruder_drawing.py`` draws those that are visible.
+catches fire carries sheets of its own (``scene.py``). ``intruder_drawing.py`` draws those that are
+visible.
 """
 
 import math
@@ -11,7 +12,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.generators.silk.mechanics import SheetPlacement, Vectors, lengths
+from fire_atlas.generators.silk.mechanics import Vectors, lengths
 from fire_atlas.recipe.silk import Intruder, Shape
 
 Segment = tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -19,12 +20,6 @@ Segment = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 _FALLOFF = 0.03
 """Beyond its surface an intruder's force falls to 1/e over its radius plus this, heights."""
-
-_MATCH_FLAME, _WICK_FLAME = (19.0, 22.0), (3.6, 6.0)
-"""Width and height of the sheets at the end of a burning match, in radii, and wick, in lengths."""
-
-_LOG_FLAME, _BALL_FLAME = (4.5, 8.0), (2.2, 5.0)
-"""Width and height of the sheets along a burning log and around a burning sphere, radii."""
 
 _CYLINDERS = ("log", "wax")
 
@@ -116,32 +111,6 @@ class IntruderBody:
             case _:
                 return start, end
 
-    def flames(self) -> list[SheetPlacement]:
-        """Return the sheets of the flame on it, where it is at first."""
-        first = self.positions[0]
-        match self.shape:
-            case "match":
-                width, height = (self.radius * k for k in _MATCH_FLAME)
-                return _crossed(first, width, height)
-            case "wick":
-                width, height = (float(np.linalg.norm(self.axis)) * k for k in _WICK_FLAME)
-                return _crossed(first + self.axis, width, height)
-            case "sphere":
-                width, height = (self.radius * k for k in _BALL_FLAME)
-                top = first + np.array([0, 0, 0.5 * self.radius])
-                return [*_around(first, self.radius, width, height), *_crossed(top, width, height)]
-            case "log" | "wax":
-                width, height = (self.radius * k for k in _LOG_FLAME)
-                count = max(3, math.ceil(2 * float(np.linalg.norm(self.axis)) / (0.4 * width)))
-                turn = math.degrees(math.atan2(self.axis[1], self.axis[0]))
-                shares = (np.arange(count) + 0.5) / count * 2 - 1
-                return [
-                    SheetPlacement(
-                        _point(first + share * self.axis), width, height, turn + (-1) ** i * 25
-                    )
-                    for i, share in enumerate(shares)
-                ]
-
     def push(self, time: float, x: Vectors) -> Vectors:
         """Return the force on nodes at ``x`` away from the middle line, for a mass of 1,
         heights/s²."""
@@ -150,31 +119,6 @@ class IntruderBody:
         outside = (distance - self.radius) / (self.radius + _FALLOFF)
         strength = self.strength * _SURFACE_ACCELERATION * np.exp(-np.maximum(outside, -1.0))
         return np.asarray(away * (strength / distance)[..., None])
-
-
-def _point(place: NDArray[np.float64]) -> tuple[float, float, float]:
-    x, y, z = map(float, place)
-    return x, y, z
-
-
-def _crossed(foot: NDArray[np.float64], width: float, height: float) -> list[SheetPlacement]:
-    """Return three sheets that cross at ``foot`` (3,), a little above their bases."""
-    base = _point(foot - np.array([0, 0, 0.06 * height]))
-    return [SheetPlacement(base, width, height, angle) for angle in (25.0, 85.0, 145.0)]
-
-
-def _around(
-    middle: NDArray[np.float64], radius: float, width: float, height: float
-) -> list[SheetPlacement]:
-    """Return sheets on a circle around ``middle`` (3,), at an angle to it, so that from no side
-    all are seen edge-on."""
-    sheets = []
-    for i in range(8):
-        turn = 2 * math.pi * i / 8
-        base = middle + radius * np.array([math.cos(turn), math.sin(turn), -0.7])
-        angle = math.degrees(turn) + (125 if i % 2 else 55)
-        sheets.append(SheetPlacement(_point(base), width, height, angle))
-    return sheets
 
 
 def _direction(angle: float, tilt: float) -> NDArray[np.float64]:

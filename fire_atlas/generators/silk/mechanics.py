@@ -338,18 +338,18 @@ class StepLimit:
         dt = dt / _SAFETY
         return (4 - 2 * (self.damping + self.drag) * dt) / max(self.square * dt * dt, 1e-12)
 
+    def most_damping(self, dt: float) -> float:
+        """Return by what the damping of the springs may be multiplied at the most, likewise."""
+        dt = dt / _SAFETY
+        allowed = 4 - self.square * dt * dt - 2 * self.drag * dt
+        return allowed / max(2 * self.damping * dt, 1e-12)
+
     def most_of_both(self, dt: float) -> tuple[float, float]:
         """Return by what stiffness and damping may be multiplied if each takes half of what drag
         leaves; 0 or less if drag leaves nothing."""
         dt = dt / _SAFETY
         half = 2 - self.drag * dt
         return half / max(self.square * dt * dt, 1e-12), half / max(2 * self.damping * dt, 1e-12)
-
-    def most_damping(self, dt: float) -> float:
-        """Return by what the damping of the springs may be multiplied at the most, likewise."""
-        dt = dt / _SAFETY
-        allowed = 4 - self.square * dt * dt - 2 * self.drag * dt
-        return allowed / max(2 * self.damping * dt, 1e-12)
 
 
 def normals(x: Vectors) -> NDArray[np.float64]:
@@ -363,8 +363,16 @@ def normals(x: Vectors) -> NDArray[np.float64]:
     return np.asarray(normal / np.maximum(lengths(normal), 1e-12)[..., None])
 
 
-def refined(nodes: NDArray[np.float64], count: int, axis: int) -> NDArray[np.float64]:
-    """Return nodes with ``count`` along an axis, interpolated linearly between those given."""
+def refined(x: Vectors, distance: float) -> Vectors:
+    """Return nodes no farther than ``distance``, heights, from their neighbours, interpolated
+    linearly between those of sheets: (sheets, more rows, more columns, 3)."""
+    along = (lengths(np.diff(x, axis=axis)).sum(axis=axis).max() for axis in (1, 2))
+    rows, columns = (math.ceil(length / distance) + 1 for length in along)
+    return _interpolated(_interpolated(x, rows, 1), columns, 2)
+
+
+def _interpolated(nodes: Vectors, count: int, axis: int) -> Vectors:
+    """Return nodes with ``count`` along an axis, evenly between those given."""
     at = np.linspace(0, nodes.shape[axis] - 1, count)
     below = np.minimum(at.astype(np.intp), nodes.shape[axis] - 2)
     share = (at - below).reshape([-1 if k == axis else 1 for k in range(nodes.ndim)])

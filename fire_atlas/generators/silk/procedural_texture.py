@@ -40,7 +40,7 @@ INLET_HEIGHT = 0.07
 _INLET_CURVE, _INLET_DEPTH = 0.10, 0.035
 """Additional height of the inlet at its sides, and distance over which it fades, sheet heights."""
 
-_FINEST = 0.45
+_LONGEST_WAY = 0.45
 """Maximum distance that the gas goes in a time step, inlet depths. With half of it, flames are as
 high within 5 %."""
 
@@ -103,7 +103,7 @@ def synthesise_texture(
     u = ((np.arange(width) + 0.5) / width - 0.5) * aspect
     chance = generator(seed, RandomStream.PLUME, index)
     flow = _GasFlow(burner, _random_eddies(chance, burner, images), u, v)
-    steps = math.ceil(burner.gas_speed / (_FINEST * _INLET_DEPTH)) * fineness
+    steps = math.ceil(burner.gas_speed / (_LONGEST_WAY * _INLET_DEPTH)) * fineness
     way = burner.gas_speed / steps
     inlet = _FuelInlet(burner, _random_supply(chance, burner, images), u, v, aspect, way)
     advection = _Advection(shape, inlet.distance(), height / steps)

@@ -189,12 +189,8 @@ class SilkRenderer:
     def _points(self, i: int, sheets: slice, camera: Camera) -> PointCloud:
         """Return points of ``sheets`` in frame ``i``, each with the light of its part."""
         x = np.asarray(self.recording.x[i, sheets], np.float64)
-        rows, columns = (
-            math.ceil(lengths(np.diff(x, axis=axis)).sum(axis=axis).max() / POINT_DISTANCE) + 1
-            for axis in (1, 2)
-        )
-        points = refined(refined(x, rows, 1), columns, 2)
-        texel = self.textures.texel_grid(sheets, rows, columns)
+        points = refined(x, POINT_DISTANCE)
+        texel = self.textures.texel_grid(sheets, *points.shape[1:3])
         texture = self.textures.light(i, sheets)[..., :3]
         found = raster.sample_texture(texture, as_plane(texel.reshape(-1, 2)))
         across, up = np.gradient(points, axis=2), np.gradient(points, axis=1)

@@ -32,6 +32,15 @@ _MAX_NODES = 200_000
 _MAX_POSITIONS = 20_000_000
 """Maximum number of node positions recorded (480 MB with their velocities)."""
 
+_MATCH_FLAME, _WICK_FLAME = (19.0, 22.0), (3.6, 6.0)
+"""Width and height of the sheets at the end of a burning match, in radii, and wick, in lengths."""
+
+_LOG_FLAME, _BALL_FLAME = (4.5, 8.0), (2.2, 5.0)
+"""Width and height of the sheets along a burning log and around a burning sphere, radii."""
+
+_BALL_SHEETS = 8
+"""Number of sheets around a burning sphere."""
+
 _GOLDEN_ANGLE = 2.399963
 """Turn, rad, from one sheet to the next that spreads any number of them evenly over a disc."""
 
@@ -97,7 +106,7 @@ def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> SilkSc
     for i, body in enumerate(intruders):
         if body.ignites:
             fire = sheets[-1].fire + 1
-            sheets += [_PlacedSheet(each, source.fuel, fire, i) for each in body.flames()]
+            sheets += [_PlacedSheet(each, source.fuel, fire, i) for each in _flames_on(body)]
     nodes = len(sheets) * source.rows * source.columns
     if nodes > _MAX_NODES:
         raise RecipeError(
@@ -183,19 +192,19 @@ def _time_step(source: SilkSource, limit: StepLimit, fps: float) -> tuple[float,
         steps = math.ceil(1 / fps / limit.longest_step)
         return 1 / fps / steps, steps
     shortest = 1 / _MAX_STEP_RATE
-    stiffer, damper = limit.most_stiffness(shortest), limit.most_damping(shortest)
+    stiff, damped = limit.most_stiffness(shortest), limit.most_damping(shortest)
+    both_stiff, both_damped = limit.most_of_both(shortest)
     # The key that needs the smaller change; a limit of 0 or less means that it alone does not help.
-    if max(stiffer, damper) <= 0:
-        blamed = "stiffness"
-        stiffer, damper = limit.most_of_both(shortest)
-        both = _at_most("stiffness", source.stiffness * stiffer)
-        advice = f"{both} and {_at_most('damping', source.damping * damper)}"
-        if stiffer <= 0:
-            blamed, advice = "mass", "much more"
-    elif damper > stiffer:
-        blamed, advice = "damping", _at_most("damping", source.damping * damper)
+    if stiff > 0 and stiff >= damped:
+        blamed, advice = "stiffness", _at_most("stiffness", source.stiffness * stiff)
+    elif damped > 0:
+        blamed, advice = "damping", _at_most("damping", source.damping * damped)
+    elif both_stiff > 0:
+        less_stiff = _at_most("stiffness", source.stiffness * both_stiff)
+        less_damped = _at_most("damping", source.damping * both_damped)
+        blamed, advice = "stiffness", f"{less_stiff} and {less_damped}"
     else:
-        blamed, advice = "stiffness", _at_most("stiffness", source.stiffness * stiffer)
+        blamed, advice = "mass", "much more mass"
     raise RecipeError(
         f"source.{blamed}: {getattr(source, blamed):g} with stiffness {source.stiffness:g}, "
         f"damping {source.damping:g}, mass {source.mass:g} and a mesh of {source.rows} x "
@@ -206,8 +215,6 @@ def _time_step(source: SilkSource, limit: StepLimit, fps: float) -> tuple[float,
 
 def _at_most(key: str, value: float) -> str:
     """Return advice on a key: at most a positive value, to three digits, rounded down."""
-    if value <= 0:
-        return f"less {key}"
     unit = 10.0 ** (math.floor(math.log10(value)) - 2)
     return f"a {key} of at most about {math.floor(value / unit) * unit:.3g}"
 
@@ -257,9 +264,56 @@ def _arranged(
             return radius * math.cos(turn), radius * math.sin(turn), angle
         case "ring":
             turn = 2 * math.pi * (share + 0.3 * one / count)
-            # At an angle to the ring, so that from no side are all of them seen edge-on.
-            angle = math.degrees(turn) + (125 if i % 2 else 55)
-            return spread * math.cos(turn), spread * math.sin(turn), angle
+            return spread * math.cos(turn), spread * math.sin(turn), _angle_on_ring(turn, i)
         case "line":
             along = (share - 0.5) * spread + two * spread / (2 * count)
             return along, 0.3 * sheets.width * one, 40 * three + (25 if i % 2 else -25)
+
+
+def _angle_on_ring(turn: float, i: int) -> float:
+    """Return the angle, degrees, of sheet ``i`` of a ring, at ``turn``, rad: not along the ring, so
+    that from no side are all of them seen edge-on."""
+    return math.degrees(turn) + (125 if i % 2 else 55)
+
+
+def _flames_on(body: IntruderBody) -> list[SheetPlacement]:
+    """Return the sheets of the flame on an intruder, where it is at first."""
+    first = body.positions[0]
+    match body.shape:
+        case "match":
+            return _crossed_at(first, *(body.radius * k for k in _MATCH_FLAME))
+        case "wick":
+            length = float(np.linalg.norm(body.axis))
+            return _crossed_at(first + body.axis, *(length * k for k in _WICK_FLAME))
+        case "sphere":
+            width, height = (body.radius * k for k in _BALL_FLAME)
+            placements = []
+            for i in range(_BALL_SHEETS):
+                turn = 2 * math.pi * i / _BALL_SHEETS
+                foot = first + body.radius * np.array([math.cos(turn), math.sin(turn), -0.7])
+                angle = _angle_on_ring(turn, i)
+                placements.append(SheetPlacement(_point(foot), width, height, angle))
+            top = first + np.array([0, 0, 0.5 * body.radius])
+            return [*placements, *_crossed_at(top, width, height)]
+        case "log" | "wax":
+            width, height = (body.radius * k for k in _LOG_FLAME)
+            count = max(3, math.ceil(2 * float(np.linalg.norm(body.axis)) / (0.4 * width)))
+            turn = math.degrees(math.atan2(body.axis[1], body.axis[0]))
+            shares = (np.arange(count) + 0.5) / count * 2 - 1
+            return [
+                SheetPlacement(
+                    _point(first + share * body.axis), width, height, turn + (-1) ** i * 25
+                )
+                for i, share in enumerate(shares)
+            ]
+
+
+def _crossed_at(foot: NDArray[np.float64], width: float, height: float) -> list[SheetPlacement]:
+    """Return three sheets that cross at ``foot`` (3,), a little above their bases."""
+    base = _point(foot - np.array([0, 0, 0.06 * height]))
+    return [SheetPlacement(base, width, height, angle) for angle in (25.0, 85.0, 145.0)]
+
+
+def _point(place: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = map(float, place)
+    return x, y, z

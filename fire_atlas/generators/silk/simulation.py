@@ -61,18 +61,18 @@ def simulate(scene: SilkScene, frames: int, loops: bool) -> Recording:
     for n in range(-warm_up, total):
         x[max(n, 0)], v[max(n, 0)] = state.x, state.velocity(scene.dt)
         state = _next_frame(scene, state, n / scene.fps, frames / scene.fps if loops else None)
-    square = np.stack([mean_square_speed(each) for each in v])
+    simulated = shown = np.stack([mean_square_speed(each) for each in v])
     if loops:
-        square, v = closed(square, frames, overlap), closed(v, frames, overlap)
+        simulated, v = closed(simulated, frames, overlap), closed(v, frames, overlap)
         # Where a loop is closed, sheets also move from where they are in one to where in the other.
         blended = min(overlap + 1, frames)
         apart = (x[: overlap + 1] - x[frames : frames + overlap + 1])[:blended]
         v[:blended] += _closing_rate(overlap, scene.fps)[:blended] * apart
         v[frames] = v[0]
         x = closed(x, frames, overlap)
+        shown = np.stack([mean_square_speed(each) for each in v])
     # A texture is as fast as its sheet is seen to be.
-    shown = np.stack([mean_square_speed(each) for each in v])
-    return Recording(x, v, loops, np.sqrt(square), texture_rate(scene, np.sqrt(shown)))
+    return Recording(x, v, loops, np.sqrt(simulated), texture_rate(scene, np.sqrt(shown)))
 
 
 def texture_rate(scene: SilkScene, v_rms: NDArray[np.float64]) -> NDArray[np.float64]:
