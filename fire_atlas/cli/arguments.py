@@ -25,7 +25,7 @@ exit codes: 0 built or up to date, 1 a build failed, 2 invalid recipe or usage, 
 
 
 DEFAULT_MAX_PIXELS = 8192 * 8192
-"""Default of ``--limit-pixels``: that of sources.listing, which --help does not import."""
+"""Default of ``--limit-pixels``: that of core.workload, which --help does not import."""
 
 
 class _Formatter(argparse.RawDescriptionHelpFormatter):

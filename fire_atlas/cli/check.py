@@ -1,6 +1,7 @@
 """The command ``check``: validate recipes and look for their inputs."""
 
 from argparse import Namespace
+from collections.abc import Callable
 
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import view_for
@@ -11,9 +12,9 @@ from fire_atlas.outputs.folder import recover_default
 from fire_atlas.pipeline.check import load_checked
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.load import LoadedRecipe, resolved_yaml
-from fire_atlas.recipe.source import ClipInput
+from fire_atlas.recipe.source import ClipInput, ProfileSource
 from fire_atlas.recipe.tree import read_tree
-from fire_atlas.sources.listing import ALL_FRAMES, list_inputs
+from fire_atlas.sources.listing import ALL_FRAMES, VIDEOS, list_inputs, locate
 
 
 def run(args: Namespace) -> int:
@@ -27,7 +28,7 @@ def run(args: Namespace) -> int:
                 view.begin(path)
                 recover_default(path, tree.name, view.note)
                 loaded = load_checked(tree)
-                _find_inputs(loaded)
+                _find_inputs(loaded, view.note)
                 if args.resolved:
                     print(resolved_yaml(loaded), end="")
                 elif not args.quiet:
@@ -35,20 +36,32 @@ def run(args: Namespace) -> int:
     return failures.worst_code
 
 
-def _find_inputs(loaded: LoadedRecipe) -> None:
+def _find_inputs(loaded: LoadedRecipe, note: Callable[[str], None]) -> None:
     for part in loaded.parts:
-        _find_source(part)
+        _find_source(part, note)
     for path in loaded.templates.values():
         if not path.is_file():
             where = loaded.tree.origin(("exports",)).locate(("exports",))
             raise SourceError(f"{where}: there is no template {path}")
 
 
-def _find_source(part: LoadedRecipe) -> None:
+def _find_source(part: LoadedRecipe, note: Callable[[str], None]) -> None:
+    """Look for the files of a source, and note what their names, or the headers of videos, tell."""
     source = part.recipe.source
+    used = source if isinstance(source, ClipInput) else ALL_FRAMES
+    is_learnt = isinstance(source, ProfileSource)
     for key, path in part.source_files.items():
         try:
-            list_inputs(source if isinstance(source, ClipInput) else ALL_FRAMES, path)
+            file, *_ = list_inputs(
+                used, path, is_clip=not (is_learnt and key == ("source", "path"))
+            )
+            notes = list(locate(path).notes)
+            if file.suffix.lower() in VIDEOS:
+                from fire_atlas.sources.video_stream import describe_video
+
+                notes += describe_video(file)
+            for text in notes:
+                note(text)
         except SourceError as error:
             raise SourceError(f"{part.tree.origin(key).locate(key)}: {error}") from None
     textures_of(part.tree)

@@ -69,11 +69,17 @@ def real(path: Path) -> Path:
     return Path(os.path.realpath(path))  # ``Path.resolve`` fails there
 
 
-def natural_key(path: Path) -> tuple[object, ...]:
-    """Return a sort key by which fire2 comes before fire10, whatever the machine and its locale."""
-    parts = [re.split(r"([0-9]+)", part.casefold()) for part in path.parts]
-    words = tuple(
-        tuple((int(w), "") if w.isascii() and w.isdigit() else (-1, w) for w in part)
+def natural_key(path: Path, *, negative: bool = False) -> tuple[object, ...]:
+    """Return a sort key by which fire2 comes before fire10, whatever the machine and its locale.
+
+    ``negative``: whether the last number of the name counts as negative.
+    """
+    names = [*path.parts[:-1], path.stem]
+    parts = [re.split(r"([0-9]+)", name.casefold()) for name in names]
+    words = [
+        [(int(word), "") if word.isascii() and word.isdigit() else (-1, word) for word in part]
         for part in parts
-    )
-    return (words, str(path))
+    ]
+    if negative:
+        words[-1][-2] = (-words[-1][-2][0], "")
+    return (words, path.suffix.casefold(), str(path))

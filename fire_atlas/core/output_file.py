@@ -1,6 +1,7 @@
 """Output files in memory, before they are written, and checks of their names."""
 
 import re
+import unicodedata
 from dataclasses import dataclass
 from pathlib import PureWindowsPath
 from typing import Literal, TypeAlias
@@ -69,6 +70,12 @@ def is_portable(name: str) -> bool:
         and not is_device(name)
         and 0 < len(name.encode()) <= _MAX_NAME_BYTES
     )
+
+
+def as_file_name(name: str) -> str:
+    """Return what ``name`` and all names have in common that are one file on Windows or macOS: they
+    ignore case and the Unicode form of accents."""
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFC", name).casefold())
 
 
 def is_named_after(name: str, file: str) -> bool:

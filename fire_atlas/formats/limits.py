@@ -85,9 +85,8 @@ def movie_limits(movies: Sequence[MovieName], atlas: Atlas) -> Iterator[Problem]
             )
 
 
-def missing_extra(atlas: Atlas, maps: Maps, movies: Sequence[MovieName]) -> str | None:
-    """Return an error message if a package that pages, maps or movies need is not installed, else
-    None."""
+def missing_extra(atlas: Atlas, maps: Maps) -> str | None:
+    """Return an error message if a package that pages or maps need is not installed, else None."""
     if maps.emission == "exr" and not find_spec("OpenEXR"):
         return "maps.emission: exr needs OpenEXR: pip install 'fire-atlas[exr]', or leave it out"
     if (atlas.format, atlas.compression) == ("png", "small") and not find_spec("oxipng"):
@@ -99,12 +98,6 @@ def missing_extra(atlas: Atlas, maps: Maps, movies: Sequence[MovieName]) -> str 
         return (
             "atlas.gpu needs etcpak and astc-encoder-py: pip install 'fire-atlas[gpu]', or leave "
             "atlas.gpu out"
-        )
-    videos = [movie for movie in movies if movie in ("webm", "mp4")]
-    if videos and not find_spec("av"):
-        return (
-            f"movies: {' and '.join(videos)} need PyAV: pip install 'fire-atlas[video]', or use "
-            f"webp, apng or gif"
         )
     return None
 

@@ -56,7 +56,12 @@ def _source_inputs(tree: RecipeTree) -> list[Path]:
     start, count = (tree.value(("source", key)) for key in ("start", "count"))
     first = start if isinstance(start, int) else 0
     used = FixedRange(first, count if isinstance(count, int) else None)
-    frames = [path for files in source_files(tree).values() for path in list_inputs(used, files)]
+    is_learnt = tree.value(("source", "kind")) == "profile"
+    frames = [
+        path
+        for key, files in source_files(tree).items()
+        for path in list_inputs(used, files, is_clip=not (is_learnt and key == ("source", "path")))
+    ]
     return [*frames, *textures_of(tree)]
 
 

@@ -15,7 +15,7 @@ from typing import Self
 
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.files import MAX_JSON_BYTES, read_file
-from fire_atlas.core.output_file import is_reserved
+from fire_atlas.core.output_file import as_file_name, is_reserved
 from fire_atlas.outputs.disk import is_regular
 from fire_atlas.outputs.manifest import (
     Manifest,
@@ -199,7 +199,7 @@ def commit(
         OutputError: An output would replace a file of another build or of the user, or another
             output on a file system that ignores case.
     """
-    _refuse_names_that_differ_in_case([output.name for output in outputs])
+    _refuse_names_of_one_file([output.name for output in outputs])
     with staging.folder_locked():
         manifests = FolderManifests.read(staging.out, name)
         changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
@@ -208,14 +208,14 @@ def commit(
     return tuple(staging.out / output.name for output in outputs)
 
 
-def _refuse_names_that_differ_in_case(names: Sequence[str]) -> None:
+def _refuse_names_of_one_file(names: Sequence[str]) -> None:
     known: dict[str, str] = {}
     for name in names:
-        other = known.setdefault(name.casefold(), name)
+        other = known.setdefault(as_file_name(name), name)
         if other != name:
             raise OutputError(
-                f"{name}: would be the same file as {other} on systems that ignore case; give one "
-                f"of them another name"
+                f"{name}: would be the same file as {other} on Windows or macOS; give one of them "
+                f"another name"
             )
 
 

@@ -19,6 +19,7 @@ from fire_atlas.pipeline.open import (
     check_inputs,
     hash_inputs,
     input_files,
+    located_source,
     open_input,
     open_texture,
 )
@@ -75,11 +76,12 @@ def build(
         refuse_taken_names(recipe, staging)
         contributions, files = [], list[Path]()
         for part in loaded.parts:
-            with timer.measure("study"):
-                opened = open_input(part, context)
-                cells = open_texture(part, context)
-                files += input_files(opened, part)
-            contributions.append(contribute(part.recipe, opened, cells, context))
+            cells = open_texture(part, context)
+            with located_source(part):
+                with timer.measure("study"):
+                    opened = open_input(part, context)
+                contributions.append(contribute(part.recipe, opened, cells, context))
+            files += input_files(opened, part)
         content = page_content(contributions, loaded, context)
         with timer.measure("pack"):
             sheets = pack(recipe.name, content, recipe.atlas, recipe.maps, context)

@@ -44,7 +44,7 @@ def load_checked(tree: RecipeTree) -> CheckedRecipe:
     if problems:
         raise refusal(tree, problems)
     recipe = loaded.recipe
-    if missing := missing_extra(recipe.atlas, recipe.maps, recipe.movies):
+    if missing := missing_extra(recipe.atlas, recipe.maps):
         raise OutputError(missing)
     return CheckedRecipe(loaded)
 

@@ -6,7 +6,7 @@ from typing import Self
 from fire_atlas.core.cpu import default_jobs
 from fire_atlas.core.progress import Progress, SilentProgress, StageTimer
 from fire_atlas.core.workers import Workers
-from fire_atlas.sources.listing import MAX_PIXELS
+from fire_atlas.core.workload import MAX_PIXELS
 
 
 @dataclass(frozen=True, slots=True)

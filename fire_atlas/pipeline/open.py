@@ -1,6 +1,7 @@
 """Hash and open the inputs of a recipe: footage, sprites, or generated fire."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -30,16 +31,26 @@ Opened: TypeAlias = "Mapping[str, Clip] | FireInWind | Sprites"
 winds; or sprites, if the recipe only packs images of several animations or sizes."""
 
 
+@contextmanager
+def located_source(loaded: LoadedRecipe) -> Generator[None]:
+    """Name the recipe, line and key of the source in errors about its files, whose frames are
+    mostly decoded long after they were opened."""
+    try:
+        yield
+    except SourceError as error:
+        key = next(iter(loaded.source_files), ("source",))
+        raise SourceError(f"{loaded.tree.origin(key).locate(key)}: {error}") from error
+
+
 def open_input(loaded: LoadedRecipe, context: BuildContext) -> Opened:
     """Open a recipe's source."""
     opened = _open(loaded, SourceSettings.of(loaded, context.max_pixels), context.workers)
     first = _first(opened)
     context.progress.note(f"{first.matte} matte: {first.matte_reason}")
-    if isinstance(first, Clip):
-        for note in first.notes:
-            context.progress.note(note)
-        if _is_one_picture(loaded, first):
-            _note_likely_sheet(first, context)
+    for note in first.notes:
+        context.progress.note(note)
+    if isinstance(first, Clip) and _is_one_picture(loaded, first):
+        _note_likely_sheet(first, context)
     return opened
 
 
@@ -73,13 +84,21 @@ def open_texture(loaded: LoadedRecipe, context: BuildContext) -> list[Pixels]:
 def _is_one_picture(loaded: LoadedRecipe, clip: Clip) -> bool:
     """Whether a clip is one whole image file, not a frame that was chosen from several."""
     source = loaded.recipe.source
-    return clip.count == 1 and isinstance(source, FramesSource) and source.grid is None
+    is_file = isinstance(source, FramesSource) and source.grid is None
+    return is_file and clip.count == len(clip.inputs) == 1
 
 
 def _note_likely_sheet(clip: Clip, context: BuildContext) -> None:
+    from fire_atlas.sources.json_atlas import describes
     from fire_atlas.sources.sheet import likely_grid
 
-    if found := likely_grid(clip.read(0)[..., 3]):
+    image = clip.inputs[0]
+    if describes(beside := image.with_suffix(".json"), image):
+        context.progress.note(
+            f"{image.name} is read as one frame, but {beside.name} beside it describes frames in "
+            f"it; to use these, give that as source.path"
+        )
+    elif found := likely_grid(clip.read(0)[..., 3]):
         columns, rows = found
         context.progress.note(
             f"{clip.inputs[0].name} looks like a sheet of {columns} x {rows} frames, but is read "

@@ -11,7 +11,7 @@ from typing import TypeAlias, assert_never
 
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import OutputError
-from fire_atlas.core.output_file import OutputFile
+from fire_atlas.core.output_file import OutputFile, as_file_name
 from fire_atlas.core.progress import Progress
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.tracks.writers import track_writer
@@ -47,15 +47,15 @@ def exported_files(
         templates: Paths of the user's templates, by their names in the recipe.
 
     Raises:
-        OutputError: Two files would have names that differ only in case, or not at all.
+        OutputError: Two files would be one on Windows or macOS.
     """
-    taken = {file.casefold() for sheet in product.sheets for file in sheet.files}
-    taken |= {sheet.heat.ramp.casefold() for sheet in product.sheets if sheet.heat}
+    taken = {as_file_name(file) for sheet in product.sheets for file in sheet.files}
+    taken |= {as_file_name(sheet.heat.ramp) for sheet in product.sheets if sheet.heat}
     for export in exports:
         for file in _files_of(export, product, templates):
-            if file.name.casefold() in taken:
+            if (key := as_file_name(file.name)) in taken:
                 raise OutputError(_repeated(file.name, export))
-            taken.add(file.name.casefold())
+            taken.add(key)
             yield file
 
 

@@ -7,6 +7,7 @@ import yaml
 from yaml.constructor import ConstructorError, SafeConstructor
 
 from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.file_kinds import misnamed
 from fire_atlas.core.files import MIB, read_file
 from fire_atlas.recipe.problem import COMMAND_LINE, KeyPath, Origin, Value, dotted
 from fire_atlas.recipe.yaml_graph import MalformedYamlError, compose, line_of
@@ -90,9 +91,12 @@ def _read(path: Path) -> bytes:
     if not path.exists():
         raise RecipeError(f"{path}: there is no such recipe file")
     try:
-        return read_file(path, MAX_BYTES)
+        data = read_file(path, MAX_BYTES)
     except OSError as error:
         raise RecipeError(f"{path}: cannot be read ({error.strerror})") from None
+    if data and (what := misnamed(data[:64], may_be_json=True)):
+        raise RecipeError(f"{path}: is {what}")
+    return data
 
 
 def _decode(data: bytes, path: Path) -> str:

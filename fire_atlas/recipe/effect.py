@@ -167,10 +167,11 @@ class FlakeTexture(Settings):
     @field_validator("grid")
     @classmethod
     def _few_cells(cls, grid: Grid | None) -> Grid | None:
-        if grid is not None and grid.columns * grid.rows > MAX_TEXTURE_CELLS:
+        cells = grid.columns * grid.rows if grid and grid.columns and grid.rows else 0
+        if cells > MAX_TEXTURE_CELLS:
             raise ValueError(
-                f"has {grid.columns * grid.rows} cells, but a texture of flakes may have "
-                f"{MAX_TEXTURE_CELLS}; use fewer columns or rows"
+                f"has {cells} cells, but a texture of flakes may have {MAX_TEXTURE_CELLS}; use "
+                f"fewer columns or rows"
             )
         return grid
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.files import natural_key, real
+from fire_atlas.core.output_file import as_file_name
 from fire_atlas.recipe.document import read_document
 from fire_atlas.recipe.inherit import EXTENDS
 from fire_atlas.recipe.tree import RecipeTree, is_recipe
@@ -24,12 +25,12 @@ def refuse_same_outputs(
 ) -> None:
     """Raise ``RecipeError`` if two recipes would write the same files.
 
-    ``folder_of`` gives a recipe's output folder. Case is ignored, as many file systems do.
+    ``folder_of`` gives a recipe's output folder.
     """
     owners: dict[tuple[Path, str], Path] = {}
     for tree in trees:
         folder = folder_of(tree)
-        key = real(folder), tree.name.casefold()
+        key = real(folder), as_file_name(tree.name)
         other = owners.setdefault(key, tree.path)
         if other != tree.path:
             raise RecipeError(

@@ -68,7 +68,7 @@ class Recipe(Settings):
     """Files to write that play without an engine, one for each animation: ``webm`` (VP9 with alpha,
     for browsers and overlays of streams), ``webp`` and ``apng`` (lossless), ``gif`` (one palette; a
     pattern of dots for alpha), ``mp4`` (H.264 for video editors: the picture over black, and beside
-    it its alpha in grey). ``webm`` and ``mp4`` need ``fire-atlas[video]`` installed."""
+    it its alpha in grey)."""
 
     @property
     def is_pixel_art(self) -> bool:

@@ -1,8 +1,9 @@
 """Recipe block ``source``: where the fire comes from."""
 
-from typing import Annotated, Literal
+from collections.abc import Iterator
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from fire_atlas.recipe.base import (
     AS_SOURCE,
@@ -19,6 +20,7 @@ from fire_atlas.recipe.base import (
     Settings,
     either,
 )
+from fire_atlas.recipe.problem import ContradictionError, Problem
 from fire_atlas.recipe.silk import SilkSource
 
 _Place = Annotated[int, Field(ge=0, le=16384)]
@@ -40,25 +42,61 @@ FrameHeight = Annotated[
 
 
 class Grid(Settings):
-    """The cells of a sprite sheet. Their size need not be whole pixels."""
+    """The cells of a sprite sheet: how many there are, or how large each is."""
 
-    columns: int = Field(ge=1, le=1024)
-    """Cells per row."""
-    rows: int = Field(ge=1, le=1024)
+    columns: int | None = Field(default=None, ge=1, le=1024)
+    """Cells per row. Their size follows from the image, and need not be whole pixels."""
+    rows: int | None = Field(default=None, ge=1, le=1024)
     """Rows of cells."""
+    cell: Annotated[tuple[_Length, _Length], LIST] | None = None
+    """Width and height of a cell, px, instead of ``columns`` and ``rows``, which follow from the
+    image: what is left of it beyond the last whole cell is not used."""
+    margin: int = Field(default=0, ge=0, le=16384)
+    """Width of the border around all cells, px."""
+    spacing: int = Field(default=0, ge=0, le=16384)
+    """Distance between neighbouring cells, px."""
+
+    @model_validator(mode="after")
+    def _states_cells_once(self) -> Self:
+        if problems := tuple(self._unclear_cells()):
+            raise ContradictionError(*problems)
+        return self
+
+    def _unclear_cells(self) -> Iterator[Problem]:
+        counts = {"columns": self.columns, "rows": self.rows}
+        given = [key for key, count in counts.items() if count is not None]
+        if self.cell is not None and given:
+            yield Problem(
+                ("cell",),
+                f"gives the size of cells, from which {' and '.join(given)} would follow; remove "
+                f"cell, or {' and '.join(given)}",
+            )
+        elif self.cell is None and not given:
+            yield Problem(
+                (), "needs either columns and rows, or the size of a cell: cell: [64, 64]"
+            )
+        elif self.cell is None and len(given) == 1:
+            other = "rows" if given == ["columns"] else "columns"
+            yield Problem((other,), f"is missing beside {given[0]}; a single one is {other}: 1")
 
 
 class ClipInput(Settings):
     """The files of a clip, and which of its frames to use."""
 
     path: str = Field(min_length=1, pattern=r"^[^\x00]+$")
-    """A folder of images, a glob (``fire_*.png``), one image, a sprite sheet (with ``grid``), a
-    GIF, APNG or animated WebP, or a video. Relative to the recipe file."""
+    """A folder of images, a glob (``fire_*.png``), one image, a sprite sheet (with ``grid``), the
+    JSON of an atlas (TexturePacker, Aseprite, PixiJS, Phaser or this tool), a GIF, APNG or animated
+    WebP, or a video. Relative to the recipe file."""
     grid: Grid | None = None
     """Cut ``path`` (one image) into cells, left to right, top to bottom."""
+    layer: str | None = Field(default=None, min_length=1)
+    """Layer, or part, of EXR files to read, such as ``ViewLayer.Combined``. Default: R, G and B
+    without a layer; else the only layer with colours; else the only one whose name ends as that of
+    a finished picture does (``Combined``, ``rgba``, ``rgb``, ``C``, ``beauty``, ``color``)."""
     fps: float | None = Field(default=None, ge=0.01, le=240)
-    """Frames per second. Default: as the file states; 24 for folders and sheets. Files with a delay
-    for each frame are resampled to this rate."""
+    """Frames per second. Default: as the file states; 24 for folders and sheets. Drawings with
+    uneven delays get the lowest rate, up to 60, at which each begins within half a frame of its
+    time; at a stated rate, each frame shows the drawing of its middle."""
     start: int = Field(default=0, ge=0)
     """First frame to use, counted from 0."""
     count: int | None = Field(default=None, ge=1)
@@ -78,6 +116,9 @@ class FramesSource(ClipInput):
 
     kind: Literal["frames"] = "frames"
     """Frames or sprites that exist already."""
+    animation: str | None = Field(default=None, min_length=1)
+    """Which animation, or tag, of an atlas to use, if ``path`` is its JSON. Default: the only one;
+    all frames if the JSON names none."""
     crop: Crop = "none"
     """Use only a part of the frames: ``[x, y, width, height]``, px of the file, from the top-left
     corner. ``auto``: the box around all that is ever flame, with a margin; it looks at every frame,
@@ -91,7 +132,7 @@ class FramesSource(ClipInput):
 
 
 PROFILE_SUFFIX = ".json"
-"""File extension of profiles; clips never have it."""
+"""File extension of profiles, whose source takes no other JSON."""
 
 
 class ProfileSource(ClipInput):
@@ -100,13 +141,13 @@ class ProfileSource(ClipInput):
     kind: Literal["profile"] = "profile"
     """Fire learnt from a clip (or a profile file), of any length, in any wind, from any side."""
     path: str = Field(min_length=1, pattern=r"^[^\x00]+$")
-    """The clip to learn from, 8-60 frames of one fire, in any form that source ``frames`` reads; or
-    a profile written by ``fire-atlas learn`` (``candle.profile.json``). Relative to the recipe
-    file."""
+    """The clip to learn from, 8-60 frames of one fire, in any form that source ``frames`` reads but
+    the JSON of an atlas; or a profile written by ``fire-atlas learn`` (``candle.profile.json``):
+    here a ``.json`` is always that. Relative to the recipe file."""
     side_path: str | None = Field(default=None, min_length=1, pattern=r"^[^\x00]+$")
-    """A clip of the same fire seen from its right, at a right angle to ``path``. ``grid``, ``fps``,
-    ``start``, ``count``, ``matte`` and ``black`` apply to both. Default: all sides look like
-    ``path``."""
+    """A clip of the same fire seen from its right, at a right angle to ``path``. ``grid``,
+    ``layer``, ``fps``, ``start``, ``count``, ``matte`` and ``black`` apply to both. Default: all
+    sides look like ``path``."""
     threshold: float | None = Field(default=None, gt=0, lt=255)
     """Pixels of the clip that are brighter than this, 0-255, are flame. Default: found from the
     clip."""
@@ -128,7 +169,7 @@ class ProfileSource(ClipInput):
         """Return the keys given that say how to learn from a clip, if ``path`` is no clip but a
         profile, which has been learnt already."""
         learning = {*ClipInput.model_fields, "threshold", "cells"} - {"path"}
-        if not self.path.endswith(PROFILE_SUFFIX):
+        if not self.path.lower().endswith(PROFILE_SUFFIX):
             return []
         return sorted(learning & self.model_fields_set)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.files import real
-from fire_atlas.core.output_file import is_device
+from fire_atlas.core.output_file import as_file_name, is_device
 from fire_atlas.recipe.document import RECIPE_ENDINGS, parse_override, read_document
 from fire_atlas.recipe.inherit import inherit, merge
 from fire_atlas.recipe.problem import KeyPath, Origin, Value
@@ -119,7 +119,7 @@ def _read_members(tree: RecipeTree) -> tuple[RecipeTree, ...]:
     if not members or not isinstance(members, list):
         return ()
     found: list[RecipeTree] = []
-    taken = {tree.name} if tree.has_source else set[str]()
+    taken = {as_file_name(tree.name): tree.name} if tree.has_source else {}
     for i, name in enumerate(members):
         where = tree.origin((*MEMBERS, i)).locate((*MEMBERS, i))
         if not isinstance(name, str) or not name or "\0" in name:
@@ -127,12 +127,13 @@ def _read_members(tree: RecipeTree) -> tuple[RecipeTree, ...]:
         member = read_without_members(tree.file_at((*MEMBERS, i), name))
         if member.value(MEMBERS):
             raise RecipeError(f"{where}: has members itself; name those here instead")
-        if member.name in taken:
+        key = as_file_name(member.name)
+        if key in taken:
             raise RecipeError(
-                f"{where}: another effect on these pages is called {member.name} too; give one of "
+                f"{where}: another effect on these pages is called {taken[key]} too; give one of "
                 f"them another `name`"
             )
-        taken.add(member.name)
+        taken[key] = member.name
         found.append(member)
     return tuple(found)
 

@@ -19,15 +19,18 @@ import numpy as np
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import open_file
 from fire_atlas.core.picture import Picture, white, with_alpha
+from fire_atlas.core.workload import MAX_FRAMES, MAX_PIXELS
 from fire_atlas.sources import apng, gif, webp
 from fire_atlas.sources.broken import BrokenFileError
-from fire_atlas.sources.images import check_size, decode_bytes, read_bytes
-from fire_atlas.sources.listing import MAX_FRAMES, MAX_PIXELS
+from fire_atlas.sources.header import Header
+from fire_atlas.sources.images import check_size, decode_bytes, read_bytes, read_header
+from fire_atlas.sources.orientation import turned
 from fire_atlas.sources.patches import Disposal, EncodedAnimation, Patch
-from fire_atlas.sources.reader import FrameReader, SequentialDecoder, resample
+from fire_atlas.sources.reader import FrameReader, SequentialDecoder
+from fire_atlas.sources.timing import Timing, time_drawings
 
-_DEFAULT_DELAY = Fraction(1, 10)
-"""Delay, s, of a frame whose file states 0, as in browsers."""
+_SHORTEST, _DEFAULT_DELAY = Fraction(1, 100), Fraction(1, 10)
+"""Browsers show a frame whose file states this delay, s, or less, for the second one."""
 
 
 def open_animation(
@@ -38,23 +41,24 @@ def open_animation(
     Raises:
         SourceError: The file is cut short, damaged, too large or has too many frames.
     """
+    header = read_header(path, max_pixels)
     animation = _parse(path, kind)
-    check_size(path, animation.width, animation.height, max_pixels)
     patches = animation.patches
     for patch in patches:
         check_size(path, patch.width, patch.height, max_pixels)
-    if len(patches) == 1:
-        rate, shown = fps, [0]
-    else:
-        rate, shown = resample([p.delay or _DEFAULT_DELAY for p in patches], fps, path)
-    frames = SequentialDecoder(path, partial(_play, path, animation))
+    stated = (patch.delay for patch in patches)
+    delays = [_DEFAULT_DELAY if each <= _SHORTEST else each for each in stated]
+    is_still = len(patches) == 1
+    timing = Timing(0, (0,)) if is_still else time_drawings(delays, fps, path)
+    frames = SequentialDecoder(path, partial(_play, path, animation, header))
     return FrameReader(
-        width=animation.width,
-        height=animation.height,
-        fps=rate,
-        count=len(shown),
-        read=lambda i: frames.read(shown[i]),
+        width=header.width,
+        height=header.height,
+        fps=fps if is_still else timing.rate,
+        count=len(timing.shown),
+        read=lambda i: frames.read(timing.shown[i]),
         inputs=(path,),
+        notes=(*header.notes, *timing.notes),
     )
 
 
@@ -76,19 +80,21 @@ def _parse(path: Path, kind: str) -> EncodedAnimation:
     return animation
 
 
-def _play(path: Path, animation: EncodedAnimation) -> Generator[Picture]:
-    """Yield the canvas after each patch."""
+def _play(path: Path, animation: EncodedAnimation, header: Header) -> Generator[Picture]:
+    """Yield the canvas after each patch, upright. Patches are drawn in sRGB."""
     canvas: Picture | None = None
     with open_file(path) as file:
         for number, patch in enumerate(animation.patches):
             file.seek(patch.start)
             picture = _decode(path, number, animation, patch, file.read(patch.stop - patch.start))
+            if header.conversion is not None:
+                picture = header.conversion.apply(picture)
             if canvas is None:
                 canvas = np.zeros((animation.height, animation.width, 4), picture.dtype)
             area = _area(canvas, patch)
             before = area.copy() if patch.disposal is Disposal.RESTORE else None
             _draw(area, picture[: area.shape[0], : area.shape[1]], blend=patch.blend)
-            yield canvas.copy()
+            yield turned(canvas.copy(), header.orientation)
             if before is not None:
                 area[...] = before
             elif patch.disposal is Disposal.CLEAR:

@@ -1,8 +1,9 @@
 """The program that decodes OpenEXR files for ``exr.py``, by requests on stdin and stdout.
 
-A request is a line of JSON (``length``, ``header_only``) and the bytes of a file. A reply is a line
-of JSON (``shape``, or ``error``) and, unless ``header_only``, the picture: rows of float32 R, G, B
-and perhaps A. The program imports no module of ours, so that it starts quickly.
+A request is a line of JSON (``length``, ``parts``: how many the file has, ``part``: number of one,
+``channels``: names of some of its channels) and the bytes of a file. A reply is a line of JSON
+(``shapes`` of the channels' planes, or ``error``) and the planes: rows of float32. The program
+imports no module of ours, so that it starts quickly.
 """
 
 import io
@@ -15,9 +16,6 @@ import numpy as np
 import OpenEXR
 from numpy.typing import NDArray
 
-_LARGEST_OVERSCAN = 4
-"""Limit on the pixels of the data window, relative to the display window; larger is damaged."""
-
 
 def main() -> None:
     """Answer requests until stdin ends."""
@@ -28,63 +26,22 @@ def main() -> None:
         data = sys.stdin.buffer.read(request["length"])
         reply: dict[str, Any]
         try:
-            shape, pixels = (_size if request["header_only"] else _decoded)(data)
-            reply = {"shape": shape}
+            planes = _planes(data, request)
+            reply = {"shapes": [plane.shape for plane in planes]}
         except Exception as error:
-            reply, pixels = {"error": f"{error}"}, b""
-        replies.write(json.dumps(reply).encode() + b"\n" + pixels)
+            reply, planes = {"error": f"{error}"}, []
+        replies.write(json.dumps(reply).encode() + b"\n")
+        replies.writelines(plane.tobytes() for plane in planes)
         replies.flush()
 
 
-def _size(data: bytes) -> tuple[tuple[int, ...], bytes]:
-    """Return the height and width of the display window, px, from the header."""
-    _, header = _colour_part(data)
-    return _window(header, "displayWindow")[2:], b""
-
-
-def _decoded(data: bytes) -> tuple[tuple[int, ...], bytes]:
-    """Return shape and bytes of the display window; 0 outside of the data window."""
-    number, header = _colour_part(data)
-    top, left, height, width = _window(header, "displayWindow")
-    data_top, data_left, data_height, data_width = _window(header, "dataWindow")
-    if data_height * data_width > _LARGEST_OVERSCAN * height * width:
-        raise ValueError("its data window is far larger than its display window")
+def _planes(data: bytes, request: dict[str, Any]) -> list[NDArray[np.float32]]:
+    """Return the channels that are asked for, whatever their number type, as float32."""
     file = OpenEXR.File(io.BytesIO(data), separate_channels=True, num_threads=0)
-    stored = _colours(file.channels(number))
-    picture = np.zeros((height, width, stored.shape[2]), np.float32)
-    down, right = data_top - top, data_left - left
-    rows = slice(max(0, down), max(0, min(height, down + data_height)))
-    columns = slice(max(0, right), max(0, min(width, right + data_width)))
-    picture[rows, columns] = stored[
-        rows.start - down : rows.stop - down, columns.start - right : columns.stop - right
-    ]
-    return picture.shape, picture.tobytes()
-
-
-def _colour_part(data: bytes) -> tuple[int, dict[str, Any]]:
-    """Return number and header of the first part with channels R, G and B, or Y (grey)."""
-    file = OpenEXR.File(io.BytesIO(data), header_only=True, num_threads=0)
-    headers = [part.header for part in file.parts]
-    named = [{channel.name for channel in header["channels"]} for header in headers]
-    for number, names in enumerate(named):
-        if "Y" in names or names >= {"R", "G", "B"}:
-            return number, headers[number]
-    raise ValueError(f"it holds no channels R, G and B, nor Y, but {sorted(set().union(*named))}")
-
-
-def _window(header: dict[str, Any], name: str) -> tuple[int, int, int, int]:
-    """Return top, left, height and width of a window, px; in files, last row and column are in."""
-    (left, top), (right, bottom) = ([int(place) for place in corner] for corner in header[name])
-    return top, left, bottom - top + 1, right - left + 1
-
-
-def _colours(channels: dict[str, Any]) -> NDArray[np.float32]:
-    """Return the channels of a part, whatever their number type, as one float32 picture."""
-    names = "RGB" if "R" in channels else "YYY"
-    planes = [channels[name].pixels for name in (*names, *("A" if "A" in channels else ""))]
-    if len({plane.shape for plane in planes}) > 1:
-        raise ValueError("its channels differ in resolution")
-    return np.stack(planes, axis=2, dtype=np.float32, casting="unsafe")
+    if len(file.parts) != request["parts"]:
+        raise ValueError("a part of it cannot be decoded")  # the library leaves it out
+    channels = file.channels(request["part"])
+    return [channels[name].pixels.astype(np.float32) for name in request["channels"]]
 
 
 if __name__ == "__main__":

@@ -5,9 +5,9 @@ from pathlib import Path
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import has_transparency, to_light
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.recipe.effect import FlakeTexture
+from fire_atlas.core.workload import MAX_PIXELS
+from fire_atlas.recipe.effect import MAX_TEXTURE_CELLS, FlakeTexture
 from fire_atlas.sources.images import decode, detect_format, read_header
-from fire_atlas.sources.listing import MAX_PIXELS
 from fire_atlas.sources.matte import luminance_of_light
 from fire_atlas.sources.sheet import open_sheet
 
@@ -37,6 +37,11 @@ def read_cells(
         pictures = [decode(path, read_header(path, max_pixels))]
     else:
         reader = open_sheet(path, settings.grid, max_pixels)
+        if reader.count > MAX_TEXTURE_CELLS:
+            raise SourceError(
+                f"{path}: has {reader.count} cells of {reader.width}x{reader.height} px, but a "
+                f"texture of flakes may have {MAX_TEXTURE_CELLS}; use fewer, larger ones"
+            )
         pictures = [reader.read(i) for i in range(reader.count)]
     keyed = not any(map(has_transparency, pictures))
     cells = [

@@ -17,7 +17,16 @@ from fire_atlas.sources.framing import (
     small_copy,
     stated_box,
 )
-from fire_atlas.sources.images import ANIMATIONS, check_size, decode, detect_format, read_header
+from fire_atlas.sources.images import (
+    ANIMATIONS,
+    check_layer,
+    check_size,
+    decode,
+    detect_format,
+    read_header,
+    shared_notes,
+)
+from fire_atlas.sources.json_atlas import is_atlas
 from fire_atlas.sources.listing import frame_range, locate, sample_numbers, with_samples
 from fire_atlas.sources.reader import FrameReader, OpeningContext, cached, check_frame_size
 from fire_atlas.sources.resize import nearest, reduce, resize, width_for
@@ -93,20 +102,13 @@ def _open(
         fps=settings.fps or reader.fps or DEFAULT_FPS,
         count=len(chosen),
         picture=shown,
-        inputs=_inputs(reader, chosen),
+        inputs=reader.inputs,
         blend_space=space,
         matte=choice.matte,
         matte_reason=choice.reason,
         notes=reader.notes,
     )
     return clip, reader, chosen, choice
-
-
-def _inputs(reader: FrameReader, chosen: range) -> tuple[Path, ...]:
-    """Return the files that are read: the one of all frames, or of frames used and samples."""
-    if len(reader.inputs) == 1:
-        return reader.inputs
-    return tuple(reader.inputs[i] for i in with_samples(chosen, reader.count))
 
 
 def _resized(
@@ -124,10 +126,17 @@ def _open_reader(
 ) -> tuple[FrameReader, range]:
     """Return a reader of the cropped frames at ``path``, and the numbers of those to use."""
     located = locate(path)
+    is_json = located.single and is_atlas(located.files[0])
+    if settings.animation is not None and not is_json:
+        raise SourceError(
+            f"{path}: source.animation picks one of those that the JSON of an atlas names, but "
+            f"this is no JSON; give that as path, or leave animation out"
+        )
     if located.single:
         file = located.files[0]
-        kind = detect_format(file)
-        if settings.grid is not None and kind in ("video", "gif"):
+        kind = "json" if is_json else detect_format(file)
+        check_layer(file, kind, settings.layer)
+        if settings.grid is not None and kind in ("video", "gif", "json"):
             raise SourceError(f"{file}: grid cuts one still image into cells; leave it out here")
         if kind == "video":
             from fire_atlas.sources.video import open_video
@@ -143,7 +152,8 @@ def _open_reader(
                 "images; leave grid out, or give one sheet as path"
             )
         chosen = frame_range(settings, len(located.files), path)
-        reader = cached(_open_images(located.files, chosen, context.max_pixels))
+        reader = cached(_open_images(located.files, chosen, settings.layer, context.max_pixels))
+    reader = replace(reader, notes=(*located.notes, *reader.notes))
     return _cropped(reader, chosen, settings, path, context.workers), chosen
 
 
@@ -151,13 +161,16 @@ def _open_file(settings: FramesSource, path: Path, kind: str, max_pixels: int) -
     if settings.grid is not None:
         from fire_atlas.sources.sheet import open_sheet
 
-        return cached(open_sheet(path, settings.grid, max_pixels))
+        return cached(open_sheet(path, settings.grid, max_pixels, settings.layer))
+    if kind == "json":
+        from fire_atlas.sources.json_atlas_frames import open_atlas
+
+        return open_atlas(path, settings.animation, settings.fps, max_pixels)
     if kind in ANIMATIONS:
         from fire_atlas.sources.animated import open_animation
 
-        read_header(path, max_pixels)
         return open_animation(path, kind, settings.fps, max_pixels)
-    return cached(_open_images((path,), range(1), max_pixels))
+    return cached(_open_images((path,), range(1), settings.layer, max_pixels))
 
 
 def _cropped(
@@ -187,9 +200,14 @@ def _cropped(
     return replace(reader, width=width, height=height, read=part)
 
 
-def _open_images(files: Sequence[Path], chosen: range, max_pixels: int) -> FrameReader:
-    """Return a reader with one frame per file; the chosen ones must have the same size."""
-    headers = {i: read_header(files[i], max_pixels) for i in chosen}
+def _open_images(
+    files: Sequence[Path], chosen: range, layer: str | None, max_pixels: int
+) -> FrameReader:
+    """Return a reader with one frame per file; the chosen ones must have the same size.
+
+    Its inputs are the chosen files, and the samples by which the matte is chosen.
+    """
+    headers = {i: read_header(files[i], max_pixels, layer) for i in chosen}
     first = headers[chosen[0]]
     for i, header in headers.items():
         if (header.width, header.height) != (first.width, first.height):
@@ -203,6 +221,7 @@ def _open_images(files: Sequence[Path], chosen: range, max_pixels: int) -> Frame
         height=first.height,
         fps=None,
         count=len(files),
-        read=lambda i: decode(files[i], headers.get(i) or read_header(files[i], max_pixels)),
-        inputs=tuple(files),
+        read=lambda i: decode(files[i], headers.get(i) or read_header(files[i], max_pixels, layer)),
+        inputs=tuple(files[i] for i in with_samples(chosen, len(files))),
+        notes=shared_notes({files[i]: header for i, header in headers.items()}),
     )

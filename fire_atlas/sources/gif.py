@@ -1,6 +1,12 @@
-"""Find the frames of GIF files, and wrap each as a still GIF."""
+"""Find the frames of GIF files, and wrap each as a still GIF.
+
+Many GIFs break the rules of their format in ways that no browser minds. These are played as
+browsers do, and ``EncodedAnimation.notes`` says so: files without a trailer, zero bytes between
+blocks, frames that reach beyond the screen, and a first one that is larger than it.
+"""
 
 import struct
+from dataclasses import replace
 from fractions import Fraction
 
 from fire_atlas.sources.broken import BrokenFileError
@@ -15,7 +21,7 @@ def parse(data: bytes) -> EncodedAnimation:
     """Find the frames of a GIF without decoding them.
 
     Raises:
-        BrokenFileError: The file is cut short, or a block does not begin as one.
+        BrokenFileError: The file is cut short inside a frame, or a block does not begin as one.
     """
     if len(data) < 13:
         raise BrokenFileError("the file is truncated: it ends inside its header")
@@ -23,9 +29,20 @@ def parse(data: bytes) -> EncodedAnimation:
     screen = data[10:13]
     colours = data[13 : 13 + _table_bytes(flags)]
     try:
-        patches = _patches(data, 13 + len(colours))
-    except IndexError:
+        patches, notes = _patches(data, 13 + len(colours))
+    except (IndexError, struct.error):
         raise BrokenFileError(f"the file is truncated: it ends at byte {len(data)}") from None
+    if patches and (patches[0].width > width or patches[0].height > height):
+        notes.append(
+            f"its screen of {width}x{height} is made as large as its first frame, as in browsers"
+        )
+        width, height = patches[0].width, patches[0].height
+        patches[0] = replace(patches[0], x=0, y=0)
+    if beyond := sum(p.x + p.width > width or p.y + p.height > height for p in patches):
+        notes.append(
+            f"{beyond} of its {len(patches)} frames reach beyond its screen of {width}x{height}; "
+            "what is outside is left out, as in browsers"
+        )
 
     def wrap(patch: Patch, raw: bytes) -> bytes:
         size = struct.pack("<HH", patch.width, patch.height)
@@ -33,28 +50,39 @@ def parse(data: bytes) -> EncodedAnimation:
         at_origin = raw[:1] + bytes(4) + raw[5:]  # x and y of the image set to 0
         return b"GIF89a" + size + screen + colours + control + at_origin + b"\x3b"
 
-    return EncodedAnimation("gif", width, height, patches, wrap)
+    return EncodedAnimation("gif", width, height, patches, wrap, tuple(notes))
 
 
 def _table_bytes(flags: int) -> int:
     return 3 << ((flags & 7) + 1) if flags & 0x80 else 0
 
 
-def _patches(data: bytes, at: int) -> list[Patch]:
+def _patches(data: bytes, at: int) -> tuple[list[Patch], list[str]]:
+    """Return the frames, and notes on what lies between them and after them."""
     patches: list[Patch] = []
-    control = _NO_CONTROL
-    while data[at] != _TRAILER:
+    control, padding, notes = None, 0, list[str]()
+    # A control block announces a frame: a file that ends after one has lost it.
+    while (control is not None or at < len(data)) and data[at] != _TRAILER:
         if data[at] == _EXTENSION:
             if data[at + 1] == _CONTROL and data[at + 2] == 4:
                 control = data[at + 3 : at + 7]
             at = _after_blocks(data, at + 2)
         elif data[at] == _IMAGE:
             stop = _after_blocks(data, at + 11 + _table_bytes(data[at + 9]))
-            patches.append(_patch(data, at, stop, control))
-            control, at = _NO_CONTROL, stop
+            patches.append(_patch(data, at, stop, control or _NO_CONTROL))
+            control, at = None, stop
+        elif data[at] == 0:
+            padding, at = padding + 1, at + 1
         else:
             raise BrokenFileError(f"byte {at} should begin a block, but is 0x{data[at]:02x}")
-    return patches
+    if not patches:
+        return patches, notes
+    if padding:
+        notes.append(f"{padding} zero bytes between its blocks are skipped")
+    if at >= len(data):
+        whole = "frame is whole" if len(patches) == 1 else f"{len(patches)} frames are whole"
+        notes.append(f"it ends without a trailer, perhaps too early; its {whole}")
+    return patches, notes
 
 
 def _after_blocks(data: bytes, at: int) -> int:

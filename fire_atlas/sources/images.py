@@ -6,8 +6,8 @@ for a truncated file, where OpenCV fills in grey or prints a message. Builds fro
 import, which takes 10 ms.
 """
 
-import struct
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -15,12 +15,18 @@ import cv2
 import numpy as np
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.file_kinds import HEIC_BRANDS, misnamed
 from fire_atlas.core.files import MIB, open_file, read_file
 from fire_atlas.core.picture import Picture, with_alpha
-from fire_atlas.sources import png
+from fire_atlas.core.workload import MAX_PIXELS
+from fire_atlas.sources import gif, icc, png, webp
 from fire_atlas.sources.broken import BrokenFileError, UnexpectedAnimationError
-from fire_atlas.sources.exr import decode_exr, exr_size, require_openexr
-from fire_atlas.sources.listing import MAX_PIXELS
+from fire_atlas.sources.colours import AS_SRGB
+from fire_atlas.sources.exr import decode_exr, find_picture, require_openexr
+from fire_atlas.sources.header import Header
+from fire_atlas.sources.listing import VIDEOS
+from fire_atlas.sources.orientation import marked_upright, orientation_of, turned
+from fire_atlas.sources.png_colours import colours_of_png
 
 MAX_SIDE = 16384
 _MAX_BYTES = 2048 * MIB
@@ -28,18 +34,8 @@ _MAX_BYTES = 2048 * MIB
 # OpenCV's log would only repeat our errors on stderr.
 cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 
-VIDEOS = (".mp4", ".m4v", ".mov", ".webm", ".mkv", ".avi", ".mpg", ".mpeg", ".ogv", ".wmv", ".flv")
 ANIMATIONS = ("gif", "png", "webp")
 """Formats whose files can be animations or still images."""
-
-
-@dataclass(frozen=True, slots=True)
-class Header:
-    """Format and size, px, of an image file, from its first bytes."""
-
-    format: str
-    width: int
-    height: int
 
 
 def read_bytes(path: Path, head: int | None = None) -> bytes:
@@ -68,9 +64,12 @@ def detect_format(path: Path) -> str:
     head = read_bytes(path, 32)
     if not head:
         raise SourceError(f"{path}: the file is empty (0 bytes)")
+    if known := _by_signature(head):
+        return known
+    if what := misnamed(head):
+        raise SourceError(f"{path}: is {what}")
     suffix = path.suffix.lower()
-    known = _by_signature(head) or {".tga": "tga", **dict.fromkeys(VIDEOS, "video")}.get(suffix)
-    if known:
+    if known := {".tga": "tga", **dict.fromkeys(VIDEOS, "video")}.get(suffix):
         return known
     says = f", though its name says {suffix[1:].upper()}" if suffix else ""
     raise SourceError(
@@ -82,7 +81,7 @@ def detect_format(path: Path) -> str:
 def _by_signature(head: bytes) -> str | None:
     if head[:4] == b"RIFF":
         return {b"WEBP": "webp", b"AVI ": "video"}.get(head[8:12])
-    if head[4:8] == b"ftyp":
+    if head[4:8] == b"ftyp" and head[8:12] not in HEIC_BRANDS:
         return "video"
     signatures = {
         png.SIGNATURE: "png", b"GIF87a": "gif", b"GIF89a": "gif", b"\xff\xd8\xff": "jpeg",
@@ -92,23 +91,58 @@ def _by_signature(head: bytes) -> str | None:
     return next((name for mark, name in signatures.items() if head.startswith(mark)), None)
 
 
-def read_header(path: Path, max_pixels: int = MAX_PIXELS) -> Header:
-    """Return format and size without decoding a pixel.
+def read_header(path: Path, max_pixels: int = MAX_PIXELS, layer: str | None = None) -> Header:
+    """Return what a file says about its picture, without decoding a pixel.
+
+    Args:
+        path: The file.
+        max_pixels: Limit on the pixels of the picture.
+        layer: Which layer of an EXR file is read (``source.layer``); None for the finished picture.
 
     Raises:
-        SourceError: The file is unreadable, of an unknown format, or too large.
+        SourceError: The file is unreadable, of an unknown format, too large, or has no such layer.
     """
     kind = detect_format(path)
     if kind == "video":
         raise SourceError(f"{path}: is a video, not an image; to use it, give that file as path")
+    check_layer(path, kind, layer)
     try:
-        width, height = _size(path, kind)
+        header = _header(path, kind, layer)
     except SourceError:
         raise
+    except BrokenFileError as error:
+        raise SourceError(f"{path}: {error}; export it again") from error
     except Exception as error:
         raise SourceError(f"{path}: broken {kind.upper()} file ({error})") from error
-    check_size(path, width, height, max_pixels)
-    return Header(kind, width, height)
+    check_size(path, header.width, header.height, max_pixels)
+    return header
+
+
+def shared_notes(headers: Mapping[Path, Header]) -> tuple[str, ...]:
+    """Return the notes on several images, each once; with the files' names, if not on all."""
+    files_of: dict[str, list[Path]] = {}
+    for path, header in headers.items():
+        for note in header.notes:
+            files_of.setdefault(note, []).append(path)
+    notes = []
+    for note, (first, *others) in files_of.items():
+        more = f" and {len(others)} more" if others else ""
+        is_of_all = len(others) + 1 == len(headers)
+        notes.append(note if is_of_all else f"{first.name}{more}: {note}")
+    return tuple(notes)
+
+
+def check_layer(path: Path, kind: str, layer: str | None) -> None:
+    """Refuse ``source.layer`` for a file of format ``kind`` that has no layers.
+
+    Raises:
+        SourceError: With what the file is.
+    """
+    if layer is not None and kind != "exr":
+        what = "a video" if kind == "video" else kind.upper()
+        raise SourceError(
+            f"{path}: source.layer names a layer of EXR files, but this is {what}; leave it out"
+        )
 
 
 def check_size(where: Path | str, width: int, height: int, max_pixels: int = MAX_PIXELS) -> None:
@@ -128,34 +162,28 @@ def check_size(where: Path | str, width: int, height: int, max_pixels: int = MAX
         )
 
 
-def _size(path: Path, kind: str) -> tuple[int, int]:
-    if kind == "png":
-        head = read_bytes(path, 33)
-        if len(head) < 33 or head[12:16] != b"IHDR":
-            raise BrokenFileError("the file is truncated: it ends inside its header")
-        return cast(tuple[int, int], struct.unpack_from(">II", head, 16))
+def _header(path: Path, kind: str, layer: str | None) -> Header:
     if kind == "gif":
-        return cast(tuple[int, int], struct.unpack_from("<HH", read_bytes(path, 10), 6))
-    if kind == "webp":
-        return webp_size(read_bytes(path, 32))
-    if kind == "exr":
-        require_openexr(path)
-        return exr_size(read_bytes(path, 1 << 16))
-    from fire_atlas.sources.pillow import pillow_size
+        animation = gif.parse(read_bytes(path))
+        header = Header.of_stored(kind, (animation.width, animation.height))
+        return replace(header, notes=animation.notes)
+    if kind in ("png", "webp", "exr"):
+        with open_file(path) as file:
+            if kind == "png":
+                head = png.read_head(file)
+                orientation = orientation_of(head.chunks.get(b"eXIf", b""))
+                size = head.width, head.height
+                return Header.of_stored(kind, size, orientation, colours_of_png(head))
+            if kind == "webp":
+                size, exif, profile = webp.read_head(file)
+                colours = icc.colours_of(profile, "RGB", 8) if profile else AS_SRGB
+                return Header.of_stored(kind, size, orientation_of(exif), colours)
+            require_openexr(path)
+            picture = find_picture(path, file, layer)
+            return Header(kind, *picture.size, exr=picture, notes=picture.notes)
+    from fire_atlas.sources.pillow import read_pillow_header
 
-    return pillow_size(path, kind)
-
-
-def webp_size(head: bytes) -> tuple[int, int]:
-    """Return the size of a WebP from its first 30 bytes; Pillow would allocate the canvas first."""
-    name, body = head[12:16], head[20:]
-    if name == b"VP8X":
-        return 1 + int.from_bytes(body[4:7], "little"), 1 + int.from_bytes(body[7:10], "little")
-    if name == b"VP8L":
-        bits = int.from_bytes(body[1:5], "little")
-        return 1 + (bits & 0x3FFF), 1 + (bits >> 14 & 0x3FFF)
-    width, height = struct.unpack_from("<HH", body, 6)
-    return width & 0x3FFF, height & 0x3FFF
+    return read_pillow_header(path, kind)
 
 
 def decode(path: Path, header: Header) -> Picture:
@@ -166,7 +194,7 @@ def decode(path: Path, header: Header) -> Picture:
     """
     data = read_bytes(path)
     try:
-        picture = decode_bytes(data, header.format)
+        picture = _decoded(data, header)
     except (SourceError, MemoryError):
         raise
     except UnexpectedAnimationError as error:
@@ -183,17 +211,43 @@ def decode(path: Path, header: Header) -> Picture:
     return picture
 
 
+def _decoded(data: bytes, header: Header) -> Picture:
+    if header.exr is not None:
+        return finite_light(decode_exr(data, header.exr))
+    is_gif = header.format == "gif"
+    picture = _decode_gif(data) if is_gif else decode_bytes(data, header.format)
+    if header.conversion is not None:
+        picture = header.conversion.apply(picture)
+    return turned(picture, header.orientation)
+
+
 def decode_bytes(data: bytes, kind: str) -> Picture:
-    """Return the picture in the bytes of a still image of format ``kind``."""
+    """Return the picture in the bytes of a still image of format ``kind``, but EXR, as it is
+    stored: not turned, and in the colours of the file."""
     if kind == "png":
         return _decode_png(data)
-    if kind == "exr":
-        return finite_light(decode_exr(data))
     from fire_atlas.sources.pillow import decode_by_pillow, deep_tiff_samples
 
     if kind == "tiff" and (samples := deep_tiff_samples(data)) is not None:
         return _decode_deep_tiff(data, samples)
     return decode_by_pillow(data, kind)
+
+
+def _decode_gif(data: bytes) -> Picture:
+    """Return the screen of a GIF with one frame, which need not fill it."""
+    animation = gif.parse(data)
+    if len(animation.patches) > 1:
+        raise UnexpectedAnimationError
+    if not animation.patches:
+        raise BrokenFileError("this GIF holds no frames")
+    patch = animation.patches[0]
+    picture = decode_bytes(animation.wrap(patch, data[patch.start : patch.stop]), "gif")
+    if (patch.x, patch.y, *picture.shape[:2]) == (0, 0, animation.height, animation.width):
+        return picture
+    screen = np.zeros((animation.height, animation.width, 4), np.uint8)
+    area = screen[patch.y : patch.y + patch.height, patch.x : patch.x + patch.width]
+    area[...] = with_alpha(picture)[: area.shape[0], : area.shape[1]]
+    return screen
 
 
 def _decode_png(data: bytes) -> Picture:
@@ -237,7 +291,8 @@ def finite_light(values: Picture) -> Picture:
 
 def _decode_deep_tiff(data: bytes, extra: tuple[int, ...]) -> Picture:
     """Return a picture of more than 8 bits a channel; ``extra`` is its tag ExtraSamples."""
-    raw = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    stored = np.frombuffer(marked_upright(data), np.uint8)
+    raw = cv2.imdecode(stored, cv2.IMREAD_UNCHANGED)
     if raw is None or raw.dtype not in (np.uint16, np.float32):
         raise BrokenFileError("this TIFF is cut short or not 8, 16 or 32 (float) bits a channel")
     picture = from_opencv(raw)

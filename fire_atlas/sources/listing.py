@@ -14,16 +14,22 @@ from pathlib import Path
 from typing import Protocol
 
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.files import natural_key
+from fire_atlas.core.workload import MAX_FRAMES
+from fire_atlas.sources.sequence import (
+    in_playing_order,
+    is_pattern,
+    pattern_of,
+    sequence_notes,
+)
 
 STILLS = (".png", ".tga", ".bmp", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".gif")
 """Endings of the files in a folder that count as frames."""
 
-MAX_PIXELS = 8192 * 8192
-"""Default limit on the pixels of a picture (``--limit-pixels``); each takes about 50 bytes."""
-
-MAX_FRAMES = 10_000
-"""Limit on the number of frames; no atlas can hold more."""
+VIDEOS = (
+    ".mp4", ".m4v", ".mov", ".webm", ".mkv", ".avi", ".mpg", ".mpeg", ".ogv", ".wmv", ".flv",
+    ".ts", ".mts", ".m2ts", ".y4m",
+)  # fmt: skip
+"""Endings of videos; those of most kinds are known by their first bytes too."""
 
 _SAMPLES, _SAMPLED_FRAMES = 5, 1500
 """Number of frames by which a matte is chosen, and among how many of a clip's first ones they are
@@ -72,21 +78,35 @@ class Located:
     Attributes:
         files: In playing order.
         single: True if the path is one file, which may hold many frames (sheet, GIF, video).
+        notes: Which frame numbers are missing or doubled, for the user.
     """
 
     files: tuple[Path, ...]
     single: bool
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def sequence(cls, files: tuple[Path, ...]) -> "Located":
+        """Return images, in playing order, as the frames of a clip."""
+        return cls(files, single=False, notes=sequence_notes(files))
 
 
-def list_inputs(settings: FrameRange, path: Path) -> list[Path]:
+def list_inputs(settings: FrameRange, path: Path, *, is_clip: bool = True) -> list[Path]:
     """Return the files from which the clip of ``settings`` is read, in playing order.
 
+    With the JSON of an atlas come its images; a JSON that ``is_clip`` does not say is one, but a
+    profile that was learnt, is read alone.
+
     Raises:
-        SourceError: There are no frames at ``path``, or ``start`` or ``count`` exceed them.
+        SourceError: There are no frames at ``path``, or ``start`` or ``count`` exceed them; or an
+            atlas lacks an image.
     """
     located = locate(path)
     if located.single:
-        return list(located.files)
+        from fire_atlas.sources.json_atlas import atlas_files, is_atlas
+
+        (file,) = located.files
+        return list(atlas_files(file)) if is_clip and is_atlas(file) else [file]
     chosen = frame_range(settings, len(located.files), path)
     return [located.files[i] for i in with_samples(chosen, len(located.files))]
 
@@ -101,12 +121,14 @@ def locate(path: Path) -> Located:
 
 def _locate(path: Path) -> Located:
     if path.is_dir():
-        return Located(_images_of_folder(path), single=False)
+        return Located.sequence(_images_of_folder(path))
     if path.exists():
         return Located((path,), single=True)
+    if is_pattern(path.name) and (numbered := _matches_of_pattern(path)):
+        return Located.sequence(numbered)
     if glob.has_magic(str(path)):
         files = _matches(path)
-        return Located(files, single=len(files) == 1)
+        return Located(files, single=True) if len(files) == 1 else Located.sequence(files)
     raise SourceError(_missing(path))
 
 
@@ -152,6 +174,16 @@ def _images_of_folder(folder: Path) -> tuple[Path, ...]:
             f"{', '.join(STILLS)}; to use a video or an animation, give that file as path"
         )
     return files
+
+
+def _matches_of_pattern(pattern: Path) -> tuple[Path, ...]:
+    """Return the images whose names fit one with a place for frame numbers; none if its folder does
+    not exist."""
+    folder, name = pattern.parent, pattern_of(pattern.name)
+    if not folder.is_dir():
+        return ()
+    names = [entry.name for entry in _Walk(pattern, folder).entries(folder)]
+    return _stills(folder / each for each in names if name.fullmatch(each) and each[0] != ".")
 
 
 def _matches(pattern: Path) -> tuple[Path, ...]:
@@ -269,12 +301,12 @@ def _is_folder(path: "Path | os.DirEntry[str]") -> bool:
 
 def _stills(paths: Iterable[Path]) -> tuple[Path, ...]:
     """Return the images in natural order; other files, such as Godot's .import, are ignored."""
-    files = sorted((p for p in paths if p.suffix.lower() in STILLS), key=natural_key)
+    files = in_playing_order(path for path in paths if path.suffix.lower() in STILLS)
     if len(files) > MAX_FRAMES:
         raise SourceError(
             f"{files[0].parent}: {len(files)} images; at most {MAX_FRAMES} frames are allowed"
         )
-    return tuple(files)
+    return files
 
 
 def _missing(path: Path) -> str:

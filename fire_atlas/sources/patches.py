@@ -49,6 +49,7 @@ class EncodedAnimation:
         width, height: Size of the canvas, px.
         patches: At least one.
         wrap: Returns a still image file, as bytes, from a patch and its bytes in the file.
+        notes: What of the file breaks the rules of its format, for the user.
     """
 
     format: str
@@ -56,3 +57,4 @@ class EncodedAnimation:
     height: int
     patches: list[Patch]
     wrap: Callable[[Patch, bytes], bytes]
+    notes: tuple[str, ...] = ()

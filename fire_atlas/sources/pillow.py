@@ -6,11 +6,15 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-from PIL import Image, ImageOps, TiffImagePlugin
+from PIL import Image, TiffImagePlugin
 
 from fire_atlas.core.files import open_file
 from fire_atlas.core.picture import Picture
+from fire_atlas.sources import icc
 from fire_atlas.sources.broken import UnexpectedAnimationError
+from fire_atlas.sources.colours import AS_SRGB, FileColours
+from fire_atlas.sources.header import Header
+from fire_atlas.sources.orientation import TAG, UPRIGHT, marked_upright, valid
 
 # Sizes are checked before anything is decoded, so Pillow's own limit is switched off. Its warnings
 # would only repeat our errors on stderr, or complain about files that are read well.
@@ -18,35 +22,75 @@ Image.MAX_IMAGE_PIXELS = None
 warnings.filterwarnings("ignore", category=UserWarning, module=r"PIL\.")
 
 
-def pillow_size(path: Path, kind: str) -> tuple[int, int]:
-    """Return the width and height, px, of an image file of format ``kind``, upright."""
+_GREY_MODES = ("1", "L", "LA", "La", "I;16")
+_GREY, _WHITE_IS_0, _CMYK = 1, 0, 5
+"""Values of a TIFF's tag PhotometricInterpretation."""
+
+_FLOAT = 3
+"""Value of a TIFF's tag SampleFormat."""
+
+
+def read_pillow_header(path: Path, kind: str) -> Header:
+    """Return what an image file of format ``kind`` says about its picture."""
     with open_file(path) as file:
         if kind == "tiff":
-            tags = _tiff_tags(file)
-            return int(tags[TiffImagePlugin.IMAGEWIDTH]), int(tags[TiffImagePlugin.IMAGELENGTH])
+            return _tiff_header(_tiff_tags(file))
         with Image.open(file) as image:
-            rotated = kind == "jpeg" and image.getexif().get(0x0112, 1) >= 5
-            width, height = image.size
-            return (height, width) if rotated else (width, height)
+            orientation, colours = UPRIGHT, AS_SRGB
+            if kind == "jpeg":
+                orientation = valid(image.getexif().get(TAG, UPRIGHT))
+                profile = image.info.get("icc_profile") or b""
+                if image.mode == "CMYK":
+                    colours = _colours_of_cmyk(profile)
+                elif profile:
+                    space: icc.Space = "grey" if image.mode in _GREY_MODES else "RGB"
+                    colours = icc.colours_of(profile, space, 8)
+            return Header.of_stored(kind, image.size, orientation, colours)
+
+
+def _tiff_header(tags: TiffImagePlugin.ImageFileDirectory_v2) -> Header:
+    photometric = tags.get(TiffImagePlugin.PHOTOMETRIC_INTERPRETATION)
+    bits = max(tags.get(TiffImagePlugin.BITSPERSAMPLE, (1,)))
+    profile = tags.get(TiffImagePlugin.ICCPROFILE) or b""
+    colours = AS_SRGB
+    if photometric == _CMYK:
+        colours = _colours_of_cmyk(profile)
+    elif profile:
+        space: icc.Space = "grey" if photometric in (_GREY, _WHITE_IS_0) else "RGB"
+        colours = icc.colours_of(profile, space, 16 if bits > 8 else 8)
+        if _FLOAT in tags.get(TiffImagePlugin.SAMPLEFORMAT, ()) and colours != AS_SRGB:
+            note = "its numbers are taken as linear light of sRGB, whatever its colour profile says"
+            colours = FileColours(notes=(note,))
+    size = int(tags[TiffImagePlugin.IMAGEWIDTH]), int(tags[TiffImagePlugin.IMAGELENGTH])
+    return Header.of_stored("tiff", size, valid(tags.get(TAG, UPRIGHT)), colours)
+
+
+def _colours_of_cmyk(profile: bytes) -> FileColours:
+    """Return notes on the colours of inks; ``decode_by_pillow`` converts them."""
+    if icc.cmyk_transform(profile) is not None:
+        return FileColours(notes=("its inks (CMYK) are converted to sRGB by its colour profile",))
+    has = "a broken colour profile" if profile else "no colour profile"
+    return FileColours(notes=(f"it is CMYK with {has}: its colours are a guess; export it in RGB",))
 
 
 def decode_by_pillow(data: bytes, kind: str) -> Picture:
-    """Return the upright picture in the bytes of a still image of format ``kind``; a colour marked
-    as transparent gets alpha 0.
+    """Return the picture in the bytes of a still image of format ``kind``, as it is stored; a
+    colour marked as transparent gets alpha 0, and inks (CMYK) become sRGB.
 
     Raises:
         UnexpectedAnimationError: The file has several frames.
         Exception: It is damaged; Pillow raises many types.
     """
-    opened = Image.open(io.BytesIO(data))
-    if kind in ("gif", "webp") and getattr(opened, "n_frames", 1) > 1:
+    image = Image.open(io.BytesIO(marked_upright(data) if kind == "tiff" else data))
+    if kind in ("gif", "webp") and getattr(image, "n_frames", 1) > 1:
         raise UnexpectedAnimationError
-    opened.load()
-    image = ImageOps.exif_transpose(opened) if kind == "jpeg" else opened
+    image.load()
+    if image.mode == "CMYK":
+        transform = icc.cmyk_transform(image.info.get("icc_profile") or b"")
+        return np.asarray(transform.apply(image) if transform else image.convert("RGB"))
     through = image.has_transparency_data or image.mode in ("La", "RGBa")
-    if image.mode == "La":
-        image = image.convert("LA")
-    return np.asarray(image.convert("RGBA" if through else "RGB"))
+    straight = image.convert("LA") if image.mode == "La" else image
+    return np.asarray(straight.convert("RGBA" if through else "RGB"))
 
 
 def deep_tiff_samples(data: bytes) -> tuple[int, ...] | None:

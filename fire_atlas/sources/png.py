@@ -4,12 +4,57 @@ import struct
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import BinaryIO
 
 from fire_atlas.sources.broken import BrokenFileError
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 PIXEL_CHUNKS = (b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND")
 """The chunks that a decoder needs. Others (colour profiles, texts) make libpng print warnings."""
+
+_HEAD_CHUNKS = (b"iCCP", b"cICP", b"sRGB", b"gAMA", b"cHRM", b"eXIf")
+_MAX_HEAD_CHUNK = 16 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class Head:
+    """What a PNG says about its picture.
+
+    Attributes:
+        width, height: Size as stored, px.
+        bits: Bits of a sample.
+        has_colour: False if it is grey.
+        chunks: Those about colours and EXIF data, by name. They are not checked.
+    """
+
+    width: int
+    height: int
+    bits: int
+    has_colour: bool
+    chunks: dict[bytes, bytes]
+
+
+def read_head(file: BinaryIO) -> Head:
+    """Read what a PNG says about its picture. EXIF data may follow the pixels.
+
+    Raises:
+        BrokenFileError: It ends inside its header. What else is broken, ``chunks`` finds.
+    """
+    start = file.read(33)
+    if len(start) < 33 or start[12:16] != b"IHDR":
+        raise BrokenFileError("the file is truncated: it ends inside its header")
+    width, height, bits, kind = struct.unpack_from(">IIBB", start, 16)
+    found: dict[bytes, bytes] = {}
+    while len(head := file.read(8)) == 8:
+        length, name = struct.unpack(">I4s", head)
+        if name == b"IEND":
+            break
+        if name in _HEAD_CHUNKS and length <= _MAX_HEAD_CHUNK:
+            found.setdefault(name, file.read(length))
+            file.seek(4, 1)
+        else:
+            file.seek(length + 4, 1)
+    return Head(width, height, bits, kind not in (0, 4), found)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.file_kinds import misnamed
 from fire_atlas.core.files import MAX_JSON_BYTES, read_file
 from fire_atlas.core.fire_in_wind import FireInWind
 from fire_atlas.generators.profile.file import read_profile
@@ -64,7 +65,7 @@ def _profile_of(
     source: ProfileSource, paths: Sequence[Path], context: OpeningContext
 ) -> tuple[Profile, tuple[Path, ...]]:
     """Read the profile, or learn it from clips; return it and the files it came from."""
-    if paths[0].suffix == PROFILE_SUFFIX:
+    if paths[0].suffix.lower() == PROFILE_SUFFIX:
         return _read(paths), tuple(paths)
     profile, clips = learn_from_files(source, paths, context)
     return profile, tuple(file for clip in clips for file in clip.inputs)
@@ -93,6 +94,9 @@ def _read(paths: Sequence[Path]) -> Profile:
             f"or give the clip as source.path"
         )
     try:
-        return read_profile(read_file(path, MAX_JSON_BYTES), str(path))
+        data = read_file(path, MAX_JSON_BYTES)
     except OSError as error:
         raise SourceError(f"{path}: cannot be read ({error.strerror})") from error
+    if data and (what := misnamed(data[:64], may_be_json=True)):
+        raise SourceError(f"{path}: is {what}")
+    return read_profile(data, str(path))

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import has_transparency, to_light
+from fire_atlas.core.workload import MAX_PIXELS
 from fire_atlas.sources.images import decode, detect_format, read_header
-from fire_atlas.sources.listing import MAX_PIXELS
 from fire_atlas.sources.matte import luminance_of_light
 
 

@@ -1,13 +1,12 @@
 """Random access to the decoded frames of a file of any format.
 
 The reader of each format returns a ``FrameReader``. This module has the parts that they share:
-random access to formats that decode only forwards, a constant frame rate, and a cache.
+random access to formats that decode only forwards, and a cache.
 """
 
 import threading
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +14,9 @@ import numpy as np
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture, where_covered
 from fire_atlas.core.workers import Workers
+from fire_atlas.core.workload import MAX_PIXELS
 from fire_atlas.sources.frame_store import FrameStore
 from fire_atlas.sources.framing import PageLimit
-from fire_atlas.sources.listing import MAX_FRAMES, MAX_PIXELS
 
 CACHE_BYTES = 64 << 20
 """Limit on the cache of decoded frames, bytes, whatever the length of a clip."""
@@ -52,7 +51,7 @@ class FrameReader:
         fps: Frames per second that the file states; None if it states none.
         count: Number of frames.
         read: ``read(i)`` returns frame i. Several threads may call it at once.
-        inputs: The files, in order: one per frame, or one for all.
+        inputs: The files that are read, in order.
         notes: What was decided about the frames, and why, for the user.
         samples: Small copies of a few whole frames, if the frames are cropped to their flame, which
             leaves nothing of the background by which a matte is chosen.
@@ -112,38 +111,6 @@ class SequentialDecoder:
             self._begin()
             raise
         self._next += 1
-
-
-def resample(delays: Sequence[Fraction], fps: float | None, path: Path) -> tuple[float, list[int]]:
-    """Resample frames that have individual delays to a constant rate.
-
-    Args:
-        delays: Time for which each input frame is shown, s; all positive.
-        fps: Rate of the output; None for number of frames / total duration.
-        path: The file, for error messages.
-
-    Returns:
-        The rate, and for each output frame k the input frame shown at (k + 0.5) / rate.
-
-    Raises:
-        SourceError: The output would have more than ``MAX_FRAMES`` frames.
-    """
-    total = sum(delays, Fraction())
-    rate = Fraction(fps).limit_denominator(1_000_000) if fps else len(delays) / total
-    count = max(1, round(total * rate))
-    if count > MAX_FRAMES:
-        raise SourceError(
-            f"{path}: {float(total):.0f} s at {float(rate):g} fps are {count} frames; "
-            f"at most {MAX_FRAMES} are allowed: give a lower fps"
-        )
-    shown: list[int] = []
-    frame, until = 0, delays[0]
-    for k in range(count):
-        while (2 * k + 1) / (2 * rate) >= until and frame + 1 < len(delays):
-            frame += 1
-            until += delays[frame]
-        shown.append(frame)
-    return float(rate), shown
 
 
 def cached(reader: FrameReader) -> FrameReader:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, assert_never
 
+from fire_atlas.core.workload import MAX_PIXELS
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource, ProfileSource
 from fire_atlas.recipe.timeline import Timeline
-from fire_atlas.sources.listing import MAX_PIXELS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -1,5 +1,7 @@
 """Cut a sprite sheet into equal cells, whose size need not be whole pixels."""
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import partial
 from math import ceil, floor
 from pathlib import Path
@@ -10,9 +12,9 @@ from numpy.typing import NDArray
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture, to_light
 from fire_atlas.core.pixels import Plane
+from fire_atlas.core.workload import MAX_FRAMES, MAX_PIXELS
 from fire_atlas.recipe.source import Grid
 from fire_atlas.sources.images import decode, read_header
-from fire_atlas.sources.listing import MAX_PIXELS
 from fire_atlas.sources.reader import FrameReader
 from fire_atlas.vision.warp import sample_at
 
@@ -23,32 +25,101 @@ _VISIBLE = 2 / 255
 """Alpha above which a pixel counts as visible."""
 
 
-def open_sheet(path: Path, grid: Grid, max_pixels: int = MAX_PIXELS) -> FrameReader:
+@dataclass(frozen=True, slots=True)
+class _Cells:
+    """Equal cells along one axis of a sheet.
+
+    Attributes:
+        count: Number of cells.
+        first: Where the first one begins, px.
+        length: Their length, px; need not be whole.
+        step: Distance from one to the next, px.
+        rest: Pixels behind the last cell that are no whole one.
+    """
+
+    count: int
+    first: int
+    length: float
+    step: float
+    rest: int = 0
+
+
+def open_sheet(
+    path: Path, grid: Grid, max_pixels: int = MAX_PIXELS, layer: str | None = None
+) -> FrameReader:
     """Open the cells of a sheet as frames, left to right, top to bottom.
 
     Cells of whole pixels are copied unchanged. Others are sampled at their exact positions, in
     premultiplied light, into frames of the nearest whole size.
 
     Raises:
-        SourceError: The image is broken, or has fewer columns or rows of pixels than of cells.
+        SourceError: The image is broken, or too small for one pixel, or one cell, of its grid.
     """
-    header = read_header(path, max_pixels)
-    if grid.columns > header.width or grid.rows > header.height:
+    header = read_header(path, max_pixels, layer)
+    columns = _cells_of(header.width, grid.columns, grid.cell and grid.cell[0], grid)
+    rows = _cells_of(header.height, grid.rows, grid.cell and grid.cell[1], grid)
+    if columns is None or rows is None:
+        raise SourceError(f"{path}: {_unfit(grid, header.width, header.height)}")
+    if columns.count * rows.count > MAX_FRAMES:
         raise SourceError(
-            f"{path}: a grid of {grid.columns} columns x {grid.rows} rows cannot be cut from "
-            f"{header.width}x{header.height} pixels; a cell needs at least one pixel"
+            f"{path}: its grid has {columns.count} columns x {rows.count} rows, which are "
+            f"{columns.count * rows.count} cells; at most {MAX_FRAMES} frames are allowed"
         )
     sheet = decode(path, header)
     sheet.flags.writeable = False
-    whole = header.width % grid.columns == 0 and header.height % grid.rows == 0
+    whole = columns.length.is_integer() and rows.length.is_integer()
     return FrameReader(
-        width=_nearest(header.width / grid.columns),
-        height=_nearest(header.height / grid.rows),
+        width=_nearest(columns.length),
+        height=_nearest(rows.length),
         fps=None,
-        count=grid.columns * grid.rows,
-        read=partial(_whole_cell if whole else _fractional_cell, sheet, grid),
+        count=columns.count * rows.count,
+        read=partial(_whole_cell if whole else _fractional_cell, sheet, columns, rows),
         inputs=(path,),
+        notes=(*header.notes, *_notes(columns, rows)),
     )
+
+
+def _cells_of(total: int, count: int | None, length: int | None, grid: Grid) -> _Cells | None:
+    """Return the cells along an axis of ``total`` px, by their count or else their length, px; None
+    if there is no room for one."""
+    room = total - 2 * grid.margin
+    if length is not None:
+        step = length + grid.spacing
+        count = (room + grid.spacing) // step
+        rest = room + grid.spacing - count * step
+        return _Cells(count, grid.margin, float(length), step, rest) if count > 0 else None
+    if count is None:
+        raise ValueError("a grid has either the number of its cells or their size")
+    covered = room - (count - 1) * grid.spacing
+    if covered < count:
+        return None
+    return _Cells(count, grid.margin, covered / count, covered / count + grid.spacing)
+
+
+def _unfit(grid: Grid, width: int, height: int) -> str:
+    """Return why a grid cannot be cut from an image of this size."""
+    borders = "".join(
+        f", {name} {length}"
+        for name, length in (("margin", grid.margin), ("spacing", grid.spacing))
+        if length
+    )
+    if grid.cell is not None:
+        what, needed = f"a cell of {grid.cell[0]}x{grid.cell[1]} px", "one cell must fit"
+    else:
+        what = f"a grid of {grid.columns} columns x {grid.rows} rows"
+        needed = "a cell needs at least one pixel"
+    return f"{what}{borders} cannot be cut from {width}x{height} pixels; {needed}"
+
+
+def _notes(columns: _Cells, rows: _Cells) -> Iterator[str]:
+    """Yield what of the image is no whole cell, and so not used."""
+    rests = {"on the right": columns.rest, "at the bottom": rows.rest}
+    left_out = " and ".join(f"{rest} px {where}" for where, rest in rests.items() if rest)
+    if left_out:
+        yield (
+            f"its grid has {columns.count} columns x {rows.count} rows of whole cells; {left_out} "
+            f"are no whole cell, and left out"
+        )
 
 
 def likely_grid(cover: Plane) -> tuple[int, int] | None:
@@ -82,25 +153,25 @@ def _nearest(length: float) -> int:
     return floor(length + 0.5)
 
 
-def _whole_cell(sheet: Picture, grid: Grid, i: int) -> Picture:
-    row, column = divmod(i, grid.columns)
-    height, width = sheet.shape[0] // grid.rows, sheet.shape[1] // grid.columns
-    top, left = row * height, column * width
+def _whole_cell(sheet: Picture, columns: _Cells, rows: _Cells, i: int) -> Picture:
+    row, column = divmod(i, columns.count)
+    height, width = int(rows.length), int(columns.length)
+    top, left = rows.first + row * int(rows.step), columns.first + column * int(columns.step)
     return sheet[top : top + height, left : left + width]
 
 
-def _fractional_cell(sheet: Picture, grid: Grid, i: int) -> Picture:
+def _fractional_cell(sheet: Picture, columns: _Cells, rows: _Cells, i: int) -> Picture:
     """Return cell i as light (H, W, 4), by bilinear sampling; its edges may lie within pixels."""
-    row, column = divmod(i, grid.columns)
-    top, bottom, y = _sample_positions(row, sheet.shape[0] / grid.rows)
-    left, right, x = _sample_positions(column, sheet.shape[1] / grid.columns)
+    row, column = divmod(i, columns.count)
+    top, bottom, y = _sample_positions(row, rows)
+    left, right, x = _sample_positions(column, columns)
     light = to_light(sheet[top:bottom, left:right])
     across, down = np.meshgrid(x, y)
     return sample_at(light, across, down)
 
 
 def _sample_positions(
-    cell: int, length: float
+    cell: int, cells: _Cells
 ) -> tuple[int, int, np.ndarray[tuple[int], np.dtype[np.float32]]]:
     """Return the first pixel that a cell touches, the one past its last, and sample positions.
 
@@ -108,9 +179,10 @@ def _sample_positions(
     pixel. Sampling reads no pixels beyond these, so that a neighbour cell shows only where its edge
     runs through a pixel.
     """
-    start, stop = cell * length, (cell + 1) * length
+    start = cells.first + cell * cells.step
+    stop = start + cells.length
     # Tolerates rounding: 3 * (512 / 12) need not be exactly 128.
     first, last = floor(start + 1e-6), ceil(stop - 1e-6)
-    steps = _nearest(length)
-    centres = start + (np.arange(steps) + 0.5) * (length / steps)
+    steps = _nearest(cells.length)
+    centres = start + (np.arange(steps) + 0.5) * (cells.length / steps)
     return first, last, (centres - 0.5 - first).astype(np.float32)

@@ -7,18 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.output_file import as_file_name
 from fire_atlas.core.picture import Picture
+from fire_atlas.core.workload import MAX_PIXELS
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
 from fire_atlas.sources.frames import DEFAULT_FPS
-from fire_atlas.sources.images import decode, read_header
-from fire_atlas.sources.listing import (
-    MAX_PIXELS,
-    frame_range,
-    locate,
-    sample_numbers,
-    with_samples,
-)
+from fire_atlas.sources.images import decode, read_header, shared_notes
+from fire_atlas.sources.listing import frame_range, locate, sample_numbers, with_samples
 
 _NUMBER = re.compile(r"[ _.\-(]*[0-9]+\)?$")
 _NOT_IN_NAMES = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff\"'\\;:/]+")
@@ -36,6 +32,7 @@ class Sprites:
         picture: ``picture(i)`` returns image i, like ``Clip.picture``.
         inputs: The files that are read, in order: the images, and those that decided the matte.
         matte, matte_reason: Where the coverage comes from, and why, for the user.
+        notes: What else was decided about the images, and why, for the user.
     """
 
     animations: dict[str, tuple[int, ...]]
@@ -44,6 +41,7 @@ class Sprites:
     inputs: tuple[Path, ...]
     matte: str
     matte_reason: str
+    notes: tuple[str, ...]
 
 
 def open_sprites(
@@ -62,13 +60,13 @@ def open_sprites(
         SourceError: An image is broken or too large, or a setting does not apply to sprites.
     """
     located = locate(path)
-    if located.single or settings.grid is not None:
+    if located.single or settings.grid is not None or settings.animation is not None:
         return None
     everything = located.files
     chosen = frame_range(settings, len(everything), path)
     files = [everything[i] for i in chosen]
     animations = group_by_name(files, name)
-    headers = [read_header(file, max_pixels) for file in files]
+    headers = [read_header(file, max_pixels, settings.layer) for file in files]
     if len(animations) == 1 and len({(h.width, h.height) for h in headers}) == 1:
         return None
     if settings.crop != "none" or isinstance(settings.height, int):
@@ -78,7 +76,7 @@ def open_sprites(
             f"animations or sizes; leave it out, or use atlas.scales for smaller pages"
         )
     samples = [everything[i] for i in sample_numbers(len(everything))]
-    pictures = (decode(file, read_header(file, max_pixels)) for file in samples)
+    pictures = (decode(file, read_header(file, max_pixels, settings.layer)) for file in samples)
     choice = matte.choose(settings.matte, settings.black, pictures, str(path))
     return Sprites(
         animations=animations,
@@ -89,6 +87,7 @@ def open_sprites(
         inputs=tuple(everything[i] for i in with_samples(chosen, len(everything))),
         matte=choice.matte,
         matte_reason=choice.reason,
+        notes=shared_notes(dict(zip(files, headers, strict=True))),
     )
 
 
@@ -96,18 +95,32 @@ def group_by_name(files: Sequence[Path], default: str) -> dict[str, tuple[int, .
     """Group files to animations by their names: ``walk_0001.png`` belongs to ``walk``.
 
     So does ``walk/0001.png`` if there are several folders. Single files whose names differ only in
-    numbers, such as ``a1_x`` and ``a2_x``, are one animation.
+    numbers, such as ``a1_x`` and ``a2_x``, are one animation; and so are those whose names are one
+    on Windows or macOS, which ignore case.
+
+    Raises:
+        SourceError: Two files would be one there.
     """
+    taken: dict[str, Path] = {}
+    for file in files:
+        other = taken.setdefault(as_file_name(str(file)), file)
+        if other != file:
+            raise SourceError(
+                f"{file}: would be the same file as {other} on Windows or macOS; give one of them "
+                f"another name"
+            )
     stems = [_NUMBER.sub("", file.stem) for file in files]
     alone = {stem for stem, count in Counter(stems).items() if count == 1}
     shapes = Counter(_shape(stem) for stem in alone)
     folders = len({file.parent for file in files}) > 1
     animations: dict[str, tuple[int, ...]] = {}
+    spelt: dict[str, str] = {}
     for i, (file, stem) in enumerate(zip(files, stems, strict=True)):
         if stem in alone and shapes[_shape(stem)] > 1:
             stem = _NUMBER.sub("", re.split(r"[0-9]", stem)[0]).rstrip(" _.-(")
         word = stem or (file.parent.name if folders else default)
         animation = _NOT_IN_NAMES.sub("_", word)
+        animation = spelt.setdefault(as_file_name(animation), animation)
         animations[animation] = (*animations.get(animation, ()), i)
     return animations
 

@@ -9,9 +9,16 @@ from fire_atlas.core.files import open_file
 
 _UNKNOWN = -1
 
+_OGG_PAGE = 27 + 255 + 255 * 255
+"""Length of the longest page of an Ogg file, bytes."""
+
+_SYNC_PACKETS = 3
+"""Packets of a transport stream that tell it from other files."""
+
 
 def check_whole(path: Path, head: bytes) -> None:
-    """Refuse an MP4, QuickTime, WebM, Matroska or AVI file that is shorter than its headers state.
+    """Refuse an MP4, QuickTime, WebM, Matroska or AVI file that is shorter than its headers state,
+    and an Ogg or a transport stream (``.ts``, ``.m2ts``) that does not end with a whole packet.
 
     Raises:
         SourceError: The file is truncated; the message gives both lengths.
@@ -24,6 +31,10 @@ def check_whole(path: Path, head: bytes) -> None:
             promised = _matroska_length(file)
         elif head[:4] == b"RIFF":
             promised = 8 + struct.unpack_from("<I", head, 4)[0]
+        elif head[:4] == b"OggS":
+            promised = _ogg_length(file, actual)
+        elif length := _packet_length(file):
+            promised = -(-actual // length) * length
         else:
             promised = _UNKNOWN
     if promised > actual:
@@ -31,6 +42,30 @@ def check_whole(path: Path, head: bytes) -> None:
             f"{path}: the video is truncated: it has {actual} of the {promised} bytes it "
             "promises; copy or export it again"
         )
+
+
+def _packet_length(file: BinaryIO) -> int:
+    """Return the length of the packets of a transport stream, bytes, each of which begins with a
+    sync byte, on discs after a time stamp; 0 if it is none."""
+    start = file.read(_SYNC_PACKETS * 192)
+    for length, at in ((188, 0), (192, 4)):
+        if start[at::length][:_SYNC_PACKETS] == b"G" * _SYNC_PACKETS:
+            return length
+    return 0
+
+
+def _ogg_length(file: BinaryIO, actual: int) -> int:
+    """Return the end of the last page, bytes; unknown if there is none near the end."""
+    start = max(0, actual - _OGG_PAGE)
+    file.seek(start)
+    tail = file.read()
+    at = tail.rfind(b"OggS")
+    if at < 0:
+        return _UNKNOWN
+    page = tail[at:]
+    if len(page) < 27 or len(page) < 27 + page[26]:  # it ends inside the page's header
+        return actual + 1
+    return start + at + 27 + page[26] + sum(page[27 : 27 + page[26]])
 
 
 def _mp4_length(path: Path, file: BinaryIO, actual: int) -> int:

@@ -3,12 +3,43 @@
 import struct
 from collections.abc import Iterator
 from fractions import Fraction
+from typing import BinaryIO
 
 from fire_atlas.sources.broken import BrokenFileError
-from fire_atlas.sources.images import webp_size
 from fire_atlas.sources.patches import Disposal, EncodedAnimation, Patch
 
-_ALPHA_FLAG = 0x10
+_ALPHA_FLAG, _EXIF_FLAG, _PROFILE_FLAG = 0x10, 0x08, 0x20
+_MAX_HEAD_CHUNK = 16 << 20
+
+
+def read_head(file: BinaryIO) -> tuple[tuple[int, int], bytes, bytes]:
+    """Return the width and height, px, of a WebP as stored, its EXIF data, and its colour profile,
+    both empty if its flags do not announce them. EXIF data follow the pixels."""
+    start = file.read(30)
+    flags = start[20] if start[12:16] == b"VP8X" else 0
+    announced = {b"EXIF": flags & _EXIF_FLAG, b"ICCP": flags & _PROFILE_FLAG}
+    found: dict[bytes, bytes] = {}
+    while any(announced.values()) and len(head := file.read(8)) == 8:
+        name, length = struct.unpack("<4sI", head)
+        padded = length + (length & 1)
+        if announced.get(name) and length <= _MAX_HEAD_CHUNK:
+            found[name] = file.read(padded)[:length]
+            announced[name] = 0
+        else:
+            file.seek(padded, 1)
+    return _size(start), found.get(b"EXIF", b""), found.get(b"ICCP", b"")
+
+
+def _size(head: bytes) -> tuple[int, int]:
+    """Return the size by the first 30 bytes; Pillow would allocate the canvas first."""
+    name, body = head[12:16], head[20:]
+    if name == b"VP8X":
+        return 1 + int.from_bytes(body[4:7], "little"), 1 + int.from_bytes(body[7:10], "little")
+    if name == b"VP8L":
+        bits = int.from_bytes(body[1:5], "little")
+        return 1 + (bits & 0x3FFF), 1 + (bits >> 14 & 0x3FFF)
+    width, height = struct.unpack_from("<HH", body, 6)
+    return width & 0x3FFF, height & 0x3FFF
 
 
 def parse(data: bytes) -> EncodedAnimation:
@@ -24,7 +55,7 @@ def parse(data: bytes) -> EncodedAnimation:
         raise BrokenFileError(
             f"the file is truncated: it has {len(data)} of the {promised} bytes its header states"
         )
-    width, height = webp_size(data)
+    width, height = _size(data)
     found = list(_chunks(data, 12, promised))
     if not any(name == b"ANMF" for name, _, _ in found):
         still = Patch(0, 0, width, height, Fraction(), Disposal.KEEP, False, 0, promised)

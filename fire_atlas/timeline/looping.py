@@ -196,7 +196,11 @@ def _open_holds(clip: Clip, workers: Workers) -> Holds:
 def _cut_to_loop(
     clip: Clip, analysis: CutAnalysis, wanted: int | None, workers: Workers, progress: Progress
 ) -> Clip:
-    """Return the best loop that can be cut from a clip; flat art is else played there and back."""
+    """Return the best loop that can be cut from a clip; flat art is else played there and back, and
+    a clip that mostly stands still is whole: any of its pauses would be the best loop."""
+    if not wanted and analysis.thumbnails.median_step == 0:
+        progress.note("the clip loops whole: most of its frames are equal, so no cut keeps them")
+        return replace(clip, loop=True)
     transitions = _first_found(lambda each: _loop_transitions(each, wanted), analysis)
     if transitions is None:
         raise RecipeError(

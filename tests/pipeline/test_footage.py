@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.shipped import shipped
 from fire_atlas.sources import video
+from fire_atlas.sources.video_stream import DecodedFrame, VideoScan, decode_video
 from tests.pipeline.test_memory import peak_without_pages
+from tests.support import synthetic_fire
 from tests.support.repo import Repo
 from tests.support.synthetic_fire import write_video
 
@@ -46,14 +48,14 @@ def statistics(repo: Repo) -> dict[str, Any]:
 def test_a_fire_of_many_parts_decodes_its_video_no_more_often(
     crop: str, times: int, repo: Repo, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    decoded, decode = Counter[int](), video._decode_opencv
+    decoded = Counter[int]()
 
-    def counting(path: Path, threads: int) -> Generator[video.DecodedFrame]:
-        for i, frame in enumerate(decode(path, threads)):
+    def counting(path: Path, scan: VideoScan, threads: int) -> Generator[DecodedFrame]:
+        for i, frame in enumerate(decode_video(path, scan, threads)):
             decoded[i] += 1
             yield frame
 
-    monkeypatch.setattr(video, "_decode_opencv", counting)
+    monkeypatch.setattr(video, "decode_video", counting)
     film(repo, 24, 96)
     source = {"path": "fire.mp4", "crop": crop}
     ran = repo.run("build", repo.recipe(source=source, timeline={"frames": 150}))
@@ -84,3 +86,14 @@ def test_large_footage_takes_little_memory(repo: Repo) -> None:
     film(repo, 40, 1600)
     recipe = repo.recipe(source={"path": "fire.mp4"}, tracks=[], flakes={"rate": 20})
     assert peak_without_pages(repo, recipe) < 400
+
+
+def test_a_drawing_that_is_held_takes_one_place_on_the_page(repo: Repo) -> None:
+    drawings = synthetic_fire.fires(6, hard=True)
+    synthetic_fire.write_animation(repo.folder / "fire.gif", drawings, duration=[40] * 5 + [2000])
+    ran = repo.run("build", repo.recipe(source={"path": "fire.gif"}, flakes="none"))
+    assert ran.code == 0, ran.err
+    assert "49 only hold a drawing" in ran.out + ran.err
+    frames = json.loads((repo.build / "fire.json").read_bytes())["frames"].values()
+    assert len(frames) == 55
+    assert len({tuple(each["frame"].values()) for each in frames}) == 6

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from fire_atlas.cli.arguments import parse
-from fire_atlas.sources.listing import MAX_PIXELS
+from fire_atlas.core.workload import MAX_PIXELS
 from tests.support.repo import Repo
 
 

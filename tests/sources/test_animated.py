@@ -1,21 +1,16 @@
 """GIF, APNG and WebP: delays, disposal, blending, and files that are not whole."""
 
 import struct
-from fractions import Fraction
-from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
 import av
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from PIL import Image, PngImagePlugin
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.sources import animated
-from fire_atlas.sources.reader import resample
 from tests.support import synthetic_fire as fire
 
 CLEAR = (0, 0, 0, 0)
@@ -128,39 +123,6 @@ def test_delays_of_their_own_are_shown_at_a_constant_rate(tmp_path: Path) -> Non
     )  # fmt: skip
     rows = shown(path, fps=10, matte="none")
     assert [row[0] for row in rows] == [RED, GREEN, GREEN, GREEN, BLUE, BLUE]
-    default = fire.open_clip(path, matte="none")
-    assert default.fps == pytest.approx(3 / 0.6)
-    assert [row[0] for row in shown(path, matte="none")] == [GREEN, GREEN, BLUE]
-
-
-def test_a_delay_of_zero_is_a_tenth_of_a_second(tmp_path: Path) -> None:
-    (tmp_path / "a.gif").write_bytes(gif_bytes([(0, 1, [0], 0), (0, 1, [1], 0)], width=1))
-    assert fire.open_clip(tmp_path / "a.gif", matte="none").fps == 10
-
-
-DELAYS = st.lists(st.integers(1, 300).map(lambda ms: Fraction(ms, 1000)), min_size=1, max_size=12)
-
-
-@given(DELAYS, st.sampled_from([5, 10, 12.5, 24, 30, 60]))
-def test_output_frame_k_shows_what_is_displayed_at_its_middle(
-    delays: list[Fraction], fps: float
-) -> None:
-    rate, shown_frames = resample(delays, fps, Path("a.gif"))
-    ends = list(accumulate(delays))
-    assert rate == fps
-    assert len(shown_frames) == max(1, round(sum(delays) * Fraction(fps)))
-    for k, frame in enumerate(shown_frames):
-        middle = (k + Fraction(1, 2)) / Fraction(fps)
-        later = [i for i, end in enumerate(ends) if end > middle]
-        assert frame == (later[0] if later else len(delays) - 1)
-
-
-@given(st.integers(1, 500), st.integers(1, 60))
-def test_equal_delays_show_every_frame_once(milliseconds: int, count: int) -> None:
-    delays = [Fraction(milliseconds, 1000)] * count
-    rate, shown_frames = resample(delays, None, Path("a.gif"))
-    assert rate == pytest.approx(1000 / milliseconds)
-    assert shown_frames == list(range(count))
 
 
 @pytest.mark.parametrize("ending", ["gif", "png", "webp"])
@@ -170,7 +132,8 @@ def test_a_truncated_animation_is_refused_wherever_it_ends(
     whole = fire.write_animation(tmp_path / f"a.{ending}", fire.fires(), duration=50)
     data = whole.read_bytes()
     cut = tmp_path / f"cut.{ending}"
-    for stop in [*range(1, len(data), len(data) // 50), len(data) - 1]:
+    end = len(data) - (2 if ending == "gif" else 1)  # a GIF plays without its trailer
+    for stop in [*range(1, end, end // 50), end]:
         cut.write_bytes(data[:stop])
         with pytest.raises(SourceError, match=rf"cut\.{ending}"):
             fire.all_frames(fire.open_clip(cut))

@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 
 from fire_atlas.core.errors import SourceError
+from tests.support import exr_files, icc_files
 from tests.support import synthetic_fire as fire
 
 Writer = Callable[[Path], Path]
@@ -27,6 +28,21 @@ def exr(path: Path) -> Path:
     return path
 
 
+def profiled(path: Path) -> Path:
+    profile = icc_files.matrix_profile(icc_files.P3, icc_files.power(1.8))
+    tags = Image.Exif()
+    tags[0x0112] = 6
+    image = Image.fromarray(fire.fires(1)[0]).convert("RGB")
+    image.save(path, icc_profile=profile, exif=tags)
+    return path
+
+
+def layered_exr(path: Path) -> Path:
+    planes = {name: (np.full((9, 7), 0.5, np.float32), 1) for name in ("a.R", "a.G", "a.B", "a.A")}
+    path.write_bytes(exr_files.lines(planes, (-1, -1, 5, 7), (0, 0, 9, 9)))
+    return path
+
+
 def film(path: Path) -> Path:
     codec, layout = {
         ".mp4": ("libx264", "yuv420p"),
@@ -39,7 +55,8 @@ def film(path: Path) -> Path:
 FILES: list[tuple[str, Writer]] = [
     ("a.gif", animation), ("a.png", animation), ("a.webp", animation), ("s.png", still),
     ("s.jpg", still), ("s.webp", still), ("s.bmp", still), ("s.tga", still), ("s.tiff", still),
-    ("s.exr", exr), ("v.mp4", film), ("v.webm", film), ("v.mov", film),
+    ("s.exr", exr), ("l.exr", layered_exr), ("p.png", profiled), ("p.jpg", profiled),
+    ("p.webp", profiled), ("p.tiff", profiled), ("v.mp4", film), ("v.webm", film), ("v.mov", film),
 ]  # fmt: skip
 
 

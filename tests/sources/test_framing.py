@@ -27,6 +27,7 @@ from fire_atlas.sources.frames import open_frames
 from fire_atlas.sources.framing import FlameExtent, PageLimit, frame_video, small_copy
 from fire_atlas.sources.reader import OpeningContext
 from fire_atlas.sources.resize import reduce, resize, width_for
+from fire_atlas.sources.video_stream import DecodedFrame, VideoScan, decode_video
 from tests.support import synthetic_fire as fire
 
 TALL = (720, 1280)
@@ -278,15 +279,15 @@ def test_for_the_matte_decoding_goes_on_to_the_last_sample_and_not_beyond(
 
 
 def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Return a list that gets the number of every frame that OpenCV decodes."""
-    decoded, decode = list[int](), video._decode_opencv
+    """Return a list that gets the number of every frame that is decoded."""
+    decoded = list[int]()
 
-    def counting(path: Path, threads: int) -> Generator[video.DecodedFrame]:
-        for i, frame in enumerate(decode(path, threads)):
+    def counting(path: Path, scan: VideoScan, threads: int) -> Generator[DecodedFrame]:
+        for i, frame in enumerate(decode_video(path, scan, threads)):
             decoded.append(i)
             yield frame
 
-    monkeypatch.setattr(video, "_decode_opencv", counting)
+    monkeypatch.setattr(video, "decode_video", counting)
     return decoded
 
 
@@ -297,11 +298,12 @@ def test_frames_that_an_edit_list_hides_are_left_out(
     decoded = counted(monkeypatch)
     clip = opened(path, matte="none")
     assert clip.count == 18
-    assert decoded == 2 * list(range(18))
+    assert decoded == list(range(18))
+    # The frames of the whole film from the third on, to what is lost by swscale's other roundings.
     plain = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
     for i in range(18):
-        frame = np.asarray(plain.read()[1])
-        np.testing.assert_array_equal(clip.picture(i)[..., 2::-1], frame)
+        frame = np.asarray(plain.read()[1]).astype(int)
+        assert np.abs(clip.picture(i)[..., 2::-1] - frame).mean() < 2
 
 
 def film_with_hidden_frames(path: Path, count: int, hidden: int) -> Path:

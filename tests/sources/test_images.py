@@ -113,8 +113,8 @@ def test_a_truncated_image_is_refused_wherever_it_ends(
     options: dict[str, Any] = {"lossless": True} if ending == "webp" else {}
     Image.fromarray(noise).save(path, **options)
     data = path.read_bytes()
-    # A TGA ends with a footer and a BMP with padding that no pixel needs.
-    end = len(data) - {"tga": 30, "bmp": 3}.get(ending, 1)
+    # A TGA ends with a footer, a BMP with padding and a GIF with a trailer that no pixel needs.
+    end = len(data) - {"tga": 30, "bmp": 3, "gif": 2}.get(ending, 1)
     for stop in [*range(0, end, max(1, end // 40)), end]:
         broken(tmp_path / f"cut.{ending}", data[:stop])
     assert capfd.readouterr().err == ""

@@ -1,6 +1,7 @@
 """Sprite sheets: whole cells untouched, others sampled where they really lie."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -115,13 +116,100 @@ def test_every_grid_gives_equal_frames_of_the_nearest_size(
     width, height = columns + more_width, rows + more_height
     picture = np.random.default_rng(0).integers(0, 256, (height, width, 4), np.uint8)
     grid = Grid(columns=columns, rows=rows)
+    across = sheet._cells_of(width, columns, None, grid)
+    down = sheet._cells_of(height, rows, None, grid)
+    assert across is not None and down is not None
     for i in range(columns * rows):
-        cell = sheet._fractional_cell(picture, grid, i)
+        cell = sheet._fractional_cell(picture, across, down, i)
         assert abs(cell.shape[0] - height / rows) <= 0.5
         assert abs(cell.shape[1] - width / columns) <= 0.5
         if width % columns == 0 and height % rows == 0:
-            whole = fire.light(sheet._whole_cell(picture, grid, i))
+            whole = fire.light(sheet._whole_cell(picture, across, down, i))
             np.testing.assert_allclose(cell, whole, atol=1e-6)
+
+
+def cells_apart(
+    cells: list[np.ndarray], columns: int, margin: int, spacing: int, rest: tuple[int, int] = (0, 0)
+) -> np.ndarray:
+    """Return a sheet of equal cells, with what no cell covers in white; ``rest``: px more on the
+    right and at the bottom."""
+    height, width = cells[0].shape[:2]
+    rows = len(cells) // columns
+    full_height = 2 * margin + rows * (height + spacing) - spacing + rest[1]
+    full_width = 2 * margin + columns * (width + spacing) - spacing + rest[0]
+    sheet = np.full((full_height, full_width, 4), 255, np.uint8)
+    for i, cell in enumerate(cells):
+        row, column = divmod(i, columns)
+        top, left = margin + row * (height + spacing), margin + column * (width + spacing)
+        sheet[top : top + height, left : left + width] = cell
+    return sheet
+
+
+@given(st.integers(0, 5), st.integers(0, 5), st.sampled_from([1, 2, 3, 6]), st.data())
+def test_cells_are_found_between_margin_and_spacing(
+    margin: int, spacing: int, columns: int, data: st.DataObject
+) -> None:
+    import tempfile
+
+    frames, rows = fire.fires(6, 12, 9), 6 // columns
+    rest = (data.draw(st.integers(0, 11 + spacing)), data.draw(st.integers(0, 8 + spacing)))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "s.png"
+        Image.fromarray(cells_apart(frames, columns, margin, spacing, rest)).save(path)
+        readers = [open_sheet(path, Grid(cell=(12, 9), margin=margin, spacing=spacing))]
+        if rest == (0, 0):
+            grid = Grid(columns=columns, rows=rows, margin=margin, spacing=spacing)
+            readers.append(open_sheet(path, grid))
+        for reader in readers:
+            assert (reader.width, reader.height, reader.count) == (12, 9, 6)
+            assert bool(reader.notes) == (rest != (0, 0))
+            for i, frame in enumerate(frames):
+                np.testing.assert_array_equal(reader.read(i), frame)
+
+
+def test_what_is_no_whole_cell_is_noted(tmp_path: Path) -> None:
+    Image.fromarray(np.zeros((21, 34, 4), np.uint8)).save(tmp_path / "s.png")
+    (note,) = open_sheet(tmp_path / "s.png", Grid(cell=(10, 9), spacing=1)).notes
+    assert note == (
+        "its grid has 3 columns x 2 rows of whole cells; 2 px on the right and 2 px at the bottom "
+        "are no whole cell, and left out"
+    )
+
+
+def test_cells_with_a_margin_need_not_be_whole_pixels(tmp_path: Path) -> None:
+    inner = uneven_sheet(tmp_path / "inner.png", 12, 6, 512, 256)
+    sheet = np.zeros((270, 526, 4), np.uint8)
+    sheet[7:-7, 7:-7] = np.asarray(Image.open(inner))
+    Image.fromarray(sheet).save(tmp_path / "s.png")
+    bare = open_sheet(inner, Grid(columns=12, rows=6))
+    framed = open_sheet(tmp_path / "s.png", Grid(columns=12, rows=6, margin=7))
+    assert framed.count == bare.count == 72
+    for i in range(72):
+        np.testing.assert_allclose(framed.read(i), bare.read(i), atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("grid", "message"),
+    [
+        ({"columns": 2, "rows": 2, "margin": 20}, "2 columns x 2 rows, margin 20 cannot be cut"),
+        ({"columns": 9, "rows": 1, "spacing": 5}, "9 columns x 1 rows, spacing 5 cannot be cut"),
+        ({"cell": (49, 8)}, "a cell of 49x8 px cannot be cut from 48x40 pixels; one cell must fit"),
+        ({"cell": (8, 8), "margin": 17}, "a cell of 8x8 px, margin 17 cannot be cut from 48x40"),
+        ({"cell": (1, 1), "margin": 16384}, "a cell of 1x1 px, margin 16384 cannot be cut"),
+    ],
+)
+def test_a_grid_that_leaves_no_pixel_is_refused(
+    grid: dict[str, Any], message: str, tmp_path: Path
+) -> None:
+    Image.fromarray(fire.fires(1)[0]).save(tmp_path / "s.png")
+    with pytest.raises(SourceError, match=message):
+        open_sheet(tmp_path / "s.png", Grid(**grid))
+
+
+def test_a_grid_of_too_many_cells_is_refused(tmp_path: Path) -> None:
+    Image.fromarray(np.zeros((101, 100, 4), np.uint8)).save(tmp_path / "s.png")
+    with pytest.raises(SourceError, match="which are 10100 cells; at most 10000 frames are"):
+        open_sheet(tmp_path / "s.png", Grid(cell=(1, 1)))
 
 
 def test_a_grid_finer_than_the_pixels_is_refused(tmp_path: Path) -> None:

@@ -1,6 +1,5 @@
 """Videos: counting, timing, alpha, and files that are not whole."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -45,7 +44,6 @@ def test_a_truncated_video_is_refused(
         webm(path)
     elif name.startswith("fast"):
         mp4(path)
-        pytest.importorskip("av")
         path = remuxed_with_index_first(path)
     else:
         codec = "mjpeg" if name.endswith("avi") else "libx264"
@@ -105,15 +103,5 @@ def test_a_playlist_that_is_called_a_video_leads_to_no_other_file(
 ) -> None:
     other = mp4(tmp_path / "other.mp4")
     (tmp_path / name).write_text(PLAYLISTS[playlist].format(other.name))
-    with pytest.raises(SourceError, match=r"not a video that can be read|cannot be decoded"):
+    with pytest.raises(SourceError, match="cannot be decoded"):
         fire.open_clip(tmp_path / name)
-
-
-def test_without_pyav_mp4_is_read_and_webm_says_what_to_install(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    film, alpha = mp4(tmp_path / "a.mp4"), webm(tmp_path / "a.webm")
-    monkeypatch.setitem(sys.modules, "av", None)
-    assert fire.open_clip(film, matte="none").count == 24
-    with pytest.raises(SourceError, match=r"a\.webm.*pip install 'fire-atlas\[video\]'"):
-        fire.open_clip(alpha)

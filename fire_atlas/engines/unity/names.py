@@ -5,11 +5,11 @@ All are derived from names in the build, so that rebuilding does not change them
 
 import hashlib
 import re
-import unicodedata
 from collections.abc import Iterable, Sequence
 from typing import Literal, get_args
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.output_file import as_file_name
 
 _FORBIDDEN = re.compile(r'[\x00-\x1f\x7f<>:"/\\|?*\ud800-\udfff]')
 """Characters that some operating system forbids in file names."""
@@ -100,7 +100,7 @@ def _require_distinct(names: dict[str, str], what: str) -> dict[str, str]:
     """
     taken: dict[str, str] = {}
     for name, made in names.items():
-        other = taken.setdefault(unicodedata.normalize("NFC", made).casefold(), name)
+        other = taken.setdefault(as_file_name(made), name)
         if other != name:
             raise OutputError(
                 f"exports: unity cannot tell the {what} {other!r} and {name!r} apart: both would "

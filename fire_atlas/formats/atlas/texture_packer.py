@@ -46,16 +46,22 @@ def _hash_text(sheet: AtlasSheet, page: int) -> str:
     frames = ",\n".join(
         f"{compact(region.name)}:{compact(frame_entry(region))}" for region in regions
     )
-    meta = meta_entry(sheet, page, regions)
-    if page == 0 and len(sheet.pages) > 1:  # only the first links to the others
-        meta["related_multi_packs"] = [
-            sheet.file(i, ENDINGS["json"]) for i in range(1, len(sheet.pages))
-        ]
+    meta = _linked_meta(sheet, page, regions, ENDINGS["json"])
     return (
         f'{{"frames":{{\n{frames}\n}},\n'
         f'"animations":{compact(animations_on(sheet, regions))},\n'
         f'"meta":{compact(meta)}}}\n'
     )
+
+
+def _linked_meta(
+    sheet: AtlasSheet, page: int, regions: Sequence[Region], ending: str
+) -> dict[str, Any]:
+    """Return the ``meta`` block of a page; only the first links to the files of the others."""
+    meta = meta_entry(sheet, page, regions)
+    if page == 0 and len(sheet.pages) > 1:
+        meta["related_multi_packs"] = [sheet.file(i, ending) for i in range(1, len(sheet.pages))]
+    return meta
 
 
 def export_json_array(sheet: AtlasSheet) -> Iterator[OutputFile]:
@@ -79,10 +85,11 @@ def _array_text(
         animation: [name_in_file[frame] for frame in played]
         for animation, played in animations_on(sheet, regions).items()
     }
+    meta = _linked_meta(sheet, page, regions, ENDINGS["json-array"])
     return (
         f'{{"frames":[\n{frames}\n],\n'
         f'"animations":{compact(animations)},\n'
-        f'"meta":{compact(meta_entry(sheet, page, regions))}}}\n'
+        f'"meta":{compact(meta)}}}\n'
     )
 
 
