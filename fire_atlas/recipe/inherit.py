@@ -11,6 +11,9 @@ from fire_atlas.recipe.problem import KeyPath, Value, did_you_mean
 EXTENDS = "extends"
 """The key, which is removed here and so is in no model."""
 
+_MAX_BASES = 50
+"""Limit on the recipes that one extends, and that these extend."""
+
 
 def merge(base: Document, over: Document) -> Document:
     """Return ``base`` overridden by ``over``: key by key in blocks; other values are replaced."""
@@ -28,11 +31,21 @@ def inherit(document: Document, path: Path) -> tuple[Document, tuple[Path, ...]]
     """Return ``document`` (of the recipe ``path``) merged with the recipes that it extends.
 
     The second result lists every recipe file involved, ``path`` first.
+
+    Raises:
+        RecipeError: A base does not exist, is no recipe or leads back to a recipe that extends it;
+            or there are more than ``_MAX_BASES``.
     """
     layers, files = [document], [path]
     while EXTENDS in layers[-1].values:
         base = _base_of(layers[-1], files[-1])
         _refuse_circle(layers[-1], files, base)
+        if len(files) > _MAX_BASES:
+            where = layers[-1].origins[(EXTENDS,)].locate((EXTENDS,))
+            raise RecipeError(
+                f"{where}: is number {len(files)} in a row of recipes that extend each other, and "
+                f"at most {_MAX_BASES} are followed; write some of them into one file"
+            )
         layers.append(read_document(base))
         files.append(base)
     merged = layers.pop()

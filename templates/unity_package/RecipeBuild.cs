@@ -61,13 +61,13 @@ namespace FireAtlas.Editor
         }
 
         /// <summary>Starts to build.</summary>
-        /// <param name="command">The program fire-atlas: its name, or its path.</param>
+        /// <param name="command">The program fire-atlas: its name, or its path. See RecipeProgram.Find.</param>
         /// <param name="recipes">Files and folders, relative to the folder it runs in.</param>
         /// <param name="folder">Where it runs: the folder of the project.</param>
         /// <exception cref="System.ComponentModel.Win32Exception">There is no such program.</exception>
         public static RecipeBuild Start(string command, IEnumerable<string> recipes, string folder)
         {
-            var how = new ProcessStartInfo(command, Arguments(recipes))
+            var how = new ProcessStartInfo(RecipeProgram.Find(command, folder), Arguments(recipes))
             {
                 WorkingDirectory = folder,
                 UseShellExecute = false,

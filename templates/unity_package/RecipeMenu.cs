@@ -16,7 +16,7 @@ namespace FireAtlas.Editor
         const string BuildAll = "Tools/Fire Atlas/Build All .fire Recipes";
 
         const string NotFound = "Fire Atlas: there is no program {0}. Install it with: "
-            + "pip install ./fire-atlas (in the folder that holds its checkout; Python 3.11 or later). If it is installed, state its path in Preferences > Fire Atlas.";
+            + "pip install ./fire-atlas (in the folder that holds its checkout; Python 3.11 or later). If it is installed, or lies in the project, state its path in Preferences > Fire Atlas.";
 
         const string NoPrefab = "{0}: was built, but has no prefab; add unity to its exports: exports: [unity]";
 

@@ -9,7 +9,7 @@ namespace FireAtlas.Editor
     {
         const string Key = "FireAtlas.Command", Default = "fire-atlas", ImportKey = "FireAtlas.BuildOnImport";
 
-        /// <summary>Name or path of the program.</summary>
+        /// <summary>Name or path of the program: the user's, since a project may come from anyone.</summary>
         public static string Command
         {
             get { return EditorPrefs.GetString(Key, Default); }

@@ -102,6 +102,18 @@ def test_a_circle_is_spelt_out(write: Write) -> None:
     )
 
 
+def test_a_row_of_51_recipes_is_followed_and_one_more_refused(write: Write) -> None:
+    write("source: {path: x}\nseed: 7", "r0.yaml")
+    for i in range(1, 52):
+        write(f"extends: ./r{i - 1}.yaml", f"r{i}.yaml")
+    folder = write("extends: ./r49.yaml").parent
+    assert read_tree(folder / "campfire.yaml").value(("seed",)) == 7
+    assert refusal(folder / "r51.yaml").endswith(
+        "r1.yaml:1: extends: is number 51 in a row of recipes that extend each other, and at most "
+        "50 are followed; write some of them into one file"
+    )
+
+
 def test_a_recipe_that_extends_itself_is_refused(write: Write) -> None:
     assert "(campfire.yaml -> campfire.yaml)" in refusal(write("extends: campfire.yaml"))
 

@@ -30,6 +30,7 @@ _FILES: dict[str, tuple[Version, ...]] = {
     "files.gd.j2": (3, 4),
     "importer.gd.j2": (3, 4),
     "inputs.gd.j2": (3, 4),
+    "program.gd.j2": (3, 4),
     "fire_atlas_2d.gd": (4,),
     "fire_atlas_2d.svg": (4,),
     "fire_atlas_3d.gd": (4,),

@@ -67,6 +67,7 @@ _COPIED = (
     "Editor/RecipeImport.cs",
     "Editor/RecipeMenu.cs",
     "Editor/RecipePreferences.cs",
+    "Editor/RecipeProgram.cs",
 )
 """Files that are in ``templates/unity_package``, without their folder."""
 

@@ -2,6 +2,7 @@ extends Node
 # Does what the add-on does in the editor, but for running the command.
 
 const ADDON := "res://addons/fire_atlas/%s.gd"
+const COMMAND := "fire_atlas/command"
 const RECIPE := "user://torch.fire"
 const IMPORTED := "user://.godot/imported"
 
@@ -9,12 +10,13 @@ var Builder: GDScript = load(ADDON % "builder")
 var Editor: GDScript = load("res://editor.gd")
 var Files: GDScript = load(ADDON % "files")
 var Inputs: GDScript = load(ADDON % "inputs")
+var Program: GDScript = load(ADDON % "program")
 
 
 # Answers what the add-on does with the `files` of a build, and reads of what was `said` to it and in
 # a depfile (`needs`).
 func answer(job: Dictionary) -> Variant:
-	for folder: String in [IMPORTED, "user://build", "user://clip"]:
+	for folder: String in [IMPORTED, "user://build", "user://clip", "user://chosen"]:
 		DirAccess.make_dir_recursive_absolute(folder)
 	for file: String in job["files"]:
 		var text: String = job["files"][file]
@@ -22,6 +24,7 @@ func answer(job: Dictionary) -> Variant:
 	return {
 		"needs": Builder.read_depfile(job["needs"]),
 		"events": job["said"].map(_events),
+		"programs": _programs(job["disk"], job["programs"]),
 		"imported": await _imported(),
 		"changes": _changes(),
 		"kept_out": job["exported"].filter(_is_kept_out),
@@ -34,9 +37,21 @@ func _events(said: String) -> Array:
 	return [builder.errors, builder.notes, builder.is_new]
 
 
+# Which program is found, for each command, PATH, project and whether the system is Windows; with
+# empty files on the disk.
+func _programs(disk: Array, asked: Array) -> Array:
+	for path: String in disk:
+		DirAccess.make_dir_recursive_absolute(path.get_base_dir())
+		Files.write_text(path, "")
+	return asked.map(func(each: Array) -> String: return Program.callv("find", each))
+
+
 # What the editor is told to do as a recipe is imported, and as one of its inputs goes; the asset.
 func _imported() -> Dictionary:
 	Editor.editor = Editor.new()
+	Editor.editor.users_settings[COMMAND] = "\"/chosen/fire-atlas\" "
+	for setting: String in [COMMAND, "editor_overrides/" + COMMAND]:
+		ProjectSettings.set_setting(setting, "/planted/fire-atlas")
 	var plugin: Node = load(ADDON % "plugin").new()
 	add_child(plugin)
 	while fmod(Time.get_unix_time_from_system(), 1.0) > 0.5:

@@ -12,6 +12,8 @@ static var importer: Node
 static var calls: Array = []
 
 var skipped: int = 0
+# The settings of the user's editor.
+var users_settings: Dictionary = {}
 
 
 func get_editor_interface() -> Node:
@@ -20,6 +22,35 @@ func get_editor_interface() -> Node:
 
 func get_resource_filesystem() -> Node:
 	return editor
+
+
+func get_editor_settings() -> Node:
+	return editor
+
+
+func has_setting(setting: String) -> bool:
+	return users_settings.has(setting)
+
+
+func set_setting(setting: String, value: Variant) -> void:
+	users_settings[setting] = value
+
+
+func set_initial_value(setting: StringName, _value: Variant, _update_current: bool) -> void:
+	assert(has_setting(setting))
+
+
+func add_property_info(info: Dictionary) -> void:
+	calls.append(["setting", info["name"]])
+
+
+# As in Godot 4.5 and later, a project overrides what this returns, but not what `get` does.
+func get_setting(setting: String) -> Variant:
+	return ProjectSettings.get_setting("editor_overrides/" + setting, users_settings[setting])
+
+
+func _get(setting: StringName) -> Variant:
+	return users_settings.get(String(setting))
 
 
 func add_import_plugin(plugin: Node) -> void:

@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
@@ -42,8 +43,9 @@ SAID = {
 
 STAND_INS = {
     r"extends Editor\w+": 'extends "res://editor.gd"',
-    r": EditorFileSystem": ": Node",
-    r"OS\.execute\(.*\)": 'said.append(FileAccess.get_file_as_string("user://said"))',
+    r": Editor(FileSystem|Settings)": ": Node",
+    r"OS\.execute\(.*\)": 'said.append(FileAccess.get_file_as_string("user:/" + program))',
+    r"push_warning\((.*)\)": r'calls.append(["warning", \1])',
     r'return "res://"': 'return "user://"',
 }
 """What this runtime lacks: editor, commands, a folder for imports -> what is there instead."""
@@ -67,6 +69,7 @@ EXPORTED = {
     "keep user://build/torch.manifest.json": True,
     "user://mods/game.manifest.json": False,
     "res://addons/fire_atlas/plugin.gd": True,
+    "res://addons/fire_atlas/program.gd": True,
     "res://addons/fire_atlas/node.gd": False,
 }
 """Files of a project, before some what the setting is -> whether the exporter keeps them out."""
@@ -89,6 +92,20 @@ script_encryption_key=""
 """
 
 
+IN_THE_GAME = (
+    "project.godot", "fire-atlas", "fire-atlas.exe", "fire-atlas.cmd", "fire-atlas.bat",
+    "node_modules/.bin/fire-atlas", "node_modules/.bin/fire-atlas.exe", ".venv/bin/fire-atlas",
+)  # fmt: skip
+"""Files of a project that holds programs of the command's name."""
+
+ELSEWHERE = (
+    "tools/fire-atlas",
+    "tools/fire-atlas.exe",
+    "tools/fire-atlas.cmd",
+    "game 2/fire-atlas",
+)
+"""Programs beside that project."""
+
 OF_ITS_OWN = (
     "ERROR: _reimport_file: BUG: File queued for import",
     "ERROR: _reimport_file: Method failed",
@@ -96,11 +113,52 @@ OF_ITS_OWN = (
 """What this version of the engine says of all imported scenes that refer to others."""
 
 
-def game_with_addon(folder: Path, command: str) -> Game:
-    """Return a project that has the add-on, which calls ``command``."""
-    game = Game.at(folder, ["fire_atlas"], f'\n[fire_atlas]\n\ncommand="{command}"\n')
+def game_with_addon(folder: Path, settings: str = "") -> Game:
+    """Return a project that has the add-on."""
+    game = Game.at(folder, ["fire_atlas"], settings)
     assert main(["plugin", "godot", "-q", str(game.folder)]) == 0
     return game
+
+
+def name_command(game: Game, command: str) -> None:
+    """Let the user of the editor in which the game is opened name the command."""
+    settings = game.folder.parent / "home/godot/editor_settings-3.tres"
+    settings.parent.mkdir(parents=True, exist_ok=True)
+    settings.write_text(
+        f'[gd_resource type="EditorSettings" format=2]\n\n[resource]\n'
+        f'fire_atlas/command = "{command}"\n'
+    )
+
+
+def searches(root: str) -> Iterator[tuple[tuple[str, str, str, bool], str]]:
+    """Yield what is looked for beside ``IN_THE_GAME`` and ``ELSEWHERE`` in ``root``.
+
+    Windows' disk C: is a folder of the working folder, with the same files.
+
+    Yields:
+        Command, PATH, project and whether the system is Windows -> the program that is found.
+    """
+    game, tools = f"{root}/game", f"{root}/tools"
+    inside = f":.:..:node_modules/.bin:../tools:{game}:{game}/node_modules/.bin:{tools}/../game/:"
+    yield ("fire-atlas", inside, game, False), ""
+    yield ("fire-atlas", f"{inside}:{tools}", game, False), f"{tools}/fire-atlas"
+    yield ("fire-atlas", f"{root}/game 2:{tools}", game, False), f"{root}/game 2/fire-atlas"
+    yield ("fire-atlas", "", game, False), ""
+    yield ("..", tools, game, False), ""
+    yield (".venv/bin/fire-atlas", tools, game, False), f"{game}/.venv/bin/fire-atlas"
+    yield ("/elsewhere/fire-atlas", "", game, False), "/elsewhere/fire-atlas"
+    inside = (
+        r".;;C:;C:tools;\tools;tools;C:\game;C:\game\node_modules\.bin;C:/game;C:\tools\..\game"
+    )
+    found = r"C:\tools\fire-atlas.exe"
+    yield ("fire-atlas", inside, r"C:\game", True), ""
+    yield ("fire-atlas", rf'{inside};"C:\tools"', r"C:\game", True), found
+    yield ("fire-atlas.exe", r"C:\tools", r"C:\game", True), found
+    yield ("fire-atlas.cmd", r"C:\tools", r"C:\game", True), ""
+    yield ("C:fire-atlas.exe", r"C:\tools", r"C:\game", True), ""
+    for path in (r"D:\a b\fire-atlas.bat", r"\\server\fire-atlas.exe", "D:/fire-atlas.exe"):
+        yield (path, "", r"C:\game", True), path
+    yield (r"x\fire-atlas.exe", "", "C:/game", True), r"C:/game/x\fire-atlas.exe"
 
 
 @pytest.fixture(scope="module")
@@ -152,7 +210,8 @@ def edited(
 ) -> tuple[Game, str, list[str]]:
     """A game into which a recipe was dropped, and of whose clip a frame was then drawn anew."""
     folder = tmp_path_factory.mktemp("work")
-    game = game_with_addon(folder / "game", str(command))
+    game = game_with_addon(folder / "game")
+    name_command(game, str(command))
     copy_clip(game.folder / "clips/fire")
     (game.folder / "clips/.gdignore").touch()
     write_recipe(game.folder / "my fires #1/torch.fire")
@@ -167,6 +226,7 @@ def test_a_recipe_becomes_an_asset_and_again_when_its_input_changes(
 ) -> None:
     game, said, faults = edited
     assert said.count("torch.fire: built") == 2 and not faults, said
+    assert "command" not in (game.folder / "project.godot").read_text()
     page = game.folder / "my fires #1/build/torch.png"
     assert imported_page(game, page) == hashlib.md5(page.read_bytes()).hexdigest()
     paths = [f"res://my fires #1/{name}" for name in ("torch.fire", "build/torch.tscn")]
@@ -199,14 +259,18 @@ def test_an_exported_game_holds_no_manifest_and_no_json_that_it_does_not_read(
 def test_the_editor_says_what_to_do_and_imports_what_was_mended(
     godot: None, command: Path, tmp_path: Path
 ) -> None:
-    game = game_with_addon(tmp_path / "game", "/nowhere/fire-atlas")
+    game = game_with_addon(tmp_path / "game")
+    name_command(game, "/nowhere/fire-atlas")
     copy_clip(game.folder / "clips/fire")
     write_recipe(game.folder / "fires/torch.fire")
     said, _ = said_by(game)
     assert "torch.fire: `/nowhere/fire-atlas` cannot be run" in said
     assert "Install it (`pip install ./fire-atlas`" in said
-    settings = game.folder / "project.godot"
-    settings.write_text(settings.read_text().replace("/nowhere/fire-atlas", str(command)))
+    assert "in Editor > Editor Settings > Fire Atlas > Command" in said
+    venv = game.folder / ".venv/bin"
+    venv.mkdir(parents=True)
+    shutil.copy(command, venv)
+    name_command(game, ".venv/bin/fire-atlas")
     write_recipe(game.folder / "fires/typo.fire", flakess="none")
     write_recipe(game.folder / "fires/other.fire", exports=["json"])
     write_recipe(game.folder / "fires/a$b.fire")
@@ -218,6 +282,42 @@ def test_the_editor_says_what_to_do_and_imports_what_was_mended(
     assert len({line for line in faults if "Error importing" not in line}) == 3, faults
     shutil.rmtree(game.folder / "fires/build")  # which version control may ignore
     assert "torch.fire: built" in said_by(game)[0]
+
+
+def test_the_editor_runs_no_program_that_a_project_brings(
+    godot: None, command: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Neither by its name, whatever the PATH holds, nor since the project's settings name it."""
+    planted = tmp_path / "planted"
+    game = game_with_addon(tmp_path / "game", '\n[fire_atlas]\n\ncommand="./fire-atlas"\n')
+    for name in IN_THE_GAME[1:]:
+        (game.folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (game.folder / name).write_text(f"#!/bin/sh\necho $0 >> '{planted}'\n")
+        (game.folder / name).chmod(0o755)
+    copy_clip(game.folder / "clips/fire")
+    write_recipe(game.folder / "fires/torch.fire")
+    (tmp_path / "link").symlink_to(game.folder)
+    inside = ["", ".", "node_modules/.bin", game.folder, game.folder / "node_modules/.bin"]
+    searched = [*inside, tmp_path / "link/node_modules/.bin", command.parent, os.environ["PATH"]]
+    monkeypatch.setenv("PATH", ":".join(map(str, searched)))
+    said, faults = said_by(game)
+    assert not planted.exists(), planted.read_text()
+    assert "torch.fire: built" in said
+    (warning,) = faults
+    assert "the project's setting fire_atlas/command is ignored" in warning
+    assert "Editor > Editor Settings > Fire Atlas > Command" in warning
+
+
+def test_a_program_is_looked_for_outside_of_projects(godot: None, tmp_path: Path) -> None:
+    game = game_with_addon(tmp_path / "game")
+    assert game.import_all() == []
+    for folder in (tmp_path, game.folder / "C:"):
+        for path in (*(folder / "game" / name for name in IN_THE_GAME),
+                     *(folder / name for name in ELSEWHERE)):  # fmt: skip
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.touch()
+    asked, found = zip(*searches(str(tmp_path)), strict=True)
+    assert game.ask("program.gd", asked) == list(found)
 
 
 def test_the_add_on_does_the_same_in_godot_4_without_its_editor(
@@ -243,19 +343,28 @@ def test_the_add_on_does_the_same_in_godot_4_without_its_editor(
     )
     built = [path for path in (game / "build").iterdir() if path.suffix in (".json", ".tscn")]
     files = {f"build/{path.name}": path.read_text() for path in built}
-    files |= {".godot/imported/torch.d": needs, "torch.fire": "", "said": next(iter(SAID))}
+    files |= {".godot/imported/torch.d": needs, "torch.fire": ""}
+    files["chosen/fire-atlas"] = next(iter(SAID))
     files["mods/game.manifest.json"] = '{"outputs": {"mod": 1}}'
     files |= {f"clip/{i}.png": "a frame" for i in range(3)}
+    disk = [f"{disk}/{path}" for disk in ("", "/C:")
+            for path in (*(f"game/{name}" for name in IN_THE_GAME), *ELSEWHERE)]  # fmt: skip
+    asked, found = zip(*searches(""), strict=True)
     job = {"do": "ask", "script": "res://addon.gd", "files": files, "exported": [*EXPORTED],
-           "needs": NEEDS, "said": [*SAID]}  # fmt: skip
+           "needs": NEEDS, "said": [*SAID], "disk": disk, "programs": asked}  # fmt: skip
     (answer,) = godot4.run(game, [job])
+    assert answer["programs"] == list(found)
     assert answer["needs"] == ["/a #$b/t.manifest.json", "C:/x y.png", "/clip"]
     for (errors, notes, is_new), stated in zip(answer["events"], SAID.values(), strict=True):
         assert (len(errors), notes, is_new) == stated
     imported = answer["imported"]
     page, recipe = "user://build/torch.png", "user://torch.fire"
     reimports = [["reimport", recipe]] * 2  # the clip was as new as the build; then a frame went
-    assert imported["calls"] == [["update", page], ["import", page], ["scan", ""], *reimports]
+    (setting, *warnings), calls = imported["calls"][:3], imported["calls"][3:]
+    assert setting == ["setting", "fire_atlas/command"]
+    for (kind, said), ignored in zip(warnings, ("fire", "editor_overrides/fire"), strict=True):
+        assert kind == "warning" and f"{ignored}_atlas/command is ignored" in said
+    assert calls == [["update", page], ["import", page], ["scan", ""], *reimports]
     assert imported["error"] == 0
     merged = (".import", ".uid")  # the engine writes them too
     written = {path.name for path in (game / "build").iterdir() if path.suffix not in merged}

@@ -1,8 +1,10 @@
 """The package for Unity: files and metas; its scripts, compiled against stubs and run by Mono."""
 
 import json
+import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -77,10 +79,13 @@ def harness(mono: None, tmp_path_factory: pytest.TempPathFactory) -> Harness:
     )
     assert done.returncode == 0, done.stdout + done.stderr
 
-    def run(*arguments: object) -> list[str]:
+    runtime = str(shutil.which("mono"))
+
+    def run(*arguments: object, cwd: Path | None = None, path: str | None = None) -> list[str]:
+        env = {**os.environ, "PATH": os.environ["PATH"] if path is None else path}
         ran = subprocess.run(
-            ["mono", str(program), *map(str, arguments)],
-            capture_output=True, text=True, check=True, timeout=120,
+            [runtime, str(program), *map(str, arguments)],
+            capture_output=True, text=True, check=True, timeout=120, cwd=cwd, env=env,
         )  # fmt: skip
         return ran.stdout.splitlines()
 
@@ -377,6 +382,64 @@ def test_a_missing_or_broken_program_is_explained(harness: Harness, game: Path) 
     slow.write_text("#!/bin/sh\nexec sleep 60\n")
     slow.chmod(0o755)
     assert harness("stop", slow, game, "Assets/a.fire") == ["refresh", "locks 0"]
+
+
+PLANTED = (
+    "fire-atlas", "fire-atlas.exe", "fire-atlas.cmd", "fire-atlas.bat",
+    "node_modules/.bin/fire-atlas", "node_modules/.bin/fire-atlas.exe", ".venv/bin/fire-atlas",
+)  # fmt: skip
+"""Programs in a project of somebody else."""
+
+
+@pytest.fixture
+def stranger(tmp_path: Path) -> Path:
+    """A project that holds programs of the command's name."""
+    project = tmp_path / "game"
+    for folder in ("Assets", "ProjectSettings"):
+        (project / folder).mkdir(parents=True)
+    for name in PLANTED:
+        write_program(project / name, tmp_path / "ran")
+    return project
+
+
+def write_program(path: Path, log: Path) -> None:
+    """Write a program that adds its path and its arguments to ``log``."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f'#!/bin/sh\necho "$0" "$@" >> \'{log}\'\n')
+    path.chmod(0o755)
+
+
+def test_no_program_of_a_project_runs_by_its_name(
+    harness: Harness, stranger: Path, tmp_path: Path
+) -> None:
+    """Whatever the PATH holds, and although the editor's folder is that of the project."""
+    (tmp_path / "link").symlink_to(stranger)
+    beside = tmp_path / "game 2/fire-atlas"
+    write_program(beside, tmp_path / "ran")
+    folders = [
+        "", ".", "../game", "../game 2", "node_modules/.bin", stranger, stranger / ".venv/bin",
+        stranger / "node_modules/.bin", tmp_path / "link/node_modules/.bin",
+        tmp_path / "tools/../game", "",
+    ]  # fmt: skip
+    inside = ":".join(map(str, folders))
+    for name in ("fire-atlas", "fire-atlas.cmd"):
+        line, locks = harness("build", name, stranger, "Assets/a.fire", cwd=stranger, path=inside)
+        assert line.startswith(f"error: Fire Atlas: there is no program {name}. Install it")
+        assert "or lies in the project, state its path in Preferences > Fire Atlas" in line
+        assert locks == "locks 0" and not (tmp_path / "ran").exists()
+    path = f"{inside}:{beside.parent}"
+    said = harness("build", "fire-atlas", stranger, "Assets/a.fire", cwd=stranger, path=path)
+    assert said == ["finished: Succeeded", "refresh", "locks 0"]
+    assert (tmp_path / "ran").read_text() == f"{beside} build --json Assets/a.fire\n"
+
+
+@pytest.mark.parametrize("written", [".venv/bin/fire-atlas", '"{}/.venv/bin/fire-atlas" '])
+def test_a_program_of_a_project_runs_if_the_user_names_its_path(
+    harness: Harness, stranger: Path, tmp_path: Path, written: str
+) -> None:
+    harness("build", written.format(stranger), stranger, "Assets/a.fire", cwd=tmp_path, path="")
+    ran = f"{stranger}/.venv/bin/fire-atlas build --json Assets/a.fire\n"
+    assert (tmp_path / "ran").read_text() == ran
 
 
 def test_the_command_writes_the_package_into_a_project(
