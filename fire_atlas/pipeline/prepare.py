@@ -1,6 +1,7 @@
 """Prepare a clip: arrange its frames as they are played, and study what holds for all of them."""
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.workload import check_workload
 from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flame.direction import UP
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
@@ -19,6 +20,9 @@ def prepare(
     ``is_first``: whether it is the first view, by which the fire is classified.
     """
     clip = _arranged(clip, recipe, context)
+    size = clip.width, clip.height
+    fewer = "timeline.frames, or a smaller source.height"
+    check_workload(recipe.name, clip.count, size, context.max_pixels, fewer)
     direction = lift_direction(recipe.buoyancy)
     if direction is None and not isinstance(recipe.source, FramesSource):
         direction = UP  # generated fire rises, and its recipe states the wind that bends it

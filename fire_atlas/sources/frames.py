@@ -9,6 +9,7 @@ from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture, to_light
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.workers import Workers
+from fire_atlas.core.workload import check_workload
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
 from fire_atlas.sources.framing import (
@@ -153,6 +154,11 @@ def _open_reader(
             )
         chosen = frame_range(settings, len(located.files), path)
         reader = cached(_open_images(located.files, chosen, settings.layer, context.max_pixels))
+    # A file of many frames is decoded up to the last one that is used, or shows the matte.
+    used = with_samples(chosen, reader.count)
+    taken = used[-1] + 1 if located.single else len(used)
+    size = reader.width, reader.height
+    check_workload(path, taken, size, context.max_pixels, "source.start and count")
     reader = replace(reader, notes=(*located.notes, *reader.notes))
     return _cropped(reader, chosen, settings, path, context.workers), chosen
 

@@ -9,6 +9,12 @@ from typing import BinaryIO
 from fire_atlas.sources.broken import BrokenFileError
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
+_SAMPLES = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
+"""Samples of a pixel, by the number of the colour type."""
+
+_LEAST_DATA = 1 << 16
+"""Bytes of compressed pixels that a picture of any size may have."""
+
 PIXEL_CHUNKS = (b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND")
 """The chunks that a decoder needs. Others (colour profiles, texts) make libpng print warnings."""
 
@@ -106,6 +112,19 @@ def write_chunk(name: bytes, body: bytes) -> bytes:
 
 
 def essential_chunks(data: bytes, found: list[Chunk]) -> bytes:
-    """Return the PNG with only the chunks that a decoder needs."""
+    """Return the PNG with only the chunks that a decoder needs.
+
+    Raises:
+        BrokenFileError: It has more compressed data than a picture of its size can need.
+    """
+    width, height, bits, kind = struct.unpack_from(">IIBB", data, len(SIGNATURE) + 8)
+    stored = sum(c.stop - c.start for c in found if c.name == b"IDAT")
+    # Twice the picture: what deflate cannot press grows a little, and so do interlaced rows.
+    most = 2 * height * (1 + width * bits * _SAMPLES.get(kind, 4) // 8) + _LEAST_DATA
+    if stored > most:
+        raise BrokenFileError(
+            f"it holds {stored} bytes of compressed pixels, and {width}x{height} of them need at "
+            f"most {most}"
+        )
     kept = (data[c.start - 8 : c.stop + 4] for c in found if c.name in PIXEL_CHUNKS)
     return SIGNATURE + b"".join(kept)

@@ -8,7 +8,7 @@ from pathlib import Path
 from fire_atlas.core.clip import Window
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture
-from fire_atlas.core.workload import MAX_FRAMES
+from fire_atlas.core.workload import MAX_FRAMES, check_workload
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources.frame_store import FrameStore
 from fire_atlas.sources.framing import (
@@ -75,6 +75,8 @@ def open_video(path: Path, settings: FramesSource, context: OpeningContext) -> F
     scan = scan_video(path, context.max_pixels)
     size = scan.look.size
     box, notes, samples = stated_box(settings, size, path), list[str](), tuple[Picture, ...]()
+    taken = scan.count if settings.crop == "auto" else 1 + max(_plan(video, scan, box).kept)
+    check_workload(path, taken, size, context.max_pixels, "source.start and count")
     if settings.crop == "auto":
         scan, extent = _find_flame(video, scan)
         box, samples = extent.box(size), extent.samples()

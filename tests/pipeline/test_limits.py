@@ -1,6 +1,7 @@
 """What would take more memory or time than anybody meant is refused, and the message says how."""
 
 import struct
+import time
 import zlib
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from PIL import Image
 
 from fire_atlas.cli.arguments import parse
 from fire_atlas.core.workload import MAX_PIXELS
+from fire_atlas.sources.png import write_chunk
 from tests.support.repo import Repo
 
 
@@ -74,3 +76,40 @@ def test_learning_has_the_limit_too(repo: Repo, monkeypatch: pytest.MonkeyPatch)
 
 def test_the_command_line_has_the_limit_of_the_sources() -> None:
     assert parse(["build", "fire.yaml"]).max_pixels == MAX_PIXELS
+
+
+def still_gif(width: int, height: int, frames: int) -> bytes:
+    """A GIF of this size whose frames after the first change one pixel each."""
+    screen = struct.pack("<HHBBB", width, height, 0x80, 0, 0) + bytes(6)
+    patch = struct.pack("<HHHHB", 0, 0, 1, 1, 0) + b"\x02\x02\x44\x01\0"
+    control = b"\x21\xf9\x04\0\x0a\0\0\0"
+    return b"GIF89a" + screen + frames * (control + b"\x2c" + patch) + b"\x3b"
+
+
+def test_frames_times_pixels_are_limited_before_anything_is_decoded(repo: Repo) -> None:
+    (repo.folder / "big.gif").write_bytes(still_gif(8000, 8000, 2000))
+    recipe = repo.recipe(source={"path": "big.gif"})
+    began = time.monotonic()
+    ran = repo.run("build", recipe)
+    assert ran.code == 1 and time.monotonic() - began < 5
+    assert "2000 frames of 8000x8000 are 128 thousand million pixels, more than 17.2" in ran.err
+    assert "or allow it: --limit-pixels 500000000" in ran.err
+    assert ran.err.startswith(f"error: {recipe}:1: source.path: {repo.folder / 'big.gif'}: ")
+    assert not repo.build.exists() or not list(repo.build.iterdir())
+
+
+def test_a_timeline_is_limited_too(repo: Repo) -> None:
+    repo.clip(count=3, height=64)
+    recipe = repo.recipe(timeline={"frames": 9000}, flakes="none")
+    ran = repo.run("build", recipe, "--limit-pixels", "50000")
+    assert ran.code == 1 and "use fewer (timeline.frames, or a smaller source.height)" in ran.err
+
+
+def test_a_png_with_more_data_than_its_size_needs_is_refused(repo: Repo) -> None:
+    path = repo.clip(count=1) / "0000.png"
+    data = path.read_bytes()
+    at = data.index(b"IDAT") - 4
+    more = write_chunk(b"IDAT", bytes(1 << 20))
+    path.write_bytes(data[:at] + more + data[at:])
+    ran = repo.run("build", repo.recipe(flakes="none"))
+    assert ran.code == 1 and "bytes of compressed pixels, and" in ran.err
