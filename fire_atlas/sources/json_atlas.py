@@ -18,6 +18,7 @@ from pathlib import Path, PureWindowsPath
 from typing import Any, Literal, TypeAlias, cast
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.file_kinds import misnamed
 from fire_atlas.core.files import MAX_JSON_BYTES, natural_key, read_file
 from fire_atlas.core.workload import MAX_FRAMES
 from fire_atlas.recipe.problem import did_you_mean
@@ -313,9 +314,13 @@ def _read_packs(path: Path) -> list[_Pack]:
 
 def _read(path: Path) -> _Value:
     try:
-        return _Value(path, "", json.loads(read_file(path, MAX_JSON_BYTES)))
+        data = read_file(path, MAX_JSON_BYTES)
     except OSError as error:
         raise SourceError(f"{path}: cannot be read ({error.strerror})") from error
+    if data and (what := misnamed(data[:64], may_be_json=True)):
+        raise SourceError(f"{path}: is {what}")
+    try:
+        return _Value(path, "", json.loads(data))
     except json.JSONDecodeError as error:
         raise SourceError(
             f"{path}: line {error.lineno}, column {error.colno}: is not JSON ({error.msg}); export "

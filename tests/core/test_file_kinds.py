@@ -50,6 +50,12 @@ def test_an_empty_file_is_called_empty(name: str, tmp_path: Path) -> None:
         fire.open_clip(tmp_path / name)
 
 
+def test_the_json_of_an_atlas_that_is_a_pointer_says_so(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_bytes(POINTER)
+    with pytest.raises(SourceError, match=r"a\.json: is a Git LFS pointer"):
+        fire.open_clip(tmp_path / "a.json")
+
+
 @pytest.mark.parametrize("name", ["a.yaml", "a.fire"])
 def test_a_recipe_that_is_a_pointer_says_so(name: str, tmp_path: Path) -> None:
     (tmp_path / name).write_bytes(POINTER)
