@@ -1,6 +1,8 @@
 """Predict the files of a build: those it will certainly write, and those it may write."""
 
+import re
 from collections.abc import Iterator
+from pathlib import PurePath
 
 from fire_atlas.core.output_file import Role, is_named_after
 from fire_atlas.engines.godot import names as godot
@@ -81,17 +83,80 @@ def _images(recipe: Recipe, sheet: str) -> Iterator[tuple[str, str]]:
 def may_write(recipe: Recipe, file: str) -> bool:
     """Return whether a build of ``recipe`` may write a file of this name.
 
-    All outputs are named after the recipe, but for a few of Unity's and those of users' templates.
+    Names are exact but for numbers of pages, names of animations and what templates fill in. What
+    an editor compiles, or a system runs, is only what the recipe's own exports are called.
     """
-    if any(isinstance(export, TemplateExport) for export in recipe.exports):
-        return True  # only the template knows its file's name
-    plain = file.removesuffix(unity.META_ENDING)
-    return is_named_after(recipe.name, file) or plain in _special(recipe)
+    if any(_fits_template(export.to, file) for export in _templates(recipe)):
+        return True
+    exports = {export_name(export) for export in recipe.exports}
+    plain = file
+    if "godot" in exports:
+        plain = plain.removesuffix(godot.IMPORT_ENDING).removesuffix(godot.UID_ENDING)
+    if "unity" in exports:
+        plain = plain.removesuffix(unity.META_ENDING)
+    if plain in _scripts(recipe, exports):
+        return True
+    return is_named_after(recipe.name, plain) and plain.endswith(tuple(_endings(recipe, exports)))
 
 
-def _special(recipe: Recipe) -> set[str]:
-    """Return the names of Unity's files that do not begin with the recipe's name."""
-    options = [export.unity for export in recipe.exports if isinstance(export, UnityExport)]
-    assemblies = {f"{each.namespace}.asmdef" for each in options if each.assembly}
-    scripts = {f"{unity.player_name(recipe.name, each)}.cs" for each in unity.PLAYED}
-    return scripts | assemblies
+def _templates(recipe: Recipe) -> list[TemplateExport]:
+    return [export for export in recipe.exports if isinstance(export, TemplateExport)]
+
+
+_PROGRAMS = (
+    ".asmdef", ".asmref", ".bat", ".cmd", ".com", ".cs", ".dll", ".dylib", ".exe", ".gd", ".jar",
+    ".js", ".lua", ".mjs", ".ps1", ".py", ".rsp", ".sh", ".so", ".ts", ".vbs", ".wasm",
+)  # fmt: skip
+"""Endings of what an editor compiles as it finds it in a project, or a system runs."""
+
+_FILLED_IN = re.compile(r"\{\{.*?\}\}|\{%.*?%\}|\{#.*?#\}", re.DOTALL)
+"""What Jinja replaces."""
+
+
+def _fits_template(to: str, file: str) -> bool:
+    """Return whether a template whose file is called ``to`` may write ``file``."""
+    literal = map(re.escape, _FILLED_IN.split(to))
+    if not re.fullmatch(r"[^/\\]*".join(literal), file):
+        return False
+    ending = PurePath(file).suffix.lower()
+    return ending not in _PROGRAMS or to.lower().endswith(ending)
+
+
+def _scripts(recipe: Recipe, exports: set[str]) -> set[str]:
+    """Return the names of scripts that a build may write, and of Unity's files beside them."""
+    names = set[str]()
+    if "godot" in exports:
+        names |= {f"{recipe.name}{ending}" for ending in godot.SCRIPTS}
+    if "unity" in exports:
+        options = [export.unity for export in recipe.exports if isinstance(export, UnityExport)]
+        names |= {f"{each.namespace}.asmdef" for each in options if each.assembly}
+        names |= {f"{unity.player_name(recipe.name, each)}.cs" for each in unity.PLAYED}
+    return names
+
+
+_ENDINGS_OF_ENGINES: dict[str, tuple[str, ...]] = {
+    "godot": (godot.FRAMES_ENDING, godot.SCENE_ENDING, ".gdshader"),
+    "unity": (
+        unity.CONTROLLER_ENDING, unity.PREFAB_ENDING, ".anim", ".flakes.bytes", ".mat", ".shader",
+    ),
+}  # fmt: skip
+"""Endings of what an engine's export writes besides scripts."""
+
+
+def _endings(recipe: Recipe, exports: set[str]) -> Iterator[str]:
+    """Yield the endings of all outputs of a recipe that are no scripts."""
+    yield f".{recipe.atlas.format}"
+    if recipe.atlas.pixels != "color":
+        yield ".ramp.png"
+    if recipe.maps.emission == "exr":
+        yield ".emission.exr"
+    if recipe.atlas.gpu:
+        yield from (".dds", ".ktx2")
+    for export in exports:
+        yield from _ENDINGS_OF_ENGINES.get(export, ())
+        if export in ENDINGS:
+            yield ENDINGS[export]
+    for track in recipe.tracks:
+        yield ".light.json" if track == "light" else flakes_file("", track)
+    for movie in recipe.movies:
+        yield f".{movie}"

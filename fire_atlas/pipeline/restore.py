@@ -15,7 +15,8 @@ from fire_atlas.outputs.manifest import Manifest, OutputEntry, manifest_name
 from fire_atlas.outputs.ownership import commit
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.check import CheckedRecipe
-from fire_atlas.pipeline.expected import may_write
+from fire_atlas.pipeline.expected import expected_outputs, may_write
+from fire_atlas.recipe.models import Recipe
 
 _MERGED_ROLES = {"import", "scene"}
 """Roles of the files in which a build keeps what an engine or a person has written."""
@@ -57,10 +58,19 @@ def restore(
             raise CacheMissError("another build has written the same outputs")
         staging.protect(files_of(loaded.tree))
         data, manifest = archive.read_manifest(name, may_write_it)
+        _refuse_incomplete(manifest, loaded.recipe)
         _refuse_merging(manifest, out)
         outputs = [*_extract(archive, manifest, staging), _write_manifest(name, data, staging)]
         written = commit(name, outputs, staging)
     return RestoredBuild(written, manifest.statistics)
+
+
+def _refuse_incomplete(manifest: Manifest, recipe: Recipe) -> None:
+    """Raise if an entry lacks an output that every build of the recipe writes."""
+    there = {entry.name for entry in manifest.outputs}
+    for file, role in expected_outputs(recipe):
+        if role != "manifest" and file not in there:
+            raise CacheMissError(f"the entry lacks {file}")
 
 
 def _refuse_merging(manifest: Manifest, out: Path) -> None:

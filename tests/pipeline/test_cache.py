@@ -2,10 +2,13 @@
 
 import json
 import os
+import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
@@ -497,6 +500,28 @@ def web() -> Iterator[tuple[str, type[Web]]]:
         thread.join()
 
 
+@posix
+def test_what_is_no_entry_is_a_miss_and_replaced(repo: Repo, filled: dict[str, bytes]) -> None:
+    recipe, entry = repo.folder / "fire.yaml", entry_of(repo.folder.parent / "cache")
+    others: tuple[Callable[[], object], ...] = (
+        lambda: entry.mkdir(),
+        lambda: os.mkfifo(entry),
+        lambda: entry.symlink_to(entry),
+        lambda: entry.symlink_to("/dev/zero"),
+    )
+    for other in others:
+        entry.unlink()
+        other()
+        if entry.is_dir():
+            (entry / "file").touch()
+        empty(repo.build)
+        assert results(repo, recipe) == ["miss", "stored"]
+        assert entry.is_file() and not entry.is_symlink()
+        empty(repo.build)
+        assert results(repo, recipe) == ["hit"]
+        assert contents(repo.build) == filled
+
+
 def test_a_web_server_is_a_cache(repo: Repo, web: tuple[str, type[Web]]) -> None:
     address, state = web
     repo.clip()
@@ -510,6 +535,56 @@ def test_a_web_server_is_a_cache(repo: Repo, web: tuple[str, type[Web]]) -> None
     assert "cache: hit" in second.err, second.err
     assert contents(repo.build) == outputs
     assert len(state.requests) == 1  # one GET
+
+
+@contextmanager
+def hanging(answer: bytes) -> Iterator[str]:
+    """Run a server that takes connections, sends ``answer`` to a GET, and then nothing ever."""
+    ended = threading.Event()
+
+    def serve(listener: socket.socket) -> None:
+        open_ones = []
+        while not ended.is_set():
+            with suppress(TimeoutError):
+                connection, _ = listener.accept()
+                open_ones.append(connection)
+                if connection.recv(4) == b"GET ":
+                    connection.sendall(answer)
+        for connection in open_ones:
+            connection.close()
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        listener.settimeout(0.1)
+        thread = threading.Thread(target=serve, args=[listener])
+        thread.start()
+        yield f"http://127.0.0.1:{listener.getsockname()[1]}/cache"
+        ended.set()
+        thread.join()
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        b"",
+        b"HTTP/1.1 200 OK\r\nContent-Length: 100000\r\n\r\nfire.manifest.json",
+        b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n",
+    ],
+    ids=["GET", "within an entry", "PUT"],
+)
+def test_a_server_that_falls_silent_is_tried_once_and_named(
+    answer: bytes, repo: Repo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("aiohttp")
+    monkeypatch.setattr("fire_atlas.outputs.cache.store._SILENCE", 1)
+    repo.clip()
+    with hanging(answer) as url:
+        began = time.monotonic()
+        ran = repo.run("build", repo.recipe(), "--cache", url)
+        took = time.monotonic() - began
+    (note,) = notes(ran)
+    assert url in note and "takes and gives nothing for 1 s" in note
+    assert took < 20
+    assert "fire.png" in contents(repo.build)
 
 
 def test_a_web_server_that_takes_nothing_is_read(repo: Repo, web: tuple[str, type[Web]]) -> None:

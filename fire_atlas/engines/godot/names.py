@@ -18,6 +18,15 @@ if TYPE_CHECKING:  # names are needed where a build is taken from a cache, and p
 FRAMES_ENDING, SCENE_ENDING, IMPORT_ENDING = ".tres", ".tscn", ".import"
 """Of the SpriteFrames and the scene of each scale, and of the import settings of a file."""
 
+UID_ENDING = ".uid"
+"""Of the file that has the uid of a script or a shader."""
+
+SCRIPTS = (
+    "_flakes.gd", "_flake_tracks.gd", "_flakes_3d.gd", "_haze.gd", "_heat.gd", "_light.gd",
+    "_wind.gd",
+)  # fmt: skip
+"""What follows a build's name in the names of its scripts."""
+
 _VIEW = re.compile(r"view_\d+")
 """The word for a view in the name of an animation."""
 

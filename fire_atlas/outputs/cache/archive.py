@@ -26,7 +26,7 @@ from fire_atlas.outputs.manifest import Manifest, OutputEntry, decode_manifest, 
 _SEAL = ".seal"
 """Name of the seal; no output has one that begins with a dot."""
 
-_MAX_MANIFEST_BYTES = 64 * MIB
+_MAX_MANIFEST_BYTES = 8 * MIB
 """Limit on the size of a manifest in an archive; that of 100,000 inputs takes some 12 MiB."""
 
 _MAX_BYTES = 4096 * MIB

@@ -4,8 +4,10 @@ Nothing is expected of a store but that it gives back what was written: an entry
 damaged or forged is found by whoever reads it (``archive``).
 """
 
+import errno
 import os
 import re
+import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -27,6 +29,17 @@ _ENTRY = re.compile(rf"[0-9a-f]{{64}}{re.escape(_ENDING)}")
 
 _DRAFT = re.compile(rf"\.{_ENTRY.pattern}\.[0-9a-f]{{16}}\.tmp")
 """File name of an entry of a folder until it is complete."""
+
+_NO_ENTRY = (errno.ENOENT, errno.EISDIR, errno.EINVAL, errno.ELOOP, errno.ENXIO)
+"""Errors of opening what is no entry, and is replaced by one: nothing, a folder, a pipe, a device
+or a link that leads in a circle."""
+
+_SILENCE = 10
+"""Seconds without a byte from a server, or to it, after which it counts as one that cannot be
+reached."""
+
+_SLOWEST = 1 << 17
+"""Bytes per second at which an entry must be sent at least."""
 
 _DRAFT_SECONDS = 24 * 3600
 """Age from which a draft is one that a killed process has left."""
@@ -102,11 +115,11 @@ class _FolderStore:
         path = self._path(digest)
         try:
             file = open_file(path)
-        except FileNotFoundError:
+        except OSError as error:
+            if error.errno not in _NO_ENTRY:
+                raise _store_error(path, error) from error
             yield None
             return
-        except OSError as error:
-            raise _store_error(path, error) from error
         with file:
             yield _StoreStream(file, str(path))
 
@@ -119,6 +132,8 @@ class _FolderStore:
                 self._folder.mkdir(parents=True, exist_ok=True)
                 with draft.open("xb") as file:
                     write(file)
+                if path.is_dir() and not path.is_symlink():
+                    shutil.rmtree(path)
                 draft.replace(path)
             finally:
                 remove()
@@ -184,8 +199,8 @@ class _RemoteStore:
         self._url = url
         with _errors_of(url):
             self._files, self._root = _file_system(url)
-        is_http = url.startswith(("http://", "https://"))
-        self._reading, self._writing = (_STREAMED, _PUT) if is_http else ({}, {})
+        self._is_http = _is_http(url)
+        self._reading = _STREAMED if self._is_http else {}
 
     @contextmanager
     def open(self, digest: str) -> Iterator[Readable | None]:
@@ -206,7 +221,11 @@ class _RemoteStore:
                 write(file)
             with suppress(NotImplementedError):  # HTTP has no folders
                 self._files.makedirs(self._root, exist_ok=True)
-            self._files.put_file(str(local), self._path(digest), **self._writing)
+            size = local.stat().st_size
+            # While an entry is sent, nothing limits how long the server takes none of it but this.
+            sending = {**_PUT, "timeout": _SILENCE + size / _SLOWEST}
+            options = sending if self._is_http else {}
+            self._files.put_file(str(local), self._path(digest), **options)
 
     def touch(self, digest: str) -> None:
         """Do nothing: these stores keep only when an entry was written."""
@@ -249,8 +268,18 @@ def _file_system(url: str) -> "tuple[AbstractFileSystem, str]":
             f"{_without_password(url)}: needs a package that is not installed; "
             f"pip install 'fire-atlas[cache]'"
         ) from None
-    files, root = url_to_fs(url)
+    options = {}
+    if _is_http(url):
+        import aiohttp
+
+        limits = aiohttp.ClientTimeout(total=None, sock_connect=_SILENCE, sock_read=_SILENCE)
+        options = {"client_kwargs": {"timeout": limits}}
+    files, root = url_to_fs(url, **options)
     return files, root
+
+
+def _is_http(url: str) -> bool:
+    return url.startswith(("http://", "https://"))
 
 
 class _StoreStream:
@@ -278,7 +307,9 @@ def _errors_of(where: str | Path) -> Iterator[None]:
 
 def _store_error(where: str | Path, error: Exception) -> StoreError:
     reason = " ".join(str(error).split()) or type(error).__name__
-    if isinstance(error, OSError) and error.strerror:
+    if isinstance(error, TimeoutError):
+        reason = f"the server takes and gives nothing for {_SILENCE} s"
+    elif isinstance(error, OSError) and error.strerror:
         reason = error.strerror
     elif isinstance(error, FileNotFoundError):  # which names no reason in fsspec
         reason = "not found, or this store cannot list what it has"
