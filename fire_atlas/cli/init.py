@@ -2,13 +2,13 @@
 
 from argparse import Namespace
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 
 from fire_atlas.cli.progress import view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import OutputError, RecipeError
-from fire_atlas.outputs.folder import make_folder
-from fire_atlas.outputs.staging import write_whole
+from fire_atlas.outputs.staging import Staging
 from fire_atlas.recipe.inherit import presets
 from fire_atlas.recipe.problem import did_you_mean
 from fire_atlas.recipe.tree import RecipeTree, named_files, read_tree
@@ -103,13 +103,28 @@ def _refuse_overwriting(files: Mapping[Path, bytes]) -> None:
 
 
 def _write(files: Mapping[Path, bytes], quiet: bool) -> None:
-    """Write files that do not exist yet; the recipe last, so that its inputs exist when it does."""
-    view = view_for(False, quiet, False)
-    for path, data in files.items():
-        view.begin(path)
-        make_folder(path.parent)
-        if not path.exists():
-            write_whole(path, data, view.note)
+    """Write those files that do not exist yet, all or none: all wait beside their places before the
+    first is put there. The folder of the recipe, which is the last, comes last."""
+    view, stagings = view_for(False, quiet, False), dict[Path, Staging]()
+    name = [*files][-1].stem
+    written = {path: data for path, data in files.items() if not path.exists()}
+    with ExitStack() as stack:
+        for path, data in written.items():
+            view.begin(path)
+            folder = path.parent
+            if folder not in stagings:
+                stagings[folder] = stack.enter_context(Staging(folder, name, view.note))
+            with stagings[folder].open(path.name) as file:
+                file.write(data)
+        placed = list[Path]()
+        try:
+            for folder, staging in stagings.items():
+                staging.commit([])
+                placed += [path for path in written if path.parent == folder]
+        except BaseException:
+            for path in placed:
+                path.unlink(missing_ok=True)
+            raise
 
 
 def _holds(path: Path, data: bytes) -> bool:

@@ -35,7 +35,7 @@ def _install_for_godot(
     """Write the add-on into a Godot project; return what to tell the user."""
     version = version_of_project(project)
     folder, files = addon_folder(project), list(addon_files(version))
-    if not install(project, folder, ADDON_NAME, files, overwrite, note):
+    if not install(project, {folder: files}, ADDON_NAME, overwrite, note):
         return (f"{folder}: up to date",)
     return (
         f"wrote {len(files)} files for Godot {version} to {folder}",
@@ -51,12 +51,9 @@ def _install_for_unity(
     from fire_atlas.engines.unity.package import PACKAGE_NAME, package_files, package_folder
 
     package = package_folder(project)
-    folders = package_files(manifest_name(PACKAGE_NAME))
-    changed = [
-        install(project, package / folder, PACKAGE_NAME, files, overwrite, note)
-        for folder, files in folders.items()
-    ]
-    if not any(changed):
+    files = package_files(manifest_name(PACKAGE_NAME))
+    folders = {package / folder: each for folder, each in files.items()}
+    if not install(project, folders, PACKAGE_NAME, overwrite, note):
         return (f"{package}: up to date",)
     return (
         f"wrote {sum(map(len, folders.values()))} files to {package}",

@@ -201,11 +201,19 @@ def commit(
     """
     _refuse_names_of_one_file([output.name for output in outputs])
     with staging.folder_locked():
-        manifests = FolderManifests.read(staging.out, name)
-        changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
-        refuse_replacing(manifests, changed, staging.overwrite, advice)
+        manifests = refuse_commit(name, outputs, staging, advice)
         staging.commit(stale_outputs(manifests, [output.name for output in outputs]))
     return tuple(staging.out / output.name for output in outputs)
+
+
+def refuse_commit(
+    name: str, outputs: Sequence[OutputEntry], staging: Staging, advice: str
+) -> FolderManifests:
+    """Refuse what ``commit`` would refuse to replace; return the manifests of the folder."""
+    manifests = FolderManifests.read(staging.out, name)
+    changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
+    refuse_replacing(manifests, changed, staging.overwrite, advice)
+    return manifests
 
 
 def _refuse_names_of_one_file(names: Sequence[str]) -> None:

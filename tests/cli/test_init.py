@@ -1,12 +1,16 @@
 """``init``: ready recipes, with their input."""
 
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import BinaryIO
 
 import pytest
 
 from fire_atlas.cli import main
+from fire_atlas.core.errors import OutputError
 from fire_atlas.core.shipped import shipped
+from fire_atlas.outputs.staging import Staging
 from fire_atlas.recipe import inherit
 from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.tree import read_tree
@@ -103,7 +107,7 @@ def test_every_preset_that_ships_can_be_copied_and_checked(preset: str) -> None:
     assert main(["check", f"{preset}.yaml"]) == 0
 
 
-def test_an_init_that_was_cut_short_is_finished_by_the_next(
+def test_an_init_that_fails_leaves_nothing_and_the_next_one_works(
     presets: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     replace = Path.replace
@@ -121,9 +125,26 @@ def test_an_init_that_was_cut_short_is_finished_by_the_next(
         monkeypatch.undo()
         monkeypatch.chdir(elsewhere)
         monkeypatch.setattr(inherit, "shipped", lambda kind: presets.parent / kind)
-        assert not (folder / "clip.yaml").exists()
-        assert len([path for path in folder.rglob("*") if path.is_file()]) == cut_at
+        assert [path for path in folder.rglob("*") if path.is_file()] == []
         assert main(["init", "clip", str(folder)]) == 0
         made = {path.name: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
         assert made.keys() == {"clip.yaml", "0.png", "1.png"}
         assert made["1.png"] == b"1.png"
+
+
+def test_on_a_disk_that_is_full_nothing_is_written(
+    presets: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = Staging.open
+
+    def full(self: Staging, name: str) -> AbstractContextManager[BinaryIO]:
+        if name == "1.png":
+            raise OutputError(f"{self.out / name}: cannot be written (No space left on device)")
+        return opened(self, name)
+
+    monkeypatch.setattr(Staging, "open", full)
+    assert main(["init", "clip"]) == 1
+    assert list(elsewhere.iterdir()) == []
+    monkeypatch.setattr(Staging, "open", opened)
+    assert main(["init", "clip"]) == 0
+    assert (elsewhere / "clip.yaml").is_file()

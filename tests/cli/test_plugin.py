@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from fire_atlas import __version__
 from fire_atlas.cli import main
 
 FOLDER = Path("addons/fire_atlas")
@@ -115,3 +116,51 @@ def test_a_folder_inside_a_project_is_told_which_one(
     (project / "art").mkdir()
     assert main(["plugin", "godot", str(project / "art")]) == 1
     assert f"did you mean fire-atlas plugin godot {project}?" in capsys.readouterr().err
+
+
+def unity_project(folder: Path) -> Path:
+    for name in ("Assets", "ProjectSettings"):
+        (folder / name).mkdir()
+    return folder
+
+
+def all_files(folder: Path) -> dict[str, bytes]:
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
+
+
+def test_of_a_package_all_folders_are_written_or_none(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    project = unity_project(tmp_path)
+    assert main(["plugin", "unity", str(project)]) == 0
+    written = all_files(project)
+    (changed,) = project.rglob("RecipeMenu.cs")
+    for file in project.rglob("*.cs"):
+        file.unlink()
+    changed.write_text("// mine")
+    left = all_files(project)
+    assert main(["plugin", "unity", str(project)]) == 1
+    assert "nothing was written" in capsys.readouterr().err
+    assert all_files(project) == left
+    assert main(["plugin", "unity", str(project), "--overwrite"]) == 0
+    assert all_files(project) == written
+
+
+@pytest.mark.parametrize("engine", ["godot", "unity"])
+def test_a_newer_add_on_stays_unless_it_is_overwritten(
+    engine: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    project = unity_project(tmp_path)
+    (project / "project.godot").write_text("config_version=5\n")
+    assert main(["plugin", engine, str(project)]) == 0
+    for manifest in project.rglob("*.manifest.json"):
+        text = manifest.read_text().replace(f"fire-atlas {__version__}", "fire-atlas 99.1.0")
+        manifest.write_text(text)
+    newer = all_files(project)
+    assert main(["plugin", engine, str(project)]) == 1
+    error = capsys.readouterr().err
+    assert "holds the add-on of fire-atlas 99.1.0, which is newer" in error
+    assert all_files(project) == newer
+    assert main(["plugin", engine, str(project), "--overwrite"]) == 0
+    assert all_files(project) != newer

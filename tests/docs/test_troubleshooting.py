@@ -1,7 +1,7 @@
 """Messages that docs/troubleshooting.md explains are ones that the program has."""
 
 import ast
-from collections.abc import Iterator
+from functools import cache
 
 import pytest
 
@@ -17,15 +17,15 @@ MESSAGES = [
 """The messages of the table, with … for what differs."""
 
 
-def texts() -> Iterator[str]:
-    """Yield every piece of text in the package's code."""
+@cache
+def texts() -> list[str]:
+    """Return every piece of text in the package's code."""
+    found = []
     for path in sorted((ROOT / "fire_atlas").rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
-                yield node.value
-
-
-SAID = tuple(texts())
+                found.append(node.value)
+    return found
 
 
 @pytest.mark.parametrize("message", MESSAGES)
@@ -33,4 +33,4 @@ def test_the_program_says_so(message: str) -> None:
     pieces = [piece.strip() for piece in message.split("…") if piece.strip()]
     assert pieces, "a message of nothing but …"
     for piece in pieces:
-        assert any(piece in text for text in SAID), f"no message says {piece!r} any more"
+        assert any(piece in text for text in texts()), f"no message says {piece!r} any more"

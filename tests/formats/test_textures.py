@@ -7,6 +7,7 @@ import os
 import struct
 import subprocess
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -31,6 +32,7 @@ from tests.support.clips import campfire
 from tests.support.requirements import node_modules
 
 PARSE = Path(__file__).parent / "web" / "parse_ktx2.mjs"
+SAMPLE = PARSE.with_name("sample_textures.mjs")
 DDS = [name for name in FORMATS if name.startswith("bc")]
 
 
@@ -234,32 +236,60 @@ SAMPLED = [
 ]
 
 
-@pytest.mark.parametrize(("name", "ending"), SAMPLED)
-def test_web_clients_sample_the_pixels_of_our_textures_at_every_level(
-    name: str, ending: str, node: str, chromium: Path, fire: Bytes, workers: Workers, tmp_path: Path
-) -> None:
-    header = header_of(name, fire, 2)
+@dataclass(frozen=True)
+class Sampled:
+    """A texture of two levels, and what a web client found in it."""
+
+    header: TextureHeader
+    images: list[Bytes]
+    levels: list[bytes]
+    file: Path
+    found: dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def sampled(
+    node: str, chromium: Path, fire: Bytes, workers: Workers,
+    tmp_path_factory: pytest.TempPathFactory,
+) -> dict[tuple[str, str], Sampled]:  # fmt: skip
+    """What web clients found in every texture: one browser for all."""
+    folder = tmp_path_factory.mktemp("textures")
     images = [fire, np.ascontiguousarray(fire[::2, ::2])]
-    levels = [encode_blocks(each, header.format, False, workers) for each in images]
-    file, out = tmp_path / f"fire.{ending}", tmp_path / "fire.rgba"
-    with file.open("wb") as target:
-        write_texture(target, file.name, header, levels)
-    script = PARSE.with_name("sample_texture.mjs")
+    written = []
+    for name, ending in SAMPLED:
+        header = header_of(name, fire, 2)
+        levels = [encode_blocks(each, header.format, False, workers) for each in images]
+        file = folder / f"{name}.{ending}"
+        with file.open("wb") as target:
+            write_texture(target, file.name, header, levels)
+        written.append((header, levels, file))
     done = subprocess.run(
-        [node, script, node_modules(), file, out],
-        capture_output=True, text=True, check=False, timeout=120,
+        [node, SAMPLE, node_modules(), *(file for *_, file in written)],
+        capture_output=True, text=True, check=False, timeout=240,
         env={**os.environ, "CHROMIUM": str(chromium)},
     )  # fmt: skip
     assert done.returncode == 0 and not done.stderr, done.stderr
-    said, seen, at = json.loads(done.stdout), np.fromfile(out, np.uint8), 0
-    assert said["sizes"] == [[each.shape[1], each.shape[0]] for each in images]
-    for image, data in zip(images, levels, strict=True):
+    found = json.loads(done.stdout)
+    return {
+        key: Sampled(header, images, levels, file, each)
+        for key, (header, levels, file), each in zip(SAMPLED, written, found, strict=True)
+    }
+
+
+@pytest.mark.parametrize(("name", "ending"), SAMPLED)
+def test_web_clients_sample_the_pixels_of_our_textures_at_every_level(
+    name: str, ending: str, sampled: dict[tuple[str, str], Sampled], workers: Workers
+) -> None:
+    texture = sampled[name, ending]
+    assert texture.found == {"sizes": [[each.shape[1], each.shape[0]] for each in texture.images]}
+    seen, at = np.fromfile(f"{texture.file}.rgba", np.uint8), 0
+    for image, data in zip(texture.images, texture.levels, strict=True):
         height, width = image.shape[:2]
         theirs = seen[at : at + 4 * width * height].reshape(image.shape)
         at += theirs.size
-        ours = decode_blocks(data, width, height, header.format, False, workers)
-        channels = header.format.channels
-        difference = np.abs(ours.astype(int) - theirs)[..., :channels]
+        format_ = texture.header.format
+        ours = decode_blocks(data, width, height, format_, False, workers)
+        difference = np.abs(ours.astype(int) - theirs)[..., : format_.channels]
         # GPUs interpolate BC1, BC3, BC4 and BC5 each with a rounding of its own.
         assert difference.max() <= 2
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -67,6 +68,7 @@ def circling(period: float, count: int, fps: float = 24.0) -> Clip:
     return moving(at, count, fps)
 
 
+@cache
 def turbulent(count: int, seed: int = 1, size: int = 64, fps: float = 24.0) -> Clip:
     """Return smoke-like light that drifts up and changes, and never comes back to itself."""
     chance = np.random.default_rng(seed)

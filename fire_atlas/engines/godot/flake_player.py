@@ -7,24 +7,25 @@ from fire_atlas.atlas.sheet import AtlasSheet, Region
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.engines.godot.flakes import FlakeArrays, flake_arrays
-from fire_atlas.engines.godot.names import titles, uid_of
+from fire_atlas.engines.godot.names import (
+    FLAKE_PLAYER,
+    FLAKE_TABLES,
+    FLAKE_TRACKS,
+    titles,
+    uid_of,
+)
 from fire_atlas.engines.godot.resources import rendered_text, resource, script, script_reference
 from fire_atlas.engines.godot.sprite_frames import pivots
 from fire_atlas.formats.product import Product
 from fire_atlas.recipe.output import GodotOptions
-
-PLAYER = "_flakes.gd"
-"""Ending of the script that flies flakes."""
-
-_TRACKS, _TABLES = "_flake_tracks.gd", "_flakes.tres"
 
 
 def flake_player(
     product: Product, arrays: FlakeArrays, options: GodotOptions
 ) -> Iterator[OutputFile]:
     """Yield the tables of the flakes that the scene plays, and the scripts that fly them."""
-    yield flake_tables(product, _TABLES, arrays, list(played_flakes(product)), options)
-    for ending in (_TRACKS, PLAYER):
+    yield flake_tables(product, FLAKE_TABLES, arrays, list(played_flakes(product)), options)
+    for ending in (FLAKE_TRACKS, FLAKE_PLAYER):
         yield from script(product, ending, options, textured=bool(arrays.cells))
 
 
@@ -91,7 +92,7 @@ def flake_tables(
         f"{product.name}{ending}",
         product,
         options,
-        script=script_reference(product, _TRACKS),
+        script=script_reference(product, FLAKE_TRACKS),
         animations=[named[animation] for animation in animations],
         flakes=arrays,
     )
@@ -99,7 +100,7 @@ def flake_tables(
 
 def tables_reference(product: Product) -> tuple[str, str]:
     """Return the name and the uid of the resource with the flakes."""
-    name = f"{product.name}{_TABLES}"
+    name = product.name + FLAKE_TABLES
     return name, uid_of(product, name)
 
 

@@ -5,12 +5,17 @@ from collections.abc import Iterator
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.engines.godot.flake_player import flake_tables
 from fire_atlas.engines.godot.flakes import flake_arrays_in_space
-from fire_atlas.engines.godot.names import node_name, titles, uid_of
+from fire_atlas.engines.godot.names import (
+    SPACE_PLAYER,
+    SPACE_SCENE,
+    SPACE_TABLES,
+    node_name,
+    titles,
+    uid_of,
+)
 from fire_atlas.engines.godot.resources import rendered_text, resource, script, script_reference
 from fire_atlas.formats.product import Product
 from fire_atlas.recipe.output import GodotOptions
-
-_PLAYER, _TABLES, _SCENE = "_flakes_3d.gd", "_flakes_3d.tres", "_flakes_3d.tscn"
 
 
 def flakes_in_space(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
@@ -26,14 +31,14 @@ def flakes_in_space(product: Product, options: GodotOptions) -> Iterator[OutputF
     if not flakes:
         return
     named, (first, *_) = titles(each.name for each in product.sheets[0].animations), flakes
-    tables = f"{product.name}{_TABLES}"
+    tables = product.name + SPACE_TABLES
     arrays = flake_arrays_in_space(flakes)
-    yield flake_tables(product, _TABLES, arrays, list(flakes), options)
-    yield from script(product, _PLAYER, options)
+    yield flake_tables(product, SPACE_TABLES, arrays, list(flakes), options)
+    yield from script(product, SPACE_PLAYER, options)
     yield resource(
-        "flakes_3d.tscn", f"{product.name}{_SCENE}", product, options,
+        "flakes_3d.tscn", product.name + SPACE_SCENE, product, options,
         node=node_name(product.name),
-        player=script_reference(product, _PLAYER),
+        player=script_reference(product, SPACE_PLAYER),
         tables=(tables, uid_of(product, tables)),
         shader=rendered_text("flakes_3d.gdshader"),
         fps=flakes[first].fps,

@@ -4,13 +4,18 @@ from collections.abc import Iterator
 
 from fire_atlas.atlas.sheet import AtlasSheet, VectorScale
 from fire_atlas.core.output_file import OutputFile
-from fire_atlas.engines.godot.names import node_name, title_in_godot, uid_of
+from fire_atlas.engines.godot.names import (
+    MOTION_MATERIAL,
+    MOTION_SCENE,
+    MOTION_SHADER,
+    node_name,
+    title_in_godot,
+    uid_of,
+)
 from fire_atlas.engines.godot.resources import image_uid, resource, script, script_reference
 from fire_atlas.engines.godot.sprite_frames import pivot
 from fire_atlas.formats.product import Product
 from fire_atlas.recipe.output import GodotOptions
-
-_SHADER = "_motion.gdshader"
 
 
 def flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iterator[OutputFile]:
@@ -19,18 +24,18 @@ def flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iter
     if motion is None:
         return
     (vectors,), (animation,), first = sheet.map("motion").files, sheet.animations, sheet.regions[0]
-    material, count = f"{sheet.name}_motion.tres", len(sheet.regions)
+    material, count = sheet.name + MOTION_MATERIAL, len(sheet.regions)
     yield resource(
         "motion.tres", material, product, options,
         sheet=sheet,
-        shader=script_reference(product, _SHADER),
+        shader=script_reference(product, MOTION_SHADER),
         vectors=(vectors, image_uid(product, vectors)),
         scale=motion.scale,
     )  # fmt: skip
     last, seconds = count if animation.loop else count - 1, first.duration / 1000
     x, y = pivot(first)
     yield resource(
-        "motion.tscn", f"{sheet.name}_motion.tscn", product, options,
+        "motion.tscn", sheet.name + MOTION_SCENE, product, options,
         node=node_name(product.name),
         sheet=sheet,
         page=(sheet.pages[0].file, image_uid(product, sheet.pages[0].file)),
@@ -47,7 +52,7 @@ def flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iter
 def flipbook_script(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
     """Yield the shader of the flipbooks, if there are any."""
     if any(_played_motion(sheet, options) for sheet in product.sheets):
-        yield from script(product, _SHADER, options)
+        yield from script(product, MOTION_SHADER, options)
 
 
 def _played_motion(sheet: AtlasSheet, options: GodotOptions) -> VectorScale | None:
@@ -77,4 +82,4 @@ def why_motion_is_not_played(product: Product, options: GodotOptions) -> str | N
             f"it plays one page of {len(sheet.pages)}; set a larger atlas.max_size or a smaller "
             "source.height"
         )
-    return f"maps.motion: no {sheet.name}_motion.tscn plays along the vectors: {reason}"
+    return f"maps.motion: no {sheet.name}{MOTION_SCENE} plays along the vectors: {reason}"

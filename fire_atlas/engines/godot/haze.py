@@ -4,13 +4,20 @@ from collections.abc import Iterator
 
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.output_file import OutputFile
-from fire_atlas.engines.godot.names import SCENE_ENDING, node_name, titles, uid_of
+from fire_atlas.engines.godot.names import (
+    HAZE_FRAMES,
+    HAZE_PLAYER,
+    HAZE_SCENE,
+    HAZE_SHADER,
+    SCENE_ENDING,
+    node_name,
+    titles,
+    uid_of,
+)
 from fire_atlas.engines.godot.resources import image_uid, resource, script, script_reference
 from fire_atlas.engines.godot.sprite_frames import FrameBounds, animations_of, textures_of
 from fire_atlas.formats.product import Product
 from fire_atlas.recipe.output import GodotOptions
-
-_SHADER, _PLAYER = "_haze.gdshader", "_haze.gd"
 
 
 def haze_scene(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iterator[OutputFile]:
@@ -22,12 +29,12 @@ def haze_scene(product: Product, sheet: AtlasSheet, options: GodotOptions) -> It
     frames = _haze_frames(product, sheet, options)
     yield frames
     yield resource(
-        "haze.tscn", f"{sheet.name}_haze.tscn", product, options,
+        "haze.tscn", sheet.name + HAZE_SCENE, product, options,
         node=node_name(product.name),
         scene=(scene, uid_of(product, scene)),
         frames=(frames.name, uid_of(product, frames.name)),
-        shader=script_reference(product, _SHADER),
-        script=script_reference(product, _PLAYER),
+        shader=script_reference(product, HAZE_SHADER),
+        script=script_reference(product, HAZE_PLAYER),
         scale=haze.vectors.scale,
         first=next(iter(titles(animation.name for animation in sheet.animations).values())),
         bounds=FrameBounds.of(sheet.regions),
@@ -38,7 +45,7 @@ def _haze_frames(product: Product, sheet: AtlasSheet, options: GodotOptions) -> 
     """Return the sprite frames of the haze. Meshes fit the flame, so it is drawn in rectangles."""
     textures, texture_of_frame = textures_of(sheet, draws_meshes=False)
     return resource(
-        "frames.tres", f"{sheet.name}_haze.tres", product, options,
+        "frames.tres", sheet.name + HAZE_FRAMES, product, options,
         pages=[(file, image_uid(product, file)) for file in sheet.map("haze").files],
         textures=[(texture, None) for texture in textures],
         animations=animations_of(sheet, texture_of_frame, options),
@@ -48,8 +55,8 @@ def _haze_frames(product: Product, sheet: AtlasSheet, options: GodotOptions) -> 
 def haze_scripts(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
     """Yield the shader and the script of the scenes."""
     if _has_haze(product, options):
-        yield from script(product, _SHADER, options)
-        yield from script(product, _PLAYER, options)
+        yield from script(product, HAZE_SHADER, options)
+        yield from script(product, HAZE_PLAYER, options)
 
 
 def _has_haze(product: Product, options: GodotOptions) -> bool:
@@ -62,6 +69,6 @@ def why_haze_is_not_drawn(product: Product, options: GodotOptions) -> str | None
     if options.version == 4 or not product.sheets[0].has_map("haze"):
         return None
     return (
-        f"maps.haze: no {product.name}_haze.tscn bends what is behind: only Godot 4 has a shader "
+        f"maps.haze: no {product.name}{HAZE_SCENE} bends what is behind: only Godot 4 has a shader "
         f"for it; set version: 4"
     )

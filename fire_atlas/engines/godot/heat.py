@@ -7,12 +7,10 @@ from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.engines.godot.flake_player import played_flakes
 from fire_atlas.engines.godot.import_settings import import_settings
-from fire_atlas.engines.godot.names import IMPORT_ENDING
+from fire_atlas.engines.godot.names import FILM_SCENE, HEAT_PLAYER, HEAT_SHADER, IMPORT_ENDING
 from fire_atlas.engines.godot.resources import image_uid, script, script_reference
 from fire_atlas.formats.product import Product
 from fire_atlas.recipe.output import GodotOptions
-
-_SHADER, _PLAYER = "_heat.gdshader", "_heat.gd"
 
 
 def heat_of(product: Product, sheet: AtlasSheet) -> dict[str, Any] | None:
@@ -21,8 +19,8 @@ def heat_of(product: Product, sheet: AtlasSheet) -> dict[str, Any] | None:
         return None
     return {
         "ramp": (sheet.heat.ramp, image_uid(product, sheet.heat.ramp)),
-        "shader": script_reference(product, _SHADER),
-        "script": script_reference(product, _PLAYER),
+        "shader": script_reference(product, HEAT_SHADER),
+        "script": script_reference(product, HEAT_PLAYER),
         "four_in_one": sheet.heat.pixels == "heat4",
     }
 
@@ -33,8 +31,8 @@ def heat_files(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
     if heat is None:
         return
     unshaded = bool(product.tracks or product.lights)
-    yield from script(product, _SHADER, options, pixel_art=product.pixel_art, unshaded=unshaded)
-    yield from script(product, _PLAYER, options)
+    yield from script(product, HEAT_SHADER, options, pixel_art=product.pixel_art, unshaded=unshaded)
+    yield from script(product, HEAT_PLAYER, options)
     name, uid = heat.ramp + IMPORT_ENDING, image_uid(product, heat.ramp)
     settings = import_settings(product.existing(name), "premultiplied", uid, options)
     yield OutputFile(name, "import", settings)
@@ -47,5 +45,5 @@ def why_heat_is_drawn_alone(product: Product, options: GodotOptions) -> str | No
         return None
     lost = ["meshes (the scene draws rectangles)"] if sheet.has_meshes else []
     if product.tracks and not product.baked.issuperset(played_flakes(product)):
-        lost.append(f"{product.name}_film.tscn")
+        lost.append(product.name + FILM_SCENE)
     return f"atlas.pixels: in Godot, heat has no {' and no '.join(lost)}" if lost else None

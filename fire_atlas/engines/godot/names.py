@@ -19,13 +19,25 @@ FRAMES_ENDING, SCENE_ENDING, IMPORT_ENDING = ".tres", ".tscn", ".import"
 """Of the SpriteFrames and the scene of each scale, and of the import settings of a file."""
 
 UID_ENDING = ".uid"
-"""Of the file that has the uid of a script or a shader."""
+"""Of the file that has the uid of a script or a shader, in Godot 4."""
 
-SCRIPTS = (
-    "_flakes.gd", "_flake_tracks.gd", "_flakes_3d.gd", "_haze.gd", "_heat.gd", "_light.gd",
-    "_wind.gd",
-)  # fmt: skip
-"""What follows a build's name in the names of its scripts."""
+FLAKE_PLAYER, FLAKE_TRACKS, FLAKE_TABLES = "_flakes.gd", "_flake_tracks.gd", "_flakes.tres"
+"""Of the script that flies flakes, of that which holds them, and of their tables."""
+
+SPACE_PLAYER, SPACE_TABLES = "_flakes_3d.gd", "_flakes_3d.tres"
+SPACE_SCENE = "_flakes_3d.tscn"
+"""Of the same for flakes in three dimensions, and of their scene."""
+
+LAMP, WIND = "_light.gd", "_wind.gd"
+"""Of the scripts of lamps and of changes of wind."""
+
+HEAT_SHADER, HEAT_PLAYER = "_heat.gdshader", "_heat.gd"
+HAZE_SHADER, HAZE_PLAYER = "_haze.gdshader", "_haze.gd"
+MOTION_SHADER = "_motion.gdshader"
+
+FILM_SCENE, PARTICLES_SCENE = "_film.tscn", "_particles.tscn"
+HAZE_FRAMES, HAZE_SCENE = "_haze.tres", "_haze.tscn"
+MOTION_MATERIAL, MOTION_SCENE = "_motion.tres", "_motion.tscn"
 
 _VIEW = re.compile(r"view_\d+")
 """The word for a view in the name of an animation."""

@@ -4,14 +4,12 @@ from collections.abc import Iterator
 
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.engines.godot.flake_player import flake_shader
-from fire_atlas.engines.godot.names import node_name, without_view
+from fire_atlas.engines.godot.names import PARTICLES_SCENE, node_name, without_view
 from fire_atlas.engines.godot.particles import particle_settings
 from fire_atlas.engines.godot.resources import resource
 from fire_atlas.engines.godot.sprite_frames import pivots
 from fire_atlas.formats.product import Product
 from fire_atlas.recipe.output import GodotOptions
-
-_ENDING = "_particles.tscn"
 
 
 def particle_scenes(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
@@ -27,7 +25,7 @@ def particle_scenes(product: Product, options: GodotOptions) -> Iterator[OutputF
         if sparks is not None:
             stem = product.stem(without_view(name)) if without_view(name) else product.name
             yield resource(
-                "particles.tscn", f"{stem}{_ENDING}", product, options,
+                "particles.tscn", stem + PARTICLES_SCENE, product, options,
                 node=f"{node_name(stem)}Sparks",
                 shader=shader,
                 sparks=sparks,

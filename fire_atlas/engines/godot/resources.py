@@ -5,7 +5,7 @@ from typing import Any
 
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH, SPRITE_INTEGRAL
-from fire_atlas.engines.godot.names import IMPORT_ENDING, number, quoted, real, uid_of
+from fire_atlas.engines.godot.names import IMPORT_ENDING, UID_ENDING, number, quoted, real, uid_of
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
 from fire_atlas.recipe.output import GodotOptions
@@ -33,13 +33,13 @@ def script(
     text = rendered_text(ending.removeprefix("_"), version=options.version, **context)
     yield OutputFile(name, "script", text.encode())
     if options.version == 4:
-        yield OutputFile(f"{name}.uid", "import", f"{uid}\n".encode())
+        yield OutputFile(name + UID_ENDING, "import", f"{uid}\n".encode())
 
 
 def script_reference(product: Product, ending: str) -> tuple[str, str]:
     """Return the name and the uid of a script or a shader, by which resources refer to it."""
     name = f"{product.name}{ending}"
-    return name, uid_of(product, name, stated_in=f"{name}.uid")
+    return name, uid_of(product, name, stated_in=name + UID_ENDING)
 
 
 def image_uid(product: Product, file: str) -> str:

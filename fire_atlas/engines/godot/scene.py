@@ -8,7 +8,6 @@ from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.engines.godot.flake_player import (
-    PLAYER,
     flake_shader,
     played_cells,
     played_flakes,
@@ -18,8 +17,12 @@ from fire_atlas.engines.godot.flakes import FlakeArrays
 from fire_atlas.engines.godot.heat import heat_of
 from fire_atlas.engines.godot.lamp import TEXTURE_SIDE, lamp_of
 from fire_atlas.engines.godot.names import (
+    FILM_SCENE,
+    FLAKE_PLAYER,
     FRAMES_ENDING,
+    LAMP,
     SCENE_ENDING,
+    WIND,
     node_name,
     title_in_godot,
     titles,
@@ -38,8 +41,6 @@ from fire_atlas.engines.godot.sprite_frames import FrameBounds, pivots
 from fire_atlas.formats.product import Product
 from fire_atlas.recipe.output import GodotOptions
 
-_LAMP, _WIND = "_light.gd", "_wind.gd"
-
 
 def scene(
     product: Product, sheet: AtlasSheet, flakes: dict[str, Tracks], options: GodotOptions
@@ -57,7 +58,7 @@ def scene(
         lamp=_lamp(product, sheet) if _is_lit(product, options) else None,
         smoke=smoke_of(product, sheet, options),
         heat=heat_of(product, sheet),
-        lamp_script=script_reference(product, _LAMP),
+        lamp_script=script_reference(product, LAMP),
         texture=TEXTURE_SIDE,
         views=_views(product, sheet) if options.version == 4 else (),
         shader=flake_shader("flakes", product, sheet, options, adds_up=False),
@@ -77,7 +78,7 @@ def summed_scene(
         for name, template in (("flame", "film_flame"), ("flakes", "flakes"), ("film", "film"))
     }
     yield resource(
-        "film.tscn", f"{sheet.name}_film.tscn", product, options,
+        "film.tscn", sheet.name + FILM_SCENE, product, options,
         **_played(product, sheet, options),
         tables=tables_reference(product),
         film=FrameBounds.of(sheet.regions).enlarged(arrays.bounds, sheet.scale),
@@ -88,9 +89,9 @@ def summed_scene(
 def scene_scripts(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
     """Yield the scripts of lamps and of changes of wind."""
     if _is_lit(product, options):
-        yield from script(product, _LAMP, options, alpha=product.sheets[0].alpha)
+        yield from script(product, LAMP, options, alpha=product.sheets[0].alpha)
     if _changes_wind(product, options):
-        yield from script(product, _WIND, options)
+        yield from script(product, WIND, options)
 
 
 def _played(product: Product, sheet: AtlasSheet, options: GodotOptions) -> dict[str, Any]:
@@ -105,7 +106,7 @@ def _played(product: Product, sheet: AtlasSheet, options: GodotOptions) -> dict[
         "first": next(iter(titles(animation.name for animation in sheet.animations).values())),
         "bounds": FrameBounds.of(sheet.regions),
         "pixel_art": product.pixel_art,
-        "player": script_reference(product, PLAYER),
+        "player": script_reference(product, FLAKE_PLAYER),
         "texture_page": page and (page, image_uid(product, page)),
         "graph": _graph(product, sheet) if _changes_wind(product, options) else None,
     }
@@ -126,7 +127,7 @@ def _graph(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
         afters=[named[way.after] for way in ways],
         entries=[way.entry for way in ways],
     )
-    return {"script": script_reference(product, _WIND), "properties": properties.rstrip()}
+    return {"script": script_reference(product, WIND), "properties": properties.rstrip()}
 
 
 def _changes_wind(product: Product, options: GodotOptions) -> bool:

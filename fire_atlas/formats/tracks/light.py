@@ -8,6 +8,7 @@ from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.pixels import REC709
 from fire_atlas.effect.composition.light import ClipLight, FrameLight
 from fire_atlas.formats.decimals import plain
+from fire_atlas.formats.names import light_file
 
 _DECIMALS = {
     "t": 6, "intensity": 4, "r": 4, "g": 4, "b": 4, "x": 2, "y": 2, "radius": 2,
@@ -89,8 +90,3 @@ def _shape(frame: FrameLight, light: ClipLight) -> dict[str, float]:
 
 def _rounded(values: dict[str, float]) -> dict[str, float]:
     return {key: round(float(value), _DECIMALS[key]) for key, value in values.items()}
-
-
-def light_file(name: str) -> str:
-    """Return the name of the file with the light of an animation, whose file stem is ``name``."""
-    return f"{name}.light.json"

@@ -6,8 +6,6 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import yaml
-from UnityPy.helpers.Tpk import get_typetree
-from UnityPy.helpers.UnityVersion import UnityVersion
 
 VERSION = "2021.3.0f1"
 
@@ -63,6 +61,10 @@ Loader.yaml_implicit_resolvers = {
 @cache
 def tree(class_id: int) -> Node:
     """Return the type tree of a class in ``VERSION``."""
+    # Its 900 classes take over a second to import: not of every process that collects tests.
+    from UnityPy.helpers.Tpk import get_typetree
+    from UnityPy.helpers.UnityVersion import UnityVersion
+
     trees = get_typetree()
     wanted = int(UnityVersion.from_str(VERSION))
     fitting = [c for v, c in trees.ClassInformation[class_id] if int(v) <= wanted]
