@@ -3,6 +3,7 @@
 import sys
 from argparse import Namespace
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from stat import S_ISDIR
@@ -14,14 +15,14 @@ from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import BuildView, shows_interruption, view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.files import real
+from fire_atlas.core.files import links_to, real
 from fire_atlas.core.interruption import ends_by_interrupt
 from fire_atlas.outputs.dependencies import files_of, folders_of, recipe_files
 from fire_atlas.outputs.freshness import why_stale
 from fire_atlas.outputs.recovery import tidy
 from fire_atlas.recipe.document import RECIPE_ENDINGS
 from fire_atlas.recipe.find import find_recipes
-from fire_atlas.recipe.tree import RecipeTree, read_tree
+from fire_atlas.recipe.tree import RecipeTree, named_files, read_tree
 from fire_atlas.sources.listing import STILLS
 
 _POLL_MILLISECONDS = 500
@@ -43,7 +44,7 @@ class _Watched:
     """The files and folders to watch; all paths are absolute.
 
     Attributes:
-        files: Files that builds read.
+        files: Files that builds read, and links that lead to what they read.
         folders: Folders in which a new frame, recipe or folder changes a build.
         outs: Folders that builds write into.
     """
@@ -135,6 +136,7 @@ def _build_all(args: Namespace, view: BuildView, before: _Watched) -> _Watched:
     watched = _Watched(
         {path for path in named if not path.is_dir()}, {path for path in named if path.is_dir()}
     )
+    watched.files |= {link for path in args.recipes for link in links_to(path)}
     with failures.caught():
         for tree in read_recipes(find_recipes(args.recipes), args, view, failures):
             view.begin(tree.path)
@@ -153,9 +155,14 @@ def _build_all(args: Namespace, view: BuildView, before: _Watched) -> _Watched:
 
 def _add_inputs(tree: RecipeTree, watched: _Watched) -> None:
     """Add the files and folders that a build of ``tree`` reads, as far as they exist."""
-    watched.files |= {real(path) for path in recipe_files(tree)}
+    read = [*recipe_files(tree), *folders_of(tree)]
+    with suppress(SourceError):  # the build reports it
+        read += files_of(tree)
     watched.folders |= {real(folder) for folder in folders_of(tree)}
-    try:
-        watched.files |= {real(path) for path in files_of(tree)}
-    except SourceError:
-        return  # the build reports it
+    watched.files |= {real(path) for path in read} - watched.folders
+    named = [
+        each.named_at(key, str(each.value(key)))
+        for each in (tree, *tree.members)
+        for key in named_files(each)
+    ]
+    watched.files |= {link for path in (*read, *named) for link in links_to(path)}

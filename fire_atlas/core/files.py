@@ -9,6 +9,7 @@ import io
 import os
 import re
 import stat
+from collections.abc import Iterator
 from pathlib import Path
 
 MIB = 1 << 20
@@ -67,6 +68,19 @@ def absolute(path: Path) -> Path:
 def real(path: Path) -> Path:
     """Return an absolute path without links; one that leads in a circle stays as it is."""
     return Path(os.path.realpath(path))  # ``Path.resolve`` fails there
+
+
+def links_to(path: Path) -> Iterator[Path]:
+    """Yield the links on the way that ``path`` names, to a file, a folder or nothing: each as an
+    absolute path whose folder is named without links."""
+    met, way = set[Path](), absolute(path)
+    while link := next((p for p in (*reversed(way.parents), way) if p.is_symlink()), None):
+        place = real(link.parent) / link.name
+        if place in met:  # it leads in a circle
+            return
+        met.add(place)
+        yield place
+        way = absolute(link.parent / link.readlink() / way.relative_to(link))
 
 
 def natural_key(path: Path, *, negative: bool = False) -> tuple[object, ...]:

@@ -79,8 +79,11 @@ class RecipeTree:
         ``text`` is relative to the recipe file with that key. If ``--set`` gave it, it is relative
         to the recipe: a build must not depend on the folder in which it is started.
         """
-        folder = (self.origin(path).file or self.path).parent
-        return real(folder / text)
+        return real(self.named_at(path, text))
+
+    def named_at(self, path: KeyPath, text: str) -> Path:
+        """Return the path ``text`` that the key ``path`` names, as ``file_at``, with its links."""
+        return (self.origin(path).file or self.path).parent / text
 
 
 MEMBERS = ("atlas", "members")

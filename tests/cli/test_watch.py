@@ -106,6 +106,56 @@ def test_what_changes_is_built_again(watch: Start, campfire: Path) -> None:
     assert watched.ends() == 0
 
 
+def point(link: Path, to: Path) -> None:
+    """Point a link elsewhere at once, as ``ln -sfn`` and ``mv -T`` do."""
+    new = link.with_name(".new link")
+    new.symlink_to(to)
+    new.replace(link)
+
+
+def test_links_that_are_pointed_elsewhere_are_followed(watch: Start, campfire: Path) -> None:
+    """Of a recipe, of a folder of frames, of a link to that link, and of one frame."""
+    folder = campfire.parent
+    (folder / "clip").rename(folder / "take1")
+    shutil.copytree(folder / "take1", folder / "take2")
+    shutil.copy(folder / "take2" / "0001.png", folder / "take2" / "0003.png")
+    (folder / "current").symlink_to("take1")
+    (folder / "clip").symlink_to("current")
+    campfire.rename(folder / "a recipe")
+    (folder / "another").write_text((folder / "a recipe").read_text() + "seed: 4\n")
+    campfire.symlink_to("a recipe")
+    watched = watch(campfire.name)
+    watched.hears("campfire.yaml: 4 files in build")
+    watched.settles()
+    point(campfire, folder / "another")
+    watched.hears("campfire.yaml: 4 files in build")
+    watched.settles()
+    point(folder / "current", folder / "take2")
+    watched.hears("campfire.yaml: 4 files in build")
+    watched.settles()
+    frame = folder / "take2" / "0002.png"
+    (folder / "elsewhere.png").write_bytes((folder / "take1" / "0000.png").read_bytes())
+    point(frame, folder / "elsewhere.png")
+    watched.hears("campfire.yaml: 4 files in build")
+    watched.settles()
+    (folder / "elsewhere.png").write_bytes((folder / "take1" / "0004.png").read_bytes())
+    watched.hears("campfire.yaml: 4 files in build")
+    assert watched.ends() == 0
+
+
+def test_outputs_that_were_deleted_are_built_again_at_the_next_change(
+    watch: Start, campfire: Path
+) -> None:
+    watched = watch(campfire.name)
+    watched.hears("campfire.yaml: 4 files in build")
+    watched.settles()
+    (campfire.parent / "build" / "campfire.png").unlink()
+    campfire.touch()
+    watched.hears("campfire.yaml: 4 files in build")
+    assert (campfire.parent / "build" / "campfire.png").is_file()
+    assert watched.ends() == 0
+
+
 @pytest.mark.parametrize(("option", "said"), [("-v", "watch has ended"), ("-q", "")])
 def test_ctrl_c_is_how_watch_ends_and_no_error(
     watch: Start, campfire: Path, option: str, said: str
