@@ -8,7 +8,7 @@ from fire_atlas.cli.build_one import folder_of
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import view_for
 from fire_atlas.cli.text import printable
-from fire_atlas.core.errors import OutputError
+from fire_atlas.core.errors import FireAtlasError, OutputError
 from fire_atlas.core.interruption import signals_wait
 from fire_atlas.outputs.disk import readable_errors
 from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
@@ -17,6 +17,9 @@ from fire_atlas.outputs.ownership import FolderManifests, stale_outputs
 from fire_atlas.outputs.recovery import tidy
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.tree import RecipeTree, read_without_members
+
+_MAX_NAMES = 8
+"""So many files are named in a message."""
 
 
 def run(args: Namespace) -> int:
@@ -51,11 +54,27 @@ def _cleaned(tree: RecipeTree, out: Path, note: Callable[[str], None]) -> Iterat
             raise OutputError(
                 f"{listed}: is damaged and does not state what was written here, so nothing was "
                 f"removed; build the recipe again, or remove its files by hand"
+                f"{_possible_outputs(tree, out)}"
             )
         removed = [*stale_outputs(manifests, ()), listed]
         _remove(removed)
         yield from (f"removed {path}" for path in removed)
         yield from _kept(manifests, manifests.own)
+
+
+def _possible_outputs(tree: RecipeTree, out: Path) -> str:
+    """Return a list of the files in ``out`` that are called like those of a recipe, as the end of a
+    sentence; nothing if the recipe is invalid."""
+    from fire_atlas.pipeline.expected import possible
+    from fire_atlas.recipe.load import load_tree
+
+    try:
+        recipe = load_tree(tree).recipe
+    except FireAtlasError:
+        return ""
+    names = sorted(possible(recipe, (path.name for path in out.iterdir())))
+    more = f" and {len(names) - _MAX_NAMES} more" if len(names) > _MAX_NAMES else ""
+    return f", which are called {', '.join(names[:_MAX_NAMES])}{more}"
 
 
 def _remove(paths: Sequence[Path]) -> None:

@@ -3,7 +3,7 @@
 import logging
 import os
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from queue import SimpleQueue
@@ -63,13 +63,13 @@ class ClusterBuilder:
         self._identity = f"{tool_digest()} {cpu_class()}"
         self._resource = f"fire-atlas {self._identity}"
 
-    def start(self, recipe: Path, unfinished: int) -> None:
+    def start(self, recipe: Path, unfinished: int, failed: Container[str]) -> None:
         """Hand a recipe to the scheduler, to be built with one thread."""
         shared = absolute(recipe)
         topic = self._topic
         key = f"{topic}-{len(self._recipes)}"
         self._recipes[key] = recipe
-        arguments = build_arguments(shared, self._args, 1)
+        arguments = build_arguments(shared, self._args, 1, failed)
         self._futures[key] = self._client.submit(
             # Dask sends a lambda as code: the scheduler, who reads it, need not have fire-atlas.
             lambda: build_on_worker(key, arguments, topic),

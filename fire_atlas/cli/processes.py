@@ -5,6 +5,7 @@ import signal
 import subprocess
 import time
 from argparse import Namespace
+from collections.abc import Container
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from queue import SimpleQueue
@@ -47,12 +48,12 @@ class BuildProcesses:
         """Whether a thread is left for another recipe."""
         return len(self._busy) < self._jobs
 
-    def start(self, recipe: Path, unfinished: int) -> None:
+    def start(self, recipe: Path, unfinished: int, failed: Container[str]) -> None:
         """Start a build with this recipe's share of the threads."""
         process = self._idle.pop() if self._idle else self._new_process()
         self._busy[process] = recipe
         threads = max(1, self._jobs // unfinished)
-        request = json.dumps(build_arguments(recipe, self._args, threads))
+        request = json.dumps(build_arguments(recipe, self._args, threads, failed))
         assert process.stdin is not None
         with suppress(OSError):  # the process has died: the next event of it says so
             process.stdin.write(request.encode() + b"\n")

@@ -3,7 +3,7 @@
 import os
 from argparse import Namespace
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -31,19 +31,26 @@ class Builder(Protocol):
     def has_room(self) -> bool:
         """Whether another recipe can be started now."""
 
-    def start(self, recipe: Path, unfinished: int) -> None:
-        """Start a build; ``unfinished`` recipes, this one included, are not built yet."""
+    def start(self, recipe: Path, unfinished: int, failed: Container[str]) -> None:
+        """Start a build; ``unfinished`` recipes, this one included, are not built yet, and
+        ``failed`` is what the cache cannot be used for any more."""
 
     def receive(self) -> tuple[Path, BuildEvent]:
         """Wait for the next event of any build, and return it with the recipe."""
 
 
-def build_arguments(recipe: Path, args: Namespace, jobs: int) -> list[str]:
-    """Return the arguments of the ``build`` of one recipe, with the options in ``args``."""
+def build_arguments(recipe: Path, args: Namespace, jobs: int, failed: Container[str]) -> list[str]:
+    """Return the arguments of the ``build`` of one recipe, with the options in ``args``.
+
+    ``failed`` says how the cache has failed other builds, ``NOT_READ`` or ``NOT_WRITTEN``: whoever
+    builds this one does not wait for it again.
+    """
+    cache = "" if NOT_READ in failed else args.cache
+    mode = "read" if NOT_WRITTEN in failed else args.cache_mode
     chosen = {
         f"--out={args.out}": args.out,
-        f"--cache={args.cache}": args.cache is not None,
-        f"--cache-mode={args.cache_mode}": args.cache_mode,
+        f"--cache={cache}": cache is not None,
+        f"--cache-mode={mode}": mode,
         "--overwrite": args.overwrite,
         "--force": args.force,
         "-vv": args.verbose > 1,
@@ -124,7 +131,7 @@ def build_side_by_side(
         while waiting and builder.has_room and not failures.must_stop:
             path = waiting.popleft()
             running[path] = _Playback(view, path, reported)
-            builder.start(path, len(running) + len(waiting))
+            builder.start(path, len(running) + len(waiting), reported)
         if not running:
             break
         path, event = builder.receive()

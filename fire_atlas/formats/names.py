@@ -3,7 +3,7 @@ what may differ in its name."""
 
 import re
 from dataclasses import dataclass, replace
-from typing import Literal, Self
+from typing import Literal, Self, TypeAlias
 
 from fire_atlas.core.output_file import Role
 
@@ -20,6 +20,9 @@ ENDINGS = {
 EACH_PAGE = ("json", "json-array", "tpsheet")
 """Those of these exports that write a file for each page."""
 
+OfEach: TypeAlias = Literal["", "page", "animation"]
+"""Of what a recipe writes a file each; "" where there is only one."""
+
 _PAGE = re.compile(r"-[1-9][0-9]{0,3}")
 """What stands in the names of all pages but the first."""
 
@@ -33,14 +36,14 @@ class OutputNames:
         ending: Ends all of them. The first page, and an animation called like the build, have
             nothing between the two.
         role: Purpose of the files.
-        of_each: Of what there is a file each; "" if there is only one.
+        of_each: Of what there is one each.
         is_certain: Whether every build of the recipe writes the file with nothing between.
     """
 
     stem: str
     ending: str
     role: Role
-    of_each: Literal["", "page", "animation"] = ""
+    of_each: OfEach = ""
     is_certain: bool = False
 
     @property

@@ -1,26 +1,55 @@
-"""Predict the files of a build: those it will certainly write, and those it may write."""
+"""Which files a recipe writes: the one answer to that, for all who ask before a build or without.
+
+It is exact but for the number of pages, the names of animations, and what templates fill in.
+"""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from fnmatch import fnmatchcase
+from glob import escape
 from pathlib import PurePath
 
-from fire_atlas.core.output_file import Role, is_named_after
-from fire_atlas.engines.godot import names as godot
-from fire_atlas.engines.unity import names as unity
-from fire_atlas.formats.names import ENDINGS, flakes_file
+from fire_atlas.core.output_file import Role
+from fire_atlas.engines.godot.files import godot_files
+from fire_atlas.engines.unity.files import unity_files
+from fire_atlas.formats.names import (
+    EACH_PAGE,
+    ENDINGS,
+    OfEach,
+    OutputNames,
+    flakes_file,
+    light_file,
+)
 from fire_atlas.outputs.manifest import manifest_name
 from fire_atlas.recipe.gpu import channels_of, formats_for, texture_file
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.output import TemplateExport, UnityExport, export_name
+from fire_atlas.recipe.output import (
+    GodotExport,
+    GodotOptions,
+    TemplateExport,
+    UnityExport,
+    UnityOptions,
+    export_name,
+)
 
-_ENGINE_FILES: dict[str, tuple[tuple[str, Role], ...]] = {
-    "godot": ((godot.FRAMES_ENDING, "scene"), (godot.SCENE_ENDING, "scene")),
-    "unity": ((unity.CONTROLLER_ENDING, "engine"), (unity.PREFAB_ENDING, "engine")),
-}
-"""Endings and roles of the files that an engine's export writes for every scale."""
 
-_IMPORT_ENDINGS = {"godot": godot.IMPORT_ENDING, "unity": unity.META_ENDING}
-"""Endings of the import settings that an engine's export writes for each image."""
+def files(recipe: Recipe) -> Iterator[OutputNames]:
+    """Yield the names of all files that builds of ``recipe`` write, but those of users' templates,
+    which ``unexpected`` knows."""
+    stems = [_stem(recipe.name, scale) for scale in recipe.atlas.scales]
+    of_no_engine = [*_sheet_files(recipe, stems), *_animation_files(recipe)]
+    if recipe.atlas.pixels != "color":
+        of_no_engine.append(OutputNames(recipe.name, ".ramp.png", "ramp", is_certain=True))
+    yield from of_no_engine
+    for export in recipe.exports:
+        match export:
+            case "godot" | GodotExport():
+                godot = export.godot if isinstance(export, GodotExport) else GodotOptions()
+                yield from godot_files(recipe, godot, stems, of_no_engine)
+            case "unity" | UnityExport():
+                unity = export.unity if isinstance(export, UnityExport) else UnityOptions()
+                yield from unity_files(recipe, unity, stems, of_no_engine)
+    yield OutputNames(manifest_name(recipe.name), "", "manifest", is_certain=True)
 
 
 def expected_outputs(recipe: Recipe) -> Iterator[tuple[str, Role]]:
@@ -29,134 +58,96 @@ def expected_outputs(recipe: Recipe) -> Iterator[tuple[str, Role]]:
     The number of pages, the names that users' templates give, and which animations have flakes are
     known only once the frames are.
     """
-    for scale in recipe.atlas.scales:
-        yield from _sheet_files(recipe, recipe.name if scale == 1 else f"{recipe.name}@{scale:g}x")
-    if recipe.atlas.pixels != "color":
-        ramp = f"{recipe.name}.ramp.png"
-        yield ramp, "ramp"
-        yield from _import_settings(recipe, ramp)
-    is_one = not recipe.atlas.members and recipe.views.count == 1 and not recipe.wind.levels
-    if is_one and recipe.flakes != "none":
-        for track in recipe.tracks:
-            if track != "light":
-                yield flakes_file(recipe.name, track), "tracks"
-        for movie in recipe.movies:
-            yield f"{recipe.name}.{movie}", "movie"
-    yield manifest_name(recipe.name), "manifest"
+    yield from ((each.first, each.role) for each in files(recipe) if each.is_certain)
 
 
-def _sheet_files(recipe: Recipe, sheet: str) -> Iterator[tuple[str, Role]]:
-    """Yield the files of one scale."""
-    exports = [export_name(export) for export in recipe.exports]
-    for image, kind in _images(recipe, sheet):
-        yield image, "page" if kind == "page" else "map"
-        for format_ in formats_for(recipe.atlas.gpu, channels_of(kind, recipe.atlas.pixels)):
-            yield texture_file(image, format_), "texture"
-        yield from _import_settings(recipe, image)
-    for export in exports:
-        for ending, described in _ENGINE_FILES.get(export, ()):
-            yield sheet + ending, described
-        if export in ENDINGS:
-            yield sheet + ENDINGS[export], "atlas"
+def unexpected(recipe: Recipe, outputs: Iterable[tuple[str, str]]) -> Iterator[str]:
+    """Yield the names of those ``outputs`` (name, role) that no build of ``recipe`` writes."""
+    known = list(files(recipe))
+    for file, role in outputs:
+        is_known = any(each.role == role and each.has(file) for each in known)
+        if not is_known and not (role == "template" and _is_rendered(recipe, file)):
+            yield file
 
 
-def _import_settings(recipe: Recipe, image: str) -> Iterator[tuple[str, Role]]:
-    """Yield the files by which engines import an image."""
-    exports = {export_name(export) for export in recipe.exports}
-    for engine, ending in _IMPORT_ENDINGS.items():
-        if engine in exports:
-            yield image + ending, "import"
+def possible(recipe: Recipe, names: Iterable[str]) -> Iterator[str]:
+    """Yield those of ``names`` that a build of ``recipe`` may have written, whatever for."""
+    known = list(files(recipe))
+    for name in names:
+        if any(each.has(name) for each in known) or _is_rendered(recipe, name):
+            yield name
 
 
-def _images(recipe: Recipe, sheet: str) -> Iterator[tuple[str, str]]:
-    """Yield the first page of a sheet and the maps beside it, each with its kind."""
+def _stem(name: str, scale: float) -> str:
+    return name if scale == 1 else f"{name}@{scale:g}x"
+
+
+def _sheet_files(recipe: Recipe, stems: list[str]) -> Iterator[OutputNames]:
+    """Yield the pages of each scale, the maps beside them, and the files that describe them."""
+    for stem in stems:
+        for ending, kind in _images(recipe):
+            role: Role = "page" if kind == "page" else "map"
+            yield OutputNames(stem, ending, role, "page", is_certain=True)
+            for format_ in formats_for(recipe.atlas.gpu, channels_of(kind, recipe.atlas.pixels)):
+                texture = texture_file(ending, format_)
+                yield OutputNames(stem, texture, "texture", "page", is_certain=True)
+        for export in map(export_name, recipe.exports):
+            if export in ENDINGS:
+                of_each: OfEach = "page" if export in EACH_PAGE else ""
+                yield OutputNames(stem, ENDINGS[export], "atlas", of_each, is_certain=True)
+
+
+def _images(recipe: Recipe) -> Iterator[tuple[str, str]]:
+    """Yield what follows a sheet's name in those of its page and of the maps beside it, each with
+    its kind."""
     ending = f".{recipe.atlas.format}"
-    yield f"{sheet}{ending}", "page"
+    yield ending, "page"
     motion = () if recipe.maps.motion == "none" else ("motion",)
     haze = ("haze",) if recipe.maps.haze else ()
     for kind in (*motion, *haze, *recipe.maps.layers, *recipe.maps.form):
-        yield f"{sheet}.{kind}{ending}", kind
+        yield f".{kind}{ending}", kind
     if recipe.maps.emission == "exr":
-        yield f"{sheet}.emission.exr", "emission"
+        yield ".emission.exr", "emission"
 
 
-def may_write(recipe: Recipe, file: str) -> bool:
-    """Return whether a build of ``recipe`` may write a file of this name.
-
-    Names are exact but for numbers of pages, names of animations and what templates fill in. What
-    an editor compiles, or a system runs, is only what the recipe's own exports are called.
-    """
-    if any(_fits_template(export.to, file) for export in _templates(recipe)):
-        return True
-    exports = {export_name(export) for export in recipe.exports}
-    plain = file
-    if "godot" in exports:
-        plain = plain.removesuffix(godot.IMPORT_ENDING).removesuffix(godot.UID_ENDING)
-    if "unity" in exports:
-        plain = plain.removesuffix(unity.META_ENDING)
-    if plain in _scripts(recipe, exports):
-        return True
-    return is_named_after(recipe.name, plain) and plain.endswith(tuple(_endings(recipe, exports)))
+def _animation_files(recipe: Recipe) -> Iterator[OutputNames]:
+    """Yield the tracks, the light and the movies of each animation."""
+    is_one = not recipe.atlas.members and recipe.views.count == 1 and not recipe.wind.levels
+    is_known = is_one and recipe.flakes != "none"
+    for track in recipe.tracks:
+        if track == "light":
+            yield OutputNames(recipe.name, light_file(""), "light", "animation")
+        elif recipe.may_have_flakes:
+            yield OutputNames(recipe.name, flakes_file("", track), "tracks", "animation", is_known)
+    for movie in recipe.movies:
+        yield OutputNames(recipe.name, f".{movie}", "movie", "animation", is_known)
 
 
-def _templates(recipe: Recipe) -> list[TemplateExport]:
-    return [export for export in recipe.exports if isinstance(export, TemplateExport)]
+def _is_rendered(recipe: Recipe, file: str) -> bool:
+    """Return whether a template of the user's may write ``file``, a plain name."""
+    templates = (export for export in recipe.exports if isinstance(export, TemplateExport))
+    return any(_fits_template(export.to, file) for export in templates)
 
 
 _PROGRAMS = (
-    ".asmdef", ".asmref", ".bat", ".cmd", ".com", ".cs", ".dll", ".dylib", ".exe", ".gd", ".jar",
-    ".js", ".lua", ".mjs", ".ps1", ".py", ".rsp", ".sh", ".so", ".ts", ".vbs", ".wasm",
+    ".aar", ".asmdef", ".asmref", ".bat", ".bundle", ".cmd", ".com", ".cpp", ".cs", ".dll",
+    ".dylib", ".exe", ".gd", ".gdextension", ".gdns", ".jar", ".java", ".js", ".jslib", ".lua",
+    ".mjs", ".mm", ".ps1", ".py", ".res", ".rsp", ".scn", ".sh", ".so", ".tres", ".ts", ".tscn",
+    ".vbs", ".wasm",
 )  # fmt: skip
-"""Endings of what an editor compiles as it finds it in a project, or a system runs."""
+"""Endings of what an engine's editor compiles or loads as code as soon as it finds it in a project
+(scenes and resources of Godot hold scripts), or a system runs."""
 
-_FILLED_IN = re.compile(r"\{\{.*?\}\}|\{%.*?%\}|\{#.*?#\}", re.DOTALL)
-"""What Jinja replaces."""
+_FILLED_IN = re.compile(
+    r"""\s*\{%.*%\}\s* | \s*\{\{(?:[^'"]|'[^']*'|"[^"]*")*?\}\}\s* | \{\#.*?\#\}""",
+    re.DOTALL | re.VERBOSE,
+)
+"""What Jinja replaces in a name: from the first statement to the last, and expressions."""
 
 
 def _fits_template(to: str, file: str) -> bool:
-    """Return whether a template whose file is called ``to`` may write ``file``."""
-    literal = map(re.escape, _FILLED_IN.split(to))
-    if not re.fullmatch(r"[^/\\]*".join(literal), file):
+    """Return whether ``to``, the name of a template's file, may become ``file``."""
+    if not fnmatchcase(file, "*".join(map(escape, _FILLED_IN.split(to)))):
         return False
     ending = PurePath(file).suffix.lower()
     return ending not in _PROGRAMS or to.lower().endswith(ending)
-
-
-def _scripts(recipe: Recipe, exports: set[str]) -> set[str]:
-    """Return the names of scripts that a build may write, and of Unity's files beside them."""
-    names = set[str]()
-    if "godot" in exports:
-        names |= {f"{recipe.name}{ending}" for ending in godot.SCRIPTS}
-    if "unity" in exports:
-        options = [export.unity for export in recipe.exports if isinstance(export, UnityExport)]
-        names |= {f"{each.namespace}.asmdef" for each in options if each.assembly}
-        names |= {f"{unity.player_name(recipe.name, each)}.cs" for each in unity.PLAYED}
-    return names
-
-
-_ENDINGS_OF_ENGINES: dict[str, tuple[str, ...]] = {
-    "godot": (godot.FRAMES_ENDING, godot.SCENE_ENDING, ".gdshader"),
-    "unity": (
-        unity.CONTROLLER_ENDING, unity.PREFAB_ENDING, ".anim", ".flakes.bytes", ".mat", ".shader",
-    ),
-}  # fmt: skip
-"""Endings of what an engine's export writes besides scripts."""
-
-
-def _endings(recipe: Recipe, exports: set[str]) -> Iterator[str]:
-    """Yield the endings of all outputs of a recipe that are no scripts."""
-    yield f".{recipe.atlas.format}"
-    if recipe.atlas.pixels != "color":
-        yield ".ramp.png"
-    if recipe.maps.emission == "exr":
-        yield ".emission.exr"
-    if recipe.atlas.gpu:
-        yield from (".dds", ".ktx2")
-    for export in exports:
-        yield from _ENDINGS_OF_ENGINES.get(export, ())
-        if export in ENDINGS:
-            yield ENDINGS[export]
-    for track in recipe.tracks:
-        yield ".light.json" if track == "light" else flakes_file("", track)
-    for movie in recipe.movies:
-        yield f".{movie}"

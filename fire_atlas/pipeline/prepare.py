@@ -22,7 +22,7 @@ def prepare(
     clip = _arranged(clip, recipe, context)
     size = clip.width, clip.height
     fewer = "timeline.frames, or a smaller source.height"
-    check_workload(recipe.name, clip.count, size, context.max_pixels, fewer)
+    check_workload("timeline.frames", clip.count, size, context.max_pixels, fewer)
     direction = lift_direction(recipe.buoyancy)
     if direction is None and not isinstance(recipe.source, FramesSource):
         direction = UP  # generated fire rises, and its recipe states the wind that bends it

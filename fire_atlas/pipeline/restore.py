@@ -2,10 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
+from fire_atlas.core.errors import OutputError
 from fire_atlas.outputs.cache.archive import ArchiveReader, CacheMissError
 from fire_atlas.outputs.cache.build_cache import BuildCache
 from fire_atlas.outputs.cache.key import CacheKey
@@ -15,7 +15,7 @@ from fire_atlas.outputs.manifest import Manifest, OutputEntry, manifest_name
 from fire_atlas.outputs.ownership import commit
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.check import CheckedRecipe
-from fire_atlas.pipeline.expected import expected_outputs, may_write
+from fire_atlas.pipeline.expected import expected_outputs, unexpected
 from fire_atlas.recipe.models import Recipe
 
 _MERGED_ROLES = {"import", "scene"}
@@ -49,27 +49,45 @@ def restore(
     replaced, unless ``overwrite``.
 
     Raises:
-        CacheMissError: The cache has no entry that can be used; nothing was written.
-        FireAtlasError: The outputs cannot be written, as by a build.
+        CacheMissError: The cache has no entry that can be used, or what it has cannot be written
+            here; nothing was written.
+        SourceError: An input is missing.
     """
-    name, may_write_it = loaded.recipe.name, partial(may_write, loaded.recipe)
+    try:
+        return _restored(loaded, key, cache, out, overwrite, note)
+    except OutputError as error:  # maybe of a file that a build would not write: that will tell
+        raise CacheMissError(str(error).partition("\n")[0]) from error
+
+
+def _restored(
+    loaded: CheckedRecipe,
+    key: CacheKey,
+    cache: BuildCache,
+    out: Path,
+    overwrite: bool,
+    note: Callable[[str], None],
+) -> RestoredBuild:
+    name = loaded.recipe.name
     with cache.entry(key, note) as archive, Staging(out, name, note, overwrite) as staging:
         if why_stale(loaded.tree, out) is None:
             raise CacheMissError("another build has written the same outputs")
         staging.protect(files_of(loaded.tree))
-        data, manifest = archive.read_manifest(name, may_write_it)
-        _refuse_incomplete(manifest, loaded.recipe)
+        data, manifest = archive.read_manifest(name)
+        _refuse_unlike(manifest, loaded.recipe)
         _refuse_merging(manifest, out)
         outputs = [*_extract(archive, manifest, staging), _write_manifest(name, data, staging)]
         written = commit(name, outputs, staging)
     return RestoredBuild(written, manifest.statistics)
 
 
-def _refuse_incomplete(manifest: Manifest, recipe: Recipe) -> None:
-    """Raise if an entry lacks an output that every build of the recipe writes."""
-    there = {entry.name for entry in manifest.outputs}
+def _refuse_unlike(manifest: Manifest, recipe: Recipe) -> None:
+    """Raise if an entry has an output that no build of the recipe writes, or lacks one that every
+    build writes."""
+    outputs = [(entry.name, entry.role) for entry in manifest.outputs]
+    for file in unexpected(recipe, outputs):
+        raise CacheMissError(f"the entry has a file that this build would not write: {file}")
     for file, role in expected_outputs(recipe):
-        if role != "manifest" and file not in there:
+        if role != "manifest" and (file, role) not in outputs:
             raise CacheMissError(f"the entry lacks {file}")
 
 

@@ -82,6 +82,11 @@ class Recipe(Settings):
         return self.blurs_flame or self.flakes != "none"
 
     @property
+    def may_have_flakes(self) -> bool:
+        """Whether flakes may fly: its own, or those of members."""
+        return self.flakes != "none" or bool(self.atlas.members)
+
+    @property
     def needs_field(self) -> bool:
         """Whether the motion of the air is needed even without flakes."""
         return self.blurs_flame or self.maps.haze

@@ -15,6 +15,7 @@ CAMPAIGNS = {
     "power": "power",
     "fuzz": "fuzz",
     "stale": "stale",
+    "cache": "cache",
 }
 """The module of each campaign."""
 

@@ -17,7 +17,15 @@ pytestmark = [
 
 @pytest.mark.parametrize(
     ("campaign", "count"),
-    [("kill", 8), ("commit", 12), ("concurrent", 6), ("power", 3), ("fuzz", 70), ("stale", 8)],
+    [
+        ("kill", 8),
+        ("commit", 12),
+        ("concurrent", 6),
+        ("power", 3),
+        ("fuzz", 70),
+        ("stale", 8),
+        ("cache", 24),
+    ],
 )
 def test_a_short_campaign_finds_no_fault(campaign: str, count: int) -> None:
     line = [sys.executable, "-m", "tests.campaign", campaign, "--count", str(count), "--seed", "18"]

@@ -81,6 +81,18 @@ def test_a_manifest_that_climbs_out_of_its_folder_removes_nothing(
     assert (campfire.parent / "precious.txt").is_file()
 
 
+def test_of_a_damaged_manifest_the_files_that_may_be_the_builds_are_named(
+    run: Run, campfire: Path
+) -> None:
+    run("build", campfire.name, "-q")
+    build = campfire.parent / "build"
+    written = names(build)
+    (build / "campfire.txt").write_text("mine")
+    (build / "campfire.manifest.json").write_text("{")
+    said = run("clean", campfire.name).stderr.strip()
+    assert set(said.rpartition("which are called ")[2].split(", ")) == written
+
+
 def test_what_was_never_built_has_nothing_to_remove(run: Run, campfire: Path) -> None:
     result = run("clean", campfire.name)
     assert result.returncode == 0

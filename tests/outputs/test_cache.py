@@ -8,7 +8,6 @@ import sys
 import tarfile
 import threading
 import tracemalloc
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -95,12 +94,11 @@ def read(
     data: bytes | io.RawIOBase,
     secret: bytes | None = None,
     key: CacheKey = KEY,
-    may_write: Callable[[str], bool] = lambda name: True,
 ) -> dict[str, bytes]:
     """Return the files in an archive."""
     source = io.BytesIO(data) if isinstance(data, bytes) else data
     reader = ArchiveReader(source, key, secret)
-    _, manifest = reader.read_manifest("fire", may_write)
+    _, manifest = reader.read_manifest("fire")
     found = {}
     for entry in manifest.outputs:
         target = io.BytesIO()
@@ -227,9 +225,11 @@ def test_names_that_lead_elsewhere_or_are_reserved_are_refused(name: str) -> Non
         read(forged((described(name, b"x"),), [(member(name, 1), b"x")]))
 
 
-def test_names_that_the_build_would_not_write_are_refused(stored: bytes) -> None:
-    with pytest.raises(CacheMissError, match=r"would not write: fire\.json"):
-        read(stored, may_write=lambda name: name != "fire.json")
+@pytest.mark.parametrize("other", ["fire.png", "FIRE.png", "fire.PNG"])
+def test_names_of_one_file_are_refused(other: str) -> None:
+    outputs = described("fire.png", b"x"), described(other, b"x")
+    with pytest.raises(CacheMissError, match="twice"):
+        read(forged(outputs, [(member(each.name, 1), b"x") for each in outputs]))
 
 
 @pytest.mark.parametrize(
@@ -287,6 +287,29 @@ def test_sizes_beyond_reason_are_misses_before_anything_is_read(sizes: list[int]
     with pytest.raises(CacheMissError):
         read(source)
     assert source.taken < 1 << 20
+
+
+def test_a_manifest_of_more_than_8_mib_is_a_miss_before_it_is_read() -> None:
+    source = Endless(member("fire.manifest.json", (8 << 20) + 1).tobuf(tarfile.PAX_FORMAT))
+    with pytest.raises(CacheMissError, match="another size"):
+        read(source)
+    assert source.taken < 1 << 20
+
+
+@pytest.mark.slow
+def test_a_manifest_of_8_mib_that_is_made_to_grow_takes_little_memory() -> None:
+    lists = b"[" + b"[[]]," * 1_677_000 + b"0]"
+    digest = hashlib.sha256(f"fire-atlas cache {KEY.digest}\n".encode() + lists).hexdigest()
+    seal = json.dumps({"sha256": digest, "hmac-sha256": ""}).encode()
+    target = io.BytesIO()
+    with tarfile.open(fileobj=target, mode="w") as made:
+        for name, content in (("fire.manifest.json", lists), (".seal", seal)):
+            made.addfile(member(name, len(content)), io.BytesIO(content))
+    tracemalloc.start()
+    with pytest.raises(CacheMissError, match="damaged"):
+        read(target.getvalue())
+    assert tracemalloc.get_traced_memory()[1] < 400 << 20
+    tracemalloc.stop()
 
 
 def test_who_reads_while_others_write_sees_whole_entries(tmp_path: Path) -> None:

@@ -8,15 +8,17 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import pytest
 
+from fire_atlas.outputs.cache.store import StoreError, open_store
 from fire_atlas.outputs.staging import Staging
+from tests.support.entries import described, forge, header, taken_apart
 from tests.support.repo import Ran, Repo, command, contents, environment, run_alone, script
+from tests.support.silent_server import SILENCES, silent_server
 
 pytestmark = pytest.mark.slow
 posix = pytest.mark.skipif(sys.platform == "win32", reason="limits and permissions of POSIX")
@@ -460,6 +462,8 @@ class Web(BaseHTTPRequestHandler):
     files: dict[str, bytes]
     is_writable: bool
     requests: list[str]
+    pause = 0.0
+    """Seconds that it takes over each chunk it receives."""
 
     def do_GET(self) -> None:
         self.requests.append(f"GET {self.path}")
@@ -476,6 +480,7 @@ class Web(BaseHTTPRequestHandler):
             while size := int(self.rfile.readline(), 16):
                 data += self.rfile.read(size)
                 self.rfile.readline()
+                time.sleep(self.pause)
             self.rfile.readline()
         if self.is_writable:
             self.files[self.path] = data
@@ -493,6 +498,8 @@ def web() -> Iterator[tuple[str, type[Web]]]:
     pytest.importorskip("aiohttp")
     state = type("State", (Web,), {"files": {}, "is_writable": True, "requests": []})
     with ThreadingHTTPServer(("127.0.0.1", 0), state) as server:
+        # Else the system takes some MiB in the server's place, however slow that is.
+        server.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)
         thread = threading.Thread(target=server.serve_forever)
         thread.start()
         yield f"http://127.0.0.1:{server.server_port}/cache", state
@@ -515,11 +522,63 @@ def test_what_is_no_entry_is_a_miss_and_replaced(repo: Repo, filled: dict[str, b
         if entry.is_dir():
             (entry / "file").touch()
         empty(repo.build)
+        assert "entries: 0" in repo.run("cache", "info").out
         assert results(repo, recipe) == ["miss", "stored"]
         assert entry.is_file() and not entry.is_symlink()
         empty(repo.build)
         assert results(repo, recipe) == ["hit"]
         assert contents(repo.build) == filled
+
+
+@pytest.mark.parametrize(
+    ("name", "role"),
+    [
+        ("fire.Editor.cs", "page"), ("fire.gd", "script"), ("fire.exe", "template"),
+        ("fire.png.exe", "page"), ("fire-1.gd", "page"), ("fire.evil.png", "page"),
+        ("fire-1.png", "import"), ("fire-1.png", "of nobody"), ("other.json", "atlas"),
+    ],
+)  # fmt: skip
+def test_an_entry_with_a_file_that_the_recipe_does_not_write_is_a_miss(
+    repo: Repo, filled: dict[str, bytes], cache: Path, name: str, role: str
+) -> None:
+    entry, planted = entry_of(cache), b"planted"
+    manifest, outputs = taken_apart(entry)
+    manifest["outputs"].append(described(name, role, planted))
+    outputs[name] = planted
+    forge(entry, manifest, [(header(each, len(data)), data) for each, data in outputs.items()])
+    ((result, why), stored) = events(repo, repo.folder / "fire.yaml")
+    assert result == "miss" and f"would not write: {name}" in why
+    assert stored[0] == "stored"
+    assert contents(repo.build) == filled
+
+
+@pytest.mark.parametrize("lacking", [("fire.png",), ("fire.json",), "all of them"])
+def test_an_entry_that_lacks_an_output_is_a_miss(
+    repo: Repo, filled: dict[str, bytes], cache: Path, lacking: tuple[str, ...] | str
+) -> None:
+    entry = entry_of(cache)
+    manifest, outputs = taken_apart(entry)
+    kept = {} if lacking == "all of them" else {
+        name: data for name, data in outputs.items() if name not in lacking
+    }  # fmt: skip
+    manifest["outputs"] = [each for each in manifest["outputs"] if each["path"] in kept]
+    forge(entry, manifest, [(header(each, len(data)), data) for each, data in kept.items()])
+    assert results(repo, repo.folder / "fire.yaml") == ["miss", "stored"]
+    assert contents(repo.build) == filled
+
+
+def test_an_entry_that_would_replace_a_file_of_the_users_is_a_miss(
+    repo: Repo, filled: dict[str, bytes], cache: Path
+) -> None:
+    """The build writes one page. An entry with two keeps it from nothing."""
+    entry, mine = entry_of(cache), repo.build / "fire-1.png"
+    manifest, outputs = taken_apart(entry)
+    manifest["outputs"].append(described("fire-1.png", "page", b"second"))
+    outputs["fire-1.png"] = b"second"
+    forge(entry, manifest, [(header(each, len(data)), data) for each, data in outputs.items()])
+    mine.write_bytes(b"mine")
+    assert results(repo, repo.folder / "fire.yaml") == ["miss", "stored"]
+    assert contents(repo.build) == filled | {"fire-1.png": b"mine"}
 
 
 def test_a_web_server_is_a_cache(repo: Repo, web: tuple[str, type[Web]]) -> None:
@@ -537,47 +596,26 @@ def test_a_web_server_is_a_cache(repo: Repo, web: tuple[str, type[Web]]) -> None
     assert len(state.requests) == 1  # one GET
 
 
-@contextmanager
-def hanging(answer: bytes) -> Iterator[str]:
-    """Run a server that takes connections, sends ``answer`` to a GET, and then nothing ever."""
-    ended = threading.Event()
-
-    def serve(listener: socket.socket) -> None:
-        open_ones = []
-        while not ended.is_set():
-            with suppress(TimeoutError):
-                connection, _ = listener.accept()
-                open_ones.append(connection)
-                if connection.recv(4) == b"GET ":
-                    connection.sendall(answer)
-        for connection in open_ones:
-            connection.close()
-
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        listener.settimeout(0.1)
-        thread = threading.Thread(target=serve, args=[listener])
-        thread.start()
-        yield f"http://127.0.0.1:{listener.getsockname()[1]}/cache"
-        ended.set()
-        thread.join()
+def test_a_build_that_no_entry_may_hold_is_not_stored_and_others_are(
+    repo: Repo, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    repo.clip()
+    recipe = repo.recipe()
+    with monkeypatch.context() as patch:
+        patch.setattr("fire_atlas.outputs.cache.archive._MAX_MANIFEST_BYTES", 1000)
+        assert results(repo, recipe) == ["miss", "not stored"]
+    assert not cache.exists()
+    assert results(repo, recipe, "--set", "seed=1") == ["miss", "stored"]
 
 
-@pytest.mark.parametrize(
-    "answer",
-    [
-        b"",
-        b"HTTP/1.1 200 OK\r\nContent-Length: 100000\r\n\r\nfire.manifest.json",
-        b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n",
-    ],
-    ids=["GET", "within an entry", "PUT"],
-)
+@pytest.mark.parametrize("answer", SILENCES.values(), ids=SILENCES)
 def test_a_server_that_falls_silent_is_tried_once_and_named(
     answer: bytes, repo: Repo, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("aiohttp")
     monkeypatch.setattr("fire_atlas.outputs.cache.store._SILENCE", 1)
     repo.clip()
-    with hanging(answer) as url:
+    with silent_server(answer) as url:
         began = time.monotonic()
         ran = repo.run("build", repo.recipe(), "--cache", url)
         took = time.monotonic() - began
@@ -585,6 +623,49 @@ def test_a_server_that_falls_silent_is_tried_once_and_named(
     assert url in note and "takes and gives nothing for 1 s" in note
     assert took < 20
     assert "fire.png" in contents(repo.build)
+
+
+def test_a_server_that_takes_a_part_of_an_entry_and_no_more_is_given_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("aiohttp")
+    monkeypatch.setattr("fire_atlas.outputs.cache.store._SILENCE", 1)
+    with silent_server(b"") as url:
+        store, began = open_store(url), time.monotonic()
+        with pytest.raises(StoreError, match="takes and gives nothing"):
+            store.write("0" * 64, lambda file: _write_zeros(file, 64 << 20))
+    assert time.monotonic() - began < 10
+
+
+def _write_zeros(file: BinaryIO, size: int) -> None:
+    file.truncate(size)
+
+
+def test_an_entry_that_is_sent_slowly_arrives(
+    web: tuple[str, type[Web]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What takes longer than a server may be silent is no silence. At the end, the system still has
+    some MiB to send, of which it tells nothing."""
+    address, state = web
+    monkeypatch.setattr("fire_atlas.outputs.cache.store._SILENCE", 4)
+    state.pause = 0.03
+    began = time.monotonic()
+    open_store(f"{address}/slow").write("0" * 64, lambda file: _write_zeros(file, 16 << 20))
+    assert time.monotonic() - began > 5
+    assert [len(data) for data in state.files.values()] == [16 << 20]
+
+
+def test_recipes_that_are_built_at_once_wait_for_a_silent_server_together(repo: Repo) -> None:
+    pytest.importorskip("aiohttp")
+    repo.clip()
+    recipes = [repo.recipe(f"fire{i}.yaml") for i in range(4)]
+    with silent_server(SILENCES["GET"]) as url:
+        began = time.monotonic()
+        ran = repo.run("build", *recipes, "--cache", url, "--jobs", "2")
+        took = time.monotonic() - began
+    (note,) = notes(ran)
+    assert url in note
+    assert took < 30  # of which twice 10 s would be one after the other
 
 
 def test_a_web_server_that_takes_nothing_is_read(repo: Repo, web: tuple[str, type[Web]]) -> None:

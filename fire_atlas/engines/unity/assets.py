@@ -11,7 +11,16 @@ from typing import NamedTuple
 import numpy as np
 
 from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH
-from fire_atlas.engines.unity.names import CONTROLLER_ENDING, PREFAB_ENDING
+from fire_atlas.engines.unity.names import (
+    ASSEMBLY_ENDING,
+    CLIP_ENDING,
+    CONTROLLER_ENDING,
+    MATERIAL_ENDING,
+    PREFAB_ENDING,
+    SCRIPT_ENDING,
+    SHADER_ENDING,
+    TABLE_ENDING,
+)
 from fire_atlas.formats.templates.jinja import rendered
 
 _PLAIN_SCALAR = re.compile(r"[A-Za-z_][\w./@+-]*( [\w./@+-]+)*", re.ASCII)
@@ -31,16 +40,16 @@ class _AssetType(NamedTuple):
 
 
 _ASSET_TYPES = {
-    ".anim": _AssetType("NativeFormatImporter", 7400000),
+    CLIP_ENDING: _AssetType("NativeFormatImporter", 7400000),
     CONTROLLER_ENDING: _AssetType("NativeFormatImporter", 9100000),
-    ".mat": _AssetType("NativeFormatImporter", 2100000),
+    MATERIAL_ENDING: _AssetType("NativeFormatImporter", 2100000),
     PREFAB_ENDING: _AssetType("PrefabImporter"),
-    ".shader": _AssetType("ShaderImporter"),
-    ".cs": _AssetType("MonoImporter"),
-    ".bytes": _AssetType("TextScriptImporter"),
+    SHADER_ENDING: _AssetType("ShaderImporter"),
+    SCRIPT_ENDING: _AssetType("MonoImporter"),
+    TABLE_ENDING: _AssetType("TextScriptImporter"),
     ".json": _AssetType("TextScriptImporter"),
     ".md": _AssetType("TextScriptImporter"),
-    ".asmdef": _AssetType("AssemblyDefinitionImporter"),
+    ASSEMBLY_ENDING: _AssetType("AssemblyDefinitionImporter"),
 }
 """Asset types by the ending of the file name."""
 

@@ -25,9 +25,15 @@ from fire_atlas.engines.unity.meta import (
     with_max_size,
 )
 from fire_atlas.engines.unity.names import (
+    ASSEMBLY_ENDING,
+    CLIP_ENDING,
     CONTROLLER_ENDING,
+    MATERIAL_ENDING,
     META_ENDING,
     PREFAB_ENDING,
+    SCRIPT_ENDING,
+    SHADER_ENDING,
+    TABLE_ENDING,
     Played,
     file_stems,
     guid_of,
@@ -105,11 +111,11 @@ class _Export:
             yield from self.flakes()
         if self.options.assembly and not self.uses_package and (heat or self.plays_flakes):
             text = assembly_text(self.options.namespace)
-            yield from self.asset(f"{self.options.namespace}.asmdef", text.encode())
+            yield from self.asset(self.options.namespace + ASSEMBLY_ENDING, text.encode())
         if self.product.sheets[0].has_map("haze"):
             shader = f"{self.options.namespace}/{self.name}/Haze"
             text = shader_text(_HAZE_SHADER, shader, self.name, universal=True)
-            yield from self.asset(f"{self.name}.haze.shader", text.encode())
+            yield from self.asset(f"{self.name}.haze{SHADER_ENDING}", text.encode())
         if self.uses_package:
             for animation in self.product.lights:
                 yield self.meta(light_file(self.product.stem(animation)))
@@ -206,33 +212,33 @@ class _Export:
             floats: Float properties of a new material.
             textures: GUID of each of its textures.
         """
-        used, unused = package_guid(shared), self.guid(f"{stem}.shader")
+        used, unused = package_guid(shared), self.guid(stem + SHADER_ENDING)
         if not self.uses_package:
             used, unused = unused, used
             shader = f"{self.options.namespace}/{self.name}/{title}"
             text = shader_text(shader_template(shared), shader, self.name, universal=False)
-            yield from self.asset(f"{stem}.shader", text.encode())
-        old = self.product.existing(f"{stem}.mat")
+            yield from self.asset(stem + SHADER_ENDING, text.encode())
+        old = self.product.existing(stem + MATERIAL_ENDING)
         new = {"name": stem, "shader": used, "textures": textures or {}, "floats": floats or {}}
         material = (
             old.replace(unused.encode(), used.encode())
             if old
             else rendered("unity/material.mat.j2", (scalar, single), **new).encode()
         )
-        yield from self.asset(f"{stem}.mat", material, "import")
+        yield from self.asset(stem + MATERIAL_ENDING, material, "import")
 
     def flakes(self) -> Iterator[OutputFile]:
         """Yield the tracks of the flakes, and the script and shader that play them."""
         if not self.uses_package:
-            text = player_text(self.component("flakes"), f"{self.name}.flakes.bytes")
+            text = player_text(self.component("flakes"), f"{self.name}.flakes{TABLE_ENDING}")
             yield from self.asset(self.script("flakes"), text.encode())
         stem = f"{self.name}.flakes"
         yield from self.material(stem, FLAKES_SHADER, "Flakes", {"_Light": _EXPOSED})
-        yield from self.asset(f"{stem}.bytes", flake_bytes(self.flakes_by_animation()))
+        yield from self.asset(stem + TABLE_ENDING, flake_bytes(self.flakes_by_animation()))
 
     def script(self, played: Played) -> str:
         """Return the file name of the script that plays a part of this build."""
-        return f"{player_name(self.name, played)}.cs"
+        return player_name(self.name, played) + SCRIPT_ENDING
 
     def component(self, played: Played) -> ComponentNames:
         """Return what that script calls things."""
@@ -273,9 +279,9 @@ class _Export:
 
     def haze_material(self, sheet: AtlasSheet) -> Iterator[OutputFile]:
         """Yield the material of a sheet's haze; of an existing one, only the scale is changed."""
-        file, vectors = f"{sheet.name}.haze.mat", sheet.map("haze").vectors
+        file, vectors = f"{sheet.name}.haze{MATERIAL_ENDING}", sheet.map("haze").vectors
         assert vectors is not None
-        shader, floats = self.guid(f"{self.name}.haze.shader"), {"_Scale": vectors.scale}
+        shader, floats = self.guid(f"{self.name}.haze{SHADER_ENDING}"), {"_Scale": vectors.scale}
         new = {
             "name": f"{sheet.name}.haze",
             "shader": shader,
@@ -335,7 +341,7 @@ class _Export:
         stems = file_stems(sheet.title, [each.name for each in sheet.animations])
         states = []
         for animation in sheet.animations:
-            file = f"{sheet.name}{stems[animation.name].removeprefix(sheet.title)}.anim"
+            file = f"{sheet.name}{stems[animation.name].removeprefix(sheet.title)}{CLIP_ENDING}"
             fps = 1000 / duration[animation.frames[0]]
             keys = [
                 {"time": i / fps, "sprite": sprites[frame]}
@@ -354,14 +360,14 @@ class _Export:
         """Yield the prefab of one scale, which a user drags into a scene."""
         first = sprites[sheet.animations[0].frames[0]]
         units = self.options.pixels_per_unit * sheet.scale
-        material = f"{{fileID: 2100000, guid: {self.guid(f'{self.name}.mat')}, type: 2}}"
+        material = f"{{fileID: 2100000, guid: {self.guid(self.name + MATERIAL_ENDING)}, type: 2}}"
         # The sprite of a page of heat is not drawn, so any material does.
         plain = sheet.alpha == "straight" or sheet.heat is not None
         own = not self.uses_package
         player = {
             "script": self.guid(self.script("flakes")) if own else package_guid(FLAKES),
-            "material": self.guid(f"{self.name}.flakes.mat"),
-            "tracks": self.guid(f"{self.name}.flakes.bytes"),
+            "material": self.guid(f"{self.name}.flakes{MATERIAL_ENDING}"),
+            "tracks": self.guid(f"{self.name}.flakes{TABLE_ENDING}"),
             "pixels_per_unit": self.options.pixels_per_unit,
             "baked": bool(self.product.baked),
         }
@@ -385,7 +391,7 @@ class _Export:
         channel = {each.name: CHANNELS.index(each.channel or "r") for each in sheet.regions}
         return {
             "script": self.guid(self.script("heat")) if own else package_guid(HEAT),
-            "material": self.guid(f"{self.name}{_HEAT}.mat"),
+            "material": self.guid(f"{self.name}{_HEAT}{MATERIAL_ENDING}"),
             "states": [
                 {
                     "name": self.states[animation.name],

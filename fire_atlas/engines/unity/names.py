@@ -6,7 +6,7 @@ All are derived from names in the build, so that rebuilding does not change them
 import hashlib
 import re
 from collections.abc import Iterable, Sequence
-from typing import Literal, get_args
+from typing import Literal
 
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import as_file_name
@@ -20,11 +20,14 @@ _MAX_NAME_BYTES = 100
 _GUID = re.compile(r"^guid: ([0-9a-f]{32})\s*$", re.MULTILINE)
 
 Played = Literal["flakes", "heat"]
-PLAYED: tuple[Played, ...] = get_args(Played)
 """What scripts of a build play: flakes, and pages of heat."""
 
 CONTROLLER_ENDING, PREFAB_ENDING, META_ENDING = ".controller", ".prefab", ".meta"
 """File name endings of animator controllers, prefabs, and the import settings of a file."""
+
+CLIP_ENDING, MATERIAL_ENDING, SHADER_ENDING = ".anim", ".mat", ".shader"
+SCRIPT_ENDING, ASSEMBLY_ENDING, TABLE_ENDING = ".cs", ".asmdef", ".bytes"
+"""Those of further assets; tables hold flakes."""
 
 
 def sprite_names(frames: Iterable[str]) -> dict[str, str]:

@@ -11,14 +11,14 @@ import hmac
 import io
 import json
 import tarfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, BinaryIO, Self
 
 from fire_atlas.core.files import MIB, open_file, read_file
-from fire_atlas.core.output_file import is_portable, is_reserved
+from fire_atlas.core.output_file import as_file_name, is_portable, is_reserved
 from fire_atlas.outputs.cache.key import CacheKey
 from fire_atlas.outputs.cache.store import Readable
 from fire_atlas.outputs.manifest import Manifest, OutputEntry, decode_manifest, manifest_name
@@ -27,7 +27,8 @@ _SEAL = ".seal"
 """Name of the seal; no output has one that begins with a dot."""
 
 _MAX_MANIFEST_BYTES = 8 * MIB
-"""Limit on the size of a manifest in an archive; that of 100,000 inputs takes some 12 MiB."""
+"""Limit on the size of a manifest in an archive: that of some 60,000 inputs. It is parsed before
+anyone knows who wrote it, and takes up to 40 times as much memory then."""
 
 _MAX_BYTES = 4096 * MIB
 """Limit on the size of all outputs in an archive."""
@@ -71,6 +72,13 @@ def write_archive(target: BinaryIO, out: Path, name: str, secret: bytes | None) 
                 archive.addfile(_header(entry.name, entry.size), source)
 
 
+def is_too_large(manifest: Manifest, out: Path) -> bool:
+    """Return whether a build, whose files are in ``out``, exceeds what is read of an archive."""
+    size = (out / manifest_name(manifest.name)).stat().st_size
+    outputs = sum(entry.size for entry in manifest.outputs)
+    return size > _MAX_MANIFEST_BYTES or outputs > _MAX_BYTES
+
+
 def _header(name: str, size: int) -> tarfile.TarInfo:
     """Return the header of a member, without time and owner."""
     header = tarfile.TarInfo(name)
@@ -91,10 +99,8 @@ class ArchiveReader:
         self._key = key
         self._secret = secret
 
-    def read_manifest(self, name: str, may_write: Callable[[str], bool]) -> tuple[bytes, Manifest]:
+    def read_manifest(self, name: str) -> tuple[bytes, Manifest]:
         """Return the manifest of the build ``name``, as bytes and decoded.
-
-        ``may_write`` says whether the build may write a file of this name.
 
         Raises:
             CacheMissError: It is damaged, not signed as required, or is of another build.
@@ -108,7 +114,7 @@ class ArchiveReader:
             manifest = decode_manifest(data)
         if (manifest.name, CacheKey.of_manifest(manifest)) != (name, self._key):
             raise CacheMissError("the entry is of another build")
-        _check_outputs(manifest, may_write)
+        _check_outputs(manifest)
         return data, manifest
 
     def extract(self, entry: OutputEntry, target: BinaryIO) -> None:
@@ -187,14 +193,14 @@ class _Seal:
             raise SignatureError("the entry is signed with another key than FIRE_ATLAS_CACHE_KEY")
 
 
-def _check_outputs(manifest: Manifest, may_write: Callable[[str], bool]) -> None:
-    """Raise if the outputs have names that the build would not write, or are too large."""
-    for entry in manifest.outputs:
-        is_allowed = is_portable(entry.name) and not is_reserved(entry.name)
-        if not (is_allowed and may_write(entry.name)):
-            raise CacheMissError(
-                f"the entry has a file that this build would not write: {entry.name}"
-            )
+def _check_outputs(manifest: Manifest) -> None:
+    """Raise if the outputs have names that no build gives, or are too large."""
+    names = [entry.name for entry in manifest.outputs]
+    for name in names:
+        if not is_portable(name) or is_reserved(name):
+            raise CacheMissError(f"the entry has a file that no build would write: {name}")
+    if len({as_file_name(name) for name in names}) < len(names):
+        raise CacheMissError("the entry has a file twice")
     if sum(entry.size for entry in manifest.outputs) > _MAX_BYTES:
         raise CacheMissError(f"the entry is larger than {_MAX_BYTES // MIB} MiB")
 

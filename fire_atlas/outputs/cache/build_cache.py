@@ -9,6 +9,7 @@ from fire_atlas.outputs.cache.archive import (
     ArchiveReader,
     CacheMissError,
     SignatureError,
+    is_too_large,
     write_archive,
 )
 from fire_atlas.outputs.cache.key import CacheKey
@@ -84,6 +85,8 @@ class BuildCache:
             return "not stored", "an engine's files that were there were merged into the outputs"
         if manifest is None or not _is_current(manifest, out):
             return "not stored", "files have changed since the build began"
+        if is_too_large(manifest, out):
+            return "not stored", "no entry may be so large"
         key = CacheKey.of_manifest(manifest)
         try:
             open_store(self.location).write(

@@ -9,7 +9,7 @@ import os
 import re
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache, partial
@@ -38,8 +38,8 @@ _SILENCE = 10
 """Seconds without a byte from a server, or to it, after which it counts as one that cannot be
 reached."""
 
-_SLOWEST = 1 << 17
-"""Bytes per second at which an entry must be sent at least."""
+_SENT_BYTES = 1 << 16
+"""Bytes of an entry that are handed to the connection at a time: progress is seen in these."""
 
 _DRAFT_SECONDS = 24 * 3600
 """Age from which a draft is one that a killed process has left."""
@@ -133,7 +133,7 @@ class _FolderStore:
                 with draft.open("xb") as file:
                     write(file)
                 if path.is_dir() and not path.is_symlink():
-                    shutil.rmtree(path)
+                    shutil.rmtree(path, ignore_errors=True)
                 draft.replace(path)
             finally:
                 remove()
@@ -175,7 +175,7 @@ def _remove_draft(draft: Path) -> None:
 
 def _listed(path: Path) -> Iterator[StoredEntry]:
     """Yield the entry that a file of a folder is, if it is one."""
-    if _ENTRY.fullmatch(path.name):
+    if _ENTRY.fullmatch(path.name) and path.is_file():
         with suppress(FileNotFoundError):  # removed by another process meanwhile
             about = path.stat()
             yield StoredEntry(path.stem, about.st_size, about.st_mtime)
@@ -187,9 +187,6 @@ _STREAMED = {"block_size": 0, "size": 1}
 With any ``size`` it does not ask for the real one first. It would take every failure of that
 request for a missing file, and so a server that cannot be reached for one with no entries.
 """
-
-_PUT = {"method": "put"}
-"""Option of fsspec's HTTP to write as caches do (Bazel's, sccache's); it would POST otherwise."""
 
 
 class _RemoteStore:
@@ -221,11 +218,10 @@ class _RemoteStore:
                 write(file)
             with suppress(NotImplementedError):  # HTTP has no folders
                 self._files.makedirs(self._root, exist_ok=True)
-            size = local.stat().st_size
-            # While an entry is sent, nothing limits how long the server takes none of it but this.
-            sending = {**_PUT, "timeout": _SILENCE + size / _SLOWEST}
-            options = sending if self._is_http else {}
-            self._files.put_file(str(local), self._path(digest), **options)
+            if self._is_http:
+                _put(self._files, str(local), self._path(digest))
+            else:
+                self._files.put_file(str(local), self._path(digest))
 
     def touch(self, digest: str) -> None:
         """Do nothing: these stores keep only when an entry was written."""
@@ -278,6 +274,36 @@ def _file_system(url: str) -> "tuple[AbstractFileSystem, str]":
     return files, root
 
 
+def _put(files: "AbstractFileSystem", local: str, path: str) -> None:
+    """Write an entry to a web server by PUT, as caches do (Bazel's, sccache's).
+
+    The client limits how long a server may be silent when it has to answer, but not how long it may
+    take nothing of what is sent. That is limited here.
+
+    Raises:
+        TimeoutError: The server took nothing, or said nothing, for ``_SILENCE`` seconds.
+    """
+    import asyncio
+
+    from fsspec.asyn import sync
+
+    async def put() -> None:
+        session, now = await files.set_session(), asyncio.get_running_loop().time
+        with Path(local).open("rb") as source:
+            async with asyncio.timeout(_SILENCE) as limit:
+
+                async def chunks() -> AsyncIterator[bytes]:
+                    while data := source.read(_SENT_BYTES):
+                        limit.reschedule(now() + _SILENCE)
+                        yield data
+
+                url = files.encode_url(path)
+                async with session.put(url, data=chunks(), **files.kwargs) as answer:
+                    files._raise_not_found_for_status(answer, path)
+
+    sync(files.loop, put)
+
+
 def _is_http(url: str) -> bool:
     return url.startswith(("http://", "https://"))
 
@@ -307,7 +333,7 @@ def _errors_of(where: str | Path) -> Iterator[None]:
 
 def _store_error(where: str | Path, error: Exception) -> StoreError:
     reason = " ".join(str(error).split()) or type(error).__name__
-    if isinstance(error, TimeoutError):
+    if isinstance(error, TimeoutError) and error.errno is None:
         reason = f"the server takes and gives nothing for {_SILENCE} s"
     elif isinstance(error, OSError) and error.strerror:
         reason = error.strerror

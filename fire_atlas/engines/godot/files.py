@@ -1,0 +1,103 @@
+"""Which files the export writes for a recipe, known before a build starts."""
+
+from collections.abc import Iterator
+
+from fire_atlas.engines.godot.names import (
+    FILM_SCENE,
+    FLAKE_PLAYER,
+    FLAKE_TABLES,
+    FLAKE_TRACKS,
+    FRAMES_ENDING,
+    HAZE_FRAMES,
+    HAZE_PLAYER,
+    HAZE_SCENE,
+    HAZE_SHADER,
+    HEAT_PLAYER,
+    HEAT_SHADER,
+    IMPORT_ENDING,
+    LAMP,
+    MOTION_MATERIAL,
+    MOTION_SCENE,
+    MOTION_SHADER,
+    PARTICLES_SCENE,
+    SCENE_ENDING,
+    SPACE_PLAYER,
+    SPACE_SCENE,
+    SPACE_TABLES,
+    UID_ENDING,
+    WIND,
+)
+from fire_atlas.formats.names import OutputNames
+from fire_atlas.recipe.models import Recipe
+from fire_atlas.recipe.output import GodotOptions
+
+
+def godot_files(
+    recipe: Recipe, options: GodotOptions, stems: list[str], others: list[OutputNames]
+) -> Iterator[OutputNames]:
+    """Yield the files that the export writes for a recipe.
+
+    Args:
+        recipe: The recipe.
+        options: Of the export.
+        stems: The file stem of each scale.
+        others: The files of the recipe that belong to no engine.
+    """
+    for each in others:
+        is_table = each.role == "tracks" and each.ending.endswith(".csv")
+        if is_table or each.role in {"page", "map", "ramp"}:
+            yield each.beside(IMPORT_ENDING)
+    for stem in stems:
+        yield OutputNames(stem, FRAMES_ENDING, "scene", is_certain=True)
+        yield OutputNames(stem, SCENE_ENDING, "scene", is_certain=True)
+        for ending in _scenes(recipe, options):
+            yield OutputNames(stem, ending, "scene")
+    for ending in _tables(recipe, options):
+        yield OutputNames(recipe.name, ending, "scene")
+    if options.version == 4 and recipe.may_have_flakes:
+        yield OutputNames(recipe.name, PARTICLES_SCENE, "scene", "animation")
+    for ending in _scripts(recipe, options):
+        script = OutputNames(recipe.name, ending, "script")
+        yield script
+        if options.version == 4:
+            yield script.beside(UID_ENDING)
+
+
+def _scenes(recipe: Recipe, options: GodotOptions) -> Iterator[str]:
+    """Yield what follows the stem of each scale in the names of further scenes, and their parts."""
+    if options.version != 4:
+        return
+    if recipe.may_have_flakes and recipe.atlas.pixels == "color":
+        yield FILM_SCENE
+    if recipe.maps.haze:
+        yield from (HAZE_SCENE, HAZE_FRAMES)
+    if recipe.maps.motion == "godot":
+        yield from (MOTION_SCENE, MOTION_MATERIAL)
+
+
+def _tables(recipe: Recipe, options: GodotOptions) -> Iterator[str]:
+    """Yield what follows the build's name in the names of what plays its flakes."""
+    if recipe.may_have_flakes:
+        yield FLAKE_TABLES
+        if options.version == 4:
+            yield from (SPACE_TABLES, SPACE_SCENE)
+
+
+def _scripts(recipe: Recipe, options: GodotOptions) -> Iterator[str]:
+    """Yield what follows the build's name in the names of scripts and shaders."""
+    if recipe.may_have_flakes:
+        yield from (FLAKE_PLAYER, FLAKE_TRACKS)
+    if recipe.atlas.pixels != "color":
+        yield from (HEAT_SHADER, HEAT_PLAYER)
+    if options.version != 4:
+        return
+    if recipe.may_have_flakes:
+        yield SPACE_PLAYER
+    if recipe.maps.haze:
+        yield from (HAZE_SHADER, HAZE_PLAYER)
+    if recipe.maps.motion == "godot":
+        yield MOTION_SHADER
+    if "light" in recipe.tracks:
+        yield LAMP
+    if recipe.wind.levels:
+        yield WIND
