@@ -55,7 +55,7 @@ def _find_source(part: LoadedRecipe, note: Callable[[str], None]) -> None:
             file, *_ = list_inputs(
                 used, path, is_clip=not (is_learnt and key == ("source", "path"))
             )
-            notes = list(locate(path).notes)
+            notes = list(locate(path).notes(used))
             if file.suffix.lower() in VIDEOS:
                 from fire_atlas.sources.video_stream import describe_video
 

@@ -83,17 +83,21 @@ def links_to(path: Path) -> Iterator[Path]:
         way = absolute(link.parent / link.readlink() / way.relative_to(link))
 
 
-def natural_key(path: Path, *, negative: bool = False) -> tuple[object, ...]:
+def natural_key(path: Path, *, minus: int | None = None) -> tuple[object, ...]:
     """Return a sort key by which fire2 comes before fire10, whatever the machine and its locale.
 
-    ``negative``: whether the last number of the name counts as negative.
+    ``minus``: where in the stem stands a minus, right before a number; None if nowhere.
     """
-    names = [*path.parts[:-1], path.stem]
-    parts = [re.split(r"([0-9]+)", name.casefold()) for name in names]
-    words = [
-        [(int(word), "") if word.isascii() and word.isdigit() else (-1, word) for word in part]
-        for part in parts
-    ]
-    if negative:
-        words[-1][-2] = (-words[-1][-2][0], "")
+    words = [_words(name) for name in path.parts[:-1]]
+    if minus is None:
+        words.append(_words(path.stem))
+    else:
+        _, (number, _), *after = _words(path.stem[minus + 1 :])
+        words.append([*_words(path.stem[:minus]), (-number, ""), *after])
     return (words, path.suffix.casefold(), str(path))
+
+
+def _words(name: str) -> list[tuple[int, str]]:
+    """Return a name as texts and numbers in turn, from text to text, to be compared with others."""
+    parts = re.split(r"([0-9]+)", name.casefold())
+    return [(int(part), "") if i % 2 else (-1, part) for i, part in enumerate(parts)]

@@ -159,7 +159,7 @@ def _open_reader(
     taken = used[-1] + 1 if located.single else len(used)
     size = reader.width, reader.height
     check_workload(path, taken, size, context.max_pixels, "source.start and count")
-    reader = replace(reader, notes=(*located.notes, *reader.notes))
+    reader = replace(reader, notes=(*located.notes(settings), *reader.notes))
     return _cropped(reader, chosen, settings, path, context.workers), chosen
 
 

@@ -20,6 +20,7 @@ from fire_atlas.sources.sequence import (
     is_pattern,
     pattern_of,
     sequence_notes,
+    with_any_padding,
 )
 
 STILLS = (".png", ".tga", ".bmp", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".gif")
@@ -78,17 +79,15 @@ class Located:
     Attributes:
         files: In playing order.
         single: True if the path is one file, which may hold many frames (sheet, GIF, video).
-        notes: Which frame numbers are missing or doubled, for the user.
     """
 
     files: tuple[Path, ...]
     single: bool
-    notes: tuple[str, ...] = ()
 
-    @classmethod
-    def sequence(cls, files: tuple[Path, ...]) -> "Located":
-        """Return images, in playing order, as the frames of a clip."""
-        return cls(files, single=False, notes=sequence_notes(files))
+    def notes(self, used: FrameRange) -> tuple[str, ...]:
+        """Return which frame numbers of the range are missing or doubled, for the user."""
+        stop = None if used.count is None else used.start + used.count
+        return sequence_notes(self.files, slice(used.start, stop))
 
 
 def list_inputs(settings: FrameRange, path: Path, *, is_clip: bool = True) -> list[Path]:
@@ -121,14 +120,14 @@ def locate(path: Path) -> Located:
 
 def _locate(path: Path) -> Located:
     if path.is_dir():
-        return Located.sequence(_images_of_folder(path))
+        return Located(_images_of_folder(path), single=False)
     if path.exists():
         return Located((path,), single=True)
     if is_pattern(path.name) and (numbered := _matches_of_pattern(path)):
-        return Located.sequence(numbered)
+        return Located(numbered, single=False)
     if glob.has_magic(str(path)):
         files = _matches(path)
-        return Located(files, single=True) if len(files) == 1 else Located.sequence(files)
+        return Located(files, single=len(files) == 1)
     raise SourceError(_missing(path))
 
 
@@ -322,6 +321,11 @@ def _missing(path: Path) -> str:
     hint = f"did you mean {meant}?" if close else f"{parent} holds {_some(names)}"
     if not parent.is_dir():
         hint = f"{parent} is a file, not a folder"
+    elif name == path.name and is_pattern(name):
+        padded_otherwise = parent / with_any_padding(name)
+        if found := _matches_of_pattern(padded_otherwise):
+            hint = f"did you mean '{padded_otherwise.name}', as of '{found[0].name}'?"
+        return f"{path}: no file matches; {hint}"
     what = (
         f"{path}: does not exist" if name == path.name else f"{path}: there is no folder '{name}'"
     )

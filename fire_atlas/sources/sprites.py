@@ -87,7 +87,10 @@ def open_sprites(
         inputs=tuple(everything[i] for i in with_samples(chosen, len(everything))),
         matte=choice.matte,
         matte_reason=choice.reason,
-        notes=shared_notes(dict(zip(files, headers, strict=True))),
+        notes=(
+            *located.notes(settings),
+            *shared_notes(dict(zip(files, headers, strict=True))),
+        ),
     )
 
 
