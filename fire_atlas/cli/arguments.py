@@ -75,10 +75,20 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         raise RecipeError(_no_command(word, parsers))
     chosen = parsers[word]
     # Intermixed: `build a.yaml -o out b.yaml` names two recipes.
-    args, rest = chosen.parse_known_intermixed_args(argv[1:])
+    args, rest = chosen.parse_known_intermixed_args(_without_dashes(argv[1:]))
     _refuse_rest(chosen, rest)
     args.command = word
     return args
+
+
+def _without_dashes(argv: Sequence[str]) -> list[str]:
+    """Return ``argv`` such that what stands behind ``--`` begins with no dash: ``./-x.yaml``.
+
+    argparse parses intermixed arguments twice, and forgets ``--`` after the first time.
+    """
+    end = argv.index("--") if "--" in argv else len(argv)
+    names = (f"./{each}" if each.startswith("-") else each for each in argv[end + 1 :])
+    return [*argv[: end + 1], *names]
 
 
 def refuse_build_options(args: argparse.Namespace, others: Mapping[str, object], why: str) -> None:

@@ -128,7 +128,7 @@ def _require_worker(refusals: Mapping[str, str | None]) -> None:
     if not refusals:
         raise OutputError("--scheduler: it has no workers; start some with `dask worker ADDRESS`")
     if None not in refusals.values():
-        raise OutputError("\n".join(sorted(filter(None, refusals.values()))))
+        raise OutputError(*sorted(filter(None, refusals.values())))
 
 
 def _connected(address: str) -> "Client":

@@ -79,7 +79,8 @@ def print_error(error: BaseException, with_traceback: bool = False) -> None:
         import traceback
 
         for text in traceback.format_exception(error):
-            for line in text.splitlines():
+            is_place = text.startswith((" ", "\n"))  # else a message, which has no lines here
+            for line in text.splitlines() if is_place else [text.rstrip("\n")]:
                 print(printable(line), file=sys.stderr)
-    for line in message_of(error).splitlines():
+    for line in error.lines if isinstance(error, FireAtlasError) else [message_of(error)]:
         print(printable(f"error: {line}"), file=sys.stderr)

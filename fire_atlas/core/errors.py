@@ -9,6 +9,18 @@ class FireAtlasError(Exception):
 
     exit_code = 1
 
+    def __init__(self, *lines: str) -> None:
+        """Say what is wrong in one or several ``lines``.
+
+        A line break inside of a line belongs to what it tells of, such as the name of a file.
+        """
+        super().__init__(*lines)
+        self.lines = lines
+
+    def __str__(self) -> str:
+        """Return all lines as one text."""
+        return "\n".join(self.lines)
+
 
 class RecipeError(FireAtlasError):
     """A recipe or the command line is invalid."""

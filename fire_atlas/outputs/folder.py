@@ -1,9 +1,10 @@
 """Folders for outputs: the default one beside a recipe, and temporary ones."""
 
 import os
+import re
 import shutil
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from tempfile import gettempdir
@@ -12,7 +13,12 @@ from fire_atlas.core.errors import OutputError
 from fire_atlas.core.files import real
 from fire_atlas.core.interruption import if_interrupted
 from fire_atlas.outputs.disk import readable_errors
+from fire_atlas.outputs.locks import locked, locked_if_free
 from fire_atlas.outputs.recovery import recover
+
+_TEMPORARY = "fire-atlas-"
+_TEMPORARY_OR_LOCK = re.compile(rf"\.?({_TEMPORARY}[0-9a-f]{{32}})(?:\.lock)?")
+"""Names of temporary folders and of their locks."""
 
 
 def default_folder(recipe: Path) -> Path:
@@ -70,13 +76,41 @@ def make_folder(folder: Path) -> None:
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """Yield a new temporary folder; it is removed at the end, also after an error or a signal."""
-    folder = Path(gettempdir()) / f"fire-atlas-{os.urandom(16).hex()}"
+    """Yield a new temporary folder; it is removed at the end, also after an error or a signal.
+
+    Those of processes that were killed are removed first: nobody holds their locks.
+
+    Raises:
+        OutputError: It cannot be made.
+    """
+    parent = Path(gettempdir())
+    _remove_left_behind(parent)
+    folder = parent / f"{_TEMPORARY}{os.urandom(16).hex()}"
     remove = partial(shutil.rmtree, folder, ignore_errors=True)
-    with if_interrupted(remove):
-        try:
-            with readable_errors(folder):
-                folder.mkdir(mode=0o700)
-            yield folder
-        finally:
-            remove()
+    with ExitStack() as stack:
+        with readable_errors(folder):
+            stack.enter_context(locked(_lock_of(folder), lambda message: None))
+            stack.enter_context(if_interrupted(remove))
+            stack.callback(remove)
+            folder.mkdir(mode=0o700)
+        yield folder
+
+
+def _remove_left_behind(parent: Path) -> None:
+    """Remove the temporary folders in ``parent`` of this user's processes that were killed."""
+    with suppress(OSError):  # it cannot be listed, or another process removes them too
+        for path in parent.iterdir():
+            if (found := _TEMPORARY_OR_LOCK.fullmatch(path.name)) and _is_own(path):
+                folder = parent / found[1]
+                with locked_if_free(_lock_of(folder)) as is_free:
+                    if is_free:
+                        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _lock_of(temporary: Path) -> Path:
+    return temporary.with_name(f".{temporary.name}.lock")
+
+
+def _is_own(path: Path) -> bool:
+    """Return whether a path belongs to this user: others may write into the same folder."""
+    return os.name == "nt" or path.lstat().st_uid == os.getuid()

@@ -150,7 +150,7 @@ def refuse_replacing(
             )
     taken = [each for each in there if not overwrite and not manifests.may_replace(*each)]
     if taken:
-        raise OutputError("\n".join([*(_objection(manifests, *each) for each in taken), advice]))
+        raise OutputError(*(_objection(manifests, *each) for each in taken), advice)
 
 
 def _objection(manifests: FolderManifests, file: str, role: str) -> str:

@@ -150,7 +150,7 @@ def refuse_existing(targets: Iterable[Path]) -> None:
     taken = [f"{target}: exists already" for target in targets if target.is_file()]
     if taken:
         advice = "move it away, name another file with -o, or replace it with --overwrite"
-        raise OutputError("\n".join([*taken, f"nothing was written: {advice}"]))
+        raise OutputError(*taken, f"nothing was written: {advice}")
 
 
 def write_whole(target: Path, data: bytes, note: Callable[[str], None]) -> None:

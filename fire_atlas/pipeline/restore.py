@@ -56,7 +56,7 @@ def restore(
     try:
         return _restored(loaded, key, cache, out, overwrite, note)
     except OutputError as error:  # maybe of a file that a build would not write: that will tell
-        raise CacheMissError(str(error).partition("\n")[0]) from error
+        raise CacheMissError(error.lines[0]) from error
 
 
 def _restored(

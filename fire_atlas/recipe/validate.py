@@ -42,9 +42,7 @@ def refusal(tree: RecipeTree, problems: Iterable[Problem]) -> RecipeError:
     """
     placed = [(tree.origin(problem.path), problem) for problem in problems]
     placed.sort(key=lambda each: each[0].line)
-    return RecipeError(
-        "\n".join(f"{origin.locate(each.path)}: {each.message}" for origin, each in placed)
-    )
+    return RecipeError(*(f"{origin.locate(each.path)}: {each.message}" for origin, each in placed))
 
 
 def _with_source(tree: RecipeTree) -> dict[str, Any]:

@@ -29,6 +29,22 @@ def test_recipes_and_options_may_stand_in_any_order() -> None:
     assert args.overrides == ["seed=1", "x=2"]
 
 
+def test_what_stands_behind_two_dashes_is_no_option() -> None:
+    args = parse(["build", "a.yaml", "-q", "--", "-x.yaml", "--force"])
+    assert args.recipes == [Path("a.yaml"), Path("-x.yaml"), Path("--force")]
+    assert args.quiet and not args.force
+
+
+def test_recipes_whose_names_begin_with_a_dash_are_built(run: Run, campfire: Path) -> None:
+    text = campfire.read_text()
+    for name in ("-x", "-y"):
+        campfire.with_name(f"{name}.yaml").write_text(f"{text}name: fire{name}\n")
+    result = run("build", "-q", "--", "-x.yaml", "-y.yaml")
+    assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
+    built = campfire.parent / "build"
+    assert (built / "fire-x.png").is_file() and (built / "fire-y.png").is_file()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

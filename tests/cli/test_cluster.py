@@ -34,7 +34,9 @@ class Cluster:
     def __init__(self, folder: Path, stack: ExitStack) -> None:
         self.folder, self._stack = folder, stack
         folder.mkdir()
-        self._start("scheduler", "--port", "0", "--scheduler-file", folder / "address.json")
+        self.scheduler = self._start(
+            "scheduler", "--port", "0", "--scheduler-file", folder / "address.json"
+        )
         self.address = json.loads(wait_for(folder / "address.json", "}"))["address"]
 
     def worker(self, name: str, tool: Path = PACKAGE.parent) -> "subprocess.Popen[bytes]":

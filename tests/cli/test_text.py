@@ -13,7 +13,9 @@ from rich.table import Table
 
 import fire_atlas.cli
 from fire_atlas.cli.console import PlainConsole, ProgressBars
+from fire_atlas.cli.failure import print_error
 from fire_atlas.cli.text import printable
+from fire_atlas.core.errors import OutputError
 
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -26,6 +28,7 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="names of POSIX")
 def assert_harmless(text: str) -> None:
     lines = text.split("\n")
     assert all(line.isprintable() for line in lines), text
+    assert not any(line.removeprefix("error: ").startswith("[bold]") for line in lines), text
 
 
 @pytest.mark.parametrize(
@@ -61,6 +64,20 @@ def test_names_of_files_are_printed_harmless(run: Run, campfire: Path) -> None:
         result = run(*arguments)
         assert_harmless(result.stdout)
         assert_harmless(result.stderr)
+
+
+@pytest.mark.parametrize("with_traceback", [False, True])
+def test_a_line_break_in_a_name_is_spelled_out_and_lines_of_a_message_stay(
+    with_traceback: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    try:
+        raise OutputError("a\nerror: b.png: exists", "move it away")
+    except OutputError as error:
+        print_error(error, with_traceback)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[-2:] == ["error: a\\nerror: b.png: exists", "error: move it away"]
+    assert not any(line.startswith("error: b.png") for line in lines)
+    assert any(__file__ in line for line in lines) == with_traceback
 
 
 @posix

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from fire_atlas.core.interruption import EXIT_CODE, MESSAGE
+from fire_atlas.outputs.folder import temporary_folder
 from tests.support.repo import (
     Ran,
     Repo,
@@ -185,6 +186,31 @@ def test_an_interrupted_preview_leaves_nothing(repo: Repo, monkeypatch: pytest.M
     recipe = repo.recipe(timeline={"frames": 10_000})
     ran = interrupted(command("preview", recipe, "-q"), 3.0)
     assert (ran.code, ran.err) == (EXIT_CODE, f"error: {MESSAGE}\n")
+    assert list(temporary.iterdir()) == []
+
+
+def test_what_a_killed_preview_leaves_goes_with_the_next(
+    repo: Repo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The temporary folder of one that still runs stays."""
+    temporary = repo.folder / "temporary"
+    temporary.mkdir()
+    monkeypatch.setenv("TMPDIR", str(temporary))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    repo.clip(count=24)
+    recipe = repo.recipe(timeline={"frames": 10_000})
+    quick = repo.recipe("quick.yaml")
+    with temporary_folder() as running:
+        (running / "page.png").write_bytes(b"half")
+        line = command("preview", recipe, "-q")
+        with subprocess.Popen(line, env=environment(), stderr=subprocess.DEVNULL) as process:
+            latest = time.monotonic() + SOON
+            while len([*temporary.glob("fire-atlas-*/*")]) < 2 and time.monotonic() < latest:
+                time.sleep(0.05)
+            process.kill()
+        assert len([*temporary.glob("fire-atlas-*")]) == 2
+        assert repo.run("preview", quick, "-q").code == 0
+        assert [*temporary.glob("fire-atlas-*/*")] == [running / "page.png"]
     assert list(temporary.iterdir()) == []
 
 
