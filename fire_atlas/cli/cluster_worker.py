@@ -10,7 +10,7 @@ import subprocess
 import sys
 from typing import TYPE_CHECKING, cast
 
-from distributed import Scheduler, Worker, WorkerPlugin, get_worker
+from distributed import Worker, WorkerPlugin, get_worker
 
 if TYPE_CHECKING:
     from fire_atlas.cli.side_by_side import BuildEvent
@@ -46,17 +46,8 @@ class WorkerCheck(WorkerPlugin):
             self.refusal = f"worker {worker.name} gets no recipes: {reason}"
             worker.log_event(self._topic, ("", {"event": "refused", "message": self.refusal}))
         else:
-            worker.log_event(self._topic, ("", {"event": "accepted"}))
-
-
-def schedule_again(dask_scheduler: Scheduler) -> None:
-    """Let a scheduler look again for workers for the recipes that had none.
-
-    It does so when a worker comes, but not when that gets its resource, a moment later.
-    """
-    for worker in dask_scheduler.workers.values():
-        found = dask_scheduler.bulk_schedule_unrunnable_after_adding_worker(worker)
-        dask_scheduler.transitions(found, stimulus_id="fire-atlas")
+            accepted = {"event": "accepted", "address": worker.address, "name": worker.name}
+            worker.log_event(self._topic, ("", accepted))
 
 
 def refusal(topic: str, dask_worker: Worker) -> str | None:
@@ -105,8 +96,11 @@ def build_on_worker(recipe: str, arguments: list[str], topic: str) -> "list[Buil
                 worker.log_event(topic, (recipe, event))
             else:
                 events.append(event)
-            if event["event"] == "exit" or worker.state.tasks[task].state == "cancelled":
+            if event["event"] == "exit":
                 process.kill()  # it would only wait for more recipes
+                return events
+            if worker.state.tasks[task].state == "cancelled":
+                process.terminate()  # it removes its temporary files
                 return events
         message = f"{how_it_ended(process.wait())} (on worker {worker.name})"
         return [*events, {"event": "lost", "message": message}]

@@ -2,16 +2,17 @@
 
 import json
 import shutil
+import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
-from tests.support.repo import PACKAGE, Repo, command, contents, environment, run_alone
+from tests.support.repo import PACKAGE, Ran, Repo, command, contents, environment, run_alone
 
 pytestmark = pytest.mark.slow
 
@@ -107,11 +108,55 @@ def test_every_recipe_is_built_while_workers_come_and_go(
     done = [event["recipe"] for event in events if event["event"] == "done"]
     assert sorted(Path(name).stem for name in done) == [f"fire{i}" for i in range(6)]
     remarks = [event["message"] for event in events if "recipe" not in event]
-    assert len(remarks) == 1 and remarks[0].startswith("worker old gets no recipes: its fire-atlas")
+    assert [text.partition(":")[0] for text in remarks] == [
+        "worker old gets no recipes",
+        "worker doomed is gone; no other can build",
+    ]
+    assert f"waits until one comes (`dask worker {cluster.address}`)" in remarks[1]
     on_cluster = contents(repo.build)
     shutil.rmtree(repo.build)
     assert repo.run("build", repo.folder).code == 0
     assert contents(repo.build) == on_cluster
+
+
+def test_a_scheduler_that_is_gone_is_named_for_each_recipe(
+    tmp_path: Path, cluster: Cluster
+) -> None:
+    ran = cut_off(tmp_path, cluster, lambda process: cluster.scheduler.kill())
+    assert ran.code == 1
+    gone = f"yaml: the Dask scheduler at {cluster.address} is gone, or was started anew; run"
+    assert ran.err.count(gone) == len(ran.err.splitlines()) == 2
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_an_interrupted_client_leaves_no_lock(tmp_path: Path, cluster: Cluster) -> None:
+    ran = cut_off(tmp_path, cluster, lambda process: process.send_signal(signal.SIGINT))
+    assert ran.code == 130
+    latest = time.monotonic() + SECONDS
+    while (tmp_path / "repo" / "build").exists():
+        assert time.monotonic() < latest
+        time.sleep(0.05)
+
+
+def cut_off(
+    folder: Path, cluster: Cluster, action: Callable[["subprocess.Popen[str]"], None]
+) -> Ran:
+    """Run ``action`` with the client while a worker builds one of two recipes."""
+    repo = Repo(folder / "repo")
+    repo.clip(count=8, height=160)
+    for i in range(2):
+        repo.recipe(f"fire{i}.yaml", seed=i, timeline={"frames": 1000})
+    cluster.worker("a")
+    line = command("build", repo.folder, "--json", "--scheduler", cluster.address)
+    with subprocess.Popen(
+        line, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None and process.stderr is not None
+        while '"stage"' not in process.stdout.readline():
+            assert process.poll() is None
+        action(process)
+        out, err = process.communicate(timeout=SECONDS)
+    return Ran(process.returncode, out, err)
 
 
 def test_errors_and_options_are_those_of_a_build_here(tmp_path: Path, cluster: Cluster) -> None:
