@@ -8,6 +8,7 @@ import zlib
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
+from io import BufferedReader
 from pathlib import Path
 from typing import Self
 
@@ -62,7 +63,12 @@ class HashedFile:
 def file_digest(path: Path) -> str:
     """Return the SHA-256 of a file, as hexadecimal digits."""
     with open_file(path) as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+        return sha256_of(file)
+
+
+def sha256_of(file: BufferedReader) -> str:
+    """Return the SHA-256 of what is left to read of an open file, as hexadecimal digits."""
+    return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _stamp(path: Path) -> tuple[int, ...]:

@@ -5,13 +5,19 @@ import os
 import shutil
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from io import BufferedReader, BufferedWriter
 from pathlib import Path
 
 from fire_atlas.core.errors import OutputError
-from fire_atlas.outputs.digest import file_digest
+from fire_atlas.outputs.digest import sha256_of
+
+_HAS_OPEN_FOLDERS = os.open in os.supports_dir_fd
+"""Whether the system has paths that begin at an open folder."""
 
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+_NO_FILE = {errno.ENOENT, errno.ELOOP, errno.EISDIR, errno.ENXIO}
+"""Errors of opening where nothing is, or a link, folder or socket."""
 
 
 @contextmanager
@@ -35,19 +41,145 @@ def readable_errors(path: Path) -> Iterator[None]:
         raise OutputError(f"{path}: cannot be written ({error.strerror})") from error
 
 
-def write_synced(path: Path, data: bytes) -> None:
-    """Write a file and wait until its bytes are on the disk."""
-    with path.open("wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
+class HeldFolder:
+    """A folder that is held open: what is done to its files is done in this folder, even if another
+    one, or a link, has taken its path by then. No link among its files is followed.
 
+    Windows has no paths that begin at an open folder: there the path is used.
+    """
 
-def digest_of(path: Path) -> str | None:
-    """Return the SHA-256 of a file, None if nothing is there, "" for a folder or a link."""
-    if is_regular(path):
-        return file_digest(path)
-    return "" if path.is_symlink() or path.exists() else None
+    def __init__(self, path: Path, inside: "HeldFolder | None" = None) -> None:
+        """Hold a folder, which may be a link to one; or the one of this name ``inside`` another,
+        which may not.
+
+        Raises:
+            OSError: There is none.
+        """
+        self.path = path
+        self._descriptor: int | None = None
+        if _HAS_OPEN_FOLDERS:
+            parent = None if inside is None else inside._descriptor
+            follow = os.O_RDONLY | os.O_DIRECTORY
+            self._descriptor = (
+                os.open(path, follow)
+                if parent is None
+                else os.open(path.name, follow | os.O_NOFOLLOW, dir_fd=parent)
+            )
+        self._identity = path.stat() if self._descriptor is None else os.fstat(self._descriptor)
+
+    def close(self) -> None:
+        """Hold the folder no longer."""
+        if self._descriptor is not None:
+            os.close(self._descriptor)
+            self._descriptor = None
+
+    @property
+    def is_at_its_path(self) -> bool:
+        """Whether the path still leads to this folder."""
+        try:
+            return os.path.samestat(self._identity, self.path.stat())
+        except OSError:
+            return False
+
+    def create(self, name: str) -> BufferedWriter:
+        """Open a new file for writing, in place of one that may be there."""
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+        try:
+            return os.fdopen(self._open(name, flags), "wb")
+        except FileExistsError:
+            self.unlink(name)
+            return os.fdopen(self._open(name, flags), "wb")
+
+    def write_synced(self, name: str, data: bytes) -> None:
+        """Write a file and wait until its bytes are on the disk."""
+        with self.create(name) as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+
+    def read(self, name: str) -> bytes | None:
+        """Return the bytes of a file; None if none is there."""
+        with self._existing(name) as file:
+            return None if file is None else file.read()
+
+    def digest(self, name: str) -> str | None:
+        """Return the SHA-256 of a file, None if nothing is there, "" for what is no file."""
+        with self._existing(name) as file:
+            if file is not None:
+                return sha256_of(file)
+        path, held = self._at(name)
+        try:
+            os.stat(path, dir_fd=held, follow_symlinks=False)
+        except FileNotFoundError:
+            return None
+        return ""
+
+    def size(self, name: str) -> int:
+        """Return the size of a file in bytes."""
+        path, held = self._at(name)
+        return os.stat(path, dir_fd=held, follow_symlinks=False).st_size
+
+    def unlink(self, name: str) -> None:
+        """Remove a file, if it is there."""
+        path, held = self._at(name)
+        with suppress(FileNotFoundError):
+            os.unlink(path, dir_fd=held)
+
+    def move(self, name: str, to: "HeldFolder", new_name: str | None = None) -> None:
+        """Move a file into another folder, or give it another name, in place of what is there."""
+        path, held = self._at(name)
+        target, target_held = to._at(new_name or name)
+        os.replace(path, target, src_dir_fd=held, dst_dir_fd=target_held)
+
+    def link_or_copy(self, name: str, to: "HeldFolder") -> None:
+        """Make a hard link to a file in another folder, or a copy where there are no hard links."""
+        path, held = self._at(name)
+        target, target_held = to._at(name)
+        try:
+            if held is None:
+                os.link(path, target)
+            else:
+                os.link(
+                    path, target, src_dir_fd=held, dst_dir_fd=target_held, follow_symlinks=False
+                )
+        except OSError:  # not every file system has hard links
+            with os.fdopen(self._open(name, os.O_RDONLY), "rb") as source, to.create(name) as copy:
+                shutil.copyfileobj(source, copy)
+                copy.flush()
+                os.fsync(copy.fileno())
+
+    def sync(self) -> None:
+        """Wait until the names of the files are on the disk, if the system can do that."""
+        if self._descriptor is None:
+            return
+        try:
+            os.fsync(self._descriptor)
+        except OSError as error:
+            if error.errno not in {errno.EINVAL, errno.EOPNOTSUPP}:
+                raise
+
+    @contextmanager
+    def _existing(self, name: str) -> Iterator[BufferedReader | None]:
+        """Open a file for reading, if one is there: not a link, folder, pipe or device."""
+        try:
+            file = os.fdopen(self._open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb")
+        except OSError as error:
+            if error.errno not in _NO_FILE:
+                raise
+            yield None
+            return
+        with file:
+            yield file if stat.S_ISREG(os.fstat(file.fileno()).st_mode) else None
+
+    def _open(self, name: str, flags: int) -> int:
+        path, held = self._at(name)
+        return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0), 0o666, dir_fd=held)
+
+    def _at(self, name: str) -> tuple[str, int | None]:
+        """Return how to name a file to the system: its path, and the open folder this begins at."""
+        if self._descriptor is None:
+            return str(self.path / name), None
+        return name, self._descriptor
 
 
 def is_regular(path: Path) -> bool:
@@ -56,27 +188,3 @@ def is_regular(path: Path) -> bool:
         return stat.S_ISREG(path.lstat().st_mode)
     except OSError:
         return False
-
-
-def link_or_copy(path: Path, to: Path) -> None:
-    """Make ``to`` a hard link to the file ``path``, or a copy where there are no hard links."""
-    try:
-        to.hardlink_to(path)
-    except OSError:  # not every file system has hard links
-        shutil.copy2(path, to)
-        with to.open("rb+") as file:
-            os.fsync(file.fileno())
-
-
-def sync_folder(folder: Path) -> None:
-    """Wait until the file names in a folder are on the disk, if the system can do that."""
-    if os.name == "nt":
-        return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    except OSError as error:
-        if error.errno not in {errno.EINVAL, errno.EOPNOTSUPP}:
-            raise
-    finally:
-        os.close(descriptor)

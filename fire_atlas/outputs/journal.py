@@ -9,22 +9,16 @@ commit cut off by a power failure can be undone as well.
 """
 
 import json
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from fire_atlas.core.output_file import is_reserved, plain_name
-from fire_atlas.outputs.disk import (
-    digest_of,
-    is_regular,
-    link_or_copy,
-    readable_errors,
-    sync_folder,
-    write_synced,
-)
+from fire_atlas.outputs.disk import HeldFolder, is_regular, readable_errors
 
+_JOURNAL = ".journal"
 _FORMAT, _VERSION = "fire-atlas/journal", 1
 _MAX_BYTES = 1 << 26
 """Maximum size of a journal; that of a hundred thousand files is smaller."""
@@ -65,15 +59,46 @@ class StagingFolder:
     @property
     def journal(self) -> Path:
         """The journal, a file that exists while a commit is not finished."""
-        return self.path / ".journal"
+        return self.path / _JOURNAL
+
+    @contextmanager
+    def held(self) -> Iterator["HeldStaging"]:
+        """Hold the folders open.
+
+        Raises:
+            OSError: One of them is missing, or a link.
+        """
+        with ExitStack() as stack:
+            out = HeldFolder(self.out)
+            stack.callback(out.close)
+            staged = HeldFolder(self.path, out)
+            stack.callback(staged.close)
+            previous = HeldFolder(self.previous, staged)
+            stack.callback(previous.close)
+            yield HeldStaging(out, staged, previous)
+
+
+@dataclass(frozen=True, slots=True)
+class HeldStaging:
+    """The folders of a staging folder, held open.
+
+    Attributes:
+        out: The output folder.
+        staged: The staging folder.
+        previous: The folder that keeps the files that are replaced or removed.
+    """
+
+    out: HeldFolder
+    staged: HeldFolder
+    previous: HeldFolder
 
     def change(self, name: str, after: str | None) -> Change:
         """Return the change of the file ``name`` to the staged one, of which ``after`` is the
         SHA-256; None removes it."""
-        return Change(name, digest_of(self.out / name), after)
+        return Change(name, self.out.digest(name), after)
 
 
-def commit(folder: StagingFolder, changes: Sequence[Change]) -> None:
+def commit(folders: HeldStaging, changes: Sequence[Change]) -> None:
     """Make all ``changes``. The last one is the marker (the manifest): its old file is removed
     before all others change, and its new file put in place after them.
 
@@ -81,21 +106,21 @@ def commit(folder: StagingFolder, changes: Sequence[Change]) -> None:
         OSError: A change failed, and all were undone. If undoing failed with an error too, the
             journal stays, so that the next command tries again.
     """
-    _keep_previous(folder, changes)
-    _write_journal(folder, changes)
+    _keep_previous(folders, changes)
+    _write_journal(folders, changes)
     *others, marker = changes
     try:
-        _remove_marker(folder, marker)
+        _remove_marker(folders, marker)
         for change in others:
-            _apply(folder, change)
-        sync_folder(folder.out)
-        _apply(folder, marker)
-        sync_folder(folder.out)
+            _apply(folders, change)
+        folders.out.sync()
+        _apply(folders, marker)
+        folders.out.sync()
     except BaseException:
-        _undo(folder, changes)
+        _undo(folders, changes)
         raise
     with suppress(OSError):  # if it stays, the marker shows that the commit is finished
-        folder.journal.unlink()
+        folders.staged.unlink(_JOURNAL)
 
 
 def undo_unfinished(folder: StagingFolder) -> None:
@@ -103,28 +128,31 @@ def undo_unfinished(folder: StagingFolder) -> None:
 
     The journal is untrusted input: only files with the digests that it states are changed.
     """
-    changes = _read_journal(folder)
-    if changes and digest_of(folder.out / changes[-1].name) != changes[-1].after:
-        _undo(folder, changes)
-    folder.journal.unlink(missing_ok=True)
-    sync_folder(folder.path)
+    if changes := _read_journal(folder):
+        with folder.held() as folders:
+            if folders.out.digest(changes[-1].name) != changes[-1].after:
+                _undo(folders, changes)
+            folders.staged.unlink(_JOURNAL)
+            folders.staged.sync()
+    else:
+        folder.journal.unlink(missing_ok=True)
 
 
-def _keep_previous(folder: StagingFolder, changes: Sequence[Change]) -> None:
+def _keep_previous(folders: HeldStaging, changes: Sequence[Change]) -> None:
     for change in changes:
         if change.before is not None:
-            with readable_errors(folder.out / change.name):
-                link_or_copy(folder.out / change.name, folder.previous / change.name)
-    sync_folder(folder.previous)
+            with readable_errors(folders.out.path / change.name):
+                folders.out.link_or_copy(change.name, folders.previous)
+    folders.previous.sync()
 
 
-def _write_journal(folder: StagingFolder, changes: Sequence[Change]) -> None:
+def _write_journal(folders: HeldStaging, changes: Sequence[Change]) -> None:
     document = {"format": _FORMAT, "version": _VERSION, "changes": [asdict(c) for c in changes]}
-    draft = folder.journal.with_suffix(".draft")
-    write_synced(draft, json.dumps(document).encode())
-    draft.replace(folder.journal)
-    sync_folder(folder.path)
-    sync_folder(folder.out)
+    draft = f"{_JOURNAL}.draft"
+    folders.staged.write_synced(draft, json.dumps(document).encode())
+    folders.staged.move(draft, folders.staged, _JOURNAL)
+    folders.staged.sync()
+    folders.out.sync()
 
 
 def _read_journal(folder: StagingFolder) -> list[Change]:
@@ -150,53 +178,50 @@ def _validated(changes: list[Change]) -> list[Change]:
     return changes
 
 
-def _apply(folder: StagingFolder, change: Change) -> None:
-    target = folder.out / change.name
-    with readable_errors(target):
+def _apply(folders: HeldStaging, change: Change) -> None:
+    with readable_errors(folders.out.path / change.name):
         if change.after is None:
-            target.unlink(missing_ok=True)
+            folders.out.unlink(change.name)
         else:
-            (folder.path / change.name).replace(target)
+            folders.staged.move(change.name, folders.out)
 
 
-def _remove_marker(folder: StagingFolder, marker: Change) -> None:
+def _remove_marker(folders: HeldStaging, marker: Change) -> None:
     """Remove the marker of a commit before any file that it lists changes."""
-    target = folder.out / marker.name
-    with readable_errors(target):
-        target.unlink(missing_ok=True)
-        sync_folder(folder.out)
+    with readable_errors(folders.out.path / marker.name):
+        folders.out.unlink(marker.name)
+        folders.out.sync()
 
 
-def _undo(folder: StagingFolder, changes: Sequence[Change]) -> None:
+def _undo(folders: HeldStaging, changes: Sequence[Change]) -> None:
     """Put every file back as it was: remove the marker first, and restore it last.
 
     If the old bytes of a file are lost, the marker stays away, so that the next build makes all
     files again. The journal goes then too, as another attempt could do no more.
     """
     *others, marker = changes
-    if digest_of(folder.out / marker.name) == marker.after:
-        _remove_marker(folder, marker)
-    are_restored = [_restore(folder, change) for change in others]
-    sync_folder(folder.out)
+    if folders.out.digest(marker.name) == marker.after:
+        _remove_marker(folders, marker)
+    are_restored = [_restore(folders, change) for change in others]
+    folders.out.sync()
     if all(are_restored):
-        _restore(folder, marker)
-        sync_folder(folder.out)
-    folder.journal.unlink(missing_ok=True)
+        _restore(folders, marker)
+        folders.out.sync()
+    folders.staged.unlink(_JOURNAL)
 
 
-def _restore(folder: StagingFolder, change: Change) -> bool:
+def _restore(folders: HeldStaging, change: Change) -> bool:
     """Restore one file; return False if its old bytes are lost.
 
     A file that differs from both states was written by a user, and stays.
     """
-    target, previous = folder.out / change.name, folder.previous / change.name
-    now = digest_of(target)
+    now = folders.out.digest(change.name)
     if now == change.before or now not in {None, change.after}:
         return True
     if change.before is None:
-        target.unlink()
-    elif digest_of(previous) == change.before:
-        previous.replace(target)
+        folders.out.unlink(change.name)
+    elif folders.previous.digest(change.name) == change.before:
+        folders.previous.move(change.name, folders.out)
     else:
         return False
     return True

@@ -13,9 +13,8 @@ from fire_atlas.core.errors import OutputError
 from fire_atlas.core.files import real
 from fire_atlas.core.interruption import if_interrupted, signals_wait
 from fire_atlas.core.output_file import Role
-from fire_atlas.outputs.digest import file_digest
 from fire_atlas.outputs.disk import readable_errors
-from fire_atlas.outputs.journal import StagingFolder, commit
+from fire_atlas.outputs.journal import HeldStaging, commit
 from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
 from fire_atlas.outputs.manifest import OutputEntry
 from fire_atlas.outputs.recovery import clear_killed_builds, clear_staging, staging_folder
@@ -48,6 +47,7 @@ class Staging:
         self.has_merged = False
         self._note = note
         self._folder = staging_folder(out, name)
+        self._held: HeldStaging | None = None
         self._stack = ExitStack()
         self._digests: dict[str, str] = {}  # of the outputs, by name, in the order of writing
         self._inputs: set[Path] = set()
@@ -60,8 +60,9 @@ class Staging:
             clear_killed_builds(self.out, self._note)
             stack.enter_context(locked(recipe_lock(self.out, self.name), self._note))
             clear_staging(self._folder, self._note)
-            _at_the_end(stack, partial(_clear, self._folder))
+            _at_the_end(stack, self._clear)
             self._folder.previous.mkdir(parents=True)
+            self._held = stack.enter_context(self._folder.held())
             self._stack = stack.pop_all()
         return self
 
@@ -81,15 +82,17 @@ class Staging:
         target = self.out / name
         self.refuse(name)
         with readable_errors(target):
-            with self.path(name).open("wb") as file:
+            with self._folders.staged.create(name) as file:
                 yield file
                 file.flush()
                 os.fsync(file.fileno())
-            self._digests[name] = file_digest(self.path(name))
+            digest = self._folders.staged.digest(name)
+            assert digest is not None
+            self._digests[name] = digest
 
     def entry(self, name: str, role: Role) -> OutputEntry:
         """Return the entry in a manifest of the output ``name``, which was written."""
-        return OutputEntry(name, role, self.path(name).stat().st_size, self._digests[name])
+        return OutputEntry(name, role, self._folders.staged.size(name), self._digests[name])
 
     def existing(self, name: str) -> bytes | None:
         """Return the bytes that the output ``name`` will replace; None if there are none.
@@ -99,17 +102,21 @@ class Staging:
         target = self.out / name
         self.refuse(name)
         with readable_errors(target):
-            if not target.is_file():
-                return None
-            self.has_merged = True
-            return target.read_bytes()
+            there = self._folders.out.read(name)
+            self.has_merged |= there is not None
+            return there
 
     def path(self, name: str) -> Path:
         """Return the path of the output ``name`` until it is committed."""
         return self._folder.path / name
 
     def folder_locked(self) -> AbstractContextManager[None]:
-        """Hold the lock of the output folder, so that no other build commits into it."""
+        """Hold the lock of the output folder, so that no other build commits into it.
+
+        Raises:
+            OutputError: Its path, or that of the staging folder, leads to another one by now.
+        """
+        self._refuse_exchanged()
         return locked(folder_lock(self.out), self._note)
 
     def commit(self, stale: Iterable[Path]) -> None:
@@ -121,12 +128,18 @@ class Staging:
         *written, marker = self._digests.items()
         with readable_errors(self.out):
             changes = [
-                *(self._folder.change(*each) for each in written),
-                *(self._folder.change(path.name, None) for path in stale),
-                self._folder.change(*marker),
+                *(self._folders.change(*each) for each in written),
+                *(self._folders.change(path.name, None) for path in stale),
+                self._folders.change(*marker),
             ]
+            self._refuse_exchanged()
             with signals_wait():
-                commit(self._folder, changes)
+                commit(self._folders, changes)
+
+    def put_in_place(self, name: str) -> None:
+        """Move the one file that was written, which no manifest will list, into place."""
+        self._refuse_exchanged()
+        self._folders.staged.move(name, self._folders.out)
 
     def refuse(self, name: str) -> None:
         """Raise if the output ``name`` would replace a link, a folder or an input of the build."""
@@ -139,6 +152,30 @@ class Staging:
             )
         if real(target) in self._inputs:
             raise OutputError(f"{target}: is an input and would be overwritten; {advice}")
+
+    @property
+    def _folders(self) -> HeldStaging:
+        assert self._held is not None, "the context was not entered"
+        return self._held
+
+    def _clear(self) -> None:
+        """Remove the staging folder, unless it has a journal: of a commit that could not be undone,
+        which the next command tries to undo again."""
+        is_exchanged = self._held is not None and not self._held.staged.is_at_its_path
+        if is_exchanged or self._folder.journal.exists():
+            return
+        for _ in range(_ATTEMPTS):
+            shutil.rmtree(self._folder.path, ignore_errors=True)
+            if not self._folder.path.exists():
+                return
+
+    def _refuse_exchanged(self) -> None:
+        for folder in (self._folders.out, self._folders.staged):
+            if not folder.is_at_its_path:
+                raise OutputError(
+                    f"{folder.path}: was moved away, or exchanged for another folder, while this "
+                    f"build wrote into it; nothing was put in place; build again"
+                )
 
 
 def refuse_existing(targets: Iterable[Path]) -> None:
@@ -170,18 +207,7 @@ def write_whole(target: Path, data: bytes, note: Callable[[str], None]) -> None:
         with staging.open(target.name) as file:
             file.write(data)
         with readable_errors(target):
-            staging.path(target.name).replace(target)
-
-
-def _clear(folder: StagingFolder) -> None:
-    """Remove a staging folder, unless it has a journal: of a commit that could not be undone, which
-    the next command tries to undo again."""
-    if folder.journal.exists():
-        return
-    for _ in range(_ATTEMPTS):
-        shutil.rmtree(folder.path, ignore_errors=True)
-        if not folder.path.exists():
-            return
+            staging.put_in_place(target.name)
 
 
 def _at_the_end(stack: ExitStack, action: Callable[[], None]) -> None:

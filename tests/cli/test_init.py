@@ -1,5 +1,6 @@
 """``init``: ready recipes, with their input."""
 
+import os
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -110,17 +111,19 @@ def test_every_preset_that_ships_can_be_copied_and_checked(preset: str) -> None:
 def test_an_init_that_fails_leaves_nothing_and_the_next_one_works(
     presets: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    replace = Path.replace
+    replace = os.replace
     for cut_at in range(3):  # two frames, then the recipe
         count = iter(range(9))
 
-        def fail(path: Path, to: Path, at: int = cut_at, count: Iterator[int] = count) -> Path:
+        def fail(
+            path: str, to: str, at: int = cut_at, count: Iterator[int] = count, **folders: int
+        ) -> None:
             if next(count) == at:
                 raise OSError(28, "No space left on device")
-            return replace(path, to)
+            replace(path, to, **folders)
 
         folder = elsewhere / str(cut_at)
-        monkeypatch.setattr(Path, "replace", fail)
+        monkeypatch.setattr(os, "replace", fail)
         assert main(["init", "clip", str(folder)]) == 1
         monkeypatch.undo()
         monkeypatch.chdir(elsewhere)

@@ -14,7 +14,6 @@ import pytest
 
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.interruption import EXIT_CODE
-from fire_atlas.outputs.digest import file_digest
 from fire_atlas.outputs.journal import commit
 from fire_atlas.outputs.locks import folder_lock, locked, locked_if_free, recipe_lock
 from fire_atlas.outputs.recovery import recover, staging_folder, tidy
@@ -171,6 +170,47 @@ def test_a_staging_folder_that_is_a_link_is_removed_and_not_followed(
     assert contents(out) == NEW | {"b.png": OLD["b.png"]}
 
 
+@posix
+@pytest.mark.parametrize("is_link", [True, False])
+@pytest.mark.parametrize("which", ["output folder", "staging folder"])
+def test_what_takes_the_path_of_a_folder_during_a_build_is_not_touched(
+    out: Path, tmp_path: Path, which: str, is_link: bool
+) -> None:
+    path = out if which == "output folder" else staging_folder(out, "x").path
+    away, mine = tmp_path / "away", tmp_path / "mine"
+    users = dict.fromkeys((*OLD, *NEW), b"precious")
+    with staged(out) as staging:
+        path.rename(away)
+        mine.mkdir()
+        for name, data in users.items():
+            (mine / name).write_bytes(data)
+        if is_link:
+            path.symlink_to(mine)
+        else:
+            mine.rename(path)
+        with staging.open("a.png") as file:
+            file.write(b"newer")
+        with pytest.raises(OutputError, match=f"^{path}: was moved away, or exchanged"):
+            staging.folder_locked()
+        with pytest.raises(OutputError, match=f"^{path}: was moved away, or exchanged"):
+            staging.commit([])
+    assert contents(mine if is_link else path) == users
+    before = away if which == "output folder" else out
+    assert {name: (before / name).read_bytes() for name in OLD} == OLD
+
+
+@posix
+def test_a_link_among_staged_files_is_not_written_through(out: Path, tmp_path: Path) -> None:
+    mine = tmp_path / "mine.png"
+    mine.write_bytes(b"precious")
+    with Staging(out, "x", ignore) as staging:
+        staging.path("a.png").symlink_to(mine)
+        with staging.open("a.png") as file:
+            file.write(NEW["a.png"])
+        assert staging.path("a.png").read_bytes() == NEW["a.png"]
+    assert mine.read_bytes() == b"precious"
+
+
 def test_without_a_journal_nothing_is_written(out: Path) -> None:
     before = out.stat().st_mtime_ns
     recover(out, "x", ignore)
@@ -180,13 +220,13 @@ def test_without_a_journal_nothing_is_written(out: Path) -> None:
 def test_the_manifest_is_away_while_anything_changes(
     out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    replace, seen = Path.replace, list[tuple[str, bool]]()
+    replace, seen = os.replace, list[tuple[str, bool]]()
 
-    def watched(self: Path, target: Path) -> Path:
+    def watched(path: str, target: str, **folders: int) -> None:
         seen.append((Path(target).name, (out / "x.manifest.json").exists()))
-        return replace(self, target)
+        replace(path, target, **folders)
 
-    monkeypatch.setattr(Path, "replace", watched)
+    monkeypatch.setattr(os, "replace", watched)
     write_new(out)
     assert seen[1:] == [("a.png", False), ("c.png", False), ("x.manifest.json", False)]
 
@@ -194,15 +234,16 @@ def test_the_manifest_is_away_while_anything_changes(
 def test_a_commit_that_cannot_even_be_undone_is_undone_later(
     out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    replace = Path.replace
+    replace, previous = os.replace, staging_folder(out, "x").previous
 
-    def failing(self: Path, target: Path) -> Path:
-        if Path(target).name == "c.png" or ".previous" in str(self):
-            raise PermissionError(13, "Permission denied", str(self))
-        return replace(self, target)
+    def failing(path: str, target: str, src_dir_fd: int, dst_dir_fd: int) -> None:
+        is_kept = previous.exists() and os.path.samestat(os.fstat(src_dir_fd), previous.stat())
+        if target == "c.png" or is_kept:
+            raise PermissionError(13, "Permission denied", path)
+        replace(path, target, src_dir_fd=src_dir_fd, dst_dir_fd=dst_dir_fd)
 
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "replace", failing)
+        patch.setattr(os, "replace", failing)
         with pytest.raises(OutputError, match="cannot be written"):
             write_new(out)
     assert "x.manifest.json" not in contents_of_files(out)
@@ -314,13 +355,12 @@ def test_each_step_of_a_commit_is_on_the_disk_before_the_next(
         return recording
 
     with staged(out):
-        folder = staging_folder(out, "x")
         names = "a.png", "x.manifest.json"
-        changes = [folder.change(name, file_digest(folder.path / name)) for name in names]
-        with monkeypatch.context() as patch:
+        with staging_folder(out, "x").held() as folders, monkeypatch.context() as patch:
+            changes = [folders.change(name, folders.staged.digest(name)) for name in names]
             for name in ("fsync", "replace", "unlink", "link"):
                 patch.setattr(os, name, recorded(name))
-            commit(folder, changes)
+            commit(folders, changes)
     assert done == [
         "link", "link", "fsync",  # what was there is kept
         "fsync", "replace", "fsync", "fsync",  # the journal says so
@@ -349,7 +389,7 @@ def test_what_a_killed_writer_of_one_file_leaves_goes_with_the_next(
     program = (
         "import os, signal, sys; from pathlib import Path\n"
         "from fire_atlas.outputs.staging import write_whole\n"
-        f"os.{call} = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
+        f"os.{call} = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL)\n"
         "write_whole(Path(sys.argv[1]), b'after', print)"
     )
     done = subprocess.run([sys.executable, "-c", program, str(target)], check=False)

@@ -157,13 +157,15 @@ def test_a_full_disk_leaves_the_previous_outputs_whole(repo: Repo, room: int) ->
 
 
 _FAILS_AT = """
+import os
 from pathlib import Path
-replace = Path.replace
-def failing(self, target):
-    if Path(target).name == {name!r} and ".previous" not in str(self):
+replace, left = os.replace, [1]
+def failing(path, target, **folders):
+    if Path(target).name == {name!r} and left:
+        left.pop()  # putting the old file back succeeds
         raise PermissionError(1, "Operation not permitted")
-    return replace(self, target)
-Path.replace = failing
+    return replace(path, target, **folders)
+os.replace = failing
 """
 
 
@@ -184,15 +186,14 @@ def test_a_commit_that_fails_half_way_is_undone(repo: Repo, name: str) -> None:
 
 _SIGNALLED_AT = """
 import os, signal
-from pathlib import Path
-replace, left = Path.replace, [{after}]
-def signalled(self, target):
+replace, left = os.replace, [{after}]
+def signalled(path, target, **folders):
     left[0] -= 1
     if left[0] == 0:
         for _ in range(3):
             os.kill(os.getpid(), signal.{name})
-    return replace(self, target)
-Path.replace = signalled
+    return replace(path, target, **folders)
+os.replace = signalled
 """
 
 
