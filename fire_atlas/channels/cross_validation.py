@@ -4,6 +4,7 @@ engine would, and compare the error with that of plain blending.
 The result goes into the manifest; its figures are written and read here.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,15 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.channels.encoding import MotionEncoding
-from fire_atlas.channels.flow import Vectors
 from fire_atlas.channels.held_out import HeldOutFrame, reliability, squared_error
 from fire_atlas.core.pixels import Bytes, Plane, as_plane
 from fire_atlas.core.statistics import by_animation
 from fire_atlas.vision.warp import pixel_centres, sample_at
-
-SIGNS = (1, 1), (1, -1), (-1, 1), (-1, -1)
-"""Signs of R and G to compare: as encoded, then G, R or both flipped, as a wrongly set-up shader
-would read them."""
 
 _MIN_GAIN = 0.005
 """Minimum gain when testing on skipped source frames; less may be chance and would not be seen. If
@@ -37,21 +33,16 @@ class ValidationReport:
 
     Attributes:
         held_out: Number of frames that were held out.
-        gains: For each of ``SIGNS``, the fraction of plain blending's error (root mean square) that
-            the vectors remove; negative if they add error.
+        gain: The fraction of plain blending's error (root mean square) that the vectors remove;
+            negative if they add error.
         helps: Whether the gain is more than chance. If not, no vectors are written.
         still: Whether nothing moves: held-out frames are as their neighbours.
     """
 
     held_out: int
-    gains: tuple[float, ...]
+    gain: float
     helps: bool
     still: bool = False
-
-    @property
-    def sign_right(self) -> bool:
-        """Whether no other choice of signs has a larger gain."""
-        return self.gains[0] >= max(self.gains[1:])
 
 
 def cross_validate(
@@ -63,51 +54,39 @@ def cross_validate(
     """
     if not held_out:
         return None
-    errors = np.zeros(1 + len(SIGNS), np.float64)
+    plain = moved = 0.0
     for tested, others in ((held_out[::2], held_out[1::2]), (held_out[1::2], held_out[::2])):
         weight = reliability(others, held_out[0].actual.shape[:2])
         for frame in tested:
-            errors += _errors(frame, weight, encoding)
-    if errors[0] <= _STILL:
-        return ValidationReport(len(held_out), (0.0,) * len(SIGNS), helps=False, still=True)
-    gains = tuple(float(1 - np.sqrt(each / errors[0])) for each in errors[1:])
+            blended = frame.blended(frame.before.astype(np.float32), frame.after.astype(np.float32))
+            plain += _mean_squared_error(blended, frame.actual)
+            moved += _mean_squared_error(_seen(frame, weight, encoding), frame.actual)
+    if plain <= _STILL:
+        return ValidationReport(len(held_out), 0.0, helps=False, still=True)
+    gain = 1 - math.sqrt(moved / plain)
     min_gain = _MIN_GAIN if held_out[0].span == 1 else 0.0
-    return ValidationReport(len(held_out), gains, gains[0] > min_gain)
+    return ValidationReport(len(held_out), gain, gain > min_gain)
 
 
-def _errors(frame: HeldOutFrame, weight: Plane, encoding: MotionEncoding) -> NDArray[np.float64]:
-    """Return the mean squared error of plain blending, then those with each choice of signs."""
+def _mean_squared_error(predicted: NDArray[np.float32], actual: Bytes) -> float:
+    return float(np.mean(squared_error(predicted, actual), dtype=np.float64))
+
+
+def _seen(frame: HeldOutFrame, weight: Plane, encoding: MotionEncoding) -> NDArray[np.float32]:
+    """Return the frame that the engine shows, computed in its own axes from encoded vectors."""
     height, width = weight.shape
     unit = np.array(encoding.unit_pixels((width, height)), np.float32)
     vectors = [as_plane(each * weight[..., None] / unit) for each in frame.vectors]
     # The scale of the encoding is this frame's own maximum.
     scale = max(float(max(np.abs(each).max() for each in vectors)), 1e-6)
     maps = [encoding.encode(as_plane(each / np.float32(scale))) for each in vectors]
-    plain = frame.blended(frame.before.astype(np.float32), frame.after.astype(np.float32))
-    errors = [squared_error(plain, frame.actual)]
-    for signs in SIGNS:
-        seen = _blended(frame, (maps[0], maps[1]), encoding, unit * scale, signs)
-        errors.append(squared_error(seen, frame.actual))
-    return np.array([np.mean(each, dtype=np.float64) for each in errors])
-
-
-def _blended(
-    frame: HeldOutFrame,
-    maps: tuple[Bytes, Bytes],
-    encoding: MotionEncoding,
-    scale: NDArray[np.float32],
-    signs: tuple[int, int],
-) -> NDArray[np.float32]:
-    """Return the frame that the engine shows, computed in its own axes; ``scale`` in px."""
-    height, width = frame.before.shape[:2]
     columns, rows = pixel_centres(width, height)
     upwards = encoding.green == "up"
     place = np.stack([columns, height - 1 - rows if upwards else rows], axis=2)
     seen = []
     shifts = -frame.blend, 1 - frame.blend
     for image, data, shift in zip((frame.before, frame.after), maps, shifts, strict=True):
-        motion: Vectors = encoding.decoded(data) * np.array(signs, np.float32)
-        at = as_plane(place + motion * scale * np.float32(shift))
+        at = as_plane(place + encoding.decoded(data) * (unit * scale) * np.float32(shift))
         y = height - 1 - at[..., 1] if upwards else at[..., 1]
         seen.append(sample_at(image.astype(np.float32), at[..., 0], y))
     return frame.blended(seen[0], seen[1])
@@ -120,14 +99,11 @@ def motion_statistics(report: ValidationReport | None) -> dict[str, Any]:
     """
     if report is None:
         return {"motion": None}
-    gain, *others = (round(gain, 4) for gain in report.gains)
     return {
         "motion": {
             "held_out": report.held_out,
             "written": report.helps,
-            "gain": gain,
-            "other_signs": others,
-            "sign_right": report.sign_right,
+            "gain": round(report.gain, 4),
             **({"still": True} if report.still else {}),
         }
     }
@@ -152,12 +128,6 @@ def _report(figures: Any) -> ValidationReport | None:
     match figures:
         case None:
             return None
-        case {
-            "held_out": int(held_out),
-            "written": bool(helps),
-            "gain": float(gain),
-            "other_signs": [float(green), float(red), float(both)],
-        }:
-            gains = (gain, green, red, both)
-            return ValidationReport(held_out, gains, helps, figures.get("still") is True)
+        case {"held_out": int(held_out), "written": bool(helps), "gain": float(gain)}:
+            return ValidationReport(held_out, gain, helps, figures.get("still") is True)
     raise ValueError(f"{figures!r} are no figures of motion vectors")

@@ -243,7 +243,7 @@ def _maps(atlas: AtlasFile) -> Table:
 
 
 _VISIBLE_GAIN = 0.01
-"""Gain of motion vectors below which the choice of signs makes no difference to be seen."""
+"""Gain of motion vectors below which they make no difference to be seen."""
 
 
 def _motion_sentence(animation: str, report: ValidationReport | None) -> str:
@@ -255,15 +255,10 @@ def _motion_sentence(animation: str, report: ValidationReport | None) -> str:
         return f"{vectors}: none, nothing moves: frames that were held out are as their neighbours"
     if not report.helps:
         return f"{vectors}: none, plain blending is as close to frames that were held out"
-    gain, *flipped = report.gains
-    if gain < _VISIBLE_GAIN:
+    if report.gain < _VISIBLE_GAIN:
         small = "less than 1 % closer than plain blending"
         return f"{vectors}: {small}; little of what changes between frames is motion"
-    green, red, both = (f"{100 * each:+.0f} %" for each in flipped)
-    verdict = "correct" if report.sign_right else "IN DOUBT, others fit better"
-    others = f"with G flipped {green}, R flipped {red}, both {both}"
-    gained = f"{100 * gain:.0f} % closer than plain blending"
-    return f"{vectors}: {gained}; signs {verdict} ({others})"
+    return f"{vectors}: {100 * report.gain:.0f} % closer than plain blending"
 
 
 def _flakes(tracks: Tracks, title: str) -> Table:

@@ -73,17 +73,6 @@ def test_three_engines_show_the_same_between_two_frames(books: dict[str, Path]) 
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_wrong_signs_are_further_from_what_the_right_one_shows(
-    books: dict[str, Path], engine: str
-) -> None:
-    """Where the steps of two frames meet: frame 5 from frames 4 and 6, played at half rate."""
-    statistics = json.loads((books[engine] / "fire.manifest.json").read_text())["statistics"]
-    motion = statistics["motion"]
-    assert motion["sign_right"] and motion["gain"] > 0.1
-    assert max(motion["other_signs"]) < motion["gain"]
-
-
-@pytest.mark.parametrize("engine", ENGINES)
 def test_at_its_own_time_a_frame_is_itself(books: dict[str, Path], engine: str) -> None:
     book = read_flipbook(books[engine], "fire")
     assert ENGINES[engine](book, 3, 0.0, (1, 1)) == pytest.approx(plain(book, 3, 0.0), abs=1e-6)
@@ -150,7 +139,7 @@ def test_inspect_and_templates_know_them(
     atlas = str(books["unity"] / "fire.json")
     assert main(["inspect", atlas]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "% closer than plain blending; signs correct (with G flipped" in said
+    assert "% closer than plain blending" in said
     assert main(["inspect", "--context", atlas]) == 0
     context = json.loads(capsys.readouterr().out)
     assert context["pages"][0]["maps"] == {"motion": "fire.motion.png"}
@@ -175,8 +164,7 @@ def test_inspect_says_in_words_that_nothing_moves(
     assert "closer" not in said
 
 
-FIGURES = {"held_out": 8, "written": True, "gain": 0.3149, "other_signs": [-0.2, 0.049, -0.517],
-           "sign_right": True}  # fmt: skip
+FIGURES = {"held_out": 8, "written": True, "gain": 0.3149}
 
 
 @pytest.mark.parametrize(
@@ -184,13 +172,11 @@ FIGURES = {"held_out": 8, "written": True, "gain": 0.3149, "other_signs": [-0.2,
     [
         (
             {"motion": FIGURES},
-            "motion vectors: 31 % closer than plain blending; signs correct "
-            "(with G flipped -20 %, R flipped +5 %, both -52 %)",
+            "motion vectors: 31 % closer than plain blending",
         ),
         (
             {"motion": {**FIGURES, "gain": 0.01}},
-            "motion vectors: 1 % closer than plain blending; signs IN DOUBT, others "
-            "fit better (with G flipped -20 %, R flipped +5 %, both -52 %)",
+            "motion vectors: 1 % closer than plain blending",
         ),
         (
             {"motion": {**FIGURES, "gain": 0.004}},
@@ -388,25 +374,28 @@ def test_frames_that_the_build_drops_from_its_source_validate_the_vectors(
 
 
 @pytest.mark.parametrize(
-    ("name", "least"),
+    ("name", "engine", "least"),
     [
-        ("campfire", 0.2),
-        ("candle", 0.2),
-        ("fireball", 0.2),
-        real("sim_unity_flame02", 0.5),
-        real("cartoon_fluent_fire", 0.3),
-        real("cartoon_tauran_flame_sheet", 0.2),
+        *(("campfire", engine, 0.2) for engine in ENGINES),
+        ("candle", "unity", 0.2),
+        ("fireball", "unity", 0.2),
+        real("sim_unity_flame02", "unity", 0.5),
+        real("cartoon_fluent_fire", "unity", 0.3),
+        real("cartoon_tauran_flame_sheet", "unity", 0.2),
     ],
 )
-def test_dropped_frames_of_fire_are_met(tmp_path: Path, name: str, least: float) -> None:
-    """Built from every other frame of 17, decoded by Unity's formula from the files."""
+def test_dropped_frames_of_fire_are_met(
+    tmp_path: Path, name: str, engine: str, least: float
+) -> None:
+    """Built from every other frame of 17, decoded by the engine's formula from the files; with
+    the wrong signs of R or G it comes less close."""
     folder = shipped("samples") / name if name in SAMPLES else real_clips() / name / "frames"
     frames = sorted(folder.iterdir())[:17]
     (tmp_path / "half").mkdir()
     for frame in frames[::2]:
         (tmp_path / "half" / frame.name).write_bytes(frame.read_bytes())
     out = build(
-        tmp_path, source={"path": "half", "fps": 12, "matte": "alpha"}, maps={"motion": "unity"},
+        tmp_path, source={"path": "half", "fps": 12, "matte": "alpha"}, maps={"motion": engine},
         atlas={**GRID, "trim": "none"}, flakes="none", motion_blur="none",
         timeline={"loop": "none"},
     )  # fmt: skip
@@ -419,7 +408,7 @@ def test_dropped_frames_of_fire_are_met(tmp_path: Path, name: str, least: float)
         truth[..., :3] *= truth[..., 3:] / 255
         error["plain"] += float(np.mean((book.frame_part(plain(book, i, 0.5)) - truth) ** 2))
         for signs in RIGHT_AND_WRONG:
-            seen = book.frame_part(ENGINES["unity"](book, i, 0.5, signs))
+            seen = book.frame_part(ENGINES[engine](book, i, 0.5, signs))
             error[str(signs)] += float(np.mean((seen - truth) ** 2))
     right, *wrong = (1 - np.sqrt(error[str(s)] / error["plain"]) for s in RIGHT_AND_WRONG)
     assert right > least and max(wrong) < right

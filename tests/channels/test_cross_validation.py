@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fire_atlas.channels.cross_validation import (
-    SIGNS,
     ValidationReport,
     motion_statistics,
     read_reports,
@@ -17,7 +16,7 @@ GAINS = st.floats(-1e6, 1, allow_nan=False).map(lambda gain: round(gain, 4))
 REPORTS = st.none() | st.builds(
     ValidationReport,
     held_out=st.integers(1, 8),
-    gains=st.tuples(*[GAINS] * len(SIGNS)),
+    gain=GAINS,
     helps=st.booleans(),
 )
 
@@ -42,8 +41,8 @@ def test_statistics_without_motion_hold_no_report() -> None:
     assert read_reports({"frames": 12, "members": {"torch": {"frames": 12}}}) == {}
 
 
-@pytest.mark.parametrize("change", [{"gain": None}, {"other_signs": [0.1]}, {"written": "yes"}])
+@pytest.mark.parametrize("change", [{"gain": None}, {"held_out": [8]}, {"written": "yes"}])
 def test_figures_of_another_kind_are_refused(change: dict[str, Any]) -> None:
-    figures = motion_statistics(ValidationReport(8, (0.3, 0.1, 0.0, -0.2), True))["motion"]
+    figures = motion_statistics(ValidationReport(8, 0.3, True))["motion"]
     with pytest.raises(ValueError, match="are no figures of motion vectors"):
         read_reports({"motion": {**figures, **change}})

@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from typing import get_args
 
 import cv2
 import numpy as np
@@ -9,11 +11,14 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.channels.cells import change_weight, extended
-from fire_atlas.channels.encoding import motion_encoding
-from fire_atlas.channels.flow import displayed_thumbnail, step_motion
+from fire_atlas.channels.cross_validation import cross_validate
+from fire_atlas.channels.encoding import MotionEncoding, motion_encoding
+from fire_atlas.channels.flow import Vectors, displayed_thumbnail, step_motion
+from fire_atlas.channels.held_out import hold_out
 from fire_atlas.channels.motion import Motion, estimate_motion
 from fire_atlas.core.pixels import Bytes, as_plane
 from fire_atlas.core.workers import Workers
+from fire_atlas.recipe.output import Engine
 
 SIZE = 160
 Array = NDArray[np.float64]
@@ -123,12 +128,30 @@ def test_a_loop_moves_from_its_last_frame_into_its_first() -> None:
         assert motion.cells[i][middle].mean(axis=(0, 1)) == pytest.approx(true, abs=0.15)
 
 
-def test_cross_validation_finds_the_sign_and_how_much_closer_it_is() -> None:
-    report = learned(clip(lambda x, y, i: (x - 3 * (i - 4), y + 3 * (i - 4)), 9)).validation
-    assert report is not None
-    assert report.sign_right
-    assert report.gains[0] > 0.5
-    assert max(report.gains[1:]) < 0.1
+@dataclass(frozen=True, slots=True)
+class Misread(MotionEncoding):
+    """An encoding that a shader reads with the wrong signs of R and G."""
+
+    signs: tuple[int, int] = (1, 1)
+
+    def decoded(self, red_green: NDArray[np.uint8]) -> Vectors:
+        right = motion_encoding(self.engine).decoded(red_green)
+        return as_plane(right * np.array(self.signs, np.float32))
+
+
+@pytest.mark.parametrize("engine", get_args(Engine))
+def test_cross_validation_says_how_much_closer_the_right_signs_are(engine: Engine) -> None:
+    frames = clip(lambda x, y, i: (x - 3 * (i - 4), y + 3 * (i - 4)), 9)
+    with Workers(2) as workers:
+        held_out = hold_out(frames, {}, loop=False, pad=8, workers=workers)
+
+    def gain(signs: tuple[int, int]) -> float:
+        report = cross_validate(held_out, Misread(**asdict(motion_encoding(engine)), signs=signs))
+        assert report is not None
+        return report.gain
+
+    assert gain((1, 1)) > 0.5
+    assert max(map(gain, ((1, -1), (-1, 1), (-1, -1)))) < 0.1
 
 
 def test_motion_that_the_frames_left_out_do_not_make_is_not_written() -> None:
@@ -150,7 +173,7 @@ def test_motion_that_the_frames_left_out_make_too_is_written_in_full() -> None:
     between = {i: (part / 4, all_frames[4 * i + part]) for i, part in ((0, 2), (3, 1), (6, 3))}
     motion = learned(all_frames[::4], between)
     assert motion.validation is not None
-    assert motion.validation.held_out == 3 and motion.validation.gains[0] > 0.7
+    assert motion.validation.held_out == 3 and motion.validation.gain > 0.7
     for i in range(1, 8):
         off = error_inside(motion.cells[i], np.array((4.0, -3.0)), all_frames[4 * i])
         assert np.percentile(off, 99) < 0.5
