@@ -2,18 +2,14 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from math import isnan
 from typing import Any, Self
 
-from rich.box import SIMPLE
-from rich.table import Column, Table
+from rich.table import Table
 
 from fire_atlas.channels.cross_validation import ValidationReport, read_reports
 from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.channels.heat.encode import HeatError
 from fire_atlas.core.statistics import by_animation, read_stated
-from fire_atlas.effect.flakes.close_ups import HEIGHT
-from fire_atlas.effect.flakes.filmed import compare_with_filmed, is_hard
 from fire_atlas.effect.flakes.statistics import flake_figures
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
@@ -96,8 +92,6 @@ def tables_of(
     for name, recorded in tracks.items():
         title = "flakes" if len(tracks) == 1 else f"flakes of {name}"
         yield _flakes(recorded, title)
-        if not is_hard(recorded):
-            yield _filmed(recorded, f"{title} beside filmed embers")
 
 
 def _flake_sentences(statistics: dict[str, Any]) -> Iterator[str]:
@@ -272,25 +266,4 @@ def _flakes(tracks: Tracks, title: str) -> Table:
             range_text(figure.low, figure.high),
             "" if figure.is_in_range else "out of range",
         )
-    return table
-
-
-def _filmed(tracks: Tracks, title: str) -> Table:
-    """Return the table of what flakes have in common with filmed embers."""
-    caption = (
-        f"each flake drawn alone, in frames {HEIGHT} px high; colours and peaks 0-255, sRGB; "
-        "filmed: five clips at 24 frames/s, whose embers a tracker followed and often lost"
-    )
-    heads = (Column("", no_wrap=True), "here", "filmed", "should be", "")
-    table = Table(*heads, title=title, caption=caption, box=SIMPLE, padding=(0, 0, 0, 1))
-    for section, figures in compare_with_filmed(tracks).items():
-        table.add_row(section, style="bold")
-        for figure in figures:
-            table.add_row(
-                f"  {figure.row.label}",
-                "-" if isnan(figure.value) else f"{figure.value:.3g}",
-                range_text(*(figure.row.filmed or (None, None))),
-                range_text(*(figure.row.target or (None, None))),
-                "outside" if figure.is_outside else "",
-            )
     return table

@@ -8,11 +8,11 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import as_plane, decode_bytes, expose, linear_to_srgb
-from fire_atlas.effect.flakes.close_ups import HEIGHT, CloseUps
-from fire_atlas.effect.flakes.filmed import ROWS, compare_with_filmed, is_hard
-from fire_atlas.effect.flakes.filmed_flight import Sightings, birth_figures, flight_figures
-from fire_atlas.effect.flakes.filmed_look import look_figures
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
+from tests.support.filmed.close_ups import HEIGHT, CloseUps
+from tests.support.filmed.flight import Sightings, birth_figures, flight_figures
+from tests.support.filmed.footage import ROWS, compare_with_filmed, is_hard
+from tests.support.filmed.look import look_figures
 
 Values = NDArray[np.float64]
 

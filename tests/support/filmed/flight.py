@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import expose, linear_to_srgb
-from fire_atlas.effect.flakes.close_ups import HEIGHT, SEEN, CloseUps
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks, by_column
+from tests.support.filmed.close_ups import HEIGHT, SEEN, CloseUps
 
 Values = NDArray[np.float64]
 Index = NDArray[np.intp]

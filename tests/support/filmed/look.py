@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.effect.flakes.close_ups import HEIGHT, CloseUps
 from fire_atlas.effect.flakes.tracks import by_column
+from tests.support.filmed.close_ups import HEIGHT, CloseUps
 
 Values = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fire_atlas.effect.flakes.filmed_flight import Sightings, birth_figures, flight_figures
-from fire_atlas.effect.flakes.filmed_look import look_figures
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
+from tests.support.filmed.flight import Sightings, birth_figures, flight_figures
+from tests.support.filmed.look import look_figures
 
 Range = tuple[float | None, float | None]
 """The lowest and the highest value; None leaves that side open."""
