@@ -254,31 +254,11 @@ def _add_preview(commands: _Commands) -> _Parser:
 
 
 def _add_inspect(commands: _Commands) -> _Parser:
-    parser = commands.add_parser(
-        "inspect", help="describe a built atlas in tables, or show how a fire is analysed"
-    )
-    parser.add_argument("subject", type=_path, metavar="ATLAS.json|RECIPE")
-    kinds = parser.add_mutually_exclusive_group()
-    kinds.add_argument(
+    parser = commands.add_parser("inspect", help="describe a built atlas in tables")
+    parser.add_argument("subject", type=_path, metavar="ATLAS.json")
+    parser.add_argument(
         "--context", action="store_true", help="print the data that templates get, as JSON"
     )
-    kinds.add_argument(
-        "--field",
-        action="store_true",
-        help="of a recipe: draw features, candidates, force, field and blur of up to 12 frames",
-    )
-    field = parser.add_argument_group("options of --field")
-    field.add_argument(
-        "-o",
-        "--out",
-        type=_path,
-        metavar="DIR",
-        help="folder for the pictures (default: build/NAME.field/ beside the recipe)",
-    )
-    _add_set(field)
-    _add_jobs(field)
-    _add_overwrite(field, "replace files that are there")
-    _add_limits(field)
     _add_volume(parser)
     return parser
 

@@ -1,10 +1,9 @@
-"""The command ``inspect``: describe a built atlas in tables, or show how a fire is analysed."""
+"""The command ``inspect``: describe a built atlas in tables."""
 
 import json
 from argparse import Namespace
 from pathlib import Path
 
-from fire_atlas.cli.arguments import refuse_build_options
 from fire_atlas.cli.console import PlainConsole
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MAX_JSON_BYTES, read_file
@@ -16,17 +15,7 @@ from fire_atlas.preview.tables import BuildSentences, tables_of
 
 
 def run(args: Namespace) -> int:
-    """Print tables about a built atlas, or the context that templates get of it; or write pictures
-    of how a recipe's fire is analysed."""
-    if args.field:
-        from fire_atlas.cli.field import write_field_pictures
-
-        return write_field_pictures(args)
-    refuse_build_options(
-        args,
-        {"-o": args.out, "--overwrite": args.overwrite},
-        "needs --field: tables are printed, no file is written",
-    )
+    """Print tables about a built atlas, or the context that templates get of it."""
     atlas = read_atlas(args.subject)
     if args.context:
         print(json.dumps(context_of(atlas.sheet), indent=2))

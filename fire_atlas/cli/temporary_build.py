@@ -14,8 +14,8 @@ from fire_atlas.outputs.folder import recover_default, temporary_folder
 from fire_atlas.pipeline.build import build
 from fire_atlas.pipeline.check import CheckedRecipe, load_checked
 from fire_atlas.pipeline.context import BuildContext, BuildOptions
-from fire_atlas.pipeline.inspect_field import inspect_field
 from fire_atlas.pipeline.open import open_alone
+from fire_atlas.pipeline.show_field import field_marks
 from fire_atlas.preview.field_marks import FieldMarks
 from fire_atlas.recipe.tree import RecipeTree
 
@@ -62,4 +62,4 @@ def _clip(loaded: CheckedRecipe, options: BuildOptions) -> Clip | None:
 def _marks(loaded: CheckedRecipe, options: BuildOptions, view: BuildView) -> dict[str, FieldMarks]:
     with Workers(options.jobs) as workers:
         context = BuildContext(workers, view, StageTimer(), options.max_pixels)
-        return {each.name: each.marks for each in inspect_field(loaded, context)}
+        return field_marks(loaded, context)

@@ -1,7 +1,7 @@
 """Marks that show how a fire was analysed: arrows and dots over its frames (Kim & Lee).
 
-Five layers, after the paper's Figures 6, 7 and 10; ``LAYERS`` describes them. ``field_pictures.py``
-draws them as images, ``templates/preview/field_marks.js`` in the preview page.
+Five layers, after the paper's Figures 6, 7 and 10; ``LAYERS`` describes them. ``field_data.py``
+packs them into the preview page, where ``templates/preview/field_marks.js`` draws them.
 """
 
 import math
@@ -26,8 +26,6 @@ class LayerText:
         word: For a choice of layers.
         title: With the symbol and the equation of the paper.
         unit: Of the length of arrows or the weight of dots.
-
-    In letters that Pillow's own font has.
     """
 
     word: str

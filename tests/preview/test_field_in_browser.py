@@ -1,4 +1,4 @@
-"""The page shows how a fire is analysed: the marks of ``inspect --field``, drawn by the browser."""
+"""The page shows how a fire is analysed: marks over its frames, drawn by the browser."""
 
 import base64
 import json
@@ -15,7 +15,7 @@ from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
 from fire_atlas.pipeline.check import load_checked
 from fire_atlas.pipeline.context import BuildContext
-from fire_atlas.pipeline.inspect_field import inspect_field
+from fire_atlas.pipeline.show_field import field_marks
 from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.field_marks import LAYERS, SHORTEST, FieldMarks, MarkGrid, sizes_of
 from fire_atlas.recipe.output import MAX_PAGE_SIDE
@@ -41,8 +41,8 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def marks(page: Path) -> FieldMarks:
     with Workers(1) as workers:
         loaded = load_checked(read_tree(page.parents[1] / "fire.yaml"))
-        (seen,) = inspect_field(loaded, BuildContext.silent(workers))
-    return seen.marks
+        (seen,) = field_marks(loaded, BuildContext.silent(workers)).values()
+    return seen
 
 
 def held(page: Path, name: str) -> str:

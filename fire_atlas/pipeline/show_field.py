@@ -5,19 +5,15 @@ passing is kept.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
-from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.core.picture import as_light
-from fire_atlas.core.pixels import Pixels, Plane, as_plane
+from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.effect.composition.blur import bounded
 from fire_atlas.effect.field.forcing import cell_means
 from fire_atlas.effect.field.record import SolvedFrame, record_field, solve_field
 from fire_atlas.pipeline.analyse import (
-    Analysis,
     AnalysisSettings,
     FrameAnalyser,
     analysed_frames,
@@ -26,49 +22,19 @@ from fire_atlas.pipeline.animate import PreparedView
 from fire_atlas.pipeline.check import CheckedRecipe
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribute import prepared
-from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip, flame_of
 from fire_atlas.pipeline.open import open_input
 from fire_atlas.preview.field_marks import FieldLayer, FieldMarks, MarkGrid, Marks
 from fire_atlas.recipe.effect import MotionBlur
 from fire_atlas.sources.sprites import Sprites
 
 
-@dataclass(frozen=True, slots=True)
-class InspectedAnimation:
-    """An animation with the marks of its analysis.
-
-    Attributes:
-        name: As on the pages.
-        simulated: Its clip, with the analysis but without flakes.
-        settings: How its frames are rendered.
-        marks: Of all frames.
-    """
-
-    name: str
-    simulated: SimulatedClip
-    settings: RenderSettings
-    marks: FieldMarks
-
-    @property
-    def clip(self) -> Clip:
-        """The clip as it is played."""
-        return self.simulated.clip
-
-    def under(self, layer: FieldLayer | None, i: int) -> Pixels:
-        """Return frame ``i`` as it lies under a layer: under blur, the flame as the pages have
-        it."""
-        picture = self.clip.picture(i)
-        if layer == "blur":
-            picture = flame_of(i, picture, self.simulated, self.settings)
-        return as_light(picture)
-
-
-def inspect_field(loaded: CheckedRecipe, context: BuildContext) -> Iterator[InspectedAnimation]:
-    """Analyse every animation of a recipe, and yield each with its marks.
+def field_marks(loaded: CheckedRecipe, context: BuildContext) -> dict[str, FieldMarks]:
+    """Analyse every animation of a recipe, and return its marks by its name on the pages.
 
     Raises:
         RecipeError: The recipe has no effect, so there is no field.
     """
+    found = {}
     for part in loaded.parts:
         opened = open_input(part, context)
         if isinstance(opened, Sprites) or not part.recipe.has_effect:
@@ -76,11 +42,12 @@ def inspect_field(loaded: CheckedRecipe, context: BuildContext) -> Iterator[Insp
                 f"{part.path}: has neither flakes nor motion blur, so no field is computed; "
                 f"take out flakes: none or motion_blur: none"
             )
-        for title, view in prepared(part.recipe, opened, len(loaded.parts), context):
-            yield _inspected(title, view, context)
+        for name, view in prepared(part.recipe, opened, len(loaded.parts), context):
+            found[name] = _marks(view, context)
+    return found
 
 
-def _inspected(name: str, view: PreparedView, context: BuildContext) -> InspectedAnimation:
+def _marks(view: PreparedView, context: BuildContext) -> FieldMarks:
     clip, study, recipe = view.clip, view.study, view.recipe
     settings = AnalysisSettings.of(recipe, view.azimuth)
     analyser, solver = FrameAnalyser.of(clip, study, settings), settings.solver(clip, study)
@@ -115,11 +82,7 @@ def _inspected(name: str, view: PreparedView, context: BuildContext) -> Inspecte
             found["blur"] = grid.means(*bounded(*moved, (clip.width, clip.height)), field.cell)
         return found
 
-    frames = list(context.workers.map(marks, range(clip.count)))
-    simulated = SimulatedClip(clip, study, Analysis.without_flakes(field), None)
-    return InspectedAnimation(
-        name, simulated, RenderSettings.of(recipe), FieldMarks.of(grid, frames)
-    )
+    return FieldMarks.of(grid, list(context.workers.map(marks, range(clip.count))))
 
 
 def _births(i: int, analyser: FrameAnalyser, grid: MarkGrid) -> dict[FieldLayer, Marks]:

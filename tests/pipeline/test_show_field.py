@@ -1,4 +1,4 @@
-"""Pictures of the analysis: a clip whose motion is known, and what ``inspect --field`` writes."""
+"""Marks of the analysis: of a clip whose motion is known."""
 
 import json
 from pathlib import Path
@@ -14,9 +14,8 @@ from fire_atlas.cli import main
 from fire_atlas.core.workers import Workers
 from fire_atlas.pipeline.check import load_checked
 from fire_atlas.pipeline.context import BuildContext
-from fire_atlas.pipeline.inspect_field import InspectedAnimation, inspect_field
+from fire_atlas.pipeline.show_field import field_marks
 from fire_atlas.preview.field_marks import FieldLayer, FieldMarks, MarkGrid, Marks
-from fire_atlas.recipe.effect import MotionBlur
 from fire_atlas.recipe.tree import read_tree
 from tests.support.wind import SILK
 from tests.support.wind import recipe_in as in_winds
@@ -33,7 +32,7 @@ class Moving(NamedTuple):
     """A fire that moves sideways, inspected."""
 
     way: int
-    seen: InspectedAnimation
+    seen: FieldMarks
     frames: list[NDArray[np.float64]]
 
     def centre(self, i: int) -> float:
@@ -75,7 +74,7 @@ def moving(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     recipe = recipe_in(tmp_path_factory.mktemp("moving"), way)
     with Workers(2) as workers:
         loaded = load_checked(read_tree(recipe))
-        (seen,) = inspect_field(loaded, BuildContext.silent(workers))
+        (seen,) = field_marks(loaded, BuildContext.silent(workers)).values()
     files = sorted((recipe.parent / "clip").iterdir())
     frames = []
     for file in files:
@@ -86,7 +85,7 @@ def moving(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 
 def inside(moving: Moving, i: int, layer: FieldLayer) -> NDArray[np.float32]:
     """Return the arrows of a layer that begin well within the fire."""
-    arrows = moving.seen.marks.frames[i][layer]
+    arrows = moving.seen.frames[i][layer]
     near = np.hypot(arrows[:, 0] - moving.centre(i), arrows[:, 1] - HEIGHT / 2) < 11
     return np.asarray(arrows[near])
 
@@ -117,7 +116,7 @@ def expected_features(moving: Moving, i: int) -> NDArray[np.float64]:
 
 @pytest.mark.parametrize("i", [3, 6])
 def test_arrows_of_features_are_the_papers_vectors_where_they_stand(moving: Moving, i: int) -> None:
-    arrows, expected = moving.seen.marks.frames[i]["features"], expected_features(moving, i)
+    arrows, expected = moving.seen.frames[i]["features"], expected_features(moving, i)
     column, row = (np.floor(arrows[:, k]).astype(int) for k in (0, 1))
     longest = np.abs(expected).max()
     assert np.abs(arrows[:, 2:] - expected[row, column]).max() < 0.05 * longest
@@ -128,8 +127,8 @@ def test_arrows_of_features_are_the_papers_vectors_where_they_stand(moving: Movi
 
 @pytest.mark.parametrize("i", [3, 6])
 def test_candidates_lie_where_the_vectors_exceed_alpha(moving: Moving, i: int) -> None:
-    dots = moving.seen.marks.frames[i]["candidates"]
-    assert moving.seen.marks.grid.block == 1
+    dots = moving.seen.frames[i]["candidates"]
+    assert moving.seen.grid.block == 1
     weight = np.zeros((HEIGHT, WIDTH))
     weight[np.floor(dots[:, 1]).astype(int), np.floor(dots[:, 0]).astype(int)] = dots[:, 2]
     expected = np.hypot(*np.moveaxis(expected_features(moving, i), -1, 0))
@@ -140,13 +139,12 @@ def test_candidates_lie_where_the_vectors_exceed_alpha(moving: Moving, i: int) -
 
 
 def test_blur_is_the_fields_path_while_the_shutter_is_open(moving: Moving) -> None:
-    frame = moving.seen.marks.frames[5]
+    frame = moving.seen.frames[5]
     blur, field = frame["blur"], frame["field"]
     assert np.array_equal(blur[:, :2], field[:, :2])
     along = (field[:, 0] - 0.5) / (WIDTH - 1)
     kappa = (along if moving.way > 0 else 1 - along) ** N
-    assert isinstance(moving.seen.settings.motion_blur, MotionBlur)
-    shutter = moving.seen.settings.motion_blur.shutter
+    shutter = 1  # of the preset
     expected = field[:, 2] * kappa * shutter / FPS
     assert np.abs(blur[:, 2] - expected).max() < 0.02 * np.abs(expected).max()
 
@@ -172,95 +170,25 @@ def test_the_longest_mark_is_that_of_the_whole_clip() -> None:
     assert longest["field"] == pytest.approx(10, rel=0.02)
 
 
-FEW = "source.count=4"
-LAYERS = ("blur", "candidates", "features", "field", "force", "frame")
-
-
-@pytest.fixture(scope="module")
-def written(tmp_path_factory: pytest.TempPathFactory) -> dict[int, Path]:
-    """The pictures of both fires: the default folder, by the way the fire moves."""
-    folders = {}
-    for way in (1, -1):
-        recipe = recipe_in(tmp_path_factory.mktemp("written"), way)
-        assert main(["inspect", "--field", str(recipe), "-q", "--set", FEW]) == 0
-        folders[way] = recipe.parent / "build" / "ball.field"
-    return folders
-
-
-def test_each_layer_is_a_picture_beside_the_frame(written: dict[int, Path]) -> None:
-    names = {path.name for path in written[1].iterdir()}
-    assert names == {f"{i:04}.{layer}.png" for i in range(4) for layer in LAYERS}
-    sizes = set()
-    for path in written[1].glob("0003.*"):
-        with Image.open(path) as image:
-            sizes.add(image.size)
-    assert len(sizes) == 1, "so that one can switch between them"
-
-
-def pixels(folder: Path, name: str) -> NDArray[np.int64]:
-    with Image.open(folder / name) as image:
-        return np.asarray(image.convert("RGB"), np.int64)
-
-
-def test_pictures_have_coloured_marks_on_the_darkened_frame(written: dict[int, Path]) -> None:
-    frame = pixels(written[1], "0003.frame.png")[:-46]
-    for layer in LAYERS[:-1]:
-        shown = pixels(written[1], f"0003.{layer}.png")[:-46]
-        marked = np.ptp(shown, axis=2) > 60  # the ball is grey
-        assert 200 < marked.sum() < 0.4 * marked.size, layer
-        assert shown[~marked].mean() < 0.8 * frame[~marked].mean(), layer
-
-
-def test_another_input_gives_other_pictures(written: dict[int, Path]) -> None:
-    for layer in LAYERS[:-1]:
-        right, left = (pixels(written[way], f"0003.{layer}.png") for way in (1, -1))
-        marked = [np.ptp(each[:-46], axis=2) > 60 for each in (right, left)]
-        assert (marked[0] ^ marked[1]).sum() > 0.3 * (marked[0] | marked[1]).sum(), layer
-
-
 def test_each_loop_of_a_fire_in_several_winds_has_the_field_of_its_wind(tmp_path: Path) -> None:
     keys = {"wind": {"levels": [0, 4], "direction": "right"}, "timeline": {"frames": 6}}
     recipe = in_winds(tmp_path, {**SILK, **keys})
     with Workers(1) as workers:
-        calm, windy = inspect_field(load_checked(read_tree(recipe)), BuildContext.silent(workers))
-    assert [calm.name, windy.name] == ["wind_0", "wind_1"]
-    calm_x, windy_x = (
-        np.mean([frame["field"][:, 2].mean() for frame in seen.marks.frames])
-        for seen in (calm, windy)
+        found = field_marks(load_checked(read_tree(recipe)), BuildContext.silent(workers))
+    assert list(found) == ["wind_0", "wind_1"]
+    calm, windy = (
+        np.mean([frame["field"][:, 2].mean() for frame in marks.frames]) for marks in found.values()
     )
     # A level is 0.15 frame heights per second; drag pulls the air towards that.
-    assert 0.5 < (windy_x - calm_x) / (4 * 0.15 * calm.clip.height) < 1.5
+    assert 0.5 < (windy - calm) / (4 * 0.15 * SILK["source"]["height"]) < 1.5
 
 
-def test_pictures_of_earlier_runs_are_kept_unless_told_otherwise(
-    written: dict[int, Path], capsys: pytest.CaptureFixture[str]
+def test_a_recipe_without_the_effect_is_refused_with_advice(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    recipe = str(written[1].parents[1] / "ball.yaml")
-    command = ["inspect", "--field", recipe, "-q", "--set", "source.count=2"]
-    assert main(command) == 1
-    stated = capsys.readouterr().err
-    assert "0000.frame.png: exists already" in stated and "--overwrite" in stated
-    assert main([*command, "--overwrite"]) == 0
-
-
-@pytest.mark.parametrize(
-    ("words", "stated"),
-    [
-        (["--field", "fire.json"], "--field needs a recipe"),
-        (["--field", "plain.yaml"], "take out flakes: none or motion_blur: none"),
-        (["fire.json", "-o", "pictures"], "-o needs --field"),
-        (["fire.json", "--jobs", "2"], "--jobs needs --field"),
-        (["fire.json", "--limit-pixels", "99"], "--limit-pixels needs --field"),
-    ],
-)
-def test_what_cannot_be_inspected_is_refused_with_advice(
-    words: list[str], stated: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
-    monkeypatch.chdir(tmp_path)
     Image.new("RGBA", (8, 8)).save(tmp_path / "a.png")
-    plain = "source: {path: a.png}\nflakes: none\nmotion_blur: none\n"
-    (tmp_path / "plain.yaml").write_text(plain)
-    assert main(["inspect", *words]) == 2
-    assert stated in capsys.readouterr().err
+    recipe = tmp_path / "plain.yaml"
+    recipe.write_text("source: {path: a.png}\nflakes: none\nmotion_blur: none\n")
+    assert main(["preview", "--field", str(recipe)]) == 2
+    assert "take out flakes: none or motion_blur: none" in capsys.readouterr().err
     assert {path.name for path in tmp_path.iterdir()} == {"a.png", "plain.yaml"}
