@@ -22,7 +22,6 @@ from fire_atlas.effect.field.forcing import (
     padded_to_grid,
 )
 from fire_atlas.effect.field.record import FieldRecord, forcing_order, record_field, solve_field
-from fire_atlas.effect.field.wind import wind_in_view
 from fire_atlas.effect.flakes.emission import (
     Candidates,
     EmitterSettings,
@@ -35,66 +34,12 @@ from fire_atlas.effect.flakes.rounds import rounds_of
 from fire_atlas.effect.flame.features import feature_vectors, refine
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.context import BuildContext
-from fire_atlas.recipe.effect import Buoyancy, Features, Flakes, FlakesOrNone
+from fire_atlas.recipe.effect import Flakes
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.wind import Wind
 from fire_atlas.vision.flow import SMALL, optical_flow, shrunk_flow, thumbnail
 
 _SURE_SPAWNS = 5
 """If more spawns than this are expected, none at all is hardly chance, and worth a note."""
-
-
-@dataclass(frozen=True, slots=True)
-class AnalysisSettings:
-    """The sections of a recipe that the analysis reads.
-
-    Attributes:
-        wind: The wind as seen from the direction of the clip's view.
-        flakes_in_pages: Whether flakes are drawn into pages or maps.
-        records_heat: Whether the heat of the air is recorded beside its velocity.
-        eddies: Number of the eddies: those of a fire with depth are others seen from its side.
-    """
-
-    seed: int
-    features: Features
-    buoyancy: Buoyancy
-    flakes: FlakesOrNone
-    wind: Wind
-    flakes_in_pages: bool
-    records_heat: bool
-    eddies: int = 0
-
-    @classmethod
-    def of(cls, recipe: Recipe, azimuth: float = 0.0) -> Self:
-        """Return the sections of a recipe.
-
-        ``azimuth`` is the direction of the clip's view, degrees counter-clockwise from above.
-        """
-        wind, flakes = wind_in_view(recipe.wind, azimuth), recipe.flakes
-        in_pages = flakes != "none" and (flakes.bake or recipe.maps.flakes)
-        haze = recipe.maps.haze
-        return cls(recipe.seed, recipe.features, recipe.buoyancy, flakes, wind, in_pages, haze)
-
-    def solver(self, clip: Clip, study: FlameStudy) -> BuoyancySolver:
-        """Return the solver of the clip's buoyancy field."""
-        return BuoyancySolver.of(
-            self.buoyancy, study.buoyancy, clip, self.wind, self.seed, self.eddies
-        )
-
-    def without_flakes(self) -> Self:
-        """Return the settings of an analysis in which no flake is born."""
-        return replace(self, flakes="none")
-
-    def from_the_side(self) -> Self:
-        """Return the settings of the view from the right, in which no flake is born."""
-        wind = wind_in_view(self.wind, 90.0)
-        return replace(self.without_flakes(), wind=wind, eddies=1)
-
-    def rounds(self, clip: Clip) -> int:
-        """Return how many rounds of a clip its flakes are simulated for."""
-        if self.flakes == "none":
-            return 1
-        return rounds_of(self.flakes, clip, in_pages=self.flakes_in_pages)
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,13 +92,20 @@ class _FrameAnalysis:
 
 
 def analyse(
-    clip: Clip, study: FlameStudy, settings: AnalysisSettings, context: BuildContext
+    clip: Clip, study: FlameStudy, recipe: Recipe, context: BuildContext, eddies: int = 0
 ) -> Analysis:
-    """Find features, flow and spawns of every frame, and record the buoyancy field."""
+    """Find features, flow and spawns of every frame, and record the buoyancy field.
+
+    Args:
+        clip, study: The clip.
+        recipe: Its recipe, with the wind as the clip's camera sees it.
+        context: Workers and progress.
+        eddies: Number of the eddies: those of a fire with depth are others seen from its side.
+    """
     context.progress.stage("analyse", clip.count)
-    analyser = FrameAnalyser.of(clip, study, settings)
+    analyser = FrameAnalyser.of(clip, study, recipe)
     spawns_of = dict[int, Spawns]()
-    solver = settings.solver(clip, study)
+    solver = solver_of(clip, study, recipe, eddies)
     glare = np.zeros((clip.count, *solver.shape), np.uint8)
 
     def forcings() -> Iterator[Forcing]:
@@ -163,10 +115,10 @@ def analyse(
             context.progress.advance()
             yield frame.forcing
 
-    solved, has_heat = solve_field(forcings(), clip, solver), settings.records_heat
-    field = record_field(solved, clip, solver, has_heat=has_heat)
+    solved = solve_field(forcings(), clip, solver)
+    field = record_field(solved, clip, solver, has_heat=recipe.maps.haze)
     spawns = Spawns.concatenate([spawns_of[i] for i in sorted(spawns_of)])
-    spawns = with_bursts_in_rate(spawns, study.fires.labels, settings.seed)
+    spawns = with_bursts_in_rate(spawns, study.fires.labels, recipe.seed)
     if study.dies_out and not clip.loop and not clip.tail:
         spawns = spawns.cooled_by((clip.count - 1) / clip.fps)
     if not len(spawns.tick) and analyser.emitter.rate * clip.body / clip.fps > _SURE_SPAWNS:
@@ -174,19 +126,33 @@ def analyse(
             "no flake is born: no flame in the clip moves, or features.epsilon, "
             "features.clamp or flakes.alpha is too high for its edges"
         )
-    return Analysis(field, glare, spawns, settings.rounds(clip))
+    return Analysis(field, glare, spawns, analyser.rounds)
 
 
-def _emitter(clip: Clip, study: FlameStudy, settings: AnalysisSettings) -> EmitterSettings:
+def solver_of(clip: Clip, study: FlameStudy, recipe: Recipe, eddies: int = 0) -> BuoyancySolver:
+    """Return the solver of a clip's buoyancy field; see ``analyse``."""
+    wind, seed = recipe.wind, recipe.seed
+    return BuoyancySolver.of(recipe.buoyancy, study.buoyancy, clip, wind, seed, eddies)
+
+
+def _emitter(clip: Clip, study: FlameStudy, recipe: Recipe) -> EmitterSettings:
     # Without flakes the field may still be needed, to blur the flame along it.
-    flakes = settings.flakes if settings.flakes != "none" else Flakes(rate=0, bursts=0)
+    flakes = recipe.flakes if recipe.flakes != "none" else Flakes(rate=0, bursts=0)
     return EmitterSettings.of(
         flakes,
         clip,
         moving_area=study.moving_area,
         fires=study.fires.each,
-        seed=settings.seed,
+        seed=recipe.seed,
     )
+
+
+def _rounds(clip: Clip, recipe: Recipe) -> int:
+    """Return how many rounds of a clip its flakes are simulated for."""
+    if recipe.flakes == "none":
+        return 1
+    in_pages = recipe.flakes.bake or recipe.maps.flakes
+    return rounds_of(recipe.flakes, clip, in_pages=in_pages)
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +179,7 @@ def analysed_frames(
     """Yield the analysis of each frame of a clip, in ``forcing_order``."""
     order, window = forcing_order(clip), analyser.window
     pairs = _pairs(context.workers.map(analyser.frame, order), clip.loop)
-    size, cell = (clip.width, clip.height), analyser.settings.buoyancy.cell
+    size, cell = (clip.width, clip.height), analyser.recipe.buoyancy.cell
     done = context.workers.map(lambda pair: (pair[0], analyser.forcing(*pair)), pairs)
     for i, (frame, forcing) in zip(order, done, strict=True):
         yield AnalysedFrame(
@@ -260,7 +226,7 @@ class FrameAnalyser:
     Attributes:
         window: The part of the frame that is analysed: where anything ever moves.
         clip, study: The clip, and what holds for all of it, cropped to the window.
-        settings: Sections of the recipe.
+        recipe: The clip's recipe.
         emitter: How flakes are spawned.
         is_small: Whether frames are so small that flow is computed at a finer scale.
         rounds: Number of rounds of the clip, each with flakes of its own.
@@ -270,33 +236,33 @@ class FrameAnalyser:
     window: Window
     clip: Clip
     study: FlameStudy
-    settings: AnalysisSettings
+    recipe: Recipe
     emitter: EmitterSettings
     is_small: bool
     rounds: int
     depth: FireInDepth | None
 
     @classmethod
-    def of(cls, clip: Clip, study: FlameStudy, settings: AnalysisSettings) -> Self:
+    def of(cls, clip: Clip, study: FlameStudy, recipe: Recipe) -> Self:
         """Return the analyser of a clip's frames."""
         # As in the paper, flakes may be born anywhere; otherwise only where something moves.
-        everywhere = settings.features.preset == "paper"
+        everywhere = recipe.features.preset == "paper"
         whole = Window(0, 0, clip.width, clip.height)
-        window = whole if everywhere else study.segmentation.active_window(settings.buoyancy.cell)
+        window = whole if everywhere else study.segmentation.active_window(recipe.buoyancy.cell)
         return cls(
             window,
             cropped(clip, window),
             study.cropped(window),
-            settings,
-            _emitter(clip, study, settings),
+            recipe,
+            _emitter(clip, study, recipe),
             is_small=clip.width * clip.height <= SMALL,
-            rounds=settings.rounds(clip),
+            rounds=_rounds(clip, recipe),
             depth=clip.depth,
         )
 
     def features(self, i: int) -> FrameFeatures:
         """Return the features of frame ``i``."""
-        clip, study, features = self.clip, self.study, self.settings.features
+        clip, study, features = self.clip, self.study, self.recipe.features
         picture = clip.picture(i)
         bright = brightness_of(picture, clip.blend_space)
         mask = study.segmentation.mask(bright, lambda: as_light(picture))
@@ -318,12 +284,12 @@ class FrameAnalyser:
 
     def frame(self, i: int) -> _FrameAnalysis:
         """Return the analysis of frame ``i`` on its own."""
-        clip, study, cell = self.clip, self.study, self.settings.buoyancy.cell
+        clip, study, cell = self.clip, self.study, self.recipe.buoyancy.cell
         features = self.features(i)
         small = thumbnail(features.brightness, self.is_small)
         lit = cell_means(study.segmentation.lit(features.brightness), cell)
         force = np.zeros_like(lit), np.zeros_like(lit)
-        if self.settings.buoyancy.motion == "features":
+        if self.recipe.buoyancy.motion == "features":
             unit = np.float32(1 / study.mean_gradient)
             force = cell_means(features.x, cell) * unit, cell_means(features.y, cell) * unit
         return _FrameAnalysis(
@@ -351,15 +317,15 @@ class FrameAnalyser:
                 return depth.fire_depth(i, x + left, y + top, share)
 
             spawned = [
-                in_depth(each, fire_depth, time, self.settings.seed)
+                in_depth(each, fire_depth, time, self.recipe.seed)
                 for each, time in zip(spawned, times, strict=True)
             ]
         return Spawns.concatenate(spawned)
 
     def forcing(self, here: _FrameAnalysis, other: _FrameAnalysis, is_last: bool) -> Forcing:
         """Return the forcing of the velocity field by ``here``, given the neighbour ``other``."""
-        flame = cell_means(here.mask, self.settings.buoyancy.cell)
-        if self.settings.buoyancy.motion == "features":
+        flame = cell_means(here.mask, self.recipe.buoyancy.cell)
+        if self.recipe.buoyancy.motion == "features":
             still = np.zeros_like(flame)
             return Forcing(flame, here.lit, still, still, here.feature_x, here.feature_y)
         # The last frame continues the motion before it. Where the clip runs backwards, the flow is
@@ -368,7 +334,7 @@ class FrameAnalyser:
         flow = here.flow
         if flow is None:
             flow = optical_flow(before.thumbnail, after.thumbnail, self.is_small)
-        clip, cell = self.clip, self.settings.buoyancy.cell
+        clip, cell = self.clip, self.recipe.buoyancy.cell
         u, v = flow_on_grid(flow, here.mask, (clip.width, clip.height), cell, clip.fps)
         u, v = halve_descent(u, v, self.study.buoyancy)
         return Forcing(flame, here.lit, u, v, here.feature_x, here.feature_y)

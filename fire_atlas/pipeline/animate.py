@@ -8,20 +8,20 @@ import numpy as np
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
+from fire_atlas.effect.field.wind import wind_in_view
 from fire_atlas.effect.flakes.tracks import Tracks, visible_count
 from fire_atlas.effect.flame.study import FlameStudy
-from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
+from fire_atlas.pipeline.analyse import analyse
 from fire_atlas.pipeline.channels import measure_haze, measure_motion, with_room_for
 from fire_atlas.pipeline.classify import classify
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.fly_in_depth import flies_in_depth, fly_in_depth
-from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip
+from fire_atlas.pipeline.layers import SimulatedClip
 from fire_atlas.pipeline.prepare import prepare
 from fire_atlas.pipeline.render import render, thumbnails_of_skipped_frames
 from fire_atlas.pipeline.simulate import (
     FlightInDepth,
-    SimulationSettings,
     see_flight,
     simulate,
     without_dark_end,
@@ -38,18 +38,16 @@ class PreparedView:
 
     Attributes:
         name: Of its animation.
-        recipe: With everything filled in that the class of the fire decides.
+        recipe: With everything filled in that the class of the fire decides, and the wind as it
+            blows in the view.
         clip: The clip as it is played.
         study: Constants of the clip.
-        azimuth: Direction of the view, degrees counter-clockwise seen from above, relative to
-            which the wind blows.
     """
 
     name: str
     recipe: Recipe
     clip: Clip
     study: FlameStudy
-    azimuth: float
 
 
 def animate_views(
@@ -92,7 +90,8 @@ def prepared_views(
         with context.timer.measure("study"):
             clip, study = prepare(recipe, clip, is_first, context)
             recipe = classify(recipe, clip, study, context) if is_first else recipe
-        yield PreparedView(name, recipe, clip, study, 360 * number / len(clips))
+        wind = wind_in_view(recipe.wind, azimuth=360 * number / len(clips))
+        yield PreparedView(name, recipe.model_copy(update={"wind": wind}), clip, study)
 
 
 def add_flakes(
@@ -107,17 +106,15 @@ def add_flakes(
     shape = texture.shape if texture else None
     with timer.measure("analyse"):
         if flight is None and recipe.has_effect:
-            analysis = analyse(clip, study, AnalysisSettings.of(recipe, view.azimuth), context)
+            analysis = analyse(clip, study, recipe, context)
         elif recipe.needs_field:
-            settings = AnalysisSettings.of(recipe, view.azimuth).without_flakes()
-            analysis = analyse(clip, study, settings, context)
+            analysis = analyse(clip, study, recipe.without_flakes(), context)
     with timer.measure("fly"):
         if recipe.flakes != "none":
-            flying = SimulationSettings.of(recipe)
             if flight is not None:
-                tracks = see_flight(clip, study, flight, flying, context, shape)
+                tracks = see_flight(clip, study, flight, recipe, context, shape)
             elif analysis is not None:
-                tracks = simulate(clip, study, analysis, flying, context, shape)
+                tracks = simulate(clip, study, analysis, recipe, context, shape)
         if tracks is not None:
             _note_flakes_left(clip, tracks, recipe.timeline.loop, context)
             clip, tracks = without_dark_end(clip, tracks)
@@ -126,10 +123,10 @@ def add_flakes(
 
 def finish(recipe: Recipe, simulated: SimulatedClip, context: BuildContext) -> FinishedAnimation:
     """Render the frames of a simulated clip, and measure what they hold besides colours."""
-    clip, settings = simulated.clip, RenderSettings.of(recipe)
+    clip = simulated.clip
     with context.timer.measure("render"):
-        frames = render(simulated, settings, context)
-    skipped = thumbnails_of_skipped_frames(simulated, settings, context)
+        frames = render(simulated, recipe, context)
+    skipped = thumbnails_of_skipped_frames(simulated, recipe, context)
     motion = measure_motion(frames, skipped, clip.loop, recipe.maps, context)
     haze = measure_haze(simulated, recipe.maps, recipe.seed, context)
     return FinishedAnimation(
@@ -140,8 +137,8 @@ def finish(recipe: Recipe, simulated: SimulatedClip, context: BuildContext) -> F
         motion=motion,
         haze=haze,
         tracks=simulated.tracks,
-        bakes_flakes=settings.bakes_flakes,
-        pixel_art=settings.pixel_art,
+        bakes_flakes=recipe.bakes_flakes,
+        pixel_art=recipe.is_pixel_art,
         camera=None if clip.depth is None else clip.depth.camera,
         statistics=_statistics(recipe, clip, simulated.tracks),
     )

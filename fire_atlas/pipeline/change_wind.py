@@ -69,9 +69,7 @@ def prepared_winds(
         with context.timer.measure("study"):
             clip, study = prepare(recipe, loop, k == 0, context)
             recipe = _in_one_round(classify(recipe, clip, study, context)) if k == 0 else recipe
-        yield PreparedView(
-            _loop(k), recipe.model_copy(update={"wind": wind}), clip, study, azimuth=0.0
-        )
+        yield PreparedView(_loop(k), recipe.model_copy(update={"wind": wind}), clip, study)
 
 
 def _in_one_round(recipe: Recipe) -> Recipe:

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Clip, depth_of, kept
+from fire_atlas.effect.field.wind import wind_in_view
 from fire_atlas.effect.flame.study import FlameStudy
-from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
+from fire_atlas.pipeline.analyse import analyse
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.prepare import prepare
-from fire_atlas.pipeline.simulate import FlightInDepth, SimulationSettings, simulate_in_depth
+from fire_atlas.pipeline.simulate import FlightInDepth, simulate_in_depth
 from fire_atlas.recipe.models import Recipe
 
 
@@ -46,9 +47,9 @@ def fly_in_depth(
         right = replace(depth.front, azimuth=math.pi / 2)
         side, side_study = prepare(recipe, seen_by(right), False, context)
     with timer.measure("analyse"):
-        settings = AnalysisSettings.of(recipe)
-        analysis = analyse(front, study, settings, context)
-        field = analyse(side, side_study, settings.from_the_side(), context).field
+        analysis = analyse(front, study, recipe, context)
+        wind = wind_in_view(recipe.wind, azimuth=90.0)
+        from_the_side = recipe.without_flakes().model_copy(update={"wind": wind})
+        field = analyse(side, side_study, from_the_side, context, eddies=1).field
     with timer.measure("fly"):
-        flying = SimulationSettings.of(recipe)
-        return simulate_in_depth(front, analysis, field, [*known], flying, context)
+        return simulate_in_depth(front, analysis, field, [*known], recipe, context)

@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 from functools import cache
 from threading import Lock
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +20,8 @@ from fire_atlas.effect.flakes.texture import TextureCells
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.analyse import Analysis
-from fire_atlas.recipe.effect import Composite, Flakes, FlakesOrNone, MotionBlur, MotionBlurOrNone
+from fire_atlas.recipe.effect import Flakes, MotionBlur
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.output import Atlas, Maps
 
 Palette = NDArray[np.float32]
 """(colours, 3) sRGB in 0..1: the only colours that flakes may have."""
@@ -49,40 +47,6 @@ class SimulatedClip:
 
 
 @dataclass(frozen=True, slots=True)
-class RenderSettings:
-    """The sections of a recipe that rendering reads.
-
-    Attributes:
-        bakes_flakes: Whether flakes are drawn into the pixels of the pages.
-        measures_light: Whether the light of each frame is measured.
-        pixel_art: Whether frames or flakes are drawn in hard pixels.
-    """
-
-    motion_blur: MotionBlurOrNone
-    flakes: FlakesOrNone
-    composite: Composite
-    atlas: Atlas
-    maps: Maps
-    bakes_flakes: bool
-    measures_light: bool
-    pixel_art: bool
-
-    @classmethod
-    def of(cls, recipe: Recipe) -> Self:
-        """Return the sections of a recipe."""
-        return cls(
-            motion_blur=recipe.motion_blur,
-            flakes=recipe.flakes,
-            composite=recipe.composite,
-            atlas=recipe.atlas,
-            maps=recipe.maps,
-            bakes_flakes=recipe.flakes != "none" and recipe.flakes.bake,
-            measures_light="light" in recipe.tracks,
-            pixel_art=recipe.is_pixel_art,
-        )
-
-
-@dataclass(frozen=True, slots=True)
 class Layers:
     """A frame before its layers are composed.
 
@@ -104,43 +68,41 @@ class Layers:
     form: Form | None = None
 
 
-def layers_of(i: int, simulated: SimulatedClip, settings: RenderSettings) -> Layers:
+def layers_of(i: int, simulated: SimulatedClip, recipe: Recipe) -> Layers:
     """Return the layers of frame ``i``."""
-    clip, tracks, flakes = simulated.clip, simulated.tracks, settings.flakes
-    smoke = clip.smoke(i) if clip.smoke is not None and settings.maps.smoke else None
-    layers = flame_layers(flame_of(i, clip.picture(i), simulated, settings), settings, smoke)
-    if settings.maps.form:
+    clip, tracks, flakes = simulated.clip, simulated.tracks, recipe.flakes
+    smoke = clip.smoke(i) if clip.smoke is not None and recipe.maps.smoke else None
+    layers = flame_layers(flame_of(i, clip.picture(i), simulated, recipe), recipe, smoke)
+    if recipe.maps.form:
         layers = replace(layers, form=depth_of(clip).form(i))
-    is_needed = settings.bakes_flakes or settings.maps.flakes
+    is_needed = recipe.bakes_flakes or recipe.maps.flakes
     if tracks is None or flakes == "none" or not is_needed:
         return layers
     cells = tracks.texture.cells[i] if tracks.texture is not None else None
     light = draw(flakes, tracks.frames[i], clip.height, clip.width, simulated.texture, cells)
-    return replace(layers, flakes=light, bakes=settings.bakes_flakes)
+    return replace(layers, flakes=light, bakes=recipe.bakes_flakes)
 
 
-def flame_layers(picture: Picture, settings: RenderSettings, smoke: Plane | None = None) -> Layers:
+def flame_layers(picture: Picture, recipe: Recipe, smoke: Plane | None = None) -> Layers:
     """Return the layers of a flame without flakes.
 
     Args:
         picture: The flame, (H, W, 4).
-        settings: Sections of the recipe.
+        recipe: What is drawn.
         smoke: Share of light that black smoke keeps back, as from ``Clip.smoke``; None if smoke is
             part of the picture.
     """
-    if not settings.maps.smoke:
+    if not recipe.maps.smoke:
         return Layers(picture, picture=picture)
-    pixels, atlas = as_light(picture), settings.atlas
+    pixels, atlas = as_light(picture), recipe.atlas
     apart = Smoke.of(pixels, atlas.blend_space) if smoke is None else Smoke.black(smoke)
     fire = apart.taken_from(pixels, atlas.alpha == "additive", atlas.blend_space)
     return Layers(fire, picture=picture, smoke=apart)
 
 
-def flame_of(
-    i: int, picture: Picture, simulated: SimulatedClip, settings: RenderSettings
-) -> Picture:
+def flame_of(i: int, picture: Picture, simulated: SimulatedClip, recipe: Recipe) -> Picture:
     """Return ``picture``, blurred along the field of frame ``i`` if the recipe says so."""
-    blur, analysis, clip = settings.motion_blur, simulated.analysis, simulated.clip
+    blur, analysis, clip = recipe.motion_blur, simulated.analysis, simulated.clip
     if analysis is None or not isinstance(blur, MotionBlur) or not blur.flame:
         return picture
     field = analysis.field
@@ -172,22 +134,22 @@ def draw(
     return add_glow(light, flakes.glow, flakes.edge == "fade") if glows else light
 
 
-def compose_layers(layers: Layers, settings: RenderSettings, palette: Palette | None) -> Picture:
+def compose_layers(layers: Layers, recipe: Recipe, palette: Palette | None) -> Picture:
     """Return a frame's layers composed, (H, W, 4). May overwrite a flame of float pixels."""
     if layers.flakes is None or not layers.bakes:
         return layers.flame
-    return _with_flakes(layers.flame, layers.flakes, settings, palette)
+    return _with_flakes(layers.flame, layers.flakes, recipe, palette)
 
 
-def flakes_alone(layers: Layers, settings: RenderSettings, palette: Palette | None) -> Picture:
+def flakes_alone(layers: Layers, recipe: Recipe, palette: Palette | None) -> Picture:
     """Return the flakes (H, W, 4) composed without a flame behind them."""
     empty = np.zeros(layers.flame.shape, np.float32)
     if layers.flakes is None:
         return empty
-    return _with_flakes(empty, layers.flakes, settings, palette)
+    return _with_flakes(empty, layers.flakes, recipe, palette)
 
 
-def emission_of(layers: Layers, settings: RenderSettings) -> Pixels:
+def emission_of(layers: Layers, recipe: Recipe) -> Pixels:
     """Return the light of a frame's layers together before it is exposed, (H, W, 4).
 
     A palette does not limit it: what it holds is light, not what is shown of it.
@@ -197,12 +159,12 @@ def emission_of(layers: Layers, settings: RenderSettings) -> Pixels:
     flakes = np.zeros_like(under[:3])
     if layers.flakes is not None and layers.bakes:
         flakes = layers.flakes.at(np.arange(under.shape[1]))
-    light = emitted(under, flakes, settings.composite.blend, settings.atlas.blend_space)
+    light = emitted(under, flakes, recipe.composite.blend, recipe.atlas.blend_space)
     return np.ascontiguousarray(light.T).reshape(flame.shape)
 
 
 def _with_flakes(
-    flame: Picture, flakes: FlakeLight, settings: RenderSettings, palette: Palette | None
+    flame: Picture, flakes: FlakeLight, recipe: Recipe, palette: Palette | None
 ) -> Picture:
     """Return the flame with flakes; only pixels that flakes touch are computed.
 
@@ -211,11 +173,11 @@ def _with_flakes(
     lit = flakes.lit()
     if not lit.size:
         return flame
-    is_ready = is_page_ready(flame, settings.atlas)
+    is_ready = is_page_ready(flame, recipe.atlas)
     whole = flame.copy() if is_ready else np.ascontiguousarray(as_light(flame))
     # Four channels as one value, of 32 bits (uint8) or 128 (float32), are copied much faster.
     values = whole.view(np.uint32 if is_ready else np.complex128).reshape(-1)
-    composite, space = settings.composite, settings.atlas.blend_space
+    composite, space = recipe.composite, recipe.atlas.blend_space
     if len(flakes.colours) == 1 and palette is None:
         is_bare = whole[..., 3].reshape(-1).take(lit) == 0
         bare, lit = lit[is_bare], lit[~is_bare]
@@ -229,7 +191,7 @@ def _with_flakes(
     behind = values.take(lit).view(whole.dtype).reshape(1, -1, 4)
     under = np.ascontiguousarray(as_light(behind)[0].T)
     dots = None
-    if palette is not None and not settings.pixel_art:
+    if palette is not None and not recipe.is_pixel_art:
         dots = flakes.dots(VISIBLE_LIGHT).reshape(-1).take(lit)
     pixels = compose(under, flakes.at(lit), composite.blend, space, palette, dots)
     values[lit] = _as_values(pixels, space, is_ready)

@@ -17,7 +17,6 @@ from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources.registry import (
-    SourceSettings,
     open_source,
     open_source_in_wind,
     open_sprites,
@@ -44,7 +43,7 @@ def located_source(loaded: LoadedRecipe) -> Generator[None]:
 
 def open_input(loaded: LoadedRecipe, context: BuildContext) -> Opened:
     """Open a recipe's source."""
-    opened = _open(loaded, SourceSettings.of(loaded, context.max_pixels), context.workers)
+    opened = _open(loaded, context)
     first = _first(opened)
     context.progress.note(f"{first.matte} matte: {first.matte_reason}")
     for note in first.notes:
@@ -54,11 +53,12 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Opened:
     return opened
 
 
-def _open(loaded: LoadedRecipe, settings: SourceSettings, workers: Workers) -> Opened:
+def _open(loaded: LoadedRecipe, context: BuildContext) -> Opened:
+    workers, max_pixels = context.workers, context.max_pixels
     if loaded.recipe.wind.levels:
-        return open_source_in_wind(settings, workers)
-    sprites = None if loaded.recipe.has_effect else open_sprites(settings)
-    return open_source(settings, workers) if sprites is None else sprites
+        return open_source_in_wind(loaded, workers, max_pixels)
+    sprites = None if loaded.recipe.has_effect else open_sprites(loaded, max_pixels)
+    return open_source(loaded, workers, max_pixels) if sprites is None else sprites
 
 
 def open_texture(loaded: LoadedRecipe, context: BuildContext) -> list[Pixels]:

@@ -4,7 +4,7 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.pipeline.channels import measure_motion
 from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
-from fire_atlas.pipeline.layers import RenderSettings, flame_layers
+from fire_atlas.pipeline.layers import flame_layers
 from fire_atlas.pipeline.render import refuse_without_alpha, render_each, render_frame
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.sources.sprites import Sprites
@@ -26,13 +26,12 @@ def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contri
             "maps.haze: the hot air is found by the motion of one clip, but these images have "
             "several animations or sizes; leave it out, or give each animation its own recipe"
         )
-    settings = RenderSettings.of(recipe)
-    if settings.maps.smoke:
+    if recipe.maps.smoke:
         refuse_without_alpha(sprites.matte)
     numbers = [i for played in sprites.animations.values() for i in played]
     with context.timer.measure("render"):
         rendered = render_each(
-            lambda i: render_frame(flame_layers(sprites.picture(i), settings), settings),
+            lambda i: render_frame(flame_layers(sprites.picture(i), recipe), recipe),
             numbers,
             context,
         )
@@ -44,7 +43,7 @@ def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contri
         # No images are skipped, so frames are held out to test motion vectors.
         motion = measure_motion(shown, {}, loop, recipe.maps, context)
         animations[name] = FinishedAnimation(
-            shown, sprites.fps, loop, motion=motion, pixel_art=settings.pixel_art
+            shown, sprites.fps, loop, motion=motion, pixel_art=recipe.is_pixel_art
         )
     statistics = {
         "frames": len(numbers),

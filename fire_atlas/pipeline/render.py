@@ -20,7 +20,6 @@ from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.layers import (
     Layers,
     Palette,
-    RenderSettings,
     SimulatedClip,
     compose_layers,
     emission_of,
@@ -28,6 +27,7 @@ from fire_atlas.pipeline.layers import (
     flame_of,
     layers_of,
 )
+from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Layer
 
 
@@ -56,22 +56,20 @@ class RenderedFrame:
     height: int
 
 
-def render(
-    simulated: SimulatedClip, settings: RenderSettings, context: BuildContext
-) -> list[RenderedFrame]:
+def render(simulated: SimulatedClip, recipe: Recipe, context: BuildContext) -> list[RenderedFrame]:
     """Render every frame of a clip with its flakes."""
     clip, palette = simulated.clip, None
-    if settings.maps.smoke and clip.smoke is None:
+    if recipe.maps.smoke and clip.smoke is None:
         refuse_without_alpha(clip.matte)
     background = simulated.study.segmentation.background
-    if settings.composite.palette == "clip" and simulated.tracks is not None:
+    if recipe.composite.palette == "clip" and simulated.tracks is not None:
         palette = clip_palette(clip, context.workers)
     frames = render_each(
-        lambda i: render_frame(layers_of(i, simulated, settings), settings, palette, background),
+        lambda i: render_frame(layers_of(i, simulated, recipe), recipe, palette, background),
         range(clip.count),
         context,
     )
-    if settings.maps.smoke and not any(frame.layers["smoke"][0].lit for frame in frames):
+    if recipe.maps.smoke and not any(frame.layers["smoke"][0].lit for frame in frames):
         context.progress.note("maps.smoke: no smoke was found, so the map is empty; leave it out")
     return frames
 
@@ -100,7 +98,7 @@ def render_each(
 
 def render_frame(
     layers: Layers,
-    settings: RenderSettings,
+    recipe: Recipe,
     palette: Palette | None = None,
     background: Background | None = None,
 ) -> RenderedFrame:
@@ -108,17 +106,17 @@ def render_frame(
 
     Args:
         layers: The layers of the frame.
-        settings: Sections of the recipe.
+        recipe: What is drawn, and how it is encoded.
         palette: Colours that flakes may have.
         background: The static background, if the clip is an opaque scene.
     """
-    maps, atlas = settings.maps, settings.atlas
-    light = _light_of(layers, settings, background) if settings.measures_light else None
+    maps, atlas = recipe.maps, recipe.atlas
+    light = _light_of(layers, recipe, background) if "light" in recipe.tracks else None
     encoded: dict[Layer, tuple[Sprite, ...]] = {}
     if maps.flame:
         encoded["flame"] = encode_sprites(layers.flame, atlas)
     if maps.flakes:
-        encoded["flakes"] = encode_sprites(flakes_alone(layers, settings, palette), atlas)
+        encoded["flakes"] = encode_sprites(flakes_alone(layers, recipe, palette), atlas)
     if layers.smoke is not None:
         # Smoke hides what is behind it, also where clients add the fire.
         alpha = "straight" if atlas.alpha == "straight" else "premultiplied"
@@ -129,9 +127,9 @@ def render_frame(
     thumbnail = displayed_thumbnail(as_light(moving), atlas.blend_space) if moves else None
     emission: tuple[CompressedImage, ...] = ()
     if maps.emission == "exr":
-        emission = light_images(emission_of(layers, settings), atlas.scales)
+        emission = light_images(emission_of(layers, recipe), atlas.scales)
     height, width = layers.flame.shape[:2]
-    whole, *smaller = encode_sprites(compose_layers(layers, settings, palette), atlas)
+    whole, *smaller = encode_sprites(compose_layers(layers, recipe, palette), atlas)
     lit = [each.lit for each in (whole, *(each[0] for each in encoded.values())) if each.lit]
     whole = replace(whole, lit=bounding_rect(lit) if lit else None)
     sprites = (whole, *smaller)
@@ -139,13 +137,11 @@ def render_frame(
     return RenderedFrame(sprites, encoded, emission, form, thumbnail, light, width, height)
 
 
-def _light_of(
-    layers: Layers, settings: RenderSettings, background: Background | None
-) -> FrameLight:
+def _light_of(layers: Layers, recipe: Recipe, background: Background | None) -> FrameLight:
     """Return the light of a frame as shown; in an opaque scene, only that of flame and flakes."""
     flame = as_light(layers.flame)
     if background is not None:
-        bright = brightness(flame, settings.atlas.blend_space)
+        bright = brightness(flame, recipe.atlas.blend_space)
         flame = flame * background.foreground(bright, flame)[..., None]
     if layers.flakes is not None and layers.bakes:
         flame = exposed_together(flame[..., :3], layers.flakes.rgb())
@@ -153,7 +149,7 @@ def _light_of(
 
 
 def thumbnails_of_skipped_frames(
-    simulated: SimulatedClip, settings: RenderSettings, context: BuildContext
+    simulated: SimulatedClip, recipe: Recipe, context: BuildContext
 ) -> dict[int, tuple[float, Bytes]]:
     """Return thumbnails of source frames that the clip skips, on which motion vectors are tested.
 
@@ -161,13 +157,13 @@ def thumbnails_of_skipped_frames(
     to the next frame, and the thumbnail of its flame. Empty without motion vectors, or if the clip
     has all frames of its source.
     """
-    if settings.maps.motion == "none":
+    if recipe.maps.motion == "none":
         return {}
     skipped = simulated.clip.skipped
 
     def thumbnail(i: int) -> tuple[float, Bytes]:
-        pixels = flame_of(i, skipped[i].read(), simulated, settings)
-        return skipped[i].time, displayed_thumbnail(as_light(pixels), settings.atlas.blend_space)
+        pixels = flame_of(i, skipped[i].read(), simulated, recipe)
+        return skipped[i].time, displayed_thumbnail(as_light(pixels), recipe.atlas.blend_space)
 
     chosen = choose_held_out(sorted(skipped))
     return dict(zip(chosen, context.workers.map(thumbnail, chosen), strict=True))

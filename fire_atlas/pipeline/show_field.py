@@ -14,9 +14,9 @@ from fire_atlas.effect.composition.blur import bounded
 from fire_atlas.effect.field.forcing import cell_means
 from fire_atlas.effect.field.record import SolvedFrame, record_field, solve_field
 from fire_atlas.pipeline.analyse import (
-    AnalysisSettings,
     FrameAnalyser,
     analysed_frames,
+    solver_of,
 )
 from fire_atlas.pipeline.animate import PreparedView
 from fire_atlas.pipeline.check import CheckedRecipe
@@ -49,8 +49,7 @@ def field_marks(loaded: CheckedRecipe, context: BuildContext) -> dict[str, Field
 
 def _marks(view: PreparedView, context: BuildContext) -> FieldMarks:
     clip, study, recipe = view.clip, view.study, view.recipe
-    settings = AnalysisSettings.of(recipe, view.azimuth)
-    analyser, solver = FrameAnalyser.of(clip, study, settings), settings.solver(clip, study)
+    analyser, solver = FrameAnalyser.of(clip, study, recipe), solver_of(clip, study, recipe)
     forces = dict[int, tuple[Plane, Plane]]()
     context.progress.stage("analyse", clip.count)
 

@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import tee
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,47 +36,15 @@ from fire_atlas.effect.flakes.tracks import (
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.analyse import Analysis, glare_of
 from fire_atlas.pipeline.context import BuildContext
-from fire_atlas.recipe.effect import Buoyancy, Composite, Flakes, MotionBlur, MotionBlurOrNone
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.timeline.tail import shortened
-
-
-@dataclass(frozen=True, slots=True)
-class SimulationSettings:
-    """The sections of a recipe that the simulation reads, and ``features.preset``."""
-
-    seed: int
-    preset: str
-    flakes: Flakes
-    buoyancy: Buoyancy
-    motion_blur: MotionBlurOrNone
-    composite: Composite
-
-    @classmethod
-    def of(cls, recipe: Recipe) -> Self:
-        """Return the sections of a recipe that has flakes."""
-        if recipe.flakes == "none":
-            raise ValueError("without flakes there is nothing to simulate")
-        return cls(
-            recipe.seed,
-            recipe.features.preset,
-            recipe.flakes,
-            recipe.buoyancy,
-            recipe.motion_blur,
-            recipe.composite,
-        )
-
-    @property
-    def shutter(self) -> float:
-        """Fraction of a frame's time during which the shutter is open, 0..1."""
-        return self.motion_blur.shutter if isinstance(self.motion_blur, MotionBlur) else 0.0
 
 
 def simulate(
     clip: Clip,
     study: FlameStudy,
     analysis: Analysis,
-    settings: SimulationSettings,
+    recipe: Recipe,
     context: BuildContext,
     texture: TextureCells | None = None,
 ) -> Tracks:
@@ -85,9 +52,9 @@ def simulate(
 
     With a ``texture``, also which of its cells each shows; their names are numbers here.
     """
-    spawns = _limited(clip, analysis, settings)
-    states = _flying(clip, FlightField(analysis.field), spawns, analysis.rounds, settings, context)
-    look = _appearance(clip, study, analysis.glare, analysis.field.cell, settings, texture)
+    spawns = _limited(clip, analysis, recipe)
+    states = _flying(clip, FlightField(analysis.field), spawns, analysis.rounds, recipe, context)
+    look = _appearance(clip, study, analysis.glare, analysis.field.cell, recipe, texture)
     return _tracks(clip, spawns, states, analysis.rounds, look, context)
 
 
@@ -115,7 +82,7 @@ def simulate_in_depth(
     analysis: Analysis,
     side: FieldRecord,
     cameras: Sequence[Camera],
-    settings: SimulationSettings,
+    recipe: Recipe,
     context: BuildContext,
 ) -> FlightInDepth:
     """Move flakes through the fields of two views at a right angle, and return their flight.
@@ -125,14 +92,14 @@ def simulate_in_depth(
         analysis: Its analysis, with places in depth.
         side: The recorded field of the view from its right.
         cameras: The cameras of all views; a flake flies until it has left all their frames.
-        settings: Sections of the recipe.
+        recipe: The recipe, which has flakes.
         context: Workers and progress.
     """
     front = depth_of(clip)
-    spawns = _limited(clip, analysis, settings)
+    spawns = _limited(clip, analysis, recipe)
     air = FlightField(analysis.field, side, front.camera.origin[0])
     views = tuple(FlakeView(front.camera, camera, front.hidden) for camera in cameras)
-    flying = _flying(clip, air, spawns, analysis.rounds, settings, context, views)
+    flying = _flying(clip, air, spawns, analysis.rounds, recipe, context, views)
     cell = analysis.field.cell
     return FlightInDepth(front.camera, spawns, tuple(flying), analysis.rounds, cell)
 
@@ -141,7 +108,7 @@ def see_flight(
     clip: Clip,
     study: FlameStudy,
     flight: FlightInDepth,
-    settings: SimulationSettings,
+    recipe: Recipe,
     context: BuildContext,
     texture: TextureCells | None = None,
 ) -> Tracks:
@@ -149,18 +116,18 @@ def see_flight(
     seen = depth_of(clip)
     view = FlakeView(flight.front, seen.camera, seen.hidden)
     glare = glare_of(clip, flight.cell, context)
-    look = _appearance(clip, study, glare, flight.cell, settings, texture)
+    look = _appearance(clip, study, glare, flight.cell, recipe, texture)
     look = replace(look, view=view)
     states = map(view.seen, flight.states)
     return _tracks(clip, view.seen_spawns(flight.spawns), states, flight.rounds, look, context)
 
 
-def _limited(clip: Clip, analysis: Analysis, settings: SimulationSettings) -> Spawns:
+def _limited(clip: Clip, analysis: Analysis, recipe: Recipe) -> Spawns:
     """Return the spawns of a clip; in a loop, so many that the limit on flakes alive is kept."""
     if not clip.loop:
         return analysis.spawns
     shown = clip.count * analysis.rounds
-    return limit_alive(analysis.spawns, settings.flakes.max, shown, clip.fps, settings.seed)
+    return limit_alive(analysis.spawns, recipe.some_flakes().max, shown, clip.fps, recipe.seed)
 
 
 def _flying(
@@ -168,15 +135,15 @@ def _flying(
     air: FlightField,
     spawns: Spawns,
     rounds: int,
-    settings: SimulationSettings,
+    recipe: Recipe,
     context: BuildContext,
     views: tuple[FlakeView, ...] = (),
 ) -> Iterator[ParticleState]:
     """Yield the flakes of each frame; in a loop also past its end, until all have burnt out."""
-    after = math.ceil(settings.flakes.life[1] * clip.fps) + 1 if clip.loop else 0
+    after = math.ceil(recipe.some_flakes().life[1] * clip.fps) + 1 if clip.loop else 0
     count = clip.count * rounds + after
     context.progress.stage("fly", count)
-    for state in fly(spawns, air, count, _flight(clip, settings, views)):
+    for state in fly(spawns, air, count, _flight(clip, recipe, views)):
         context.progress.advance()
         yield state
 
@@ -207,19 +174,17 @@ def _cells(texture: TextureCells, frames: list[Table], seed: int) -> TrackTextur
     return TrackTexture(names, texture.tinted, cells)
 
 
-def _flight(
-    clip: Clip, settings: SimulationSettings, views: tuple[FlakeView, ...]
-) -> FlightSettings:
+def _flight(clip: Clip, recipe: Recipe, views: tuple[FlakeView, ...]) -> FlightSettings:
     """Return how flakes fly in a clip, in px and s."""
-    flakes, buoyancy = settings.flakes, settings.buoyancy
+    flakes, buoyancy = recipe.some_flakes(), recipe.buoyancy
     return FlightSettings(
-        seed=settings.seed,
+        seed=recipe.seed,
         scatter=flakes.scatter,
         lag=flakes.lag * flakes.own_motion,
         gravity=buoyancy.gravity * clip.height,
         turbulence=buoyancy.turbulence * clip.height,
         # Flakes that fade at the edge are dark before they leave the frame.
-        streak=(flakes.stretch + settings.shutter) / clip.fps if flakes.edge == "crop" else 0.0,
+        streak=(flakes.stretch + recipe.shutter) / clip.fps if flakes.edge == "crop" else 0.0,
         max_alive=flakes.max,
         width=clip.width,
         height=clip.height,
@@ -233,23 +198,23 @@ def _appearance(
     study: FlameStudy,
     glare: NDArray[np.uint8],
     cell: int,
-    settings: SimulationSettings,
+    recipe: Recipe,
     texture: TextureCells | None,
 ) -> Appearance:
     """Return how flakes look in a clip, with the ``glare`` of its flame in each ``cell``."""
-    flakes = settings.flakes
+    flakes = recipe.some_flakes()
     is_ember = flakes.colors == "auto"
     # What hides the flame, or has the colours of art, is not dimmed by its light.
-    is_lost_in_glare = is_ember and settings.composite.blend == "add"
+    is_lost_in_glare = is_ember and recipe.composite.blend == "add"
     colours = np.array([EMBER_LIGHT]) if is_ember else hex_to_linear(flakes.colors)
     if texture is not None and not texture.tinted:
         colours, is_lost_in_glare = np.ones((1, 3)), False  # the texture has its own
     return Appearance(
-        seed=settings.seed,
+        seed=recipe.seed,
         colours=colours.astype(np.float64),
-        intensity=flakes.intensity * settings.composite.intensity,
+        intensity=flakes.intensity * recipe.composite.intensity,
         stretch=flakes.stretch,
-        shutter=settings.shutter,
+        shutter=recipe.shutter,
         kappa=study.kappa,
         glare=glare if is_lost_in_glare else np.zeros((1, 1, 1), np.uint8),
         cell=cell,
@@ -258,7 +223,7 @@ def _appearance(
         fps=clip.fps,
         texture=texture,
         count=clip.count,
-        is_even=settings.preset == "paper",
+        is_even=recipe.features.preset == "paper",
     )
 
 

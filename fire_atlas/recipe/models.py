@@ -82,6 +82,11 @@ class Recipe(Settings):
         return self.blurs_flame or self.flakes != "none"
 
     @property
+    def bakes_flakes(self) -> bool:
+        """Whether flakes are drawn into the pixels of the pages."""
+        return self.flakes != "none" and self.flakes.bake
+
+    @property
     def may_have_flakes(self) -> bool:
         """Whether flakes may fly: its own, or those of members."""
         return self.flakes != "none" or bool(self.atlas.members)
@@ -95,6 +100,25 @@ class Recipe(Settings):
     def blurs_flame(self) -> bool:
         """Whether the flame is blurred along the field."""
         return self.motion_blur != "none" and self.motion_blur.flame
+
+    @property
+    def shutter(self) -> float:
+        """Fraction of a frame's time during which the shutter is open, 0..1."""
+        return 0.0 if self.motion_blur == "none" else self.motion_blur.shutter
+
+    def some_flakes(self) -> Flakes:
+        """Return the section of a recipe that has flakes.
+
+        Raises:
+            ValueError: It has none.
+        """
+        if self.flakes == "none":
+            raise ValueError("the recipe has no flakes")
+        return self.flakes
+
+    def without_flakes(self) -> Self:
+        """Return the recipe without flakes."""
+        return self.model_copy(update={"flakes": "none"})
 
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> Self:

@@ -132,7 +132,7 @@ def _convergence(seen: Seen) -> float:
 def _turned(seen: Seen) -> float:
     """Return the mean angle between Fv* and ∇f κ, degrees."""
     analyser, found = seen.analyser(), []
-    features, study = analyser.settings.features, analyser.study
+    features, study = analyser.recipe.features, analyser.study
     for i in seen.frames:
         refined = analyser.features(i)
         x, y = feature_vectors(

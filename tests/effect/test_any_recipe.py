@@ -16,7 +16,7 @@ from fire_atlas.core.pixels import decode_bytes
 from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.effect.flakes.tracks import COLUMNS
-from fire_atlas.pipeline.layers import RenderSettings, layers_of
+from fire_atlas.pipeline.layers import layers_of
 from fire_atlas.recipe.effect import Buoyancy, Composite, Features, FireClass, Flakes, MotionBlur
 from fire_atlas.recipe.wind import Wind
 from tests.support.clips import clip_of
@@ -247,7 +247,7 @@ def _assert_sound(effect: EffectRun) -> None:
 
 def _brightest(effect: EffectRun, i: int) -> float:
     """Brightest light of frame ``i`` without its flakes."""
-    bare = layers_of(i, effect.simulated, RenderSettings.of(effect.recipe)).flame
+    bare = layers_of(i, effect.simulated, effect.recipe).flame
     return float(as_light(bare)[..., :3].max())
 
 

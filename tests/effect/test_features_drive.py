@@ -8,7 +8,7 @@ import pytest
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Pixels, as_plane, encode_bytes
-from fire_atlas.pipeline.layers import RenderSettings, flame_of
+from fire_atlas.pipeline.layers import flame_of
 from tests.support.clip_motion import FLAME, MOVES, dis_flow
 from tests.support.clips import open_clip, piece, real
 from tests.support.effect import ID, Array, EffectRun, X, Y, run_effect
@@ -50,7 +50,7 @@ def test_the_default_blur_of_the_flame_is_visible_where_it_moves(name: str) -> N
     changes: list[Array] = []
     for i in range(2, effect.clip.count - 1, 6):
         sharp = effect.clip.picture(i)
-        blurred = flame_of(i, sharp, effect.simulated, RenderSettings.of(effect.recipe))
+        blurred = flame_of(i, sharp, effect.simulated, effect.recipe)
         moves = np.hypot(*np.moveaxis(dis_flow(effect.clip, i), -1, 0)) > MOVES
         moves &= effect.clip.brightness(i) > FLAME
         changes.append(np.abs(_shown(as_light(sharp)) - _shown(as_light(blurred)))[moves])

@@ -14,8 +14,8 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flakes.drawing import add_glow
 from fire_atlas.effect.flakes.layer import FlakeLight
 from fire_atlas.effect.flame.study import study_flame
-from fire_atlas.pipeline.analyse import AnalysisSettings, analyse
-from fire_atlas.pipeline.layers import Layers, RenderSettings, compose_layers, draw
+from fire_atlas.pipeline.analyse import analyse
+from fire_atlas.pipeline.layers import Layers, compose_layers, draw
 from fire_atlas.recipe.effect import Flakes
 from tests.support.clips import campfire, clip_of, looped, open_clip, real
 from tests.support.effect import (
@@ -218,20 +218,19 @@ def test_pixels_without_flakes_stay_bit_for_bit_as_they_were(stored: bool) -> No
     before = flame.astype(np.uint8 if stored else np.float32)
     flakes = FlakeLight(np.zeros((1, 4, 5), np.float32), np.ones((1, 3), np.float32))
     flakes.planes[0, 1, 2] = 1.0
-    after = compose_layers(Layers(before.copy(), flakes), RenderSettings.of(recipe_of({})), None)
+    after = compose_layers(Layers(before.copy(), flakes), recipe_of({}), None)
     assert after.dtype == before.dtype and not np.array_equal(after[1, 2], before[1, 2])
     after[1, 2] = before[1, 2]
     assert np.array_equal(after, before)
 
 
 def test_a_frame_may_have_flakes_with_nothing_behind_them_alone() -> None:
-    settings = RenderSettings.of(recipe_of({}))
     flame = np.zeros((8, 9, 4), np.uint8)
     flame[:, :3] = (250, 120, 20, 255)
     light = np.zeros((1, 8, 9), np.float32)
     light[0, 4, 6] = 2
     flakes = FlakeLight(light, np.array([[1, 0.5, 0.1]], np.float32))
-    shown = compose_layers(Layers(flame.copy(), flakes), settings, None)
+    shown = compose_layers(Layers(flame.copy(), flakes), recipe_of({}), None)
     assert shown[4, 6].any()
     shown[4, 6] = 0
     assert (shown == flame).all()
@@ -268,7 +267,7 @@ def test_a_fire_that_sheds_nothing_says_why() -> None:
     recipe = recipe_of({"features": {"clamp": 10000}})
     with Workers(1) as workers:
         study = study_flame(clip, recipe.features, (0.0, -1.0), workers)
-        analyse(clip, study, AnalysisSettings.of(recipe), context_of(workers, progress))
+        analyse(clip, study, recipe, context_of(workers, progress))
     assert "features.clamp" in progress.notes[-1]
 
 

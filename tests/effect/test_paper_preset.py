@@ -18,8 +18,8 @@ from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.flakes.emission import TICK
 from fire_atlas.effect.flakes.flight import FlightField
 from fire_atlas.effect.flame.features import difference_of_gaussians, gradient
-from fire_atlas.pipeline.analyse import AnalysisSettings, FrameAnalyser
-from fire_atlas.pipeline.layers import RenderSettings, flame_of
+from fire_atlas.pipeline.analyse import FrameAnalyser
+from fire_atlas.pipeline.layers import flame_of
 from tests.support.clips import ALL_CLIPS, campfire, open_clip, real
 from tests.support.effect import (
     AGE,
@@ -161,8 +161,7 @@ def test_the_rate_is_that_of_births_at_the_papers_alpha(name: str) -> None:
 
 
 def _candidates(effect: EffectRun, i: int) -> int:
-    settings = AnalysisSettings.of(effect.recipe)
-    analyser = FrameAnalyser.of(effect.clip, effect.study, settings)
+    analyser = FrameAnalyser.of(effect.clip, effect.study, effect.recipe)
     return len(analyser.candidates(analyser.features(i)).places)
 
 
@@ -182,7 +181,7 @@ def test_births_are_in_proportion_to_the_candidates(name: str) -> None:
 def test_births_are_alike_all_over_the_candidates_of_a_stated_alpha(preset: str) -> None:
     keys = {"features": {"preset": preset}, "flakes": {"alpha": 1.0, "rate": 3000, "bursts": 0}}
     effect = run_effect(open_clip("campfire"), keys)
-    analyser = FrameAnalyser.of(effect.clip, effect.study, AnalysisSettings.of(effect.recipe))
+    analyser = FrameAnalyser.of(effect.clip, effect.study, effect.recipe)
     window, spawns = analyser.window, effect.analysis.spawns
     ranks: list[float] = []
     for i in range(0, effect.clip.count, 3):
@@ -250,7 +249,7 @@ def test_the_flame_is_blurred_by_equation_17_itself() -> None:
     assert blur != "none" and blur.flame and blur.exaggeration == 1 and blur.shutter == 1
     i = 20
     sharp = effect.clip.read(i)
-    blurred = flame_of(i, sharp, effect.simulated, RenderSettings.of(effect.recipe))
+    blurred = flame_of(i, sharp, effect.simulated, effect.recipe)
     field = effect.analysis.field
     wanted = blur_along(
         sharp, field.u[i], field.v[i], field.cell, effect.study.kappa, 1 / effect.clip.fps, 9

@@ -12,11 +12,11 @@ from fire_atlas.core.picture import as_light, to_light
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.pipeline.layers import (
     Layers,
-    RenderSettings,
     SimulatedClip,
     compose_layers,
     layers_of,
 )
+from fire_atlas.recipe.models import Recipe
 from tests.support.repo import Repo, pages
 
 LAYOUTS = [("packed", "frame"), ("packed", "animation"), ("packed", "none"), ("grid", "frame"),
@@ -28,10 +28,10 @@ def rendered(monkeypatch: pytest.MonkeyPatch) -> dict[int, Pixels]:
     """Return what the builds of this test compose, by frame, in light."""
     frames: dict[int, Pixels] = {}
 
-    def watched(i: int, simulated: SimulatedClip, settings: RenderSettings) -> Layers:
-        parts = layers_of(i, simulated, settings)
+    def watched(i: int, simulated: SimulatedClip, recipe: Recipe) -> Layers:
+        parts = layers_of(i, simulated, recipe)
         flame = parts.flame.copy() if parts.flame.dtype == np.float32 else to_light(parts.flame)
-        frames[i] = as_light(compose_layers(replace(parts, flame=flame), settings, None))
+        frames[i] = as_light(compose_layers(replace(parts, flame=flame), recipe, None))
         return parts
 
     monkeypatch.setattr("fire_atlas.pipeline.render.layers_of", watched)

@@ -17,11 +17,11 @@ from fire_atlas.effect.composition.composite import clip_palette
 from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
-from fire_atlas.pipeline.analyse import Analysis, AnalysisSettings, analyse
+from fire_atlas.pipeline.analyse import Analysis, analyse
 from fire_atlas.pipeline.classify import classify
 from fire_atlas.pipeline.context import BuildContext
-from fire_atlas.pipeline.layers import RenderSettings, SimulatedClip, compose_layers, layers_of
-from fire_atlas.pipeline.simulate import SimulationSettings, simulate
+from fire_atlas.pipeline.layers import SimulatedClip, compose_layers, layers_of
+from fire_atlas.pipeline.simulate import simulate
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.timeline.arrange import arrange
 
@@ -48,18 +48,17 @@ class EffectRun:
     @cached_property
     def tracks(self) -> Tracks:
         """The flight of its flakes; many tests ask for no more than their births."""
-        settings = SimulationSettings.of(self.recipe)
         with Workers(2) as workers:
-            return simulate(self.clip, self.study, self.analysis, settings, context_of(workers))
+            return simulate(self.clip, self.study, self.analysis, self.recipe, context_of(workers))
 
     def finished(self, i: int) -> Pixels:
         """Return frame ``i`` as it goes into the atlas."""
-        settings = RenderSettings.of(self.recipe)
         palette = None
-        if settings.composite.palette == "clip":
+        if self.recipe.composite.palette == "clip":
             with Workers(1) as workers:
                 palette = clip_palette(self.clip, workers)
-        return as_light(compose_layers(layers_of(i, self.simulated, settings), settings, palette))
+        layers = layers_of(i, self.simulated, self.recipe)
+        return as_light(compose_layers(layers, self.recipe, palette))
 
     @property
     def simulated(self) -> SimulatedClip:
@@ -102,7 +101,7 @@ def run_effect(clip: Clip, keys: Mapping[str, Any] | None = None, jobs: int = 2)
         context = context_of(workers)
         study = study_flame(clip, recipe.features, lift_direction(recipe.buoyancy), workers)
         recipe = classify(recipe, clip, study, context)
-        analysis = analyse(clip, study, AnalysisSettings.of(recipe), context)
+        analysis = analyse(clip, study, recipe, context)
     return EffectRun(clip, recipe, study, analysis)
 
 

@@ -15,16 +15,15 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flakes.emission import SPARK, TICK
 from fire_atlas.effect.flakes.flight import FlightField
 from fire_atlas.effect.flame.features import difference_of_gaussians, gradient
-from fire_atlas.pipeline.analyse import AnalysisSettings, FrameAnalyser
+from fire_atlas.pipeline.analyse import FrameAnalyser
 from fire_atlas.pipeline.animate import prepared_texture
 from fire_atlas.pipeline.layers import (
     Layers,
-    RenderSettings,
     SimulatedClip,
     compose_layers,
     layers_of,
 )
-from fire_atlas.pipeline.simulate import SimulationSettings, simulate
+from fire_atlas.pipeline.simulate import simulate
 from tests.bench.promises.promise import Figure, Promise, Unit, mean, merged, nested
 from tests.support.clip_motion import FLAME, MOVES, dis_flow
 from tests.support.clips import clip_of, open_clip
@@ -69,14 +68,14 @@ class Seen:
         return self.effect.rows
 
     def layers(self, i: int) -> Layers:
-        return layers_of(i, self.simulated, RenderSettings.of(self.effect.recipe))
+        return layers_of(i, self.simulated, self.effect.recipe)
 
     def finished(self, i: int) -> Pixels:
         """Return frame ``i`` as it goes onto the page, (H, W, 4), linear, premultiplied."""
         if self.effect.recipe.composite.palette == "clip":
             return np.asarray(self.effect.finished(i), np.float32)
-        settings = RenderSettings.of(self.effect.recipe)
-        return np.asarray(as_light(compose_layers(self.layers(i), settings, None)), np.float32)
+        recipe = self.effect.recipe
+        return np.asarray(as_light(compose_layers(self.layers(i), recipe, None)), np.float32)
 
     def flakes(self, i: int) -> Array:
         """Return the light of the flakes of frame ``i``, (H, W, 3)."""
@@ -85,8 +84,7 @@ class Seen:
         return np.zeros(shape) if light is None else light.rgb().astype(np.float64)
 
     def analyser(self) -> FrameAnalyser:
-        settings = AnalysisSettings.of(self.effect.recipe)
-        return FrameAnalyser.of(self.clip, self.effect.study, settings)
+        return FrameAnalyser.of(self.clip, self.effect.study, self.effect.recipe)
 
 
 def _birth_height(seen: Seen) -> float:
@@ -670,9 +668,8 @@ def run(promise: Promise, value: Any, seed: int, height: int) -> Seen:
         context = context_of(workers)
         prepared = prepared_texture(effect.recipe, effect.clip, [_blue_square()], context)
         assert prepared is not None
-        settings = SimulationSettings.of(effect.recipe)
         tracks = simulate(
-            effect.clip, effect.study, effect.analysis, settings, context, prepared.shape
+            effect.clip, effect.study, effect.analysis, effect.recipe, context, prepared.shape
         )
     simulated = SimulatedClip(effect.clip, effect.study, effect.analysis, tracks, prepared.shape)
     return Seen(effect, simulated)

@@ -14,7 +14,7 @@ from fire_atlas.generators.profile.model import Profile
 from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.tree import read_tree
 from fire_atlas.recipe.wind import Wind
-from fire_atlas.sources.registry import SourceSettings, open_source
+from fire_atlas.sources.registry import open_source
 from tests.generators.profile.likeness import (
     Array,
     generated,
@@ -99,7 +99,7 @@ def test_gusts_close_with_the_loop(preset: str, seed: int | None) -> None:
     if seed is not None:
         loaded = replace(loaded, recipe=loaded.recipe.model_copy(update={"seed": seed}))
     with Workers(2) as workers:
-        clips = open_source(SourceSettings.of(loaded), workers)
+        clips = open_source(loaded, workers)
     for clip in list(clips.values())[: None if seed is None else 1]:
         frames = [clip.read(i) for i in range(clip.count)]
         after = frames[1:] + frames[:1]
