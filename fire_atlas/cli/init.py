@@ -8,6 +8,8 @@ from pathlib import Path
 from fire_atlas.cli.progress import view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import OutputError, RecipeError
+from fire_atlas.core.interruption import signals_wait
+from fire_atlas.outputs.recovery import tidy
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.recipe.inherit import presets
 from fire_atlas.recipe.problem import did_you_mean
@@ -107,6 +109,8 @@ def _write(files: Mapping[Path, bytes], quiet: bool) -> None:
     first is put there. The folder of the recipe, which is the last, comes last."""
     view, stagings = view_for(False, quiet, False), dict[Path, Staging]()
     name = [*files][-1].stem
+    for folder in {path.parent for path in files}:
+        tidy(folder, name, view.note)  # undoes the commit of one that was killed
     written = {path: data for path, data in files.items() if not path.exists()}
     with ExitStack() as stack:
         for path, data in written.items():
@@ -117,14 +121,15 @@ def _write(files: Mapping[Path, bytes], quiet: bool) -> None:
             with stagings[folder].open(path.name) as file:
                 file.write(data)
         placed = list[Path]()
-        try:
-            for folder, staging in stagings.items():
-                staging.commit([])
-                placed += [path for path in written if path.parent == folder]
-        except BaseException:
-            for path in placed:
-                path.unlink(missing_ok=True)
-            raise
+        with signals_wait():
+            try:
+                for folder, staging in stagings.items():
+                    staging.commit([])
+                    placed += [path for path in written if path.parent == folder]
+            except BaseException:
+                for path in placed:
+                    path.unlink(missing_ok=True)
+                raise
 
 
 def _holds(path: Path, data: bytes) -> bool:

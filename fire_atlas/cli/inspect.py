@@ -6,11 +6,11 @@ from pathlib import Path
 
 from fire_atlas.cli.console import PlainConsole
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.files import MAX_JSON_BYTES, read_file
+from fire_atlas.core.files import read_file
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.templates.context import context_of
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks
-from fire_atlas.outputs.manifest import decode_manifest, manifest_name
+from fire_atlas.outputs.manifest import MAX_MANIFEST_BYTES, decode_manifest, manifest_name
 from fire_atlas.preview.tables import BuildSentences, tables_of
 
 
@@ -36,7 +36,8 @@ def _sentences(manifest: Path) -> BuildSentences:
     if not manifest.exists():
         return BuildSentences()
     try:
-        return BuildSentences.of(decode_manifest(read_file(manifest, MAX_JSON_BYTES)).statistics)
+        data = read_file(manifest, MAX_MANIFEST_BYTES)
+        return BuildSentences.of(decode_manifest(data).statistics)
     except (OSError, ValueError) as error:
         raise SourceError(
             f"{manifest}: is not a manifest that fire-atlas wrote ({type(error).__name__}: {error})"

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from fire_atlas import __version__
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.interruption import signals_wait
 from fire_atlas.core.output_file import OutputFile, Role
 from fire_atlas.outputs.folder import refuse_leading_out
 from fire_atlas.outputs.manifest import (
@@ -70,8 +71,9 @@ def install(
                 staged.append((staging, (*entries, marker)))
         for staging, entries in staged:
             refuse_commit(name, entries, staging, _ADVICE)
-        for staging, entries in reversed(staged):
-            commit(name, entries, staging, _ADVICE)
+        with signals_wait():
+            for staging, entries in reversed(staged):
+                commit(name, entries, staging, _ADVICE)
     return bool(staged)
 
 

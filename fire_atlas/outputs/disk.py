@@ -27,8 +27,8 @@ def readable_errors(path: Path) -> Iterator[None]:
         yield
     except PermissionError as error:
         raise OutputError(
-            f"{path}: cannot be written ({error.strerror}); choose another folder with -o, or "
-            f"change its permissions"
+            f"{path}: cannot be written ({error.strerror}); choose another folder (of a build: "
+            f"-o), or change its permissions"
         ) from error
     except (FileExistsError, NotADirectoryError) as error:
         raise OutputError(f"{path}: a file is in the way of the output folder") from error
@@ -36,7 +36,12 @@ def readable_errors(path: Path) -> Iterator[None]:
         if error.errno in _FULL:
             raise OutputError(
                 f"{path}: the disk is full ({error.strerror}); the previous outputs are unchanged. "
-                f"Free some space, or choose another folder with -o"
+                f"Free some space, or choose another folder (of a build: -o)"
+            ) from error
+        if error.errno == errno.EROFS:
+            raise OutputError(
+                f"{path}: cannot be written ({error.strerror}); choose another folder (of a "
+                f"build: -o)"
             ) from error
         raise OutputError(f"{path}: cannot be written ({error.strerror})") from error
 

@@ -129,6 +129,7 @@ def undo_unfinished(folder: StagingFolder) -> None:
     The journal is untrusted input: only files with the digests that it states are changed.
     """
     if changes := _read_journal(folder):
+        folder.previous.mkdir(exist_ok=True)  # it may have been removed before the journal was
         with folder.held() as folders:
             if folders.out.digest(changes[-1].name) != changes[-1].after:
                 _undo(folders, changes)

@@ -69,7 +69,8 @@ def locked_if_free(path: Path) -> Iterator[bool]:
         is_held = _try_to_take(lock, path)
     except OSError:
         is_held = False
-    with _released(lock, path):
+    remove = partial(path.unlink, missing_ok=True) if is_held else lambda: None
+    with _released(lock, path), if_interrupted(remove):
         yield is_held
 
 

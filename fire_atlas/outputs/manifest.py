@@ -12,9 +12,12 @@ from pathlib import Path
 from typing import Any, Self
 
 from fire_atlas import __version__
-from fire_atlas.core.files import MAX_JSON_BYTES, read_file, real
+from fire_atlas.core.files import MIB, read_file, real
 from fire_atlas.core.output_file import MANIFEST_ENDING, plain_name
 from fire_atlas.outputs.digest import HashedFile, file_digest
+
+MAX_MANIFEST_BYTES = 32 * MIB
+"""Limit on the size of a manifest that is read: that of 200,000 inputs is smaller."""
 
 _FORMAT, _VERSION = "fire-atlas/manifest", 1
 
@@ -100,7 +103,7 @@ def input_path(path: Path, folder: Path) -> str:
 def read_manifest(out: Path, name: str) -> Manifest | None:
     """Return the manifest of the build ``name`` in ``out``, None if there is no valid one."""
     try:
-        return decode_manifest(read_file(out / manifest_name(name), MAX_JSON_BYTES))
+        return decode_manifest(read_file(out / manifest_name(name), MAX_MANIFEST_BYTES))
     except (OSError, ValueError):
         return None
 

@@ -14,10 +14,11 @@ from pathlib import Path
 from typing import Self
 
 from fire_atlas.core.errors import OutputError
-from fire_atlas.core.files import MAX_JSON_BYTES, read_file
+from fire_atlas.core.files import read_file
 from fire_atlas.core.output_file import as_file_name, is_reserved
 from fire_atlas.outputs.disk import is_regular
 from fire_atlas.outputs.manifest import (
+    MAX_MANIFEST_BYTES,
     Manifest,
     OutputEntry,
     decode_manifest,
@@ -111,7 +112,7 @@ def _manifest_of_another(out: Path, name: str) -> Manifest | None:
     """Return the manifest of another build; None if what bears its name is no manifest."""
     path = out / manifest_name(name)
     try:
-        return decode_manifest(read_file(path, MAX_JSON_BYTES))
+        return decode_manifest(read_file(path, MAX_MANIFEST_BYTES))
     except ValueError:
         return None
     except OSError as error:

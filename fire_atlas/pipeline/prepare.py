@@ -1,12 +1,12 @@
 """Prepare a clip: arrange its frames as they are played, and study what holds for all of them."""
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.workload import check_workload
 from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flame.direction import UP
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
 from fire_atlas.pipeline.classify import has_undecided_flakes
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.timeline.arrange import arrange
@@ -19,9 +19,10 @@ def prepare(
 
     ``is_first``: whether it is the first view, by which the fire is classified.
     """
+    size, fewer = (clip.width, clip.height), "timeline.frames, or a smaller source.height"
+    asked = recipe.timeline.frames or 0  # known before any frame is made
+    check_workload("timeline.frames", asked, size, context.max_pixels, fewer)
     clip = _arranged(clip, recipe, context)
-    size = clip.width, clip.height
-    fewer = "timeline.frames, or a smaller source.height"
     check_workload("timeline.frames", clip.count, size, context.max_pixels, fewer)
     direction = lift_direction(recipe.buoyancy)
     if direction is None and not isinstance(recipe.source, FramesSource):

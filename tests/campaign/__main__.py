@@ -11,6 +11,10 @@ from importlib import import_module
 CAMPAIGNS = {
     "kill": "kills",
     "commit": "commits",
+    "disk": "disks",
+    "exchange": "exchanged",
+    "limit": "limits",
+    "watch": "watches",
     "concurrent": "concurrent",
     "power": "power",
     "fuzz": "fuzz",

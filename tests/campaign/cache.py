@@ -24,8 +24,9 @@ from fire_atlas.cli import main
 from fire_atlas.pipeline.check import load_checked
 from fire_atlas.pipeline.expected import possible
 from fire_atlas.recipe.tree import read_tree
+from tests.campaign.forks import seconds_of
 from tests.campaign.mutations import Chance, spoilt_bytes, spoilt_json
-from tests.campaign.stage import NEW, Stage, seconds_of
+from tests.campaign.stage import NEW, Stage
 from tests.support.entries import described, forge, header, taken_apart
 from tests.support.silent_server import SILENCES, silent_server
 

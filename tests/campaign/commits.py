@@ -1,101 +1,68 @@
 """One fault at every file operation of a build: the process is killed there, or the system says
 that the disk is full, that it is not allowed, or that the device failed."""
 
-import builtins
 import errno
-import io
 import os
 import random
 import signal
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
-from tests.campaign.stage import NEW, NEXT, Stage, code_of
+from tests.campaign.forks import code_of
+from tests.campaign.operations import Operations, operations_of
+from tests.campaign.rows import chosen, run_rows
+from tests.campaign.stage import NEXT, Stage
 
-FAULTS = ("KILL", "ENOSPC", "EACCES", "EIO")
+_FAULTS = {"killed or full": ("KILL", "ENOSPC"), "not allowed or failed": ("EACCES", "EIO")}
+"""Two faults in turn at each operation, by the name of their row."""
 
-_OPERATIONS = (
-    "open", "mkdir", "rmdir", "unlink", "replace", "link", "fsync", "scandir", "write", "ftruncate",
-)  # fmt: skip
-"""Of the module ``os``; opening files as ``pathlib`` does is one more."""
+_COUNT = 1_200
+"""Faults that are tried by default: about half of all."""
 
 
 def run(count: int | None, seed: int) -> list[str]:
-    """Try every fault at every operation, or ``count`` of them drawn by chance."""
-    chance, faults = random.Random(seed), list[str]()
+    """Try ``count`` faults at operations drawn by chance; there are about twice as many of both."""
+    with tempfile.TemporaryDirectory() as folder:
+        operations = operations_of(Stage(Path(folder)))
+    print(f"{len(operations)} operations")
+    tries = dict.fromkeys(_FAULTS, 2 * len(operations))
+    return run_rows(faulty, chosen(tries, count or _COUNT, seed), seed)
+
+
+def faulty(kind: str, numbers: Sequence[int], seed: int) -> list[list[str]]:
+    """Let operations fail, two numbers for each; return what was wrong each time."""
     with tempfile.TemporaryDirectory() as folder:
         stage = Stage(Path(folder))
-        operations = _operations_of(stage)
-        tries = [(k, fault) for k in range(len(operations)) for fault in FAULTS]
-        chosen = tries if count is None else chance.sample(tries, min(count, len(tries)))
-        for k, fault in chosen:
-            stage.reset()
-            code = code_of(stage.start("build", *NEW, before=_Faulty(stage, k, fault).go))
-            found = stage.faults_after_death()
-            if code >= 0:  # it could still put things right
-                found += stage.faults_after(stage.old, stage.new, litter=True)
-            command = chance.choice(NEXT)
-            found += stage.then(command)
-            if command in {"check", "clean"}:
-                found += stage.then("build new")
-            where = f"{fault} at operation {k} ({operations[k]}), then {command}"
-            faults += [f"{where}: {each}" for each in found]
-    print(f"{len(operations)} operations, {len(chosen)} faults tried")
-    return faults
+        return [
+            _try(stage, number // 2, _FAULTS[kind][number % 2], random.Random(f"{seed} {number}"))
+            for number in numbers
+        ]
 
 
-def _operations_of(stage: Stage) -> list[str]:
-    """Return the name of each file operation of a build, in order."""
-    report = stage.folder / "operations"
+def _try(stage: Stage, k: int, fault: str, chance: random.Random) -> list[str]:
+    """Let the operation ``k`` fail, and run another command; return what is wrong after either."""
     stage.reset()
-    code = code_of(stage.start("build", *NEW, before=_Faulty(stage, -1, "", report).go))
-    assert code == 0
-    return report.read_text().split()
+    code = code_of(stage.start_new(before=Operations(stage.out, _meets(k, fault)).go))
+    found = stage.faults_after_death()
+    if code >= 0:  # it could still put things right
+        found += stage.faults_after(stage.old, stage.new, litter=True)
+    command = chance.choice(NEXT)
+    found += stage.then(command)
+    if command in {"check", "clean"}:
+        found += stage.then("build new")
+    return [f"{fault} at operation {k}, then {command}: {each}" for each in found]
 
 
-class _Faulty:
-    """Counts the file operations of this process, and lets one of them fail."""
+def _meets(at: int, fault: str) -> Callable[[int, str], None]:
+    """Return what lets the operation ``at`` fail."""
 
-    def __init__(self, stage: Stage, at: int, fault: str, report: Path | None = None) -> None:
-        self.stage, self.at, self.fault = stage, at, fault
-        self.report = -1 if report is None else os.open(report, os.O_WRONLY | os.O_CREAT)
-        self.count = 0
-        self.write = os.write
-
-    def go(self) -> None:
-        """Begin to count."""
-        for name in _OPERATIONS:
-            setattr(os, name, self._wrapped(name, getattr(os, name)))
-        opened = self._wrapped("io.open", io.open)
-        io.open = builtins.open = opened
-
-    def _wrapped(self, name: str, call: Callable[..., Any]) -> Callable[..., Any]:
-        def operation(*arguments: Any, **keys: Any) -> Any:
-            if self._concerns(arguments):
-                self._meet(name)
-            return call(*arguments, **keys)
-
-        return operation
-
-    def _concerns(self, arguments: tuple[Any, ...]) -> bool:
-        """Whether an operation is about the output folder; descriptors are looked up."""
-        about = arguments[0] if arguments else None
-        try:
-            descriptor = Path(f"/proc/self/fd/{about}")
-            path = descriptor.readlink() if isinstance(about, int) else os.fspath(about or "")
-        except (OSError, TypeError):
-            return False
-        return str(path).startswith(str(self.stage.out))
-
-    def _meet(self, name: str) -> None:
-        if self.report >= 0:
-            self.write(self.report, f"{name}\n".encode())
-        self.count += 1
-        if self.count - 1 != self.at:
+    def meet(number: int, _: str) -> None:
+        if number != at:
             return
-        if self.fault == "KILL":
+        if fault == "KILL":
             os.kill(os.getpid(), signal.SIGKILL)
-        number = getattr(errno, self.fault)
-        raise OSError(number, os.strerror(number))
+        code = getattr(errno, fault)
+        raise OSError(code, os.strerror(code))
+
+    return meet

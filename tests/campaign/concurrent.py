@@ -8,7 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from tests.campaign.stage import NEW, OLD, Stage, code_of
+from tests.campaign.forks import code_of
+from tests.campaign.stage import NEW, OLD, Stage
 
 _COUNT = 200
 _SLOWEST = 0.03

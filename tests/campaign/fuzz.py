@@ -34,7 +34,7 @@ from tests.campaign.mutations import (
     spoilt_text,
 )
 
-_COUNT = 100_000
+_COUNT = 1_500
 """Cases of a whole campaign."""
 
 SECONDS = 10

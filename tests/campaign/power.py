@@ -18,10 +18,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tests.campaign.stage import NEW, Stage, code_of
+from tests.campaign.forks import code_of
+from tests.campaign.operations import whole_path
+from tests.campaign.rows import chosen, run_rows
+from tests.campaign.stage import Stage
 
-_KEPT = (0.0, 1.0, 0.5, 0.5)
-"""Share of the names that were not synced which are kept, in each try of a prefix."""
+_KEPT = {"half is lost": 0.5, "all is lost": 0.0, "all is kept": 1.0}
+"""Share of the names that were not synced which are kept, by the name of the row."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,20 +50,28 @@ class Operation:
 
 
 def run(count: int | None, seed: int) -> list[str]:
-    """Cut the power after every operation, or after ``count`` of them drawn by chance."""
-    chance, faults, tried = random.Random(seed), list[str](), 0
+    """Cut the power after every operation, or after ``count`` of them drawn by chance; where half
+    is lost, which differs, twice."""
+    with tempfile.TemporaryDirectory() as folder:
+        cuts = len(_recorded(Stage(Path(folder)))) + 1
+    print(f"{cuts - 1} operations")
+    tries = {kind: 2 * cuts if share == 0.5 else cuts for kind, share in _KEPT.items()}
+    return run_rows(cut, chosen(tries, count, seed), seed)
+
+
+def cut(kind: str, numbers: Sequence[int], seed: int) -> list[list[str]]:
+    """Cut the power, with as many operations done as each number says; return what was wrong."""
     with tempfile.TemporaryDirectory() as folder:
         stage = Stage(Path(folder))
         operations = _recorded(stage)
-        prefixes = list(range(len(operations) + 1))
-        for end in prefixes if count is None else sorted(chance.sample(prefixes, count)):
-            for share in _KEPT:
-                _cut(stage, operations[:end], share, chance)
-                found = stage.then("check") + stage.then("build new")
-                faults += [f"after {end} operations, {share:.0%} kept: {each}" for each in found]
-                tried += 1
-    print(f"{len(operations)} operations, {tried} states of the disk")
-    return faults
+        results = []
+        for number in numbers:
+            end = number % (len(operations) + 1)
+            chance = random.Random(f"{seed} {number}")
+            _cut(stage, operations[:end], _KEPT[kind], chance)
+            found = stage.then("check") + stage.then("build new")
+            results.append([f"after {end} operations: {each}" for each in found])
+        return results
 
 
 def _cut(stage: Stage, done: Sequence[Operation], share: float, chance: random.Random) -> None:
@@ -119,7 +130,7 @@ def _recorded(stage: Stage) -> list[Operation]:
     """Return the operations of a build over an older one."""
     report = stage.folder / "operations"
     stage.reset()
-    assert code_of(stage.start("build", *NEW, before=_Recorder(stage.out, report).go)) == 0
+    assert code_of(stage.start_new(before=_Recorder(stage.out, report).go)) == 0
     return list(_read(report))
 
 
@@ -147,10 +158,12 @@ class _Recorder:
 
     def _named(self, kind: str, call: Callable[..., Any]) -> Callable[..., Any]:
         def operation(*paths: Any, **keys: Any) -> Any:
-            below = Path(f"/proc/self/fd/{keys['dir_fd']}").readlink() if "dir_fd" in keys else ""
+            below = keys.get("dir_fd", keys.get("src_dir_fd")), keys.get("dst_dir_fd")
+            named = [each for each in paths if not isinstance(each, int)]
+            whole = map(str, map(whole_path, named, below))
+            path, to, *_ = [*whole, ""]
             result = call(*paths, **keys)
-            path, to, *_ = [*(str(each) for each in paths if not isinstance(each, int)), ""]
-            self._tell(kind, str(Path(below, path)), to)
+            self._tell(kind, path, to)
             return result
 
         return operation
@@ -159,10 +172,11 @@ class _Recorder:
         self, call: Callable[..., Any], creates: Callable[[Any], Any]
     ) -> Callable[..., Any]:
         def operation(path: Any, how: Any = "r", *arguments: Any, **keys: Any) -> Any:
-            is_new = not isinstance(path, int) and creates(how) and not Path(path).exists()
+            whole = whole_path(path, keys.get("dir_fd"))
+            is_new = not isinstance(path, int) and creates(how) and not whole.exists()
             result = call(path, how, *arguments, **keys)
             if is_new:
-                self._tell("create", os.fspath(path))
+                self._tell("create", str(whole))
             return result
 
         return operation
@@ -170,7 +184,7 @@ class _Recorder:
     def _synced(self, call: Callable[[Any], None]) -> Any:
         def operation(descriptor: Any) -> None:
             call(descriptor)
-            path = Path(f"/proc/self/fd/{descriptor}").readlink()
+            path = whole_path(descriptor)
             data = b"" if path.is_dir() else self.read(path, "rb").read()
             self._tell("sync", str(path), data=data)
 

@@ -6,20 +6,19 @@ process, which has imported all that a build needs: that is what makes thousands
 
 import hashlib
 import json
-import os
 import shutil
-import sys
-import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NoReturn
+from typing import Any
 
 import cv2
 
 from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from fire_atlas.outputs.digest import tool_digest
+from fire_atlas.outputs.recovery import staging_folder
+from tests.campaign.forks import code_of, fork
 
 RECIPE: dict[str, Any] = {
     "source": {"path": "clip"},
@@ -53,15 +52,25 @@ class Stage:
             another recipe.
         old, new: Name and bytes of all files after a build in either way.
         shelf: A copy of the folder as it is after the old build.
+        temporary: The folder for temporary files of its commands.
+        said: What the last command printed on stderr.
+        journals: A file that is there during the commit.
+        next: What a person may do next.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, **keys: Any) -> None:
+        """Build both ways in ``folder``; ``keys`` are more keys of the recipe."""
         tool_digest()  # looked at once: the code may be edited while a campaign runs
         self.folder = folder
         self.out = folder / "build"
         self.recipe = folder / "fire.yaml"
+        self.temporary = folder / "temporary"
+        self.temporary.mkdir()
+        self.said = folder / "said"
+        self.journals = (staging_folder(self.out, "fire").journal,)
+        self.next = NEXT
         self._make_clip()
-        self.recipe.write_text(json.dumps(RECIPE))
+        self.recipe.write_text(json.dumps({**RECIPE, **keys}))
         self.others = self._built_beside()
         self.new = self._state_of(NEW)
         self.old = self._state_of(OLD)
@@ -108,32 +117,27 @@ class Stage:
 
     def start(self, command: str, *options: str, before: Callable[[], None] = lambda: None) -> int:
         """Start a command in a fork, after ``before`` was called there; return its process id."""
-        sys.stdout.flush()
-        pid = os.fork()
-        if pid == 0:
-            self._become(command, options, before)
-        return pid
+        line = [command, str(self.recipe), "-q", *options]
+        return fork(line, self.said, self.temporary, before)
+
+    def start_new(self, before: Callable[[], None] = lambda: None) -> int:
+        """Start the build that makes the new state of the old one."""
+        return self.start("build", *NEW, before=before)
+
+    def victims(self, pid: int) -> list[int]:
+        """Return the processes of the new build, which is the process ``pid``."""
+        return [pid]
 
     def run(self, command: str, *options: str) -> int:
         """Run a command in a fork and return its exit code; negative where a signal ended it."""
         return code_of(self.start(command, *options))
 
-    def _become(
-        self, command: str, options: tuple[str, ...], before: Callable[[], None]
-    ) -> NoReturn:
-        code = 99
-        try:
-            silent = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(silent, 1)
-            os.dup2(silent, 2)
-            before()
-            code = main([command, str(self.recipe), "-q", *options])
-        finally:
-            os._exit(code)
-
     def faults_after_death(self) -> list[str]:
         """Return what is wrong before anything is put right."""
         faults = self._lost()
+        for name, data in self.contents().items():
+            if not name.startswith(".fire-atlas") and not _is_whole(name, data, self.old, self.new):
+                faults.append(f"{name} is neither the old file nor the new one")
         for manifest in self.out.glob("*.manifest.json"):
             for entry in json.loads(manifest.read_bytes())["outputs"]:
                 path = self.out / entry["path"]
@@ -159,6 +163,11 @@ class Stage:
             faults.append(f"litter: {left}")
         return faults
 
+    def faults_whole(self, *states: Mapping[str, bytes]) -> list[str]:
+        """Return what is wrong if the new build, which was not killed, has left none of
+        ``states``."""
+        return self.faults_after(*states)
+
     def _lost(self) -> list[str]:
         """Return a line for each file that no command may touch and that is not as it was."""
         now = self.contents()
@@ -179,7 +188,9 @@ class Stage:
                 code, states = self.run("build", *OLD), [self.old]
             case _:
                 code, states = self.run("build", *NEW), [self.new]
-        faults = [] if code == 0 else [f"exit code {code}"]
+        faults = [] if code == 0 else [f"exit code {code}: {self.said.read_text()}"]
+        if command != "check":
+            faults += [f"{path} is left" for path in self.temporary.iterdir()]
         return faults + self.faults_after(*states, litter=command == "check")
 
 
@@ -196,13 +207,6 @@ def _nearest(now: Mapping[str, bytes], states: Sequence[Mapping[str, bytes]]) ->
     return min(differing, key=len)
 
 
-def code_of(pid: int) -> int:
-    """Wait for a process and return its exit code; negative where a signal ended it."""
-    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
-
-
-def seconds_of(act: Callable[[], object]) -> float:
-    """Return how long something takes."""
-    begun = time.monotonic()
-    act()
-    return time.monotonic() - begun
+def _is_whole(name: str, data: bytes, *states: Mapping[str, bytes]) -> bool:
+    """Return whether a file is in one of ``states`` as it is."""
+    return any(state.get(name) == data for state in states)

@@ -18,10 +18,14 @@ pytestmark = [
 @pytest.mark.parametrize(
     ("campaign", "count"),
     [
-        ("kill", 8),
+        ("kill", 6),
         ("commit", 12),
+        ("disk", 3),
+        ("exchange", 3),
+        ("limit", 3),
+        ("watch", 3),
         ("concurrent", 6),
-        ("power", 3),
+        ("power", 12),
         ("fuzz", 70),
         ("stale", 8),
         ("cache", 24),

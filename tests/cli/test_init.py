@@ -1,6 +1,7 @@
 """``init``: ready recipes, with their input."""
 
 import os
+import sys
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -15,6 +16,7 @@ from fire_atlas.outputs.staging import Staging
 from fire_atlas.recipe import inherit
 from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.tree import read_tree
+from tests.support.repo import command, run_alone, script
 
 RECIPE = (
     "# yaml-language-server: $schema=x\n# Torch: burns.\nsource:\n  path: {}   # why\nseed: 3\n"
@@ -133,6 +135,36 @@ def test_an_init_that_fails_leaves_nothing_and_the_next_one_works(
         made = {path.name: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
         assert made.keys() == {"clip.yaml", "0.png", "1.png"}
         assert made["1.png"] == b"1.png"
+
+
+_SIGNALLED_AT = """
+import os, signal
+replace, left = os.replace, [{after}]
+def signalled(path, target, **folders):
+    replace(path, target, **folders)
+    left[0] -= 1
+    if left[0] == 0:
+        os.kill(os.getpid(), signal.{name})
+os.replace = signalled
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+@pytest.mark.parametrize("after", [1, 20, 50, 51])
+@pytest.mark.parametrize("name", ["SIGKILL", "SIGTERM"])
+def test_an_init_that_is_ended_anywhere_is_whole_after_the_next(
+    tmp_path: Path, name: str, after: int
+) -> None:
+    """In its commits: the folder with 48 samples has one of its own."""
+    code = _SIGNALLED_AT.format(name=name, after=after)
+    ran = run_alone(script(code, "init", "campfire", tmp_path / "it"))
+    files = {path.name for path in (tmp_path / "it").rglob("*") if path.is_file()}
+    if name == "SIGTERM":
+        assert ran.code == 130 and len(files) == 49, "all, and no hidden ones"
+    assert run_alone(command("init", "campfire", tmp_path / "it")).code == 0
+    files = {path.name for path in (tmp_path / "it").rglob("*") if path.is_file()}
+    assert files == {"campfire.yaml", *(f"{i:04}.png" for i in range(48))}
 
 
 def test_on_a_disk_that_is_full_nothing_is_written(

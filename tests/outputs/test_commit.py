@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -108,6 +109,14 @@ def test_an_unfinished_commit_is_undone_by_who_comes_next(
     leave_unfinished(out, changed)
     recover(out, "x", ignore)
     assert contents(out) == OLD
+
+
+def test_what_a_power_cut_leaves_of_a_finished_commit_stops_no_build(out: Path) -> None:
+    """The folder with the old files is removed before the journal."""
+    leave_unfinished(out, {**NEW, "stale.png": None})
+    shutil.rmtree(staging_folder(out, "x").previous)
+    write_new(out)
+    assert contents(out) == NEW | {"b.png": OLD["b.png"]}
 
 
 def test_a_commit_whose_manifest_is_in_place_is_finished(out: Path) -> None:

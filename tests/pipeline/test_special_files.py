@@ -162,4 +162,4 @@ def test_an_atlas_that_is_too_large_is_refused(repo: Repo) -> None:
     with (repo.folder / "huge.json").open("r+b") as file:
         file.truncate(files.MAX_JSON_BYTES + 1)
     ran = repo.run("inspect", repo.folder / "huge.json")
-    assert ran.code == 2 and "larger than 256 MiB" in ran.err
+    assert ran.code == 2 and "larger than 64 MiB" in ran.err

@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
+from fire_atlas.core.checks import number, one_of, text, whole
+from fire_atlas.core.decimals import plain, table_text
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.files import MAX_JSON_BYTES, read_file
+from fire_atlas.core.files import MIB, read_file
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH
 from fire_atlas.effect.flakes.tracks import (
@@ -26,8 +28,6 @@ from fire_atlas.effect.flakes.tracks import (
     TrackTexture,
 )
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
-from fire_atlas.formats.checks import number, one_of, text, whole
-from fire_atlas.formats.decimals import plain, table_text
 from fire_atlas.formats.names import animation_stem, flakes_file
 from fire_atlas.formats.tracks.columns import (
     CELL,
@@ -39,6 +39,9 @@ from fire_atlas.formats.tracks.columns import (
 )
 
 _SIZE = COLUMNS.index("size")
+
+_MAX_BYTES = 256 * MIB
+"""Limit on the size of tracks that are read."""
 
 _MAX_NUMBER = 2.0**53
 """Limit on numbers accepted when reading: float64 is exact for all integers below it."""
@@ -144,7 +147,7 @@ def read_tracks(path: Path) -> Tracks | None:
     if not path.exists():
         return None
     try:
-        return _tracks(json.loads(read_file(path, MAX_JSON_BYTES)))
+        return _tracks(json.loads(read_file(path, _MAX_BYTES)))
     except OSError as error:
         raise SourceError(f"{path}: the tracks cannot be read ({error.strerror})") from None
     except (
