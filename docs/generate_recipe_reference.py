@@ -102,7 +102,7 @@ atlas: {layout: grid}
     "exports[]": """\
 exports:
   - json
-  - godot: {version: 3}
+  - unity: {namespace: Game.Fire}
   - {template: my.j2, to: "{{ name }}.lua"}
 """,
 }
@@ -175,7 +175,7 @@ def _sections(section: Section, definitions: Schema) -> Iterator[Section]:
 def _blocks(path: str, schema: Schema, definitions: Schema) -> Iterator[tuple[str, str]]:
     """Yield title and definition of each block that a key may hold.
 
-    A mapping with one key that holds a block, like ``{godot: {...}}``, is skipped for that block.
+    A mapping with one key that holds a block, like ``{unity: {...}}``, is skipped for that block.
     """
     if "$ref" in schema:
         name = schema["$ref"].rpartition("/")[2]

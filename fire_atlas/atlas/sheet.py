@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fire_atlas.atlas.compressed import CompressedImage
 from fire_atlas.atlas.polygon import Point, Triangle, doubled_area
 from fire_atlas.core.pixels import Bytes
-from fire_atlas.recipe.gpu import Channels, channels_of
+from fire_atlas.recipe.gpu import Channels, page_channels
 from fire_atlas.recipe.output import Engine
 
 
@@ -282,26 +282,27 @@ class VectorScale:
     gutter: tuple[int, int] | None
 
 
-DATA_MAPS = ("motion", "haze", "emission", "normals", "depth")
-"""Kinds of maps whose values are no sRGB colours: importers must not change them."""
-
-
 @dataclass(frozen=True, slots=True)
 class SheetMap:
     """Images beside the pages, one per page and with its layout.
 
     Attributes:
-        kind: ``motion``, ``haze``, ``flame``, ``flakes``, ``smoke``, ``emission``, ``normals`` or
-            ``depth``.
+        kind: Its name, such as ``motion``.
         files: File name of each page's map.
-        vectors: Scale of the vectors of motion and haze; None for maps of light.
-        reach: Depth that white means, px of this sheet; None of maps other than depth.
+        is_data: Whether its values are no sRGB colours: importers must not change them.
+        is_under: Whether it is drawn under the pages.
+        channels: Number of channels of 8 bits that clients read; 0 if they read floats.
+        vectors: Scale of the vectors of motion and haze; None for other maps.
+        white: What white means of a map of one quantity: of depth, px of this sheet.
     """
 
     kind: str
     files: tuple[str, ...]
+    is_data: bool
+    is_under: bool = False
+    channels: Channels = 4
     vectors: VectorScale | None = None
-    reach: float | None = None
+    white: float | None = None
 
 
 CHANNELS = "rgba"
@@ -418,14 +419,16 @@ class AtlasSheet:
         """Return the names of a page's file and of its maps."""
         return [self.pages[page].file, *(each.files[page] for each in self.maps)]
 
-    def kind_of(self, image: str) -> str:
-        """Return the kind of map that an image is, or ``page``."""
-        return next((each.kind for each in self.maps if image in each.files), "page")
+    def map_of(self, image: str) -> SheetMap | None:
+        """Return the maps that an image is one of; None for a page."""
+        return next((each for each in self.maps if image in each.files), None)
 
     def channels_of(self, image: str) -> Channels:
         """Return how many channels of 8 bits clients read of an image."""
-        pixels = "color" if self.heat is None else self.heat.pixels
-        return channels_of(self.kind_of(image), pixels)
+        found = self.map_of(image)
+        if found is not None:
+            return found.channels
+        return page_channels("color" if self.heat is None else self.heat.pixels)
 
     def textures_of(self, image: str) -> tuple[GpuTexture, ...]:
         """Return the compressed textures of an image."""

@@ -22,8 +22,8 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
     if cache and not args.force and (outcome := restored(loaded, cache, out, args, view)):
         return outcome
 
+    from fire_atlas.core.context import BuildOptions
     from fire_atlas.pipeline.build import build
-    from fire_atlas.pipeline.context import BuildOptions
 
     options = BuildOptions.of(args.jobs, args.max_pixels, args.overwrite, args.force)
     report = build(loaded, out, options, view)

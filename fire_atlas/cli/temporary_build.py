@@ -8,12 +8,12 @@ from pathlib import Path
 
 from fire_atlas.cli.progress import BuildView, shows_interruption
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.context import BuildContext, BuildOptions
 from fire_atlas.core.progress import StageTimer
 from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.folder import recover_default, temporary_folder
 from fire_atlas.pipeline.build import build
 from fire_atlas.pipeline.check import CheckedRecipe, load_checked
-from fire_atlas.pipeline.context import BuildContext, BuildOptions
 from fire_atlas.pipeline.open import open_alone
 from fire_atlas.pipeline.show_field import field_marks
 from fire_atlas.preview.field_marks import FieldMarks

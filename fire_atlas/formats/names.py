@@ -7,19 +7,6 @@ from typing import Literal, Self, TypeAlias
 
 from fire_atlas.core.output_file import Role
 
-ENDINGS = {
-    "json": ".json",
-    "json-array": ".array.json",
-    "phaser": ".phaser.json",
-    "aseprite": ".aseprite.json",
-    "css": ".css",
-    "tpsheet": ".tpsheet",
-}
-"""File name endings by export, for exports that describe the pages of one scale."""
-
-EACH_PAGE = ("json", "json-array", "tpsheet")
-"""Those of these exports that write a file for each page."""
-
 OfEach: TypeAlias = Literal["", "page", "animation"]
 """Of what a recipe writes a file each; "" where there is only one."""
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip, FireInDepth, Values, Window, cropped
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.picture import Picture, as_light, brightest_shown, brightness_of
 from fire_atlas.core.pixels import Bytes, Plane, magnitude
 from fire_atlas.effect.field.buoyancy import BuoyancySolver
@@ -33,7 +34,6 @@ from fire_atlas.effect.flakes.emission import (
 from fire_atlas.effect.flakes.rounds import rounds_of
 from fire_atlas.effect.flame.features import feature_vectors, refine
 from fire_atlas.effect.flame.study import FlameStudy
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.effect import Flakes
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.vision.flow import SMALL, optical_flow, shrunk_flow, thumbnail

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.effect.field.wind import wind_in_view
 from fire_atlas.effect.flakes.tracks import Tracks, visible_count
 from fire_atlas.effect.flame.study import FlameStudy
+from fire_atlas.maps.maker import AnimationParts
 from fire_atlas.pipeline.analyse import analyse
-from fire_atlas.pipeline.channels import measure_haze, measure_motion, with_room_for
 from fire_atlas.pipeline.classify import classify
-from fire_atlas.pipeline.context import BuildContext
-from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
+from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation, maps_of, with_room_for
 from fire_atlas.pipeline.fly_in_depth import flies_in_depth, fly_in_depth
 from fire_atlas.pipeline.layers import SimulatedClip
 from fire_atlas.pipeline.prepare import prepare
-from fire_atlas.pipeline.render import render, thumbnails_of_skipped_frames
+from fire_atlas.pipeline.render import render, skipped_flames
 from fire_atlas.pipeline.simulate import (
     FlightInDepth,
     see_flight,
@@ -126,16 +126,22 @@ def finish(recipe: Recipe, simulated: SimulatedClip, context: BuildContext) -> F
     clip = simulated.clip
     with context.timer.measure("render"):
         frames = render(simulated, recipe, context)
-    skipped = thumbnails_of_skipped_frames(simulated, recipe, context)
-    motion = measure_motion(frames, skipped, clip.loop, recipe.maps, context)
-    haze = measure_haze(simulated, recipe.maps, recipe.seed, context)
+    analysis = simulated.analysis
+    parts = AnimationParts(
+        sizes=[(frame.width, frame.height) for frame in frames],
+        loop=clip.loop,
+        skipped=skipped_flames(simulated, recipe),
+        clip=clip,
+        study=simulated.study,
+        field=None if analysis is None else analysis.field,
+    )
+    maps = maps_of(frames, parts, recipe, context)
     return FinishedAnimation(
-        frames=with_room_for(haze, frames),
+        frames=with_room_for(maps, frames),
         fps=clip.fps,
         loop=clip.loop,
         foot=simulated.study.base,
-        motion=motion,
-        haze=haze,
+        maps=maps,
         tracks=simulated.tracks,
         bakes_flakes=recipe.bakes_flakes,
         pixel_art=recipe.is_pixel_art,

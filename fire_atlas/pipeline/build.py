@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fire_atlas.core.context import BuildContext, BuildOptions
 from fire_atlas.core.progress import Progress, StageTimer
 from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.digest import tool_digest
@@ -12,7 +13,6 @@ from fire_atlas.outputs.ownership import commit
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.check import CheckedRecipe
 from fire_atlas.pipeline.content import build_statistics, page_content
-from fire_atlas.pipeline.context import BuildContext, BuildOptions
 from fire_atlas.pipeline.contribute import contribute
 from fire_atlas.pipeline.movies import movie_files
 from fire_atlas.pipeline.open import (

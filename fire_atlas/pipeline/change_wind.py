@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from fire_atlas.atlas.sheet import State, StateGraph, StateTransition
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.fire_in_wind import FireInWind
 from fire_atlas.core.pixels import Pixels, as_plane
 from fire_atlas.effect.flakes.cross_fade import cross_faded
@@ -14,7 +15,6 @@ from fire_atlas.pipeline.animate import (
     prepared_texture,
 )
 from fire_atlas.pipeline.classify import classify
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution
 from fire_atlas.pipeline.flake_texture import PreparedTexture
 from fire_atlas.pipeline.fly_in_depth import flies_in_depth, fly_in_depth

@@ -7,10 +7,8 @@ states its limits in a module ``limits`` that imports nothing heavy; all are che
 from collections.abc import Iterator
 from typing import NewType
 
-from fire_atlas.channels.limits import form_limits, heat_limits, map_limits
 from fire_atlas.core.errors import OutputError
-from fire_atlas.engines.godot.limits import godot_limits
-from fire_atlas.engines.unity.limits import unity_limits
+from fire_atlas.engines.engine import ENGINES, engine
 from fire_atlas.formats.limits import (
     description_limits,
     gpu_limits,
@@ -18,6 +16,8 @@ from fire_atlas.formats.limits import (
     movie_limits,
     page_limits,
 )
+from fire_atlas.heat.problems import heat_problems
+from fire_atlas.maps.kinds import map_problems, maps_without_source
 from fire_atlas.recipe.load import LoadedRecipe, load_tree
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.problem import Problem
@@ -69,9 +69,9 @@ def _sources_of_maps(loaded: LoadedRecipe) -> Iterator[Problem]:
     """Yield a problem for each map for which a recipe, or one of several that share pages, has
     nothing."""
     maps = loaded.recipe.maps
-    yield from form_limits(maps, loaded.recipe.source)
+    yield from maps_without_source(maps, loaded.recipe.source)
     for i, member in enumerate(loaded.members):
-        for problem in form_limits(maps, member.recipe.source):
+        for problem in maps_without_source(maps, member.recipe.source):
             yield Problem((*MEMBERS, i), f"{'.'.join(map(str, problem.path))}: {problem.message}")
 
 
@@ -81,9 +81,9 @@ def _problems(recipe: Recipe) -> Iterator[Problem]:
     has_flakes = recipe.flakes != "none" or bool(atlas.members)
     yield from page_limits(atlas)
     yield from gpu_limits(atlas, recipe.maps)
-    yield from map_limits(recipe.maps, atlas, has_flakes)
-    yield from heat_limits(recipe)
+    yield from map_problems(recipe.maps, atlas, has_flakes)
+    yield from heat_problems(recipe)
     yield from description_limits(atlas, exports)
     yield from movie_limits(recipe.movies, atlas)
-    yield from godot_limits(atlas, exports, recipe.tracks)
-    yield from unity_limits(atlas, exports)
+    for name in ENGINES:
+        yield from engine(name).problems(recipe)

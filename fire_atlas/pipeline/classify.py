@@ -3,12 +3,12 @@
 from typing import Any
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.context import BuildContext
 from fire_atlas.effect.flakes.defaults import DEFAULTS, GREYS, FlakeDefaults
 from fire_atlas.effect.flakes.emission import EmitterSettings
 from fire_atlas.effect.flame.classes import FlameMeasures, classify_fire
 from fire_atlas.effect.flame.colour import colour_ramp, flat_colours
 from fire_atlas.effect.flame.study import FlameStudy
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.effect import FireClass, Flakes
 from fire_atlas.recipe.models import Recipe
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from fire_atlas.atlas.sheet import AtlasSheet, StateGraph
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.cpu import cpu_class
 from fire_atlas.core.statistics import stated
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import (
     Contribution,
     FinishedAnimation,

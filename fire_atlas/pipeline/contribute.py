@@ -3,10 +3,10 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.fire_in_wind import FireInWind
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.pipeline.animate import PreparedView, animate_views, prepared_views
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import Contribution, animation_title
 from fire_atlas.pipeline.open import Opened
 from fire_atlas.recipe.models import Recipe

@@ -7,15 +7,18 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from fire_atlas.atlas.sheet import AnimationFrames, StateGraph
+from fire_atlas.atlas.sheet import AnimationFrames, Rect, StateGraph
+from fire_atlas.atlas.trim import bounding_rect
 from fire_atlas.core.camera import Camera
+from fire_atlas.core.context import BuildContext
 from fire_atlas.effect.composition.light import ClipLight
 from fire_atlas.effect.flakes.tracks import Tracks
+from fire_atlas.maps.kinds import KIND, kinds_in
+from fire_atlas.maps.maker import AnimationParts, maker_of
 from fire_atlas.pipeline.render import RenderedFrame
+from fire_atlas.recipe.models import Recipe
 
 if TYPE_CHECKING:
-    from fire_atlas.channels.haze import Haze
-    from fire_atlas.channels.motion import Motion
     from fire_atlas.pipeline.flake_texture import PreparedTexture
 
 TEXTURE = "flake"
@@ -31,8 +34,7 @@ class FinishedAnimation:
         fps: Frames per second.
         loop: Whether frame 0 follows the last frame.
         foot: (x, y) of the base of the fire, px, y down; None: the middle of the bottom edge.
-        motion: Motion of the flame, if the recipe has motion vectors.
-        haze: Refraction of its hot air, if the recipe has haze.
+        maps: What was found of it for each map, by kind; None for those of single frames.
         tracks: Flakes, if there are any.
         bakes_flakes: Whether flakes are drawn into the frames.
         pixel_art: Whether it is pixel art, whose pixels stay sharp when they are shown larger.
@@ -46,8 +48,7 @@ class FinishedAnimation:
     fps: float
     loop: bool
     foot: tuple[float, float] | None = None
-    motion: "Motion | None" = None
-    haze: "Haze | None" = None
+    maps: Mapping[str, Any] = field(default_factory=dict)
     tracks: Tracks | None = None
     bakes_flakes: bool = False
     pixel_art: bool = False
@@ -61,9 +62,12 @@ class FinishedAnimation:
         return AnimationFrames(name, sprites, 1000 / self.fps, self.loop, self.foot, self.together)
 
     def all_statistics(self) -> dict[str, Any]:
-        """Return the statistics with those of motion vectors, as the manifest states them."""
-        motion = {} if self.motion is None else self.motion.statistics()
-        return {**self.statistics, **motion}
+        """Return the statistics with those of maps, as the manifest states them."""
+        of_maps = dict[str, Any]()
+        for kind, found in self.maps.items():
+            if found is not None:
+                of_maps |= maker_of(KIND[kind]).statistics(found)
+        return {**self.statistics, **of_maps}
 
     @property
     def light(self) -> ClipLight | None:
@@ -72,6 +76,35 @@ class FinishedAnimation:
         width = max(frame.width for frame in self.frames)
         height = max(frame.height for frame in self.frames)
         return ClipLight(self.fps, width, height, self.loop, lights) if lights else None
+
+
+def maps_of(
+    frames: Sequence[RenderedFrame], parts: AnimationParts, recipe: Recipe, context: BuildContext
+) -> dict[str, Any]:
+    """Return what is found of an animation for each map that its recipe asks for, by kind."""
+    found = {}
+    for kind in kinds_in(recipe.maps):
+        kept = [frame.maps[kind.name] for frame in frames]
+        found[kind.name] = maker_of(kind).of_animation(replace(parts, frames=kept), recipe, context)
+    return found
+
+
+def with_room_for(maps: Mapping[str, Any], frames: Sequence[RenderedFrame]) -> list[RenderedFrame]:
+    """Return the frames, whose visible boxes also hold what is seen of their maps alone."""
+    return [_enlarged(frame, maps, i) for i, frame in enumerate(frames)]
+
+
+def _enlarged(frame: RenderedFrame, maps: Mapping[str, Any], i: int) -> RenderedFrame:
+    whole, *smaller = frame.sprites
+    boxes = [] if whole.lit is None else [whole.lit]
+    for kind, found in maps.items():
+        seen = None if found is None else maker_of(KIND[kind]).seen(found, i)
+        if seen is not None:
+            right, bottom = seen.x + seen.width, seen.y + seen.height
+            right, bottom = min(right, frame.width), min(bottom, frame.height)
+            boxes.append(Rect(seen.x, seen.y, right - seen.x, bottom - seen.y))
+    lit = bounding_rect(boxes) if boxes else None
+    return replace(frame, sprites=(replace(whole, lit=lit), *smaller))
 
 
 @dataclass(frozen=True, slots=True)

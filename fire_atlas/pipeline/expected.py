@@ -10,25 +10,19 @@ from glob import escape
 from pathlib import PurePath
 
 from fire_atlas.core.output_file import Role
-from fire_atlas.engines.godot.files import godot_files
-from fire_atlas.engines.unity.files import unity_files
+from fire_atlas.engines.engine import ENGINES, engine
 from fire_atlas.formats.names import (
-    EACH_PAGE,
-    ENDINGS,
     OfEach,
     OutputNames,
-    flakes_file,
     light_file,
 )
+from fire_atlas.formats.tables import EXPORTS, MOVIES, TRACKS
+from fire_atlas.maps.kinds import kinds_in
 from fire_atlas.outputs.manifest import manifest_name
-from fire_atlas.recipe.gpu import channels_of, formats_for, texture_file
+from fire_atlas.recipe.gpu import Channels, formats_for, page_channels, texture_file
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import (
-    GodotExport,
-    GodotOptions,
     TemplateExport,
-    UnityExport,
-    UnityOptions,
     export_name,
 )
 
@@ -42,13 +36,8 @@ def files(recipe: Recipe) -> Iterator[OutputNames]:
         of_no_engine.append(OutputNames(recipe.name, ".ramp.png", "ramp", is_certain=True))
     yield from of_no_engine
     for export in recipe.exports:
-        match export:
-            case "godot" | GodotExport():
-                godot = export.godot if isinstance(export, GodotExport) else GodotOptions()
-                yield from godot_files(recipe, godot, stems, of_no_engine)
-            case "unity" | UnityExport():
-                unity = export.unity if isinstance(export, UnityExport) else UnityOptions()
-                yield from unity_files(recipe, unity, stems, of_no_engine)
+        if (name := export_name(export)) in ENGINES:
+            yield from engine(name).files(recipe, export, stems, of_no_engine)
     yield OutputNames(manifest_name(recipe.name), "", "manifest", is_certain=True)
 
 
@@ -85,29 +74,25 @@ def _stem(name: str, scale: float) -> str:
 def _sheet_files(recipe: Recipe, stems: list[str]) -> Iterator[OutputNames]:
     """Yield the pages of each scale, the maps beside them, and the files that describe them."""
     for stem in stems:
-        for ending, kind in _images(recipe):
-            role: Role = "page" if kind == "page" else "map"
+        for ending, role, channels in _images(recipe):
             yield OutputNames(stem, ending, role, "page", is_certain=True)
-            for format_ in formats_for(recipe.atlas.gpu, channels_of(kind, recipe.atlas.pixels)):
+            for format_ in formats_for(recipe.atlas.gpu, channels):
                 texture = texture_file(ending, format_)
                 yield OutputNames(stem, texture, "texture", "page", is_certain=True)
         for export in map(export_name, recipe.exports):
-            if export in ENDINGS:
-                of_each: OfEach = "page" if export in EACH_PAGE else ""
-                yield OutputNames(stem, ENDINGS[export], "atlas", of_each, is_certain=True)
+            if export in EXPORTS:
+                row = EXPORTS[export]
+                of_each: OfEach = "page" if row.of_each_page else ""
+                yield OutputNames(stem, row.ending, "atlas", of_each, is_certain=True)
 
 
-def _images(recipe: Recipe) -> Iterator[tuple[str, str]]:
+def _images(recipe: Recipe) -> Iterator[tuple[str, Role, Channels]]:
     """Yield what follows a sheet's name in those of its page and of the maps beside it, each with
-    its kind."""
-    ending = f".{recipe.atlas.format}"
-    yield ending, "page"
-    motion = () if recipe.maps.motion == "none" else ("motion",)
-    haze = ("haze",) if recipe.maps.haze else ()
-    for kind in (*motion, *haze, *recipe.maps.layers, *recipe.maps.form):
-        yield f".{kind}{ending}", kind
-    if recipe.maps.emission == "exr":
-        yield ".emission.exr", "emission"
+    its role and the number of channels that clients read."""
+    atlas = recipe.atlas
+    yield f".{atlas.format}", "page", page_channels(atlas.pixels)
+    for kind in kinds_in(recipe.maps):
+        yield kind.ending(atlas.format), "map", kind.channels
 
 
 def _animation_files(recipe: Recipe) -> Iterator[OutputNames]:
@@ -118,9 +103,10 @@ def _animation_files(recipe: Recipe) -> Iterator[OutputNames]:
         if track == "light":
             yield OutputNames(recipe.name, light_file(""), "light", "animation")
         elif recipe.may_have_flakes:
-            yield OutputNames(recipe.name, flakes_file("", track), "tracks", "animation", is_known)
+            ending = TRACKS[track].ending
+            yield OutputNames(recipe.name, ending, "tracks", "animation", is_known)
     for movie in recipe.movies:
-        yield OutputNames(recipe.name, f".{movie}", "movie", "animation", is_known)
+        yield OutputNames(recipe.name, MOVIES[movie].ending, "movie", "animation", is_known)
 
 
 def _is_rendered(recipe: Recipe, file: str) -> bool:

@@ -11,10 +11,10 @@ from fire_atlas.atlas.encode import encode_sprite, light_over_black, scaled
 from fire_atlas.atlas.sheet import AnimationFrames, Rect, Sprite
 from fire_atlas.atlas.trim import crop, up_to
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.pixels import Pixels, as_plane
 from fire_atlas.effect.flakes.emission import size_range
 from fire_atlas.effect.flakes.texture import MIN_WIDTH, TextureCells
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.effect import Flakes
 from fire_atlas.recipe.output import Atlas
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Clip, depth_of, kept
+from fire_atlas.core.context import BuildContext
 from fire_atlas.effect.field.wind import wind_in_view
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.analyse import analyse
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.prepare import prepare
 from fire_atlas.pipeline.simulate import FlightInDepth, simulate_in_depth
 from fire_atlas.recipe.models import Recipe

@@ -7,12 +7,12 @@ import numpy as np
 
 from fire_atlas.atlas.sheet import CHANNELS, RAMP_WIDTH, AtlasSheet, Heat, Rect, Sprite
 from fire_atlas.atlas.trim import bounding_rect
-from fire_atlas.channels.heat.encode import SEEN_BELOW, ErrorSums, HeatError, error_sums, heat_of
-from fire_atlas.channels.heat.learn import Bins, bins_of, learn_ramp, merged
-from fire_atlas.channels.heat.ready import ramp_of_light, ready_ramp
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.pixels import Bytes
-from fire_atlas.pipeline.context import BuildContext
+from fire_atlas.heat.encode import SEEN_BELOW, ErrorSums, HeatError, error_sums, heat_of
+from fire_atlas.heat.learn import Bins, bins_of, learn_ramp, merged
+from fire_atlas.heat.ready import ramp_of_light, ready_ramp
 from fire_atlas.pipeline.contribution import FinishedAnimation
 from fire_atlas.pipeline.render import RenderedFrame
 from fire_atlas.recipe.load import LoadedRecipe

@@ -73,7 +73,7 @@ def layers_of(i: int, simulated: SimulatedClip, recipe: Recipe) -> Layers:
     clip, tracks, flakes = simulated.clip, simulated.tracks, recipe.flakes
     smoke = clip.smoke(i) if clip.smoke is not None and recipe.maps.smoke else None
     layers = flame_layers(flame_of(i, clip.picture(i), simulated, recipe), recipe, smoke)
-    if recipe.maps.form:
+    if recipe.maps.normals or recipe.maps.depth:
         layers = replace(layers, form=depth_of(clip).form(i))
     is_needed = recipe.bakes_flakes or recipe.maps.flakes
     if tracks is None or flakes == "none" or not is_needed:

@@ -8,12 +8,12 @@ import numpy as np
 
 from fire_atlas.atlas.encode import as_straight, over_smoke
 from fire_atlas.atlas.sheet import AtlasSheet, Region, Sprite, common_canvas
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.formats.movies.movie import Movie
 from fire_atlas.formats.names import animation_stem
 from fire_atlas.pipeline.content import PageContent
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import FinishedAnimation
 from fire_atlas.recipe.output import MovieName
 
@@ -40,7 +40,7 @@ def movie_files(
     """
     if not movies:
         return
-    from fire_atlas.formats.movies.writers import write_movie
+    from fire_atlas.formats.movies.write import write_movie
 
     regions, shown = iter(sheet.regions), dict[str, Movie]()
     for title, animation in content.animations.items():
@@ -66,12 +66,13 @@ def _movie(
     the first ramp."""
     (width, height), places = common_canvas(regions)
     sprites = [frame.sprites[0] for frame in animation.frames]
+    under = [frame.under() for frame in animation.frames]
 
     def frame(i: int) -> Bytes:
         whole = _on_canvas(sprites[i], places[i], width, height)
         whole = whole if heat is None else heat.colours(whole, i)
-        for smoke in animation.frames[i].layers.get("smoke", ())[:1]:
-            below = _on_canvas(smoke, places[i], width, height)
+        for kept in under[i]:
+            below = _on_canvas(kept, places[i], width, height)
             whole = over_smoke(whole, below, sheet.alpha, sheet.blend_space)
         return as_straight(whole, sheet.alpha, sheet.blend_space)
 

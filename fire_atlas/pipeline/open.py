@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.fire_in_wind import FireInWind
 from fire_atlas.core.pixels import Pixels
@@ -13,7 +14,6 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.dependencies import inputs_of, recipe_files
 from fire_atlas.outputs.digest import HashedFile
 from fire_atlas.outputs.staging import Staging
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources.registry import (

@@ -1,9 +1,9 @@
 """Prepare sprites of any size as named animations, without resizing, flakes or blur."""
 
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.pipeline.channels import measure_motion
-from fire_atlas.pipeline.context import BuildContext
-from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation
+from fire_atlas.maps.maker import AnimationParts
+from fire_atlas.pipeline.contribution import Contribution, FinishedAnimation, maps_of
 from fire_atlas.pipeline.layers import flame_layers
 from fire_atlas.pipeline.render import refuse_without_alpha, render_each, render_frame
 from fire_atlas.recipe.models import Recipe
@@ -41,9 +41,10 @@ def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contri
     for name, played in sprites.animations.items():
         shown = [frames[i] for i in played]
         # No images are skipped, so frames are held out to test motion vectors.
-        motion = measure_motion(shown, {}, loop, recipe.maps, context)
+        parts = AnimationParts([(frame.width, frame.height) for frame in shown], loop)
+        maps = maps_of(shown, parts, recipe, context)
         animations[name] = FinishedAnimation(
-            shown, sprites.fps, loop, motion=motion, pixel_art=recipe.is_pixel_art
+            shown, sprites.fps, loop, maps=maps, pixel_art=recipe.is_pixel_art
         )
     statistics = {
         "frames": len(numbers),

@@ -2,35 +2,26 @@
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import NDArray
 
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.gpu import with_textures
 from fire_atlas.atlas.mesh import with_meshes
 from fire_atlas.atlas.pages import build_sheets
-from fire_atlas.atlas.sheet import AtlasSheet, GpuTexture, PlacedImage, Sprite
-from fire_atlas.channels.form import deepest, draw_form_page
-from fire_atlas.channels.page import (
-    draw_vector_page,
-    vector_margin,
-    with_form_maps,
-    with_maps,
-)
+from fire_atlas.atlas.sheet import AtlasSheet, GpuTexture, Sprite
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import Role
+from fire_atlas.maps.kinds import MapKind, kinds_in
+from fire_atlas.maps.layer import draw_sprites
+from fire_atlas.maps.maker import maker_of, with_maps
 from fire_atlas.pipeline.content import PageContent
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribution import FinishedAnimation
 from fire_atlas.recipe.output import Atlas, Maps
-
-if TYPE_CHECKING:
-    from fire_atlas.channels.haze import Haze
-    from fire_atlas.channels.motion import Motion
 
 
 class Image(NamedTuple):
@@ -49,9 +40,6 @@ class Image(NamedTuple):
     has_cover: bool = False
     """It hides what is behind it even where pages only add light."""
 
-
-_DTYPES: dict[int, DTypeLike] = {8: np.uint8, 16: np.uint16}
-"""Types of pages by their bits a channel."""
 
 _MAX_NAMES = 12
 """Maximum number of animations that a note names."""
@@ -75,12 +63,13 @@ def pack(
         context: Receives a note if one page is not enough, for all or for one of the animations.
     """
     animations, textures = content.animations, content.textures
-    motions = [each.motion for each in animations.values() if each.motion is not None]
+    kinds, mapped = kinds_in(maps), list(animations.values())
+    margin = max((_margin(kind, mapped) for kind in kinds), default=0)
     packed = [animation.frames_for_pages(title) for title, animation in animations.items()]
     cells = [each.frames_for_pages(title, packed[0].duration) for title, each in textures.items()]
     sheets = build_sheets(
         name, packed, atlas,
-        textures=cells, margin=vector_margin(motions), shares=maps == Maps(),
+        textures=cells, margin=margin, shares=maps == Maps(),
     )  # fmt: skip
     _refuse_split(sheets[0], textures)
     if len(sheets[0].pages) > 1:
@@ -89,28 +78,14 @@ def pack(
             f"or fewer frames could make one page enough"
         )
         _note_split(sheets[0], atlas, context)
-    sheets = _with_meshes(sheets, animations, vector_margin(motions), atlas, context)
-    hazes, has_emission = _hazes(animations), maps.emission == "exr"
-    sheets = tuple(
-        with_maps(
-            content.described(sheet),
-            maps.layers,
-            motions,
-            maps.motion,
-            hazes,
-            has_emission=has_emission,
-        )
-        for sheet in sheets
-    )
-    if maps.form:
-        reach = deepest(frame.form[0] for each in animations.values() for frame in each.frames)
-        sheets = tuple(with_form_maps(sheet, maps.form, reach) for sheet in sheets)
+    sheets = _with_meshes(sheets, animations, margin, atlas, context)
+    sheets = tuple(with_maps(content.described(sheet), mapped, maps) for sheet in sheets)
     return tuple(with_textures(sheet, atlas) for sheet in sheets)
 
 
-def _hazes(animations: Mapping[str, FinishedAnimation]) -> "list[Haze]":
-    """Return the haze of each animation that has it: all, or none."""
-    return [each.haze for each in animations.values() if each.haze is not None]
+def _margin(kind: MapKind, animations: Sequence[FinishedAnimation]) -> int:
+    """Return how many px around all frames a map needs."""
+    return maker_of(kind).margin([each.maps[kind.name] for each in animations])
 
 
 def _with_meshes(
@@ -136,7 +111,7 @@ def _with_meshes(
     return tuple(
         with_meshes(
             sheet,
-            [[f.sprites[scale], *(each[scale] for each in f.layers.values())] for f in frames],
+            [[f.sprites[scale], *(layer[scale] for layer in f.layers())] for f in frames],
             atlas.mesh.vertices,
             threshold=atlas.trim_threshold,
             margin=math.ceil(margin * sheet.scale),
@@ -189,43 +164,37 @@ def images(
     animations, textures = content.animations, content.textures
     cells = [cell for texture in textures.values() for cell in texture.sprites]
     frames = [frame for animation in animations.values() for frame in animation.frames]
-    motions = [each.motion for each in animations.values() if each.motion is not None]
+    kinds, mapped = kinds_in(maps), list(animations.values())
     for scale, sheet in enumerate(sheets):
         edges = Edges.of(atlas, sheet.scale)
         files = [page.file for page in sheet.pages]
         shown = [each[scale] for each in (*(frame.sprites for frame in frames), *cells)]
         if content.heat is None:
-            yield from _sprite_pages(sheet, files, "page", shown, edges, context)
+            for page, file in enumerate(files):
+                draw = partial(draw_sprites, sheet, page, shown, edges, context.workers)
+                yield _image(sheet, file, "page", draw)
         else:
             yield from _heat_pages(sheet, shown, edges)
-        for layer in maps.layers:
-            sprites = [frame.layers[layer][scale] for frame in frames]
-            yield from _sprite_pages(sheet, sheet.map(layer).files, "map", sprites, edges, context)
-        if maps.emission == "exr":
-            light = [frame.emission[scale] for frame in frames]
-            yield from _light_pages(sheet, light, edges)
-        form = [frame.form[scale] for frame in frames] if maps.form else []
-        for kind in maps.form:
-            for i, file in enumerate(sheet.map(kind).files):
-                draw_form = partial(draw_form_page, sheet, i, form, edges, kind)
-                yield _image(sheet, file, "map", draw_form, is_data=True)
-        if maps.motion != "none":
-            yield from _vector_pages(sheet, "motion", motions, edges)
-        if maps.haze:
-            yield from _vector_pages(sheet, "haze", _hazes(animations), edges)
+        for kind in kinds:
+            yield from _map_images(kind, sheet, mapped, scale, edges, context)
     if content.heat is not None:
         ramps = content.heat.ramps
         yield Image(content.heat.description.ramp, "ramp", lambda: ramps, is_data=True)
 
 
-def _vector_pages(
-    sheet: AtlasSheet, kind: str, vectors: "Sequence[Motion | Haze]", edges: Edges
+def _map_images(
+    kind: MapKind,
+    sheet: AtlasSheet,
+    animations: Sequence[FinishedAnimation],
+    scale: int,
+    edges: Edges,
+    context: BuildContext,
 ) -> Iterator[Image]:
-    """Yield the images with the vectors of each animation."""
-    frames = [frame for each in vectors for frame in each.frames()]
-    for i, file in enumerate(sheet.map(kind).files):
-        draw = partial(draw_vector_page, sheet, i, kind, frames, edges)
-        yield _image(sheet, file, "map", draw, is_data=True)
+    """Yield the images of a map beside each page of a sheet."""
+    content = maker_of(kind).content(kind, animations, scale)
+    for page, file in enumerate(sheet.map(kind.name).files):
+        draw = partial(maker_of(kind).draw, kind, sheet, page, content, edges, context.workers)
+        yield _image(sheet, file, "map", draw, is_data=kind.holds == "data")
 
 
 def _heat_pages(sheet: AtlasSheet, sprites: Sequence[Sprite], edges: Edges) -> Iterator[Image]:
@@ -241,30 +210,6 @@ def _first_channel(draw: Callable[[], NDArray[Any]]) -> NDArray[Any]:
     return draw()[..., 0]
 
 
-def _sprite_pages(
-    sheet: AtlasSheet,
-    files: Sequence[str],
-    role: Role,
-    sprites: Sequence[Sprite],
-    edges: Edges,
-    context: BuildContext,
-) -> Iterator[Image]:
-    """Yield the images that show ``sprites`` where the sheet has its frames and cells."""
-    shown, dtype = [each.in_bits(sheet.bits) for each in sprites], _DTYPES[sheet.bits]
-    for i, file in enumerate(files):
-        draw = partial(draw_page, sheet, i, shown, edges, dtype, context.workers)
-        yield _image(sheet, file, role, draw)
-
-
-def _light_pages(sheet: AtlasSheet, light: Sequence[PlacedImage], edges: Edges) -> Iterator[Image]:
-    """Yield the images with the light of the frames before exposure."""
-    # Premultiplied, so that filters need no colour beyond the edge.
-    unbled = replace(edges, bleed=0)
-    for i, file in enumerate(sheet.map("emission").files):
-        draw = partial(draw_page, sheet, i, light, unbled, np.float16)
-        yield _image(sheet, file, "map", draw, is_data=True)
-
-
 def _image(
     sheet: AtlasSheet,
     file: str,
@@ -274,5 +219,6 @@ def _image(
     is_data: bool = False,
 ) -> Image:
     """Return an image of a sheet, with the textures that show it."""
-    textures, has_cover = sheet.textures_of(file), sheet.kind_of(file) == "smoke"
+    textures, found = sheet.textures_of(file), sheet.map_of(file)
+    has_cover = found is not None and found.is_under
     return Image(file, role, draw, is_data, sheet.channels_of(file), textures, has_cover)

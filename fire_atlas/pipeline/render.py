@@ -2,21 +2,21 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import cast
 
-from fire_atlas.atlas.compressed import CompressedImage
-from fire_atlas.atlas.encode import encode_sprites, light_images
+from fire_atlas.atlas.encode import encode_sprites
 from fire_atlas.atlas.sheet import Sprite
 from fire_atlas.atlas.trim import bounding_rect
-from fire_atlas.channels.flow import displayed_thumbnail
-from fire_atlas.channels.form import form_sprites
-from fire_atlas.channels.held_out import choose_held_out
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.picture import as_light
-from fire_atlas.core.pixels import Bytes, brightness
+from fire_atlas.core.picture import Picture, as_light
+from fire_atlas.core.pixels import brightness
 from fire_atlas.effect.composition.composite import clip_palette, exposed_together
 from fire_atlas.effect.composition.light import FrameLight
 from fire_atlas.effect.flame.segmentation import Background
-from fire_atlas.pipeline.context import BuildContext
+from fire_atlas.maps.kinds import KIND, kinds_in
+from fire_atlas.maps.maker import FrameData, FrameParts, maker_of
 from fire_atlas.pipeline.layers import (
     Layers,
     Palette,
@@ -28,7 +28,6 @@ from fire_atlas.pipeline.layers import (
     layers_of,
 )
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.output import Layer
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,22 +37,28 @@ class RenderedFrame:
     Attributes:
         sprites: One per page scale, largest first. The first one's visible box (``lit``) is
             enlarged to cover every layer, so that all maps get the same trim.
-        layers: Sprites of each layer that the recipe writes as a map.
-        emission: Its light before exposure, one per page scale; empty if that is not written.
-        form: Its form, one per page scale; see ``channels.form``. Empty if that is not written.
-        thumbnail: The flame, small, (h, w, 4) uint8 premultiplied, if motion vectors are made.
+        maps: What is kept of it for each map, by kind.
         light: The sums of its light, if light is measured.
         width, height: Size of the whole frame, px.
     """
 
     sprites: tuple[Sprite, ...]
-    layers: Mapping[Layer, tuple[Sprite, ...]]
-    emission: tuple[CompressedImage, ...]
-    form: tuple[CompressedImage, ...]
-    thumbnail: Bytes | None
+    maps: Mapping[str, FrameData]
     light: FrameLight | None
     width: int
     height: int
+
+    def under(self) -> list[Sprite]:
+        """Return what is drawn under it, at full size, of the maps that have it."""
+        return [cast("Sprite", kept[0]) for name, kept in self.maps.items() if KIND[name].is_under]
+
+    def layers(self) -> list[Sequence[Sprite]]:
+        """Return the sprites of each map that is drawn like the page, the largest first."""
+        return [
+            cast("Sequence[Sprite]", kept)
+            for name, kept in self.maps.items()
+            if KIND[name].holds == "colours"
+        ]
 
 
 def render(simulated: SimulatedClip, recipe: Recipe, context: BuildContext) -> list[RenderedFrame]:
@@ -69,7 +74,7 @@ def render(simulated: SimulatedClip, recipe: Recipe, context: BuildContext) -> l
         range(clip.count),
         context,
     )
-    if recipe.maps.smoke and not any(frame.layers["smoke"][0].lit for frame in frames):
+    if recipe.maps.smoke and not any(_is_seen(frame.maps["smoke"]) for frame in frames):
         context.progress.note("maps.smoke: no smoke was found, so the map is empty; leave it out")
     return frames
 
@@ -110,31 +115,33 @@ def render_frame(
         palette: Colours that flakes may have.
         background: The static background, if the clip is an opaque scene.
     """
-    maps, atlas = recipe.maps, recipe.atlas
     light = _light_of(layers, recipe, background) if "light" in recipe.tracks else None
-    encoded: dict[Layer, tuple[Sprite, ...]] = {}
-    if maps.flame:
-        encoded["flame"] = encode_sprites(layers.flame, atlas)
-    if maps.flakes:
-        encoded["flakes"] = encode_sprites(flakes_alone(layers, recipe, palette), atlas)
-    if layers.smoke is not None:
-        # Smoke hides what is behind it, also where clients add the fire.
-        alpha = "straight" if atlas.alpha == "straight" else "premultiplied"
-        under = atlas.model_copy(update={"alpha": alpha})
-        encoded["smoke"] = encode_sprites(layers.smoke.pixels(atlas.blend_space), under)
-    moves = maps.motion != "none"
-    moving = layers.flame if layers.picture is None else layers.picture
-    thumbnail = displayed_thumbnail(as_light(moving), atlas.blend_space) if moves else None
-    emission: tuple[CompressedImage, ...] = ()
-    if maps.emission == "exr":
-        emission = light_images(emission_of(layers, recipe), atlas.scales)
+    parts = FrameParts(
+        flame=layers.flame,
+        moving=layers.flame if layers.picture is None else layers.picture,
+        flakes=lambda: flakes_alone(layers, recipe, palette),
+        light=lambda: emission_of(layers, recipe),
+        smoke=layers.smoke,
+        form=layers.form,
+    )
+    kinds = kinds_in(recipe.maps)
+    maps = {
+        kind.name: maker_of(kind).of_frame(kind, parts, recipe) for kind in kinds if not kind.is_cut
+    }
     height, width = layers.flame.shape[:2]
-    whole, *smaller = encode_sprites(compose_layers(layers, recipe, palette), atlas)
-    lit = [each.lit for each in (whole, *(each[0] for each in encoded.values())) if each.lit]
-    whole = replace(whole, lit=bounding_rect(lit) if lit else None)
-    sprites = (whole, *smaller)
-    form = () if layers.form is None else form_sprites(layers.form, whole.lit, atlas.scales)
-    return RenderedFrame(sprites, encoded, emission, form, thumbnail, light, width, height)
+    whole, *smaller = encode_sprites(compose_layers(layers, recipe, palette), recipe.atlas)
+    frame = RenderedFrame((whole, *smaller), maps, light, width, height)
+    lit = [each.lit for each in (whole, *(layer[0] for layer in frame.layers())) if each.lit]
+    visible = bounding_rect(lit) if lit else None
+    parts = replace(parts, visible=visible)
+    cut = {kind.name: maker_of(kind).of_frame(kind, parts, recipe) for kind in kinds if kind.is_cut}
+    sprites = replace(whole, lit=visible), *smaller
+    return replace(frame, sprites=sprites, maps={**maps, **cut})
+
+
+def _is_seen(kept: FrameData) -> bool:
+    """Return whether anything of a layer is visible."""
+    return cast("Sequence[Sprite]", kept)[0].lit is not None
 
 
 def _light_of(layers: Layers, recipe: Recipe, background: Background | None) -> FrameLight:
@@ -148,22 +155,19 @@ def _light_of(layers: Layers, recipe: Recipe, background: Background | None) -> 
     return FrameLight.of(flame)
 
 
-def thumbnails_of_skipped_frames(
-    simulated: SimulatedClip, recipe: Recipe, context: BuildContext
-) -> dict[int, tuple[float, Bytes]]:
-    """Return thumbnails of source frames that the clip skips, on which motion vectors are tested.
-
-    The key is the index of the frame before it; the value has its time, as a fraction of the step
-    to the next frame, and the thumbnail of its flame. Empty without motion vectors, or if the clip
-    has all frames of its source.
-    """
-    if recipe.maps.motion == "none":
-        return {}
+def skipped_flames(
+    simulated: SimulatedClip, recipe: Recipe
+) -> dict[int, tuple[float, Callable[[], Picture]]]:
+    """Return the source frames that a clip skips, by the index of the frame before each: its time,
+    as a fraction of the step to the next frame, and what gives its flame."""
     skipped = simulated.clip.skipped
+    return {
+        i: (between.time, partial(_flame_between, i, between.read, simulated, recipe))
+        for i, between in skipped.items()
+    }
 
-    def thumbnail(i: int) -> tuple[float, Bytes]:
-        pixels = flame_of(i, skipped[i].read(), simulated, recipe)
-        return skipped[i].time, displayed_thumbnail(as_light(pixels), recipe.atlas.blend_space)
 
-    chosen = choose_held_out(sorted(skipped))
-    return dict(zip(chosen, context.workers.map(thumbnail, chosen), strict=True))
+def _flame_between(
+    i: int, read: Callable[[], Picture], simulated: SimulatedClip, recipe: Recipe
+) -> Picture:
+    return flame_of(i, read(), simulated, recipe)

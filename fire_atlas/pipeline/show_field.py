@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.effect.composition.blur import bounded
@@ -20,7 +21,6 @@ from fire_atlas.pipeline.analyse import (
 )
 from fire_atlas.pipeline.animate import PreparedView
 from fire_atlas.pipeline.check import CheckedRecipe
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.contribute import prepared
 from fire_atlas.pipeline.open import open_input
 from fire_atlas.preview.field_marks import FieldLayer, FieldMarks, MarkGrid, Marks

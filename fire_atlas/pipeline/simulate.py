@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Clip, depth_of
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.pixels import hex_to_linear
 from fire_atlas.effect.field.record import FieldRecord
 from fire_atlas.effect.flakes.appearance import (
@@ -35,7 +36,6 @@ from fire_atlas.effect.flakes.tracks import (
 )
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.analyse import Analysis, glare_of
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.timeline.tail import shortened
 

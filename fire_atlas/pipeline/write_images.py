@@ -5,13 +5,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.statistics import stated
 from fire_atlas.formats.pages.page_file import read_page, write_page
 from fire_atlas.formats.pages.png import write_png
 from fire_atlas.outputs.manifest import OutputEntry
 from fire_atlas.outputs.staging import Staging
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.pages import Image
 from fire_atlas.recipe.output import Atlas
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from fire_atlas.atlas.deep import as_bytes
 from fire_atlas.atlas.gpu import mip_levels
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
 from fire_atlas.formats.textures.blocks import FORMATS, BlockFormat, decode_blocks, encode_blocks
@@ -14,7 +15,6 @@ from fire_atlas.formats.textures.texture import TextureHeader, level_sizes
 from fire_atlas.formats.textures.texture_file import write_texture
 from fire_atlas.outputs.manifest import OutputEntry
 from fire_atlas.outputs.staging import Staging
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.pages import Image
 from fire_atlas.recipe.output import Atlas
 

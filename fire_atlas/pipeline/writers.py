@@ -1,30 +1,21 @@
-"""Write the formats a recipe names in ``exports`` and ``tracks``.
-
-A new format is a module and a case here; the type checker demands the case once the name is in
-``fire_atlas.recipe.output``. Writers are imported only when a recipe names them.
-"""
+"""Write the formats a recipe names in ``exports`` and ``tracks``."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TypeAlias, assert_never
+from typing import TypeAlias
 
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import OutputFile, as_file_name
 from fire_atlas.core.progress import Progress
+from fire_atlas.engines.engine import ENGINES, engine
 from fire_atlas.formats.product import Product
-from fire_atlas.formats.tracks.writers import track_writer
+from fire_atlas.formats.tables import EXPORTS, TRACKS
 from fire_atlas.recipe.output import (
-    EngineExport,
     Export,
-    ExportName,
-    GodotExport,
-    GodotOptions,
     TemplateExport,
     TrackName,
-    UnityExport,
-    UnityOptions,
     export_name,
     exports_called,
 )
@@ -61,17 +52,10 @@ def exported_files(
 
 def note_what_engines_need(exports: Sequence[Export], product: Product, progress: Progress) -> None:
     """Note what an engine cannot play of the result, and what would let it."""
-    for _, export in exports_called(exports, "godot"):
-        from fire_atlas.engines.godot.advice import what_is_not_shown
-
-        options = export.godot if isinstance(export, GodotExport) else GodotOptions()
-        for advice in what_is_not_shown(product, options):
-            progress.note(advice)
-    if product.sheets[0].cells and any(exports_called(exports, "unity")):
-        progress.note(
-            "flakes.texture: Unity's player draws flakes as soft streaks, not with the texture; "
-            "the pages have its cells as sprites, and flakes.bake: true draws flakes into frames"
-        )
+    for name in ENGINES:
+        if any(exports_called(exports, name)):
+            for advice in engine(name).advice(product):
+                progress.note(advice)
 
 
 def track_files(formats: Sequence[TrackName], product: Product) -> Iterator[OutputFile]:
@@ -79,7 +63,7 @@ def track_files(formats: Sequence[TrackName], product: Product) -> Iterator[Outp
     for animation, tracks in product.tracks.items():
         for name in formats:
             if name != "light":
-                yield track_writer(name)(product.stem(animation), tracks)
+                yield TRACKS[name].write(product.stem(animation), tracks)
     for animation, light in product.lights.items():
         from fire_atlas.formats.tracks.light import write_light
 
@@ -107,49 +91,10 @@ def _repeated(name: str, export: Export) -> str:
     return f"exports: {export_name(export)} would write {name} a second time; list it once"
 
 
-def exporter(export: ExportName | EngineExport) -> Exporter:
+def exporter(export: Export) -> Exporter:
     """Return the exporter for an entry of a recipe's ``exports``, with its options."""
-    match export:
-        case "json":
-            from fire_atlas.formats.atlas.texture_packer import export_json_hash
-
-            return _for_each_sheet(export_json_hash)
-        case "json-array":
-            from fire_atlas.formats.atlas.texture_packer import export_json_array
-
-            return _for_each_sheet(export_json_array)
-        case "phaser":
-            from fire_atlas.formats.atlas.phaser import export_phaser
-
-            return _for_each_sheet(export_phaser)
-        case "aseprite":
-            from fire_atlas.formats.atlas.texture_packer import export_aseprite
-
-            return _for_each_sheet(export_aseprite)
-        case "css":
-            from fire_atlas.formats.templates.export import export_css
-
-            return _for_each_sheet(export_css)
-        case "tpsheet":
-            from fire_atlas.formats.templates.export import export_tpsheet
-
-            return _for_each_sheet(export_tpsheet)
-        case "godot":
-            return exporter(GodotExport(godot=GodotOptions()))
-        case GodotExport():
-            from fire_atlas.engines.godot.export import export_godot
-
-            return partial(export_godot, options=export.godot)
-        case "unity":
-            return exporter(UnityExport(unity=UnityOptions()))
-        case UnityExport():
-            from fire_atlas.engines.unity.export import export_unity
-
-            return partial(export_unity, options=export.unity)
-        case _:
-            assert_never(export)
-
-
-def _for_each_sheet(export: SheetExporter) -> Exporter:
-    """Return the exporter that applies ``export`` to every scale."""
-    return lambda product: (file for sheet in product.sheets for file in export(sheet))
+    name = export_name(export)
+    if name in ENGINES:
+        return partial(engine(name).export, export=export)
+    write: SheetExporter = EXPORTS[name].write
+    return lambda product: (file for sheet in product.sheets for file in write(sheet))

@@ -6,7 +6,7 @@ from typing import Any, Self
 
 from rich.table import Column, Table
 
-from fire_atlas.atlas.sheet import DATA_MAPS, AtlasSheet
+from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.statistics import read_stated
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
@@ -92,7 +92,8 @@ def _kept_as(sheet: AtlasSheet, image: str) -> str:
         return "rgba16f"
     if sheet.heat and sheet.heat.pixels == "heat" and image in {page.file for page in sheet.pages}:
         return "r8"
-    return "rgba16" if sheet.bits == 16 and sheet.kind_of(image) not in DATA_MAPS else "rgba8"
+    found = sheet.map_of(image)
+    return "rgba16" if sheet.bits == 16 and not (found and found.is_data) else "rgba8"
 
 
 def _compressed(

@@ -16,7 +16,6 @@ from PIL import Image
 
 from fire_atlas import __version__
 from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region, VectorScale, common_canvas
-from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.files import open_file
 from fire_atlas.core.pixels import srgb_to_hex
 from fire_atlas.core.shipped import shipped
@@ -25,6 +24,7 @@ from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.pages.page_file import read_page_file
 from fire_atlas.formats.templates.jinja import environment
+from fire_atlas.maps.vectors.encoding import motion_encoding
 from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
 from fire_atlas.preview.frames import cells_named, colour_pages, shown_alpha, shown_page

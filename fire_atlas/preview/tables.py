@@ -6,13 +6,13 @@ from typing import Any, Self
 
 from rich.table import Table
 
-from fire_atlas.channels.cross_validation import ValidationReport, read_reports
-from fire_atlas.channels.encoding import motion_encoding
-from fire_atlas.channels.heat.encode import HeatError
 from fire_atlas.core.statistics import by_animation, read_stated
 from fire_atlas.effect.flakes.statistics import flake_figures
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
+from fire_atlas.heat.encode import HeatError
+from fire_atlas.maps.vectors.cross_validation import ValidationReport, read_reports
+from fire_atlas.maps.vectors.encoding import motion_encoding
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
 from fire_atlas.preview.loops import figures_of_loops
 from fire_atlas.preview.memory import ImageErrors, memory_table

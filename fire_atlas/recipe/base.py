@@ -60,7 +60,7 @@ Direction = Annotated[
 NONE, BLOCK = Tag("<none>"), Tag("<block>")
 AUTO, NUMBER, PAIR = Tag("<auto>"), Tag("<number>"), Tag("<pair>")
 WORD, SWITCH, AS_SOURCE = Tag("<word>"), Tag("<switch>"), Tag("<source>")
-TEMPLATE, GODOT, UNITY = Tag("<template>"), Tag("<godot>"), Tag("<unity>")
+TEMPLATE, UNITY = Tag("<template>"), Tag("<unity>")
 FRAMES, PROFILE, SILK = Tag("<frames>"), Tag("<profile>"), Tag("<silk>")
 SHEET, ARRANGEMENT = Tag("<sheet>"), Tag("<arrangement>")
 KINDS = frozenset(tag.tag for tag in (FRAMES, PROFILE, SILK))
@@ -69,7 +69,7 @@ BRANCHES = KINDS | {
     tag.tag
     for tag in (
         *(NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, SWITCH, AS_SOURCE, SHEET, ARRANGEMENT),
-        *(TEMPLATE, GODOT, UNITY),
+        *(TEMPLATE, UNITY),
     )
 }
 """All tags, as they appear in the paths of pydantic's errors."""

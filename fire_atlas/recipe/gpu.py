@@ -17,8 +17,6 @@ Channels: TypeAlias = Literal[0, 1, 2, 4]
 """Number of channels of 8 bits that a client reads of an image: of colours 4, of vectors 2, of
 light as floats 0."""
 
-_CHANNELS: dict[str, Channels] = {"motion": 2, "haze": 2, "depth": 1, "emission": 0}
-
 _BC_OF_FEW: dict[Channels, str] = {1: "bc4", 2: "bc5"}
 """The BC format of images with fewer channels than colours have."""
 
@@ -61,12 +59,10 @@ def formats_for(formats: Iterable[GpuFormat], channels: Channels) -> Iterator[Gp
     yield from dict.fromkeys(written)
 
 
-def channels_of(kind: str, pixels: str) -> Channels:
-    """Return how many channels of 8 bits clients read of a map of that kind, or of a ``page``.
-
-    ``pixels`` is what the pages hold: ``color``, ``heat`` or ``heat4``.
-    """
-    return 1 if (kind, pixels) == ("page", "heat") else _CHANNELS.get(kind, 4)
+def page_channels(pixels: str) -> Channels:
+    """Return how many channels of 8 bits clients read of pages that hold ``pixels``: ``color``,
+    ``heat`` or ``heat4``."""
+    return 1 if pixels == "heat" else 4
 
 
 def texture_file(image: str, format_: GpuFormat) -> str:

@@ -180,10 +180,7 @@ class Recipe(Settings):
         if not isinstance(given, dict):
             return given
         exports, atlas = given.get("exports"), given.get("atlas", {})
-        is_for_godot = isinstance(exports, list | tuple) and any(
-            export == "godot" or (isinstance(export, dict) and "godot" in export)
-            for export in exports
-        )
+        is_for_godot = isinstance(exports, list | tuple) and "godot" in exports
         is_straight = (
             isinstance(atlas, dict)
             and atlas.get("alpha", "straight") == "straight"

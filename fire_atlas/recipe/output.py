@@ -1,13 +1,12 @@
 """Recipe blocks of the outputs: atlas, maps, exports, tracks, movies."""
 
 from collections.abc import Iterator, Sequence
-from typing import Annotated, Any, Literal, Self, TypeAlias
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Discriminator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, model_validator
 
 from fire_atlas.recipe.base import (
     BLOCK,
-    GODOT,
     LIST,
     NUMBER,
     OFF,
@@ -34,8 +33,6 @@ MovieName = Literal["webm", "webp", "apng", "gif", "mp4"]
 Engine = Literal["unity", "unreal", "godot"]
 """Engines with a convention of their own for motion vectors."""
 
-Layer = Literal["flame", "flakes", "smoke"]
-FormMap = Literal["normals", "depth"]
 PivotName = Literal["base", "bottom", "center", "top"]
 
 _MIN_PIVOT, _MAX_PIVOT = -2.0, 3.0
@@ -268,20 +265,6 @@ class Maps(Settings):
     """How far the front of the fire is before the plane through its foot, ``name.depth.png``, for
     soft particles; the JSON states the range. For ``source.kind: silk`` and ``profile``."""
 
-    @property
-    def layers(self) -> tuple[Layer, ...]:
-        """The layers that are to be written."""
-        switches: dict[Layer, bool] = {
-            "flame": self.flame, "flakes": self.flakes, "smoke": self.smoke,
-        }  # fmt: skip
-        return tuple(layer for layer, wanted in switches.items() if wanted)
-
-    @property
-    def form(self) -> tuple[FormMap, ...]:
-        """The maps of the fire's form that are to be written."""
-        switches: dict[FormMap, bool] = {"normals": self.normals, "depth": self.depth}
-        return tuple(kind for kind, wanted in switches.items() if wanted)
-
 
 class TemplateExport(Settings):
     """A file in your own format, written by a Jinja2 template."""
@@ -291,20 +274,6 @@ class TemplateExport(Settings):
     variables."""
     to: str = Field(min_length=1, max_length=200)
     """Name of the file to write, itself a template: ``{{ name }}.ext``."""
-
-
-class GodotOptions(Settings):
-    """Options of the files for Godot."""
-
-    version: Literal[4, 3] = 4
-    """Major version of Godot. Each reads only its own files."""
-
-
-class GodotExport(Settings):
-    """The export ``godot`` with options."""
-
-    godot: GodotOptions
-    """Options of the files for Godot."""
 
 
 DEFAULT_NAMESPACE = "FireAtlas"
@@ -385,11 +354,7 @@ class UnityExport(Settings):
     """Options of the files for Unity."""
 
 
-EngineExport: TypeAlias = GodotExport | UnityExport
-"""An export for an engine with options: a mapping with the engine's name as its only key."""
-
 _BRANCHES = {
-    "godot": GODOT.tag,
     "unity": UNITY.tag,
     "template": TEMPLATE.tag,
     "to": TEMPLATE.tag,
@@ -402,15 +367,32 @@ def _mapping_branch(export: Any) -> str | None:
     return next((branch for key, branch in _BRANCHES.items() if key in keys), None)
 
 
-_EXPORTS = "the name of a format, {godot: ...}, {unity: ...}, or {template: ..., to: ...}"
+def _without_options_of_godot(export: Any) -> Any:
+    """Refuse ``{godot: ...}``, in which older recipes state the version of Godot."""
+    if not isinstance(export, dict) or export.keys() != {"godot"}:
+        return export
+    options = export["godot"]
+    if isinstance(options, dict) and options.get("version") == 3:
+        problem = Problem(
+            ("godot", "version"),
+            "Godot 3 is not supported any more; write `godot` alone for Godot 4, or use the export "
+            "json",
+        )
+    else:
+        problem = Problem(
+            ("godot",),
+            "has no options, as Godot 4 is the only version; leave them out and write `godot`",
+        )
+    raise ContradictionError(problem)
+
+
+_EXPORTS = "the name of a format, {unity: ...}, or {template: ..., to: ...}"
 
 Export = Annotated[
     Annotated[ExportName, WORD]
     | Annotated[
         Annotated[
-            Annotated[TemplateExport, TEMPLATE]
-            | Annotated[GodotExport, GODOT]
-            | Annotated[UnityExport, UNITY],
+            Annotated[TemplateExport, TEMPLATE] | Annotated[UnityExport, UNITY],
             Discriminator(
                 _mapping_branch,
                 custom_error_type=UNDECIDED,
@@ -420,6 +402,7 @@ Export = Annotated[
         BLOCK,
     ],
     either(_EXPORTS),
+    BeforeValidator(_without_options_of_godot),
 ]
 
 

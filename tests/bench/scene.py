@@ -8,11 +8,11 @@ from typing import Any
 import cv2
 import yaml
 
+from fire_atlas.core.context import BuildOptions
 from fire_atlas.core.progress import SilentProgress
 from fire_atlas.core.shipped import shipped
 from fire_atlas.pipeline.build import BuildReport, build
 from fire_atlas.pipeline.check import load_checked
-from fire_atlas.pipeline.context import BuildOptions
 from fire_atlas.recipe.tree import read_tree
 
 

@@ -1,19 +1,21 @@
 """``plugin``: an engine's add-on is copied into a project, and nothing of the user is lost."""
 
+import sys
 from pathlib import Path
 
 import pytest
 
 from fire_atlas import __version__
 from fire_atlas.cli import main
+from tests.support.repo import run_alone, script
 
 FOLDER = Path("addons/fire_atlas")
 
 
-@pytest.fixture(params=[3, 4])
-def project(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
-    """A project of Godot 3 or 4."""
-    (tmp_path / "project.godot").write_text(f"; a game\nconfig_version={request.param + 1}\n")
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """A project of Godot 4."""
+    (tmp_path / "project.godot").write_text("; a game\nconfig_version=5\n")
     return tmp_path
 
 
@@ -21,16 +23,15 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
-def test_the_add_on_is_written_for_the_version_of_the_project(
+def test_the_add_on_is_written_and_is_then_up_to_date(
     project: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(project)
     assert main(["plugin", "godot"]) == 0
-    version = "4" if "=5" in (project / "project.godot").read_text() else "3"
-    assert f"files for Godot {version} to" in capsys.readouterr().out
+    assert "files for Godot 4 to" in capsys.readouterr().out
     scripts = [path.read_text() for path in (project / FOLDER).glob("*.gd")]
     assert scripts
-    assert all(("@tool" in text) == (version == "4") for text in scripts)
+    assert all(text.startswith("@tool") for text in scripts)
     assert (
         f'script="{(project / FOLDER / "plugin.gd").name}"'
         in (project / FOLDER / "plugin.cfg").read_text()
@@ -75,6 +76,7 @@ def test_a_newer_version_of_the_tool_replaces_the_files_of_an_older_one(
     [
         (None, "is no Godot project"),
         ("config_version=3\n", "states config_version=3"),
+        ("config_version=4\n", "states config_version=4; the add-on is for projects of Godot 4"),
         ("[application]\n", "states no config_version"),
         (f"config_version={'5' * 5000}\n", f"states config_version={'5' * 20};"),
     ],
@@ -145,6 +147,28 @@ def test_of_a_package_all_folders_are_written_or_none(
     assert all_files(project) == left
     assert main(["plugin", "unity", str(project), "--overwrite"]) == 0
     assert all_files(project) == written
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+@pytest.mark.parametrize("after", [2, 12, 24])
+def test_a_package_that_is_interrupted_is_put_in_place_whole(tmp_path: Path, after: int) -> None:
+    """It has three folders, each with a commit of its own."""
+    project = unity_project(tmp_path)
+    code = (
+        "import os, signal\n"
+        f"replace, left = os.replace, [{after}]\n"
+        "def signalled(path, target, **folders):\n"
+        "    replace(path, target, **folders)\n"
+        "    left[0] -= 1\n"
+        "    if left[0] == 0:\n"
+        "        os.kill(os.getpid(), signal.SIGTERM)\n"
+        "os.replace = signalled\n"
+    )
+    assert run_alone(script(code, "plugin", "unity", project)).code == 130
+    interrupted = all_files(project)
+    assert main(["plugin", "unity", str(project)]) == 0
+    assert all_files(project) == interrupted
 
 
 @pytest.mark.parametrize("engine", ["godot", "unity"])

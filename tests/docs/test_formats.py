@@ -70,7 +70,7 @@ RECIPES: dict[str, dict[str, Any]] = {
         "views": {"count": 2},
         "maps": {"motion": "unity", "smoke": True, "normals": True, "depth": True},
         "atlas": {"layout": "grid"},
-        "exports": ["json", "phaser", {"godot": {"version": 3}}],
+        "exports": ["json", "phaser", "godot"],
         "tracks": ["json", "light"],
         "movies": ["gif"],
     },

@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -26,16 +26,16 @@ from fire_atlas.atlas.sheet import (
     VectorScale,
 )
 from fire_atlas.atlas.trim import trimmed
-from fire_atlas.channels.motion import Motion
-from fire_atlas.channels.page import with_maps
 from fire_atlas.core.errors import OutputError, SourceError
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
 from fire_atlas.formats.atlas.texture_packer import export_json_hash, read_atlas
 from fire_atlas.formats.pages.page_file import read_page, write_page
 from fire_atlas.formats.templates.context import context_of
+from fire_atlas.maps.maker import MappedFrame, with_maps
+from fire_atlas.maps.vectors.estimate import Motion
 from fire_atlas.preview.frames import cut_frames
-from fire_atlas.recipe.output import Atlas, Engine, Layer
+from fire_atlas.recipe.output import Atlas, Engine, Maps
 from tests.support.sheets import sheet_with_meshes, sparks_and_others
 
 FRAME = (26, 30)
@@ -101,8 +101,16 @@ def sheets(draw: st.DrawFn) -> AtlasSheet:
     engine = draw(st.none() | st.sampled_from(engines))
     reach = draw(st.tuples(st.floats(0, 20), st.floats(0, 20)))
     motion = Motion(*FRAME, (np.zeros((2, 2, 2), np.float16),), reach, None)
-    layers: list[Layer] = draw(st.lists(st.sampled_from(["flame", "flakes"]), unique=True))
-    return with_maps(sheet, layers, [motion], engine or "none")
+    layers = dict.fromkeys(draw(st.sets(st.sampled_from(["flame", "flakes", "smoke"]))), True)
+    maps = Maps.model_validate({"motion": engine or "none", **layers})
+    return with_maps(sheet, [MappedStub({"motion": motion})], maps)
+
+
+class MappedStub(NamedTuple):
+    """An animation of which only maps are asked for."""
+
+    maps: dict[str, Any]
+    frames: tuple[MappedFrame, ...] = ()
 
 
 def rounded(sheet: AtlasSheet) -> AtlasSheet:
@@ -259,10 +267,9 @@ def test_motion_vectors_of_another_making_are_refused(
         "fire", (trimmed(np.full((8, 8, 4), 9, np.uint8)),), 40.0, True, None
     )
     cells: NDArray[np.float16] = np.zeros((2, 2, 2), np.float16)
-    sheet = with_maps(
-        build_sheets("fire", [animation], Atlas(layout="grid"))[0], [],
-        [Motion(8, 8, (cells,), (1.0, 1.0), None)], "unity",
-    )  # fmt: skip
+    mapped = MappedStub({"motion": Motion(8, 8, (cells,), (1.0, 1.0), None)})
+    (sheet,) = build_sheets("fire", [animation], Atlas(layout="grid"))
+    sheet = with_maps(sheet, [mapped], Maps(motion="unity"))
     path = write_json(sheet, tmp_path)
     document = json.loads(path.read_bytes())
     change(document["meta"]["maps"][0])

@@ -22,7 +22,7 @@ from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.shipped import shipped
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.movies.movie import Movie
-from fire_atlas.formats.movies.writers import write_movie
+from fire_atlas.formats.movies.write import write_movie
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.frames import aligned_frames
 from fire_atlas.recipe.output import MovieName

@@ -11,7 +11,7 @@ from hypothesis import given
 from numpy.typing import NDArray
 
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, fold_into_loop
-from fire_atlas.formats.tracks.writers import track_writer
+from fire_atlas.formats.tables import TRACKS
 from tests.support.any_tracks import any_tracks, flights_of
 
 WIDTH, HEIGHT, FPS = 640, 480, 24
@@ -49,7 +49,7 @@ BIRTHS = [(0.0, 0.2), (0.1, 0.3), (0.35, 0.4), (0.4, 0.05), (0.44, 0.3)]
 
 def pcache(tracks: Tracks) -> dict[str, NDArray[np.float64]]:
     """Read a point cache as Unity does, and refuse what it would misread."""
-    file = track_writer("pcache")("fire", tracks)
+    file = TRACKS["pcache"].write("fire", tracks)
     assert file.name == "fire.flakes.pcache"
     assert b"\r" not in file.data and b"\t" not in file.data
     assert file.data.isascii() and file.data.endswith(b"\n")
@@ -68,7 +68,7 @@ def pcache(tracks: Tracks) -> dict[str, NDArray[np.float64]]:
 
 def hjson(tracks: Tracks) -> list[list[list[float]]]:
     """Read a cache as HoudiniNiagara does; return the points of each frame."""
-    file = track_writer("hjson")("fire", tracks)
+    file = TRACKS["hjson"].write("fire", tracks)
     assert file.name == "fire.flakes.hjson"
     document = json.loads(file.data)
     header, frames = document["header"], document["cache_data"]["frames"]
@@ -228,4 +228,4 @@ def test_what_is_no_number_is_a_fault_of_ours(name: Any) -> None:
     tracks = flying(BIRTHS)
     tracks.frames[1][0, 4] = np.nan
     with pytest.raises(AssertionError, match="frame 1, row 0: vy"):
-        track_writer(name)("fire", tracks)
+        TRACKS[name].write("fire", tracks)

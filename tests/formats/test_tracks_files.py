@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
+from fire_atlas.core.decimals import plain, table_text
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
-from fire_atlas.formats.decimals import plain, table_text
+from fire_atlas.formats.tables import TRACKS
 from fire_atlas.formats.tracks.columns import DECIMALS
-from fire_atlas.formats.tracks.writers import track_writer
 from fire_atlas.recipe.output import FlakeTrackName
 from tests.support.any_tracks import any_tracks
 
@@ -40,7 +40,7 @@ def strict_json(data: bytes) -> Any:
 
 
 def written_json(tracks: Tracks) -> Any:
-    return strict_json(track_writer("json")("campfire", tracks).data)
+    return strict_json(TRACKS["json"].write("campfire", tracks).data)
 
 
 def rounding_of(columns: tuple[str, ...]) -> NDArray[np.float64]:
@@ -91,7 +91,7 @@ def test_json_spawns_are_objects() -> None:
 
 def test_the_csv_holds_the_numbers_of_the_json() -> None:
     tracks = some_tracks()
-    text = track_writer("csv")("campfire", tracks).data.decode()
+    text = TRACKS["csv"].write("campfire", tracks).data.decode()
     header, *rows = csv.reader(io.StringIO(text))
     assert header == ["frame", "t", *COLUMNS]
     frames = written_json(tracks)["frames"]
@@ -101,7 +101,7 @@ def test_the_csv_holds_the_numbers_of_the_json() -> None:
 
 @given(tracks=any_tracks())
 def test_the_csv_gives_every_row_back(tracks: Tracks) -> None:
-    text = track_writer("csv")("campfire", tracks).data.decode()
+    text = TRACKS["csv"].write("campfire", tracks).data.decode()
     read = np.array(list(csv.reader(io.StringIO(text)))[1:], np.float64)
     rows = np.concatenate(tracks.frames)
     frame = np.repeat(np.arange(len(tracks.frames)), [len(each) for each in tracks.frames])
@@ -117,12 +117,12 @@ def test_frames_without_flakes_are_empty(flakes: int) -> None:
     written = written_json(tracks)
     assert [len(frame["rows"]) for frame in written["frames"]] == [flakes, 0, 0]
     assert len(written["spawns"]) == flakes
-    assert track_writer("csv")("campfire", tracks).data.count(b"\n") == 1 + flakes
+    assert TRACKS["csv"].write("campfire", tracks).data.count(b"\n") == 1 + flakes
 
 
 @pytest.mark.parametrize("name", ["json", "csv"])
 def test_files_are_named_after_the_build(name: FlakeTrackName) -> None:
-    file = track_writer(name)("campfire", some_tracks())
+    file = TRACKS[name].write("campfire", some_tracks())
     assert (file.name, file.role) == (f"campfire.flakes.{name}", "tracks")
 
 
@@ -132,7 +132,7 @@ def test_what_is_no_number_is_a_fault_of_ours(name: FlakeTrackName, broken: floa
     tracks = some_tracks()
     tracks.frames[1][2, 4] = broken
     with pytest.raises(AssertionError, match="frame 1, row 2: vy"):
-        track_writer(name)("campfire", tracks)
+        TRACKS[name].write("campfire", tracks)
 
 
 @given(

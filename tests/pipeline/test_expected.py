@@ -19,9 +19,6 @@ from tests.support.repo import Repo
 GODOT = {"exports": ["json", "godot"], "tracks": ["csv", "light", "json"]}
 RECIPES: dict[str, dict[str, Any]] = {
     "godot": GODOT,
-    "godot 3": {
-        "exports": [{"godot": {"version": 3}}], "tracks": ["light"], "maps": {"haze": True},
-    },
     "godot with maps": {
         **GODOT,
         "maps": {"motion": "godot", "haze": True, "flakes": True},

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.fire_in_wind import FireInWind
 from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
@@ -23,7 +24,6 @@ from fire_atlas.formats.tracks.tracks_csv import write_tracks_csv
 from fire_atlas.formats.tracks.tracks_json import read_tracks, write_tracks_json
 from fire_atlas.pipeline.animate import animate_views
 from fire_atlas.pipeline.check import load_checked
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.open import open_input
 from fire_atlas.recipe.tree import read_tree
 from fire_atlas.sources.sprites import Sprites

@@ -19,7 +19,7 @@ VARIATIONS: dict[str, tuple[str, ...]] = {
     "layers": ("flakes={}", "maps.flame=true", "maps.flakes=true"),
     "without flakes": ("flakes=none", "motion_blur=none", "tracks=[]"),
     "paper": ("features.preset=paper", "buoyancy.drag=2", "flakes.class=auto"),
-    "engines": ("exports=[{godot: {version: 4}}, unity, json]", "tracks=[json, light]"),
+    "engines": ("exports=[godot, {unity: {flakes: false}}, json]", "tracks=[json, light]"),
     "sizes": ("atlas.scales=[1, 0.5]", "atlas.pivot=[0.5, 1]", "timeline.fps=12"),
 }
 

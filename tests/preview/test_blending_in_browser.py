@@ -8,9 +8,9 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from fire_atlas.channels.encoding import motion_encoding
 from fire_atlas.core.pixels import decode_bytes, encode_bytes
 from fire_atlas.formats.atlas.texture_packer import read_atlas
+from fire_atlas.maps.vectors.encoding import motion_encoding
 from fire_atlas.preview.frames import aligned_frames
 from tests.preview.browser import Browser, Seen, assert_quiet, built, picture
 from tests.support.flipbook import ENGINES, Picture, plain, read_flipbook, tent

@@ -11,10 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.cli import main
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
 from fire_atlas.pipeline.check import load_checked
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.show_field import field_marks
 from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.field_marks import LAYERS, SHORTEST, FieldMarks, MarkGrid, sizes_of

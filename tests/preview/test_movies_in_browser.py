@@ -10,7 +10,7 @@ from PIL import Image
 
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.formats.movies.movie import Movie
-from fire_atlas.formats.movies.writers import write_movie
+from fire_atlas.formats.movies.write import write_movie
 from tests.preview.browser import Browser
 
 pytestmark = pytest.mark.browser

@@ -72,9 +72,9 @@ _RECIPES: dict[str, dict[str, Any]] = {
         "exports": ["json", {"template": "list.j2", "to": "{{ name }}.txt"}],
         "timeline": {"frames": 40},
     },
-    "godot_3": {
+    "flakes_apart": {
         "source": _SMALL,
-        "exports": ["json", {"godot": {"version": 3}}],
+        "exports": ["json", "godot"],
         "tracks": ["json", "light"],
         "atlas": {"alpha": "premultiplied", "scales": [1, 0.5]},
         "flakes": {"bake": False},

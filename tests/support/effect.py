@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.progress import Progress, SilentProgress
@@ -19,7 +20,6 @@ from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
 from fire_atlas.pipeline.analyse import Analysis, analyse
 from fire_atlas.pipeline.classify import classify
-from fire_atlas.pipeline.context import BuildContext
 from fire_atlas.pipeline.layers import SimulatedClip, compose_layers, layers_of
 from fire_atlas.pipeline.simulate import simulate
 from fire_atlas.recipe.models import Recipe

@@ -260,6 +260,7 @@ def _packed_files(
         name: path.read_bytes()
         for name, path in files.items()
         if path.suffix in (".tres", ".tscn", ".gd", ".gdshader", ".dds", ".ktx2")
+        or name.endswith(".fire.import")
     }
     return packed | {
         ".godot/uid_cache.bin": _uid_cache(_uids(files)),

@@ -4,25 +4,20 @@ from collections.abc import Iterator
 
 from fire_atlas.engines.godot.flake_player import why_texture_is_not_played
 from fire_atlas.engines.godot.flipbook import why_motion_is_not_played
-from fire_atlas.engines.godot.frames import why_meshes_are_not_drawn
-from fire_atlas.engines.godot.haze import why_haze_is_not_drawn
 from fire_atlas.engines.godot.heat import why_heat_is_drawn_alone
 from fire_atlas.engines.godot.smoke import why_smoke_is_not_shown
 from fire_atlas.formats.product import Product
-from fire_atlas.recipe.output import GodotOptions
 
 _REASONS = (
     why_motion_is_not_played,
     why_texture_is_not_played,
-    why_meshes_are_not_drawn,
-    why_haze_is_not_drawn,
     why_smoke_is_not_shown,
     why_heat_is_drawn_alone,
 )
 
 
-def what_is_not_shown(product: Product, options: GodotOptions) -> Iterator[str]:
+def what_is_not_shown(product: Product) -> Iterator[str]:
     """Yield advice for each part of a build that the scenes leave out."""
     for why in _REASONS:
-        if advice := why(product, options):
+        if advice := why(product):
             yield advice

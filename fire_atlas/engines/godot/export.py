@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from fire_atlas.atlas.sheet import DATA_MAPS, AtlasSheet
+from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.engines.godot.flake_player import flake_player, played_arrays, played_flakes
 from fire_atlas.engines.godot.flakes_in_space import flakes_in_space
@@ -17,43 +17,39 @@ from fire_atlas.engines.godot.resources import image_uid
 from fire_atlas.engines.godot.scene import scene, scene_scripts, summed_scene
 from fire_atlas.formats.names import flakes_file
 from fire_atlas.formats.product import Product
-from fire_atlas.recipe.output import GodotOptions
 
 
-def export_godot(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
+def export_godot(product: Product) -> Iterator[OutputFile]:
     """Yield sprite frames and scenes of each scale, what all scales share, and import settings."""
-    flakes, arrays = played_flakes(product), played_arrays(product, options)
+    flakes, arrays = played_flakes(product), played_arrays(product)
     for sheet in product.sheets:
-        yield from _page_settings(product, sheet, options)
-        yield frames_resource(product, sheet, options)
-        yield scene(product, sheet, flakes, options)
+        yield from _page_settings(product, sheet)
+        yield frames_resource(product, sheet)
+        yield scene(product, sheet, flakes)
         if arrays:
-            yield from summed_scene(product, sheet, arrays, options)
-        yield from flipbook(product, sheet, options)
-        yield from haze_scene(product, sheet, options)
+            yield from summed_scene(product, sheet, arrays)
+        yield from flipbook(product, sheet)
+        yield from haze_scene(product, sheet)
     if arrays:
-        yield from flake_player(product, arrays, options)
-    if options.version == 4:
-        yield from flakes_in_space(product, options)
-        yield from particle_scenes(product, options)
-    yield from scene_scripts(product, options)
-    yield from flipbook_script(product, options)
-    yield from haze_scripts(product, options)
-    yield from heat_files(product, options)
-    if "csv" in product.track_formats and options.version == 4:
+        yield from flake_player(product, arrays)
+    yield from flakes_in_space(product)
+    yield from particle_scenes(product)
+    yield from scene_scripts(product)
+    yield from flipbook_script(product)
+    yield from haze_scripts(product)
+    yield from heat_files(product)
+    if "csv" in product.track_formats:
         for animation in product.tracks:
             # Godot would import every CSV as translations.
             table = flakes_file(product.stem(animation), "csv")
             yield OutputFile(table + IMPORT_ENDING, "import", KEEP)
 
 
-def _page_settings(
-    product: Product, sheet: AtlasSheet, options: GodotOptions
-) -> Iterator[OutputFile]:
+def _page_settings(product: Product, sheet: AtlasSheet) -> Iterator[OutputFile]:
     for file in sheet.files:
         name = file + IMPORT_ENDING
         # Motion vectors are data: they must not be changed, as premultiplied light must not.
-        is_data = any(file in each.files for each in sheet.maps if each.kind in DATA_MAPS)
+        is_data = any(file in each.files for each in sheet.maps if each.is_data)
         alpha = "premultiplied" if is_data else sheet.alpha
-        data = import_settings(product.existing(name), alpha, image_uid(product, file), options)
+        data = import_settings(product.existing(name), alpha, image_uid(product, file))
         yield OutputFile(name, "import", data)

@@ -29,17 +29,15 @@ from fire_atlas.engines.godot.names import (
 )
 from fire_atlas.formats.names import OutputNames
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.output import GodotOptions
 
 
 def godot_files(
-    recipe: Recipe, options: GodotOptions, stems: list[str], others: list[OutputNames]
+    recipe: Recipe, stems: list[str], others: list[OutputNames]
 ) -> Iterator[OutputNames]:
     """Yield the files that the export writes for a recipe.
 
     Args:
         recipe: The recipe.
-        options: Of the export.
         stems: The file stem of each scale.
         others: The files of the recipe that belong to no engine.
     """
@@ -50,23 +48,20 @@ def godot_files(
     for stem in stems:
         yield OutputNames(stem, FRAMES_ENDING, "scene", is_certain=True)
         yield OutputNames(stem, SCENE_ENDING, "scene", is_certain=True)
-        for ending in _scenes(recipe, options):
+        for ending in _scenes(recipe):
             yield OutputNames(stem, ending, "scene")
-    for ending in _tables(recipe, options):
+    for ending in _tables(recipe):
         yield OutputNames(recipe.name, ending, "scene")
-    if options.version == 4 and recipe.may_have_flakes:
+    if recipe.may_have_flakes:
         yield OutputNames(recipe.name, PARTICLES_SCENE, "scene", "animation")
-    for ending in _scripts(recipe, options):
+    for ending in _scripts(recipe):
         script = OutputNames(recipe.name, ending, "script")
         yield script
-        if options.version == 4:
-            yield script.beside(UID_ENDING)
+        yield script.beside(UID_ENDING)
 
 
-def _scenes(recipe: Recipe, options: GodotOptions) -> Iterator[str]:
+def _scenes(recipe: Recipe) -> Iterator[str]:
     """Yield what follows the stem of each scale in the names of further scenes, and their parts."""
-    if options.version != 4:
-        return
     if recipe.may_have_flakes and recipe.atlas.pixels == "color":
         yield FILM_SCENE
     if recipe.maps.haze:
@@ -75,24 +70,18 @@ def _scenes(recipe: Recipe, options: GodotOptions) -> Iterator[str]:
         yield from (MOTION_SCENE, MOTION_MATERIAL)
 
 
-def _tables(recipe: Recipe, options: GodotOptions) -> Iterator[str]:
+def _tables(recipe: Recipe) -> Iterator[str]:
     """Yield what follows the build's name in the names of what plays its flakes."""
     if recipe.may_have_flakes:
-        yield FLAKE_TABLES
-        if options.version == 4:
-            yield from (SPACE_TABLES, SPACE_SCENE)
+        yield from (FLAKE_TABLES, SPACE_TABLES, SPACE_SCENE)
 
 
-def _scripts(recipe: Recipe, options: GodotOptions) -> Iterator[str]:
+def _scripts(recipe: Recipe) -> Iterator[str]:
     """Yield what follows the build's name in the names of scripts and shaders."""
     if recipe.may_have_flakes:
-        yield from (FLAKE_PLAYER, FLAKE_TRACKS)
+        yield from (FLAKE_PLAYER, FLAKE_TRACKS, SPACE_PLAYER)
     if recipe.atlas.pixels != "color":
         yield from (HEAT_SHADER, HEAT_PLAYER)
-    if options.version != 4:
-        return
-    if recipe.may_have_flakes:
-        yield SPACE_PLAYER
     if recipe.maps.haze:
         yield from (HAZE_SHADER, HAZE_PLAYER)
     if recipe.maps.motion == "godot":

@@ -17,22 +17,19 @@ from fire_atlas.engines.godot.names import (
 from fire_atlas.engines.godot.resources import rendered_text, resource, script, script_reference
 from fire_atlas.engines.godot.sprite_frames import pivots
 from fire_atlas.formats.product import Product
-from fire_atlas.recipe.output import GodotOptions
 
 
-def flake_player(
-    product: Product, arrays: FlakeArrays, options: GodotOptions
-) -> Iterator[OutputFile]:
+def flake_player(product: Product, arrays: FlakeArrays) -> Iterator[OutputFile]:
     """Yield the tables of the flakes that the scene plays, and the scripts that fly them."""
-    yield flake_tables(product, FLAKE_TABLES, arrays, list(played_flakes(product)), options)
+    yield flake_tables(product, FLAKE_TABLES, arrays, list(played_flakes(product)))
     for ending in (FLAKE_TRACKS, FLAKE_PLAYER):
-        yield from script(product, ending, options, textured=bool(arrays.cells))
+        yield from script(product, ending, textured=bool(arrays.cells))
 
 
-def played_arrays(product: Product, options: GodotOptions) -> FlakeArrays | None:
+def played_arrays(product: Product) -> FlakeArrays | None:
     """Return the tables of the flakes that the scene plays; None if there are none."""
     flakes = played_flakes(product)
-    names = [cell.name for cell in played_cells(product, product.sheets[0], options)]
+    names = [cell.name for cell in played_cells(product, product.sheets[0])]
     return flake_arrays(flakes, pivots(product.sheets[0]), names) if flakes else None
 
 
@@ -42,24 +39,24 @@ def played_flakes(product: Product) -> dict[str, Tracks]:
     return not_baked or dict(product.tracks)
 
 
-def played_cells(product: Product, sheet: AtlasSheet, options: GodotOptions) -> tuple[Region, ...]:
-    """Return the cells of textures that the scene draws flakes with: in Godot 4, of one page."""
+def played_cells(product: Product, sheet: AtlasSheet) -> tuple[Region, ...]:
+    """Return the cells of textures that the scene draws flakes with: those of one page."""
     one_page = len({cell.page for cell in sheet.cells}) == 1
-    return sheet.cells if one_page and options.version == 4 and product.tracks else ()
+    return sheet.cells if one_page and product.tracks else ()
 
 
-def _cells_of(product: Product, sheet: AtlasSheet, options: GodotOptions) -> list[dict[str, Any]]:
+def _cells_of(product: Product, sheet: AtlasSheet) -> list[dict[str, Any]]:
     """Return what a shader needs of the cells: place on the page, and whether each is a mask."""
     textures = [each.texture for each in product.tracks.values() if each.texture is not None]
     masks = {name for texture in textures if texture.tinted for name in texture.frames}
     return [
         {"place": (cell.x, cell.y, cell.width, cell.height), "tinted": cell.name in masks}
-        for cell in played_cells(product, sheet, options)
+        for cell in played_cells(product, sheet)
     ]
 
 
 def flake_shader(
-    template: str, product: Product, sheet: AtlasSheet, options: GodotOptions, *,
+    template: str, product: Product, sheet: AtlasSheet, *,
     adds_up: bool, particles: bool = False,
 ) -> str:  # fmt: skip
     """Return a shader that a scene holds.
@@ -69,12 +66,11 @@ def flake_shader(
     """
     return rendered_text(
         f"{template}.gdshader",
-        version=options.version,
         alpha=sheet.alpha,
         blend_space=sheet.blend_space,
         film=adds_up,
         particles=particles,
-        cells=() if particles else _cells_of(product, sheet, options),
+        cells=() if particles else _cells_of(product, sheet),
     )
 
 
@@ -83,7 +79,6 @@ def flake_tables(
     ending: str,
     arrays: FlakeArrays,
     animations: Sequence[str],
-    options: GodotOptions,
 ) -> OutputFile:
     """Return the resource with the flakes of ``animations``, in this order."""
     named = titles(animation.name for animation in product.sheets[0].animations)
@@ -91,7 +86,6 @@ def flake_tables(
         "flakes.tres",
         f"{product.name}{ending}",
         product,
-        options,
         script=script_reference(product, FLAKE_TRACKS),
         animations=[named[animation] for animation in animations],
         flakes=arrays,
@@ -104,12 +98,12 @@ def tables_reference(product: Product) -> tuple[str, str]:
     return name, uid_of(product, name)
 
 
-def why_texture_is_not_played(product: Product, options: GodotOptions) -> str | None:
+def why_texture_is_not_played(product: Product) -> str | None:
     """Return advice if flakes have a texture, but the scene draws them without."""
     sheet = product.sheets[0]
-    if not sheet.cells or played_cells(product, sheet, options):
+    if not sheet.cells or played_cells(product, sheet):
         return None
-    reason = "only Godot 4 has a shader for it; set version: 4"
-    if options.version == 4:
-        reason = "the textures of its recipes are on several pages; raise atlas.max_size"
-    return f"flakes.texture: the scene draws flakes as soft streaks: {reason}, or bake the flakes"
+    return (
+        "flakes.texture: the scene draws flakes as soft streaks: the textures of its recipes are "
+        "on several pages; raise atlas.max_size, or bake the flakes"
+    )

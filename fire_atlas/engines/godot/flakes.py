@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.decimals import table_text
 from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH
 from fire_atlas.effect.flakes.tracks import Tracks, as_drawn, by_column
-from fire_atlas.formats.decimals import table_text
 from fire_atlas.formats.tracks.columns import DECIMALS, assert_finite, in_world
 
 _DECIMALS = [

@@ -15,10 +15,9 @@ from fire_atlas.engines.godot.names import (
 )
 from fire_atlas.engines.godot.resources import rendered_text, resource, script, script_reference
 from fire_atlas.formats.product import Product
-from fire_atlas.recipe.output import GodotOptions
 
 
-def flakes_in_space(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
+def flakes_in_space(product: Product) -> Iterator[OutputFile]:
     """Yield a scene of the flakes of a fire with depth, in three dimensions, and its parts.
 
     All views have the same flakes: it has those that the front sees.
@@ -33,10 +32,10 @@ def flakes_in_space(product: Product, options: GodotOptions) -> Iterator[OutputF
     named, (first, *_) = titles(each.name for each in product.sheets[0].animations), flakes
     tables = product.name + SPACE_TABLES
     arrays = flake_arrays_in_space(flakes)
-    yield flake_tables(product, SPACE_TABLES, arrays, list(flakes), options)
-    yield from script(product, SPACE_PLAYER, options)
+    yield flake_tables(product, SPACE_TABLES, arrays, list(flakes))
+    yield from script(product, SPACE_PLAYER)
     yield resource(
-        "flakes_3d.tscn", product.name + SPACE_SCENE, product, options,
+        "flakes_3d.tscn", product.name + SPACE_SCENE, product,
         node=node_name(product.name),
         player=script_reference(product, SPACE_PLAYER),
         tables=(tables, uid_of(product, tables)),

@@ -15,18 +15,17 @@ from fire_atlas.engines.godot.names import (
 from fire_atlas.engines.godot.resources import image_uid, resource, script, script_reference
 from fire_atlas.engines.godot.sprite_frames import pivot
 from fire_atlas.formats.product import Product
-from fire_atlas.recipe.output import GodotOptions
 
 
-def flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iterator[OutputFile]:
+def flipbook(product: Product, sheet: AtlasSheet) -> Iterator[OutputFile]:
     """Yield the material that plays a sheet along its motion vectors, and a scene of a sprite."""
-    motion = _played_motion(sheet, options)
+    motion = _played_motion(sheet)
     if motion is None:
         return
     (vectors,), (animation,), first = sheet.map("motion").files, sheet.animations, sheet.regions[0]
     material, count = sheet.name + MOTION_MATERIAL, len(sheet.regions)
     yield resource(
-        "motion.tres", material, product, options,
+        "motion.tres", material, product,
         sheet=sheet,
         shader=script_reference(product, MOTION_SHADER),
         vectors=(vectors, image_uid(product, vectors)),
@@ -35,7 +34,7 @@ def flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iter
     last, seconds = count if animation.loop else count - 1, first.duration / 1000
     x, y = pivot(first)
     yield resource(
-        "motion.tscn", sheet.name + MOTION_SCENE, product, options,
+        "motion.tscn", sheet.name + MOTION_SCENE, product,
         node=node_name(product.name),
         sheet=sheet,
         page=(sheet.pages[0].file, image_uid(product, sheet.pages[0].file)),
@@ -49,29 +48,27 @@ def flipbook(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iter
     )  # fmt: skip
 
 
-def flipbook_script(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
+def flipbook_script(product: Product) -> Iterator[OutputFile]:
     """Yield the shader of the flipbooks, if there are any."""
-    if any(_played_motion(sheet, options) for sheet in product.sheets):
-        yield from script(product, MOTION_SHADER, options)
+    if any(_played_motion(sheet) for sheet in product.sheets):
+        yield from script(product, MOTION_SHADER)
 
 
-def _played_motion(sheet: AtlasSheet, options: GodotOptions) -> VectorScale | None:
+def _played_motion(sheet: AtlasSheet) -> VectorScale | None:
     """Return the motion vectors along which a shader can play a sheet: those of a grid on one page,
     of one animation; None without."""
     is_one = len(sheet.pages) == len(sheet.animations) == 1 and sheet.grid is not None
     is_one = is_one and sheet.heat is None
     is_played = is_one and sheet.motion is not None and sheet.motion.engine == "godot"
-    return sheet.motion if is_played and options.version == 4 else None
+    return sheet.motion if is_played else None
 
 
-def why_motion_is_not_played(product: Product, options: GodotOptions) -> str | None:
+def why_motion_is_not_played(product: Product) -> str | None:
     """Return advice if there are motion vectors for Godot, but no scene that plays along them."""
     sheet = product.sheets[0]
-    if sheet.motion is None or sheet.motion.engine != "godot" or _played_motion(sheet, options):
+    if sheet.motion is None or sheet.motion.engine != "godot" or _played_motion(sheet):
         return None
-    if options.version != 4:
-        reason = "only Godot 4 has a shader for them; set version: 4"
-    elif sheet.heat is not None:
+    if sheet.heat is not None:
         reason = "it shows colours alone; set atlas.pixels: color"
     elif sheet.grid is None:
         reason = "its frames are packed, and it needs cells of one size; set atlas.layout: grid"

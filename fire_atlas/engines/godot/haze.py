@@ -17,19 +17,18 @@ from fire_atlas.engines.godot.names import (
 from fire_atlas.engines.godot.resources import image_uid, resource, script, script_reference
 from fire_atlas.engines.godot.sprite_frames import FrameBounds, animations_of, textures_of
 from fire_atlas.formats.product import Product
-from fire_atlas.recipe.output import GodotOptions
 
 
-def haze_scene(product: Product, sheet: AtlasSheet, options: GodotOptions) -> Iterator[OutputFile]:
+def haze_scene(product: Product, sheet: AtlasSheet) -> Iterator[OutputFile]:
     """Yield a scene of the fire before its haze, and the frames of the haze, if it has any."""
-    if not _has_haze(product, options):
+    if not sheet.has_map("haze"):
         return
     haze, scene = sheet.map("haze"), sheet.name + SCENE_ENDING
     assert haze.vectors is not None
-    frames = _haze_frames(product, sheet, options)
+    frames = _haze_frames(product, sheet)
     yield frames
     yield resource(
-        "haze.tscn", sheet.name + HAZE_SCENE, product, options,
+        "haze.tscn", sheet.name + HAZE_SCENE, product,
         node=node_name(product.name),
         scene=(scene, uid_of(product, scene)),
         frames=(frames.name, uid_of(product, frames.name)),
@@ -41,34 +40,19 @@ def haze_scene(product: Product, sheet: AtlasSheet, options: GodotOptions) -> It
     )  # fmt: skip
 
 
-def _haze_frames(product: Product, sheet: AtlasSheet, options: GodotOptions) -> OutputFile:
+def _haze_frames(product: Product, sheet: AtlasSheet) -> OutputFile:
     """Return the sprite frames of the haze. Meshes fit the flame, so it is drawn in rectangles."""
     textures, texture_of_frame = textures_of(sheet, draws_meshes=False)
     return resource(
-        "frames.tres", sheet.name + HAZE_FRAMES, product, options,
+        "frames.tres", sheet.name + HAZE_FRAMES, product,
         pages=[(file, image_uid(product, file)) for file in sheet.map("haze").files],
         textures=[(texture, None) for texture in textures],
-        animations=animations_of(sheet, texture_of_frame, options),
+        animations=animations_of(sheet, texture_of_frame),
     )  # fmt: skip
 
 
-def haze_scripts(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
+def haze_scripts(product: Product) -> Iterator[OutputFile]:
     """Yield the shader and the script of the scenes."""
-    if _has_haze(product, options):
-        yield from script(product, HAZE_SHADER, options)
-        yield from script(product, HAZE_PLAYER, options)
-
-
-def _has_haze(product: Product, options: GodotOptions) -> bool:
-    """Return whether scenes show the haze; Godot 3 has no shader for it."""
-    return product.sheets[0].has_map("haze") and options.version == 4
-
-
-def why_haze_is_not_drawn(product: Product, options: GodotOptions) -> str | None:
-    """Return advice if there is haze, but no scene that shows it."""
-    if options.version == 4 or not product.sheets[0].has_map("haze"):
-        return None
-    return (
-        f"maps.haze: no {product.name}{HAZE_SCENE} bends what is behind: only Godot 4 has a shader "
-        f"for it; set version: 4"
-    )
+    if product.sheets[0].has_map("haze"):
+        yield from script(product, HAZE_SHADER)
+        yield from script(product, HAZE_PLAYER)

@@ -10,7 +10,6 @@ from fire_atlas.engines.godot.import_settings import import_settings
 from fire_atlas.engines.godot.names import FILM_SCENE, HEAT_PLAYER, HEAT_SHADER, IMPORT_ENDING
 from fire_atlas.engines.godot.resources import image_uid, script, script_reference
 from fire_atlas.formats.product import Product
-from fire_atlas.recipe.output import GodotOptions
 
 
 def heat_of(product: Product, sheet: AtlasSheet) -> dict[str, Any] | None:
@@ -25,20 +24,20 @@ def heat_of(product: Product, sheet: AtlasSheet) -> dict[str, Any] | None:
     }
 
 
-def heat_files(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
+def heat_files(product: Product) -> Iterator[OutputFile]:
     """Yield the shader and script of pages of heat, and how the ramp is imported."""
     heat = product.sheets[0].heat
     if heat is None:
         return
     unshaded = bool(product.tracks or product.lights)
-    yield from script(product, HEAT_SHADER, options, pixel_art=product.pixel_art, unshaded=unshaded)
-    yield from script(product, HEAT_PLAYER, options)
+    yield from script(product, HEAT_SHADER, pixel_art=product.pixel_art, unshaded=unshaded)
+    yield from script(product, HEAT_PLAYER)
     name, uid = heat.ramp + IMPORT_ENDING, image_uid(product, heat.ramp)
-    settings = import_settings(product.existing(name), "premultiplied", uid, options)
+    settings = import_settings(product.existing(name), "premultiplied", uid)
     yield OutputFile(name, "import", settings)
 
 
-def why_heat_is_drawn_alone(product: Product, options: GodotOptions) -> str | None:
+def why_heat_is_drawn_alone(product: Product) -> str | None:
     """Return advice if pages of heat leave out what pages of colours have."""
     sheet = product.sheets[0]
     if sheet.heat is None:

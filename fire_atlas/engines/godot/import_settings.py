@@ -8,55 +8,48 @@ keys are changed without which the page would be shown wrongly.
 import re
 from collections.abc import Mapping
 
-from fire_atlas.recipe.output import GodotOptions
-
 _BORDER, _PREMULTIPLY = "process/fix_alpha_border", "process/premult_alpha"
-_LIMIT = {4: "process/size_limit", 3: "size_limit"}
-_TYPE = {4: "CompressedTexture2D", 3: "StreamTexture"}
-_DEFAULTS: dict[int, dict[str, str]] = {
-    4: {"compress/mode": "0", "mipmaps/generate": "false", "detect_3d/compress_to": "0"},
-    3: {"compress/mode": "0", "flags/mipmaps": "false", "detect_3d": "false"},
-}
+_LIMIT = "process/size_limit"
+_TYPE = 'type="CompressedTexture2D"'
+_DEFAULTS = {
+    "compress/mode": "0", "mipmaps/generate": "false", "detect_3d/compress_to": "0",
+    _BORDER: "false", _PREMULTIPLY: "false", _LIMIT: "0",
+}  # fmt: skip
 
 KEEP = b'[remap]\n\nimporter="keep"\n'
 """Settings of a file that Godot must not import."""
 
 
-def import_settings(existing: bytes | None, alpha: str, uid: str, options: GodotOptions) -> bytes:
+def import_settings(existing: bytes | None, alpha: str, uid: str) -> bytes:
     """Return the ``.import`` file of a page.
 
     Args:
         existing: Content of the file, if there is one.
         alpha: How the page stores coverage, as in the recipe.
-        uid: Of the page; Godot 3 has none.
-        options: Of the export.
+        uid: Of the page.
     """
     text = _decoded(existing)
     importer = re.search(r'^importer\s*=\s*"(.*)"', text, re.MULTILINE)
     if importer and importer[1] not in ("", "texture"):
         return existing or b""  # the user imports the page as something else
-    if not importer or f'type="{_TYPE[options.version]}"' not in text:
-        return _new(uid, options).encode()
-    if options.version == 4:
-        text = _with(text, "remap", {"uid": f'"{uid}"'})
-    return _with(text, "params", _needed(alpha, options)).encode()
+    if not importer or _TYPE not in text:
+        return _new(uid).encode()
+    text = _with(text, "remap", {"uid": f'"{uid}"'})
+    return _with(text, "params", _needed(alpha)).encode()
 
 
-def _new(uid: str, options: GodotOptions) -> str:
-    version = options.version
-    params = _DEFAULTS[version] | {_BORDER: "false", _PREMULTIPLY: "false", _LIMIT[version]: "0"}
-    uid_line = [f'uid="{uid}"'] if version == 4 else []
-    head = ["[remap]", "", 'importer="texture"', f'type="{_TYPE[version]}"', *uid_line]
-    return "\n".join([*head, "", "[params]", "", *(f"{k}={v}" for k, v in params.items()), ""])
+def _new(uid: str) -> str:
+    head = ["[remap]", "", 'importer="texture"', _TYPE, f'uid="{uid}"']
+    return "\n".join([*head, "", "[params]", "", *(f"{k}={v}" for k, v in _DEFAULTS.items()), ""])
 
 
-def _needed(alpha: str, options: GodotOptions) -> dict[str, str]:
+def _needed(alpha: str) -> dict[str, str]:
     """Return the settings without which a page would be shown wrongly.
 
     A size limit would shrink it, so that regions do not fit; premultiplied light must neither be
     multiplied by alpha again nor be replaced where alpha is low.
     """
-    limit = {_LIMIT[options.version]: "0"}
+    limit = {_LIMIT: "0"}
     return limit if alpha == "straight" else {_BORDER: "false", _PREMULTIPLY: "false", **limit}
 
 

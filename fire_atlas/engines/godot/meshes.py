@@ -1,7 +1,4 @@
-"""Frames' meshes as Godot 4 stores them: surfaces of vertices with their places on a page.
-
-Godot 3 has the same resources, but its GLES2 renderer draws a ``MeshTexture`` in the wrong place.
-"""
+"""Frames' meshes as Godot stores them: surfaces of vertices with their places on a page."""
 
 from dataclasses import dataclass
 

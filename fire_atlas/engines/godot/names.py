@@ -1,6 +1,6 @@
 """Names of Godot's files, nodes, animations and resources, and values as its text files hold them.
 
-A uid is Godot 4's name of a resource: 63 bits, in text of the letters a-y and the digits 0-8.
+A uid is Godot's name of a resource: 63 bits, in text of the letters a-y and the digits 0-8.
 Scenes of a game refer to it, so it must never change: it is derived from the file's name, and one
 that is in a file already is kept.
 """
@@ -19,7 +19,7 @@ FRAMES_ENDING, SCENE_ENDING, IMPORT_ENDING = ".tres", ".tscn", ".import"
 """Of the SpriteFrames and the scene of each scale, and of the import settings of a file."""
 
 UID_ENDING = ".uid"
-"""Of the file that has the uid of a script or a shader, in Godot 4."""
+"""Of the file that has the uid of a script or a shader."""
 
 FLAKE_PLAYER, FLAKE_TRACKS, FLAKE_TABLES = "_flakes.gd", "_flake_tracks.gd", "_flakes.tres"
 """Of the script that flies flakes, of that which holds them, and of their tables."""

@@ -9,13 +9,12 @@ from fire_atlas.engines.godot.particles import particle_settings
 from fire_atlas.engines.godot.resources import resource
 from fire_atlas.engines.godot.sprite_frames import pivots
 from fire_atlas.formats.product import Product
-from fire_atlas.recipe.output import GodotOptions
 
 
-def particle_scenes(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
+def particle_scenes(product: Product) -> Iterator[OutputFile]:
     """Yield a scene of particles for the flakes of each fire, of which views share one."""
     sheet, states = product.sheets[0], product.sheets[0].states
-    shader = flake_shader("flakes", product, sheet, options, adds_up=False, particles=True)
+    shader = flake_shader("flakes", product, sheet, adds_up=False, particles=True)
     loops = {state.animation for state in states.states if state.wind is not None} if states else {}
     for name, tracks in product.tracks.items():
         is_front = tracks.camera is None or tracks.camera.azimuth == 0
@@ -25,7 +24,7 @@ def particle_scenes(product: Product, options: GodotOptions) -> Iterator[OutputF
         if sparks is not None:
             stem = product.stem(without_view(name)) if without_view(name) else product.name
             yield resource(
-                "particles.tscn", stem + PARTICLES_SCENE, product, options,
+                "particles.tscn", stem + PARTICLES_SCENE, product,
                 node=f"{node_name(stem)}Sparks",
                 shader=shader,
                 sparks=sparks,

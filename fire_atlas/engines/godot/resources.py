@@ -8,32 +8,20 @@ from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH, SPRITE_INTE
 from fire_atlas.engines.godot.names import IMPORT_ENDING, UID_ENDING, number, quoted, real, uid_of
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
-from fire_atlas.recipe.output import GodotOptions
 
 
-def resource(
-    template: str, name: str, product: Product, options: GodotOptions, **context: Any
-) -> OutputFile:
-    """Return a scene or resource; its parts are marked by strings in Godot 4, by numbers in 3."""
-    text = rendered_text(
-        template,
-        version=options.version,
-        uid=uid_of(product, name),
-        mark=lambda i: f'"{i}"' if options.version == 4 else i,
-        **context,
-    )
+def resource(template: str, name: str, product: Product, **context: Any) -> OutputFile:
+    """Return a scene or resource."""
+    text = rendered_text(template, uid=uid_of(product, name), **context)
     return OutputFile(name, "scene", text.encode())
 
 
-def script(
-    product: Product, ending: str, options: GodotOptions, **context: Any
-) -> Iterator[OutputFile]:
-    """Yield a script or a shader, and for Godot 4.4 and later the file of its uid."""
+def script(product: Product, ending: str, **context: Any) -> Iterator[OutputFile]:
+    """Yield a script or a shader, and the file of its uid, which Godot 4.4 and later read."""
     name, uid = script_reference(product, ending)
-    text = rendered_text(ending.removeprefix("_"), version=options.version, **context)
+    text = rendered_text(ending.removeprefix("_"), **context)
     yield OutputFile(name, "script", text.encode())
-    if options.version == 4:
-        yield OutputFile(name + UID_ENDING, "import", f"{uid}\n".encode())
+    yield OutputFile(name + UID_ENDING, "import", f"{uid}\n".encode())
 
 
 def script_reference(product: Product, ending: str) -> tuple[str, str]:

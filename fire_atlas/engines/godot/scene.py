@@ -39,65 +39,58 @@ from fire_atlas.engines.godot.resources import (
 from fire_atlas.engines.godot.smoke import smoke_of
 from fire_atlas.engines.godot.sprite_frames import FrameBounds, pivots
 from fire_atlas.formats.product import Product
-from fire_atlas.recipe.output import GodotOptions
 
 
-def scene(
-    product: Product, sheet: AtlasSheet, flakes: dict[str, Tracks], options: GodotOptions
-) -> OutputFile:
+def scene(product: Product, sheet: AtlasSheet, flakes: dict[str, Tracks]) -> OutputFile:
     """Return the scene of a scale, which plays the fire with ``flakes`` and what else it has."""
     return resource(
         "scene.tscn",
         sheet.name + SCENE_ENDING,
         product,
-        options,
-        **_played(product, sheet, options),
+        **_played(product, sheet),
         glows=bool(product.tracks or product.lights),
         tables=tables_reference(product) if flakes else None,
         hidden=product.baked.issuperset(flakes),
-        lamp=_lamp(product, sheet) if _is_lit(product, options) else None,
-        smoke=smoke_of(product, sheet, options),
+        lamp=_lamp(product, sheet) if product.lights else None,
+        smoke=smoke_of(product, sheet),
         heat=heat_of(product, sheet),
         lamp_script=script_reference(product, LAMP),
         texture=TEXTURE_SIDE,
-        views=_views(product, sheet) if options.version == 4 else (),
-        shader=flake_shader("flakes", product, sheet, options, adds_up=False),
+        views=_views(product, sheet),
+        shader=flake_shader("flakes", product, sheet, adds_up=False),
     )
 
 
-def summed_scene(
-    product: Product, sheet: AtlasSheet, arrays: FlakeArrays, options: GodotOptions
-) -> Iterator[OutputFile]:
+def summed_scene(product: Product, sheet: AtlasSheet, arrays: FlakeArrays) -> Iterator[OutputFile]:
     """Yield the scene that adds up the light of flame and flakes and shows it as film does, where
-    Godot 4 shows colours of a flame whose pages lack flakes."""
-    is_shown = options.version == 4 and product.sheets[0].heat is None
-    if not is_shown or product.baked.issuperset(played_flakes(product)):
+    pages of colours lack flakes."""
+    if sheet.heat is not None or product.baked.issuperset(played_flakes(product)):
         return
     shaders = {
-        name: flake_shader(template, product, sheet, options, adds_up=True)
+        name: flake_shader(template, product, sheet, adds_up=True)
         for name, template in (("flame", "film_flame"), ("flakes", "flakes"), ("film", "film"))
     }
     yield resource(
-        "film.tscn", sheet.name + FILM_SCENE, product, options,
-        **_played(product, sheet, options),
+        "film.tscn", sheet.name + FILM_SCENE, product,
+        **_played(product, sheet),
         tables=tables_reference(product),
         film=FrameBounds.of(sheet.regions).enlarged(arrays.bounds, sheet.scale),
         shaders=shaders,
     )  # fmt: skip
 
 
-def scene_scripts(product: Product, options: GodotOptions) -> Iterator[OutputFile]:
+def scene_scripts(product: Product) -> Iterator[OutputFile]:
     """Yield the scripts of lamps and of changes of wind."""
-    if _is_lit(product, options):
-        yield from script(product, LAMP, options, alpha=product.sheets[0].alpha)
-    if _changes_wind(product, options):
-        yield from script(product, WIND, options)
+    if product.lights:
+        yield from script(product, LAMP, alpha=product.sheets[0].alpha)
+    if product.sheets[0].states is not None:
+        yield from script(product, WIND)
 
 
-def _played(product: Product, sheet: AtlasSheet, options: GodotOptions) -> dict[str, Any]:
+def _played(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
     """Return what the template of any scene needs of the frames that it plays."""
     frames = sheet.name + FRAMES_ENDING
-    cells = played_cells(product, sheet, options)
+    cells = played_cells(product, sheet)
     page = sheet.pages[cells[0].page].file if cells else None
     return {
         "node": node_name(product.name),
@@ -108,7 +101,7 @@ def _played(product: Product, sheet: AtlasSheet, options: GodotOptions) -> dict[
         "pixel_art": product.pixel_art,
         "player": script_reference(product, FLAKE_PLAYER),
         "texture_page": page and (page, image_uid(product, page)),
-        "graph": _graph(product, sheet) if _changes_wind(product, options) else None,
+        "graph": _graph(product, sheet) if sheet.states else None,
     }
 
 
@@ -128,11 +121,6 @@ def _graph(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
         entries=[way.entry for way in ways],
     )
     return {"script": script_reference(product, WIND), "properties": properties.rstrip()}
-
-
-def _changes_wind(product: Product, options: GodotOptions) -> bool:
-    """Return whether the scene passes from loop to loop as the wind changes, as Godot 4 can."""
-    return product.sheets[0].states is not None and options.version == 4
 
 
 def _views(product: Product, sheet: AtlasSheet) -> list[dict[str, Any]]:
@@ -167,8 +155,3 @@ def _lamp(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
         "places": [(row[4] * sheet.scale, row[5] * sheet.scale) for row in lamp.rows],
         "spread": lamp.spread * sheet.scale,
     }
-
-
-def _is_lit(product: Product, options: GodotOptions) -> bool:
-    """Return whether the scene has a lamp; Godot 3 has no texture for it that a scene can hold."""
-    return bool(product.lights) and options.version == 4

@@ -5,28 +5,25 @@ from typing import Any
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.engines.godot.resources import image_uid, rendered_text
 from fire_atlas.formats.product import Product
-from fire_atlas.recipe.output import GodotOptions
 
 
-def smoke_of(product: Product, sheet: AtlasSheet, options: GodotOptions) -> dict[str, Any] | None:
+def smoke_of(product: Product, sheet: AtlasSheet) -> dict[str, Any] | None:
     """Return what the template of a scene needs of the smoke under the fire; None if the scene
     shows none."""
     files = [file for each in sheet.maps if each.kind == "smoke" for file in each.files]
-    if len(files) != 1 or options.version != 4 or sheet.heat is not None:
+    if len(files) != 1 or sheet.heat is not None:
         return None
     unshaded = bool(product.tracks or product.lights)
     shader = rendered_text("smoke.gdshader", pixel_art=product.pixel_art, unshaded=unshaded)
     return {"image": (files[0], image_uid(product, files[0])), "shader": shader}
 
 
-def why_smoke_is_not_shown(product: Product, options: GodotOptions) -> str | None:
+def why_smoke_is_not_shown(product: Product) -> str | None:
     """Return advice if there is smoke, but the scene shows the fire without it."""
     sheet = product.sheets[0]
-    if not any(each.kind == "smoke" for each in sheet.maps) or smoke_of(product, sheet, options):
+    if not any(each.kind == "smoke" for each in sheet.maps) or smoke_of(product, sheet):
         return None
-    reason = "only Godot 4 has a shader for it; set version: 4"
+    reason = f"its shader has one page of {len(sheet.pages)}; raise atlas.max_size"
     if sheet.heat is not None:
         reason = "the shader of heat has no smoke; set atlas.pixels: color"
-    elif options.version == 4:
-        reason = f"its shader has one page of {len(sheet.pages)}; raise atlas.max_size"
     return f"maps.smoke: the scene shows the fire without its smoke: {reason}"

@@ -9,19 +9,13 @@ are at the node's position. Where all frames are alike, the box is the untrimmed
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
-from math import gcd, lcm
 from typing import NamedTuple, Self
 
 from fire_atlas.atlas.sheet import AtlasSheet, Mesh, Region
 from fire_atlas.engines.godot.names import titles
-from fire_atlas.recipe.output import GodotOptions
 
 _DECIMALS = 6
 """Decimals of px and durations: what differs less is rounding error."""
-
-_MAX_DENOMINATOR = 64
-"""Of a frame's duration as a fraction of the shortest, for Godot 3."""
 
 
 class Margin(NamedTuple):
@@ -139,22 +133,17 @@ def textures_of(
     return list(indices), index_of_frame
 
 
-def animations_of(
-    sheet: AtlasSheet, textures: dict[str, int], options: GodotOptions
-) -> list[SpriteAnimation]:
+def animations_of(sheet: AtlasSheet, textures: dict[str, int]) -> list[SpriteAnimation]:
     """Return the animations; ``textures`` has the index of each frame's texture by its name."""
     durations = {region.name: region.duration for region in sheet.regions}
     title_of = titles(animation.name for animation in sheet.animations)
     animations = []
     for animation in sheet.animations:
-        timing = frame_timing if options.version == 4 else whole_frame_timing
-        speed, ticks = timing([durations[frame] for frame in animation.frames])
+        speed, ticks = frame_timing([durations[frame] for frame in animation.frames])
         frames = [
             SpriteFrame(textures[frame], count)
             for frame, count in zip(animation.frames, ticks, strict=True)
         ]
-        if options.version == 3:  # shows every frame for one tick: longer ones are repeated
-            frames = [SpriteFrame(f.texture, 1) for f in frames for _ in range(int(f.duration))]
         title, loop = title_of[animation.name], animation.loop
         animations.append(SpriteAnimation(title, loop, speed, tuple(frames)))
     return animations
@@ -165,19 +154,6 @@ def frame_timing(durations: Sequence[float]) -> FrameTiming:
     shortest = min(durations)
     ticks = (round(duration / shortest, _DECIMALS) for duration in durations)
     return FrameTiming(round(1000 / shortest, _DECIMALS), tuple(ticks))
-
-
-def whole_frame_timing(durations: Sequence[float]) -> FrameTiming:
-    """Return the timing in whole ticks, as few as possible, for an engine that needs these."""
-    speed, ticks = frame_timing(durations)
-    parts = [Fraction(tick).limit_denominator(_MAX_DENOMINATOR) for tick in ticks]
-    finer = lcm(*(part.denominator for part in parts))
-    counts = [int(part * finer) for part in parts]
-    coarser = gcd(*counts)
-    return FrameTiming(
-        round(speed * finer / coarser, _DECIMALS),
-        tuple(float(count // coarser) for count in counts),
-    )
 
 
 def pivot(region: Region) -> tuple[float, float]:

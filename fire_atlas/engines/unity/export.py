@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Mapping
 
-from fire_atlas.atlas.sheet import CHANNELS, DATA_MAPS, RAMP_WIDTH, AtlasSheet, Heat
+from fire_atlas.atlas.sheet import CHANNELS, RAMP_WIDTH, AtlasSheet, Heat
 from fire_atlas.core.output_file import OutputFile, Role
 from fire_atlas.engines.unity.assets import (
     ComponentNames,
@@ -270,7 +270,7 @@ class _Export:
         for i, page in enumerate(sheet.pages):
             yield self.page_meta(sheet, i, page.file, sprites)
             for each in sheet.maps:
-                data = each.kind in DATA_MAPS
+                data = each.is_data
                 yield self.page_meta(sheet, i, each.files[i], sprites, data=data)
         if sheet.has_map("haze"):
             yield from self.haze_material(sheet)

@@ -6,8 +6,7 @@ ValueError for an entry that is invalid.
 
 import json
 from collections.abc import Mapping, Sequence
-from functools import partial
-from typing import Any, get_args
+from typing import Any
 
 from fire_atlas import __version__
 from fire_atlas.atlas.polygon import doubled_area
@@ -24,36 +23,23 @@ from fire_atlas.atlas.sheet import (
     State,
     StateGraph,
     StateTransition,
-    VectorScale,
 )
-from fire_atlas.channels.encoding import HAZE_ENGINE, motion_encoding
-from fire_atlas.channels.form import DEPTH_DECODE
+from fire_atlas.core.checks import MAX_MILLISECONDS, number, one_of, text, whole
+from fire_atlas.core.decimals import plain
 from fire_atlas.core.output_file import plain_name
-from fire_atlas.formats.checks import MAX_MILLISECONDS, number, one_of, text, whole
-from fire_atlas.formats.decimals import plain
+from fire_atlas.maps.kinds import KIND
+from fire_atlas.maps.maker import maker_of, stated_map
 from fire_atlas.recipe.gpu import MAX_MIPS
-from fire_atlas.recipe.output import Engine
 from fire_atlas.recipe.wind import MAX_LEVEL
 
 _MAX_ANCHOR = 1000.0
 """Maximum distance of a pivot accepted when reading, in sizes of its frame."""
-
-_MAX_STRENGTH = 1e6
-"""Maximum motion per decoded 1 accepted when reading, in any unit."""
-
 
 _FORMATS = {8: "RGBA8888", 16: "RGBA16161616"}
 """Names of the channels of a page, by their bits; the first is TexturePacker's."""
 
 _HEAT = "R8"
 """Name of the only channel of a page of heat."""
-
-_EMISSION = {"srgb": False, "alpha": "premultiplied", "curve": "x/(1+x)"}
-"""How a client reads light that may be brighter than white; the curve gives what the page shows."""
-
-
-MAP_KINDS = ("motion", "haze", "flame", "flakes", "smoke", "emission", "normals", "depth")
-"""Kinds of maps that a file may name."""
 
 
 def compact(value: Any) -> str:
@@ -310,46 +296,10 @@ def map_entries(sheet: AtlasSheet, page: int) -> list[dict[str, Any]]:
         {
             "kind": each.kind,
             "image": each.files[page],
-            **_map_details(each, sheet),
+            **maker_of(KIND[each.kind]).entry(each, sheet),
         }
         for each in sheet.maps
     ]
-
-
-def _map_details(each: SheetMap, sheet: AtlasSheet) -> dict[str, Any]:
-    """Return how a client reads a map; nothing for layers, which are read like the pages."""
-    if each.kind == "emission":
-        return _EMISSION
-    if each.vectors is None:
-        return _form_entry(each, sheet)
-    motion_of = partial(_motion_entry, fps=sheet.fps)
-    return (_haze_entry if each.kind == "haze" else motion_of)(each.vectors)
-
-
-def _form_entry(each: SheetMap, sheet: AtlasSheet) -> dict[str, Any]:
-    """Return how a client decodes smoke, normals and depth; empty for other maps."""
-    if each.kind == "smoke":
-        alpha = "straight" if sheet.alpha == "straight" else "premultiplied"
-        return {"alpha": alpha, "under": True, "opticalDepth": "-log(1 - a)"}
-    if each.kind == "normals":
-        channels = {"red": "right", "green": "up", "blue": "towards the viewer"}
-        return {"srgb": False, **channels, "decode": "rgb * 2 - 1"}
-    return {} if each.reach is None else _depth_entry(each.reach, sheet)
-
-
-def _depth_entry(reach: float, sheet: AtlasSheet) -> dict[str, Any]:
-    """Return how a client decodes depth; the range is in heights only if all frames are as high."""
-    heights = {region.frame_height for region in sheet.regions}
-    return {
-        "srgb": False,
-        "decode": DEPTH_DECODE,
-        "positive": "towards the viewer",
-        "zero": "the foot of the fire",
-        "range": {
-            "pixels": plain(reach, 6),
-            "heights": plain(reach / heights.pop(), 6) if len(heights) == 1 else None,
-        },
-    }
 
 
 def texture_entries(sheet: AtlasSheet, page: int) -> list[dict[str, Any]]:
@@ -377,98 +327,9 @@ def textures_of(pages: Sequence[Sequence[dict[str, Any]]]) -> tuple[GpuTexture, 
 
 def maps_of(pages: Sequence[Sequence[dict[str, Any]]]) -> tuple[SheetMap, ...]:
     """Read the maps beside the pages from their entries; all pages have the same kinds."""
-    return tuple(
-        SheetMap(
-            one_of(entry["kind"], MAP_KINDS),
-            tuple(plain_name(page[i]["image"]) for page in pages),
-            _vectors_of(entry),
-            _strength(entry["range"]["pixels"]) if entry["kind"] == "depth" else None,
-        )
-        for i, entry in enumerate(pages[0])
-    )
-
-
-def _motion_entry(motion: VectorScale, fps: float) -> dict[str, Any]:
-    """Return how a client decodes the motion vectors: channels, formula, scale."""
-    encoding = motion_encoding(motion.engine)
-    return {
-        "engine": encoding.engine,
-        "red": "right",
-        "green": encoding.green,
-        "srgb": False,
-        "neutral": encoding.neutral,
-        "decode": encoding.decode,
-        "scale": plain(motion.scale, 9),
-        "unit": encoding.unit,
-        "this": encoding.this,
-        "next": encoding.following,
-        "strength": strengths(motion, fps),
-        "reach": _pair(motion.longest, 3),
-        "gutter": motion.gutter and list(motion.gutter),
-    }
-
-
-def _haze_entry(haze: VectorScale) -> dict[str, Any]:
-    """Return how a client decodes haze: channels, formula, scale."""
-    encoding = motion_encoding(haze.engine)
-    return {
-        "red": "right",
-        "green": encoding.green,
-        "srgb": False,
-        "neutral": encoding.neutral,
-        "decode": encoding.decode,
-        "scale": plain(haze.scale, 9),
-        "unit": encoding.unit,
-        "sample": "position + haze * scale",
-        "reach": _pair(haze.longest, 3),
-    }
-
-
-def _vectors_of(entry: dict[str, Any]) -> VectorScale | None:
-    """Read the scale of a map of vectors; None for other maps."""
-    if entry["kind"] == "motion":
-        return _motion_of(entry)
-    if entry["kind"] != "haze":
-        return None
-    scale = _strength(entry["scale"])
-    return VectorScale(HAZE_ENGINE, scale, (scale, scale), None, _pair_of(entry["reach"]), None)
-
-
-def _motion_of(entry: dict[str, Any]) -> VectorScale:
-    """Read the scale of motion vectors; the engine's name determines the rest."""
-    engine, strength, gutter = entry["engine"], entry["strength"], entry["gutter"]
-    if engine not in get_args(Engine):
-        raise ValueError(f"{engine!r} is not an engine whose encoding of motion vectors is known")
-    return VectorScale(
-        engine=engine,
-        scale=_strength(entry["scale"]),
-        pixels=_pair_of(strength["pixels"]),
-        cell_uv=None if strength["cellUv"] is None else _pair_of(strength["cellUv"]),
-        longest=_pair_of(entry["reach"]),
-        gutter=None if gutter is None else (whole(gutter[0]), whole(gutter[1])),
-    )
-
-
-def strengths(motion: VectorScale, fps: float) -> dict[str, Any]:
-    """Return the motion (x, y) that a decoded value of 1 means, in each unit that clients use.
-
-    Values in UV of a cell are None if the page has no grid.
-    """
-    cell = motion.cell_uv
-    return {
-        "cellUv": cell and _pair(cell, 9),
-        "pixels": _pair(motion.pixels, 6),
-        "cellUvPerSecond": cell and _pair((cell[0] * fps, cell[1] * fps), 9),
-    }
-
-
-def _pair(values: tuple[float, float], digits: int) -> list[float]:
-    return [plain(values[0], digits), plain(values[1], digits)]
-
-
-def _pair_of(values: Sequence[Any]) -> tuple[float, float]:
-    return _strength(values[0]), _strength(values[1])
-
-
-def _strength(value: Any) -> float:
-    return number(value, -_MAX_STRENGTH, _MAX_STRENGTH)
+    found = []
+    for i, entry in enumerate(pages[0]):
+        kind = KIND[one_of(entry["kind"], [*KIND])]
+        files = tuple(plain_name(page[i]["image"]) for page in pages)
+        found.append(maker_of(kind).read(stated_map(kind, files), entry))
+    return tuple(found)

@@ -5,6 +5,7 @@ from typing import Any
 
 from fire_atlas import __version__
 from fire_atlas.atlas.sheet import AtlasSheet, Region
+from fire_atlas.core.decimals import plain
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.formats.atlas.entries import (
     about_entry,
@@ -14,8 +15,7 @@ from fire_atlas.formats.atlas.entries import (
     page_entry,
     texture_entries,
 )
-from fire_atlas.formats.decimals import plain
-from fire_atlas.formats.names import ENDINGS
+from fire_atlas.formats.tables import EXPORTS
 
 
 def export_phaser(sheet: AtlasSheet) -> Iterator[OutputFile]:
@@ -38,7 +38,7 @@ def export_phaser(sheet: AtlasSheet) -> Iterator[OutputFile]:
         f'"anims":{compact(_animations(sheet))},\n'
         f'"meta":{compact(meta)}}}\n'
     )
-    yield OutputFile(sheet.file(0, ENDINGS["phaser"]), "atlas", text.encode())
+    yield OutputFile(sheet.file(0, EXPORTS["phaser"].ending), "atlas", text.encode())
 
 
 def _texture(sheet: AtlasSheet, page: int) -> str:

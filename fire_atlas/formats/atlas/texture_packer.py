@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region, StateGraph
+from fire_atlas.core.checks import number, one_of, text
 from fire_atlas.core.errors import OutputError, RecipeError, SourceError
 from fire_atlas.core.files import MAX_JSON_BYTES, read_file
 from fire_atlas.core.output_file import OutputFile, plain_name
@@ -28,8 +29,7 @@ from fire_atlas.formats.atlas.entries import (
     states_of,
     textures_of,
 )
-from fire_atlas.formats.checks import number, one_of, text
-from fire_atlas.formats.names import ENDINGS
+from fire_atlas.formats.tables import EXPORTS
 from fire_atlas.recipe.document import RECIPE_ENDINGS
 
 
@@ -37,7 +37,7 @@ def export_json_hash(sheet: AtlasSheet) -> Iterator[OutputFile]:
     """Yield the hash of each page: ``name.json``, ``name-1.json``, ..."""
     for page in range(len(sheet.pages)):
         text = _hash_text(sheet, page)
-        yield OutputFile(sheet.file(page, ENDINGS["json"]), "atlas", text.encode())
+        yield OutputFile(sheet.file(page, EXPORTS["json"].ending), "atlas", text.encode())
 
 
 def _hash_text(sheet: AtlasSheet, page: int) -> str:
@@ -46,7 +46,7 @@ def _hash_text(sheet: AtlasSheet, page: int) -> str:
     frames = ",\n".join(
         f"{compact(region.name)}:{compact(frame_entry(region))}" for region in regions
     )
-    meta = _linked_meta(sheet, page, regions, ENDINGS["json"])
+    meta = _linked_meta(sheet, page, regions, EXPORTS["json"].ending)
     return (
         f'{{"frames":{{\n{frames}\n}},\n'
         f'"animations":{compact(animations_on(sheet, regions))},\n'
@@ -69,7 +69,7 @@ def export_json_array(sheet: AtlasSheet) -> Iterator[OutputFile]:
     for page in range(len(sheet.pages)):
         regions = sheet.regions_of(page)
         text = _array_text(sheet, page, regions, [region.name for region in regions])
-        yield OutputFile(sheet.file(page, ENDINGS["json-array"]), "atlas", text.encode())
+        yield OutputFile(sheet.file(page, EXPORTS["json-array"].ending), "atlas", text.encode())
 
 
 def _array_text(
@@ -85,7 +85,7 @@ def _array_text(
         animation: [name_in_file[frame] for frame in played]
         for animation, played in animations_on(sheet, regions).items()
     }
-    meta = _linked_meta(sheet, page, regions, ENDINGS["json-array"])
+    meta = _linked_meta(sheet, page, regions, EXPORTS["json-array"].ending)
     return (
         f'{{"frames":[\n{frames}\n],\n'
         f'"animations":{compact(animations)},\n'
@@ -106,7 +106,7 @@ def export_aseprite(sheet: AtlasSheet) -> Iterator[OutputFile]:
         )
     names = [str(i) for i in range(len(sheet.regions))] + [cell.name for cell in sheet.cells]
     text = _array_text(sheet, 0, (*sheet.regions, *sheet.cells), names)
-    yield OutputFile(sheet.file(0, ENDINGS["aseprite"]), "atlas", text.encode())
+    yield OutputFile(sheet.file(0, EXPORTS["aseprite"].ending), "atlas", text.encode())
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,9 +4,10 @@ from typing import Any
 
 from fire_atlas import __version__
 from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region
-from fire_atlas.channels.encoding import motion_encoding
-from fire_atlas.formats.atlas.entries import states_entry, strengths
-from fire_atlas.formats.decimals import plain
+from fire_atlas.core.decimals import plain
+from fire_atlas.formats.atlas.entries import states_entry
+from fire_atlas.maps.motion import strengths
+from fire_atlas.maps.vectors.encoding import motion_encoding
 
 
 def context_of(sheet: AtlasSheet) -> dict[str, Any]:

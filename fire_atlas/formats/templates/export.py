@@ -15,7 +15,7 @@ from fire_atlas.core.errors import OutputError, RecipeError
 from fire_atlas.core.files import MIB, read_file
 from fire_atlas.core.output_file import OutputFile, is_portable, is_reserved
 from fire_atlas.core.process import run_module
-from fire_atlas.formats.names import ENDINGS
+from fire_atlas.formats.tables import EXPORTS
 from fire_atlas.formats.templates.context import context_of
 from fire_atlas.formats.templates.jinja import rendered
 from fire_atlas.recipe.output import TemplateExport
@@ -27,7 +27,7 @@ MAX_SECONDS = 10
 def export_css(sheet: AtlasSheet) -> Iterator[OutputFile]:
     """Yield ``name.css``: a CSS class that plays each animation, and one that shows each frame."""
     text = rendered("sprites.css.j2", **context_of(sheet))
-    yield OutputFile(sheet.file(0, ENDINGS["css"]), "atlas", text.encode())
+    yield OutputFile(sheet.file(0, EXPORTS["css"].ending), "atlas", text.encode())
 
 
 def export_tpsheet(sheet: AtlasSheet) -> Iterator[OutputFile]:
@@ -35,7 +35,7 @@ def export_tpsheet(sheet: AtlasSheet) -> Iterator[OutputFile]:
     context = context_of(sheet)
     for i, page in enumerate(context["pages"]):
         text = rendered("sprites.tpsheet.j2", **context, page=page)
-        yield OutputFile(sheet.file(i, ENDINGS["tpsheet"]), "atlas", text.encode())
+        yield OutputFile(sheet.file(i, EXPORTS["tpsheet"].ending), "atlas", text.encode())
 
 
 def export_template(sheet: AtlasSheet, export: TemplateExport, path: Path) -> OutputFile:

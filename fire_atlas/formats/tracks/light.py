@@ -4,10 +4,10 @@ import json
 
 import numpy as np
 
+from fire_atlas.core.decimals import plain
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.pixels import REC709
 from fire_atlas.effect.composition.light import ClipLight, FrameLight
-from fire_atlas.formats.decimals import plain
 from fire_atlas.formats.names import light_file
 
 _DECIMALS = {

@@ -7,9 +7,9 @@ needs lines that end in LF and properties of type ``float``, which it stores in 
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.decimals import plain, table_text
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
-from fire_atlas.formats.decimals import plain, table_text
 from fire_atlas.formats.names import flakes_file
 from fire_atlas.formats.tracks.columns import (
     AXES,

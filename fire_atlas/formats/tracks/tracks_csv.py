@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from fire_atlas.core.decimals import table_text
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.formats.decimals import table_text
 from fire_atlas.formats.names import flakes_file
 from fire_atlas.formats.tracks.columns import (
     DECIMALS,

@@ -1,5 +1,5 @@
 extends Node
-# Does what the add-on does in the editor, but for running the command.
+# Does what the add-on does in the editor. What the command says is read from a file.
 
 const ADDON := "res://addons/fire_atlas/%s.gd"
 const COMMAND := "fire_atlas/command"
@@ -12,20 +12,23 @@ var Files: GDScript = load(ADDON % "files")
 var Inputs: GDScript = load(ADDON % "inputs")
 var Program: GDScript = load(ADDON % "program")
 
+var _plugin: Node
+
 
 # Answers what the add-on does with the `files` of a build, and reads of what was `said` to it and in
 # a depfile (`needs`).
 func answer(job: Dictionary) -> Variant:
-	for folder: String in [IMPORTED, "user://build", "user://clip", "user://chosen"]:
-		DirAccess.make_dir_recursive_absolute(folder)
 	for file: String in job["files"]:
+		DirAccess.make_dir_recursive_absolute(("user://" + file).get_base_dir())
 		var text: String = job["files"][file]
-		Files.write_text("user://" + file, text.replace("RECIPE", ProjectSettings.globalize_path(RECIPE)))
+		Files.write_text("user://" + file, text.replace("USERS/", ProjectSettings.globalize_path("user://")))
 	return {
 		"needs": Builder.read_depfile(job["needs"]),
 		"events": job["said"].map(_events),
 		"programs": _programs(job["disk"], job["programs"]),
 		"imported": await _imported(),
+		"failed": await _failed(),
+		"named": job["paths"].map(_run_of),
 		"changes": _changes(),
 		"kept_out": job["exported"].filter(_is_kept_out),
 	}
@@ -46,38 +49,111 @@ func _programs(disk: Array, asked: Array) -> Array:
 	return asked.map(func(each: Array) -> String: return Program.callv("find", each))
 
 
-# What the editor is told to do as a recipe is imported, and as one of its inputs goes; the asset.
-func _imported() -> Dictionary:
+# Opens the editor of a user who has named the command, or not; a project names one too.
+func _open(command: String) -> void:
+	Editor.calls = []
 	Editor.editor = Editor.new()
-	Editor.editor.users_settings[COMMAND] = "\"/chosen/fire-atlas\" "
+	if command != "":
+		Editor.editor.users_settings[COMMAND] = command
 	for setting: String in [COMMAND, "editor_overrides/" + COMMAND]:
 		ProjectSettings.set_setting(setting, "/planted/fire-atlas")
-	var plugin: Node = load(ADDON % "plugin").new()
-	add_child(plugin)
+	_plugin = load(ADDON % "plugin").new()
+	add_child(_plugin)
+
+
+func _close() -> Array:
+	remove_child(_plugin)
+	_plugin.free()
+	Editor.editor.free()
+	return Editor.calls
+
+
+# Imports a recipe; adds the files of its build to `generated`.
+func _import(recipe: String, generated: Array[String]) -> Error:
+	var none: Array[String] = []
+	var path: String = IMPORTED + "/" + recipe.get_file().get_basename()
+	return Editor.importer._import(recipe, path, {}, none, generated)
+
+
+# Tells the editor that files have changed, and waits until the add-on has looked at them.
+func _look() -> void:
+	Editor.editor.filesystem_changed.emit()
+	await get_tree().process_frame
+
+
+# What the editor is told to do as a recipe is imported, and as its inputs go, one by one: while the
+# editor imports other files, and before the user comes back to it; the asset.
+func _imported() -> Dictionary:
+	_open("\"/chosen/fire-atlas\" ")
 	while fmod(Time.get_unix_time_from_system(), 1.0) > 0.5:
 		OS.delay_msec(50)
 	Files.write_text("user://clip/1.png", "a frame of the second in which the build begins")
-	var none: Array[String] = []
 	var generated: Array[String] = []
+	var error: Error = _import(RECIPE, generated)
+	await _look()
+	await _look()
+	Editor.editor.resources_reimporting.emit(PackedStringArray())
+	DirAccess.remove_absolute("user://clip/0.png")
+	await _look()
+	Editor.calls.append(["no more imports", ""])
+	Editor.editor.resources_reimported.emit(PackedStringArray())
+	await get_tree().process_frame
+	DirAccess.remove_absolute("user://clip/2.png")
+	_plugin.notification(NOTIFICATION_APPLICATION_FOCUS_IN)
+	await get_tree().process_frame
 	var path := IMPORTED + "/torch"
-	var error: Error = Editor.importer._import(RECIPE, path, {}, none, generated)
-	for i in 3:
-		if i == 2:
-			DirAccess.remove_absolute("user://clip/0.png")
-		Editor.editor.filesystem_changed.emit()
-		await get_tree().process_frame
-	remove_child(plugin)
-	plugin.free()
-	Editor.editor.free()
 	var inputs: PackedStringArray = Inputs.remembered(path)
 	DirAccess.remove_absolute(path + Inputs.ENDING)
 	return {
-		"calls": Editor.calls,
+		"calls": _close(),
 		"error": error,
 		"generated": generated,
 		"inputs": inputs,
 		"asset": _asset(Files.read_text(path + ".tscn")),
+		"text": Files.read_text(path + ".tscn"),
 	}
+
+
+# What the editor is told of recipes that cannot be built, what it tries again once it is started
+# anew, and what is left then; the asset of the one that was built before stays.
+func _failed() -> Dictionary:
+	var asset: String = Files.read_text(IMPORTED + "/torch.tscn")
+	var generated: Array[String] = []
+	var errors := {}
+	_open("/chosen/fire-atlas")
+	for recipe: String in ["user://typo.fire", "user://other.fire"]:
+		errors[recipe] = _import(recipe, generated)
+	Editor.editor.users_settings[COMMAND] = "/nowhere/fire-atlas"
+	errors[RECIPE] = _import(RECIPE, generated)
+	await _look()
+	var first := _close()
+	_open("/chosen/fire-atlas")
+	await _look()
+	errors["again"] = _import(RECIPE, generated)
+	Inputs.find_changed(IMPORTED, true)  # each change is told once, each failure as often as asked
+	var left: Dictionary = Inputs.find_changed(IMPORTED, true)
+	var second := _close()
+	for recipe: String in left:
+		DirAccess.remove_absolute(left[recipe] + Inputs.ENDING)
+	DirAccess.remove_absolute(IMPORTED + "/torch" + Inputs.ENDING)
+	return {
+		"errors": errors,
+		"calls": first,
+		"calls after a restart": second,
+		"left": left.keys(),
+		"asset stays": Files.read_text(IMPORTED + "/torch.tscn") == asset,
+	}
+
+
+# What is run, or said, where the user has named no command, for the system's PATH.
+func _run_of(path: String) -> Array:
+	var generated: Array[String] = []
+	OS.set_environment("PATH", path)
+	_open("")
+	_import(RECIPE, generated)
+	var calls := _close().filter(func(call: Array) -> bool: return call[0] in ["run", "error"])
+	DirAccess.remove_absolute(IMPORTED + "/torch" + Inputs.ENDING)
+	return calls[0]
 
 
 func _asset(text: String) -> Array:

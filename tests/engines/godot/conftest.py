@@ -1,20 +1,12 @@
-"""Godot 3 and 4, which open and play what a build writes."""
+"""Godot 4, which opens and plays what a build writes."""
 
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from tests.engines.godot.engine import PROGRAMS, missing_programs
 from tests.support.godot4 import PACKAGE, Godot4
 from tests.support.requirements import missing, node_modules
-
-
-@pytest.fixture(scope="session")
-def godot() -> None:
-    """Require Godot 3."""
-    if missing_programs():
-        missing(f"needs Godot 3 (Debian: apt-get install {' '.join(PROGRAMS[:2])} xvfb)")
 
 
 @pytest.fixture(scope="session")

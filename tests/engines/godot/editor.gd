@@ -16,6 +16,17 @@ var skipped: int = 0
 var users_settings: Dictionary = {}
 
 
+# Runs a program: what it says of a recipe, the last of the arguments, is in a file in its place.
+static func execute(program: String, arguments: PackedStringArray, said: Array) -> void:
+	var users: String = ProjectSettings.globalize_path("user://")
+	var named: Array = Array(arguments).map(
+		func(each: String) -> String: return each.replace(users, "user://")
+	)
+	calls.append(["run", program] + named)
+	var file: String = "user:/%s/%s" % [program, arguments[-1].get_file()]
+	said.append(FileAccess.get_file_as_string(file) if FileAccess.file_exists(file) else "")
+
+
 func get_editor_interface() -> Node:
 	return editor
 

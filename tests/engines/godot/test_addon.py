@@ -1,35 +1,25 @@
-"""The add-on for the editor: recipes become assets, and games hold what they need alone."""
+"""The add-on for the editor: recipes become assets, and games hold what they need alone.
 
-import hashlib
+The engine's runtime has no editor: others stand in for its classes, and the command is run here.
+"""
+
 import json
 import os
 import re
 import shutil
+import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from zipfile import ZipFile
 
 import pytest
 
 from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
-from tests.engines.godot.engine import Game
 from tests.support.godot4 import Godot4
 from tests.support.repo import PACKAGE
-
-PLAY = """\
-extends SceneTree
-
-
-func _init():
-	var fire = load("res://my fires #1/torch.fire").instance()
-	var flakes = fire.get_node("Flakes").tracks.rows.size() > 0
-	print("plays %d frames, shows flakes: %s" % [fire.frames.get_frame_count("torch"), flakes])
-	fire.free()
-	quit()
-"""
 
 SAID = {
     '{"event": "note", "message": "it loops"}\n{"event": "done", "fresh": false}\n': (
@@ -44,8 +34,9 @@ SAID = {
 STAND_INS = {
     r"extends Editor\w+": 'extends "res://editor.gd"',
     r": Editor(FileSystem|Settings)": ": Node",
-    r"OS\.execute\(.*\)": 'said.append(FileAccess.get_file_as_string("user:/" + program))',
+    r"OS\.execute\((program, arguments, said), true\)": r'load("res://editor.gd").execute(\1)',
     r"push_warning\((.*)\)": r'calls.append(["warning", \1])',
+    r"push_error\((.*recipe.*)\)": r'calls.append(["error", \1])',
     r'return "res://"': 'return "user://"',
 }
 """What this runtime lacks: editor, commands, a folder for imports -> what is there instead."""
@@ -68,29 +59,10 @@ EXPORTED = {
     "keep user://build/torch.json": False,
     "keep user://build/torch.manifest.json": True,
     "user://mods/game.manifest.json": False,
-    "res://addons/fire_atlas/plugin.gd": True,
-    "res://addons/fire_atlas/program.gd": True,
+    "user://addons/fire_atlas.manifest.json": True,
     "res://addons/fire_atlas/node.gd": False,
 }
 """Files of a project, before some what the setting is -> whether the exporter keeps them out."""
-
-PRESET = """\
-[preset.0]
-
-name="pack"
-platform="Linux/X11"
-runnable=true
-custom_features=""
-export_filter="all_resources"
-include_filter="*.json"
-exclude_filter=""
-export_path=""
-script_export_mode=0
-script_encryption_key=""
-
-[preset.0.options]
-"""
-
 
 IN_THE_GAME = (
     "project.godot", "fire-atlas", "fire-atlas.exe", "fire-atlas.cmd", "fire-atlas.bat",
@@ -106,43 +78,30 @@ ELSEWHERE = (
 )
 """Programs beside that project."""
 
-OF_ITS_OWN = (
-    "ERROR: _reimport_file: BUG: File queued for import",
-    "ERROR: _reimport_file: Method failed",
+PATHS = {
+    ".:node_modules/.bin:/game:/game/node_modules/.bin:/tools": "/tools/fire-atlas",
+    ".:/game:/game/node_modules/.bin:/game/.venv/bin": None,
+}
+"""The system's PATH -> the program of the name `fire-atlas` that the add-on runs."""
+
+INSTALL = (
+    "cannot be run. Install it (`pip install ./fire-atlas` in the folder that holds its checkout)."
 )
-"""What this version of the engine says of all imported scenes that refer to others."""
 
 
-def game_with_addon(folder: Path, settings: str = "") -> Game:
-    """Return a project that has the add-on."""
-    game = Game.at(folder, ["fire_atlas"], settings)
-    assert main(["plugin", "godot", "-q", str(game.folder)]) == 0
-    return game
-
-
-def name_command(game: Game, command: str) -> None:
-    """Let the user of the editor in which the game is opened name the command."""
-    settings = game.folder.parent / "home/godot/editor_settings-3.tres"
-    settings.parent.mkdir(parents=True, exist_ok=True)
-    settings.write_text(
-        f'[gd_resource type="EditorSettings" format=2]\n\n[resource]\n'
-        f'fire_atlas/command = "{command}"\n'
-    )
-
-
-def searches(root: str) -> Iterator[tuple[tuple[str, str, str, bool], str]]:
-    """Yield what is looked for beside ``IN_THE_GAME`` and ``ELSEWHERE`` in ``root``.
+def searches() -> Iterator[tuple[tuple[str, str, str, bool], str]]:
+    """Yield what is looked for beside ``IN_THE_GAME`` and ``ELSEWHERE`` at the top of the disk.
 
     Windows' disk C: is a folder of the working folder, with the same files.
 
     Yields:
         Command, PATH, project and whether the system is Windows -> the program that is found.
     """
-    game, tools = f"{root}/game", f"{root}/tools"
+    game, tools = "/game", "/tools"
     inside = f":.:..:node_modules/.bin:../tools:{game}:{game}/node_modules/.bin:{tools}/../game/:"
     yield ("fire-atlas", inside, game, False), ""
     yield ("fire-atlas", f"{inside}:{tools}", game, False), f"{tools}/fire-atlas"
-    yield ("fire-atlas", f"{root}/game 2:{tools}", game, False), f"{root}/game 2/fire-atlas"
+    yield ("fire-atlas", f"/game 2:{tools}", game, False), "/game 2/fire-atlas"
     yield ("fire-atlas", "", game, False), ""
     yield ("..", tools, game, False), ""
     yield (".venv/bin/fire-atlas", tools, game, False), f"{game}/.venv/bin/fire-atlas"
@@ -161,217 +120,222 @@ def searches(root: str) -> Iterator[tuple[tuple[str, str, str, bool], str]]:
     yield (r"x\fire-atlas.exe", "", "C:/game", True), r"C:/game/x\fire-atlas.exe"
 
 
-@pytest.fixture(scope="module")
-def command(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The command under test, as a program at a path with a space."""
-    path = tmp_path_factory.mktemp("some tools") / "fire-atlas"
-    path.write_text(
-        f'#!/bin/sh\nPYTHONPATH="{PACKAGE.parent}" exec "{sys.executable}" -m fire_atlas "$@"\n'
-    )
-    path.chmod(0o755)
-    return path
-
-
-def copy_clip(to: Path, first: int = 0, count: int = 3) -> None:
+def copy_clip(to: Path) -> None:
     """Copy frames of a small fire, as a user would who drew them yesterday."""
-    to.mkdir(parents=True, exist_ok=True)
-    frames = sorted((shipped("samples") / "campfire").glob("*.png"))[first : first + count]
+    to.mkdir(parents=True)
+    frames = sorted((shipped("samples") / "campfire").glob("*.png"))[:3]
     for i, frame in enumerate(frames):
         os.utime(shutil.copyfile(frame, to / f"{i}.png"), (1_700_000_000, 1_700_000_000))
 
 
 def write_recipe(path: Path, **keys: Any) -> None:
-    recipe: dict[str, Any] = {
-        "source": {"path": "../clips/fire", "height": 40},
-        "exports": ["json", {"godot": {"version": 3}}],
-        **keys,
-    }
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(recipe, indent=1))
+    recipe = {"source": {"path": "../clips/fire", "height": 40}, "exports": ["json", "godot"]}
+    path.write_text(json.dumps({**recipe, **keys}, indent=1))
 
 
-def imported_page(game: Game, page: Path) -> str:
-    """Return the digest of the picture that the editor has imported as a page."""
-    (stated,) = (game.folder / ".import").glob(f"{page.name}-*.md5")
-    found = re.search(r'source_md5="(\w+)"', stated.read_text())
-    assert found
-    return found[1]
+def arguments(depfile: str, recipe: str) -> list[str]:
+    """Return the arguments with which the add-on runs the command."""
+    return ["build", "--json", "--depfile", depfile, recipe]
 
 
-def said_by(game: Game) -> tuple[str, list[str]]:
-    """Open the game in the editor; return what it says, and its faults but for those of its own."""
-    said = game.run("godot3-server", "--editor")
-    return said, [line for line in game.faults(said) if not line.startswith(OF_ITS_OWN)]
+def said_of(recipe: Path) -> str:
+    """Run the command as the add-on does; return what it says."""
+    ran = subprocess.run(
+        [sys.executable, "-m", "fire_atlas",
+         *arguments(str(recipe.with_suffix(".d")), str(recipe))],
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": str(PACKAGE.parent)},
+    )  # fmt: skip
+    return ran.stdout
+
+
+@dataclass(frozen=True)
+class Edited:
+    """A game with the add-on and three recipes, and what ``addon.gd`` tells of them."""
+
+    folder: Path
+    answer: dict[str, Any]
+
+    @property
+    def kept_out(self) -> set[str]:
+        """Files of the game that the exporter keeps out."""
+        return {path.partition("://")[2] for path in self.answer["kept_out"]}
 
 
 @pytest.fixture(scope="module")
-def edited(
-    godot: None, command: Path, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Game, str, list[str]]:
-    """A game into which a recipe was dropped, and of whose clip a frame was then drawn anew."""
+def edited(godot4: Godot4, tmp_path_factory: pytest.TempPathFactory) -> Edited:
+    """A game with a recipe, one with a typing error, and one that writes no scene."""
     folder = tmp_path_factory.mktemp("work")
-    game = game_with_addon(folder / "game")
-    name_command(game, str(command))
-    copy_clip(game.folder / "clips/fire")
-    (game.folder / "clips/.gdignore").touch()
-    write_recipe(game.folder / "my fires #1/torch.fire")
-    copy_clip(folder / "new", 20, 1)
-    later = {str(folder / "new/0.png"): str(game.folder / "clips/fire/0.png")}
-    (game.folder / "later.json").write_text(json.dumps(later))
-    return game, *said_by(game)
-
-
-def test_a_recipe_becomes_an_asset_and_again_when_its_input_changes(
-    edited: tuple[Game, str, list[str]],
-) -> None:
-    game, said, faults = edited
-    assert said.count("torch.fire: built") == 2 and not faults, said
-    assert "command" not in (game.folder / "project.godot").read_text()
-    page = game.folder / "my fires #1/build/torch.png"
-    assert imported_page(game, page) == hashlib.md5(page.read_bytes()).hexdigest()
-    paths = [f"res://my fires #1/{name}" for name in ("torch.fire", "build/torch.tscn")]
-    asset, scene = game.ask("describe.gd", paths).values()
-    assert asset == scene
-    assert (asset["name"], asset["type"]) == ("Torch", "AnimatedSprite")
-    assert asset["flakes"]["rows"] > 0
-
-
-def test_an_exported_game_holds_no_manifest_and_no_json_that_it_does_not_read(
-    edited: tuple[Game, str, list[str]],
-) -> None:
-    game, _, _ = edited
-    (game.folder / "export_presets.cfg").write_text(PRESET)
-    (game.folder / "dialogues.json").write_text("{}")
-    (game.folder / "play.gd").write_text(PLAY)
-    path, elsewhere = game.folder.parent / "game.zip", game.folder.parent / "elsewhere"
-    game.run("godot3-server", "--editor", "--export-pack", "pack", str(path))
-    with ZipFile(path) as pack:
-        names = set(pack.namelist()) - {"job.json", "answer.json"}
-    assert {f"my fires #1/{name}" for name in ("torch.fire.import", "build/torch.tscn")} <= names
-    assert [name for name in names if name.endswith(".json")] == ["dialogues.json"]
-    assert not [name for name in names if name.startswith("addons/fire_atlas/")]
-    elsewhere.mkdir()
-    said = Game(elsewhere).run("godot3-server", "--main-pack", str(path), "-s", "res://play.gd")
-    assert "plays 3 frames, shows flakes: True" in said
-    assert all("_get_modified_time" in fault for fault in game.faults(said))  # of all imports
-
-
-def test_the_editor_says_what_to_do_and_imports_what_was_mended(
-    godot: None, command: Path, tmp_path: Path
-) -> None:
-    game = game_with_addon(tmp_path / "game")
-    name_command(game, "/nowhere/fire-atlas")
-    copy_clip(game.folder / "clips/fire")
-    write_recipe(game.folder / "fires/torch.fire")
-    said, _ = said_by(game)
-    assert "torch.fire: `/nowhere/fire-atlas` cannot be run" in said
-    assert "Install it (`pip install ./fire-atlas`" in said
-    assert "in Editor > Editor Settings > Fire Atlas > Command" in said
-    venv = game.folder / ".venv/bin"
-    venv.mkdir(parents=True)
-    shutil.copy(command, venv)
-    name_command(game, ".venv/bin/fire-atlas")
-    write_recipe(game.folder / "fires/typo.fire", flakess="none")
-    write_recipe(game.folder / "fires/other.fire", exports=["json"])
-    write_recipe(game.folder / "fires/a$b.fire")
-    said, faults = said_by(game)
-    assert "torch.fire: built" in said
-    assert re.search(r"typo.fire:\d+: flakess: unknown key; did you mean flakes\?", said)
-    assert "other.fire: its build writes no scene for Godot 3: write `exports: [{godot" in said
-    assert "a$b.fire: its path holds a $" in said
-    assert len({line for line in faults if "Error importing" not in line}) == 3, faults
-    shutil.rmtree(game.folder / "fires/build")  # which version control may ignore
-    assert "torch.fire: built" in said_by(game)[0]
-
-
-def test_the_editor_runs_no_program_that_a_project_brings(
-    godot: None, command: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Neither by its name, whatever the PATH holds, nor since the project's settings name it."""
-    planted = tmp_path / "planted"
-    game = game_with_addon(tmp_path / "game", '\n[fire_atlas]\n\ncommand="./fire-atlas"\n')
-    for name in IN_THE_GAME[1:]:
-        (game.folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (game.folder / name).write_text(f"#!/bin/sh\necho $0 >> '{planted}'\n")
-        (game.folder / name).chmod(0o755)
-    copy_clip(game.folder / "clips/fire")
-    write_recipe(game.folder / "fires/torch.fire")
-    (tmp_path / "link").symlink_to(game.folder)
-    inside = ["", ".", "node_modules/.bin", game.folder, game.folder / "node_modules/.bin"]
-    searched = [*inside, tmp_path / "link/node_modules/.bin", command.parent, os.environ["PATH"]]
-    monkeypatch.setenv("PATH", ":".join(map(str, searched)))
-    said, faults = said_by(game)
-    assert not planted.exists(), planted.read_text()
-    assert "torch.fire: built" in said
-    (warning,) = faults
-    assert "the project's setting fire_atlas/command is ignored" in warning
-    assert "Editor > Editor Settings > Fire Atlas > Command" in warning
-
-
-def test_a_program_is_looked_for_outside_of_projects(godot: None, tmp_path: Path) -> None:
-    game = game_with_addon(tmp_path / "game")
-    assert game.import_all() == []
-    for folder in (tmp_path, game.folder / "C:"):
-        for path in (*(folder / "game" / name for name in IN_THE_GAME),
-                     *(folder / name for name in ELSEWHERE)):  # fmt: skip
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.touch()
-    asked, found = zip(*searches(str(tmp_path)), strict=True)
-    assert game.ask("program.gd", asked) == list(found)
-
-
-def test_the_add_on_does_the_same_in_godot_4_without_its_editor(
-    godot4: Godot4, tmp_path: Path
-) -> None:
-    """This runtime has no editor: others stand in for its classes, and the command is run here."""
-    game, depfile = tmp_path / "game", tmp_path / "torch.d"
-    copy_clip(tmp_path / "clips/fire")
-    write_recipe(game / "torch.fire", exports=["json", "godot"])
+    game = folder / "game"
+    copy_clip(folder / "clips/fire")
+    game.mkdir()
     (game / "project.godot").write_text("config_version=5")
     assert main(["plugin", "godot", "-q", str(game)]) == 0
-    assert main(["build", "-q", str(game / "torch.fire"), "--depfile", str(depfile)]) == 0
-    for path in (game / "addons/fire_atlas").glob("*.gd"):
+    write_recipe(game / "torch.fire", flakes={"bake": False})
+    write_recipe(game / "typo.fire", flakess="none")
+    write_recipe(game / "other.fire", exports=["json"])
+    files = {f"clip/{i}.png": "a frame" for i in range(3)}
+    for recipe in game.glob("*.fire"):
+        files[recipe.name] = ""
+        files[f"chosen/fire-atlas/{recipe.name}"] = said_of(recipe)
+        if recipe.with_suffix(".d").exists():
+            needs = recipe.with_suffix(".d").read_text()
+            needs = needs.replace(f"{game}/{recipe.name}", f"USERS/{recipe.name}")
+            needs = needs.replace(f"{game}/", r"user\://")
+            needs = needs.replace(f"{folder}/clips/fire", r"user\://clip")
+            files[f".godot/imported/{recipe.stem}.d"] = needs
+            recipe.with_suffix(".d").unlink()
+    files["tools/fire-atlas/torch.fire"] = files["chosen/fire-atlas/torch.fire"]
+    built = sorted((game / "build").iterdir())
+    texts = [path for path in built if path.suffix in (".json", ".tscn")]
+    files |= {f"build/{path.name}": path.read_text() for path in texts}
+    files["mods/game.manifest.json"] = '{"outputs": {"mod": 1}}'
+    manifest = game / "addons/fire_atlas/fire_atlas.manifest.json"
+    files["addons/fire_atlas.manifest.json"] = manifest.read_text()
+    disk = [f"{disk}/{path}" for disk in ("", "/C:")
+            for path in (*(f"game/{name}" for name in IN_THE_GAME), *ELSEWHERE)]  # fmt: skip
+    project = folder / "stand-ins"
+    shutil.copytree(game, project)
+    for path in (project / "addons/fire_atlas").glob("*.gd"):
         text = path.read_text()
         for old, new in STAND_INS.items():
             text = re.sub(old, new, text)
         path.write_text(text)
     for name in ("addon.gd", "editor.gd"):
-        shutil.copy(Path(__file__).with_name(name), game)
-    needs = depfile.read_text().replace(f"{game}/torch.fire", "RECIPE")
-    needs = needs.replace(f"{game}/", r"user\://").replace(
-        f"{tmp_path}/clips/fire", r"user\://clip"
-    )
-    built = [path for path in (game / "build").iterdir() if path.suffix in (".json", ".tscn")]
-    files = {f"build/{path.name}": path.read_text() for path in built}
-    files |= {".godot/imported/torch.d": needs, "torch.fire": ""}
-    files["chosen/fire-atlas"] = next(iter(SAID))
-    files["mods/game.manifest.json"] = '{"outputs": {"mod": 1}}'
-    files |= {f"clip/{i}.png": "a frame" for i in range(3)}
-    disk = [f"{disk}/{path}" for disk in ("", "/C:")
-            for path in (*(f"game/{name}" for name in IN_THE_GAME), *ELSEWHERE)]  # fmt: skip
-    asked, found = zip(*searches(""), strict=True)
-    job = {"do": "ask", "script": "res://addon.gd", "files": files, "exported": [*EXPORTED],
-           "needs": NEEDS, "said": [*SAID], "disk": disk, "programs": asked}  # fmt: skip
-    (answer,) = godot4.run(game, [job])
-    assert answer["programs"] == list(found)
-    assert answer["needs"] == ["/a #$b/t.manifest.json", "C:/x y.png", "/clip"]
-    for (errors, notes, is_new), stated in zip(answer["events"], SAID.values(), strict=True):
+        shutil.copy(Path(__file__).with_name(name), project)
+    scripts = [f"res://addons/fire_atlas/{path.name}"
+               for path in (game / "addons/fire_atlas").glob("*.gd")]  # fmt: skip
+    exported = {*EXPORTED, *scripts, *(f"user://build/{path.name}" for path in built)}
+    asked, _ = zip(*searches(), strict=True)
+    job = {"do": "ask", "script": "res://addon.gd", "files": files, "exported": sorted(exported),
+           "needs": NEEDS, "said": [*SAID], "disk": disk, "programs": asked,
+           "paths": [*PATHS]}  # fmt: skip
+    (answer,) = godot4.run(project, [job])
+    return Edited(game, answer)
+
+
+def test_what_the_command_prints_and_lists_is_understood(edited: Edited) -> None:
+    assert edited.answer["needs"] == ["/a #$b/t.manifest.json", "C:/x y.png", "/clip"]
+    for (errors, notes, is_new), stated in zip(edited.answer["events"], SAID.values(), strict=True):
         assert (len(errors), notes, is_new) == stated
-    imported = answer["imported"]
+
+
+def test_a_recipe_becomes_an_asset_and_is_imported_again_when_its_inputs_change(
+    edited: Edited,
+) -> None:
+    """Not while the editor imports other files, but then; and when the user comes back to it."""
+    imported = edited.answer["imported"]
     page, recipe = "user://build/torch.png", "user://torch.fire"
-    reimports = [["reimport", recipe]] * 2  # the clip was as new as the build; then a frame went
     (setting, *warnings), calls = imported["calls"][:3], imported["calls"][3:]
     assert setting == ["setting", "fire_atlas/command"]
     for (kind, said), ignored in zip(warnings, ("fire", "editor_overrides/fire"), strict=True):
         assert kind == "warning" and f"{ignored}_atlas/command is ignored" in said
-    assert calls == [["update", page], ["import", page], ["scan", ""], *reimports]
+        assert "Editor > Editor Settings > Fire Atlas > Command" in said
+    assert calls == [
+        ["run", "/chosen/fire-atlas", *arguments("user://.godot/imported/torch.d", recipe)],
+        ["update", page],
+        ["import", page],
+        ["scan", ""],
+        ["reimport", recipe],  # a frame was as new as the build
+        ["no more imports", ""],
+        ["reimport", recipe],
+        ["reimport", recipe],
+    ]
     assert imported["error"] == 0
     merged = (".import", ".uid")  # the engine writes them too
-    written = {path.name for path in (game / "build").iterdir() if path.suffix not in merged}
-    assert {Path(path).name for path in imported["generated"]} == written - {"torch.manifest.json"}
+    written = {
+        path.name
+        for path in (edited.folder / "build").glob("torch*")
+        if path.suffix not in merged and path.name != "torch.manifest.json"
+    }
+    assert {Path(path).name for path in imported["generated"]} == written
     assert set(imported["inputs"]) == {"user://clip", *(f"user://clip/{i}.png" for i in range(3))}
     assert imported["asset"] == ["Torch", "res://build/torch.tres"]
-    changed = {recipe: "user://.godot/imported/torch"}
-    assert answer["changes"][:5] == [{}, changed, {}, changed, {}]
-    assert set(answer["changes"][5]) == {"torch.d", "torch.tscn"}
-    assert answer["kept_out"] == [path for path, is_kept_out in EXPORTED.items() if is_kept_out]
+
+
+def test_what_a_recipe_was_built_from_is_compared_with_what_is_there(edited: Edited) -> None:
+    changes = edited.answer["changes"]
+    changed = {"user://torch.fire": "user://.godot/imported/torch"}
+    assert changes[:5] == [{}, changed, {}, changed, {}]
+    assert set(changes[5]) == {"torch.d", "typo.d", "other.d", "torch.tscn"}
+
+
+def test_the_editor_says_what_to_do_and_tries_again_when_it_is_started(edited: Edited) -> None:
+    failed = edited.answer["failed"]
+    typo, other, torch = (call[1] for call in failed["calls"] if call[0] == "error")
+    assert re.fullmatch(
+        r"user://typo\.fire: .*typo\.fire:\d+: flakess: unknown key; did you mean flakes\?", typo
+    )
+    assert other == (
+        "user://other.fire: its build writes no scene for Godot 4: write `exports: [godot]` into "
+        "the recipe"
+    )
+    assert torch.startswith(f"user://torch.fire: `/nowhere/fire-atlas` {INSTALL}")
+    assert "Editor > Editor Settings > Fire Atlas > Command" in torch
+    cannot_create = 20
+    assert failed["errors"] == {
+        "user://typo.fire": cannot_create,
+        "user://other.fire": cannot_create,
+        "user://torch.fire": 0,
+        "again": 0,
+    }
+    assert failed["asset stays"]
+    assert not [call for call in failed["calls"] if call[0] == "reimport"]
+    (again,) = (call for call in failed["calls after a restart"] if call[0] == "reimport")
+    assert {*again[1].split(",")} == {f"user://{name}.fire" for name in ("typo", "other", "torch")}
+    assert {*failed["left"]} == {"user://typo.fire", "user://other.fire"}
+
+
+def test_only_what_the_user_has_named_or_what_lies_outside_of_projects_is_run(
+    edited: Edited,
+) -> None:
+    """The project names a program in its settings, and holds others of that name."""
+    asked, found = zip(*searches(), strict=True)
+    assert edited.answer["programs"] == list(found), asked
+    told = dict(zip(PATHS, edited.answer["named"], strict=True))
+    for path, program in PATHS.items():
+        if program:
+            assert told[path][:2] == ["run", program]
+        else:
+            assert told[path][0] == "error" and f"`fire-atlas` {INSTALL}" in told[path][1]
+    calls = [*edited.answer["imported"]["calls"], *edited.answer["failed"]["calls"]]
+    assert {call[1] for call in calls if call[0] == "run"} == {
+        "/chosen/fire-atlas", "/nowhere/fire-atlas",
+    }  # fmt: skip
+
+
+def test_manifests_descriptions_and_the_editors_scripts_stay_out_of_games(edited: Edited) -> None:
+    kept_out = set(edited.answer["kept_out"])
+    assert {path for path in EXPORTED if path in kept_out} == {
+        path for path, is_kept_out in EXPORTED.items() if is_kept_out
+    }
+    in_games = {"fire_atlas_2d.gd", "fire_atlas_3d.gd", "fire_parts.gd"}
+    scripts = (edited.folder / "addons/fire_atlas").glob("*.gd")
+    assert {path.name for path in scripts if f"addons/fire_atlas/{path.name}" not in
+            edited.kept_out} == in_games  # fmt: skip
+
+
+def test_a_game_without_what_is_kept_out_plays_the_asset(
+    edited: Edited, godot4: Godot4, tmp_path: Path
+) -> None:
+    game = tmp_path / "game"
+    shutil.copytree(edited.folder, game)
+    for name in edited.kept_out:
+        (game / name).unlink(missing_ok=True)
+    assert [*game.rglob("*.json")] == [game / "addons/fire_atlas/fire_atlas.manifest.json"]
+    asset = game / ".godot/imported/torch.fire-0.tscn"
+    asset.parent.mkdir(parents=True)
+    asset.write_text(edited.answer["imported"]["text"].replace("user://", "res://"))
+    (game / "torch.fire.import").write_text(
+        '[remap]\n\nimporter="fire_atlas.recipe"\ntype="PackedScene"\n'
+        f'path="res://.godot/imported/{asset.name}"\n'
+    )
+    job = {"scene": "res://torch.fire", "animation": "torch"}
+    seen, played = godot4.run(game, [
+        {"do": "read", **job, "read": [":name", ":autoplay", ":sprite_frames"]},
+        {"do": "play", **job, "ticks": 5},
+    ])  # fmt: skip
+    assert seen == {
+        ":name": "Torch", ":autoplay": "torch", ":sprite_frames": "res://build/torch.tres",
+    }  # fmt: skip
+    assert all(flakes for _, flakes in played[1:])

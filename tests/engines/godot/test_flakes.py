@@ -16,14 +16,13 @@ from fire_atlas.core.pixels import expose
 from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.drawing import draw_flakes, draw_pixels
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks, fold_into_loop
+from fire_atlas.engines.godot.advice import what_is_not_shown
 from fire_atlas.engines.godot.flakes import flake_arrays
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.product import Product
 from fire_atlas.pipeline.writers import exported_files
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.frames import cut_frames
-from fire_atlas.recipe.output import GodotExport
-from tests.engines.godot.engine import Game
 from tests.support.any_tracks import any_tracks, flights_of
 from tests.support.embers import (
     SIDE,
@@ -41,9 +40,8 @@ from tests.support.godot4 import Godot4, picture
 from tests.support.marked import marked
 from tests.support.sheets import sheet_of_fire
 
-SIZE, AT = (200, 200), (100, 160)
 HALF_FLOAT = 2e-3
-"""Relative precision of the light of a flake in Godot 4, which keeps it as half floats."""
+"""Relative precision of the light of a flake, which the engine keeps as half floats."""
 
 Table = NDArray[np.float64]
 
@@ -58,7 +56,7 @@ def built_tracks(folder: Path) -> tuple[dict[str, Any], list[Table], tuple[float
 
 
 def wanted(rows: Table, pivot: tuple[float, float]) -> Table:
-    """What the engine has to say of rows of the tracks, see ``fly.gd``: quads with room for halos.
+    """What the engine has to say of rows of the tracks: quads with room for halos.
 
     The last column is the tail, and 2 more with a halo.
     """
@@ -74,49 +72,31 @@ def wanted(rows: Table, pivot: tuple[float, float]) -> Table:
     ])  # fmt: skip
 
 
-def assert_alike(seen: Any, rows: Table, precision: float = 2e-4) -> None:
+def assert_alike(seen: Any, rows: Table) -> None:
     """Compare instances with rows, each rounded as it is written; angles are all the same ± 2π."""
     got = np.array(seen, float).reshape(-1, 9)
     assert got.shape == rows.shape
     got[:, 4] = rows[:, 4] + (got[:, 4] - rows[:, 4] + np.pi) % (2 * np.pi) - np.pi
     allowed = [0.002, 0.002, 0.05, 0.008, 0.001, 0.002, 0.002, 0.002, 0.002]
-    assert (np.abs(got - rows) <= allowed + precision * np.abs(rows)).all()
+    assert (np.abs(got - rows) <= allowed + HALF_FLOAT * np.abs(rows)).all()
 
 
-def build(folder: Path, version: int, loop: str) -> None:
+def build(folder: Path, loop: str) -> None:
     folder.mkdir()
     (folder / "fire.yaml").write_text(json.dumps({
         "source": {"path": str(shipped("samples") / "campfire"), "height": 120, "fps": 24},
         "flakes": {"bake": False, "life": [0.3, 1.2]}, "timeline": {"loop": loop},
-        "exports": ["json", {"godot": {"version": version}}],
+        "exports": ["json", "godot"],
     }))  # fmt: skip
     assert main(["build", "-q", str(folder / "fire.yaml"), "-o", str(folder)]) == 0
 
 
 @pytest.mark.parametrize("loop", ["auto", "none"])
-def test_godot_3_flies_every_flake_of_every_frame_as_the_tracks_have_it(
-    loop: str, godot: None, tmp_path: Path
-) -> None:
-    folder = tmp_path / "game"
-    build(folder, 3, loop)
-    game = Game.at(folder)
-    assert game.import_all() == []
-    _, frames, pivot = built_tracks(folder)
-    shown = [0, 7, len(frames) - 1, 7]
-    job = {"scene": "res://fire.tscn", "animation": "fire", "times": sought_times(len(frames))}
-    answer = game.ask("fly.gd", {**job, "frames": shown, "ticks": 0}, SIZE)
-    assert_flown(answer["sought"], folder, loop)
-    for i, seen in zip(shown, answer["followed"], strict=True):
-        assert_alike(seen, wanted(frames[i], pivot))
-    assert answer["hidden"] == []
-
-
-@pytest.mark.parametrize("loop", ["auto", "none"])
-def test_godot_4_flies_every_flake_of_every_frame_as_the_tracks_have_it(
+def test_every_flake_of_every_frame_flies_as_the_tracks_have_it(
     loop: str, godot4: Godot4, tmp_path: Path
 ) -> None:
     folder = tmp_path / "game"
-    build(folder, 4, loop)
+    build(folder, loop)
     tracks, frames, pivot = built_tracks(folder)
     count, scene = len(frames), {"scene": "res://fire.tscn", "animation": "fire"}
     ticks = round((count + 3) / tracks["fps"] * 60)  # on beyond the end
@@ -125,7 +105,7 @@ def test_godot_4_flies_every_flake_of_every_frame_as_the_tracks_have_it(
         [{"do": "seek_flakes", **scene, "times": sought_times(count)},
          {"do": "play", **scene, "ticks": ticks}],
     )  # fmt: skip
-    assert_flown(sought, folder, loop, HALF_FLOAT)
+    assert_flown(sought, folder, loop)
     times = np.array([time for time, _ in played[1:]])
     ideal = times[0] + np.arange(len(times)) * tracks["fps"] / 60
     if loop == "auto":
@@ -136,26 +116,36 @@ def test_godot_4_flies_every_flake_of_every_frame_as_the_tracks_have_it(
         assert_near_tracks(np.array(seen, float), time, frames, tracks, pivot)
 
 
+def test_flakes_that_are_hidden_cost_nothing(godot4: Godot4, tmp_path: Path) -> None:
+    """As those are that the pages show: nothing is placed while the sprite plays."""
+    flakes_alone(tmp_path / "game", some_tracks())
+    job = {"do": "play", "scene": "res://game.tscn", "animation": "campfire", "ticks": 30}
+    hidden = {**job, "set": {"Flakes:visible": "false"}}
+    shown, unseen = godot4.run(tmp_path / "game", [job, hidden])
+    assert [len(rows) for _, rows in shown[1:]] == [3] * 29
+    assert [rows for _, rows in unseen] == [[]] * 30
+
+
 def sought_times(count: int) -> list[float]:
     """Every frame, half way to the next, beyond the end, and before the beginning."""
     return [*range(count), *(i + 0.5 for i in range(count)), count + 3, -2]
 
 
-def assert_flown(sought: list[Any], folder: Path, loop: str, precision: float = 2e-4) -> None:
+def assert_flown(sought: list[Any], folder: Path, loop: str) -> None:
     """Compare where flakes are at ``sought_times`` with the tracks."""
     tracks, frames, pivot = built_tracks(folder)
     count = len(frames)
     for i, rows in enumerate(frames):
-        assert_alike(sought[i], wanted(rows, pivot), precision)
+        assert_alike(sought[i], wanted(rows, pivot))
     for i, seen in enumerate(sought[count : 2 * count]):
-        assert_between(np.array(seen, float), frames, i, tracks, pivot, max(precision, 1e-3))
+        assert_between(np.array(seen, float), frames, i, tracks, pivot)
     assert tracks["loop"] == (loop == "auto")
     beyond = [3, count - 2] if tracks["loop"] else [count - 1, 0]
     for i, seen in zip(beyond, sought[2 * count :], strict=True):
         if i == count - 1:
             assert not np.array(seen, float).reshape(-1, 9)[:, 5:8].any()  # all have gone out
         else:
-            assert_alike(seen, wanted(frames[i], pivot), precision)
+            assert_alike(seen, wanted(frames[i], pivot))
 
 
 def assert_near_tracks(
@@ -174,9 +164,8 @@ def assert_near_tracks(
 
 
 def assert_between(
-    seen: Table, frames: list[Table], i: int, tracks: Any, pivot: tuple[float, float],
-    precision: float,
-) -> None:  # fmt: skip
+    seen: Table, frames: list[Table], i: int, tracks: Any, pivot: tuple[float, float]
+) -> None:
     """Half way to the next frame a flake is between its two places; one that ends there dims.
 
     The loop is longer than any life, so that flakes keep their ids.
@@ -191,10 +180,10 @@ def assert_between(
         if end is None:
             velocity = flake[3:5] / tracks["fps"]
             assert got[:2] == pytest.approx(start[:2] + velocity / 2, abs=0.01)
-            assert got[5:8] == pytest.approx(start[5:8] / 2, abs=1e-3, rel=precision)
+            assert got[5:8] == pytest.approx(start[5:8] / 2, abs=1e-3, rel=HALF_FLOAT)
         else:
             assert got[:2] == pytest.approx((start[:2] + end[:2]) / 2, abs=0.01)
-            assert got[5:8] == pytest.approx((start[5:8] + end[5:8]) / 2, abs=1e-3, rel=precision)
+            assert got[5:8] == pytest.approx((start[5:8] + end[5:8]) / 2, abs=1e-3, rel=HALF_FLOAT)
 
 
 def some_tracks() -> Tracks:
@@ -223,14 +212,13 @@ def spawns_of(count: int) -> Table:
     return spawns
 
 
-def flakes_alone(folder: Path, tracks: Tracks, version: int, **atlas: Any) -> None:
+def flakes_alone(folder: Path, tracks: Tracks, **atlas: Any) -> None:
     """Write a scene of flakes over black, behind which there is no flame."""
     folder.mkdir(exist_ok=True)
     # Named as its folder, since a project has room for one effect of a name.
     sheet = replace(sheet_of_fire(pivot=[0.5, 0.5], **atlas), name=folder.name, title=folder.name)
     product = Product((sheet,), {"campfire": tracks}, frozenset(), lambda name: None)
-    export = GodotExport.model_validate({"godot": {"version": version}})
-    for file in exported_files([export], product, {}):
+    for file in exported_files(["godot"], product, {}):
         (folder / file.name).write_bytes(file.data)
     for page in sheet.pages:
         Image.new("RGBA", (page.width, page.height)).save(folder / page.file)
@@ -240,28 +228,12 @@ Cases = dict[str, tuple[Tracks, dict[str, Any]]]
 """The flakes of each case, and its settings of the atlas."""
 
 
-def seen_in_godot_3(folder: Path, cases: Cases) -> dict[str, NDArray[np.int64]]:
-    """Return what the engine shows of each case, one folder each."""
-    game = Game.at(folder)
-    for case, (tracks, atlas) in cases.items():
-        flakes_alone(folder / case, tracks, 3, **atlas)
-    assert game.import_all() == []
-    shot = {"animation": "campfire", "frame": 4, "flakes": 4.0}
-    shots = [{**shot, "scene": f"res://{case}/{case}.tscn", "to": f"{case}.shot"} for case in cases]
-    game.ask("draw.gd", {"at": [30, 30], "background": "000000", "shots": shots}, (SIDE, SIDE))
-    seen = {}
-    for case in cases:
-        with Image.open(game.folder / f"{case}.shot") as image:
-            seen[case] = np.asarray(image.convert("RGB")).astype(int)
-    return seen
-
-
-def seen_in_godot_4(
+def seen_in_godot(
     godot4: Godot4, folder: Path, cases: Cases, *, film: bool = False
 ) -> dict[str, NDArray[np.int64]]:
     """Return what the engine shows of each case, one folder each; as ``film`` by that scene."""
     for case, (tracks, atlas) in cases.items():
-        flakes_alone(folder / case, tracks, 4, **atlas)
+        flakes_alone(folder / case, tracks, **atlas)
     shot = {"do": "draw", "animation": "campfire", "frame": 4, "at": [30, 30]}
     shot |= {"background": "000000", "sprite": "Film/Fire" if film else "."}
     scene = "{0}/{0}_film.tscn" if film else "{0}/{0}.tscn"
@@ -292,20 +264,9 @@ def places_of_pivot() -> float:
     return -30.0
 
 
-def test_godot_3_plays_all_rounds_of_the_tracks(godot: None, tmp_path: Path) -> None:
-    game = Game.at(tmp_path / "game")
-    flakes_alone(game.folder, tracks_of_three_rounds(), 3)
-    assert game.import_all() == []
-    job = {"scene": "res://game.tscn", "animation": "campfire", "times": [], "frames": [0]}
-    played = game.ask("fly.gd", {**job, "ticks": 90}, (60, 60))["played"]
-    assert_goes_through_all_rounds(played[2:])
-
-
 @pytest.mark.parametrize("speed", [1.0, -1.0])
-def test_godot_4_plays_all_rounds_of_the_tracks(
-    speed: float, godot4: Godot4, tmp_path: Path
-) -> None:
-    flakes_alone(tmp_path / "game", tracks_of_three_rounds(), 4)
+def test_all_rounds_of_the_tracks_are_played(speed: float, godot4: Godot4, tmp_path: Path) -> None:
+    flakes_alone(tmp_path / "game", tracks_of_three_rounds())
     job = {"do": "play", "scene": "res://game.tscn", "animation": "campfire", "ticks": 90}
     changed = {":speed_scale": str(speed)}
     (played,) = godot4.run(tmp_path / "game", [{**job, "set": changed}])
@@ -313,7 +274,7 @@ def test_godot_4_plays_all_rounds_of_the_tracks(
 
 
 def test_a_round_is_sought_by_its_number(godot4: Godot4, tmp_path: Path) -> None:
-    flakes_alone(tmp_path / "game", tracks_of_three_rounds(), 4)
+    flakes_alone(tmp_path / "game", tracks_of_three_rounds())
     job = {"do": "seek_flakes", "scene": "res://game.tscn", "animation": "campfire"}
     (seen,) = godot4.run(tmp_path / "game", [{**job, "times": [2.5, 11.5, 26, 28, -1]}])
     assert [round(row[0][0] + 30, 3) for row in seen] == [2.5, 11.5, 26, 1, 26]
@@ -348,14 +309,9 @@ def assert_as_in_our_frame(seen: dict[str, NDArray[np.int64]], cases: Cases) -> 
         assert np.abs(seen[case] - own).max() <= 3, case
 
 
-def test_in_godot_3_an_ember_alone_looks_as_in_our_frame(godot: None, tmp_path: Path) -> None:
+def test_an_ember_alone_looks_as_in_our_frame(godot4: Godot4, tmp_path: Path) -> None:
     cases = alone()
-    assert_as_in_our_frame(seen_in_godot_3(tmp_path / "game", cases), cases)
-
-
-def test_in_godot_4_an_ember_alone_looks_as_in_our_frame(godot4: Godot4, tmp_path: Path) -> None:
-    cases = alone()
-    assert_as_in_our_frame(seen_in_godot_4(godot4, tmp_path, cases), cases)
+    assert_as_in_our_frame(seen_in_godot(godot4, tmp_path, cases), cases)
 
 
 def covered(ember: Picture, behind: Picture) -> Picture:
@@ -383,21 +339,16 @@ def assert_blended(seen: dict[str, NDArray[np.int64]]) -> None:
         assert np.abs(drawn - own)[lit].mean() < most
 
 
-def test_overlapping_embers_are_blended_in_godot_3(godot: None, tmp_path: Path) -> None:
+def test_overlapping_embers_are_blended(godot4: Godot4, tmp_path: Path) -> None:
     cases = cases_of({"embers": tracks_of(overlapping())})
-    assert_blended(seen_in_godot_3(tmp_path / "game", cases))
-
-
-def test_overlapping_embers_are_blended_in_godot_4(godot4: Godot4, tmp_path: Path) -> None:
-    cases = cases_of({"embers": tracks_of(overlapping())})
-    assert_blended(seen_in_godot_4(godot4, tmp_path, cases))
+    assert_blended(seen_in_godot(godot4, tmp_path, cases))
 
 
 def test_where_light_is_blended_an_ember_is_light(godot4: Godot4, tmp_path: Path) -> None:
     """As in a project with HDR 2D, whose screen holds light."""
     tracks = tracks_of(SINGLE["middling"])
     atlas = {"alpha": "premultiplied", "blend_space": "linear"}
-    (seen,) = seen_in_godot_4(godot4, tmp_path, {"linear": (tracks, atlas)}).values()
+    (seen,) = seen_in_godot(godot4, tmp_path, {"linear": (tracks, atlas)}).values()
     light = expose(draw_flakes(tracks.frames[0], SIDE, SIDE).rgb()) * 255
     assert np.abs(seen - light).max() <= 3
 
@@ -405,7 +356,7 @@ def test_where_light_is_blended_an_ember_is_light(godot4: Godot4, tmp_path: Path
 def test_on_film_the_light_of_embers_is_summed(godot4: Godot4, tmp_path: Path) -> None:
     cases = cases_of({"embers": tracks_of(overlapping()), "ember": tracks_of(SINGLE["bright"])})
     cases |= {name: (tracks_of(row), {"alpha": "straight"}) for name, row in SMALL.items()}
-    assert_as_in_our_frame(seen_in_godot_4(godot4, tmp_path, cases, film=True), cases)
+    assert_as_in_our_frame(seen_in_godot(godot4, tmp_path, cases, film=True), cases)
 
 
 def test_on_film_flame_and_embers_are_as_on_a_baked_page(godot4: Godot4, tmp_path: Path) -> None:
@@ -514,3 +465,20 @@ def test_flakes_that_the_pixels_show_are_not_played_as_well() -> None:
         ("walk",): ('animations = PackedStringArray("tree")', False),
         ("walk", "tree"): ('animations = PackedStringArray("walk", "tree")', True),
     }
+
+
+def test_textures_on_several_pages_are_not_played_and_the_build_says_so() -> None:
+    sheet = marked().sheet
+    cell = sheet.regions[0]
+    tracks = {"walk": some_tracks()}
+    for cells, is_played in (((cell,), True), ((cell, replace(cell, page=1)), False)):
+        made = replace(sheet, cells=cells)
+        product = Product((made,), tracks, frozenset(), lambda name: None)
+        (scene,) = (
+            file.data.decode()
+            for file in exported_files(["godot"], product, {})
+            if file.name == "mark.tscn"
+        )
+        assert ("CELLS" in scene) == is_played
+        said = " ".join(what_is_not_shown(product))
+        assert ("on several pages; raise atlas.max_size" in said) != is_played

@@ -58,7 +58,6 @@ _CLIP = {"path": str(shipped("samples") / "campfire"), "height": 120, "fps": 24}
     ("keys", "advice"),
     [
         ({}, "set atlas.layout: grid"),
-        ({"atlas": {"layout": "grid"}, "exports": [{"godot": {"version": 3}}]}, "version: 4"),
         ({"atlas": {"layout": "grid", "max_size": 320}}, "a larger atlas.max_size"),
         ({"atlas": {"layout": "grid"}}, None),
         ({"exports": ["json"]}, None),

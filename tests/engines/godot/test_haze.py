@@ -97,12 +97,3 @@ def test_it_is_as_strong_as_the_scene_says(godot4: Godot4, game: Path) -> None:
     foot = round(HazePage.read(game / "build").frames[5]["anchor"]["y"] * HEIGHT)
     assert np.array_equal(turned[: 2 * foot - HEIGHT, :, 1], straight[: 2 * foot - HEIGHT])
     assert not np.array_equal(turned[foot:, :, 1], straight[foot:])
-
-
-def test_godot_3_has_no_scene_for_it_and_the_build_says_so(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    build = built(tmp_path, exports=["json", {"godot": {"version": 3}}])
-    assert "maps.haze: no fire_haze.tscn" in capsys.readouterr().err
-    assert not list(build.glob("*_haze*"))
-    assert (build / "fire.haze.png.import").exists()

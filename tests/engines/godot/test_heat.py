@@ -158,12 +158,3 @@ def test_its_script_is_sound(program: str, game: Path) -> None:
     tool = Path(sysconfig.get_path("scripts")) / program
     ran = subprocess.run([tool, game / "fire_heat.gd"], capture_output=True, check=False)
     assert ran.returncode == 0, ran.stdout + ran.stderr
-
-
-def test_godot_3_is_refused_with_advice(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    recipe = tmp_path / "fire.yaml"
-    recipe.write_text(
-        "source: {path: clip}\natlas: {pixels: heat}\nexports: [{godot: {version: 3}}]\n"
-    )
-    assert main(["check", str(recipe)]) != 0
-    assert "only Godot 4 has a shader for atlas.pixels heat" in capsys.readouterr().err

@@ -8,7 +8,6 @@ import pytest
 
 from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
-from tests.engines.godot.engine import Game
 from tests.formats.test_sprites_and_members import draw
 from tests.support.godot4 import Godot4
 
@@ -19,12 +18,12 @@ CLIPS: dict[str, dict[str, Any]] = {
 }
 
 
-def build(folder: Path, clip: Path, version: int, atlas: dict[str, Any]) -> list[str]:
+def build(folder: Path, clip: Path, atlas: dict[str, Any]) -> list[str]:
     """Build a scene of a clip; return the names of its scales."""
     recipe = {
         "source": {"path": str(clip / "frames"), "height": 160},
         "atlas": atlas,
-        "exports": ["json", {"godot": {"version": version}}],
+        "exports": ["json", "godot"],
         "flakes": {"bake": clip.name == "real_candle_red"},
     }
     folder.mkdir()
@@ -34,26 +33,11 @@ def build(folder: Path, clip: Path, version: int, atlas: dict[str, Any]) -> list
 
 
 @pytest.mark.parametrize("clip", CLIPS)
-def test_godot_3_understands_every_frame_as_it_is_on_the_sheet(
-    clips: Path, clip: str, godot: None, tmp_path: Path
-) -> None:
-    folder = tmp_path / "game"
-    names = build(folder, clips / clip, 3, CLIPS[clip])
-    game = Game.at(folder)
-    assert game.import_all() == []
-    seen = game.ask("describe.gd", [f"res://{n}.{e}" for n in names for e in ("tres", "tscn")])
-    for name in names:
-        scene = seen[f"res://{name}.tscn"]
-        assert (scene.pop("name"), scene.pop("type")) == ("Fire", "AnimatedSprite")
-        assert_sheet(seen[f"res://{name}.tres"], scene, folder, name, CLIPS[clip])
-
-
-@pytest.mark.parametrize("clip", CLIPS)
-def test_godot_4_understands_every_frame_as_it_is_on_the_sheet(
+def test_every_frame_is_understood_as_it_is_on_the_sheet(
     clips: Path, clip: str, godot4: Godot4, tmp_path: Path
 ) -> None:
     folder = tmp_path / "game"
-    names = build(folder, clips / clip, 4, CLIPS[clip])
+    names = build(folder, clips / clip, CLIPS[clip])
     read = {
         "animation": ":animation", "playing": ":autoplay", "offset": ":offset",
         "centered": ":centered", "blend": ":material:blend_mode", "frames": ":sprite_frames",
@@ -76,7 +60,7 @@ def test_godot_4_understands_every_frame_as_it_is_on_the_sheet(
 def assert_sheet(
     animations: Any, scene: Any, folder: Path, name: str, atlas: dict[str, Any]
 ) -> None:
-    """Compare what an engine understood of one scale with its JSON."""
+    """Compare what the engine understood of one scale with its JSON."""
     pages = sorted(folder.glob(f"{name}.json")) + sorted(folder.glob(f"{name}-*.json"))
     sheets = [json.loads(page.read_text()) for page in pages]
     frames = {key: (frame, sheet) for sheet in sheets for key, frame in sheet["frames"].items()}
@@ -125,7 +109,9 @@ def assert_scene(scene: Any, folder: Path, name: str, sheet: Any, atlas: dict[st
     }
 
 
-def test_effects_and_sprites_that_share_pages_are_one_sprite(godot: None, tmp_path: Path) -> None:
+def test_effects_and_sprites_that_share_pages_are_one_sprite(
+    godot4: Godot4, tmp_path: Path
+) -> None:
     folder = tmp_path / "game"
     folder.mkdir()
     for i, size in enumerate((20, 30)):
@@ -138,21 +124,21 @@ def test_effects_and_sprites_that_share_pages_are_one_sprite(godot: None, tmp_pa
         "hero": {"source": {"path": "art"}, **plain},
         "level": {
             "atlas": {"members": ["torch.yaml", "candle.yaml", "hero.yaml"], "max_size": 128},
-            "exports": ["json", {"godot": {"version": 3}}], "tracks": [],
+            "exports": ["json", "godot"], "tracks": [],
         },
     }  # fmt: skip
     for name, recipe in recipes.items():
         (folder / f"{name}.yaml").write_text(json.dumps(recipe))
     assert main(["build", "-q", str(folder / "level.yaml"), "-o", str(folder)]) == 0
-    game = Game.at(folder)
-    assert game.import_all() == []
-    stated = game.ask("describe.gd", ["res://level.tres", "res://level.tscn"])
-    animations = stated["res://level.tres"]
+    read = ["Flakes:tracks:animations", "Flakes:visible"]
+    animations, scene = godot4.run(folder, [
+        {"do": "describe_frames", "path": "res://level.tres"},
+        {"do": "read", "scene": "res://level.tscn", "read": read},
+    ])  # fmt: skip
     counts = {name: len(animation["frames"]) for name, animation in animations.items()}
     assert counts == {"torch": 5, "candle": 5, "hero_walk": 2}
     assert {tuple(frame["size"]) for a in animations.values() for frame in a["frames"]} == {
         tuple(animations["torch"]["frames"][0]["size"])  # one stage for all
     }
     assert len({frame["page"] for a in animations.values() for frame in a["frames"]}) > 1
-    flakes = stated["res://level.tscn"]["flakes"]
-    assert (flakes["animations"], flakes["visible"]) == (["torch"], True)
+    assert [scene[path] for path in read] == [["torch"], True]

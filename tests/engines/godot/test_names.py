@@ -2,7 +2,6 @@
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -15,7 +14,6 @@ from PIL import Image
 from fire_atlas.cli import main
 from fire_atlas.core.errors import OutputError
 from fire_atlas.engines.godot.names import node_name, number, quoted, real, titles
-from tests.engines.godot.engine import Game
 from tests.formats.test_sprites_and_members import draw
 from tests.support.godot4 import Godot4
 
@@ -25,54 +23,46 @@ ANIMATIONS = [
 ]  # fmt: skip
 
 
-def test_animations_may_be_called_anything(godot: None, godot4: Godot4, tmp_path: Path) -> None:
-    folder = tmp_path / "game"
-    (folder / "art").mkdir(parents=True)
+def test_animations_may_be_called_anything(godot4: Godot4, tmp_path: Path) -> None:
     for i, name in enumerate(ANIMATIONS):
         for frame in range(2):
-            draw(folder / f"art/{name}_{frame:02}.png", 8 + i, 10 + frame)
-    for version in (3, 4):
-        (folder / "hero.yaml").write_text(json.dumps({
-            "source": {"path": "art"}, "flakes": "none", "motion_blur": "none", "tracks": [],
-            "exports": ["json", {"godot": {"version": version}}],
-        }))  # fmt: skip
-        out = folder / f"v{version}"
-        assert main(["build", "-q", str(folder / "hero.yaml"), "-o", str(out)]) == 0
-    for image in (folder / "art").iterdir():
-        image.unlink()
-    (in_godot_4,) = godot4.run(
-        folder / "v4", [{"do": "describe_frames", "path": "res://hero.tres"}]
-    )
-    shutil.rmtree(folder / "v4")
-    game = Game.at(folder)
-    assert game.import_all() == []
-    in_godot_3 = game.ask("describe.gd", ["res://v3/hero.tres"])["res://v3/hero.tres"]
-    sheet = json.loads((folder / "v3/hero.json").read_text())
+            draw(tmp_path / f"art/{name}_{frame:02}.png", 8 + i, 10 + frame)
+    (tmp_path / "hero.yaml").write_text(json.dumps({
+        "source": {"path": "art"}, "flakes": "none", "motion_blur": "none", "tracks": [],
+        "exports": ["json", "godot"],
+    }))  # fmt: skip
+    game = tmp_path / "game"
+    assert main(["build", "-q", str(tmp_path / "hero.yaml"), "-o", str(game)]) == 0
+    (animations,) = godot4.run(game, [{"do": "describe_frames", "path": "res://hero.tres"}])
+    sheet = json.loads((game / "hero.json").read_text())
     wanted = {name.replace(",", " ").replace("/", "_") for name in sheet["animations"]}
     assert len(wanted) == len(ANIMATIONS)
-    for animations in (in_godot_3, in_godot_4):
-        assert set(animations) == wanted
-        assert all(len(animation["frames"]) == 2 for animation in animations.values())
-        for animation in animations.values():
-            (size,) = {tuple(frame["size"]) for frame in animation["frames"]}
-            assert size == (8 + len(ANIMATIONS) - 1, 11)  # the stage that holds all frames
+    assert set(animations) == wanted
+    assert all(len(animation["frames"]) == 2 for animation in animations.values())
+    for animation in animations.values():
+        (size,) = {tuple(frame["size"]) for frame in animation["frames"]}
+        assert size == (8 + len(ANIMATIONS) - 1, 11)  # the stage that holds all frames
 
 
-@pytest.mark.parametrize("name", ["9lives", "fire-ball.v2", "_", "A" * 100, "CONE", "0"])
-def test_outputs_may_be_called_what_a_recipe_may_be(name: str, godot: None, tmp_path: Path) -> None:
-    folder = tmp_path / "game"
-    folder.mkdir()
-    draw(folder / "a.png", 9, 9)
-    (folder / "r.yaml").write_text(json.dumps({
-        "name": name, "source": {"path": "a.png"}, "flakes": "none", "motion_blur": "none",
-        "tracks": [], "exports": [{"godot": {"version": 3}}],
-    }))  # fmt: skip
-    assert main(["build", "-q", str(folder / "r.yaml"), "-o", str(folder)]) == 0
-    game = Game.at(folder)
-    assert game.import_all() == []
-    stated = game.ask("describe.gd", [f"res://{name}.tscn", f"res://{name}.tres"])
-    assert stated[f"res://{name}.tscn"]["name"] == node_name(name)
-    assert set(stated[f"res://{name}.tres"]) == {name}
+NAMES = ["9lives", "fire-ball.v2", "_", "A" * 100, "CONE", "0"]
+
+
+def test_outputs_may_be_called_what_a_recipe_may_be(godot4: Godot4, tmp_path: Path) -> None:
+    game = tmp_path / "game"
+    draw(tmp_path / "a.png", 9, 9)
+    for name in NAMES:
+        (tmp_path / "r.yaml").write_text(json.dumps({
+            "name": name, "source": {"path": "a.png"}, "flakes": "none", "motion_blur": "none",
+            "tracks": [], "exports": ["godot"],
+        }))  # fmt: skip
+        assert main(["build", "-q", str(tmp_path / "r.yaml"), "-o", str(game)]) == 0
+    jobs: list[dict[str, Any]] = [
+        {"do": "read", "scene": f"res://{name}.tscn", "read": [":name"]} for name in NAMES
+    ]
+    jobs += [{"do": "describe_frames", "path": f"res://{name}.tres"} for name in NAMES]
+    answers = godot4.run(game, jobs)
+    assert [scene[":name"] for scene in answers[: len(NAMES)]] == [*map(node_name, NAMES)]
+    assert [[*frames] for frames in answers[len(NAMES) :]] == [[name] for name in NAMES]
 
 
 @pytest.mark.parametrize("name", ["a b", "ö", "a;b", 'a"b', "a/b", "x" * 200, "..", ""])

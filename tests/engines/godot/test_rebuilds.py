@@ -12,8 +12,6 @@ from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from fire_atlas.engines.godot.import_settings import import_settings
 from fire_atlas.engines.godot.names import derived_uid
-from fire_atlas.recipe.output import GodotOptions
-from tests.engines.godot.engine import Game
 
 REFERENCE = re.compile(r'^\[ext_resource .*uid="(.*?)" path="(.*?)"', re.MULTILINE)
 UID = re.compile(r"uid://[a-y0-8]{1,13}")
@@ -158,12 +156,10 @@ def changed_lines(before: str, after: str) -> set[str]:
 @pytest.mark.parametrize("newline", ["\n", "\r\n"])
 def test_only_what_must_hold_is_changed(alpha: str, changed: set[str], newline: str) -> None:
     theirs = REWRITTEN.replace("\n", newline)
-    patched = import_settings(
-        theirs.encode(), alpha, "uid://cxjsam1fyjnui", GodotOptions()
-    ).decode()
+    patched = import_settings(theirs.encode(), alpha, "uid://cxjsam1fyjnui").decode()
     assert changed_lines(theirs, patched) == changed
     assert patched.count("\r") == theirs.count("\r")
-    again = import_settings(patched.encode(), alpha, "uid://cxjsam1fyjnui", GodotOptions())
+    again = import_settings(patched.encode(), alpha, "uid://cxjsam1fyjnui")
     assert again.decode() == patched
 
 
@@ -171,9 +167,7 @@ def test_only_what_must_hold_is_changed(alpha: str, changed: set[str], newline: 
 def test_what_a_file_lacks_is_added(cut: str) -> None:
     """Older engines and other tools write fewer keys, or no section of them at all."""
     theirs = REWRITTEN.partition(cut)[0]
-    patched = import_settings(
-        theirs.encode(), "additive", "uid://cxjsam1fyjnui", GodotOptions()
-    ).decode()
+    patched = import_settings(theirs.encode(), "additive", "uid://cxjsam1fyjnui").decode()
     assert patched.startswith(theirs.rstrip())
     params = patched.partition("[params]")[2].split()
     assert [line for line in params if line.startswith(("process", "size"))] == [
@@ -186,14 +180,14 @@ def test_what_a_file_lacks_is_added(cut: str) -> None:
     "theirs", [b"", b"\xff\xfe\x00", b"<<<<<<< HEAD\n", b'[remap]\n\nimporter="texture"\n']
 )
 def test_what_is_no_import_file_is_written_anew(theirs: bytes) -> None:
-    new = import_settings(None, "straight", "uid://a", GodotOptions())
-    assert import_settings(theirs, "straight", "uid://a", GodotOptions()) == new
+    new = import_settings(None, "straight", "uid://a")
+    assert import_settings(theirs, "straight", "uid://a") == new
     assert b'uid="uid://a"' in new and b"process/fix_alpha_border=false" in new
 
 
 def test_a_page_that_somebody_imports_as_something_else_is_left_alone() -> None:
     theirs = b'[remap]\n\nimporter="bitmap"\ntype="BitMap"\n'
-    assert import_settings(theirs, "additive", "uid://a", GodotOptions()) == theirs
+    assert import_settings(theirs, "additive", "uid://a") == theirs
 
 
 def test_a_build_that_changes_nothing_stays_one_after_the_engine_was_there(
@@ -245,31 +239,3 @@ def test_what_the_engine_imports_makes_nothing_stale(
     assert "up to date" in capsys.readouterr().out
     assert main(["clean", recipe, "-o", str(art)]) == 0
     assert not art.exists() or not list(art.iterdir())
-
-
-@pytest.mark.usefixtures("godot")
-def test_what_the_engine_and_its_user_wrote_survives(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    game = Game.at(tmp_path / "game")
-    old: dict[str, Any] = {"exports": [{"godot": {"version": 3}}], "tracks": []}
-    build(game.folder, **old)
-    page = game.folder / "art/fire.png.import"
-    ours = page.read_text()
-    assert game.import_all() == []
-    filled = page.read_text()
-    assert filled != ours and "dest_files=" in filled and "fix_alpha_border=false" in filled
-    capsys.readouterr()
-    build(game.folder, **old)
-    assert "up to date" in capsys.readouterr().out
-    build(game.folder, **old, seed=4)
-    assert page.read_text() == filled
-    edited = filled.replace("flags/filter=true", "flags/filter=false")
-    edited = edited.replace("flags/repeat=0", "flags/repeat=1") + "my/custom=[ 1, 2 ]\n"
-    page.write_text(edited)
-    build(game.folder, **old, seed=5)
-    assert page.read_text() == edited
-    assert game.import_all() == []
-    kept = page.read_text()
-    assert "flags/filter=false" in kept and "flags/repeat=1" in kept
-    assert "fix_alpha_border=false" in kept

@@ -1,0 +1,1 @@
+"""Vectors in images: of motion and of haze."""
