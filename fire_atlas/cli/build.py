@@ -177,7 +177,7 @@ def _why_built(tree: RecipeTree, plan: Plan, stale: Container[Path], args: Names
     """Return why a recipe would be built; None if it would not."""
     reason = _why_stale(tree, plan, stale, args)
     if reason is not None or args.force:
-        from fire_atlas.pipeline.check import load_checked
+        from fire_atlas.pipeline.input.check import load_checked
 
         load_checked(tree)  # raises the errors that a build would report
     return reason or ("--force" if args.force else None)

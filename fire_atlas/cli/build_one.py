@@ -16,7 +16,7 @@ def folder_of(tree: RecipeTree, args: Namespace) -> Path:
 def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
     """Build a recipe that is not up to date; import heavy modules only if the cache lacks it."""
     from fire_atlas.cli.cached import cache_of, restored
-    from fire_atlas.pipeline.check import load_checked
+    from fire_atlas.pipeline.input.check import load_checked
 
     loaded, cache, out = load_checked(tree), cache_of(args), folder_of(tree, args)
     if cache and not args.force and (outcome := restored(loaded, cache, out, args, view)):

@@ -15,7 +15,7 @@ from fire_atlas.core.progress import StageTimer
 
 if TYPE_CHECKING:
     from fire_atlas.outputs.cache.build_cache import BuildCache
-    from fire_atlas.pipeline.check import CheckedRecipe
+    from fire_atlas.pipeline.input.check import CheckedRecipe
 
 _MODES = ("read", "read-write")
 
@@ -48,7 +48,7 @@ def restored(
     """Take the outputs of a recipe from a cache; return None if they are not there."""
     from fire_atlas.outputs.cache.archive import CacheMissError
     from fire_atlas.outputs.cache.key import CacheKey
-    from fire_atlas.pipeline.restore import restore
+    from fire_atlas.pipeline.files.restore import restore
 
     timer, key = StageTimer(), CacheKey.of_tree(loaded.tree)
     try:

@@ -9,7 +9,7 @@ from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import SourceError
 from fire_atlas.outputs.dependencies import textures_of
 from fire_atlas.outputs.folder import recover_default
-from fire_atlas.pipeline.check import load_checked
+from fire_atlas.pipeline.input.check import load_checked
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.load import LoadedRecipe, resolved_yaml
 from fire_atlas.recipe.source import ClipInput, ProfileSource

@@ -65,7 +65,7 @@ def _cleaned(tree: RecipeTree, out: Path, note: Callable[[str], None]) -> Iterat
 def _possible_outputs(tree: RecipeTree, out: Path) -> str:
     """Return a list of the files in ``out`` that are called like those of a recipe, as the end of a
     sentence; nothing if the recipe is invalid."""
-    from fire_atlas.pipeline.expected import possible
+    from fire_atlas.pipeline.files.expected import possible
     from fire_atlas.recipe.load import load_tree
 
     try:

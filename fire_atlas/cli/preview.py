@@ -13,7 +13,7 @@ from fire_atlas.cli.temporary_build import BuiltAtlas, temporary_build
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.formats.atlas.texture_packer import read_atlas
-from fire_atlas.formats.names import flakes_file
+from fire_atlas.formats.output_names import flakes_file
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks, read_tracks
 from fire_atlas.outputs.folder import default_folder, make_folder
 from fire_atlas.outputs.staging import refuse_existing, write_whole

@@ -12,10 +12,10 @@ from fire_atlas.core.context import BuildContext, BuildOptions
 from fire_atlas.core.progress import StageTimer
 from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.folder import recover_default, temporary_folder
+from fire_atlas.pipeline.animation.show_field import field_marks
 from fire_atlas.pipeline.build import build
-from fire_atlas.pipeline.check import CheckedRecipe, load_checked
-from fire_atlas.pipeline.open import open_alone
-from fire_atlas.pipeline.show_field import field_marks
+from fire_atlas.pipeline.input.check import CheckedRecipe, load_checked
+from fire_atlas.pipeline.input.open import open_alone
 from fire_atlas.preview.field_marks import FieldMarks
 from fire_atlas.recipe.tree import RecipeTree
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
 
 from fire_atlas.core.output_file import OutputFile
-from fire_atlas.formats.names import OutputNames
+from fire_atlas.formats.output_names import OutputNames
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Export, ExportName
 from fire_atlas.recipe.problem import Problem

@@ -7,7 +7,7 @@ from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.camera import Camera
 from fire_atlas.effect.composition.light import ClipLight
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.formats.names import animation_stem
+from fire_atlas.formats.output_names import animation_stem
 from fire_atlas.recipe.output import TrackName
 
 

@@ -11,11 +11,18 @@ from fire_atlas.outputs.digest import tool_digest
 from fire_atlas.outputs.freshness import why_stale
 from fire_atlas.outputs.ownership import commit
 from fire_atlas.outputs.staging import Staging
-from fire_atlas.pipeline.check import CheckedRecipe
-from fire_atlas.pipeline.content import build_statistics, page_content
-from fire_atlas.pipeline.contribute import contribute
-from fire_atlas.pipeline.movies import movie_files
-from fire_atlas.pipeline.open import (
+from fire_atlas.pipeline.animation.contribute import contribute
+from fire_atlas.pipeline.files.exports import exported_files, note_what_engines_need, track_files
+from fire_atlas.pipeline.files.images import write_images
+from fire_atlas.pipeline.files.movies import movie_files
+from fire_atlas.pipeline.files.written import (
+    product_of,
+    refuse_taken_names,
+    write_files,
+    write_manifest,
+)
+from fire_atlas.pipeline.input.check import CheckedRecipe
+from fire_atlas.pipeline.input.open import (
     check_inputs,
     hash_inputs,
     input_files,
@@ -23,15 +30,8 @@ from fire_atlas.pipeline.open import (
     open_input,
     open_texture,
 )
-from fire_atlas.pipeline.pages import images, pack
-from fire_atlas.pipeline.write import (
-    product_of,
-    refuse_taken_names,
-    write_files,
-    write_manifest,
-)
-from fire_atlas.pipeline.write_images import write_images
-from fire_atlas.pipeline.writers import exported_files, note_what_engines_need, track_files
+from fire_atlas.pipeline.pages.content import build_statistics, page_content
+from fire_atlas.pipeline.pages.layout import images, pack
 
 
 @dataclass(frozen=True, slots=True)

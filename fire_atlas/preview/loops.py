@@ -6,7 +6,7 @@ from itertools import islice
 from fire_atlas.effect.flakes.statistics import Figure
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.preview.blend import as_seen
-from fire_atlas.preview.frames import cut_frames, shown_alpha
+from fire_atlas.preview.cut_frames import cut_frames, shown_alpha
 from fire_atlas.vision.loop_figures import LoopFigures, loop_figures
 
 _MAX_FRAMES = 512

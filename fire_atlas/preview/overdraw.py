@@ -8,7 +8,7 @@ from fire_atlas.atlas.sheet import Region
 from fire_atlas.atlas.trim import visible_pixels
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
-from fire_atlas.preview.frames import cut_frames
+from fire_atlas.preview.cut_frames import cut_frames
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,9 +25,9 @@ from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.pages.page_file import read_page_file
 from fire_atlas.formats.templates.jinja import environment
 from fire_atlas.maps.vectors.encoding import motion_encoding
+from fire_atlas.preview.cut_frames import cells_named, colour_pages, shown_alpha, shown_page
 from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
-from fire_atlas.preview.frames import cells_named, colour_pages, shown_alpha, shown_page
 from fire_atlas.preview.loops import figures_of_loops
 from fire_atlas.preview.pictures import Color
 

@@ -19,7 +19,7 @@ from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.movies.movie import Movie
 from fire_atlas.formats.movies.write import write_movie
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import aligned_frames, cut_frames, shown_alpha, texture_of
+from fire_atlas.preview.cut_frames import aligned_frames, cut_frames, shown_alpha, texture_of
 
 Color = tuple[int, int, int]
 """sRGB, 0..255."""

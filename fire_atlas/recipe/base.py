@@ -1,9 +1,17 @@
 """Base class and types that all recipe models share: strict blocks, unions, colours."""
 
 import os
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+)
 
 # A plugin must not change what a recipe means, and to look for some in all installed packages takes
 # as long as to build the models.
@@ -30,6 +38,22 @@ def ordered(value: tuple[float, float]) -> tuple[float, float]:
     if value[0] > value[1]:
         raise ValueError(f"the first number must not exceed the second; got {list(value)}")
     return value
+
+
+Entry = TypeVar("Entry")
+
+
+def different(values: tuple[Entry, ...]) -> tuple[Entry, ...]:
+    """Return ``values``, or refuse them if one of them is listed twice."""
+    for i, value in enumerate(values):
+        if value in values[:i]:
+            shown = value if isinstance(value, str | float) else "the same entry"
+            raise ValueError(f"{shown} is listed twice; once is enough")
+    return values
+
+
+DIFFERENT = AfterValidator(different)
+"""Refuses a list in which a value is twice."""
 
 
 def none_of_off(value: Any) -> Any:

@@ -29,13 +29,6 @@ Mips = Annotated[
 ]
 
 
-def unlike(formats: tuple[GpuFormat, ...]) -> tuple[GpuFormat, ...]:
-    """Return ``formats``; refuse one that is listed twice."""
-    if twice := {each for each in formats if formats.count(each) > 1}:
-        raise ValueError(f"holds {min(twice)} twice")
-    return formats
-
-
 def blocks_of(format_: str) -> str:
     """Return how blocks are encoded in a format: ``bc7`` of ``bc7.dds``."""
     return format_.partition(".")[0]

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fire_atlas.recipe.base import LIST, Settings
+from fire_atlas.recipe.base import DIFFERENT, LIST, Settings
 from fire_atlas.recipe.effect import (
     PAPER,
     Buoyancy,
@@ -58,13 +58,13 @@ class Recipe(Settings):
     """The pages: packing, pixels and sizes."""
     maps: Maps = Maps()
     """Further images beside the pages: motion vectors and layers."""
-    exports: Annotated[tuple[Export, ...], LIST] = ("json",)
+    exports: Annotated[tuple[Export, ...], LIST, DIFFERENT] = ("json",)
     """Files to write that describe the pages to engines and other clients."""
-    tracks: Annotated[tuple[TrackName, ...], LIST] = ("json",)
+    tracks: Annotated[tuple[TrackName, ...], LIST, DIFFERENT] = ("json",)
     """Files to write with the motion of the flakes: their places in every frame (``json``,
     ``csv``), the same as a Niagara cache (``hjson``), or their spawns for Unity's VFX Graph
     (``pcache``). ``light``: the light of the fire, for a lamp in the scene."""
-    movies: Annotated[tuple[MovieName, ...], LIST] = ()
+    movies: Annotated[tuple[MovieName, ...], LIST, DIFFERENT] = ()
     """Files to write that play without an engine, one for each animation: ``webm`` (VP9 with alpha,
     for browsers and overlays of streams), ``webp`` and ``apng`` (lossless), ``gif`` (one palette; a
     pattern of dots for alpha), ``mp4`` (H.264 for video editors: the picture over black, and beside

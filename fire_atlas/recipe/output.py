@@ -7,6 +7,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, mode
 
 from fire_atlas.recipe.base import (
     BLOCK,
+    DIFFERENT,
     LIST,
     NUMBER,
     OFF,
@@ -17,9 +18,10 @@ from fire_atlas.recipe.base import (
     WORD,
     Off,
     Settings,
+    different,
     either,
 )
-from fire_atlas.recipe.gpu import GpuFormat, Mips, unlike
+from fire_atlas.recipe.gpu import GpuFormat, Mips
 from fire_atlas.recipe.problem import ContradictionError, KeyPath, Problem
 
 ExportName = Literal[
@@ -67,13 +69,6 @@ Quality = Annotated[
 ]
 
 
-def _different_ramps(ramps: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the names of ramps; refuse one that is there twice."""
-    if len(set(ramps)) < len(ramps):
-        raise ValueError("holds a ramp twice")
-    return ramps
-
-
 _RampName = Annotated[str, Field(min_length=1, pattern=r"^[^\x00]+$")]
 
 Ramp = Annotated[
@@ -82,7 +77,7 @@ Ramp = Annotated[
         tuple[_RampName, ...],
         LIST,
         Field(min_length=1, max_length=64),
-        AfterValidator(_different_ramps),
+        DIFFERENT,
         PAIR,
     ],
     either("the name of a ramp, the path of an image, or a list of these"),
@@ -101,9 +96,7 @@ def _valid_scales(scales: tuple[float, ...]) -> tuple[float, ...]:
                 f"must be of 1, 0.5, 0.25, 0.125, so that the same layout fits exactly; got "
                 f"{scale:g}"
             )
-    if len(set(scales)) < len(scales):
-        raise ValueError("holds a scale twice")
-    return tuple(sorted(scales, reverse=True))
+    return tuple(sorted(different(scales), reverse=True))
 
 
 class MeshSettings(Settings):
@@ -186,7 +179,7 @@ class Atlas(Settings):
     """Write pages ``fast``, or pack and compress them as ``small`` as possible (PNG then needs
     ``fire-atlas[small]`` installed, and has a palette where at most 256 colours with alpha allow
     it)."""
-    gpu: Annotated[tuple[GpuFormat, ...], LIST, AfterValidator(unlike)] = ()
+    gpu: Annotated[tuple[GpuFormat, ...], LIST, DIFFERENT] = ()
     """Also write each image as compressed textures, which stay small in a GPU's memory, with mip
     levels: ``bc7.dds``, ``astc-6x6.ktx2``, ... (``fire-atlas[gpu]`` must be installed). Cells then
     lie on whole blocks, and far enough apart for these mips. Motion vectors take BC5 instead of

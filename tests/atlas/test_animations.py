@@ -22,7 +22,7 @@ from fire_atlas.recipe.output import Atlas
 from tests.atlas.frames import cut
 from tests.atlas.frames import frames as clips
 from tests.atlas.test_pack import assert_allowed, assert_sound, rules_of_pages
-from tests.bench.animations import numbered, random_animations
+from tests.support.animations import numbered, random_animations
 from tests.support.sheets import animation_of
 
 FEW_TRIES = 16

@@ -42,7 +42,7 @@ def checked(folder: Path, capsys: pytest.CaptureFixture[str], **keys: Any) -> tu
         ({"border": 8, "max_size": 16}, ["json"], "leave nothing of max_size"),
         ({"scales": [0.5]}, ["json"], "must hold 1"),
         ({"scales": [1, 0.3]}, ["json"], "must be of 1, 0.5, 0.25, 0.125"),
-        ({"scales": [1, 0.5, 0.5]}, ["json"], "holds a scale twice"),
+        ({"scales": [1, 0.5, 0.5]}, ["json"], "0.5 is listed twice"),
         ({"pivot": "middle"}, ["json"], "must be one of base, bottom, center, top"),
         ({"pivot": 3}, ["json"], r"two numbers: \[x, y\]"),
         ({"multiple_of": 3}, ["json"], "1, 2"),
@@ -76,7 +76,7 @@ def test_a_missing_extra_is_reported_before_any_work(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("fire_atlas.formats.limits.find_spec", lambda name: None)
+    monkeypatch.setattr("fire_atlas.formats.problems.find_spec", lambda name: None)
     code, said = checked(tmp_path, capsys, **keys)
     assert (code, f"pip install 'fire-atlas[{extra}]'" in said) == (1, True)
     assert f"{next(iter(keys))}." in said

@@ -21,8 +21,8 @@ from types import MappingProxyType
 import numpy as np
 
 from fire_atlas.cli import main
-from fire_atlas.pipeline.check import load_checked
-from fire_atlas.pipeline.expected import possible
+from fire_atlas.pipeline.files.expected import possible
+from fire_atlas.pipeline.input.check import load_checked
 from fire_atlas.recipe.tree import read_tree
 from tests.campaign.forks import seconds_of
 from tests.campaign.mutations import Chance, spoilt_bytes, spoilt_json

@@ -18,7 +18,7 @@ from fire_atlas.core.pixels import linear_to_srgb, srgb_to_linear
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.movies.movie import schedule
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import cut_frames
+from fire_atlas.preview.cut_frames import cut_frames
 from fire_atlas.preview.pictures import animated_image, contact_sheet
 
 Run = Callable[..., CompletedProcess[str]]

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 import pytest
 
 from fire_atlas.recipe.keys import all_keys, blocks_at, key_docs
-from tests.bench.promises.of_effect import PROMISES, WITHOUT
-from tests.bench.promises.of_silk import PROMISES_OF_SILK, WITHOUT_OF_SILK
-from tests.bench.promises.promise import SEEDS, Promise
-from tests.bench.promises.table import ALL, measured
 from tests.docs.markdown import page_text
+from tests.support.promises.of_effect import PROMISES, WITHOUT
+from tests.support.promises.of_silk import PROMISES_OF_SILK, WITHOUT_OF_SILK
+from tests.support.promises.promise import SEEDS, Promise
+from tests.support.promises.table import ALL, measured
 
 PAGE = "docs/promises.md"
 
@@ -63,7 +63,7 @@ def test_the_table_has_every_promise_and_all_are_kept() -> None:
     table = {(key.strip("| `"), says, figure) for key, says, figure, *_ in rows}
     for promise in ALL:
         row = promise.key, promise.sentence.replace("``", "`"), promise.label
-        assert row in table, "run python -m tests.bench.promises --write"
+        assert row in table, "run python -m tools.bench.promises --write"
     assert len(rows) == len(ALL)
     assert {row[-1] for row in rows} == {"yes |"}
 

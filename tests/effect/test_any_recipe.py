@@ -16,7 +16,7 @@ from fire_atlas.core.pixels import decode_bytes
 from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.effect.flakes.tracks import COLUMNS
-from fire_atlas.pipeline.layers import layers_of
+from fire_atlas.pipeline.animation.layers import layers_of
 from fire_atlas.recipe.effect import Buoyancy, Composite, Features, FireClass, Flakes, MotionBlur
 from fire_atlas.recipe.wind import Wind
 from tests.support.clips import clip_of

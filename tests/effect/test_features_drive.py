@@ -8,7 +8,7 @@ import pytest
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Pixels, as_plane, encode_bytes
-from fire_atlas.pipeline.layers import flame_of
+from fire_atlas.pipeline.animation.layers import flame_of
 from tests.support.clip_motion import FLAME, MOVES, dis_flow
 from tests.support.clips import open_clip, piece, real
 from tests.support.effect import ID, Array, EffectRun, X, Y, run_effect

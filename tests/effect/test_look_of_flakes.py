@@ -14,8 +14,8 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flakes.drawing import add_glow
 from fire_atlas.effect.flakes.layer import FlakeLight
 from fire_atlas.effect.flame.study import study_flame
-from fire_atlas.pipeline.analyse import analyse
-from fire_atlas.pipeline.layers import Layers, compose_layers, draw
+from fire_atlas.pipeline.animation.analyse import analyse
+from fire_atlas.pipeline.animation.layers import Layers, compose_layers, draw
 from fire_atlas.recipe.effect import Flakes
 from tests.support.clips import campfire, clip_of, looped, open_clip, real
 from tests.support.effect import (

@@ -1,6 +1,6 @@
 """Embers move with the flame of their clip, and leave it as filmed ones do.
 
-``tests/bench/motion.py`` prints the figures behind these bounds.
+``tools/bench/motion.py`` prints the figures behind these bounds.
 """
 
 import pytest
@@ -62,7 +62,7 @@ def test_embers_follow_the_flow_of_the_flame(name: str) -> None:
     "name", ["candle", real("cartoon_freedoom_fire"), real("cartoon_tauran_flame_sheet")]
 )
 def test_embers_follow_the_flow_by_other_methods(name: str) -> None:
-    """On small clips; the others take minutes, in ``tests/bench/motion.py``."""
+    """On small clips; the others take minutes, in ``tools/bench/motion.py``."""
     clip = open_clip(name)
     flows, others = flows_of(clip, dis_flow), flows_of(clip, other_flow)
     keys = {"flakes": {"scatter": 1, "rate": MANY}, "timeline": {"loop": "none"}}

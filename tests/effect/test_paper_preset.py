@@ -18,8 +18,8 @@ from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.flakes.emission import TICK
 from fire_atlas.effect.flakes.flight import FlightField
 from fire_atlas.effect.flame.features import difference_of_gaussians, gradient
-from fire_atlas.pipeline.analyse import FrameAnalyser
-from fire_atlas.pipeline.layers import flame_of
+from fire_atlas.pipeline.animation.analyse import FrameAnalyser
+from fire_atlas.pipeline.animation.layers import flame_of
 from tests.support.clips import ALL_CLIPS, campfire, open_clip, real
 from tests.support.effect import (
     AGE,

@@ -9,7 +9,7 @@ import pytest
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.effect.flakes.tracks import visible_count
-from fire_atlas.pipeline.layers import draw
+from fire_atlas.pipeline.animation.layers import draw
 from fire_atlas.recipe.effect import Flakes
 from tests.support.clips import campfire, clip_of, looped, open_clip, real
 from tests.support.effect import EffectRun, run_effect

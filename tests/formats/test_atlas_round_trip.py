@@ -34,7 +34,7 @@ from fire_atlas.formats.pages.page_file import read_page, write_page
 from fire_atlas.formats.templates.context import context_of
 from fire_atlas.maps.maker import MappedFrame, with_maps
 from fire_atlas.maps.vectors.estimate import Motion
-from fire_atlas.preview.frames import cut_frames
+from fire_atlas.preview.cut_frames import cut_frames
 from fire_atlas.recipe.output import Atlas, Engine, Maps
 from tests.support.sheets import sheet_with_meshes, sparks_and_others
 

@@ -8,7 +8,7 @@ import pytest
 from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import OutputError
-from fire_atlas.pipeline.writers import exporter
+from fire_atlas.pipeline.files.exports import exporter
 from fire_atlas.recipe.output import Atlas, ExportName
 from tests.support.sheets import animation_of, product_of, sheet_of, sheet_of_fire, sheets_of
 

@@ -24,7 +24,7 @@ from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.movies.movie import Movie
 from fire_atlas.formats.movies.write import write_movie
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import aligned_frames
+from fire_atlas.preview.cut_frames import aligned_frames
 from fire_atlas.recipe.output import MovieName
 
 NAMES: tuple[MovieName, ...] = ("webm", "webp", "apng", "gif", "mp4")
@@ -260,7 +260,7 @@ def test_movies_that_cannot_be_written_are_refused_before_any_work(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr("fire_atlas.formats.limits.find_spec", lambda name: None)
+    monkeypatch.setattr("fire_atlas.formats.problems.find_spec", lambda name: None)
     (tmp_path / "fire.yaml").write_text(json.dumps({**RECIPE, **keys}))
     assert main(["build", str(tmp_path / "fire.yaml")]) != 0
     said = capsys.readouterr().err

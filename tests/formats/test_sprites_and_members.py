@@ -13,7 +13,7 @@ from PIL import Image
 from fire_atlas.cli import main
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.formats.atlas.texture_packer import read_atlas
-from fire_atlas.preview.frames import cut_frames
+from fire_atlas.preview.cut_frames import cut_frames
 from fire_atlas.sources.sprites import group_by_name
 
 PLAIN: dict[str, Any] = {"flakes": "none", "motion_blur": "none"}

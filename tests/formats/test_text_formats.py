@@ -9,7 +9,7 @@ from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.core.errors import OutputError, RecipeError
 from fire_atlas.formats.templates import export as user_template
 from fire_atlas.formats.templates.export import export_template
-from fire_atlas.pipeline.writers import exported_files, exporter
+from fire_atlas.pipeline.files.exports import exported_files, exporter
 from fire_atlas.recipe.output import Atlas, TemplateExport
 from tests.support.sheets import animation_of, product_of, sheet_of, sheet_of_fire, sheets_of
 

@@ -25,8 +25,8 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.formats.textures.blocks import FORMATS, decode_blocks, encode_blocks
 from fire_atlas.formats.textures.dds import read_dds, write_dds
 from fire_atlas.formats.textures.error import colour_texture_error, data_error
+from fire_atlas.formats.textures.gpu_texture import TextureHeader, level_sizes
 from fire_atlas.formats.textures.ktx2 import read_ktx2, write_ktx2
-from fire_atlas.formats.textures.texture import TextureHeader, level_sizes
 from fire_atlas.formats.textures.texture_file import read_texture, write_texture
 from tests.support.clips import campfire
 from tests.support.requirements import node_modules

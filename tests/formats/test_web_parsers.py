@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from fire_atlas.atlas.sheet import AtlasSheet, Region
-from fire_atlas.pipeline.writers import exporter
+from fire_atlas.pipeline.files.exports import exporter
 from tests.support.sheets import product_of, sheet_of_fire
 
 WEB = Path(__file__).parent / "web"

@@ -18,7 +18,7 @@ from fire_atlas.atlas.sheet import AnimationFrames
 from fire_atlas.core.pixels import Bytes, Pixels
 from fire_atlas.core.workers import Workers
 from fire_atlas.formats.pages.page_file import write_page
-from fire_atlas.pipeline.writers import exported_files
+from fire_atlas.pipeline.files.exports import exported_files
 from fire_atlas.recipe.output import Atlas
 from tests.support.sheets import product_of
 

@@ -19,7 +19,7 @@ from fire_atlas.heat.encode import heat_of
 from fire_atlas.heat.learn import bins_of, learn_ramp, merged
 from fire_atlas.heat.ramp import MAX_STEP, luminance_of
 from fire_atlas.heat.ready import ready_ramp
-from fire_atlas.preview.frames import cut_frames
+from fire_atlas.preview.cut_frames import cut_frames
 from fire_atlas.recipe.ramps import READY_RAMPS
 
 SAMPLE = str(shipped("samples") / "campfire")

@@ -15,8 +15,8 @@ from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.preview.blend import blend
+from fire_atlas.preview.cut_frames import aligned_frames, shown_alpha
 from fire_atlas.preview.field_data import FieldData
-from fire_atlas.preview.frames import aligned_frames, shown_alpha
 from fire_atlas.preview.page import preview_page
 from tests.maps.test_builds import build, meta, refused, rgba
 

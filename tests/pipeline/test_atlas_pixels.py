@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fire_atlas.atlas.encode import Alpha, BlendSpace, encode_frame
 from fire_atlas.core.picture import as_light, to_light
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.pipeline.layers import (
+from fire_atlas.pipeline.animation.layers import (
     Layers,
     SimulatedClip,
     compose_layers,
@@ -34,7 +34,7 @@ def rendered(monkeypatch: pytest.MonkeyPatch) -> dict[int, Pixels]:
         frames[i] = as_light(compose_layers(replace(parts, flame=flame), recipe, None))
         return parts
 
-    monkeypatch.setattr("fire_atlas.pipeline.render.layers_of", watched)
+    monkeypatch.setattr("fire_atlas.pipeline.animation.render.layers_of", watched)
     return frames
 
 

@@ -106,7 +106,7 @@ def test_a_hit_imports_no_library_of_pixels(repo: Repo, filled: dict[str, bytes]
     tell = "import atexit, sys; atexit.register(lambda: print(*sys.modules, file=sys.stderr))"
     modules = set(run_alone(script(tell, "build", repo.folder / "fire.yaml")).err.split())
     assert contents(repo.build) == filled
-    assert "fire_atlas.pipeline.restore" in modules
+    assert "fire_atlas.pipeline.files.restore" in modules
     assert modules.isdisjoint({"numpy", "cv2", "scipy", "PIL", "fsspec"})
 
 

@@ -7,7 +7,7 @@ from subprocess import CompletedProcess
 import pytest
 
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.pipeline.check import load_checked
+from fire_atlas.pipeline.input.check import load_checked
 from fire_atlas.recipe.tree import read_tree
 
 Run = Callable[..., CompletedProcess[str]]

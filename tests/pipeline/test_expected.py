@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fire_atlas.core.shipped import shipped
-from fire_atlas.pipeline.check import load_checked
-from fire_atlas.pipeline.expected import expected_outputs, files, unexpected
+from fire_atlas.pipeline.files.expected import expected_outputs, files, unexpected
+from fire_atlas.pipeline.input.check import load_checked
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.tree import read_tree
 from tests.support.repo import Repo

@@ -14,7 +14,7 @@ from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
 from fire_atlas.formats.tracks.tracks_json import read_tracks, write_tracks_json
-from fire_atlas.preview.frames import cut_frames, texture_of
+from fire_atlas.preview.cut_frames import cut_frames, texture_of
 from tests.support.textures import COLOURS, drop, saved, sheet
 
 GRID = {"columns": 3, "rows": 1}

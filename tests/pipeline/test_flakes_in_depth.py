@@ -22,9 +22,9 @@ from fire_atlas.formats.tracks.hjson import write_tracks_hjson
 from fire_atlas.formats.tracks.pcache import write_tracks_pcache
 from fire_atlas.formats.tracks.tracks_csv import write_tracks_csv
 from fire_atlas.formats.tracks.tracks_json import read_tracks, write_tracks_json
-from fire_atlas.pipeline.animate import animate_views
-from fire_atlas.pipeline.check import load_checked
-from fire_atlas.pipeline.open import open_input
+from fire_atlas.pipeline.animation.animate import animate_views
+from fire_atlas.pipeline.input.check import load_checked
+from fire_atlas.pipeline.input.open import open_input
 from fire_atlas.recipe.tree import read_tree
 from fire_atlas.sources.sprites import Sprites
 from tests.generators.silk.small_fires import COARSE, camera, fire

@@ -132,7 +132,7 @@ def test_an_input_that_changes_during_the_build_is_noticed_afterwards(
         return study_flame(*arguments, **options)
 
     with monkeypatch.context() as patch:
-        patch.setattr("fire_atlas.pipeline.prepare.study_flame", saved_meanwhile)
+        patch.setattr("fire_atlas.pipeline.animation.prepare.study_flame", saved_meanwhile)
         assert repo.run("build", recipe, "--force").code == 0
     assert_builds_once(repo, recipe)
 
@@ -151,7 +151,7 @@ def test_an_input_that_was_another_while_it_was_read_is_not_called_fresh(
         return study
 
     with monkeypatch.context() as patch:
-        patch.setattr("fire_atlas.pipeline.prepare.study_flame", another_for_a_while)
+        patch.setattr("fire_atlas.pipeline.animation.prepare.study_flame", another_for_a_while)
         ran = repo.run("build", recipe, "--force")
     assert ran.code == 0 and f"{frame}: changed while it was read; build again" in ran.err
     assert_builds_once(repo, recipe)
@@ -188,7 +188,7 @@ def test_a_frame_that_was_there_only_while_frames_were_listed_is_reported(
         return opened
 
     before = contents(repo.build)
-    monkeypatch.setattr("fire_atlas.pipeline.open.open_source", one_more)
+    monkeypatch.setattr("fire_atlas.pipeline.input.open.open_source", one_more)
     ran = repo.run("build", recipe, "--force")
     assert ran.code == 1 and str(frame) in ran.err
     assert contents(repo.build) == before

@@ -300,7 +300,7 @@ REFUSED: list[tuple[dict[str, Any], dict[str, Any], str]] = [
     ({"gpu": ["bc4.ktx2"]}, {}, "bc4.ktx2 holds one channel"),
     ({"gpu": ["bc4.ktx2"], "pixels": "heat4"}, {}, "bc4.ktx2 holds one channel"),
     ({"gpu": ["bc5.dds"]}, {}, "bc5.dds holds two channels"),
-    ({"gpu": ["bc7.dds", "bc7.dds"]}, {}, "holds bc7.dds twice"),
+    ({"gpu": ["bc7.dds", "bc7.dds"]}, {}, "bc7.dds is listed twice"),
     ({"gpu": ["bc7"]}, {}, "atlas.gpu"),
     ({"gpu": ["astc-6x6.dds"]}, {}, "atlas.gpu"),
     ({"mips": 3}, {}, "are the levels of compressed textures"),
@@ -327,7 +327,7 @@ def test_additive_pages_fit_bc1(repo: Repo) -> None:
 
 def test_a_missing_extra_is_named(repo: Repo, monkeypatch: pytest.MonkeyPatch) -> None:
     repo.clip()
-    monkeypatch.setattr("fire_atlas.formats.limits.find_spec", lambda name: None)
+    monkeypatch.setattr("fire_atlas.formats.problems.find_spec", lambda name: None)
     ran = repo.run("check", repo.recipe(atlas={"gpu": ["bc7.dds"]}))
     assert ran.code == 1 and "pip install 'fire-atlas[gpu]'" in ran.err
 

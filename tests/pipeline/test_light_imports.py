@@ -51,8 +51,8 @@ UNASKED = {
     f"fire_atlas.{each}"
     for each in (
         "maps.haze", "heat.encode", "maps.motion", "maps.vectors.estimate", "formats.movies.write",
-        "formats.textures.texture", "pipeline.change_wind", "sources.sprites", "timeline.looping",
-        "timeline.retiming",
+        "formats.textures.gpu_texture", "pipeline.animation.change_wind", "sources.sprites",
+        "timeline.looping", "timeline.retiming",
     )
 }  # fmt: skip
 

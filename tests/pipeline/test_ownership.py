@@ -11,7 +11,7 @@ import pytest
 
 from fire_atlas.core.files import read_file
 from fire_atlas.core.output_file import Role
-from fire_atlas.pipeline.expected import expected_outputs
+from fire_atlas.pipeline.files.expected import expected_outputs
 from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.tree import read_tree
 from tests.support.repo import Repo, contents

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from fire_atlas.pipeline.check import load_checked
+from fire_atlas.pipeline.input.check import load_checked
 from fire_atlas.recipe.inherit import presets
 from fire_atlas.recipe.load import LoadedRecipe, resolved_yaml
 from fire_atlas.recipe.output import Maps

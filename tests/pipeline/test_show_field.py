@@ -13,8 +13,8 @@ from scipy import ndimage
 from fire_atlas.cli import main
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.workers import Workers
-from fire_atlas.pipeline.check import load_checked
-from fire_atlas.pipeline.show_field import field_marks
+from fire_atlas.pipeline.animation.show_field import field_marks
+from fire_atlas.pipeline.input.check import load_checked
 from fire_atlas.preview.field_marks import FieldLayer, FieldMarks, MarkGrid, Marks
 from fire_atlas.recipe.tree import read_tree
 from tests.support.wind import SILK

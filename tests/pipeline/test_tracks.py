@@ -14,7 +14,7 @@ from fire_atlas.core.pixels import expose
 from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.pipeline.simulate import simulate
+from fire_atlas.pipeline.animation.simulate import simulate
 from tests.support.repo import Repo, tracks_of
 
 KEYS = ["format", "version", "name", "fps", "frame_count", "loop", "rounds", "seed", "size",
@@ -50,7 +50,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Tracks]:
         seed=7,
     )
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fire_atlas.pipeline.animate.simulate", watched)
+        patch.setattr("fire_atlas.pipeline.animation.animate.simulate", watched)
         repo.built(recipe, "--set", "source.fps=24")
     return repo.build, kept[0]
 

@@ -11,7 +11,7 @@ from PIL import Image
 from fire_atlas.core.pixels import decode_bytes, encode_bytes
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.maps.vectors.encoding import motion_encoding
-from fire_atlas.preview.frames import aligned_frames
+from fire_atlas.preview.cut_frames import aligned_frames
 from tests.preview.browser import Browser, Seen, assert_quiet, built, picture
 from tests.support.flipbook import ENGINES, Picture, plain, read_flipbook, tent
 

@@ -14,8 +14,8 @@ from fire_atlas.cli import main
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
-from fire_atlas.pipeline.check import load_checked
-from fire_atlas.pipeline.show_field import field_marks
+from fire_atlas.pipeline.animation.show_field import field_marks
+from fire_atlas.pipeline.input.check import load_checked
 from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.field_marks import LAYERS, SHORTEST, FieldMarks, MarkGrid, sizes_of
 from fire_atlas.recipe.output import MAX_PAGE_SIDE

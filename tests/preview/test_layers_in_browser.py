@@ -10,7 +10,7 @@ from PIL import Image
 
 from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import aligned_frames
+from fire_atlas.preview.cut_frames import aligned_frames
 from tests.preview.browser import COUNT, Browser, assert_quiet, built, picture, previewed
 
 GROUND = 16, 16, 20

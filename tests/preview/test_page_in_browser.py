@@ -17,7 +17,7 @@ from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.tracks.tracks_json import read_tracks, write_tracks_json
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import aligned_frames
+from fire_atlas.preview.cut_frames import aligned_frames
 from tests.preview.browser import (
     COUNT,
     Browser,

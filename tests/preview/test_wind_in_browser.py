@@ -8,7 +8,7 @@ import pytest
 
 from fire_atlas.cli import main
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import cut_frames
+from fire_atlas.preview.cut_frames import cut_frames
 from tests.preview.browser import Browser, assert_quiet, picture, previewed, watch
 from tests.support.wind import LEVELS, SILK, Place, Walker, recipe_in
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.pipeline.check import load_checked
+from fire_atlas.pipeline.input.check import load_checked
 from fire_atlas.recipe.tree import read_tree
 
 SILK = "source: {kind: silk}\n"

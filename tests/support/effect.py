@@ -18,10 +18,10 @@ from fire_atlas.effect.composition.composite import clip_palette
 from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
-from fire_atlas.pipeline.analyse import Analysis, analyse
-from fire_atlas.pipeline.classify import classify
-from fire_atlas.pipeline.layers import SimulatedClip, compose_layers, layers_of
-from fire_atlas.pipeline.simulate import simulate
+from fire_atlas.pipeline.animation.analyse import Analysis, analyse
+from fire_atlas.pipeline.animation.classify import classify
+from fire_atlas.pipeline.animation.layers import SimulatedClip, compose_layers, layers_of
+from fire_atlas.pipeline.animation.simulate import simulate
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.timeline.arrange import arrange
 

@@ -13,7 +13,7 @@ from fire_atlas.atlas.sheet import StateGraph
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
 from fire_atlas.preview.blend import as_seen
-from fire_atlas.preview.frames import cut_frames
+from fire_atlas.preview.cut_frames import cut_frames
 from fire_atlas.vision.thumbnails import distance
 
 LEVELS = [0, 2, 5]

@@ -10,7 +10,7 @@ import pytest
 from fire_atlas.core.clip import Clip
 from fire_atlas.effect.flakes import appearance
 from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.pipeline.layers import draw
+from fire_atlas.pipeline.animation.layers import draw
 from fire_atlas.recipe.effect import Flakes
 from tests.support.clips import SAMPLES, campfire, open_clip, piece, real
 from tests.support.effect import run_effect
@@ -27,7 +27,7 @@ def _unfolded(clip: Clip, monkeypatch: pytest.MonkeyPatch) -> tuple[Tracks, list
         flown.extend(fold(*args))
         return list(flown)
 
-    monkeypatch.setattr("fire_atlas.pipeline.simulate.track_rows", remembering)
+    monkeypatch.setattr("fire_atlas.pipeline.animation.simulate.track_rows", remembering)
     effect = run_effect(clip, KEYS)
     return effect.tracks, flown
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.engines.engine import Addon, Engine
 from fire_atlas.engines.godot.files import godot_files
-from fire_atlas.formats.limits import upright_only
-from fire_atlas.formats.names import OutputNames
+from fire_atlas.formats.output_names import OutputNames
+from fire_atlas.formats.problems import upright_only
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Export
 from fire_atlas.recipe.problem import Problem

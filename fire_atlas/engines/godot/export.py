@@ -7,7 +7,7 @@ from fire_atlas.core.output_file import OutputFile
 from fire_atlas.engines.godot.flake_player import flake_player, played_arrays, played_flakes
 from fire_atlas.engines.godot.flakes_in_space import flakes_in_space
 from fire_atlas.engines.godot.flipbook import flipbook, flipbook_script
-from fire_atlas.engines.godot.frames import frames_resource
+from fire_atlas.engines.godot.frames_resource import frames_resource
 from fire_atlas.engines.godot.haze import haze_scene, haze_scripts
 from fire_atlas.engines.godot.heat import heat_files
 from fire_atlas.engines.godot.import_settings import KEEP, import_settings
@@ -15,7 +15,7 @@ from fire_atlas.engines.godot.names import IMPORT_ENDING
 from fire_atlas.engines.godot.particle_scenes import particle_scenes
 from fire_atlas.engines.godot.resources import image_uid
 from fire_atlas.engines.godot.scene import scene, scene_scripts, summed_scene
-from fire_atlas.formats.names import flakes_file
+from fire_atlas.formats.output_names import flakes_file
 from fire_atlas.formats.product import Product
 
 

@@ -27,7 +27,7 @@ from fire_atlas.engines.godot.names import (
     UID_ENDING,
     WIND,
 )
-from fire_atlas.formats.names import OutputNames
+from fire_atlas.formats.output_names import OutputNames
 from fire_atlas.recipe.models import Recipe
 
 

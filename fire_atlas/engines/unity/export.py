@@ -53,7 +53,7 @@ from fire_atlas.engines.unity.package import (
     shader_template,
 )
 from fire_atlas.engines.unity.sprites import PageSprite, max_texture_size, pivot_px, sprites_of
-from fire_atlas.formats.names import light_file
+from fire_atlas.formats.output_names import light_file
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
 from fire_atlas.recipe.output import UnityOptions

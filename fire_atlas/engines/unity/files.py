@@ -15,7 +15,7 @@ from fire_atlas.engines.unity.names import (
     Played,
     player_name,
 )
-from fire_atlas.formats.names import OutputNames
+from fire_atlas.formats.output_names import OutputNames
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import UnityOptions
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import BinaryIO
 
 from fire_atlas.formats.textures.blocks import FORMATS
-from fire_atlas.formats.textures.texture import AlphaMode, TextureHeader, level_sizes
+from fire_atlas.formats.textures.gpu_texture import AlphaMode, TextureHeader, level_sizes
 
 _NUMBERS = {"bc1": (71, 72), "bc3": (77, 78), "bc4": (80, 80), "bc5": (83, 83), "bc7": (98, 99)}
 """DXGI_FORMAT of each format: sampled as it is, and decoded from sRGB."""

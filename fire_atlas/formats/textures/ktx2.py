@@ -10,7 +10,7 @@ from typing import BinaryIO
 
 from fire_atlas import __version__
 from fire_atlas.formats.textures.blocks import FORMATS, BlockFormat
-from fire_atlas.formats.textures.texture import AlphaMode, TextureHeader, level_sizes
+from fire_atlas.formats.textures.gpu_texture import AlphaMode, TextureHeader, level_sizes
 
 _MAGIC = b"\xabKTX 20\xbb\r\n\x1a\n"
 _HEAD = struct.Struct("<12s9I4I2Q")

@@ -7,8 +7,8 @@ from typing import BinaryIO
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import MIB, read_file
 from fire_atlas.formats.textures.dds import read_dds, write_dds
+from fire_atlas.formats.textures.gpu_texture import TextureHeader
 from fire_atlas.formats.textures.ktx2 import read_ktx2, write_ktx2
-from fire_atlas.formats.textures.texture import TextureHeader
 
 _MAX_BYTES = 512 * MIB
 """Maximum size of a file: more than that of 16384 x 16384 px with all mip levels."""

@@ -8,7 +8,7 @@ from fire_atlas.core.decimals import plain
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.pixels import REC709
 from fire_atlas.effect.composition.light import ClipLight, FrameLight
-from fire_atlas.formats.names import light_file
+from fire_atlas.formats.output_names import light_file
 
 _DECIMALS = {
     "t": 6, "intensity": 4, "r": 4, "g": 4, "b": 4, "x": 2, "y": 2, "radius": 2,

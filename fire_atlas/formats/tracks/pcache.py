@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.decimals import plain, table_text
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
-from fire_atlas.formats.names import flakes_file
+from fire_atlas.formats.output_names import flakes_file
 from fire_atlas.formats.tracks.columns import (
     AXES,
     CELL,

@@ -28,7 +28,7 @@ from fire_atlas.effect.flakes.tracks import (
     TrackTexture,
 )
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
-from fire_atlas.formats.names import animation_stem, flakes_file
+from fire_atlas.formats.output_names import animation_stem, flakes_file
 from fire_atlas.formats.tracks.columns import (
     CELL,
     DECIMALS,

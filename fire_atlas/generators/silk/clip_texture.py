@@ -21,7 +21,7 @@ from fire_atlas.generators.silk.motion_synthesis import (
     smooth_motion,
     synthesise_images,
 )
-from fire_atlas.generators.silk.texture import Image, TextureLoop, edge_fade
+from fire_atlas.generators.silk.texture_loop import Image, TextureLoop, edge_fade
 from fire_atlas.vision.sampling import evenly_spread
 from fire_atlas.vision.warp import sample_at
 

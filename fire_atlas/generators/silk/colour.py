@@ -12,7 +12,7 @@ from fire_atlas.core.blackbody import radiance
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import REC709, Plane, as_plane, srgb_to_linear
 from fire_atlas.generators.silk.fuel import Fuel
-from fire_atlas.generators.silk.texture import Image
+from fire_atlas.generators.silk.texture_loop import Image
 
 _HEAT = np.linspace(0.0, 1.25, 512)
 """Values of heat for which light is tabulated."""

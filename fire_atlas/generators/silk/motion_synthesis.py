@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.noise import BlurredCurlNoise
 from fire_atlas.core.pixels import Plane, as_plane
-from fire_atlas.generators.silk.texture import Image
+from fire_atlas.generators.silk.texture_loop import Image
 from fire_atlas.vision.warp import warp_by_pixels
 
 _SIGMA = 0.08

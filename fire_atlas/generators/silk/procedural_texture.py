@@ -19,7 +19,7 @@ from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.noise import PlaneWaves, curl_differences, random_wave_vectors
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.generators.silk.fuel import Burner
-from fire_atlas.generators.silk.texture import TextureLoop, edge_fade
+from fire_atlas.generators.silk.texture_loop import TextureLoop, edge_fade
 from fire_atlas.vision.warp import sample_at
 
 _EDDIES = 48

@@ -19,7 +19,7 @@ from fire_atlas.generators.silk.procedural_texture import INLET_HEIGHT, synthesi
 from fire_atlas.generators.silk.raster import Triangles
 from fire_atlas.generators.silk.scene import SilkScene
 from fire_atlas.generators.silk.simulation import Recording, mean_square_speed
-from fire_atlas.generators.silk.texture import Image, TextureLoop
+from fire_atlas.generators.silk.texture_loop import Image, TextureLoop
 from fire_atlas.recipe.silk import SilkSource, Texture
 from fire_atlas.vision.warp import sample_at
 

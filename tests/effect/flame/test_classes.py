@@ -13,7 +13,7 @@ from fire_atlas.core.progress import SilentProgress
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flakes.defaults import DEFAULTS
 from fire_atlas.effect.flame.study import study_flame
-from fire_atlas.pipeline.classify import classify
+from fire_atlas.pipeline.animation.classify import classify
 from fire_atlas.recipe.effect import Flakes
 from fire_atlas.recipe.models import Recipe
 from tests.support.clips import clip_of, open_clip, real

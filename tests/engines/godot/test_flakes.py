@@ -20,9 +20,9 @@ from fire_atlas.engines.godot.advice import what_is_not_shown
 from fire_atlas.engines.godot.flakes import flake_arrays
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.product import Product
-from fire_atlas.pipeline.writers import exported_files
+from fire_atlas.pipeline.files.exports import exported_files
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import cut_frames
+from fire_atlas.preview.cut_frames import cut_frames
 from tests.support.any_tracks import any_tracks, flights_of
 from tests.support.embers import (
     SIDE,

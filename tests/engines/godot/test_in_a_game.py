@@ -15,7 +15,7 @@ from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import cut_frames
+from fire_atlas.preview.cut_frames import cut_frames
 from tests.support.flipbook import godot as played_as_the_shader_does
 from tests.support.flipbook import read_flipbook
 from tests.support.godot4 import Godot4, picture

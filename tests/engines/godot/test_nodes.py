@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
-from fire_atlas.preview.frames import cut_frames
+from fire_atlas.preview.cut_frames import cut_frames
 from tests.support.godot4 import Godot4, picture
 
 SIZE = (160, 160)

@@ -13,9 +13,9 @@ from fire_atlas.cli import main
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.shipped import shipped
 from fire_atlas.formats.atlas.texture_packer import read_atlas
-from fire_atlas.pipeline.writers import exported_files
+from fire_atlas.pipeline.files.exports import exported_files
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import cut_frames
+from fire_atlas.preview.cut_frames import cut_frames
 from tests.support.godot4 import Godot4
 from tests.support.godot4 import picture as screenshot
 from tests.support.marked import COUNT, MARK, SIZES, marked

@@ -12,9 +12,9 @@ from fire_atlas.atlas.sheet import Region
 from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
-from fire_atlas.formats.names import animation_stem, flakes_file
+from fire_atlas.formats.output_names import animation_stem, flakes_file
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import cut_frames
+from fire_atlas.preview.cut_frames import cut_frames
 from tests.engines.godot.test_flakes import assert_near_tracks
 from tests.support.godot4 import Godot4, picture
 

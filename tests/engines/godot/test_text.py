@@ -19,7 +19,7 @@ from fire_atlas.engines.godot.sprite_frames import (
     pivot,
 )
 from fire_atlas.formats.product import Product
-from fire_atlas.pipeline.writers import exported_files
+from fire_atlas.pipeline.files.exports import exported_files
 from fire_atlas.recipe.models import Recipe
 from tests.engines.godot.test_flakes import some_tracks
 from tests.support.sheets import sheet_of_fire

@@ -15,7 +15,7 @@ from fire_atlas.effect.flakes.texture import draw_textured
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.tracks.tracks_json import read_tracks
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.frames import cut_frames, texture_of
+from fire_atlas.preview.cut_frames import cut_frames, texture_of
 from tests.support.godot4 import Godot4, picture
 from tests.support.textures import saved, sheet
 

@@ -10,7 +10,7 @@ from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.atlas.sheet import AnimationFrames, AtlasSheet
 from fire_atlas.effect.flakes.tracks import COLUMNS, SPAWN_COLUMNS, Tracks
 from fire_atlas.formats.product import Product
-from fire_atlas.pipeline.writers import exporter
+from fire_atlas.pipeline.files.exports import exporter
 from fire_atlas.recipe.output import Atlas, UnityExport, UnityOptions
 from tests.support.sheets import FRAME, sprite_of
 

@@ -14,8 +14,8 @@ from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
 from fire_atlas.generators.profile.generate.rendering import renderings, renderings_in_wind
 from fire_atlas.recipe.wind import Wind
 from fire_atlas.vision.flow import optical_flow
-from tests.generators.profile.likeness import Array, learnt_from, learnt_kite, settings
 from tests.support.clips import real
+from tests.support.likeness import Array, learnt_from, learnt_kite, settings
 
 SPAN = (-0.2, 1.6)
 

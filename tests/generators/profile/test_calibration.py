@@ -10,8 +10,8 @@ from fire_atlas.generators.profile.calibration import calibrate, measure_steps
 from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
 from fire_atlas.generators.profile.generate.playback import FrameSequence, Reference
 from fire_atlas.generators.profile.model import node_heights
-from tests.generators.profile.likeness import learnt_from, learnt_kite, settings
 from tests.support.clips import real
+from tests.support.likeness import learnt_from, learnt_kite, settings
 
 
 @pytest.mark.parametrize("seed", range(4))

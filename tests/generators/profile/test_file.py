@@ -12,7 +12,7 @@ from fire_atlas.core.errors import SourceError
 from fire_atlas.generators.profile.file import read_profile, write_profile
 from fire_atlas.generators.profile.model import Profile
 from tests.generators.profile.flames import swaying
-from tests.generators.profile.likeness import generated, learnt, learnt_kite, settings
+from tests.support.likeness import generated, learnt, learnt_kite, settings
 
 
 @pytest.fixture(scope="module")

@@ -27,9 +27,9 @@ from tests.generators.profile.flames import (
     painted,
     swaying,
 )
-from tests.generators.profile.likeness import learnt, learnt_from
 from tests.generators.profile.test_recipe import run, save
 from tests.support.clips import open_clip, piece, proxied, real
+from tests.support.likeness import learnt, learnt_from
 
 DOZEN = evenly_spread(0, 47, 12)
 """The frames of a clip of 48 that are looked at first."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Form
 from fire_atlas.generators.profile.generate.axis import BentAxis
-from fire_atlas.generators.profile.generate.form import Column, column_form
+from fire_atlas.generators.profile.generate.round_form import Column, column_form
 
 SIDE, SCALE = 200, 160.0
 CAMERA = Camera(0.0, 0.0, SIDE, SIDE, (SIDE / 2, SIDE - 20.0), SCALE)

@@ -36,8 +36,8 @@ from tests.generators.profile.flames import (
     painted,
     swaying,
 )
-from tests.generators.profile.likeness import learnt
 from tests.support.clips import RISING_SAMPLES, open_clip, proxied
+from tests.support.likeness import learnt
 
 
 @pytest.mark.parametrize("size", [2, 5, 8])

@@ -8,7 +8,8 @@ from fire_atlas.generators.profile.generate.rendering import renderings
 from fire_atlas.generators.profile.generate.skeleton import lean_curve
 from fire_atlas.generators.rendering import rendered_clip
 from fire_atlas.recipe.wind import Gusts, Wind
-from tests.generators.profile.likeness import (
+from tests.support.clips import RISING_SAMPLES, open_clip, real
+from tests.support.likeness import (
     Look,
     colour_error,
     deepest_nick,
@@ -21,7 +22,6 @@ from tests.generators.profile.likeness import (
     nearest_input,
     settings,
 )
-from tests.support.clips import RISING_SAMPLES, open_clip, real
 
 
 @pytest.mark.slow

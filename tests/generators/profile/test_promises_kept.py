@@ -14,7 +14,7 @@ from fire_atlas.generators.profile.generate.skeleton import skeletons
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.recipe.wind import Wind
 from tests.generators.profile.flames import clip_of, kite, painted, swaying
-from tests.generators.profile.likeness import (
+from tests.support.likeness import (
     Array,
     generated,
     learnt,

@@ -21,7 +21,8 @@ from fire_atlas.generators.profile.model import (
 from fire_atlas.recipe.wind import Wind
 from tests.generators.profile.colour_difference import delta_e, lab_of
 from tests.generators.profile.flames import swaying
-from tests.generators.profile.likeness import (
+from tests.support.clips import open_clip, real
+from tests.support.likeness import (
     Array,
     generated,
     learnt,
@@ -30,7 +31,6 @@ from tests.generators.profile.likeness import (
     look_at_fire,
     settings,
 )
-from tests.support.clips import open_clip, real
 
 
 def _rendering(

@@ -11,7 +11,8 @@ from fire_atlas.generators.profile.generate.shading import shade_table
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.recipe.wind import Wind
 from tests.generators.profile.flames import swaying
-from tests.generators.profile.likeness import (
+from tests.support.clips import real
+from tests.support.likeness import (
     generated,
     learnt,
     learnt_from,
@@ -19,7 +20,6 @@ from tests.generators.profile.likeness import (
     settings,
     silhouette,
 )
-from tests.support.clips import real
 
 pytestmark = pytest.mark.slow
 

@@ -9,13 +9,14 @@ import pytest
 from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.field.wind import fit_gusts, wind_in_view, wind_velocity
-from fire_atlas.generators.profile.generate.wind import LEAN_PER_LEVEL, WindResponse
+from fire_atlas.generators.profile.generate.wind_response import LEAN_PER_LEVEL, WindResponse
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.tree import read_tree
 from fire_atlas.recipe.wind import Wind
 from fire_atlas.sources.registry import open_source
-from tests.generators.profile.likeness import (
+from tests.support.clips import real
+from tests.support.likeness import (
     Array,
     generated,
     learnt_from,
@@ -23,7 +24,6 @@ from tests.generators.profile.likeness import (
     look_at_fire,
     settings,
 )
-from tests.support.clips import real
 
 
 @pytest.fixture(scope="module")

@@ -24,7 +24,7 @@ from fire_atlas.generators.silk.motion_synthesis import (
 )
 from fire_atlas.generators.silk.procedural_texture import synthesise_texture
 from fire_atlas.generators.silk.renderer import SilkRenderer, generate_silk
-from fire_atlas.generators.silk.texture import TextureLoop
+from fire_atlas.generators.silk.texture_loop import TextureLoop
 from fire_atlas.recipe.silk import FuelName, SilkSource
 from tests.generators.silk.small_fires import COARSE, camera, settings
 from tests.support.clips import real_clip

@@ -28,7 +28,7 @@ from fire_atlas.generators.profile.generate.playback import (
     transition_frames,
 )
 from fire_atlas.generators.profile.generate.state_machine import SelectedStates
-from fire_atlas.generators.profile.generate.wind import WindResponse
+from fire_atlas.generators.profile.generate.wind_response import WindResponse
 from fire_atlas.generators.profile.model import (
     SCORE_UNIT,
     DetailModel,

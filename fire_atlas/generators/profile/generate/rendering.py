@@ -18,7 +18,6 @@ from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
 from fire_atlas.generators.profile.generate.axis import BentAxis, FramePlaces
 from fire_atlas.generators.profile.generate.blend_masks import MASK_CELL, BlendMask, blend_masks
 from fire_atlas.generators.profile.generate.colouring import TableColours
-from fire_atlas.generators.profile.generate.form import Column, column_form
 from fire_atlas.generators.profile.generate.generated_fire import (
     GeneratedFire,
     frames_of,
@@ -30,9 +29,10 @@ from fire_atlas.generators.profile.generate.particle_cloud import (
     fitted_taper,
 )
 from fire_atlas.generators.profile.generate.particles import half_width
+from fire_atlas.generators.profile.generate.round_form import Column, column_form
 from fire_atlas.generators.profile.generate.shading import ShadeTable, shade_table, taper_of
 from fire_atlas.generators.profile.generate.skeleton import Displacement, skeletons
-from fire_atlas.generators.profile.generate.wind import LEAN_PER_LEVEL
+from fire_atlas.generators.profile.generate.wind_response import LEAN_PER_LEVEL
 from fire_atlas.generators.profile.model import FLOW_CELL, Profile, interpolated
 from fire_atlas.vision.warp import sample_at
 

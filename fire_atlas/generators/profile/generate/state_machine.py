@@ -13,7 +13,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.generators.profile.generate.playback import Reference
-from fire_atlas.generators.profile.generate.wind import WindResponse
+from fire_atlas.generators.profile.generate.wind_response import WindResponse
 from fire_atlas.generators.profile.model import STATE_EDGES, Side, leaning_state, swinging
 
 _SUSTAINED = 0.6

@@ -1,0 +1,1 @@
+"""From an opened source to finished animations."""

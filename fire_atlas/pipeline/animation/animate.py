@@ -1,0 +1,191 @@
+"""Animate a clip: the fire-flake effect of Kim & Lee, section III, with all its steps."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.context import BuildContext
+from fire_atlas.core.pixels import Pixels
+from fire_atlas.effect.field.wind import wind_in_view
+from fire_atlas.effect.flakes.tracks import Tracks, visible_count
+from fire_atlas.effect.flame.study import FlameStudy
+from fire_atlas.maps.maker import AnimationParts
+from fire_atlas.pipeline.animation.analyse import analyse
+from fire_atlas.pipeline.animation.classify import classify
+from fire_atlas.pipeline.animation.contribution import (
+    Contribution,
+    FinishedAnimation,
+    maps_of,
+    with_room_for,
+)
+from fire_atlas.pipeline.animation.fly_in_depth import flies_in_depth, fly_in_depth
+from fire_atlas.pipeline.animation.layers import SimulatedClip
+from fire_atlas.pipeline.animation.prepare import prepare
+from fire_atlas.pipeline.animation.render import render, skipped_flames
+from fire_atlas.pipeline.animation.simulate import (
+    FlightInDepth,
+    see_flight,
+    simulate,
+    without_dark_end,
+)
+from fire_atlas.recipe.models import Recipe
+
+if TYPE_CHECKING:
+    from fire_atlas.pipeline.animation.flake_texture import PreparedTexture
+
+
+@dataclass(frozen=True, slots=True)
+class PreparedView:
+    """A view of a fire, ready to be analysed.
+
+    Attributes:
+        name: Of its animation.
+        recipe: With everything filled in that the class of the fire decides, and the wind as it
+            blows in the view.
+        clip: The clip as it is played.
+        study: Constants of the clip.
+    """
+
+    name: str
+    recipe: Recipe
+    clip: Clip
+    study: FlameStudy
+
+
+def animate_views(
+    recipe: Recipe, clips: Mapping[str, Clip], cells: Sequence[Pixels], context: BuildContext
+) -> Contribution:
+    """Animate ``clips``, by name: views of one fire from evenly spaced directions.
+
+    The first view decides the class of the fire, so that all sides shed alike. ``cells`` are those
+    of the flakes' texture, which all views share.
+    """
+    texture, flight, animations = None, None, dict[str, FinishedAnimation]()
+    for view in prepared_views(recipe, clips, context):
+        texture = texture or prepared_texture(view.recipe, view.clip, cells, context)
+        if flight is None and flies_in_depth(view.recipe, view.clip):
+            flight = fly_in_depth(view.recipe, view.clip, view.study, clips.values(), context)
+        simulated = add_flakes(view, flight, texture, context)
+        animations[view.name] = finish(view.recipe, simulated, context)
+    statistics = {name: each.all_statistics() for name, each in animations.items()}
+    figures = statistics.popitem()[1] if len(animations) == 1 else {"animations": statistics}
+    return Contribution(recipe.name, animations, figures, texture=texture)
+
+
+def prepared_texture(
+    recipe: Recipe, clip: Clip, cells: Sequence[Pixels], context: BuildContext
+) -> "PreparedTexture | None":
+    """Return the texture of a recipe's flakes from its ``cells``; None if there are none."""
+    if recipe.flakes == "none" or not cells:
+        return None
+    from fire_atlas.pipeline.animation.flake_texture import PreparedTexture
+
+    return PreparedTexture.of(cells, recipe.flakes, clip, recipe.atlas, context)
+
+
+def prepared_views(
+    recipe: Recipe, clips: Mapping[str, Clip], context: BuildContext
+) -> Iterator[PreparedView]:
+    """Prepare ``clips``, views by name, one after the other; the first decides the fire's class."""
+    for number, (name, clip) in enumerate(clips.items()):
+        is_first = number == 0
+        with context.timer.measure("study"):
+            clip, study = prepare(recipe, clip, is_first, context)
+            recipe = classify(recipe, clip, study, context) if is_first else recipe
+        wind = wind_in_view(recipe.wind, azimuth=360 * number / len(clips))
+        yield PreparedView(name, recipe.model_copy(update={"wind": wind}), clip, study)
+
+
+def add_flakes(
+    view: PreparedView,
+    flight: FlightInDepth | None,
+    texture: "PreparedTexture | None",
+    context: BuildContext,
+) -> SimulatedClip:
+    """Analyse a view and simulate its flakes; those of a fire with depth have their ``flight``."""
+    recipe, clip, study, timer = view.recipe, view.clip, view.study, context.timer
+    analysis = tracks = None
+    shape = texture.shape if texture else None
+    with timer.measure("analyse"):
+        if flight is None and recipe.has_effect:
+            analysis = analyse(clip, study, recipe, context)
+        elif recipe.needs_field:
+            analysis = analyse(clip, study, recipe.without_flakes(), context)
+    with timer.measure("fly"):
+        if recipe.flakes != "none":
+            if flight is not None:
+                tracks = see_flight(clip, study, flight, recipe, context, shape)
+            elif analysis is not None:
+                tracks = simulate(clip, study, analysis, recipe, context, shape)
+        if tracks is not None:
+            _note_flakes_left(clip, tracks, recipe.timeline.loop, context)
+            clip, tracks = without_dark_end(clip, tracks)
+    return SimulatedClip(clip, study, analysis, tracks, shape)
+
+
+def finish(recipe: Recipe, simulated: SimulatedClip, context: BuildContext) -> FinishedAnimation:
+    """Render the frames of a simulated clip, and measure what they hold besides colours."""
+    clip = simulated.clip
+    with context.timer.measure("render"):
+        frames = render(simulated, recipe, context)
+    analysis = simulated.analysis
+    parts = AnimationParts(
+        sizes=[(frame.width, frame.height) for frame in frames],
+        loop=clip.loop,
+        skipped=skipped_flames(simulated, recipe),
+        clip=clip,
+        study=simulated.study,
+        field=None if analysis is None else analysis.field,
+    )
+    maps = maps_of(frames, parts, recipe, context)
+    return FinishedAnimation(
+        frames=with_room_for(maps, frames),
+        fps=clip.fps,
+        loop=clip.loop,
+        foot=simulated.study.base,
+        maps=maps,
+        tracks=simulated.tracks,
+        bakes_flakes=recipe.bakes_flakes,
+        pixel_art=recipe.is_pixel_art,
+        camera=None if clip.depth is None else clip.depth.camera,
+        statistics=_statistics(recipe, clip, simulated.tracks),
+    )
+
+
+def _note_flakes_left(clip: Clip, tracks: Tracks, loop: str, context: BuildContext) -> None:
+    """Note how many flakes still glow in the last frame of a clip that plays once."""
+    if (
+        loop == "auto"
+        and not clip.loop
+        and not clip.tail
+        and (left := visible_count(tracks.frames[-1]))
+    ):
+        context.progress.note(
+            f"flakes in the last frame: {left}; timeline.tail: true lets them burn out"
+        )
+
+
+def _statistics(recipe: Recipe, clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
+    statistics: dict[str, Any] = {
+        "frames": clip.count,
+        "frame_size": [clip.width, clip.height],
+        "fps": round(clip.fps, 4),
+        "matte": clip.matte,
+    }
+    if clip.hue_error is not None:
+        statistics["blended"] = {"hue_error": round(clip.hue_error, 2)}
+    if tracks is not None:
+        alive = [len(rows) for rows in tracks.frames]
+        statistics["flakes"] = {
+            "born": len(np.unique(np.concatenate(tracks.flights))),
+            "alive_mean": round(float(np.mean(alive)), 2),
+            "alive_most": max(alive),
+            "rounds": tracks.rounds,
+        }
+        flakes = recipe.flakes
+        if flakes != "none" and flakes.fire_class != "auto":
+            statistics["flakes"]["class"] = flakes.fire_class
+    return statistics

@@ -1,0 +1,220 @@
+"""Draw and compose the layers of a frame: flame and flakes."""
+
+from dataclasses import dataclass, replace
+from functools import cache
+from threading import Lock
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.atlas.encode import BlendSpace, encode_frame, is_page_ready
+from fire_atlas.core.clip import Clip, Form, depth_of
+from fire_atlas.core.picture import Picture, as_light
+from fire_atlas.core.pixels import LIGHT_STEPS, Pixels, Plane, as_steps, expose
+from fire_atlas.effect.composition.blur import blur_along
+from fire_atlas.effect.composition.composite import VISIBLE_LIGHT, compose, emitted
+from fire_atlas.effect.composition.smoke import Smoke
+from fire_atlas.effect.flakes.drawing import add_glow, draw_frame
+from fire_atlas.effect.flakes.layer import FlakeLight
+from fire_atlas.effect.flakes.texture import TextureCells
+from fire_atlas.effect.flakes.tracks import Tracks
+from fire_atlas.effect.flame.study import FlameStudy
+from fire_atlas.pipeline.animation.analyse import Analysis
+from fire_atlas.recipe.effect import Flakes, MotionBlur
+from fire_atlas.recipe.models import Recipe
+
+Palette = NDArray[np.float32]
+"""(colours, 3) sRGB in 0..1: the only colours that flakes may have."""
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedClip:
+    """A clip with the results of all steps before its frames are rendered.
+
+    Attributes:
+        clip: The clip as it is played.
+        study: Constants of the whole clip.
+        analysis: Spawns and field; None if the recipe has no effect.
+        tracks: Flakes; None if there are none.
+        texture: What flakes are drawn with; None for streaks and squares.
+    """
+
+    clip: Clip
+    study: FlameStudy
+    analysis: Analysis | None
+    tracks: Tracks | None
+    texture: TextureCells | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Layers:
+    """A frame before its layers are composed.
+
+    Attributes:
+        flame: (H, W, 4), as from ``Clip.picture``; blurred if the recipe has motion blur. Without
+            the smoke, if that is a layer of its own.
+        flakes: Their light on black, before it is exposed; None if not needed.
+        bakes: Whether flakes are drawn into the page.
+        picture: The flame with its smoke, as it moves.
+        smoke: The smoke under the flame; None if it is not apart.
+        form: The form of the fire; None if it is not written.
+    """
+
+    flame: Picture
+    flakes: FlakeLight | None = None
+    bakes: bool = True
+    picture: Picture | None = None
+    smoke: Smoke | None = None
+    form: Form | None = None
+
+
+def layers_of(i: int, simulated: SimulatedClip, recipe: Recipe) -> Layers:
+    """Return the layers of frame ``i``."""
+    clip, tracks, flakes = simulated.clip, simulated.tracks, recipe.flakes
+    smoke = clip.smoke(i) if clip.smoke is not None and recipe.maps.smoke else None
+    layers = flame_layers(flame_of(i, clip.picture(i), simulated, recipe), recipe, smoke)
+    if recipe.maps.normals or recipe.maps.depth:
+        layers = replace(layers, form=depth_of(clip).form(i))
+    is_needed = recipe.bakes_flakes or recipe.maps.flakes
+    if tracks is None or flakes == "none" or not is_needed:
+        return layers
+    cells = tracks.texture.cells[i] if tracks.texture is not None else None
+    light = draw(flakes, tracks.frames[i], clip.height, clip.width, simulated.texture, cells)
+    return replace(layers, flakes=light, bakes=recipe.bakes_flakes)
+
+
+def flame_layers(picture: Picture, recipe: Recipe, smoke: Plane | None = None) -> Layers:
+    """Return the layers of a flame without flakes.
+
+    Args:
+        picture: The flame, (H, W, 4).
+        recipe: What is drawn.
+        smoke: Share of light that black smoke keeps back, as from ``Clip.smoke``; None if smoke is
+            part of the picture.
+    """
+    if not recipe.maps.smoke:
+        return Layers(picture, picture=picture)
+    pixels, atlas = as_light(picture), recipe.atlas
+    apart = Smoke.of(pixels, atlas.blend_space) if smoke is None else Smoke.black(smoke)
+    fire = apart.taken_from(pixels, atlas.alpha == "additive", atlas.blend_space)
+    return Layers(fire, picture=picture, smoke=apart)
+
+
+def flame_of(i: int, picture: Picture, simulated: SimulatedClip, recipe: Recipe) -> Picture:
+    """Return ``picture``, blurred along the field of frame ``i`` if the recipe says so."""
+    blur, analysis, clip = recipe.motion_blur, simulated.analysis, simulated.clip
+    if analysis is None or not isinstance(blur, MotionBlur) or not blur.flame:
+        return picture
+    field = analysis.field
+    return blur_along(
+        as_light(picture), field.u[i], field.v[i], field.cell, simulated.study.kappa,
+        blur.exaggeration * blur.shutter / clip.fps, blur.samples,
+    )  # fmt: skip
+
+
+def draw(
+    flakes: Flakes,
+    rows: NDArray[np.float64],
+    height: int,
+    width: int,
+    texture: TextureCells | None = None,
+    cells: NDArray[np.int64] | None = None,
+) -> FlakeLight:
+    """Return the flake layer of one frame, drawn as the recipe states.
+
+    Args:
+        flakes: The recipe's section.
+        rows: (flakes, columns) of the frame, as in ``Tracks.frames``.
+        height, width: Size of the frame, px.
+        texture: What flakes are drawn with; None for streaks and squares.
+        cells: (flakes,), the cell of the texture that each shows.
+    """
+    light = draw_frame(rows, height, width, flakes.sprite == "pixel", texture, cells)
+    glows = flakes.glow > 0 and flakes.sprite != "pixel"
+    return add_glow(light, flakes.glow, flakes.edge == "fade") if glows else light
+
+
+def compose_layers(layers: Layers, recipe: Recipe, palette: Palette | None) -> Picture:
+    """Return a frame's layers composed, (H, W, 4). May overwrite a flame of float pixels."""
+    if layers.flakes is None or not layers.bakes:
+        return layers.flame
+    return _with_flakes(layers.flame, layers.flakes, recipe, palette)
+
+
+def flakes_alone(layers: Layers, recipe: Recipe, palette: Palette | None) -> Picture:
+    """Return the flakes (H, W, 4) composed without a flame behind them."""
+    empty = np.zeros(layers.flame.shape, np.float32)
+    if layers.flakes is None:
+        return empty
+    return _with_flakes(empty, layers.flakes, recipe, palette)
+
+
+def emission_of(layers: Layers, recipe: Recipe) -> Pixels:
+    """Return the light of a frame's layers together before it is exposed, (H, W, 4).
+
+    A palette does not limit it: what it holds is light, not what is shown of it.
+    """
+    flame = as_light(layers.flame)
+    under = np.ascontiguousarray(flame.reshape(-1, 4).T)
+    flakes = np.zeros_like(under[:3])
+    if layers.flakes is not None and layers.bakes:
+        flakes = layers.flakes.at(np.arange(under.shape[1]))
+    light = emitted(under, flakes, recipe.composite.blend, recipe.atlas.blend_space)
+    return np.ascontiguousarray(light.T).reshape(flame.shape)
+
+
+def _with_flakes(
+    flame: Picture, flakes: FlakeLight, recipe: Recipe, palette: Palette | None
+) -> Picture:
+    """Return the flame with flakes; only pixels that flakes touch are computed.
+
+    All others are unchanged: they keep the exact bytes of the source if the page encodes alike.
+    """
+    lit = flakes.lit()
+    if not lit.size:
+        return flame
+    is_ready = is_page_ready(flame, recipe.atlas)
+    whole = flame.copy() if is_ready else np.ascontiguousarray(as_light(flame))
+    # Four channels as one value, of 32 bits (uint8) or 128 (float32), are copied much faster.
+    values = whole.view(np.uint32 if is_ready else np.complex128).reshape(-1)
+    composite, space = recipe.composite, recipe.atlas.blend_space
+    if len(flakes.colours) == 1 and palette is None:
+        is_bare = whole[..., 3].reshape(-1).take(lit) == 0
+        bare, lit = lit[is_bare], lit[~is_bare]
+        shown = as_steps(expose(flakes.planes.reshape(-1).take(bare)))
+        colour = tuple(flakes.colours[0].tolist())
+        with _TABLE_LOCK:
+            table = _alone(colour, composite.blend, space, is_ready)
+        values[bare] = table.take(shown)
+        if not lit.size:
+            return whole
+    behind = values.take(lit).view(whole.dtype).reshape(1, -1, 4)
+    under = np.ascontiguousarray(as_light(behind)[0].T)
+    dots = None
+    if palette is not None and not recipe.is_pixel_art:
+        dots = flakes.dots(VISIBLE_LIGHT).reshape(-1).take(lit)
+    pixels = compose(under, flakes.at(lit), composite.blend, space, palette, dots)
+    values[lit] = _as_values(pixels, space, is_ready)
+    return whole
+
+
+def _as_values(pixels: NDArray[np.float32], space: BlendSpace, is_ready: bool) -> Picture:
+    """Return pixels (4, n) as one value each, (n,), encoded if the page ``is_ready``."""
+    light = np.ascontiguousarray(pixels.T)
+    if is_ready:
+        return encode_frame(light[None], "straight", space).view(np.uint32).reshape(-1)
+    return light.view(np.complex128).reshape(-1)
+
+
+_TABLE_LOCK = Lock()
+"""Held while a table is made: the other workers wait for it rather than make the same."""
+
+
+@cache
+def _alone(colour: tuple[float, ...], blend: str, space: BlendSpace, is_ready: bool) -> Picture:
+    """Return the value of a pixel that flakes of one colour light and nothing is behind, for every
+    step of their exposed light, (65536,)."""
+    shown = np.minimum(np.arange(LIGHT_STEPS) / (LIGHT_STEPS - 1), 1 - 1e-7)
+    light = np.multiply.outer(colour, shown / (1 - shown)).astype(np.float32)
+    nothing = np.zeros((4, LIGHT_STEPS), np.float32)
+    return _as_values(compose(nothing, light, blend, space), space, is_ready)

@@ -1,0 +1,1 @@
+"""From pages to files, and which files a recipe writes."""

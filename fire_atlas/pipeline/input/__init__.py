@@ -1,0 +1,1 @@
+"""From the recipe to opened sources."""

@@ -1,0 +1,1 @@
+"""From finished animations to pages: their content, their layout, their images."""

@@ -1,0 +1,86 @@
+"""What the pages of a build show: its animations, textures of flakes, and ramps of heat."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from fire_atlas.atlas.sheet import AtlasSheet, StateGraph
+from fire_atlas.core.context import BuildContext
+from fire_atlas.core.cpu import cpu_class
+from fire_atlas.core.statistics import stated
+from fire_atlas.pipeline.animation.contribution import (
+    Contribution,
+    FinishedAnimation,
+    animations_by_name,
+    textures_by_name,
+    with_cell_names,
+)
+from fire_atlas.recipe.load import LoadedRecipe
+
+if TYPE_CHECKING:
+    from fire_atlas.pipeline.animation.flake_texture import PreparedTexture
+    from fire_atlas.pipeline.pages.heat import HeatPages
+
+
+@dataclass(frozen=True, slots=True)
+class PageContent:
+    """What is to be packed.
+
+    Attributes:
+        animations: By their names on the pages; their sprites are colours, or heat.
+        textures: Textures of flakes, by their names on the pages.
+        heat: What gives heat its colours; None if the pages have colours.
+        states: In which order the animations may follow one another; None if each plays alone.
+    """
+
+    animations: Mapping[str, FinishedAnimation]
+    textures: "Mapping[str, PreparedTexture]"
+    heat: "HeatPages | None" = None
+    states: StateGraph | None = None
+
+    def described(self, sheet: AtlasSheet) -> AtlasSheet:
+        """Return a sheet of it that says how its pages get their colours, and has the states."""
+        sheet = sheet if self.heat is None else self.heat.described(sheet)
+        return replace(sheet, states=self.states)
+
+
+def page_content(
+    contributions: Sequence[Contribution], loaded: LoadedRecipe, context: BuildContext
+) -> PageContent:
+    """Return what all recipes of a build contribute to its pages, in heat if they store that.
+
+    A recipe whose animations follow one another has pages of its own.
+    """
+    named = with_cell_names(loaded.recipe.name, contributions)
+    animations, textures = animations_by_name(named), textures_by_name(named)
+    if loaded.recipe.atlas.pixels == "color":
+        return PageContent(animations, textures, states=named[0].states)
+    from fire_atlas.pipeline.pages.heat import in_heat
+
+    animations, heat = in_heat(animations, loaded, context)
+    return PageContent(animations, textures, heat, named[0].states)
+
+
+def build_statistics(
+    contributions: Sequence[Contribution],
+    content: PageContent,
+    sheet: AtlasSheet,
+    images: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Return statistics of pages, of ``images`` by file, of heat by animation, of each recipe,
+    and the CPU class."""
+    area = sum(page.width * page.height for page in sheet.pages)
+    placed = (*sheet.regions, *sheet.cells)
+    places = {(region.page, region.x, region.y): region for region in placed}
+    used = sum(region.width * region.height for region in places.values())
+    of_all = {
+        "pages": [[page.width, page.height] for page in sheet.pages],
+        "occupancy": round(used / area, 4),
+        **images,
+        **stated("heat_error", content.heat.errors if content.heat else {}),
+        "cpu": cpu_class(),
+    }
+    if len(contributions) == 1:
+        return {**contributions[0].statistics, **of_all}
+    members = {each.name: each.statistics for each in contributions}
+    return {"frames": len(sheet.regions), **of_all, "members": members}

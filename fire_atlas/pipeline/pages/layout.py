@@ -1,0 +1,224 @@
+"""Pack all frames onto pages, and draw the images of pages and maps one by one."""
+
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.atlas.drawing import Edges, draw_page
+from fire_atlas.atlas.gpu import with_textures
+from fire_atlas.atlas.mesh import with_meshes
+from fire_atlas.atlas.pages import build_sheets
+from fire_atlas.atlas.sheet import AtlasSheet, GpuTexture, Sprite
+from fire_atlas.core.context import BuildContext
+from fire_atlas.core.errors import OutputError
+from fire_atlas.core.output_file import Role
+from fire_atlas.maps.kinds import MapKind, kinds_in
+from fire_atlas.maps.layer import draw_sprites
+from fire_atlas.maps.maker import maker_of, with_maps
+from fire_atlas.pipeline.animation.contribution import FinishedAnimation
+from fire_atlas.pipeline.pages.content import PageContent
+from fire_atlas.recipe.output import Atlas, Maps
+
+
+class Image(NamedTuple):
+    """An image to be written."""
+
+    name: str
+    role: Role
+    draw: Callable[[], NDArray[Any]]
+    """Draws it: (H, W, 4), uint8, uint16 or, of light, float16; of heat (H, W) uint8."""
+    is_data: bool = False
+    """It holds vectors or light, not colours: it is written without loss."""
+    channels: int = 4
+    """Number of channels that clients read."""
+    textures: tuple[GpuTexture, ...] = ()
+    """The compressed textures of it that are to be written."""
+    has_cover: bool = False
+    """It hides what is behind it even where pages only add light."""
+
+
+_MAX_NAMES = 12
+"""Maximum number of animations that a note names."""
+
+
+def pack(
+    name: str,
+    content: PageContent,
+    atlas: Atlas,
+    maps: Maps,
+    context: BuildContext,
+) -> tuple[AtlasSheet, ...]:
+    """Pack the frames of all animations onto the pages of each scale, and their maps; find the
+    meshes of frames.
+
+    Args:
+        name: File stem of the outputs.
+        content: The animations and the textures of flakes.
+        atlas: Settings of the pages.
+        maps: Settings of the maps beside them.
+        context: Receives a note if one page is not enough, for all or for one of the animations.
+    """
+    animations, textures = content.animations, content.textures
+    kinds, mapped = kinds_in(maps), list(animations.values())
+    margin = max((_margin(kind, mapped) for kind in kinds), default=0)
+    packed = [animation.frames_for_pages(title) for title, animation in animations.items()]
+    cells = [each.frames_for_pages(title, packed[0].duration) for title, each in textures.items()]
+    sheets = build_sheets(
+        name, packed, atlas,
+        textures=cells, margin=margin, shares=maps == Maps(),
+    )  # fmt: skip
+    _refuse_split(sheets[0], textures)
+    if len(sheets[0].pages) > 1:
+        context.progress.note(
+            f"needs {len(sheets[0].pages)} pages; a larger atlas.max_size, a smaller source.height "
+            f"or fewer frames could make one page enough"
+        )
+        _note_split(sheets[0], atlas, context)
+    sheets = _with_meshes(sheets, animations, margin, atlas, context)
+    sheets = tuple(with_maps(content.described(sheet), mapped, maps) for sheet in sheets)
+    return tuple(with_textures(sheet, atlas) for sheet in sheets)
+
+
+def _margin(kind: MapKind, animations: Sequence[FinishedAnimation]) -> int:
+    """Return how many px around all frames a map needs."""
+    return maker_of(kind).margin([each.maps[kind.name] for each in animations])
+
+
+def _with_meshes(
+    sheets: Sequence[AtlasSheet],
+    animations: Mapping[str, FinishedAnimation],
+    margin: int,
+    atlas: Atlas,
+    context: BuildContext,
+) -> tuple[AtlasSheet, ...]:
+    """Return the sheets of all scales with a mesh for each frame, if the recipe asks for them.
+
+    Args:
+        sheets: The sheets, the largest first.
+        animations: What they show: pages and layers share their meshes.
+        margin: Empty px that are kept around what is visible, at full size.
+        atlas: Settings of the pages.
+        context: Its progress advances with each frame of each scale.
+    """
+    if atlas.mesh == "none":
+        return tuple(sheets)
+    frames = [frame for animation in animations.values() for frame in animation.frames]
+    context.progress.stage("mesh", len(sheets) * len(frames))
+    return tuple(
+        with_meshes(
+            sheet,
+            [[f.sprites[scale], *(layer[scale] for layer in f.layers())] for f in frames],
+            atlas.mesh.vertices,
+            threshold=atlas.trim_threshold,
+            margin=math.ceil(margin * sheet.scale),
+            done=context.progress.advance,
+        )
+        for scale, sheet in enumerate(sheets)
+    )
+
+
+def _refuse_split(sheet: AtlasSheet, textures: Collection[str]) -> None:
+    """Refuse a texture whose cells are on several pages: players draw flakes with one."""
+    for title in textures:
+        prefix = f"{sheet.title}/{title}/"
+        if len({cell.page for cell in sheet.cells if cell.name.startswith(prefix)}) > 1:
+            raise OutputError(
+                "flakes.texture: its cells do not fit one page; use fewer, a smaller flakes.size, "
+                "or a larger atlas.max_size"
+            )
+
+
+def _note_split(sheet: AtlasSheet, atlas: Atlas, context: BuildContext) -> None:
+    """Name the animations that no page can hold, and the page size that could."""
+    from fire_atlas.atlas.split import max_size_for, split_animations
+
+    split = split_animations(sheet)
+    if not split:
+        return
+    names = ", ".join(each.name for each in split[:_MAX_NAMES])
+    more = f" and {len(split) - _MAX_NAMES} more" if len(split) > _MAX_NAMES else ""
+    size = max_size_for(split, sheet, atlas)
+    advice = (
+        f"with atlas.max_size: {size} one could"
+        if size
+        else "none that a recipe may ask for could; smaller or fewer frames help"
+    )
+    context.progress.note(f"no page can hold all frames of {names}{more}: {advice}")
+
+
+def images(
+    sheets: Sequence[AtlasSheet],
+    content: PageContent,
+    atlas: Atlas,
+    maps: Maps,
+    context: BuildContext,
+) -> Iterator[Image]:
+    """Yield the images of all sheets, one for each scale: its pages, then its maps; then ramps.
+
+    ``content`` is in the order in which it was packed. Maps do not show textures.
+    """
+    animations, textures = content.animations, content.textures
+    cells = [cell for texture in textures.values() for cell in texture.sprites]
+    frames = [frame for animation in animations.values() for frame in animation.frames]
+    kinds, mapped = kinds_in(maps), list(animations.values())
+    for scale, sheet in enumerate(sheets):
+        edges = Edges.of(atlas, sheet.scale)
+        files = [page.file for page in sheet.pages]
+        shown = [each[scale] for each in (*(frame.sprites for frame in frames), *cells)]
+        if content.heat is None:
+            for page, file in enumerate(files):
+                draw = partial(draw_sprites, sheet, page, shown, edges, context.workers)
+                yield _image(sheet, file, "page", draw)
+        else:
+            yield from _heat_pages(sheet, shown, edges)
+        for kind in kinds:
+            yield from _map_images(kind, sheet, mapped, scale, edges, context)
+    if content.heat is not None:
+        ramps = content.heat.ramps
+        yield Image(content.heat.description.ramp, "ramp", lambda: ramps, is_data=True)
+
+
+def _map_images(
+    kind: MapKind,
+    sheet: AtlasSheet,
+    animations: Sequence[FinishedAnimation],
+    scale: int,
+    edges: Edges,
+    context: BuildContext,
+) -> Iterator[Image]:
+    """Yield the images of a map beside each page of a sheet."""
+    content = maker_of(kind).content(kind, animations, scale)
+    for page, file in enumerate(sheet.map(kind.name).files):
+        draw = partial(maker_of(kind).draw, kind, sheet, page, content, edges, context.workers)
+        yield _image(sheet, file, "map", draw, is_data=kind.holds == "data")
+
+
+def _heat_pages(sheet: AtlasSheet, sprites: Sequence[Sprite], edges: Edges) -> Iterator[Image]:
+    """Yield pages of heat: of one channel, (H, W), if that has it all."""
+    for i, page in enumerate(sheet.pages):
+        draw = partial(draw_page, sheet, i, sprites, edges, np.uint8)
+        if sheet.heat is not None and sheet.heat.pixels == "heat":
+            draw = partial(_first_channel, draw)
+        yield _image(sheet, page.file, "page", draw, is_data=True)
+
+
+def _first_channel(draw: Callable[[], NDArray[Any]]) -> NDArray[Any]:
+    return draw()[..., 0]
+
+
+def _image(
+    sheet: AtlasSheet,
+    file: str,
+    role: Role,
+    draw: Callable[[], NDArray[Any]],
+    *,
+    is_data: bool = False,
+) -> Image:
+    """Return an image of a sheet, with the textures that show it."""
+    textures, found = sheet.textures_of(file), sheet.map_of(file)
+    has_cover = found is not None and found.is_under
+    return Image(file, role, draw, is_data, sheet.channels_of(file), textures, has_cover)

@@ -1,0 +1,1 @@
+"""What is run by hand: measurements of time, memory, sizes and looks."""
