@@ -10,7 +10,6 @@ from fire_atlas.generators.rendering import rendered_clip
 from fire_atlas.recipe.wind import Gusts, Wind
 from tests.support.clips import RISING_SAMPLES, open_clip, real
 from tests.support.likeness import (
-    Look,
     colour_error,
     deepest_nick,
     detail,
@@ -61,16 +60,6 @@ def test_ten_seconds_in_still_air_are_like_the_clip(name: str, seed: int) -> Non
         assert nearest_input(frame, seen.frames) > 0.04
 
 
-def looks_of_particles_alone(name: str) -> tuple[Look, Look]:
-    """Return how a clip looks, and how fire does that is generated from it without detail."""
-    clip, profile = open_clip(name), learnt_from(name)
-    wanted = settings(48, clip.fps, detail=0.0, loop=False)
-    [view] = renderings(GeneratedFire.of(profile, wanted), [0.0], 0.0, None)
-    fire = rendered_clip(view, wanted.generation, "srgb", ())
-    seen, made = look_at_clip(clip), look_at_fire(fire, profile.front.threshold)
-    return seen, made
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
@@ -84,25 +73,16 @@ def looks_of_particles_alone(name: str) -> tuple[Look, Look]:
         real("cartoon_wesnoth_campfire"),
     ],
 )
-def test_particles_alone_have_the_colours_of_the_clip(name: str) -> None:
-    seen, made = looks_of_particles_alone(name)
+def test_particles_alone_have_the_colours_of_the_clip_and_are_like_it(name: str) -> None:
+    clip, profile = open_clip(name), learnt_from(name)
+    wanted = settings(48, clip.fps, detail=0.0, loop=False)
+    [view] = renderings(GeneratedFire.of(profile, wanted), [0.0], 0.0, None)
+    fire = rendered_clip(view, wanted.generation, "srgb", ())
+    seen, made = look_at_clip(clip), look_at_fire(fire, profile.front.threshold)
     assert colour_error(seen.table, made.table) <= 10
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "name",
-    [
-        "candle",
-        "torch",
-        "campfire",
-        "cartoon",
-        real("real_candle_red"),
-        real("real_fireplace_gif"),
-    ],
-)
-def test_particles_alone_are_like_the_clip_too(name: str) -> None:
-    seen, made = looks_of_particles_alone(name)
+    if name not in ("candle", "torch", "campfire", "cartoon", "real_candle_red",
+                    "real_fireplace_gif"):  # fmt: skip
+        return  # of small, quick or torn flames particles keep the colours alone
     assert made.height == pytest.approx(seen.height, rel=0.1)
     assert made.width == pytest.approx(seen.width, rel=0.15)
     # The torch sways from side to side: the median is of the side on which it happens to be longer.
