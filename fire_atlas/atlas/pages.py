@@ -162,7 +162,7 @@ def _sharing(packed: Sequence[AnimationFrames]) -> list[int]:
     """Return for each sprite the index of the first one of those that are to share its place."""
     firsts, start = list[int](), 0
     for each in packed:
-        firsts += [start + i - i % each.together for i in range(len(each.sprites))]
+        firsts += [start + i - i % each.frames_per_place for i in range(len(each.sprites))]
         start += len(each.sprites)
     return firsts
 

@@ -30,7 +30,7 @@ class Sprite:
         image: (h, w, 4) uint8, encoded as the pages are.
         x, y: Position of the image's top-left corner in the frame, px.
         frame_width, frame_height: Size of the whole frame, px.
-        lit: Rectangle of the frame that counts as visible; None if nothing does.
+        visible: Rectangle of the frame that counts as visible; None if nothing does.
         deep: The same image in 16 bits a channel; None if the pages have 8, or nothing is visible.
     """
 
@@ -39,7 +39,7 @@ class Sprite:
     y: int
     frame_width: int
     frame_height: int
-    lit: Rect | None
+    visible: Rect | None
     deep: CompressedImage | None = None
 
     def in_bits(self, bits: int) -> "PlacedImage":
@@ -73,7 +73,8 @@ class AnimationFrames:
         duration: Duration of each frame, ms.
         loop: Whether it loops.
         foot: (x, y) of the effect's foot in the frame, px, y down; None: the middle of its bottom.
-        together: Number of consecutive frames, whose sprites are the same, that share one place.
+        frames_per_place: Number of consecutive frames, whose sprites are the same, that share one
+            place.
     """
 
     name: str
@@ -81,7 +82,7 @@ class AnimationFrames:
     duration: float
     loop: bool
     foot: tuple[float, float] | None
-    together: int = 1
+    frames_per_place: int = 1
 
 
 @dataclass(frozen=True, slots=True)

@@ -81,11 +81,11 @@ def trim_rects(sprites: Sequence[Sprite], trim: Trim, unit: int = 1, margin: int
 
 
 def _grown(sprite: Sprite, margin: int) -> Rect | None:
-    if sprite.lit is None:
+    if sprite.visible is None:
         return None
-    x, y = max(sprite.lit.x - margin, 0), max(sprite.lit.y - margin, 0)
-    right = min(sprite.lit.x + sprite.lit.width + margin, sprite.frame_width)
-    bottom = min(sprite.lit.y + sprite.lit.height + margin, sprite.frame_height)
+    x, y = max(sprite.visible.x - margin, 0), max(sprite.visible.y - margin, 0)
+    right = min(sprite.visible.x + sprite.visible.width + margin, sprite.frame_width)
+    bottom = min(sprite.visible.y + sprite.visible.height + margin, sprite.frame_height)
     return Rect(x, y, right - x, bottom - y)
 
 

@@ -58,7 +58,7 @@ def animate_images(clip: Clip, count: int, loop: bool, seed: int, workers: Worke
     images = list(workers.map(clip.read, range(clip.count)))
     planes = list(workers.map(clip.brightness, range(clip.count)))
     flame = FlameSegmentation.estimate(planes, is_opaque=clip.matte == "none")
-    lit = as_plane(np.max([flame.lit(plane) for plane in planes], axis=0))
+    lit = as_plane(np.max([flame.fire_of(plane) for plane in planes], axis=0))
     motion = _FlameMotion.of(lit, clip.matte == "none", count / clip.fps, seed)
     palette = None if is_flat_art(clip) else Palette.of(clip, workers)
 

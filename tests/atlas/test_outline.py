@@ -108,7 +108,7 @@ def test_few_vertices_come_close_to_the_convex_hull(name: str) -> None:
     for i in np.linspace(0, clip.count - 1, 5).astype(int):
         sprite = encode_sprite(clip.read(int(i)), "straight", "srgb")
         visible = sprite.image[..., 3] > 0
-        if sprite.lit is None:
+        if sprite.visible is None:
             continue
         hull = doubled_area(hull_of(visible))
         ratios.append([doubled_area(outline(visible, most)) / hull for most in (8, 16)])

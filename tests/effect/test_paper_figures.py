@@ -67,7 +67,7 @@ def _field(name: str, **features: Any) -> tuple[float, float]:
     of all, and their median speed, heights/s."""
     effect = run_effect(open_clip(name), {"features": {"preset": "paper", **features}})
     field, height = effect.analysis.field, effect.clip.height
-    in_flame = field.lit > 128
+    in_flame = field.brightness > 128
     u, v = field.u[in_flame] / height, field.v[in_flame] / height
     speed = np.hypot(u, v)
     return float(np.mean(v > 0.1 * np.sqrt(np.mean(speed**2)))), float(np.median(speed))

@@ -105,7 +105,7 @@ def _speeds(seen: Seen) -> Plane:
 
 
 def _in_flame(seen: Seen, values: Plane) -> Plane:
-    return as_plane(values[seen.effect.analysis.field.lit > 128])
+    return as_plane(values[seen.effect.analysis.field.brightness > 128])
 
 
 def _sinking(seen: Seen) -> float:

@@ -21,14 +21,14 @@ class Forcing:
 
     Attributes:
         flame: Fraction of each cell that is flame, 0..1.
-        lit: Brightness of each cell, 0..1, flame or not.
+        brightness: Of each cell, 0..1, flame or not.
         flow_x, flow_y: Optical flow of the flame in each cell, px/s; 0 if features drive the field.
         feature_x, feature_y: Mean Fv* of each cell (eq. 3), in units of the clip's mean ‖∇f‖; 0 if
             the flow drives it.
     """
 
     flame: Plane
-    lit: Plane
+    brightness: Plane
     flow_x: Plane
     flow_y: Plane
     feature_x: Plane

@@ -28,7 +28,7 @@ class FieldRecord:
 
     Attributes:
         u, v: (frames, rows, columns) float32, px/s.
-        lit: (frames, rows, columns) uint8, brightness of each cell; 255 is as bright as flame.
+        brightness: (frames, rows, columns) uint8, of each cell; 255 is as bright as flame.
         cell: Side of a cell, px.
         fps: Frames per second.
         loop: Whether frame 0 follows the last frame.
@@ -37,7 +37,7 @@ class FieldRecord:
 
     u: NDArray[np.float32]
     v: NDArray[np.float32]
-    lit: NDArray[np.uint8]
+    brightness: NDArray[np.uint8]
     cell: int
     fps: float
     loop: bool
@@ -59,7 +59,7 @@ class FieldRecord:
         heat = np.zeros(u.shape, np.float16) if has_heat else None
         return cls(u, v, np.zeros(u.shape, np.uint8), cell, fps, loop, heat)
 
-    def write(self, frame: int, field: BuoyancyField, lit: Plane) -> None:
+    def write(self, frame: int, field: BuoyancyField, brightness: Plane) -> None:
         """Record one frame; frames past the end of a loop are cross-faded into its first ones.
 
         The state after a loop's end is not quite the one it began with: its first frames fade from
@@ -68,7 +68,7 @@ class FieldRecord:
         past_end = frame - len(self.u)
         if past_end < 0:
             self.u[frame], self.v[frame] = field.u, field.v
-            self.lit[frame] = np.rint(lit * 255)
+            self.brightness[frame] = np.rint(brightness * 255)
             if self.heat is not None:
                 self.heat[frame] = field.heat
             return
@@ -92,14 +92,18 @@ class FieldRecord:
             weight = share.astype(np.float32)[:, None, None]
             return np.asarray(one[leaving] * (1 - weight) + other[entering] * weight, np.float32)
 
-        u, v, lit = (faded(getattr(self, n), getattr(after, n)) for n in ("u", "v", "lit"))
+        u, v, brightness = (
+            faded(getattr(self, n), getattr(after, n)) for n in ("u", "v", "brightness")
+        )
         heat = None
         if self.heat is not None and after.heat is not None:
             heat = faded(self.heat, after.heat).astype(np.float16)
-        return replace(self, u=u, v=v, lit=np.rint(lit).astype(np.uint8), loop=False, heat=heat)
+        return replace(
+            self, u=u, v=v, brightness=np.rint(brightness).astype(np.uint8), loop=False, heat=heat
+        )
 
     def interpolated(self, time: float) -> NDArray[np.float32]:
-        """Return u, v (px/s) and lit (0..1) of each cell at ``time`` s, (rows, columns, 3).
+        """Return u, v (px/s) and brightness (0..1) of each cell at ``time`` s: (rows, columns, 3).
 
         Outside its frames a loop repeats; a one-shot clip holds its first or last field. Optical
         flow leads from one frame to the next, so a frame's field is valid half a frame later. A
@@ -116,7 +120,7 @@ class FieldRecord:
             cv2.addWeighted(
                 of[here], (1 - part) / white, of[there], part / white, 0.0, dtype=cv2.CV_32F
             )
-            for of, white in ((self.u, 1), (self.v, 1), (self.lit, 255))
+            for of, white in ((self.u, 1), (self.v, 1), (self.brightness, 255))
         )
         return np.asarray(cv2.merge(tuple(planes)), np.float32)
 
@@ -172,7 +176,7 @@ def record_field(
         clip.count, solver.shape, solver.cell, clip.fps, clip.loop, has_heat=has_heat
     )
     for frame in frames:
-        record.write(frame.number, frame.field, frame.forcing.lit)
+        record.write(frame.number, frame.field, frame.forcing.brightness)
     return record
 
 

@@ -123,7 +123,7 @@ def fly(
 
 @dataclass(frozen=True, slots=True)
 class _FieldSampler:
-    """The field at one moment: planes (rows, columns, 3) are u, v (px/s) and lit (0..1) of each
+    """The field at one moment: planes (rows, columns, 3) are u, v (px/s), brightness (0..1) of each
     ``cell`` px, as seen from the front and, if the fire has depth, from its right side."""
 
     front: NDArray[np.float32]
@@ -132,16 +132,16 @@ class _FieldSampler:
     cell: int
 
     def at(self, x: Column, y: Column, z: Column) -> tuple[Column, Column, Column, Column]:
-        """Return u, v, w (px/s, right, down, towards the viewer) and lit, (flakes,) each.
+        """Return u, v, w (px/s, right, down, towards the viewer) and brightness, (flakes,) each.
 
         Each view shows the mean of what lies behind one another. So u is that of the front, w that
         of the side, and v the mean of both. A flake is in the flame if it is in both views.
         """
-        u, v, lit = self._sampled(self.front, x, y)
+        u, v, brightness = self._sampled(self.front, x, y)
         if self.side is None:
-            return u, v, np.zeros_like(u), lit
+            return u, v, np.zeros_like(u), brightness
         away, also, seen = self._sampled(self.side, self.axis - z, y)
-        return u, (v + also) / 2, -away, np.minimum(lit, seen)
+        return u, (v + also) / 2, -away, np.minimum(brightness, seen)
 
     def _sampled(self, planes: NDArray[np.float32], x: Column, y: Column) -> Column:
         """Return the planes, (3, flakes), at places in px: bilinear between cell centres, continued
@@ -206,7 +206,7 @@ class _FlightModel:
 
         Sparks are placed where their throw has brought them.
         """
-        *u, lit = field.at(state.x, state.y, state.z)
+        *u, brightness = field.at(state.x, state.y, state.z)
         vx, vy, vz = u
         if self.settings.lag > 0:
             retained = self.retained.take(state.id)
@@ -220,7 +220,7 @@ class _FlightModel:
             vx, vy, vz = _scattered_in_depth((vx, vy, vz), cos, sin, turn)
         else:
             vx, vy = vx * cos - vy * sin, vx * sin + vy * cos
-        outside = np.square(np.square(1 - lit))
+        outside = np.square(np.square(1 - brightness))
         own_x, own_y, own_z = self._own_velocity(state, u, outside)
         ticks = tick + 1 - self.spawns.tick.take(state.id)  # counted, as summed ages would drift
         moved = self._with_sparks(

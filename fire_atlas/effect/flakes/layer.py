@@ -38,7 +38,7 @@ class FlakeLight:
             return as_plane(self.colours.T * planes)
         return as_plane(np.einsum("pc,pn->cn", self.colours, planes))
 
-    def lit(self) -> NDArray[np.intp]:
+    def touched(self) -> NDArray[np.intp]:
         """Return the flat indices of all pixels that have visible light, ascending."""
         return np.flatnonzero(self.brightest() > FAINTEST)
 

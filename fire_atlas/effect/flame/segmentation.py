@@ -91,12 +91,12 @@ class FlameSegmentation:
 
         ``pixels`` reads the frame; it is called only if there is a background to separate.
         """
-        mask = self.lit(brightness) * self.activity
+        mask = self.fire_of(brightness) * self.activity
         if self.background is None:
             return mask
         return mask * self.background.foreground(brightness, pixels())
 
-    def lit(self, brightness: Plane) -> Plane:
+    def fire_of(self, brightness: Plane) -> Plane:
         """How bright each pixel of a frame is, (H, W) in 0..1, flame or not."""
         return linear_step(brightness, self.dim, self.bright)
 

@@ -33,11 +33,11 @@ class Ignition:
     """What burns in each frame.
 
     Attributes:
-        lit: (frames, sheets) 0 where a sheet does not burn yet, 1 where it burns fully.
+        burning: (frames, sheets) 0 where a sheet does not burn yet, 1 where it burns fully.
         burnt: (frames, intruders) time for which an intruder has burnt, s.
     """
 
-    lit: NDArray[np.float64]
+    burning: NDArray[np.float64]
     burnt: NDArray[np.float64]
 
     @classmethod
@@ -58,26 +58,28 @@ class Ignition:
                 steps.append(heated.copy())
             shown = n % frames if recording.loops else max(n, 0)
             time = (shown if recording.loops else n) / scene.fps
-            lit = _lit(scene, heated)
+            burning = _burning(scene, heated)
             for i, body in enumerate(scene.intruders):
                 burns = heated[i] >= _DELAY
-                if burns or (body.ignites and flames.touch(i, time, shown, lit)):
+                if burns or (body.ignites and flames.touch(i, time, shown, burning)):
                     heated[i] += 1 / scene.fps
         times = np.array(steps).reshape(len(steps), len(scene.intruders))
-        lit, burnt = _lit(scene, times), np.maximum(times - _DELAY, 0.0)
+        burning, burnt = _burning(scene, times), np.maximum(times - _DELAY, 0.0)
         if recording.loops:
-            lit, burnt = (closed(each, frames, overlap) for each in (lit, burnt))
-        return cls(lit, burnt)
+            burning, burnt = (closed(each, frames, overlap) for each in (burning, burnt))
+        return cls(burning, burnt)
 
     def changing_to(self, after: "Ignition", share: NDArray[np.float64]) -> "Ignition":
         """Return what burns while a fire changes between its loops in two winds.
 
         ``share`` (frames,) is the weight of ``after`` in each frame, 0..1.
         """
-        return Ignition(mixed(self.lit, after.lit, share), mixed(self.burnt, after.burnt, share))
+        return Ignition(
+            mixed(self.burning, after.burning, share), mixed(self.burnt, after.burnt, share)
+        )
 
 
-def _lit(scene: SilkScene, heated: NDArray[np.float64]) -> NDArray[np.float64]:
+def _burning(scene: SilkScene, heated: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return how far each sheet burns (..., sheets), 0..1, by the time (..., intruders), s, for
     which what carries it has been in a flame."""
     share = np.clip((heated - _DELAY) / _RISE, 0.0, 1.0)
@@ -94,14 +96,14 @@ class _Flames:
     recording: Recording
     textures: SheetTextures
 
-    def touch(self, i: int, time: float, shown: int, lit: NDArray[np.float64]) -> bool:
+    def touch(self, i: int, time: float, shown: int, burning: NDArray[np.float64]) -> bool:
         """Return whether a flame that is not its own touches intruder ``i`` at ``time`` s.
 
-        The sheets are as in frame ``shown`` and burn as far as ``lit`` (sheets,) says.
+        The sheets are as in frame ``shown`` and burn as far as ``burning`` (sheets,) says.
         """
         body = self.scene.intruders[i]
         reach, ends = body.radius + _DISTANCE, body.kindling(time)
-        for s in np.flatnonzero(lit > 0.5):
+        for s in np.flatnonzero(burning > 0.5):
             x = self.recording.x[shown, s : s + 1].astype(np.float64)
             # Between two nodes a sheet is no nearer than by their distance.
             apart = max(float(lengths(np.diff(x, axis=axis)).max()) for axis in (1, 2))

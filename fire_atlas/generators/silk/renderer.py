@@ -350,7 +350,7 @@ class SilkRenderer:
         the place (3,) that it comes from, in camera axes, heights."""
         x, rest = self.recording.x[i], self.scene.model.rest
         up, across = rest[:, -1, 0] - rest[:, 0, 0], rest[:, 0, -1] - rest[:, 0, 0]
-        area = lengths(up) * lengths(across) * self.ignition.lit[i]
+        area = lengths(up) * lengths(across) * self.ignition.burning[i]
         area /= max(float(area.sum()), 1e-9)
         middle = x[:, : max(1, x.shape[1] // 2)].mean(axis=(1, 2), dtype=np.float64)
         fires = []
@@ -458,7 +458,7 @@ def generate_silk(
     recording = simulate(scene, settings.frames, settings.loop)
     textures = make_textures(source, settings, footage, scene, recording)
     ignition = Ignition.of(scene, recording, textures)
-    textures = replace(textures, lit=ignition.lit)
+    textures = replace(textures, burning=ignition.burning)
     return SilkRenderer(scene, recording, textures, ignition, settings.frames, source.glow)
 
 

@@ -52,7 +52,7 @@ class SheetTextures:
         colours: (frames, sheets) conversion of images to light.
         height: (frames,) height of the flame as shown, relative to that in the images.
         v_rms: (frames, sheets) root mean square speed of the nodes, heights/s.
-        lit: (frames, sheets) 0 where a sheet does not burn yet, 1 where it burns fully.
+        burning: (frames, sheets) 0 where a sheet does not burn yet, 1 where it burns fully.
     """
 
     loops: tuple[TextureLoop, ...]
@@ -63,7 +63,7 @@ class SheetTextures:
     colours: tuple[tuple[ColourMap, ...], ...]
     height: NDArray[np.float64]
     v_rms: NDArray[np.float64]
-    lit: NDArray[np.float64]
+    burning: NDArray[np.float64]
 
     def light(self, i: int, sheets: slice) -> NDArray[np.float32]:
         """Light and optical depth of ``sheets`` in frame ``i``, stacked vertically:
@@ -103,7 +103,7 @@ class SheetTextures:
         return _lowered(image, float(self.height[i]))
 
     def _light(self, i: int, sheet: int) -> NDArray[np.float32]:
-        image = _catching_fire(self.image(i, sheet), np.float32(self.lit[i, sheet]))
+        image = _catching_fire(self.image(i, sheet), np.float32(self.burning[i, sheet]))
         colours = self.colours[i][sheet]
         light = colours.light(image, float(self.v_rms[i, sheet]))
         return np.dstack([light, colours.thickness(image)])
@@ -138,7 +138,7 @@ class FadingTextures(SheetTextures):
     ) -> "FadingTextures":
         """Return textures that fade from ``before`` into ``after``."""
         played = before.loops, before.texture_index, before.mirrored, before.phase, before.rate
-        burning = before.colours, before.height, before.v_rms, before.lit
+        burning = before.colours, before.height, before.v_rms, before.burning
         return cls(*played, *burning, after, share)
 
     def light(self, i: int, sheets: slice) -> NDArray[np.float32]:
@@ -169,15 +169,15 @@ def _lowered(image: Image, height: float) -> Image:
     return as_plane(lowered).reshape(image.shape)
 
 
-def _catching_fire(image: Image, lit: np.float32) -> Image:
-    """Return an image of a fire of which the part ``lit`` burns, 0..1.
+def _catching_fire(image: Image, burning: np.float32) -> Image:
+    """Return an image of a fire of which the part ``burning`` burns, 0..1.
 
     Heat falls as the fuel burns down on its way up. Where less fuel comes, it is used up sooner: so
     the flame is shorter. An image of light is dimmer instead.
     """
-    if lit == 1:
+    if burning == 1:
         return image
-    return image * lit if image.shape[2] == 3 else np.maximum(image - (1 - lit), 0)
+    return image * burning if image.shape[2] == 3 else np.maximum(image - (1 - burning), 0)
 
 
 def cull_dark(triangles: Triangles, light: NDArray[np.float32]) -> Triangles:
@@ -286,7 +286,7 @@ def _play(
         colours=colours,
         height=np.array(height) / highest,
         v_rms=recording.v_rms,
-        lit=np.ones(rate.shape),
+        burning=np.ones(rate.shape),
     )
 
 

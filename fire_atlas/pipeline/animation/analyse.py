@@ -61,7 +61,7 @@ class Analysis:
     @classmethod
     def without_flakes(cls, field: FieldRecord) -> Self:
         """Return the analysis of a clip in which no flake is born."""
-        return cls(field, np.zeros_like(field.lit), Spawns.empty(), 1)
+        return cls(field, np.zeros_like(field.brightness), Spawns.empty(), 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class _FrameAnalysis:
         thumbnail: (h, w) uint8, for the optical flow.
         flow: (h, w, 2), px of the thumbnail per frame; None unless the source states motion.
         mask: (H, W) float32, confidence that each pixel is flame, 0..1.
-        lit: (rows, columns), brightness of each cell, 0..1.
+        brightness: (rows, columns), of each cell, 0..1.
         glare: (rows, columns), brightest channel of each cell, sRGB in 0..1.
         feature_x, feature_y: (rows, columns), mean of Fv* in each cell, in units of the clip's mean
             ‖∇f‖; 0 where the optical flow drives the field.
@@ -83,7 +83,7 @@ class _FrameAnalysis:
     thumbnail: Bytes
     flow: NDArray[np.float32] | None
     mask: Plane
-    lit: Plane
+    brightness: Plane
     glare: Plane
     feature_x: Plane
     feature_y: Plane
@@ -287,8 +287,8 @@ class FrameAnalyser:
         clip, study, cell = self.clip, self.study, self.recipe.buoyancy.cell
         features = self.features(i)
         small = thumbnail(features.brightness, self.is_small)
-        lit = cell_means(study.segmentation.lit(features.brightness), cell)
-        force = np.zeros_like(lit), np.zeros_like(lit)
+        bright = cell_means(study.segmentation.fire_of(features.brightness), cell)
+        force = np.zeros_like(bright), np.zeros_like(bright)
         if self.recipe.buoyancy.motion == "features":
             unit = np.float32(1 / study.mean_gradient)
             force = cell_means(features.x, cell) * unit, cell_means(features.y, cell) * unit
@@ -296,7 +296,7 @@ class FrameAnalyser:
             small,
             None if clip.flow is None else shrunk_flow(clip.flow(i), small.shape, clip.fps),
             features.mask,
-            lit,
+            bright,
             cell_means(brightest_shown(features.picture), cell),
             *force,
             self._spawns(i, features.strength),
@@ -327,7 +327,7 @@ class FrameAnalyser:
         flame = cell_means(here.mask, self.recipe.buoyancy.cell)
         if self.recipe.buoyancy.motion == "features":
             still = np.zeros_like(flame)
-            return Forcing(flame, here.lit, still, still, here.feature_x, here.feature_y)
+            return Forcing(flame, here.brightness, still, still, here.feature_x, here.feature_y)
         # The last frame continues the motion before it. Where the clip runs backwards, the flow is
         # taken forwards: hot gas always rises.
         before, after = (other, here) if is_last or here.is_reversed else (here, other)
@@ -337,7 +337,7 @@ class FrameAnalyser:
         clip, cell = self.clip, self.recipe.buoyancy.cell
         u, v = flow_on_grid(flow, here.mask, (clip.width, clip.height), cell, clip.fps)
         u, v = halve_descent(u, v, self.study.buoyancy)
-        return Forcing(flame, here.lit, u, v, here.feature_x, here.feature_y)
+        return Forcing(flame, here.brightness, u, v, here.feature_x, here.feature_y)
 
 
 def _pairs(

@@ -39,8 +39,8 @@ class FinishedAnimation:
         bakes_flakes: Whether flakes are drawn into the frames.
         pixel_art: Whether it is pixel art, whose pixels stay sharp when they are shown larger.
         camera: The camera that sees the fire, if it has depth.
-        together: Number of consecutive frames whose sprites are the same, with the heat of each in
-            a channel of its own.
+        frames_per_place: Number of consecutive frames whose sprites are the same, with the heat of
+            each in a channel of its own.
         statistics: Figures about the clip and its flakes, for the manifest.
     """
 
@@ -53,13 +53,15 @@ class FinishedAnimation:
     bakes_flakes: bool = False
     pixel_art: bool = False
     camera: Camera | None = None
-    together: int = 1
+    frames_per_place: int = 1
     statistics: Mapping[str, Any] = field(default_factory=dict)
 
     def frames_for_pages(self, name: str) -> AnimationFrames:
         """Return the frames in the largest scale for packing, as the animation ``name``."""
         sprites = tuple(frame.sprites[0] for frame in self.frames)
-        return AnimationFrames(name, sprites, 1000 / self.fps, self.loop, self.foot, self.together)
+        return AnimationFrames(
+            name, sprites, 1000 / self.fps, self.loop, self.foot, self.frames_per_place
+        )
 
     def all_statistics(self) -> dict[str, Any]:
         """Return the statistics with those of maps, as the manifest states them."""
@@ -96,15 +98,15 @@ def with_room_for(maps: Mapping[str, Any], frames: Sequence[RenderedFrame]) -> l
 
 def _enlarged(frame: RenderedFrame, maps: Mapping[str, Any], i: int) -> RenderedFrame:
     whole, *smaller = frame.sprites
-    boxes = [] if whole.lit is None else [whole.lit]
+    boxes = [] if whole.visible is None else [whole.visible]
     for kind, found in maps.items():
         seen = None if found is None else maker_of(KIND[kind]).seen(found, i)
         if seen is not None:
             right, bottom = seen.x + seen.width, seen.y + seen.height
             right, bottom = min(right, frame.width), min(bottom, frame.height)
             boxes.append(Rect(seen.x, seen.y, right - seen.x, bottom - seen.y))
-    lit = bounding_rect(boxes) if boxes else None
-    return replace(frame, sprites=(replace(whole, lit=lit), *smaller))
+    visible = bounding_rect(boxes) if boxes else None
+    return replace(frame, sprites=(replace(whole, visible=visible), *smaller))
 
 
 @dataclass(frozen=True, slots=True)

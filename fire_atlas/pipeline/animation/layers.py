@@ -170,8 +170,8 @@ def _with_flakes(
 
     All others are unchanged: they keep the exact bytes of the source if the page encodes alike.
     """
-    lit = flakes.lit()
-    if not lit.size:
+    touched = flakes.touched()
+    if not touched.size:
         return flame
     is_ready = is_page_ready(flame, recipe.atlas)
     whole = flame.copy() if is_ready else np.ascontiguousarray(as_light(flame))
@@ -179,22 +179,22 @@ def _with_flakes(
     values = whole.view(np.uint32 if is_ready else np.complex128).reshape(-1)
     composite, space = recipe.composite, recipe.atlas.blend_space
     if len(flakes.colours) == 1 and palette is None:
-        is_bare = whole[..., 3].reshape(-1).take(lit) == 0
-        bare, lit = lit[is_bare], lit[~is_bare]
+        is_bare = whole[..., 3].reshape(-1).take(touched) == 0
+        bare, touched = touched[is_bare], touched[~is_bare]
         shown = as_steps(expose(flakes.planes.reshape(-1).take(bare)))
         colour = tuple(flakes.colours[0].tolist())
         with _TABLE_LOCK:
             table = _alone(colour, composite.blend, space, is_ready)
         values[bare] = table.take(shown)
-        if not lit.size:
+        if not touched.size:
             return whole
-    behind = values.take(lit).view(whole.dtype).reshape(1, -1, 4)
+    behind = values.take(touched).view(whole.dtype).reshape(1, -1, 4)
     under = np.ascontiguousarray(as_light(behind)[0].T)
     dots = None
     if palette is not None and not recipe.is_pixel_art:
-        dots = flakes.dots(VISIBLE_LIGHT).reshape(-1).take(lit)
-    pixels = compose(under, flakes.at(lit), composite.blend, space, palette, dots)
-    values[lit] = _as_values(pixels, space, is_ready)
+        dots = flakes.dots(VISIBLE_LIGHT).reshape(-1).take(touched)
+    pixels = compose(under, flakes.at(touched), composite.blend, space, palette, dots)
+    values[touched] = _as_values(pixels, space, is_ready)
     return whole
 
 

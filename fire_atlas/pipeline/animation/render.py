@@ -35,7 +35,7 @@ class RenderedFrame:
     """A frame, trimmed and encoded.
 
     Attributes:
-        sprites: One per page scale, largest first. The first one's visible box (``lit``) is
+        sprites: One per page scale, largest first. The first one's visible box (``visible``) is
             enlarged to cover every layer, so that all maps get the same trim.
         maps: What is kept of it for each map, by kind.
         light: The sums of its light, if light is measured.
@@ -131,17 +131,18 @@ def render_frame(
     height, width = layers.flame.shape[:2]
     whole, *smaller = encode_sprites(compose_layers(layers, recipe, palette), recipe.atlas)
     frame = RenderedFrame((whole, *smaller), maps, light, width, height)
-    lit = [each.lit for each in (whole, *(layer[0] for layer in frame.layers())) if each.lit]
-    visible = bounding_rect(lit) if lit else None
+    drawn = whole, *(layer[0] for layer in frame.layers())
+    boxes = [sprite.visible for sprite in drawn if sprite.visible]
+    visible = bounding_rect(boxes) if boxes else None
     parts = replace(parts, visible=visible)
     cut = {kind.name: maker_of(kind).of_frame(kind, parts, recipe) for kind in kinds if kind.is_cut}
-    sprites = replace(whole, lit=visible), *smaller
+    sprites = replace(whole, visible=visible), *smaller
     return replace(frame, sprites=sprites, maps={**maps, **cut})
 
 
 def _is_seen(kept: FrameData) -> bool:
     """Return whether anything of a layer is visible."""
-    return cast("Sequence[Sprite]", kept)[0].lit is not None
+    return cast("Sequence[Sprite]", kept)[0].visible is not None
 
 
 def _light_of(layers: Layers, recipe: Recipe, background: Background | None) -> FrameLight:

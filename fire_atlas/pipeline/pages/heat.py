@@ -168,20 +168,21 @@ def _with_shared_sprites(name: str, animation: FinishedAnimation) -> FinishedAni
         four = animation.frames[first : first + len(CHANNELS)]
         sprites = tuple(_in_channels(each) for each in zip(*(f.sprites for f in four), strict=True))
         frames += [replace(frame, sprites=sprites) for frame in four]
-    return replace(animation, frames=frames, together=len(CHANNELS))
+    return replace(animation, frames=frames, frames_per_place=len(CHANNELS))
 
 
 def _in_channels(sprites: Sequence[Sprite]) -> Sprite:
     """Return the sprite that has the heat of up to four in its channels."""
     parts = [Rect(s.x, s.y, s.image.shape[1], s.image.shape[0]) for s in sprites]
-    whole, lit = bounding_rect(parts), [sprite.lit for sprite in sprites if sprite.lit]
+    whole = bounding_rect(parts)
+    visible = [sprite.visible for sprite in sprites if sprite.visible]
     image = np.zeros((whole.height, whole.width, 4), np.uint8)
     for channel, (sprite, part) in enumerate(zip(sprites, parts, strict=True)):
         top, left = part.y - whole.y, part.x - whole.x
         rows, columns = slice(top, top + part.height), slice(left, left + part.width)
         image[rows, columns, channel] = sprite.image[..., 0]
     size = sprites[0].frame_width, sprites[0].frame_height
-    return Sprite(image, whole.x, whole.y, *size, bounding_rect(lit) if lit else None)
+    return Sprite(image, whole.x, whole.y, *size, bounding_rect(visible) if visible else None)
 
 
 def _refuse_lost_embers(name: str, animation: FinishedAnimation, error: HeatError) -> None:

@@ -166,7 +166,7 @@ def test_embers_of_one_colour_need_one_plane() -> None:
 
 def test_lit_pixels_are_those_that_can_be_seen() -> None:
     layer = draw_flakes(row(), 80, 100)
-    assert np.array_equal(layer.lit(), np.flatnonzero(layer.rgb().max(axis=2) > 4e-4))
+    assert np.array_equal(layer.touched(), np.flatnonzero(layer.rgb().max(axis=2) > 4e-4))
 
 
 def test_a_flake_that_leaves_the_frame_is_cut_not_piled_up_at_its_border() -> None:

@@ -176,6 +176,6 @@ def test_sparks_change_nothing_about_embers() -> None:
 def test_embers_fall_at_their_terminal_velocity_outside_the_flame_alone() -> None:
     spawns = replace(_spawns(1), terminal_velocity=np.full(1, 30.0))
     dark, lit = _uniform(0, -60), _uniform(0, -60)
-    lit.lit[:] = 255
+    lit.brightness[:] = 255
     speeds = [_flown(field, _flight(), spawns)[-1].vy[0] for field in (dark, lit)]
     assert speeds == pytest.approx([-30, -60], abs=0.5)

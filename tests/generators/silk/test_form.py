@@ -26,7 +26,7 @@ class EvenTextures(SheetTextures):
     """A sheet that is as bright everywhere, if it burns."""
 
     def light(self, i: int, sheets: slice) -> NDArray[np.float32]:
-        return np.full_like(SheetTextures.light(self, i, sheets), self.lit[i, 0])
+        return np.full_like(SheetTextures.light(self, i, sheets), self.burning[i, 0])
 
 
 def shaped(points: NDArray[np.float64]) -> SilkRenderer:
@@ -109,7 +109,7 @@ def test_a_wall_that_is_turned_faces_where_it_was_turned() -> None:
 
 def test_without_fire_the_form_is_level() -> None:
     made = sphere()
-    dark = replace(made, textures=replace(made.textures, lit=0 * made.textures.lit))
+    dark = replace(made, textures=replace(made.textures, burning=0 * made.textures.burning))
     form = dark.form(0, eye())
     assert not form.depth.any() and (form.normal[..., 2] == 1).all()
 

@@ -41,7 +41,7 @@ def test_a_flame_that_catches_fire_grows() -> None:
     made = fire(4, fuel="candle", sheets=sheets)
     heights = []
     for lit in (0.0, 0.3, 0.6, 1.0):
-        made.textures.lit[:] = lit
+        made.textures.burning[:] = lit
         light = made.draw(1, camera()).light.max(axis=(1, 2))
         heights.append(int((light > 0.1).sum()))
     assert heights[0] == 0

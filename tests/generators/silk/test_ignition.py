@@ -36,7 +36,7 @@ def test_a_match_lights_in_fire_and_not_above_it_where_the_sheet_goes_on(
     z: float, is_in_flame: bool
 ) -> None:
     assert (light_at(z) > 0.2) == is_in_flame
-    lit = with_match(z).ignition.lit[:, 5:]
+    lit = with_match(z).ignition.burning[:, 5:]
     assert lit[-1].max() == is_in_flame
     assert lit.any() == is_in_flame
 
@@ -45,7 +45,7 @@ def test_a_match_lights_the_same_on_a_coarse_mesh() -> None:
     for rows in (4, 48):
         keys = {**CANDLE, "rows": rows}
         match = {"shape": "match", "at": [0, 0, 0.45], "radius": 0.02, "draw": False}
-        assert fire(12, loops=False, intruders=[match], **keys).ignition.lit[-1, 5:].max() == 1
+        assert fire(12, loops=False, intruders=[match], **keys).ignition.burning[-1, 5:].max() == 1
 
 
 CARRIED = [

@@ -342,10 +342,10 @@ def test_a_match_bends_the_flame_by_four_degrees_catches_fire_and_the_flame_reco
     assert np.abs(before).max() < 1.0
     assert bent.min() == pytest.approx(-3.6, abs=1.0)
     assert np.abs(after).max() < 1.5
-    lit = made.ignition.lit[:, 5:]
+    lit = made.ignition.burning[:, 5:]
     assert not lit[: round(0.9 * 24)].any()
     assert lit[round(2.6 * 24) :].all() and lit[-1].min() == 1
-    assert np.all(made.ignition.lit[:, :5] == 1)
+    assert np.all(made.ignition.burning[:, :5] == 1)
 
 
 @pytest.mark.slow

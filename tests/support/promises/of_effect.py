@@ -221,7 +221,7 @@ def _turns(seen: Seen) -> float:
 def _field_beside(seen: Seen) -> float:
     """Return the speed of the air beside the flame, % of height/s."""
     flow = seen.effect.analysis.field
-    beside = flow.lit < 20
+    beside = flow.brightness < 20
     beside[:, : int(flow.u.shape[1] * 0.35)] = False  # its plume is above
     return 100 * float(np.hypot(flow.u, flow.v)[beside].mean()) / seen.clip.height
 
