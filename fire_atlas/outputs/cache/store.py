@@ -38,6 +38,10 @@ _SILENCE = 10
 """Seconds without a byte from a server, or to it, after which it counts as one that cannot be
 reached."""
 
+_IN_TRANSIT = 8 << 20
+"""Bytes that systems on both sides hold at most between a sender and who reads: Linux's largest
+buffers of a connection (4 and 6 MiB), about."""
+
 _SENT_BYTES = 1 << 16
 """Bytes of an entry that are handed to the connection at a time: progress is seen in these."""
 
@@ -289,6 +293,7 @@ def _put(files: "AbstractFileSystem", local: str, path: str) -> None:
 
     async def put() -> None:
         session, now = await files.set_session(), asyncio.get_running_loop().time
+        began, size = now(), max(Path(local).stat().st_size, 1)
         with Path(local).open("rb") as source:
             async with asyncio.timeout(_SILENCE) as limit:
 
@@ -296,6 +301,9 @@ def _put(files: "AbstractFileSystem", local: str, path: str) -> None:
                     while data := source.read(_SENT_BYTES):
                         limit.reschedule(now() + _SILENCE)
                         yield data
+                    # What the system has taken it still has to send, as fast as it sent the rest.
+                    rest = (now() - began) * min(1.0, _IN_TRANSIT / size)
+                    limit.reschedule(now() + rest + _SILENCE)
 
                 url = files.encode_url(path)
                 async with session.put(url, data=chunks(), **files.kwargs) as answer:
