@@ -30,7 +30,8 @@ def run(args: Namespace) -> int:
                 loaded = load_checked(tree)
                 _find_inputs(loaded, view.note)
                 if args.resolved:
-                    print(resolved_yaml(loaded), end="")
+                    for line in resolved_yaml(loaded).removesuffix("\n").split("\n"):
+                        print(printable(line))
                 elif not args.quiet:
                     print(printable(f"{path}: ok"))
     return failures.worst_code

@@ -16,7 +16,10 @@ from fire_atlas.outputs.dependencies import dependencies_of
 from fire_atlas.outputs.manifest import manifest_name
 from fire_atlas.recipe.tree import RecipeTree
 
-_UNWRITABLE = re.compile(r"[\t\n\r;=|]|\\(?![\w.-])|[ :&]$|^~")
+_UNWRITABLE = re.compile(r"[\t-\r;=|]|\\(?![\w.-])|[ :&]$|^~")
+
+_IS_NO_TARGET = re.compile(r"%|^\.[A-Z_]+$")
+"""Names that mean something else as targets: patterns, and orders to make such as ``.IGNORE``."""
 
 _TARGET_END = f"{manifest_name('')}: \\".encode()
 """End of the first line of every depfile that this tool writes."""
@@ -32,7 +35,7 @@ def write_depfile(
     Its target is the manifest, which every build writes. It depends on recipes, inputs, templates,
     and the folders in which a new file would be a new frame. Each of these is also an empty target,
     so that make continues if one was removed; except names with ``%``, which as targets would be
-    patterns. ``note`` is called with a sentence if another process is waited for.
+    patterns, and names like ``.IGNORE``, which would be orders. ``note`` is called with a sentence if another process is waited for.
 
     Raises:
         OutputError: make cannot read one of the names, or ``path`` is another file.
@@ -49,7 +52,7 @@ def write_depfile(
             )
         rules.append(f"{target}: \\\n" + " \\\n".join(f"  {need}" for need in needs) + "\n")
         known |= dict.fromkeys(needs)
-    targets = [f"\n{need}:\n" for need in known if "%" not in need]
+    targets = [f"\n{need}:\n" for need in known if not _IS_NO_TARGET.search(need)]
     refuse_overwriting(path)
     write_whole(path, os.fsencode("".join([*rules, *targets])), note)
 
@@ -72,7 +75,7 @@ def _is_depfile(path: Path) -> bool:
         return False
     with path.open("rb") as file:
         first = file.readline(_MAX_LINE_BYTES).rstrip()
-    return not first or first.endswith(_TARGET_END)
+    return first.endswith(_TARGET_END) or path.stat().st_size == 0
 
 
 def _escaped(path: Path) -> str:

@@ -89,7 +89,7 @@ def _refuse_newer(folder: Path, name: str) -> None:
 
 def _version(text: str) -> tuple[int, ...]:
     """Return the numbers in a version, such as ``fire-atlas 0.10.1``."""
-    return tuple(map(int, re.findall(r"[0-9]+", text)))
+    return tuple(map(int, re.findall(r"[0-9]{1,9}", text)))
 
 
 def _manifest(name: str, outputs: tuple[OutputEntry, ...]) -> Manifest:

@@ -102,10 +102,17 @@ class HeldFolder:
             file.flush()
             os.fsync(file.fileno())
 
-    def read(self, name: str) -> bytes | None:
-        """Return the bytes of a file; None if none is there."""
+    def read(self, name: str, max_bytes: int) -> bytes | None:
+        """Return the bytes of a file; None if none is there.
+
+        Raises:
+            OSError: It is larger than ``max_bytes``.
+        """
         with self._existing(name) as file:
-            return None if file is None else file.read()
+            data = None if file is None else file.read(max_bytes + 1)
+        if data is not None and len(data) > max_bytes:
+            raise OSError(errno.EFBIG, "is too large for what a build merges into", name)
+        return data
 
     def digest(self, name: str) -> str | None:
         """Return the SHA-256 of a file, None if nothing is there, "" for what is no file."""

@@ -9,6 +9,7 @@ commit cut off by a power failure can be undone as well.
 """
 
 import json
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
@@ -20,6 +21,8 @@ from fire_atlas.outputs.disk import HeldFolder, is_regular, readable_errors
 
 _JOURNAL = ".journal"
 _FORMAT, _VERSION = "fire-atlas/journal", 1
+_DIGEST = re.compile("[0-9a-f]{64}")
+
 _MAX_BYTES = 1 << 26
 """Maximum size of a journal; that of a hundred thousand files is smaller."""
 
@@ -174,6 +177,9 @@ def _validated(changes: list[Change]) -> list[Change]:
         ValueError: A build may not write one of them.
     """
     names = [plain_name(change.name) for change in changes]
+    digests = {digest for change in changes for digest in (change.before, change.after)}
+    if not all(digest is None or _DIGEST.fullmatch(digest) for digest in digests):
+        raise ValueError("no digest of a file")
     if any(map(is_reserved, names[:-1])):
         raise ValueError("the name is reserved for manifests and hidden files")
     return changes

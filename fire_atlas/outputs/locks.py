@@ -85,6 +85,9 @@ def _try_to_take(lock: "BaseFileLock", path: Path) -> bool:
     from filelock import Timeout
 
     path.parent.mkdir(parents=True, exist_ok=True)
+    with suppress(OSError):
+        if path.lstat().st_nlink > 1:  # another name of a user's file, which must not be emptied
+            path.unlink()
     try:
         lock.acquire(timeout=0)
     except (Timeout, FileNotFoundError):

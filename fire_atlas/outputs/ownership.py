@@ -43,6 +43,9 @@ _NOT_A_FILE = {errno.ENOENT, errno.EINVAL, errno.EISDIR, errno.EFBIG, errno.ELOO
 _MAX_SETTINGS_BYTES = 1 << 24
 """Maximum size of import settings; those of a page of thousands of sprites take some MiB."""
 
+_MAX_TEXT_BYTES = 1 << 26
+"""Maximum size of an output whose line endings are compared; larger ones are no text of ours."""
+
 
 @dataclass(frozen=True, slots=True)
 class FolderManifests:
@@ -231,9 +234,9 @@ def _refuse_names_of_one_file(names: Sequence[str]) -> None:
 def _with_settings(out: Path, name: str, stale: Set[str]) -> Set[str]:
     """Return ``stale`` with the import settings ``name`` if the file they belong to is stale."""
     subject = Path(name).stem
-    if subject not in stale and (out / subject).exists():
-        return stale - {name}
-    return stale | {name} if _is_import_settings(out / name) else stale
+    if subject in stale:
+        return stale | {name} if _is_import_settings(out / name) else stale
+    return stale - {name} if (out / subject).exists() else stale
 
 
 def _lists(manifest: Manifest, file: str) -> bool:
@@ -249,7 +252,7 @@ def _describes(entry: OutputEntry, path: Path) -> bool:
         return False
     if entry.is_intact(path.parent):
         return True
-    if not entry.size < path.stat().st_size <= 2 * entry.size:
+    if not entry.size < path.stat().st_size <= min(2 * entry.size, _MAX_TEXT_BYTES):
         return False
     data = path.read_bytes()
     text = data.replace(b"\r\n", b"\n")

@@ -72,8 +72,8 @@ def clear_staging(folder: StagingFolder, note: Callable[[str], None]) -> None:
 
     The caller holds the lock of the build.
     """
-    if folder.path.is_symlink():  # builds never make one
-        folder.path.unlink()
+    if folder.path.is_symlink() or not folder.path.is_dir():  # builds never make one
+        folder.path.unlink(missing_ok=True)
     if folder.journal.exists():
         with locked(folder_lock(folder.out), note):
             undo_unfinished(folder)

@@ -19,6 +19,9 @@ from fire_atlas.outputs.locks import folder_lock, locked, recipe_lock
 from fire_atlas.outputs.manifest import OutputEntry
 from fire_atlas.outputs.recovery import clear_killed_builds, clear_staging, staging_folder
 
+_MAX_MERGED_BYTES = 16 << 20
+"""Largest file that an engine or a user may have edited, and a build merges its settings into."""
+
 _ATTEMPTS = 10
 """How often a folder is removed: threads that a signal has not ended yet may add files to it."""
 
@@ -102,7 +105,7 @@ class Staging:
         target = self.out / name
         self.refuse(name)
         with readable_errors(target):
-            there = self._folders.out.read(name)
+            there = self._folders.out.read(name, _MAX_MERGED_BYTES)
             self.has_merged |= there is not None
             return there
 

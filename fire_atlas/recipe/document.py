@@ -196,7 +196,7 @@ def _scalar(node: yaml.ScalarNode, at: KeyPath) -> Value:
         value: Value = construct(SafeConstructor(), node)
         if isinstance(value, int) and abs(value) > _LARGEST:
             wrong = "is too large for any key"
-    except (ValueError, KeyError, IndexError, ConstructorError):
+    except (ValueError, OverflowError, KeyError, IndexError, ConstructorError):
         wrong = "cannot be read"
     if wrong:
         shown = node.value if len(node.value) <= 40 else node.value[:37] + "..."

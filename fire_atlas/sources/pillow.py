@@ -35,7 +35,7 @@ def read_pillow_header(path: Path, kind: str) -> Header:
     with open_file(path) as file:
         if kind == "tiff":
             return _tiff_header(_tiff_tags(file))
-        with Image.open(file) as image:
+        with Image.open(file, formats=(kind,)) as image:
             orientation, colours = UPRIGHT, AS_SRGB
             if kind == "jpeg":
                 orientation = valid(image.getexif().get(TAG, UPRIGHT))
@@ -81,7 +81,9 @@ def decode_by_pillow(data: bytes, kind: str) -> Picture:
         UnexpectedAnimationError: The file has several frames.
         Exception: It is damaged; Pillow raises many types.
     """
-    image = Image.open(io.BytesIO(marked_upright(data) if kind == "tiff" else data))
+    # As this kind alone: Pillow knows dozens, of which some start other programs (EPS).
+    stored = io.BytesIO(marked_upright(data) if kind == "tiff" else data)
+    image = Image.open(stored, formats=(kind,))
     if kind in ("gif", "webp") and getattr(image, "n_frames", 1) > 1:
         raise UnexpectedAnimationError
     image.load()

@@ -212,7 +212,9 @@ def test_only_a_build_gives_the_manifest_the_time_of_a_touched_input(
 
 
 @posix
-@pytest.mark.parametrize("name", ["a\tb", "a;b", "a=b", "a|b", "a\nb", "a\\", "a\\ b", "a&", "a:"])
+@pytest.mark.parametrize(
+    "name", ["a\tb", "a\fb", "a\vb", "a;b", "a=b", "a|b", "a\nb", "a\\", "a\\ b", "a&", "a:"]
+)
 def test_names_that_no_depfile_can_tell_are_refused(run: Run, campfire: Path, name: str) -> None:
     template = campfire.with_name(f"{name}")
     template.write_text("{{ name }}")
@@ -235,6 +237,32 @@ def test_a_depfile_overwrites_no_input_and_no_output(run: Run, campfire: Path, n
     assert result.returncode == 1
     assert f"{name}: is not a depfile" in result.stderr
     assert (campfire.parent / name).read_bytes() == before
+
+
+@posix
+@pytest.mark.skipif(not shutil.which("make"), reason="needs make")
+@pytest.mark.parametrize("name", [".IGNORE", ".ONESHELL", ".SECONDEXPANSION", ".DEFAULT"])
+def test_names_that_are_orders_to_make_are_names_in_a_depfile(
+    run: Run, campfire: Path, name: str
+) -> None:
+    campfire.with_name(name).write_text("{{ name }}")
+    export = json.dumps({"template": name, "to": "x.txt"})
+    campfire.write_text(campfire.read_text() + f"exports: [{export}]\n")
+    assert run("build", campfire.name, "-q", "--depfile", "fire.d").returncode == 0
+    text = campfire.with_name("fire.d").read_text()
+    assert f"  {name}" in text and f"\n{name}:" not in text
+    campfire.with_name("Makefile").write_text("all:\n\t@false\n\t@echo went on\ninclude fire.d\n")
+    made = subprocess.run(
+        ["make"], cwd=campfire.parent, capture_output=True, text=True, check=False
+    )
+    assert made.returncode == 2 and "went on" not in made.stdout
+
+
+def test_a_file_that_begins_with_an_empty_line_is_no_depfile(run: Run, campfire: Path) -> None:
+    notes = campfire.with_name("notes.txt")
+    notes.write_text("\nmine\n")
+    assert run("build", campfire.name, "--depfile", "notes.txt").returncode == 1
+    assert notes.read_text() == "\nmine\n"
 
 
 def test_a_depfile_does_not_overwrite_what_the_same_build_wrote(run: Run, campfire: Path) -> None:

@@ -220,6 +220,40 @@ def test_a_link_among_staged_files_is_not_written_through(out: Path, tmp_path: P
     assert mine.read_bytes() == b"precious"
 
 
+@pytest.mark.parametrize("digest", ["", [], 5, "x" * 64])
+def test_a_journal_without_digests_moves_nothing(out: Path, digest: object) -> None:
+    """Of a link or a folder none can be stated: it is never a build's."""
+    folder = staging_folder(out, "x")
+    folder.previous.mkdir(parents=True)
+    (out / "link").symlink_to("elsewhere")
+    change = {"name": "link", "before": None, "after": digest}
+    document = {"format": "fire-atlas/journal", "version": 1, "changes": [change, change]}
+    folder.journal.write_text(json.dumps(document))
+    recover(out, "x", ignore)
+    assert (out / "link").is_symlink() and not folder.journal.exists()
+
+
+@posix
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize("kind", ["pipe", "file"])
+def test_what_lies_in_the_place_of_a_staging_folder_stops_no_build(out: Path, kind: str) -> None:
+    place = staging_folder(out, "other").path
+    if kind == "pipe":
+        os.mkfifo(place)
+    else:
+        place.touch()
+    write_new(out)
+    assert contents(out) == NEW | {"b.png": OLD["b.png"]}
+
+
+@posix
+def test_a_lock_that_is_another_name_of_a_users_file_does_not_empty_it(out: Path) -> None:
+    (out / "mine.txt").write_text("precious")
+    recipe_lock(out, "x").hardlink_to(out / "mine.txt")
+    write_new(out)
+    assert (out / "mine.txt").read_text() == "precious"
+
+
 def test_without_a_journal_nothing_is_written(out: Path) -> None:
     before = out.stat().st_mtime_ns
     recover(out, "x", ignore)

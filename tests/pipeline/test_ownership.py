@@ -212,3 +212,19 @@ def test_what_is_expected_before_any_work_is_written(repo: Repo, keys: dict[str,
     images = {name for name, role in expected.items() if role in {"page", "map", "ramp"}}
     settings = {f"{image}{ending}" for image in images for ending in (".import", ".meta")}
     assert settings & written.keys() <= expected.keys()
+
+
+def test_a_manifest_that_lies_removes_no_material_of_the_users(repo: Repo) -> None:
+    """It calls it the import settings of a file that it lists, and states no digest of it."""
+    repo.clip()
+    recipe = repo.recipe()
+    repo.built(recipe)
+    mine = repo.build / "Hero.mat"
+    mine.write_text("%YAML 1.1\n--- !u!21\nMaterial:\n  m_Name: mine\n", encoding="utf-8")
+    path = repo.build / "fire.manifest.json"
+    manifest = json.loads(path.read_text(encoding="utf-8"))
+    for name, role in (("Hero", "page"), ("Hero.mat", "import")):
+        manifest["outputs"].append({"path": name, "role": role, "bytes": 1, "sha256": "0" * 64})
+    path.write_text(json.dumps(manifest), encoding="utf-8")
+    assert repo.run("clean", recipe).code == 0
+    assert "mine" in mine.read_text(encoding="utf-8")

@@ -2,6 +2,7 @@
 
 import os
 import struct
+import subprocess
 import zlib
 from pathlib import Path
 from typing import Any
@@ -209,3 +210,19 @@ def test_a_float_tiff_is_light_as_it_stands(tmp_path: Path, channels: int) -> No
         shown[..., 3] = np.minimum(shown[..., 3], 1)
     assert picture.dtype == np.float32
     np.testing.assert_array_equal(picture, shown)
+
+
+def test_postscript_that_is_called_a_picture_starts_no_program(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Pillow hands it to Ghostscript, if it is not told what it may be."""
+    text = b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 32 32\n%%EndComments\n%%EOF\n"
+    head = b"\xc5\xd0\xd3\xc6" + struct.pack("<IIIIII", 30, len(text), 0, 0, 0, 0) + b"\xff\xff"
+    path = tmp_path / "a.tga"
+    path.write_bytes(head + text)
+    started = list[object]()
+    monkeypatch.setattr(subprocess, "Popen", lambda *line, **_: started.append(line))
+    monkeypatch.setattr("PIL.EpsImagePlugin.gs_binary", "gs", raising=False)
+    with pytest.raises(SourceError, match=r"a\.tga: broken TGA file"):
+        decoded(path)
+    assert not started

@@ -150,7 +150,10 @@ def bits_of(meta: dict[str, Any]) -> int:
     """Read the bits a channel of a page from its ``meta`` block."""
     if meta.get("format") == _HEAT:
         return 8
-    return next(bits for bits, name in _FORMATS.items() if meta.get("format", name) == name)
+    for bits, name in _FORMATS.items():
+        if meta.get("format", name) == name:
+            return bits
+    raise ValueError(f"{meta['format']!r} is no format of pages")
 
 
 def page_of(meta: dict[str, Any]) -> Page:

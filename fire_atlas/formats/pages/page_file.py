@@ -88,7 +88,7 @@ def read_page(path: Path, width: int, height: int) -> Bytes:
 
     data = read_page_file(path, width, height)
     try:
-        with Image.open(io.BytesIO(data)) as image:
+        with Image.open(io.BytesIO(data), formats=["PNG", "WEBP"]) as image:
             # oxipng drops unused channels.
             return np.array(image.convert("RGBA"))
     except Exception as error:  # decoders raise many types

@@ -49,7 +49,7 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
         name = environment().from_string(request["to"]).render(request["context"])
         parts, length = [], 0
         for part in environment().from_string(request["template"]).generate(request["context"]):
-            length += len(part)
+            length += len(part.encode())
             if length > _MAX_TEXT_LENGTH:
                 return {"error": "the template writes more than 64 MiB; does it loop for ever?"}
             parts.append(part)
