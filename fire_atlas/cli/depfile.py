@@ -35,7 +35,9 @@ def write_depfile(
     Its target is the manifest, which every build writes. It depends on recipes, inputs, templates,
     and the folders in which a new file would be a new frame. Each of these is also an empty target,
     so that make continues if one was removed; except names with ``%``, which as targets would be
-    patterns, and names like ``.IGNORE``, which would be orders. ``note`` is called with a sentence if another process is waited for.
+    patterns, and names like ``.IGNORE``, which would be orders.
+
+    ``note`` is called with a sentence if another process is waited for.
 
     Raises:
         OutputError: make cannot read one of the names, or ``path`` is another file.
