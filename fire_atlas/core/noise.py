@@ -149,7 +149,7 @@ class BlurredCurlNoise:
         # One wave is as long as the period, so that nothing repeats before it ends. Two that came
         # back together long before would leave that one alone to tell the times apart.
         waves = np.concatenate([np.ones((_DRAWN, 1)), drawn], axis=1)
-        apart = [_nearest_return(each, period) for each in waves]
+        apart = [_nearest_return(wave, period) for wave in waves]
         self._frequency = waves[int(np.argmax(apart))] / period
         self._sigma = sigma
 

@@ -182,7 +182,7 @@ def luminance(pixels: Pixels) -> Plane:
 
 def hue_difference(one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the distances, ΔE in CIELAB's plane of hues, of linear sRGB colours (n, 3)."""
-    roots = [np.cbrt(each @ _XYZ.T) for each in (one, other)]
+    roots = [np.cbrt(colours @ _XYZ.T) for colours in (one, other)]
     x, y, z = (roots[0] - roots[1]).T
     return as_plane(np.hypot(500 * (x - y), 200 * (y - z)))
 

@@ -36,7 +36,7 @@ def by_animation(statistics: Any, name: str = "") -> Iterator[tuple[str, dict[st
 
 def stated(key: str, figures: Mapping[str, "DataclassInstance"]) -> dict[str, Any]:
     """Return what a manifest states under ``key``: figures by name; nothing if there are none."""
-    return {key: {name: asdict(each) for name, each in figures.items()}} if figures else {}
+    return {key: {name: asdict(figure) for name, figure in figures.items()}} if figures else {}
 
 
 def read_stated(statistics: dict[str, Any], key: str, kind: type[Figures]) -> dict[str, Figures]:

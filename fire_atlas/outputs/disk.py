@@ -53,9 +53,11 @@ class HeldFolder:
     Windows has no paths that begin at an open folder: there the path is used.
     """
 
-    def __init__(self, path: Path, inside: "HeldFolder | None" = None) -> None:
-        """Hold a folder, which may be a link to one; or the one of this name ``inside`` another,
-        which may not.
+    def __init__(
+        self, path: Path, inside: "HeldFolder | None" = None, *, may_be_link: bool = False
+    ) -> None:
+        """Hold a folder, which may be a link to one if the caller says so; or the one of this name
+        ``inside`` another.
 
         Raises:
             OSError: There is none.
@@ -64,12 +66,9 @@ class HeldFolder:
         self._descriptor: int | None = None
         if _HAS_OPEN_FOLDERS:
             parent = None if inside is None else inside._descriptor
-            follow = os.O_RDONLY | os.O_DIRECTORY
-            self._descriptor = (
-                os.open(path, follow)
-                if parent is None
-                else os.open(path.name, follow | os.O_NOFOLLOW, dir_fd=parent)
-            )
+            flags = os.O_RDONLY | os.O_DIRECTORY | (0 if may_be_link else os.O_NOFOLLOW)
+            name = path if parent is None else path.name
+            self._descriptor = os.open(name, flags, dir_fd=parent)
         self._identity = path.stat() if self._descriptor is None else os.fstat(self._descriptor)
 
     def close(self) -> None:

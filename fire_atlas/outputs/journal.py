@@ -65,14 +65,15 @@ class StagingFolder:
         return self.path / _JOURNAL
 
     @contextmanager
-    def held(self) -> Iterator["HeldStaging"]:
-        """Hold the folders open.
+    def held(self, *, is_new: bool = False) -> Iterator["HeldStaging"]:
+        """Hold the folders open. ``is_new``: the caller has made the output folder, so it is no
+        link.
 
         Raises:
             OSError: One of them is missing, or a link.
         """
         with ExitStack() as stack:
-            out = HeldFolder(self.out)
+            out = HeldFolder(self.out, may_be_link=not is_new)
             stack.callback(out.close)
             staged = HeldFolder(self.path, out)
             stack.callback(staged.close)

@@ -58,14 +58,15 @@ class Staging:
     def __enter__(self) -> Self:
         """Make the folders, and remove what killed builds have left."""
         with self._stack as stack, readable_errors(self.out):
-            _at_the_end(stack, partial(_remove_empty, _missing_folders(self.out)))
+            missing = _missing_folders(self.out)
+            _at_the_end(stack, partial(_remove_empty, missing))
             self.out.mkdir(parents=True, exist_ok=True)
             clear_killed_builds(self.out, self._note)
             stack.enter_context(locked(recipe_lock(self.out, self.name), self._note))
             clear_staging(self._folder, self._note)
             _at_the_end(stack, self._clear)
             self._folder.previous.mkdir(parents=True)
-            self._held = stack.enter_context(self._folder.held())
+            self._held = stack.enter_context(self._folder.held(is_new=bool(missing)))
             self._stack = stack.pop_all()
         return self
 

@@ -41,8 +41,8 @@ def formats_for(formats: Iterable[GpuFormat], channels: Channels) -> Iterator[Gp
     are as small or smaller and more exact; colours do not fit these two.
     """
     written = list[GpuFormat]()
-    for each in formats:
-        blocks, _, container = each.partition(".")
+    for texture_format in formats:
+        blocks, _, container = texture_format.partition(".")
         few = _BC_OF_FEW.get(channels)
         if blocks.startswith("bc") and few is not None:
             blocks = few

@@ -51,7 +51,7 @@ class LoadedRecipe:
 def load_tree(tree: RecipeTree) -> LoadedRecipe:
     """Validate a recipe that has been read."""
     recipe = validate(tree).model_copy(update={"name": tree.name})
-    members = tuple(_member(each, recipe) for each in tree.members)
+    members = tuple(_member(member, recipe) for member in tree.members)
     return LoadedRecipe(
         recipe,
         tree.path,

@@ -64,7 +64,9 @@ class ContradictionError(ValueError):
 
     def __init__(self, *problems: Problem) -> None:
         """Join the problems of one block."""
-        super().__init__("; ".join(f"{dotted(each.path)}: {each.message}" for each in problems))
+        super().__init__(
+            "; ".join(f"{dotted(problem.path)}: {problem.message}" for problem in problems)
+        )
         self.problems = problems
 
 

@@ -28,9 +28,13 @@ def validate(tree: RecipeTree) -> Recipe:
     try:
         return Recipe.model_validate(_with_source(tree))
     except ValidationError as error:
-        found = [each for one in error.errors(include_url=False) for each in _problems(one)]
+        found = [
+            problem for details in error.errors(include_url=False) for problem in _problems(details)
+        ]
     causes = [
-        each for each in found if not any(_is_below(other.path, each.path) for other in found)
+        problem
+        for problem in found
+        if not any(_is_below(other.path, problem.path) for other in found)
     ]
     raise refusal(tree, causes)
 
@@ -41,8 +45,10 @@ def refusal(tree: RecipeTree, problems: Iterable[Problem]) -> RecipeError:
     A line begins with the place of its key: ``campfire.yaml:12: flakes.alpha: ``.
     """
     placed = [(tree.origin(problem.path), problem) for problem in problems]
-    placed.sort(key=lambda each: each[0].line)
-    return RecipeError(*(f"{origin.locate(each.path)}: {each.message}" for origin, each in placed))
+    placed.sort(key=lambda pair: pair[0].line)
+    return RecipeError(
+        *(f"{origin.locate(problem.path)}: {problem.message}" for origin, problem in placed)
+    )
 
 
 def _with_source(tree: RecipeTree) -> dict[str, Any]:
@@ -57,7 +63,7 @@ def _problems(details: ErrorDetails) -> list[Problem]:
     path = _key_path(details)
     match details.get("ctx"):
         case {"error": ContradictionError(problems=problems)}:
-            return [Problem((*path, *each.path), each.message) for each in problems]
+            return [Problem((*path, *problem.path), problem.message) for problem in problems]
     return [Problem(path, _advice(details))]
 
 

@@ -120,4 +120,6 @@ class Wind(Settings):
         """Return the steady wind of each of the ``levels``; this wind alone if it has none."""
         if not self.levels:
             return (self,)
-        return tuple(self.model_copy(update={"level": each, "levels": ()}) for each in self.levels)
+        return tuple(
+            self.model_copy(update={"level": level, "levels": ()}) for level in self.levels
+        )

@@ -47,7 +47,7 @@ def open_animation(
     for patch in patches:
         check_size(path, patch.width, patch.height, max_pixels)
     stated = (patch.delay for patch in patches)
-    delays = [_DEFAULT_DELAY if each <= _SHORTEST else each for each in stated]
+    delays = [_DEFAULT_DELAY if delay <= _SHORTEST else delay for delay in stated]
     is_still = len(patches) == 1
     timing = Timing(0, (0,)) if is_still else time_drawings(delays, fps, path)
     frames = SequentialDecoder(path, partial(_play, path, animation, header))

@@ -78,10 +78,10 @@ def find_black(frames: Iterable[Picture]) -> BlackLevel:
     or if true black explains it, with the noise that is always assumed.
     """
     measured = [_black_of(255 * srgb_unit(frame)) for frame in frames]
-    found = np.array([each for each in measured if each is not None])
+    found = np.array([black for black in measured if black is not None])
     if 2 * len(found) <= len(measured):
         return TRUE_BLACK
-    red, green, blue, noise = (float(each) for each in np.median(found, axis=0))
+    red, green, blue, noise = (float(level) for level in np.median(found, axis=0))
     if max(red, green, blue) <= _NOISE:
         return TRUE_BLACK
     return BlackLevel((red / 255, green / 255, blue / 255), noise / 255)

@@ -94,7 +94,7 @@ def find_picture(path: Path, file: BinaryIO, layer: str | None) -> ExrPicture:
     part = parts[chosen.part]
     if _area(part.data) > _LARGEST_OVERSCAN * _area(part.display):
         raise BrokenFileError("its data window is far larger than its display window")
-    decoded = sum(_area(each.data) * _bytes_of_pixel(each) for each in parts)
+    decoded = sum(_area(stored_part.data) * _bytes_of_pixel(stored_part) for stored_part in parts)
     if decoded > _MAX_DECODED:
         raise SourceError(
             f"{path}: all its channels are {decoded / 2**30:.1f} GiB, and at most "

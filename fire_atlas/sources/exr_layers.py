@@ -69,13 +69,13 @@ def choose_layer(
     if not flat:
         raise SourceError(f"{path}: {_without_pictures(parts)}")
     layer = _finished_picture(parts, flat)
-    names = [each.name for each in flat if each.name]
+    names = [picture.name for picture in flat if picture.name]
     if layer is None:
         raise SourceError(
             f"{path}: holds several pictures, and none is plainly the finished one; say which: "
             f"source.layer: {_proposed(flat)}, of {_some(names)}"
         )
-    others = [each.name for each in flat if each.name and each is not layer]
+    others = [picture.name for picture in flat if picture.name and picture is not layer]
     if not others:
         return layer, ()
     taken = layer.name or f"without a name ({', '.join(layer.channels)})"

@@ -45,8 +45,8 @@ def read_cells(
         pictures = [reader.read(i) for i in range(reader.count)]
     keyed = not any(map(has_transparency, pictures))
     cells = [
-        luminance_of_light(to_light(each), blend_space) if keyed else to_light(each)
-        for each in pictures
+        luminance_of_light(to_light(picture), blend_space) if keyed else to_light(picture)
+        for picture in pictures
     ]
     if not any((cell[..., 3] > _VISIBLE).any() for cell in cells):
         raise SourceError(

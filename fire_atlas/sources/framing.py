@@ -212,7 +212,7 @@ class FlameExtent:
     def _flame(self) -> NDArray[np.bool_]:
         """Return where flame may be in any of the frames, (h, w)."""
         (shown, cover), (darkest, least_cover) = (
-            np.moveaxis(each, 2, 0) for each in (self._highest, self._lowest)
+            np.moveaxis(extremes, 2, 0) for extremes in (self._highest, self._lowest)
         )
         if least_cover.min() < 255:
             return np.ascontiguousarray(cover > 0)

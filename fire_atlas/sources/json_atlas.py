@@ -233,7 +233,7 @@ class _Value:
     def entries(self) -> "list[_Value]":
         if not isinstance(self.value, list):
             raise self.refuse("a list [...]")
-        return [_Value(self.file, f"{self.where}[{i}]", each) for i, each in enumerate(self.value)]
+        return [_Value(self.file, f"{self.where}[{i}]", item) for i, item in enumerate(self.value)]
 
     def text(self) -> str:
         if not isinstance(self.value, str) or not self.value or len(self.value) > _MAX_TEXT:
@@ -303,7 +303,7 @@ def _read_packs(path: Path) -> list[_Pack]:
     packs = list(_packs_of(document))
     further = document["meta"]["related_multi_packs"] if "meta" in document.block() else None
     if further is not None and further.value is not None:
-        files = dict.fromkeys(each.neighbour() for each in further.entries()[:_MAX_PACKS])
+        files = dict.fromkeys(name.neighbour() for name in further.entries()[:_MAX_PACKS])
         for file in files:
             if file != path:
                 packs += _packs_of(_read(file))
@@ -491,12 +491,12 @@ def _look_up(animation: _Value, named: Mapping[str, Sequence[AtlasFrame]]) -> It
         names = animation.entries()
     if not 0 < len(names) <= MAX_FRAMES:
         raise animation.refuse(f"a list of 1 to {MAX_FRAMES} frames")
-    for each in names:
-        found = named.get(each.text(), ())
+    for name in names:
+        found = named.get(name.text(), ())
         if len(found) != 1:
             which = "no frame" if not found else f"{len(found)} frames"
             raise SourceError(
-                f"{each.file}: {each.where} is '{each.text()}', but {which} of the atlas "
+                f"{name.file}: {name.where} is '{name.text()}', but {which} of the atlas "
                 f"{'are' if found else 'is'} called so; export it again"
             )
         yield found[0]

@@ -182,7 +182,11 @@ def _matches_of_pattern(pattern: Path) -> tuple[Path, ...]:
     if not folder.is_dir():
         return ()
     names = [entry.name for entry in _Walk(pattern, folder).entries(folder)]
-    return _stills(folder / each for each in names if name.fullmatch(each) and each[0] != ".")
+    return _stills(
+        folder / file_name
+        for file_name in names
+        if name.fullmatch(file_name) and file_name[0] != "."
+    )
 
 
 def _matches(pattern: Path) -> tuple[Path, ...]:
@@ -227,8 +231,8 @@ class _Walk:
         """
         segment, *rest = segments
         if segment == "**":
-            for each in self._folders(folder):
-                yield from self.matches(each, rest or ["*"])
+            for folder_below in self._folders(folder):
+                yield from self.matches(folder_below, rest or ["*"])
             return
         for path in self._fitting(folder, segment):
             if not rest:

@@ -82,7 +82,7 @@ def learn_from_files(
     frames = FramesSource(**{key: getattr(source, key) for key in ClipInput.model_fields})
     clips = {str(path): open_with_proxy(frames, path, context, PROXY_SIDE) for path in paths}
     profile = learn_profile(clips, context.workers, source.threshold, source.cells)
-    return profile, tuple(each.clip for each in clips.values())
+    return profile, tuple(proxied.clip for proxied in clips.values())
 
 
 def _read(paths: Sequence[Path]) -> Profile:

@@ -69,18 +69,20 @@ def in_playing_order(paths: Iterable[Path]) -> tuple[Path, ...]:
     occurs without it: ``fire-1``, ``fire0``, ``fire1``.
     """
     paths = list(paths)
-    minus = {each.path: each.hyphen for each in _numbered(paths) if each.is_negative}
+    minus = {image.path: image.hyphen for image in _numbered(paths) if image.is_negative}
     return tuple(sorted(paths, key=lambda path: natural_key(path, minus=minus.get(path))))
 
 
 def _numbered(paths: Sequence[Path]) -> list[_Numbered]:
     """Return those of ``paths`` that have frame numbers, with their signs."""
     ending = _common_ending({path.stem for path in paths})
-    found = [each for path in paths if (each := _Numbered.of(path, ending)) is not None]
-    plain = {each.name for each in found if each.hyphen is None}
+    found = [image for path in paths if (image := _Numbered.of(path, ending)) is not None]
+    plain = {image.name for image in found if image.hyphen is None}
     return [
-        replace(each, is_negative=True) if each.hyphen is not None and each.name in plain else each
-        for each in found
+        replace(image, is_negative=True)
+        if image.hyphen is not None and image.name in plain
+        else image
+        for image in found
     ]
 
 
@@ -99,20 +101,20 @@ def sequence_notes(paths: Sequence[Path], used: slice) -> tuple[str, ...]:
     nothing if ``paths``, all of its images in playing order, are not all numbered alike."""
     numbered = _numbered(paths)
     frames = numbered[used]
-    is_sequence = len(numbered) == len(paths) and len({each.name for each in numbered}) == 1
+    is_sequence = len(numbered) == len(paths) and len({image.name for image in numbered}) == 1
     if not is_sequence or len(frames) < 2:
         return ()
     notes, known = list[str](), dict[int, Path]()
     doubled = [
-        (known[each.frame].name, each.path.name)
-        for each in frames
-        if known.setdefault(each.frame, each.path) != each.path
+        (known[image.frame].name, image.path.name)
+        for image in frames
+        if known.setdefault(image.frame, image.path) != image.path
     ]
     if doubled:
         one, other = doubled[0]
         more = f", and {len(doubled) - 1} more like them" if len(doubled) > 1 else ""
         notes.append(f"{one} and {other} have one frame number{more}: both are used")
-    gaps = list(_missing(sorted(known), _step({each.frame for each in numbered})))
+    gaps = list(_missing(sorted(known), _step({image.frame for image in numbered})))
     if gaps:
         shown = [str(a) if a == b else f"{a} to {b}" for a, b in gaps[:_MOST_NAMED]]
         named = ", ".join(shown) + (", ..." if len(gaps) > _MOST_NAMED else "")

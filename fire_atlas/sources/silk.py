@@ -68,10 +68,13 @@ def open_silk_in_wind(
     camera = silk_camera(source, 0.0, generation.views.elevation, generation.views.distance)
     seen_as = _luminance_matte(context)
     winds = generation.in_each_wind()
-    views = [SilkView(generate_silk(source, each, footage), camera, seen_as) for each in winds]
+    views = [
+        SilkView(generate_silk(source, wind_settings, footage), camera, seen_as)
+        for wind_settings in winds
+    ]
     loops = tuple(
-        rendered_clip(view, each, context.blend_space, inputs)
-        for view, each in zip(views, winds, strict=True)
+        rendered_clip(view, wind_settings, context.blend_space, inputs)
+        for view, wind_settings in zip(views, winds, strict=True)
     )
 
     def change(before: int, after: int, start: int, progress: NDArray[np.float64]) -> WindChange:

@@ -74,7 +74,9 @@ def time_drawings(
         rate = _fraction(fps)
     else:
         rates = _rates(times, unit, _fraction(stated) if stated else None)
-        rate = next((each for each in rates if _fits(times, unit, each)), Fraction(_MAX_RATE))
+        rate = next(
+            (candidate for candidate in rates if _fits(times, unit, candidate)), Fraction(_MAX_RATE)
+        )
     ticks = max(1, round(total * rate))
     if ticks > MAX_FRAMES:
         raise SourceError(

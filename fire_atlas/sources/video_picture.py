@@ -201,7 +201,7 @@ def _orientation(frame: Any) -> int | None:
     (a x + c y, b x + d y).
     """
     entries = (frame.side_data[i] for i in range(len(frame.side_data)))
-    stored = next((bytes(each) for each in entries if each.type == SideData.DISPLAYMATRIX), b"")
+    stored = next((bytes(entry) for entry in entries if entry.type == SideData.DISPLAYMATRIX), b"")
     if len(stored) < 36:
         return UPRIGHT
     a, b, _, c, d, *_ = struct.unpack("<9i", stored[:36])

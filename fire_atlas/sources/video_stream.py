@@ -128,7 +128,7 @@ def scan_video(path: Path, max_pixels: int) -> VideoScan:
     stamps, last = tuple[Fraction, ...](), None
     if all(stamp is not None for stamp, *_ in shown):
         # Frames that refer to some before the first key frame cannot be decoded either.
-        times = sorted((each[0], each[1]) for each in shown if each[0] >= packets[begin][0])
+        times = sorted((packet[0], packet[1]) for packet in shown if packet[0] >= packets[begin][0])
         stamps = tuple(stamp for stamp, _ in times)
         # Some files state one length for all frames, however long each is shown.
         lengths = zip(times, stamps[1:], strict=False)
@@ -217,7 +217,7 @@ def _open_stream(path: Path) -> Generator[tuple[Any, Any]]:
 def _films(container: Any) -> list[Any]:
     """Return the streams of a container that are videos, not pictures attached to it."""
     attached = Disposition.attached_pic | Disposition.still_image | Disposition.timed_thumbnails
-    return [each for each in container.streams.video if not each.disposition & attached]
+    return [stream for stream in container.streams.video if not stream.disposition & attached]
 
 
 def _other_streams(path: Path, container: Any, stream: Any) -> list[str]:

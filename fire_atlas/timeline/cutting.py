@@ -175,7 +175,7 @@ def best_cut(analysis: CutAnalysis, frames: int | None) -> Transition | None:
     """
     lengths = [frames] if frames else range(analysis.shortest, analysis.longest + 1)
     costs = analysis.costs()
-    found = sorted(each for length in lengths for each in _loops_of(analysis, costs, length))
+    found = sorted(loop for length in lengths for loop in _loops_of(analysis, costs, length))
     tried = [
         (cost + _visible_flaws(analysis, transition), transition)
         for cost, transition in found[:_TRIED]

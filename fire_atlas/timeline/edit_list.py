@@ -47,7 +47,7 @@ class EditList:
     @property
     def transitions(self) -> tuple[Transition, ...]:
         """Every transition once, in the order in which it is shown."""
-        return tuple(dict.fromkeys(each[0] for each in self.frames if not isinstance(each, int)))
+        return tuple(dict.fromkeys(frame[0] for frame in self.frames if not isinstance(frame, int)))
 
 
 def loop_edit(transitions: list[Transition], overlap: int, holds: Holds) -> EditList:

@@ -101,7 +101,7 @@ def extended(
     if why := _why_one_shot(ClipSamples.of(clip, workers)):
         return _played_as_it_is(clip, wanted, why)
     analysis = analyse_cuts(clip, timeline, wanted, False, workers)
-    transitions = _first_found(lambda each: extend_once(each, wanted), analysis)
+    transitions = _first_found(lambda cut_analysis: extend_once(cut_analysis, wanted), analysis)
     if transitions is None:
         why = "no two of its moments look alike enough to jump between"
         return _played_as_it_is(clip, wanted, why)
@@ -201,7 +201,9 @@ def _cut_to_loop(
     if not wanted and analysis.thumbnails.median_step == 0:
         progress.note("the clip loops whole: most of its frames are equal, so no cut keeps them")
         return replace(clip, loop=True)
-    transitions = _first_found(lambda each: _loop_transitions(each, wanted), analysis)
+    transitions = _first_found(
+        lambda cut_analysis: _loop_transitions(cut_analysis, wanted), analysis
+    )
     if transitions is None:
         raise RecipeError(
             f"timeline.frames: no loop of {wanted} frames can be made of {clip.count}; give "
@@ -226,7 +228,7 @@ def _loop_transitions(analysis: CutAnalysis, wanted: int | None) -> list[Transit
     if found is None:
         return None
     # The loop may begin after any transition: choose the one after which the step is most usual.
-    last = found.index(min(found, key=lambda each: abs(analysis.step_after(each) - 1)))
+    last = found.index(min(found, key=lambda transition: abs(analysis.step_after(transition) - 1)))
     return found[last + 1 :] + found[: last + 1]
 
 

@@ -227,7 +227,7 @@ def _flow_helps(clip: Clip, holds: Holds, palette: Palette, workers: Workers) ->
         return True
     held_out = [int(between[k - 1]) for k in evenly_spread(1, len(between), _HELD_OUT)]
     errors = list(workers.map(lambda i: _errors(clip, i, palette), held_out))
-    interpolated, nearest = (float(np.mean([each[side] for each in errors])) for side in (0, 1))
+    interpolated, nearest = (float(np.mean([pair[side] for pair in errors])) for side in (0, 1))
     return interpolated <= _MAX_ERROR * nearest
 
 
@@ -269,7 +269,9 @@ def interpolated(
     to_before, to_after = intermediate_flows(flow, time)
     one, other = warp(before, to_before), warp(after, to_after)
     weight = _weight(one, other, time)
-    light, cover = (_mixed(each(one), each(other), weight) for each in (luminance, _coverage))
+    light, cover = (
+        _mixed(plane_of(one), plane_of(other), weight) for plane_of in (luminance, _coverage)
+    )
     return palette.mix(one, other, weight, light, cover)
 
 

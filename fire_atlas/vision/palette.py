@@ -178,14 +178,14 @@ def _learnt(light: NDArray[np.float32], colours: NDArray[np.float32]) -> Palette
     for step in np.flatnonzero(counts):
         here = steps == step
         usual[:, step] = [
-            np.percentile(each[here], percentile)
-            for each, percentile in zip(lengths, (_SPREAD, _HUE_PERCENTILE), strict=True)
+            np.percentile(distances[here], percentile)
+            for distances, percentile in zip(lengths, (_SPREAD, _HUE_PERCENTILE), strict=True)
         ]
     # A mix may have hues of pixels that are a little darker or brighter.
     usual[1] = cv2.dilate(usual[1:], np.ones((1, _HUE_STEPS), np.uint8))
     spread = _over_steps(usual * counts, counts)
     fine = np.linspace(0, _STEPS - 1, _FINE_STEPS)
-    columns = [np.interp(fine, np.arange(_STEPS), each) for each in (*mean, *spread)]
+    columns = [np.interp(fine, np.arange(_STEPS), row) for row in (*mean, *spread)]
     table = as_plane(np.stack(columns))
     return Palette(top, np.ascontiguousarray(table[:3].T), table[3], table[4])
 
@@ -194,7 +194,7 @@ def _hue_distance(
     light: NDArray[np.float32], one: NDArray[np.float32], other: NDArray[np.float32]
 ) -> NDArray[np.float32]:
     """Return the distance, ΔE, of two colours (n, 3) of the same fourth root of luminance (n,)."""
-    linear = (np.square(np.square(light[:, None] * each)) for each in (one, other))
+    linear = (np.square(np.square(light[:, None] * colours)) for colours in (one, other))
     return hue_difference(*linear)
 
 

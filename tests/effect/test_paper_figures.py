@@ -22,7 +22,7 @@ def _alive(effect: EffectRun) -> float:
 @pytest.mark.parametrize("seed", [0, 7])
 def test_figure_22_a_lower_alpha_gives_more_flakes(seed: int) -> None:
     clip = campfire(160)
-    automatic = run_effect(clip).study.fires.each[0].alpha
+    automatic = run_effect(clip).study.fires.by_number[0].alpha
     counts = [
         _alive(run_effect(clip, {"seed": seed, "flakes": {"alpha": share * automatic}}))
         for share in (0.5, 1.0, 2.0)

@@ -81,7 +81,7 @@ def test_five_fires_shed_by_their_areas() -> None:
     clip = _scene([(fire, 160 - len(fire[0])) for fire in fires])
     effect = _shed(clip)
     ends = np.cumsum([fire[0].shape[1] for fire in fires])
-    assert len(effect.study.fires.each) == 5
+    assert len(effect.study.fires.by_number) == 5
     shares = _born(effect, [int(end) for end in ends])
     assert shares == pytest.approx(list(heights**2 / (heights**2).sum()), abs=0.04)
 
@@ -97,12 +97,12 @@ def test_kappa_runs_over_each_fire() -> None:
 
 @pytest.mark.parametrize("name", [*SAMPLES])
 def test_a_clip_of_one_fire_has_one(name: str) -> None:
-    assert len(_study(open_clip(name)).fires.each) == 1
+    assert len(_study(open_clip(name)).fires.by_number) == 1
 
 
 def test_the_paper_knows_one_fire() -> None:
     features = Features.model_validate({"preset": "paper"})
-    assert len(_study(_two("campfire", SIDE_BY_SIDE), features).fires.each) == 1
+    assert len(_study(_two("campfire", SIDE_BY_SIDE), features).fires.by_number) == 1
 
 
 def _study(clip: Clip, features: Features | None = None) -> FlameStudy:

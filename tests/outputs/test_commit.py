@@ -209,6 +209,24 @@ def test_what_takes_the_path_of_a_folder_during_a_build_is_not_touched(
 
 
 @posix
+def test_a_link_that_comes_before_a_new_folder_is_not_followed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mine, out, mkdir = tmp_path / "mine", tmp_path / "out", Path.mkdir
+    mine.mkdir()
+
+    def outrun(self: Path, *given: Any, **named: Any) -> None:
+        if self == out and not out.exists():
+            out.symlink_to(mine)
+        mkdir(self, *given, **named)
+
+    monkeypatch.setattr(Path, "mkdir", outrun)
+    with pytest.raises(OutputError, match=r"cannot be written|in the way"):
+        write_new(out)
+    assert [path.name for path in mine.iterdir() if path.suffix != ".lock"] == []
+
+
+@posix
 def test_a_link_among_staged_files_is_not_written_through(out: Path, tmp_path: Path) -> None:
     mine = tmp_path / "mine.png"
     mine.write_bytes(b"precious")

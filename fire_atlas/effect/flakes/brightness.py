@@ -65,7 +65,7 @@ def defocus(count: int, share: float, seed: int) -> Column:
 def _normal_quantile(quantile: Column) -> Column:
     """Return the standard scores of quantiles between 0 and 1, to about 1e-3."""
     score = np.linspace(-_TABLE_END, _TABLE_END, _TABLE_STEPS)
-    below = [0.5 + 0.5 * math.erf(each / math.sqrt(2)) for each in score.tolist()]
+    below = [0.5 + 0.5 * math.erf(z / math.sqrt(2)) for z in score.tolist()]
     return np.interp(quantile, below, score)
 
 

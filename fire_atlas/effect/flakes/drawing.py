@@ -272,7 +272,7 @@ class _Streaks:
         dx, dy, middle = column + 0.5 - x, row + 0.5 - y, (1 + tail) / 2
         right, down = (cos / half, -sin / radius), (sin / half, cos / radius)
         values = (
-            *(dx * each + dy * other for each, other in zip(right, down, strict=True)),
+            *(dx * in_x + dy * in_y for in_x, in_y in zip(right, down, strict=True)),
             right[0], down[0], right[1], down[1], middle, (1 - tail) / 2,
         )  # fmt: skip
         shape = np.empty((len(values), len(x)), np.float32)

@@ -323,15 +323,15 @@ class Candidates:
 
         They are chosen by it if ``is_weighted``, else all alike.
         """
-        alpha = fires.per_pixel([fire.alpha for fire in fires.each])
+        alpha = fires.per_pixel([fire.alpha for fire in fires.by_number])
         places = np.flatnonzero(strength > alpha)
-        fire = fires.labels.ravel()[places]
-        if len(fires.each) > 1:
-            places = places[np.argsort(fire, kind="stable")]
-        count = np.bincount(fire, minlength=len(fires.each))
+        labels = fires.labels.ravel()[places]
+        if len(fires.by_number) > 1:
+            places = places[np.argsort(labels, kind="stable")]
+        count = np.bincount(labels, minlength=len(fires.by_number))
         weight = strength.ravel()[places] if is_weighted else np.ones(len(places), np.float32)
         weights = np.cumsum(weight, dtype=np.float64)
-        share, usual = np.array([(each.share, each.candidate_count) for each in fires.each]).T
+        share, usual = np.array([(fire.share, fire.candidate_count) for fire in fires.by_number]).T
         return cls(places, weights, np.cumsum(count), share * count / usual, strength.shape[1])
 
     def choose(self, chance: np.random.Generator, count: int, frame: int) -> NDArray[np.float64]:

@@ -193,7 +193,9 @@ class _FlightModel:
         last = min(last, first + max(self.settings.max_alive - len(state.id), 0))
         if first == last:
             return state
-        x, y, z = (each[first:last] for each in (self.spawns.x, self.spawns.y, self.spawns.z))
+        x, y, z = (
+            coordinate[first:last] for coordinate in (self.spawns.x, self.spawns.y, self.spawns.z)
+        )
         vx, vy, vz, _ = field.at(x, y, z)
         ids, age = np.arange(first, last, dtype=np.int64), np.zeros(last - first)
         spawned = self._with_sparks(ParticleState(ids, x, y, vx, vy, age, age, age, z, vz))

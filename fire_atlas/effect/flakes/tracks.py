@@ -138,7 +138,7 @@ class Tracks:
         Raises:
             KeyError: A row has an id that was never spawned.
         """
-        rows, ends = np.concatenate(frames), np.cumsum([len(each) for each in frames])[:-1]
+        rows, ends = np.concatenate(frames), np.cumsum([len(table) for table in frames])[:-1]
         spawn_data = map(tuple, spawns[:, _SPAWN_DATA].tolist())
         first = dict[tuple[float, ...], float]()
         known = zip(spawns[:, 0].tolist(), spawn_data, strict=True)

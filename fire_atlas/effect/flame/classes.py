@@ -104,8 +104,8 @@ class FlameMeasures:
         if samples is None:
             raise ValueError("the class of a fire is measured on samples")
         frames = list(samples.frames.values())
-        areas = [float(each.flame.sum()) / len(each.flame) ** 2 for each in frames]
-        light = np.array([float((each.flame * each.brightness**2).sum()) for each in frames])
+        areas = [float(frame.flame.sum()) / len(frame.flame) ** 2 for frame in frames]
+        light = np.array([float((frame.flame * frame.brightness**2).sum()) for frame in frames])
         flash = float(np.mean(light > light.max() / 2)) * clip.body / clip.fps
         velocity = samples.velocities.mean(axis=0)
         width, height = box.right - box.left + 1, box.bottom - box.top + 1

@@ -66,7 +66,9 @@ class FlameColours:
         is_warm = (angle > _WARM[0]) & (angle < _WARM[1])
         x, y = (vivid * np.cos(np.radians(angle))).sum(), (vivid * np.sin(np.radians(angle))).sum()
         lit = brightest[weight > 0.3]
-        few, count, soft = np.median([_counts(each.colours) for each in samples.frames.values()], 0)
+        few, count, soft = np.median(
+            [_counts(frame.colours) for frame in samples.frames.values()], 0
+        )
         return cls(
             hue=math.degrees(math.atan2(y, x)) % 360,
             warmth=float(vivid[is_warm].sum()) / total,
@@ -81,8 +83,8 @@ class FlameColours:
 def _flame_pixels(samples: FlameSamples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return the colours (3, n) of the flame's pixels and their weights (n,): light times flame."""
     frames = samples.frames.values()
-    light = np.concatenate([each.pixels.reshape(-1, 4) for each in frames])
-    weight = np.concatenate([(each.flame * each.brightness).ravel() for each in frames])
+    light = np.concatenate([frame.pixels.reshape(-1, 4) for frame in frames])
+    weight = np.concatenate([(frame.flame * frame.brightness).ravel() for frame in frames])
     flame = np.flatnonzero(weight)
     colour = encode_unit(np.ascontiguousarray(light[flame].T[:3]))
     return colour, as_plane(weight[flame] / np.float32(255))
@@ -117,8 +119,8 @@ def colour_ramp(samples: FlameSamples) -> tuple[str, ...]:
     the hot ones as pale as the flame's core.
     """
     frames = samples.frames.values()
-    light = np.concatenate([each.pixels[..., :3].reshape(-1, 3) for each in frames])
-    cover = np.concatenate([each.flame.ravel() for each in frames])
+    light = np.concatenate([frame.pixels[..., :3].reshape(-1, 3) for frame in frames])
+    cover = np.concatenate([frame.flame.ravel() for frame in frames])
     brightest = light.max(axis=1)
     order = np.argsort(brightest, kind="stable")
     total = np.cumsum(cover[order], dtype=np.float64)
@@ -136,7 +138,7 @@ def flat_colours(samples: FlameSamples) -> tuple[str, ...]:
 
     The brightest of them is left out: it is the core's, which is hotter than any ember.
     """
-    codes = np.concatenate([_codes(each.colours) for each in samples.frames.values()])
+    codes = np.concatenate([_codes(frame.colours) for frame in samples.frames.values()])
     values, counts = np.unique(codes, return_counts=True)
     colours = np.stack([values >> 16, values >> 8 & 255, values & 255], axis=1)
     light = colours.max(axis=1) + colours.mean(axis=1)

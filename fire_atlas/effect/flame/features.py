@@ -45,10 +45,10 @@ def difference_of_gaussians(brightness: Plane, sigma: tuple[float, float], kerne
     Returns:
         (H, W).
     """
-    narrow, wide = (_gaussian(brightness, each) for each in sigma)
+    narrow, wide = (_gaussian(brightness, deviation) for deviation in sigma)
     if kernel == "unit":
         return as_plane(cv2.subtract(wide, narrow, dst=wide))
-    gain = [math.sqrt(2 * math.pi) * each for each in sigma]
+    gain = [math.sqrt(2 * math.pi) * deviation for deviation in sigma]
     return as_plane(cv2.addWeighted(narrow, gain[0], wide, -gain[1], 0.0))
 
 

@@ -56,11 +56,11 @@ class Fires:
 
     Attributes:
         labels: The fire of each pixel, whether it ever burns or not.
-        each: The fires by number.
+        by_number: The fires, in the order of their numbers in ``labels``.
     """
 
     labels: Labels
-    each: tuple[Fire, ...]
+    by_number: tuple[Fire, ...]
 
     @classmethod
     def single(cls, shape: tuple[int, int], fire: Fire) -> Self:
@@ -74,7 +74,7 @@ class Fires:
 
     def epsilon(self) -> np.float32 | Plane:
         """Return ε of each pixel, or of all."""
-        return self.per_pixel([fire.epsilon for fire in self.each])
+        return self.per_pixel([fire.epsilon for fire in self.by_number])
 
     def cropped(self, window: Window) -> Self:
         """Return the fires in a window of the frame."""

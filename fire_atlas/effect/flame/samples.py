@@ -100,7 +100,7 @@ def _sample(picture: Picture, segmentation: FlameSegmentation, blend_space: str)
 
 def _step(before: FrameSample, after: FrameSample, fps: float) -> tuple[float, float, float]:
     """Return the flame's mean velocity (x, y) and mean speed between two frames, heights/s."""
-    here, there = (thumbnail(each.brightness, is_small=True) for each in (before, after))
+    here, there = (thumbnail(sample.brightness, is_small=True) for sample in (before, after))
     flow = optical_flow(here, there, is_small=True)
     height, width = flow.shape[:2]
     weight = resized(as_plane(before.flame * before.brightness), (width, height))

@@ -174,7 +174,9 @@ def _measured(
         lengths = list(workers.map(partial(_feature_lengths, kappa=weight, epsilon=epsilon), own))
         alpha = _automatic_alpha(lengths)
         usual = PAPER_ALPHA if is_paper else alpha
-        count = float(np.mean([np.count_nonzero(each > usual) for each in lengths]))
+        count = float(
+            np.mean([np.count_nonzero(frame_lengths > usual) for frame_lengths in lengths])
+        )
         fires.append(Fire(float(share), epsilon, alpha, max(count, 1.0)))
         found += [slope[(slope > epsilon) & (mask > 0)] for slope, mask in own]
     gradients = np.concatenate(found)
@@ -204,7 +206,7 @@ def _moving_area(activity: Plane, box: Box) -> float:
 def _dies_out(planes: list[Plane], masks: list[Plane]) -> bool:
     """Whether the flame's light (about its squared brightness) has burnt out by the last frame."""
     light = [float((mask * plane * plane).sum()) for plane, mask in zip(planes, masks, strict=True)]
-    lit = [each for each in light if each > 0]
+    lit = [amount for amount in light if amount > 0]
     return bool(lit) and light[-1] < _BURNT_OUT * float(np.median(lit))
 
 

@@ -241,14 +241,14 @@ def _side(block: _SideBlock, grid: DetailGrid) -> Side:
     colours, learnt = block.colours.table(), block.colours_as_learnt.table()
     if colours.colours.shape != learnt.colours.shape:
         raise ValueError("colours: must have as many cells as colours_as_learnt")
-    if not all(0 <= frame < count for each in block.sets for frame in each.frames):
+    if not all(0 <= frame < count for leaning_set in block.sets for frame in leaning_set.frames):
         raise ValueError(f"sets: there are only frames 0 to {count - 1}")
     return Side(
         fps=block.fps,
         closed=block.closed,
         threshold=block.threshold,
-        points=tuple(FeaturePoints(*each) for each in block.points),
-        learnt_points=tuple(FeaturePoints(*each) for each in block.points_as_learnt),
+        points=tuple(FeaturePoints(*places) for places in block.points),
+        learnt_points=tuple(FeaturePoints(*places) for places in block.points_as_learnt),
         leans=block.leans,
         statistics=ClipStatistics(
             Percentiles(*statistics.height), Percentiles(*statistics.width),
@@ -306,11 +306,11 @@ def _text(value: Any, indent: str = "") -> str:
     """Format a value as JSON with one line per key and lists of plain values on one line."""
     inner = indent + " "
     if isinstance(value, dict):
-        lines = [f"{inner}{json.dumps(key)}: {_text(each, inner)}" for key, each in value.items()]
+        lines = [f"{inner}{json.dumps(key)}: {_text(item, inner)}" for key, item in value.items()]
     elif isinstance(value, list) and value and isinstance(value[0], dict | list):
-        lines = [f"{inner}{_text(each, inner)}" for each in value]
+        lines = [f"{inner}{_text(item, inner)}" for item in value]
         if isinstance(value[0], list):
-            lines = [f"{inner}{json.dumps(each)}" for each in value]
+            lines = [f"{inner}{json.dumps(item)}" for item in value]
     else:
         return json.dumps(value)
     opening, closing = "{}" if isinstance(value, dict) else "[]"

@@ -299,8 +299,8 @@ class Side:
     @property
     def base(self) -> tuple[float, float]:
         """(x, y) px at which the axis of the flame meets the ground."""
-        middle = [(each.left[0] + each.right[0]) / 2 for each in self.learnt_points]
-        foot = [each.bottom[1] for each in self.learnt_points]
+        middle = [(flame.left[0] + flame.right[0]) / 2 for flame in self.learnt_points]
+        foot = [flame.bottom[1] for flame in self.learnt_points]
         return float(np.median(middle)), float(np.median(foot))
 
 

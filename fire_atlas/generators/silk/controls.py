@@ -34,7 +34,10 @@ class Curve:
         """Read a key of a recipe."""
         if isinstance(key, Keyframes):
             moments = key.keyframes
-            return cls(tuple(each.t for each in moments), tuple(each.value for each in moments))
+            return cls(
+                tuple(keyframe.t for keyframe in moments),
+                tuple(keyframe.value for keyframe in moments),
+            )
         return cls((0.0,), (key,))
 
     def at(self, time: float) -> float:
@@ -111,7 +114,7 @@ class Controls:
         Raises:
             RecipeError: One would jump.
         """
-        for key in (each.name for each in fields(self)):
+        for key in (field.name for field in fields(self)):
             curve: Curve = getattr(self, key)
             first, last = curve.at(0.0), curve.at(duration)
             if not np.isclose(first, last, rtol=1e-6, atol=1e-9):

@@ -124,7 +124,7 @@ class SheetForces:
         ``mass`` is a multiple of the fuels'.
         """
 
-        def each(value: Callable[[Fuel], float]) -> NDArray[np.float64]:
+        def per_sheet(value: Callable[[Fuel], float]) -> NDArray[np.float64]:
             return np.array([value(fuel) for fuel in fuels])[:, None, None]
 
         sheets, rows, columns = rest.shape[:3]
@@ -135,26 +135,26 @@ class SheetForces:
         up = chance.uniform(0.4, 1.6, size)
         across = chance.uniform(-0.7, 0.7, size)
         phase = chance.uniform(0, 2 * np.pi, size)
-        gas_speed = each(lambda fuel: fuel.burner.gas_speed * fuel.image_rate)[..., 0]
+        gas_speed = per_sheet(lambda fuel: fuel.burner.gas_speed * fuel.image_rate)[..., 0]
         hertz = up[:, 0] * gas_speed * 0.7 + chance.normal(0, 0.2, size)[:, 0]
         share = np.linspace(0, 1, rows)[None, :, None]
         along = np.linspace(-0.5, 0.5, columns)[None, :, None]
         return cls(
             wind=wind,
             controls=controls,
-            mass=each(lambda fuel: fuel.mass * mass),
-            drag=each(lambda fuel: fuel.drag)[..., None],
-            sway=each(lambda fuel: fuel.sway),
-            gravity=each(lambda fuel: fuel.gravity),
-            lift=each(lambda fuel: fuel.lift),
-            lift_decay=each(lambda fuel: fuel.lift_height) * height[:, None, None],
+            mass=per_sheet(lambda fuel: fuel.mass * mass),
+            drag=per_sheet(lambda fuel: fuel.drag)[..., None],
+            sway=per_sheet(lambda fuel: fuel.sway),
+            gravity=per_sheet(lambda fuel: fuel.gravity),
+            lift=per_sheet(lambda fuel: fuel.lift),
+            lift_decay=per_sheet(lambda fuel: fuel.lift_height) * height[:, None, None],
             base=rest[:, 0, 0, 2][:, None, None],
             row_phase=2 * np.pi * up * share + phase,
             column_phase=2 * np.pi * across * along,
             # A minimum, because a wave at rest would bend its sheet to one side all the time.
             flutter_frequency=2 * np.pi * np.maximum(hertz, _MIN_FLUTTER),
             sway_waves=_SwayWaves.random(chance),
-            flutter=each(lambda fuel: fuel.flutter),
+            flutter=per_sheet(lambda fuel: fuel.flutter),
         )
 
     def air_velocity(self, time: float, moment: float, x: Vectors) -> Vectors:

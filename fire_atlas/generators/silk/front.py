@@ -129,7 +129,7 @@ def _fronts(grid: _Grid, total: NDArray[np.float32]) -> NDArray[np.float32]:
     seen = visible * grid.density
     depth = (seen @ grid.depths()) / np.maximum(seen.sum(axis=2), least)
     down, right, away = np.gradient(grid.density, *grid.cell)
-    slopes = np.stack([(visible * each).sum(axis=2) for each in (right, down, away)], axis=-1)
+    slopes = np.stack([(visible * slope).sum(axis=2) for slope in (right, down, away)], axis=-1)
     return as_plane(np.dstack([_unit(as_plane(slopes * _FALLING)), depth]))
 
 
@@ -148,7 +148,7 @@ def _density(points: PointCloud, camera: Camera) -> _Grid:
     cell = down, camera.width / columns, away
     along = np.stack([place[:, 1], place[:, 0], nearest - place[:, 2]], axis=1)
     counted = _counted(np.floor(along / cell).astype(np.intp), weight, shape)
-    blurred = gaussian_filter(counted, [blur / each for each in cell], mode="constant")
+    blurred = gaussian_filter(counted, [blur / side for side in cell], mode="constant")
     return _Grid(as_plane(blurred), cell, nearest)
 
 

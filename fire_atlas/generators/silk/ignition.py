@@ -66,7 +66,7 @@ class Ignition:
         times = np.array(steps).reshape(len(steps), len(scene.intruders))
         burning, burnt = _burning(scene, times), np.maximum(times - _DELAY, 0.0)
         if recording.loops:
-            burning, burnt = (closed(each, frames, overlap) for each in (burning, burnt))
+            burning, burnt = (closed(share, frames, overlap) for share in (burning, burnt))
         return cls(burning, burnt)
 
     def changing_to(self, after: "Ignition", share: NDArray[np.float64]) -> "Ignition":

@@ -115,10 +115,10 @@ def build_model(
     """
     if rows < 2 or columns < 2:
         raise ValueError(f"a sheet needs at least 2 rows and 2 columns; got {rows} and {columns}")
-    masses = np.array([each.mass for each in elasticities])[:, None, None]
+    masses = np.array([elasticity.mass for elasticity in elasticities])[:, None, None]
     if not (masses > 0).all():
         raise ValueError(f"a sheet's mass must be more than 0; got {masses.min():g}")
-    rest = np.stack([_flat_sheet(each, rows, columns) for each in placements])
+    rest = np.stack([_flat_sheet(placement, rows, columns) for placement in placements])
     free = (np.arange(rows) >= pinned_rows).astype(np.float64)[None, :, None, None]
     inner = masses / ((rows - 1) * (columns - 1))
     area = np.outer(_halved_at_ends(rows), _halved_at_ends(columns))
@@ -155,11 +155,11 @@ def _springs(
 ) -> list[SpringFamily]:
     """Return all springs; ``inner`` (sheets, 1, 1) is the mass of an inner node."""
     rows, columns = rest.shape[1:3]
-    damping = np.array([each.damping for each in elasticities])[:, None, None] * inner
+    damping = np.array([elasticity.damping for elasticity in elasticities])[:, None, None] * inner
     width, height = lengths(rest[:, 0, -1] - rest[:, 0, 0]), lengths(rest[:, -1, 0] - rest[:, 0, 0])
     stiffness = [
-        _in_this_mesh(each, float(aspect), rows, columns)
-        for each, aspect in zip(elasticities, width / height, strict=True)
+        _in_this_mesh(elasticity, float(aspect), rows, columns)
+        for elasticity, aspect in zip(elasticities, width / height, strict=True)
     ]
     families = []
     for (down, right), k in zip(_FAMILIES, np.array(stiffness).T, strict=True):
@@ -185,7 +185,7 @@ long cells would be too stiff, as diagonals resist being stretched as well. With
 to 48 rows and 4 to 24 columns lean alike within 5 % in wind of level 3."""
 
 
-def _in_this_mesh(each: Elasticity, aspect: float, rows: int, columns: int) -> list[float]:
+def _in_this_mesh(elasticity: Elasticity, aspect: float, rows: int, columns: int) -> list[float]:
     """Return the stiffness of the springs of each of ``_FAMILIES`` in a mesh of another fineness,
     on a sheet ``aspect`` times as wide as high.
 
@@ -194,14 +194,14 @@ def _in_this_mesh(each: Elasticity, aspect: float, rows: int, columns: int) -> l
     """
     cell, usual = aspect * (rows - 1) / (columns - 1), aspect * (_ROWS - 1) / (_COLUMNS - 1)
     up, across = cell / usual, usual / cell
-    shear = each.shear * ((cell + 1 / cell) / (usual + 1 / usual)) ** _SHEAR_EXPONENT
+    shear = elasticity.shear * ((cell + 1 / cell) / (usual + 1 / usual)) ** _SHEAR_EXPONENT
     return [
-        each.structural * up,
-        each.structural * across,
+        elasticity.structural * up,
+        elasticity.structural * across,
         shear,
         shear,
-        each.bending * up,
-        each.bending * across,
+        elasticity.bending * up,
+        elasticity.bending * across,
     ]
 
 

@@ -160,7 +160,7 @@ class _FuelInlet:
         self._above = as_plane(v[:, None] - inlet)
         self._profile = np.clip(1 - across**2, 0, None) ** 0.75
         waves = supply.tongues, supply.grain, supply.feet
-        self._supply = tuple(each.on_grid(u, np.zeros(1)) for each in waves)
+        self._supply = tuple(wave.on_grid(u, np.zeros(1)) for wave in waves)
         self._burner = burner
 
     def replenish(self, fuel: Plane, time: float) -> Plane:

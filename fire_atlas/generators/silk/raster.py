@@ -85,7 +85,7 @@ def rasterise(triangles: Triangles, width: int, height: int) -> Fragments:
     left = np.clip(np.ceil(np.minimum(long, short) - 0.5), 0, width).astype(np.intp)
     right = np.clip(np.ceil(np.maximum(long, short) - 0.5), 0, width).astype(np.intp)
     filled = right > left
-    owner, row, left, right = (each[filled] for each in (owner, row, left, right))
+    owner, row, left, right = (values[filled] for values in (owner, row, left, right))
     at = at[filled]
 
     # Attributes are linear over a triangle: begin with their values at the span's left end and add

@@ -174,8 +174,8 @@ class SilkRenderer:
     def form(self, i: int, camera: Camera) -> Form:
         """Return the form of the fire and of what is in it in frame ``i``."""
         clouds = [self._points(i, sheets, camera) for sheets in self._batches()]
-        place = np.concatenate([each.place for each in clouds])
-        weight = np.concatenate([each.weight for each in clouds])
+        place = np.concatenate([cloud.place for cloud in clouds])
+        weight = np.concatenate([cloud.weight for cloud in clouds])
         fire, is_fire = form_of(PointCloud(place, weight), camera)
         hearth, time = self._hearth(i), i / self.scene.fps
         solid = draw_intruders(self.scene.intruders, time, camera, 1, hearth)
@@ -211,8 +211,8 @@ class SilkRenderer:
             opacity = opacity * self.density(i, sheets)
             position = projected[..., :2]
             x, v = (
-                np.asarray(each[i, sheets], np.float64)
-                for each in (self.recording.x, self.recording.v)
+                np.asarray(state[i, sheets], np.float64)
+                for state in (self.recording.x, self.recording.v)
             )
             velocity = camera.project_velocities(x, v)
             texel = self.textures.texel_grid(sheets, *position.shape[1:3])
@@ -240,7 +240,7 @@ class SilkRenderer:
         Where no sheet is, it is that of the nearest pixel with one; 0 if nothing burns.
         """
         width, height = camera.width, camera.height
-        pixel, light, depth = (np.concatenate(each) for each in zip(*(
+        pixel, light, depth = (np.concatenate(batches) for batches in zip(*(
             self._light_in_depth(i, sheets, camera) for sheets in self._batches()
         ), strict=True))  # fmt: skip
         order = np.lexsort((-depth, pixel))

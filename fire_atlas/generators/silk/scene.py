@@ -106,7 +106,9 @@ def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> SilkSc
     for i, body in enumerate(intruders):
         if body.ignites:
             fire = sheets[-1].fire + 1
-            sheets += [_PlacedSheet(each, source.fuel, fire, i) for each in _flames_on(body)]
+            sheets += [
+                _PlacedSheet(placement, source.fuel, fire, i) for placement in _flames_on(body)
+            ]
     nodes = len(sheets) * source.rows * source.columns
     if nodes > _MAX_NODES:
         raise RecipeError(
@@ -229,7 +231,7 @@ def _place_sheets(source: SilkSource, seed: int) -> list[_PlacedSheet]:
     for fire, entry in enumerate(entries):
         fuel = entry.fuel or source.fuel
         if isinstance(entry, Arrangement):
-            placed += [_PlacedSheet(each, fuel, fire) for each in _arrange(entry, chance)]
+            placed += [_PlacedSheet(place, fuel, fire) for place in _arrange(entry, chance)]
         else:
             placement = SheetPlacement(entry.at, entry.width, entry.height, entry.angle)
             placed.append(_PlacedSheet(placement, fuel, single.setdefault(fuel, fire)))

@@ -85,15 +85,15 @@ class SheetTextures:
 
     def opacity_exponents(self, sheets: slice) -> NDArray[np.float64]:
         """Return exponents (sheets, 1, 1, 3) of the sheets' opacity for red, green and blue."""
-        exponents = np.stack([each.opacity_exponents for each in self.colours[0][sheets]])
+        exponents = np.stack([colours.opacity_exponents for colours in self.colours[0][sheets]])
         return exponents[:, None, None]
 
     def dimming(self, sheets: slice, row: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return how much an optical depth dims red, green and blue, (n, 3), of the light at rows
         (n,) of the stacked texture."""
         height = self.loops[0].images.shape[1]
-        each = np.stack([colours.dimming for colours in self.colours[0][sheets]])
-        return as_plane(each[((row + np.float32(0.5)) // height).astype(np.intp)])
+        dimming = np.stack([colours.dimming for colours in self.colours[0][sheets]])
+        return as_plane(dimming[((row + np.float32(0.5)) // height).astype(np.intp)])
 
     def image(self, i: int, sheet: int) -> Image:
         """Return the image on a sheet in frame ``i``, heat or light: (height, width, n)."""
@@ -239,7 +239,7 @@ def _colours(
             )
             for fuel, fire in set(fires)
         }
-        return tuple(maps[each] for each in fires)
+        return tuple(maps[pair] for pair in fires)
 
     return tuple(colours(scene.controls.oxygen.at(n / scene.fps)) for n in range(frames))
 
@@ -321,7 +321,7 @@ def _procedural(
     for fuel in dict.fromkeys(scene.fuels):
         height = fuel.burner.flame_height * scene.controls.greatest_height
         burner = replace(fuel.burner, flame_height=height)
-        sheets = np.flatnonzero([each == fuel for each in scene.fuels])
+        sheets = np.flatnonzero([sheet_fuel == fuel for sheet_fuel in scene.fuels])
         slow_to_fast = sheets[np.argsort(played[sheets], kind="stable")]
         for group in np.array_split(slow_to_fast, min(len(sheets), _MAX_LOOPS)):
             images = _loop_length(float(played[group].mean()))
@@ -343,9 +343,9 @@ def _played(scene: SilkScene, recording: Recording) -> NDArray[np.float64]:
         return np.asarray(recording.rate.sum(axis=0) / scene.fps)
     # The last entry of a loop repeats the first.
     played = recording.rate[:-1].sum(axis=0) / scene.fps
-    energy = np.mean([mean_square_speed(each) for each in recording.v[:-1]], axis=0)
+    energy = np.mean([mean_square_speed(velocity) for velocity in recording.v[:-1]], axis=0)
     for fuel in set(scene.fuels):
-        sheets = np.flatnonzero([each == fuel for each in scene.fuels])
+        sheets = np.flatnonzero([sheet_fuel == fuel for sheet_fuel in scene.fuels])
         played[sheets[np.argsort(energy[sheets], kind="stable")]] = np.sort(played[sheets])
     return np.asarray(played)
 

@@ -61,7 +61,7 @@ def simulate(scene: SilkScene, frames: int, loops: bool) -> Recording:
     for n in range(-warm_up, total):
         x[max(n, 0)], v[max(n, 0)] = state.x, state.velocity(scene.dt)
         state = _next_frame(scene, state, n / scene.fps, frames / scene.fps if loops else None)
-    simulated = shown = np.stack([mean_square_speed(each) for each in v])
+    simulated = shown = np.stack([mean_square_speed(velocity) for velocity in v])
     if loops:
         simulated, v = closed(simulated, frames, overlap), closed(v, frames, overlap)
         # Where a loop is closed, sheets also move from where they are in one to where in the other.
@@ -70,7 +70,7 @@ def simulate(scene: SilkScene, frames: int, loops: bool) -> Recording:
         v[:blended] += _closing_rate(overlap, scene.fps)[:blended] * apart
         v[frames] = v[0]
         x = closed(x, frames, overlap)
-        shown = np.stack([mean_square_speed(each) for each in v])
+        shown = np.stack([mean_square_speed(velocity) for velocity in v])
     # A texture is as fast as its sheet is seen to be.
     return Recording(x, v, loops, np.sqrt(simulated), texture_rate(scene, np.sqrt(shown)))
 

@@ -142,7 +142,7 @@ def _emitter(clip: Clip, study: FlameStudy, recipe: Recipe) -> EmitterSettings:
         flakes,
         clip,
         moving_area=study.moving_area,
-        fires=study.fires.each,
+        fires=study.fires.by_number,
         seed=recipe.seed,
     )
 
@@ -279,7 +279,7 @@ class FrameAnalyser:
 
     def candidates(self, features: FrameFeatures) -> Candidates:
         """Return the candidates of a frame, in the window."""
-        fires = replace(self.study.fires, each=self.emitter.fires)
+        fires = replace(self.study.fires, by_number=self.emitter.fires)
         return Candidates.of(features.strength, fires, self.emitter.is_weighted)
 
     def frame(self, i: int) -> _FrameAnalysis:

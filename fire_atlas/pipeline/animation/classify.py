@@ -88,7 +88,7 @@ def _automatic_rate(flakes: Flakes, clip: Clip, study: FlameStudy, seed: int) ->
         flakes,
         clip,
         moving_area=study.moving_area,
-        fires=study.fires.each,
+        fires=study.fires.by_number,
         seed=seed,
     )
     return emitter.rate

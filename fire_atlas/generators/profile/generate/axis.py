@@ -104,7 +104,7 @@ class BentAxis:
     @cached_property
     def tangent(self) -> tuple[Places, Places]:
         """How far to the right and up (n,) each goes in the picture per length of the axis."""
-        to_right, to_up = (np.gradient(each, _STEP) for each in (self.right, self.up))
+        to_right, to_up = (np.gradient(coordinate, _STEP) for coordinate in (self.right, self.up))
         return np.asarray(to_right, np.float64), np.asarray(to_up, np.float64)
 
     def at(self, values: Places, heights: NDArray[np.floating]) -> Places:

@@ -77,7 +77,7 @@ def sample_cells(cells: _Array, across: NDArray[np.floating], down: NDArray[np.f
     """Return the values (rows, columns, ...) of cells (n, n, ...) at places in a box, bilinear
     between the middles of the cells."""
     size, last = len(cells), len(cells) - 1
-    x, y = (np.clip(each * size - 0.5, 0, last) for each in (across, down))
+    x, y = (np.clip(place * size - 0.5, 0, last) for place in (across, down))
     return sample_at(cells, x, y)
 
 
@@ -115,14 +115,14 @@ class TableColours:
             if side.colours is not side.learnt_colours:
                 current = ColourField.of(side.colours, weight).cells
             turned = -1 if part < 0 else 1
-            seen = (each[:, ::turned].copy() for each in (current, learnt, weight, gain))
+            seen = (table[:, ::turned].copy() for table in (current, learnt, weight, gain))
             shares.append(part * part)
             fields.append(tuple(seen))
         current, learnt, coverage, gain = (
             _mixed(shares, cells) for cells in zip(*fields, strict=True)
         )
         thresholds = profile.sides[0].threshold, profile.sides[-1].threshold
-        threshold = sum(share * each for share, each in zip(shares, thresholds, strict=True))
+        threshold = sum(share * limit for share, limit in zip(shares, thresholds, strict=True))
         is_edited = any(side.colours is not side.learnt_colours for side in profile.sides)
         as_learnt = ColourField(learnt)
         return cls(
@@ -145,7 +145,7 @@ class TableColours:
         flame = largest_flame((bright > self.threshold).astype(np.uint8))
         if not flame.any():
             return pixels
-        across, down = (each.astype(np.float32) for each in _box_places(flame))
+        across, down = (places.astype(np.float32) for places in _box_places(flame))
         x, y = np.meshgrid(across, down)
         current = self.current.at(x, y)
         learnt = current if self.learnt is self.current else self.learnt.at(x, y)

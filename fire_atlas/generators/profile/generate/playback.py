@@ -306,8 +306,8 @@ class ChangingPlayback(Playback):
 def members(side: Side) -> NDArray[np.bool_]:
     """Return which frames are in which set: (sets, frames, 2); the last axis is mirroring."""
     found = np.zeros((len(side.sets), side.detail.count, 2), np.bool_)
-    for k, each in enumerate(side.sets):
-        found[k, list(each.frames), int(each.origin == "mirrored")] = True
+    for k, leaning_set in enumerate(side.sets):
+        found[k, list(leaning_set.frames), int(leaning_set.origin == "mirrored")] = True
     return found
 
 
@@ -317,7 +317,7 @@ class _Player:
     def __init__(self, side: Side, sequence: FrameSequence, seed: int, plane: int) -> None:
         self.members, self.sequence = members(side), sequence
         self.seed, self.plane = seed, plane
-        self.ahead = np.stack([_ahead(each, sequence.closed) for each in self.members])
+        self.ahead = np.stack([_ahead(is_member, sequence.closed) for is_member in self.members])
         self.position, self.mirrored, self.follows = -1.0, False, False
 
     def step(self, tick: int, reference: float, cut: bool, selected: int) -> bool:
@@ -409,11 +409,11 @@ def bends(
         fps: Frames of the fire per second.
         loop: Whether it loops.
     """
-    limits = np.array([(each.low, each.high) for each in side.sets])[selected]
+    limits = np.array([(leaning_set.low, leaning_set.high) for leaning_set in side.sets])[selected]
     low, high = limits.T
     outer_low, outer_high = low == STATE_EDGES[0], high == STATE_EDGES[-1]
     is_own = ((shown >= low) | outer_low) & ((shown < high) | outer_high)
-    shear = np.array([each.shear for each in side.sets])[selected]
+    shear = np.array([leaning_set.shear for leaning_set in side.sets])[selected]
     calm = np.where(is_own, 0.0, shear)
     blown = np.clip(wind_lean, low, high) - (shown - own)
     mode = "wrap" if loop else "nearest"

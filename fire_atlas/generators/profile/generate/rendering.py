@@ -275,7 +275,9 @@ class ProfileRendering:
         moments = self.fire.planes[0].playback.moments(float(self.fire.frame_times[index]))
         flicker = self.fire.flickers[0]
         return sum(
-            float(flicker[frame]) * share for each in moments for frame, share in frames_of(each)
+            float(flicker[frame]) * share
+            for moment in moments
+            for frame, share in frames_of(moment)
         )
 
     def _grid_flow(self, masks: Iterable[BlendMask]) -> NDArray[np.float32]:
@@ -301,7 +303,7 @@ class ProfileRendering:
         """Return the grid's column and row at each pixel: two arrays of the size of the frame times
         ``oversampling``."""
         places = self._places(pose, oversampling)
-        columns, rows = (places.full(each) for each in self._on_grid(pose, places))
+        columns, rows = (places.full(coordinate) for coordinate in self._on_grid(pose, places))
         return columns, rows
 
     def _on_grid(self, pose: FramePose, places: FramePlaces) -> tuple[Plane, Plane]:

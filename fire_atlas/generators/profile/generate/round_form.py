@@ -47,7 +47,7 @@ def column_form(column: Column, axis: BentAxis, places: FramePlaces, camera: Cam
     """
     step = float(axis.heights[1] - axis.heights[0])
     heights, aside = (
-        places.full(each).astype(np.float64) for each in (places.heights, places.across)
+        places.full(coordinate).astype(np.float64) for coordinate in (places.heights, places.across)
     )
 
     def at(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

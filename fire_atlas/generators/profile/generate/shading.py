@@ -45,8 +45,8 @@ def shade_table(profile: Profile, azimuth: float) -> ShadeTable:
     """
     cos, sin = math.cos(azimuth), math.sin(azimuth)
     front, side = (
-        decoded_shades(each.detail.shades)[:, :, :: 1 if component > 0 else -1]
-        for each, component in ((profile.sides[0], cos), (profile.sides[-1], sin))
+        decoded_shades(learnt.detail.shades)[:, :, :: 1 if component > 0 else -1]
+        for learnt, component in ((profile.sides[0], cos), (profile.sides[-1], sin))
     )
     if sin * sin < 1e-9:
         seen = front

@@ -133,7 +133,7 @@ class Displacement:
         # A place of the moved foot is further out, or in, on the learnt one.
         (middle, half), (learnt_middle, learnt_half) = self.moved.foot, self.learnt.foot
         there = learnt_middle + (x - middle) * (learnt_half / half)
-        curves = [each.emitting_curve() for each in (self.moved, self.learnt)]
+        curves = [skeleton.emitting_curve() for skeleton in (self.moved, self.learnt)]
         moved, learnt = (
             curve(np.clip(places, curve.x[0], curve.x[-1]))
             for curve, places in zip(curves, (x, there), strict=True)

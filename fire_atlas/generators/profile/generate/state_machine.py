@@ -68,7 +68,7 @@ class SelectedStates:
         driven = blown + gain * slow
         lean = (1 - force) * (blown + own) + force * driven
         rests = np.where(force > 0.5, wind.steadiness > _SUSTAINED, ~swinging(leans)[shown])
-        states = np.array([leaning_state(each) for each in lean])
+        states = np.array([leaning_state(degrees) for degrees in lean])
         return cls(
             lean, np.clip(driven, STATE_EDGES[0], STATE_EDGES[-1]), force, 2 * states + rests
         )

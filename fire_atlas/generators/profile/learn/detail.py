@@ -109,7 +109,7 @@ def learn_pose(measured: ClipMeasurements) -> PoseCurves:
     above_foot = smooth_step(nodes / 0.2)
 
     def at_nodes(values: NDArray[np.float64], at_base: float) -> NDArray[np.float64]:
-        found = np.stack([np.interp(nodes, heights, each[::-1]) for each in values])
+        found = np.stack([np.interp(nodes, heights, row[::-1]) for row in values])
         return at_base + (found - at_base) * above_foot
 
     return PoseCurves(at_nodes(offset, 0.0).round(5), at_nodes(ratio, 1.0).round(5))

@@ -161,7 +161,7 @@ def length_advice(count: int) -> str | None:
 def size_advice(side: Side) -> str | None:
     """Return advice on a clip, of which ``side`` was learnt, whose flame is much larger or smaller
     at its end than at its beginning."""
-    heights = np.array([each.height for each in side.learnt_points])
+    heights = np.array([points.height for points in side.learnt_points])
     rows = (node_heights() >= _BODY[0]) & (node_heights() <= _BODY[1])
     drift = _drift(side.learnt_points, heights * side.pose.width_ratio[:, rows].mean(axis=1))
     if _is_steady(drift):
@@ -180,7 +180,7 @@ def _drift(points: Sequence[FeaturePoints], bodies: NDArray[np.floating]) -> flo
     A wick that joins the flame or leaves it changes the width of its foot, but not its body: 1 is
     returned if that, of the sizes (frames,) ``bodies``, does not go the same way.
     """
-    feet = np.array([each.height * max(each.width, 1.0) for each in points])
+    feet = np.array([flame.height * max(flame.width, 1.0) for flame in points])
     third = max(1, len(feet) // 3)
     drift, of_bodies = (float(s[-third:].mean() / s[:third].mean()) for s in (feet, bodies))
     agrees = math.log(of_bodies) * math.copysign(1, drift - 1) >= _AGREES * abs(math.log(drift))
@@ -337,7 +337,7 @@ def _tilted(frames: Sequence[SeenFrame], least: float) -> _Fault | None:
 
 
 def _wide(frames: Sequence[SeenFrame]) -> _Fault | None:
-    ratio = float(np.median([each.width / max(each.height, 1.0) for each in _points(frames)]))
+    ratio = float(np.median([flame.width / max(flame.height, 1.0) for flame in _points(frames)]))
     if ratio <= _MAX_WIDTH:
         return None
     return _wall(frames) or _Fault(
@@ -364,13 +364,13 @@ def _broken(found: Sequence[Break | None]) -> _Fault | None:
     kinds = [kind for kind, _ in Counter(filter(None, found)).most_common()]
     if not kinds:
         return None
-    told = [f"{kind} {_where(np.array([each is kind for each in found]))}" for kind in kinds]
+    told = [f"{kind} {_where(np.array([cause is kind for cause in found]))}" for kind in kinds]
     wanted = [_WANTED[kind][0] for kind in kinds]
     return _Fault(
         f"the flame {_listed(told)}; a profile is of a flame that {_listed(wanted)}",
         f"film it with room on all sides, or {_AS_IT_IS}" if Break.CUT in kinds else _AS_IT_IS,
         tuple(dict.fromkeys(factor for kind in kinds for factor in _WANTED[kind][1])),
-        np.array([each is not None for each in found]),
+        np.array([cause is not None for cause in found]),
     )
 
 

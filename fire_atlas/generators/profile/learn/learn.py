@@ -53,8 +53,8 @@ def learn(
     Raises:
         SourceError: A clip does not show a single, upright flame that is not cut off.
     """
-    measured = [measure_clip(each, name, threshold, workers) for name, each in clips.items()]
-    front_and_side = [each.clip for each in clips.values()]
+    measured = [measure_clip(clip, name, threshold, workers) for name, clip in clips.items()]
+    front_and_side = [proxied.clip for proxied in clips.values()]
     grid, pairs = detail_grid(measured), list(zip(front_and_side, measured, strict=True))
     sides = [_side(*pair, grid, cells, workers) for pair in pairs]
     return Profile(
@@ -78,8 +78,8 @@ def _side(
         learnt_points=points,
         leans=tuple(measured.leans.tolist()),
         statistics=ClipStatistics(
-            height=Percentiles.of([each.height for each in points]),
-            width=Percentiles.of([each.width for each in points]),
+            height=Percentiles.of([flame.height for flame in points]),
+            width=Percentiles.of([flame.width for flame in points]),
             lean=Percentiles.of(measured.leans),
             brightness=Percentiles.of(measured.brightness),
             step=round(measured.step, 4),
@@ -169,7 +169,9 @@ def leaning_sets(leans: NDArray[np.float64]) -> tuple[LeaningSet, ...]:
 def _leaning_set(
     leans: NDArray[np.float64], belongs: NDArray[np.bool_], period: Period, low: float, high: float
 ) -> LeaningSet:
-    shown, opposite = (_of_period(_within(each, low, high), belongs) for each in (leans, -leans))
+    shown, opposite = (
+        _of_period(_within(signed_leans, low, high), belongs) for signed_leans in (leans, -leans)
+    )
     if _is_enough(shown):
         return LeaningSet(low, high, period, "own", 0.0, tuple(map(int, shown)))
     if not belongs[shown].any() and _is_enough(opposite):

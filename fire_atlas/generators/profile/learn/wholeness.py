@@ -175,7 +175,7 @@ def breaks(frames: Sequence[SeenFrame]) -> list[Break | None]:
     """Return why the flame is broken in each of successive frames, of which at least one shows a
     flame; None where it is whole and in its place."""
     found = _lasting_breaks(frames)
-    flashes = _flashes(frames, [each is not None for each in found])
+    flashes = _flashes(frames, [lasting is not None for lasting in found])
     # Where its neighbours show what it lacks, pieces are seen more surely.
     return [
         flash if flash is Break.PIECES else lasting or flash
@@ -191,7 +191,7 @@ def _lasting_breaks(frames: Sequence[SeenFrame]) -> list[Break | None]:
     large = present & (area >= _MIN_AREA_SHARE * usual)
     # Those that are large enough, so that one of them at least is in the usual place.
     points = [frame.points for frame in itertools.compress(frames, large) if frame.points]
-    height = float(np.median([each.height for each in points]))
+    height = float(np.median([flame.height for flame in points]))
     foot = np.array([(np.inf, np.inf) if f.points is None else f.points.bottom for f in frames])
     shift = np.abs(foot - _usual_place(points)).max(axis=1)
     whole = large & (shift <= _MAX_SHIFT * height)
@@ -230,7 +230,7 @@ def _lasting_breaks(frames: Sequence[SeenFrame]) -> list[Break | None]:
 
 def _usual_place(points: Sequence[FeaturePoints]) -> NDArray[np.float64]:
     """Return where a flame mostly stands, (2,): its foot in the frame to which most are near."""
-    at = np.array([each.bottom for each in points])
+    at = np.array([flame.bottom for flame in points])
     apart = np.abs(at[:, None] - at).max(axis=2)
     return np.asarray(at[np.argmin(np.quantile(apart, 0.4, axis=1))])
 
