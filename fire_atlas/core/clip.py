@@ -45,8 +45,8 @@ class Skipped(NamedTuple):
     read: Callable[[], Pixels]
 
 
-class Form(NamedTuple):
-    """The form of a fire in a frame: the front of its body.
+class FrontSurface(NamedTuple):
+    """The front of the body of a fire in a frame.
 
     Attributes:
         depth: (height, width) of the front, px towards the viewer; see ``FireInDepth``.
@@ -57,8 +57,8 @@ class Form(NamedTuple):
     normal: NDArray[np.float32]
 
     @classmethod
-    def flat(cls, height: int, width: int) -> "Form":
-        """Return the form of a frame without fire: it faces the viewer, at depth 0."""
+    def flat(cls, height: int, width: int) -> "FrontSurface":
+        """Return that of a frame without fire: it faces the viewer, at depth 0."""
         level = np.broadcast_to(np.array([0, 0, 1], np.float32), (height, width, 3))
         return cls(np.zeros((height, width), np.float32), level)
 
@@ -80,7 +80,7 @@ class FireInDepth:
             comes from behind it.
         hidden: ``hidden(i, x, y, z)`` returns which places (n,) in frame i are behind something
             opaque.
-        form: ``form(i)`` returns the form of the fire in frame i.
+        front_surface: ``front_surface(i)`` returns the front of the fire's body in frame i.
     """
 
     camera: Camera
@@ -88,7 +88,7 @@ class FireInDepth:
     seen_by: Callable[[Camera], "Clip"]
     fire_depth: Callable[[int, Values, Values, Values], Values]
     hidden: Callable[[int, Values, Values, Values], NDArray[np.bool_]]
-    form: Callable[[int], Form]
+    front_surface: Callable[[int], FrontSurface]
 
 
 @dataclass(frozen=True, slots=True)

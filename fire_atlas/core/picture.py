@@ -72,9 +72,9 @@ def where_covered(picture: Picture) -> tuple[slice, slice]:
 
     The box is empty if there are none. Fire sprites mostly have a wide transparent border.
     """
-    cover = cv2.extractChannel(picture, 3)
+    coverage = cv2.extractChannel(picture, 3)
     left, top, width, height = cv2.boundingRect(
-        cover if cover.dtype == np.uint8 else (cover > 0).view(np.uint8)
+        coverage if coverage.dtype == np.uint8 else (coverage > 0).view(np.uint8)
     )
     return slice(top, top + height), slice(left, left + width)
 
@@ -119,8 +119,8 @@ def as_bytes(picture: Picture) -> Bytes:
     if picture.dtype == np.uint8:
         return picture
     light = as_light(picture)
-    cover = np.rint(np.clip(light[..., 3:], 0, 1) * 255).astype(np.uint8)
-    return np.concatenate([encode_bytes(unpremultiply(light)), cover], axis=-1)
+    coverage = np.rint(np.clip(light[..., 3:], 0, 1) * 255).astype(np.uint8)
+    return np.concatenate([encode_bytes(unpremultiply(light)), coverage], axis=-1)
 
 
 @cache
@@ -135,14 +135,14 @@ def brightness_of(picture: Picture, blend_space: str) -> Plane:
         return brightness(as_light(picture), blend_space)
     shown, part = np.zeros(picture.shape[:2], np.float32), where_covered(picture)
     if picture[part].size:
-        *rgb, cover = cv2.split(picture[part])
+        *rgb, coverage = cv2.split(picture[part])
         red, green, blue = map(cv2.LUT, rgb, _luminance_tables())
         light = as_plane(cv2.add(cv2.add(red, green, dst=red), blue, dst=red))
         if blend_space == "linear":
-            light = as_plane(cv2.multiply(light, cover, scale=1 / 255, dtype=cv2.CV_32F))
+            light = as_plane(cv2.multiply(light, coverage, scale=1 / 255, dtype=cv2.CV_32F))
             np.multiply(encode_unit(light), 255, out=shown[part])
         else:
-            cv2.multiply(encode_unit(light), cover, dst=shown[part], dtype=cv2.CV_32F)
+            cv2.multiply(encode_unit(light), coverage, dst=shown[part], dtype=cv2.CV_32F)
     return shown
 
 
@@ -154,11 +154,13 @@ def brightest(picture: Picture) -> Picture:
 
 def brightest_shown(picture: Picture) -> Plane:
     """Return the largest of R, G, B of each pixel as seen over black, sRGB in 0..1, (H, W)."""
-    cover = picture[..., 3]
+    coverage = picture[..., 3]
     if picture.dtype == np.float32:
-        return as_plane(encode_unit(as_plane(brightest(unpremultiply(picture)))) * cover)
+        return as_plane(encode_unit(as_plane(brightest(unpremultiply(picture)))) * coverage)
     peak = brightest(picture)
-    return as_plane(cv2.multiply(peak, cover, scale=white(picture.dtype) ** -2, dtype=cv2.CV_32F))
+    return as_plane(
+        cv2.multiply(peak, coverage, scale=white(picture.dtype) ** -2, dtype=cv2.CV_32F)
+    )
 
 
 def light_of_unit(value: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -34,12 +34,12 @@ def by_animation(statistics: Any, name: str = "") -> Iterator[tuple[str, dict[st
                 yield from by_animation(figures, f"{name}/{key}" if name else key)
 
 
-def stated(key: str, figures: Mapping[str, "DataclassInstance"]) -> dict[str, Any]:
+def figures_entry(key: str, figures: Mapping[str, "DataclassInstance"]) -> dict[str, Any]:
     """Return what a manifest states under ``key``: figures by name; nothing if there are none."""
     return {key: {name: asdict(figure) for name, figure in figures.items()}} if figures else {}
 
 
-def read_stated(statistics: dict[str, Any], key: str, kind: type[Figures]) -> dict[str, Figures]:
+def read_figures(statistics: dict[str, Any], key: str, kind: type[Figures]) -> dict[str, Figures]:
     """Return what the statistics of a manifest state under ``key``, by name.
 
     Raises:

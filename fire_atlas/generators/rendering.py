@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
-from fire_atlas.core.clip import Clip, FireInDepth, Form, Values
+from fire_atlas.core.clip import Clip, FireInDepth, FrontSurface, Values
 from fire_atlas.core.pixels import Pixels, Plane
 from fire_atlas.generators.settings import GenerationSettings
 
@@ -47,8 +47,8 @@ class Rendering(Protocol):
     def hidden(self, index: int, x: Values, y: Values, z: Values) -> NDArray[np.bool_]:
         """Return which places are behind something opaque; see ``FireInDepth``."""
 
-    def form(self, index: int) -> Form:
-        """Return the form of the fire in frame ``index``."""
+    def front_surface(self, index: int) -> FrontSurface:
+        """Return the front of the fire's body in frame ``index``."""
 
     def smoke(self, index: int) -> Plane:
         """Return the share of light (height, width), 0..1, that smoke keeps back in a frame."""
@@ -86,7 +86,7 @@ def rendered_clip(
             lambda camera: rendered_clip(rendering.seen_by(camera), settings, blend_space, inputs),
             rendering.fire_depth,
             rendering.hidden,
-            rendering.form,
+            rendering.front_surface,
         ),
         smoke=rendering.smoke,
     )

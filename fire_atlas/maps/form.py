@@ -11,7 +11,7 @@ from fire_atlas.atlas.compressed import CompressedImage
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.encode import light_images
 from fire_atlas.atlas.sheet import AtlasSheet, Rect, SheetMap
-from fire_atlas.core.clip import Form
+from fire_atlas.core.clip import FrontSurface
 from fire_atlas.core.decimals import plain
 from fire_atlas.core.pixels import Bytes, Plane, as_plane
 from fire_atlas.core.workers import Workers
@@ -98,7 +98,7 @@ MAKER = _Form()
 
 
 def form_sprites(
-    form: Form | None, visible: Rect | None, scales: Sequence[float]
+    form: FrontSurface | None, visible: Rect | None, scales: Sequence[float]
 ) -> tuple[CompressedImage, ...]:
     """Return the form of a frame for the pages of each scale, half floats: the normal's parts
     right, down and towards the viewer, and the depth in px at full size.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.atlas.drawing import Edges
 from fire_atlas.atlas.sheet import AtlasSheet, PlacedImage, Rect, SheetMap
-from fire_atlas.core.clip import Clip, Form
+from fire_atlas.core.clip import Clip, FrontSurface
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.picture import Picture
 from fire_atlas.core.pixels import Bytes, Pixels
@@ -46,7 +46,7 @@ class FrameParts:
     flakes: Callable[[], Picture]
     light: Callable[[], Pixels]
     smoke: Smoke | None = None
-    form: Form | None = None
+    form: FrontSurface | None = None
     visible: Rect | None = None
     shared: dict[str, Any] = field(default_factory=dict)
 

@@ -8,7 +8,7 @@ from rich.table import Column, Table
 
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.statistics import read_stated
+from fire_atlas.core.statistics import read_figures
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.pages.colour_error import ColourError
 from fire_atlas.formats.textures.error import TextureError
@@ -40,8 +40,8 @@ class ImageErrors:
             ValueError: They are invalid.
         """
         return cls(
-            read_stated(statistics, "colour_error", ColourError),
-            read_stated(statistics, "gpu", TextureError),
+            read_figures(statistics, "colour_error", ColourError),
+            read_figures(statistics, "gpu", TextureError),
         )
 
 

@@ -6,7 +6,7 @@ from typing import Any, Self
 
 from rich.table import Table
 
-from fire_atlas.core.statistics import by_animation, read_stated
+from fire_atlas.core.statistics import by_animation, read_figures
 from fire_atlas.effect.flakes.statistics import flake_figures
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
@@ -49,7 +49,7 @@ class BuildSentences:
         """
         motion = (_motion_sentence(*report) for report in read_reports(statistics).items())
         images = ImageErrors.of(statistics)
-        heat = read_stated(statistics, "heat_error", HeatError)
+        heat = read_figures(statistics, "heat_error", HeatError)
         return cls(
             pages=(
                 *(f"{file}: {error.sentence()}" for file, error in images.pages.items()),

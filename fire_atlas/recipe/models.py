@@ -166,8 +166,8 @@ class Recipe(Settings):
         features = given.get("features") if isinstance(given, dict) else None
         if not isinstance(features, dict) or features.get("preset") != "paper":
             return given
-        stated = {name: given.get(name, {}) for name in PAPER}
-        blocks = {name: block for name, block in stated.items() if isinstance(block, dict)}
+        given_blocks = {name: given.get(name, {}) for name in PAPER}
+        blocks = {name: block for name, block in given_blocks.items() if isinstance(block, dict)}
         return {**given, **{name: {**PAPER[name], **block} for name, block in blocks.items()}}
 
     @model_validator(mode="before")

@@ -16,12 +16,12 @@ _RAMP = ("atlas", "ramp")
 
 def ramp_files(tree: RecipeTree) -> dict[str, Path]:
     """Return the absolute path of each image in ``atlas.ramp``, by its path in the recipe."""
-    stated = tree.value(_RAMP)
-    listed = stated if isinstance(stated, list) else [stated]
+    value = tree.value(_RAMP)
+    listed = value if isinstance(value, list) else [value]
     found = {}
     for i, name in enumerate(listed):
         if isinstance(name, str) and name != LEARNT and name not in READY_RAMPS:
-            found[name] = tree.file_at((*_RAMP, i) if isinstance(stated, list) else _RAMP, name)
+            found[name] = tree.file_at((*_RAMP, i) if isinstance(value, list) else _RAMP, name)
     return found
 
 

@@ -150,8 +150,8 @@ SOURCE_PATHS = (("source", "path"), ("source", "side_path"), ("source", "texture
 
 def source_files(tree: RecipeTree) -> dict[tuple[str, ...], Path]:
     """Return the absolute path (or glob) of each file that the source names, by its key."""
-    stated = {key: tree.value(key) for key in SOURCE_PATHS}
-    return {key: tree.file_at(key, text) for key, text in stated.items() if isinstance(text, str)}
+    values = {key: tree.value(key) for key in SOURCE_PATHS}
+    return {key: tree.file_at(key, text) for key, text in values.items() if isinstance(text, str)}
 
 
 TEXTURE_PATHS = (("flakes", "texture"), ("flakes", "texture", "path"))
@@ -160,10 +160,10 @@ TEXTURE_PATHS = (("flakes", "texture"), ("flakes", "texture", "path"))
 
 def texture_files(tree: RecipeTree) -> dict[tuple[str, ...], Path]:
     """Return the absolute path of the texture of flakes, if there is one, by its key."""
-    stated = {key: tree.value(key) for key in TEXTURE_PATHS}
+    values = {key: tree.value(key) for key in TEXTURE_PATHS}
     return {
         key: tree.file_at(key, text)
-        for key, text in stated.items()
+        for key, text in values.items()
         if isinstance(text, str) and text != "none"
     }
 

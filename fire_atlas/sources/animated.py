@@ -46,8 +46,8 @@ def open_animation(
     patches = animation.patches
     for patch in patches:
         check_size(path, patch.width, patch.height, max_pixels)
-    stated = (patch.delay for patch in patches)
-    delays = [_DEFAULT_DELAY if delay <= _SHORTEST else delay for delay in stated]
+    patch_delays = (patch.delay for patch in patches)
+    delays = [_DEFAULT_DELAY if delay <= _SHORTEST else delay for delay in patch_delays]
     is_still = len(patches) == 1
     timing = Timing(0, (0,)) if is_still else time_drawings(delays, fps, path)
     frames = SequentialDecoder(path, partial(_play, path, animation, header))

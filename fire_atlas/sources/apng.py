@@ -39,15 +39,17 @@ def parse(data: bytes) -> EncodedAnimation:
 def _patches(data: bytes, found: list[Chunk], size: tuple[int, int]) -> list[Patch]:
     """Return a patch for each fcTL chunk; its data end at the next one."""
     controls = [c for c in found if c.name == b"fcTL"]
-    stated = png.stated_frame_count(data, found)
+    frame_count = png.stated_frame_count(data, found)
     if not any(c.name == b"acTL" for c in found):
         pixels = [c for c in found if c.name == b"IDAT"]
         if not pixels:
             raise BrokenFileError("the file holds no pixels (no IDAT chunk)")
         start, stop = pixels[0].start - 8, pixels[-1].stop + 4
         return [Patch(0, 0, *size, Fraction(), Disposal.KEEP, False, start, stop)]
-    if len(controls) != stated:
-        raise BrokenFileError(f"its header states {stated} frames, but it holds {len(controls)}")
+    if len(controls) != frame_count:
+        raise BrokenFileError(
+            f"its header states {frame_count} frames, but it holds {len(controls)}"
+        )
     ends = [c.start - 8 for c in controls[1:]] + [found[-1].start - 8]
     return [_patch(data, control, end, size) for control, end in zip(controls, ends, strict=True)]
 

@@ -47,8 +47,8 @@ class BlackLevel:
     noise: float = _NOISE / 255
 
     @classmethod
-    def stated(cls, level: float) -> Self:
-        """Return the black of a recipe, ``level`` of 255 in all channels."""
+    def grey(cls, level: float) -> Self:
+        """Return a black that is the same grey in all channels, ``level`` of 255."""
         unit = level / 255
         return cls((unit, unit, unit))
 

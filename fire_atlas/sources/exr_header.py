@@ -101,7 +101,7 @@ def _part(attributes: dict[str, bytes], version: int) -> Part:
     missing = {"channels", "dataWindow", "displayWindow"} - attributes.keys()
     if missing:
         raise BrokenFileError(f"its header lacks {', '.join(sorted(missing))}")
-    stated = attributes.get("chromaticities", b"")
+    chromaticities = attributes.get("chromaticities", b"")
     kind = attributes.get("type", b"").decode("latin-1")
     return Part(
         name=attributes.get("name", b"").decode("utf-8", "replace"),
@@ -110,7 +110,7 @@ def _part(attributes: dict[str, bytes], version: int) -> Part:
         channels=tuple(_channels(attributes["channels"])),
         data=_window(attributes, "dataWindow"),
         display=_window(attributes, "displayWindow"),
-        chromaticities=struct.unpack("<8f", stated) if len(stated) == 32 else None,
+        chromaticities=struct.unpack("<8f", chromaticities) if len(chromaticities) == 32 else None,
     )
 
 

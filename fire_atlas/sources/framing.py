@@ -211,11 +211,11 @@ class FlameExtent:
 
     def _flame(self) -> NDArray[np.bool_]:
         """Return where flame may be in any of the frames, (h, w)."""
-        (shown, cover), (darkest, least_cover) = (
+        (shown, coverage), (darkest, least_coverage) = (
             np.moveaxis(extremes, 2, 0) for extremes in (self._highest, self._lowest)
         )
-        if least_cover.min() < 255:
-            return np.ascontiguousarray(cover > 0)
+        if least_coverage.min() < 255:
+            return np.ascontiguousarray(coverage > 0)
         return (shown - darkest > _MOVES) | (shown > _GLOWS)
 
 
@@ -223,8 +223,8 @@ def _brightness_and_coverage(picture: Picture) -> Bytes:
     """Return the brightest channel as sRGB, and the coverage, 0..255, (h, w, 2)."""
     unit = picture.astype(np.float32) / white(picture.dtype)
     shown = encode_unit(brightest(unit)) if picture.dtype == np.float32 else brightest(unit)
-    cover = unit[..., 3] if picture.shape[2] == 4 else np.ones_like(shown)
-    return np.dstack([np.rint(255 * shown), np.ceil(255 * cover)]).astype(np.uint8)
+    coverage = unit[..., 3] if picture.shape[2] == 4 else np.ones_like(shown)
+    return np.dstack([np.rint(255 * shown), np.ceil(255 * coverage)]).astype(np.uint8)
 
 
 def describe_crop(box: Window, size: tuple[int, int]) -> str:

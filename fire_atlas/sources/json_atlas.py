@@ -397,10 +397,10 @@ def _frames_of(pack: _Pack) -> Iterator[AtlasFrame]:
 
 def _page_of(pack: _Pack) -> AtlasPage:
     size = pack.about["size"]
-    stated = None if size.value is None else (size["w"].whole(1), size["h"].whole(1))
+    listed_size = None if size.value is None else (size["w"].whole(1), size["h"].whole(1))
     own = pack.meta["fireAtlas"]
     if own.value is None:
-        return AtlasPage(pack.image, stated)
+        return AtlasPage(pack.image, listed_size)
     advice = "build it with {} to use its frames"
     if own.block().get("heat") is not None:
         raise SourceError(
@@ -413,7 +413,7 @@ def _page_of(pack: _Pack) -> AtlasPage:
             f"{advice.format('atlas.alpha: straight')}"
         )
     space = own["blendSpace"].one_of("srgb", "linear")
-    return AtlasPage(pack.image, stated, cast(Coverage, alpha), space)
+    return AtlasPage(pack.image, listed_size, cast(Coverage, alpha), space)
 
 
 def _frame_of(entry: _Value, name: str, page: AtlasPage) -> AtlasFrame:

@@ -33,11 +33,11 @@ def open_atlas(
         SourceError: The JSON or an image is unreadable or malformed, a frame lies outside of its
             page, the frames differ in size, or some have a duration and others none.
     """
-    described = read_animation(path, animation)
-    frames = described.frames
+    chosen = read_animation(path, animation)
+    frames = chosen.frames
     size = _shared_size(path, frames)
     check_size(f"{path}: frame '{frames[0].name}'", *size, max_pixels)
-    timing = _timing(path, frames, fps, described.fps)
+    timing = _timing(path, frames, fps, chosen.fps)
     pages = dict.fromkeys(frame.page for frame in frames)
     headers = {page: read_header(page.image, max_pixels) for page in pages}
     stored = sorted(dict.fromkeys(frames), key=lambda frame: list(pages).index(frame.page))
@@ -56,10 +56,10 @@ def open_atlas(
         fps=timing.rate or None,
         count=len(timing.shown),
         read=read,
-        inputs=described.files,
+        inputs=chosen.files,
         notes=(
             *shared_notes({page.image: header for page, header in headers.items()}),
-            *described.notes,
+            *chosen.notes,
             *(
                 _size_note(page, header)
                 for page, header in headers.items()
@@ -84,19 +84,19 @@ def _shared_size(path: Path, frames: Sequence[AtlasFrame]) -> tuple[int, int]:
 
 
 def _timing(
-    path: Path, frames: Sequence[AtlasFrame], fps: float | None, stated: float | None
+    path: Path, frames: Sequence[AtlasFrame], fps: float | None, atlas_fps: float | None
 ) -> Timing:
     """Return which frame is shown at each tick; a rate of 0 if neither JSON nor user state one."""
     delays = [frame.duration for frame in frames if frame.duration is not None]
     if len(frames) > 1 and len(delays) == len(frames):
-        return time_drawings(delays, fps, path, stated)
+        return time_drawings(delays, fps, path, atlas_fps)
     if delays and len(delays) < len(frames):
         timeless = next(frame for frame in frames if frame.duration is None)
         raise SourceError(
             f"{path}: frame '{timeless.name}' has no duration, but others of its animation have "
             f"one; give all of them one, or none and source.fps"
         )
-    return Timing(fps or stated or 0, tuple(range(len(frames))))
+    return Timing(fps or atlas_fps or 0, tuple(range(len(frames))))
 
 
 def _check_place(path: Path, frame: AtlasFrame, page: Header) -> None:
@@ -148,12 +148,14 @@ def _light_of(stored: Picture, blend_space: str) -> Picture:
     if stored.shape[2] < 4:
         return stored
     unit = stored.astype(np.float32) / np.float32(white(stored.dtype))
-    cover = unit[..., 3:]
+    coverage = unit[..., 3:]
     if blend_space == "linear":
         unit[..., :3] = srgb_to_linear(unit[..., :3])
     else:
-        colour = np.divide(unit[..., :3], cover, out=np.zeros_like(unit[..., :3]), where=cover > 0)
-        unit[..., :3] = srgb_to_linear(np.minimum(colour, 1)) * cover
+        colour = np.divide(
+            unit[..., :3], coverage, out=np.zeros_like(unit[..., :3]), where=coverage > 0
+        )
+        unit[..., :3] = srgb_to_linear(np.minimum(colour, 1)) * coverage
     return unit
 
 

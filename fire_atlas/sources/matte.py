@@ -114,7 +114,7 @@ def _choose(setting: str, black: str | float, frames: Iterable[Picture], name: s
 
 def _black_of(setting: str | float, frames: Iterable[Picture]) -> BlackLevel:
     """Return the black that ``source.black`` states, or that is found in sample frames."""
-    return find_black(frames) if isinstance(setting, str) else BlackLevel.stated(setting)
+    return find_black(frames) if isinstance(setting, str) else BlackLevel.grey(setting)
 
 
 def _describe(black: BlackLevel) -> str:

@@ -68,16 +68,16 @@ def _by_gamma(gamma: bytes, chromaticities: bytes) -> FileColours:
     if not gamma and not chromaticities:
         return AS_SRGB
     try:
-        stated = struct.unpack(">I", gamma)[0] if gamma else _GAMMA_OF_SRGB
+        encoded = struct.unpack(">I", gamma)[0] if gamma else _GAMMA_OF_SRGB
         places = struct.unpack(">8I", chromaticities) if chromaticities else ()
     except struct.error:
         return _ignored("its gAMA or cHRM chunk is broken")
-    if not 1_000 <= stated <= 10_000_000:
-        return _ignored(f"it states a gamma of {stated / 1e5:g}")
+    if not 1_000 <= encoded <= 10_000_000:
+        return _ignored(f"it states a gamma of {encoded / 1e5:g}")
     white, colours = places[:2], places[2:]
     primaries = [place / 1e5 for place in (*colours, *white)] or SRGB_PRIMARIES
-    is_srgb = abs(stated - _GAMMA_OF_SRGB) <= _ROUNDED
-    curve = _srgb_curve if is_srgb else _power(1e5 / stated)
+    is_srgb = abs(encoded - _GAMMA_OF_SRGB) <= _ROUNDED
+    curve = _srgb_curve if is_srgb else _power(1e5 / encoded)
     return _converted("its gAMA and cHRM chunks", curve, tuple(primaries))
 
 

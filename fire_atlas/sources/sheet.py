@@ -122,13 +122,13 @@ def _notes(columns: _Cells, rows: _Cells) -> Iterator[str]:
         )
 
 
-def likely_grid(cover: Plane) -> tuple[int, int] | None:
+def likely_grid(alpha: Plane) -> tuple[int, int] | None:
     """Return the columns and rows of a picture that looks like a sheet of frames; None if not.
 
     It does if equal cells, at least ``_MIN_CELLS``, all show something, and nothing crosses the
-    lines between them. ``cover``: (H, W), the picture's alpha.
+    lines between them. ``alpha``: (H, W), the picture's coverage.
     """
-    visible = cover > _VISIBLE
+    visible = alpha > _VISIBLE
     columns, rows = (_cells_along(np.asarray(visible.any(axis=axis))) for axis in (0, 1))
     return (columns, rows) if columns * rows >= _MIN_CELLS else None
 

@@ -47,7 +47,7 @@ class Timing:
 
 
 def time_drawings(
-    delays: Sequence[Fraction], fps: float | None, path: Path, stated: float | None = None
+    delays: Sequence[Fraction], fps: float | None, path: Path, file_fps: float | None = None
 ) -> Timing:
     """Return the rate for drawings with these delays, and which of them each tick shows.
 
@@ -61,7 +61,7 @@ def time_drawings(
         delays: Time for which each drawing is shown, s; all positive.
         fps: The rate that the user states; None to choose it.
         path: The file, for messages.
-        stated: The rate that the file states. Where its time stamps, which are mostly rounded to
+        file_fps: The rate that the file states. Where its time stamps, which are mostly rounded to
             1 ms, agree with it to half a tick in all, it is the one of one tick for each drawing.
 
     Raises:
@@ -73,7 +73,7 @@ def time_drawings(
     if fps:
         rate = _fraction(fps)
     else:
-        rates = _rates(times, unit, _fraction(stated) if stated else None)
+        rates = _rates(times, unit, _fraction(file_fps) if file_fps else None)
         rate = next(
             (candidate for candidate in rates if _fits(times, unit, candidate)), Fraction(_MAX_RATE)
         )
@@ -106,18 +106,18 @@ def _fraction(rate: float) -> Fraction:
     return Fraction(rate).limit_denominator(1_000_000)
 
 
-def _rates(times: Sequence[int], unit: int, stated: Fraction | None) -> Iterator[Fraction]:
+def _rates(times: Sequence[int], unit: int, file_rate: Fraction | None) -> Iterator[Fraction]:
     """Yield the rates to try, best first."""
     count, total = len(times) - 1, Fraction(times[-1], unit)
     mean = count / total
-    if stated and abs(total * stated - count) < Fraction(1, 2):
-        mean = stated
+    if file_rate and abs(total * file_rate - count) < Fraction(1, 2):
+        mean = file_rate
     elif round(mean) and abs(mean / round(mean) - 1) < _ROUNDED:
         mean = Fraction(round(mean))
     yield mean
     delays = [later - earlier for earlier, later in pairwise(times)]
     usual = mode(delays)
-    beats = [stated] if stated and stated <= _MAX_RATE else []
+    beats = [file_rate] if file_rate and file_rate <= _MAX_RATE else []
     if 2 * delays.count(usual) > count:
         beats += [Fraction(k * unit, usual) for k in range(1, _MAX_RATE * usual // unit + 1)]
     for beat in beats:

@@ -58,8 +58,8 @@ def animate_images(clip: Clip, count: int, loop: bool, seed: int, workers: Worke
     images = list(workers.map(clip.read, range(clip.count)))
     planes = list(workers.map(clip.brightness, range(clip.count)))
     flame = FlameSegmentation.estimate(planes, is_opaque=clip.matte == "none")
-    lit = as_plane(np.max([flame.fire_of(plane) for plane in planes], axis=0))
-    motion = _FlameMotion.of(lit, clip.matte == "none", count / clip.fps, seed)
+    burning = as_plane(np.max([flame.fire_of(plane) for plane in planes], axis=0))
+    motion = _FlameMotion.of(burning, clip.matte == "none", count / clip.fps, seed)
     palette = None if is_flat_art(clip) else Palette.of(clip, workers)
 
     @cache
@@ -91,27 +91,27 @@ class _FlameMotion:
         foot, height: Lowest row of the flame, and its height, px.
         waves: The eddies' stream function, in px and s.
         breath: (2,) angular frequencies of the stretch, rad/s.
-        reach: (H, W), 0..1: how far each pixel follows.
+        strength: (H, W), 0..1: how far each pixel follows the motion.
     """
 
     foot: float
     height: float
     waves: PlaneWaves
     breath: NDArray[np.float64]
-    reach: Plane
+    strength: Plane
 
     @classmethod
-    def of(cls, lit: Plane, is_opaque: bool, duration: float, seed: int) -> Self:
+    def of(cls, flame: Plane, is_opaque: bool, duration: float, seed: int) -> Self:
         """Return the motion of a flame.
 
         Args:
-            lit: (H, W), 0..1: where the flame is.
+            flame: (H, W), 0..1: where the flame is.
             is_opaque: Whether there is a scene behind it, which keeps still.
             duration: After how long the motion repeats, s.
             seed: Random seed.
         """
-        rows = np.flatnonzero(lit.max(axis=1) > 0.5)
-        top, foot = (rows[0], rows[-1] + 1) if rows.size else (0, len(lit))
+        rows = np.flatnonzero(flame.max(axis=1) > 0.5)
+        top, foot = (rows[0], rows[-1] + 1) if rows.size else (0, len(flame))
         height = float(max(foot - top, 8))
         chance = generator(seed, RandomStream.FEW_IMAGES)
         _, kx, ky = random_wave_vectors(chance, _WAVES, _WAVELENGTHS, height)
@@ -120,15 +120,15 @@ class _FlameMotion:
         amplitude = _SWAY * height * math.sqrt(2 / _WAVES) / np.hypot(kx, ky)
         waves = PlaneWaves(kx, ky, omega, phase, amplitude)
         breath = _in_cycles(2 * np.pi * np.array(_BREATHS), duration)
-        reach = np.ones_like(lit)
+        strength = np.ones_like(flame)
         if is_opaque:
-            near = cv2.dilate(lit, np.ones((3, 3), np.uint8), iterations=max(1, int(height / 20)))
-            reach = blurred(as_plane(near), height / 20)
-        return cls(float(foot), height, waves, breath, reach)
+            near = cv2.dilate(flame, np.ones((3, 3), np.uint8), iterations=max(1, int(height / 20)))
+            strength = blurred(as_plane(near), height / 20)
+        return cls(float(foot), height, waves, breath, strength)
 
     def displacement(self, time: float) -> NDArray[np.float32]:
         """Return where the pixels at ``time`` s come from, relative to them: (H, W, 2) px."""
-        rows, columns = self.reach.shape
+        rows, columns = self.strength.shape
         step = max(1.0, self.height / _SAMPLES)
         size = max(2, math.ceil(columns / step)), max(2, math.ceil(rows / step))
         x, y = (
@@ -140,8 +140,8 @@ class _FlameMotion:
         # Tallest at the ends of the clip, where it turns: the step between them is a small one.
         stretch = _STRETCH * float(np.cos(self.breath * time) @ (0.6, 0.4))
         taller = above * np.float32(self.height * stretch / (1 + stretch))
-        u, v = (plane * above * self.reach for plane in planes)
-        return np.dstack([as_plane(u), as_plane(v + taller * self.reach)])
+        u, v = (plane * above * self.strength for plane in planes)
+        return np.dstack([as_plane(u), as_plane(v + taller * self.strength)])
 
 
 def _in_cycles(omega: NDArray[np.float64], duration: float) -> NDArray[np.float64]:

@@ -215,7 +215,7 @@ def _cut_to_loop(
         return pingpong(clip, None, why, workers, progress)
     edit = loop_edit(transitions, analysis.overlap, analysis.holds)
     why = "timeline.frames" if wanted else f"uncut, {_uncut_seam(analysis)}"
-    progress.note(f"{_described(transitions, analysis, len(edit.frames))} ({why})")
+    progress.note(f"{_cut_note(transitions, analysis, len(edit.frames))} ({why})")
     return apply_edit(clip, edit, analysis.thumbnails, workers)
 
 
@@ -239,7 +239,7 @@ def _first_found(
     return find(analysis) or find(replace(analysis, holds=Holds.none(analysis.count)))
 
 
-def _described(transitions: list[Transition], analysis: CutAnalysis, length: int) -> str:
+def _cut_note(transitions: list[Transition], analysis: CutAnalysis, length: int) -> str:
     """Return a note on how the clip is cut."""
     overlap = analysis.overlap
     if len(transitions) == 1:

@@ -269,10 +269,10 @@ def interpolated(
     to_before, to_after = intermediate_flows(flow, time)
     one, other = warp(before, to_before), warp(after, to_after)
     weight = _weight(one, other, time)
-    light, cover = (
+    light, coverage = (
         _mixed(plane_of(one), plane_of(other), weight) for plane_of in (luminance, _coverage)
     )
-    return palette.mix(one, other, weight, light, cover)
+    return palette.mix(one, other, weight, light, coverage)
 
 
 def _mixed(one: Plane, other: Plane, weight: Plane) -> Plane:

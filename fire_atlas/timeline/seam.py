@@ -94,10 +94,12 @@ class BlendPlan:
         weight, gain = resized(self.weight, size), resized(self.gain, size)
         frames = resized(mean, size), one, other
         light = _mixed([luminance(frame) for frame in frames], weight, gain)
-        cover = _mixed([as_plane(cv2.extractChannel(frame, 3)) for frame in frames], weight, gain)
+        coverage = _mixed(
+            [as_plane(cv2.extractChannel(frame, 3)) for frame in frames], weight, gain
+        )
         share = float(self.weight.mean())
         energy = (1 - share) * detail_energy(ending) + share * detail_energy(beginning)
-        return palette.mix(one, other, weight, _sharpened(light, energy), cover)
+        return palette.mix(one, other, weight, _sharpened(light, energy), coverage)
 
 
 def _sharpened(light: Plane, energy: float) -> Plane:

@@ -11,7 +11,7 @@ from fire_atlas.core.pixels import Plane, as_plane
 _SIDE = 320
 """Longest side, px, of the small copy on which the mask is dilated and its holes are filled."""
 
-_LIT = 12.0
+_BRIGHT = 12.0
 """The flicker is measured on pixels brighter than this, 0..255."""
 
 
@@ -41,10 +41,14 @@ def mean_of(planes: list[Plane]) -> Plane:
 
 
 def flicker(plane: Plane, mean: Plane) -> np.float32:
-    """Return by which factor a frame is brighter than the mean: the median over lit pixels."""
+    """Return by which factor a frame is brighter than the mean: the median over bright pixels."""
     few = slice(None, None, 3), slice(None, None, 3)  # every third pixel gives the same median
-    lit = mean[few] > _LIT
-    return np.float32(np.median(plane[few][lit] / mean[few][lit])) if lit.any() else np.float32(1)
+    is_bright = mean[few] > _BRIGHT
+    return (
+        np.float32(np.median(plane[few][is_bright] / mean[few][is_bright]))
+        if is_bright.any()
+        else np.float32(1)
+    )
 
 
 def _change_beside_flicker(planes: list[Plane]) -> Plane:

@@ -37,5 +37,5 @@ def is_flat_art(clip: Clip) -> bool:
 def _colours(pixels: Pixels) -> NDArray[np.uint32]:
     """Return a number for the colour and coverage of each pixel that shows anything, (n,)."""
     shown = encode_bytes(pixels[pixels[..., 3] > _VISIBLE][None])[0]
-    lit = shown[shown[:, :3].max(axis=1) > 255 * _VISIBLE].astype(np.uint32) // _SHADES
-    return np.asarray(lit @ np.array([1, 1 << 8, 1 << 16, 1 << 24], np.uint32), np.uint32)
+    visible = shown[shown[:, :3].max(axis=1) > 255 * _VISIBLE].astype(np.uint32) // _SHADES
+    return np.asarray(visible @ np.array([1, 1 << 8, 1 << 16, 1 << 24], np.uint32), np.uint32)

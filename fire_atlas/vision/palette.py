@@ -77,10 +77,12 @@ class Palette:
         numbers = evenly_spread(0, clip.count - 1, _FRAMES)
         found = np.concatenate(list(workers.map(lambda i: _some_pixels(clip.read(i)), numbers)))
         light, colours = _light_and_colours(found[None])
-        lit = light[0] > _FAINT**0.25
-        return _learnt(light[0][lit], colours[0][lit])
+        is_bright = light[0] > _FAINT**0.25
+        return _learnt(light[0][is_bright], colours[0][is_bright])
 
-    def mix(self, one: Pixels, other: Pixels, weight: Plane, light: Plane, cover: Plane) -> Pixels:
+    def mix(
+        self, one: Pixels, other: Pixels, weight: Plane, light: Plane, coverage: Plane
+    ) -> Pixels:
         """Return a mix of two frames with given light and coverage, in colours of the clip.
 
         Each pixel has the colour of its light. Where both frames deviate from that in the same
@@ -92,7 +94,7 @@ class Palette:
             one, other: (H, W, 4) the frames.
             weight: (H, W) weight of ``other``, 0..1.
             light: (H, W) luminance of the mix.
-            cover: (H, W) the least alpha of the mix.
+            coverage: (H, W) the least alpha of the mix.
         """
         root, here, there = self._index(light), self._deviation(one), self._deviation(other)
         smaller = np.minimum(np.abs(here), np.abs(there))
@@ -104,11 +106,11 @@ class Palette:
         colour = np.square(np.square(np.maximum(self.colours[root] + deviation, 0)))
         beyond = [np.maximum(brightest(frame) - frame[..., 3], 0) for frame in (one, other)]
         extra = beyond[0] + (beyond[1] - beyond[0]) * weight
-        pixels = np.dstack([colour, cover])
+        pixels = np.dstack([colour, coverage])
         factor = light / np.maximum(luminance(pixels), _TINY)
         factor = np.minimum(factor, (1 + extra) / np.maximum(brightest(pixels), _TINY))
         pixels[..., :3] *= factor[..., None]
-        np.clip(brightest(pixels) - extra, cover, 1, out=pixels[..., 3])
+        np.clip(brightest(pixels) - extra, coverage, 1, out=pixels[..., 3])
         return pixels
 
     def hue_error(self, pixels: Pixels) -> float:
@@ -117,10 +119,10 @@ class Palette:
         It is a distance in CIELAB's plane of hues, ΔE: the 99.5th percentile over its pixels.
         """
         light, colours = _light_and_colours(_some_pixels(pixels)[None])
-        lit = light[0] > _FAINT**0.25
-        if not lit.any():
+        is_bright = light[0] > _FAINT**0.25
+        if not is_bright.any():
             return 0.0
-        light, colours = light[:, lit][0], colours[:, lit][0]
+        light, colours = light[:, is_bright][0], colours[:, is_bright][0]
         steps = np.minimum(light * np.float32((_FINE_STEPS - 1) / self.brightest), _FINE_STEPS - 1)
         at = np.rint(steps).astype(np.intp)
         errors = _hue_distance(light, colours, self.colours[at]) - self.hue_spread[at]

@@ -89,8 +89,8 @@ def flow_input(pixels: Pixels, blend_space: str) -> Bytes:
 
     It is a weighted sum of brightness and coverage.
     """
-    bright, cover = brightness(pixels, blend_space), cv2.extractChannel(pixels, 3)
-    mixed = cv2.addWeighted(bright, 1 - _COVERAGE_WEIGHT, cover, 255 * _COVERAGE_WEIGHT, 0.0)
+    bright, coverage = brightness(pixels, blend_space), cv2.extractChannel(pixels, 3)
+    mixed = cv2.addWeighted(bright, 1 - _COVERAGE_WEIGHT, coverage, 255 * _COVERAGE_WEIGHT, 0.0)
     return np.clip(np.rint(mixed), 0, 255).astype(np.uint8)
 
 

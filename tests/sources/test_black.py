@@ -152,7 +152,7 @@ def test_light_above_white_is_kept() -> None:
     """EXR frames hold light beyond 1, which no level of black scales."""
     frame = np.zeros((4, 4, 4), np.float32)
     frame[..., 3], frame[1, 1, :3] = 1, (6, 2, 0.5)
-    pixels = apply("luminance", frame, "linear", BlackLevel.stated(16))
+    pixels = apply("luminance", frame, "linear", BlackLevel.grey(16))
     assert pixels[1, 1, :2] == pytest.approx([6, 2])
     assert pixels[1, 1, 2] < 0.5
     assert np.count_nonzero(pixels[..., 3]) == 1

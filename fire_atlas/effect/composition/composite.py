@@ -125,19 +125,19 @@ def _to_be_seen(light: NDArray[np.float32], coverage: NDArray[np.float32]) -> ND
 def _blended(
     flame: NDArray[np.float32],
     flakes: NDArray[np.float32],
-    cover: NDArray[np.float32],
+    coverage: NDArray[np.float32],
     blend: str,
 ) -> NDArray[np.float32]:
     """Blend the flame's light as shown with the flakes' light before exposure, both (3, pixels).
 
-    ``cover`` (pixels,) is the coverage of the flakes.
+    ``coverage`` (pixels,) is that of the flakes.
     """
     if blend == "add":
         return exposed_together(flame, flakes)
     light = expose(flakes)
     if blend == "screen":
         return as_plane(flame + light - np.minimum(flame, 1.0) * light)
-    return as_plane(light + flame * (1 - cover))
+    return as_plane(light + flame * (1 - coverage))
 
 
 def exposed_together(shown: NDArray[np.float32], light: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -172,10 +172,10 @@ def emitted(
     pixels = np.empty_like(under)
     pixels[3] = coverage
     if blend == "over":
-        cover = expose(flakes.max(axis=0))
-        pixels[3] += cover * (1 - coverage)
+        flake_coverage = expose(flakes.max(axis=0))
+        pixels[3] += flake_coverage * (1 - coverage)
         # What still shows of the flame, relative to 1 less what is shown of the flakes.
-        shown = shown * (1 - cover) * (1 + flakes)
+        shown = shown * (1 - flake_coverage) * (1 + flakes)
         pixels[:3] = (flakes + shown) / (1 - shown)
         return pixels
     flame = shown / (1 - shown)

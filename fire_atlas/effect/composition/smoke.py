@@ -47,14 +47,14 @@ class Smoke:
 
         What of a colour is grey and dull is smoke, and so is coverage that no light needs.
         """
-        cover = np.clip(pixels[..., 3], 0, 1)
-        colour = _shown(pixels, blend_space) / np.maximum(cover, _MIN_COVERAGE)[..., None]
+        coverage = np.clip(pixels[..., 3], 0, 1)
+        colour = _shown(pixels, blend_space) / np.maximum(coverage, _MIN_COVERAGE)[..., None]
         brightest, greyest = colour.max(axis=2), colour.min(axis=2)
         grey = greyest * (1 - smooth_step((brightest - _DULL) / (_BRIGHT - _DULL)))
-        fire = cover * (brightest - grey) / (1 - grey)
-        smoke = (cover - fire) / np.maximum(1 - fire, _MIN_COVERAGE)
+        fire = coverage * (brightest - grey) / (1 - grey)
+        smoke = (coverage - fire) / np.maximum(1 - fire, _MIN_COVERAGE)
         # What hides all behind it does so also where it is as bright as a page can be.
-        smoke = np.where(cover >= 1, 1, np.clip(smoke, 0, 1)) * (cover > 0)
+        smoke = np.where(coverage >= 1, 1, np.clip(smoke, 0, 1)) * (coverage > 0)
         return cls(as_plane(smoke * grey), as_plane(smoke))
 
     def pixels(self, blend_space: str) -> Pixels:
@@ -72,16 +72,18 @@ class Smoke:
         """
         shown, whole = _shown(pixels, blend_space), np.clip(pixels[..., 3], 0, 1)
         room = np.maximum(1 - self.coverage, _MIN_COVERAGE)
-        cover = np.where(self.coverage < whole, 1 - np.minimum((1 - whole) / room, 1), 0)
-        kept = np.ones_like(cover) if adds else 1 - cover
+        coverage = np.where(self.coverage < whole, 1 - np.minimum((1 - whole) / room, 1), 0)
+        kept = np.ones_like(coverage) if adds else 1 - coverage
         # Where both hide all that is behind, the fire covers what its light needs.
         hides = (self.coverage >= 1) & ~np.bool_(adds)
         brightest = shown.max(axis=2)
         needed = np.clip((brightest - self.grey) / np.maximum(1 - self.grey, _MIN_COVERAGE), 0, 1)
         kept = np.where(hides, 1 - needed, kept)
         light = np.maximum(shown - (kept * self.grey)[..., None], 0)
-        cover = np.where(hides, needed, cover)
-        return _as_pixels(light, np.maximum(cover, np.minimum(light.max(axis=2), 1)), blend_space)
+        coverage = np.where(hides, needed, coverage)
+        return _as_pixels(
+            light, np.maximum(coverage, np.minimum(light.max(axis=2), 1)), blend_space
+        )
 
 
 def _shown(pixels: Pixels, blend_space: str) -> NDArray[np.float32]:
@@ -89,8 +91,8 @@ def _shown(pixels: Pixels, blend_space: str) -> NDArray[np.float32]:
     where it blends in linear light."""
     if blend_space == "linear":
         return pixels[..., :3]
-    cover = np.maximum(pixels[..., 3:], _MIN_COVERAGE)
-    return as_plane(encode_unit(as_plane(pixels[..., :3] / cover)) * pixels[..., 3:])
+    coverage = np.maximum(pixels[..., 3:], _MIN_COVERAGE)
+    return as_plane(encode_unit(as_plane(pixels[..., :3] / coverage)) * pixels[..., 3:])
 
 
 def _as_pixels(

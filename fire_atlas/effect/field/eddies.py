@@ -60,16 +60,16 @@ class Eddies:
     def velocity(self, time: float, shape: tuple[int, int]) -> tuple[Plane, Plane]:
         """Velocity in x and y, each (rows, columns), px/s, at ``time`` s."""
         step = max(1, int(_WAVELENGTHS[0] * shape[0] / _SAMPLES))
-        rows, columns = (_sample_positions(cells, step) for cells in shape)
+        rows, columns = (_sample_positions(count, step) for count in shape)
         u, v = self.waves.curl(time, columns, rows)
         return _interpolated(u, step, shape), _interpolated(v, step, shape)
 
 
-def _sample_positions(cells: int, step: int) -> NDArray[np.float64]:
-    """Positions, in cells, of one sample for every ``step`` cells, with a margin at both ends."""
+def _sample_positions(count: int, step: int) -> NDArray[np.float64]:
+    """Positions of one sample for every ``step`` of ``count`` cells, with a margin at both ends."""
     if step == 1:
-        return np.arange(cells, dtype=np.float64)
-    numbers = np.arange(-_MARGIN, -(-cells // step) + _MARGIN, dtype=np.float64)
+        return np.arange(count, dtype=np.float64)
+    numbers = np.arange(-_MARGIN, -(-count // step) + _MARGIN, dtype=np.float64)
     return numbers * step + (step - 1) / 2
 
 

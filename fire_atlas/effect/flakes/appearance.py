@@ -245,10 +245,10 @@ def _shown(state: ParticleState, i: int, embers: _Embers, look: Appearance) -> C
         return 1.0
     travel = np.hypot(state.vx, state.vy)
     half = embers.size.take(state.id) * look.view.magnification(state.z) / 2
-    reach = half + travel / look.fps * (look.stretch + look.shutter) / 2
+    half_length = half + travel / look.fps * (look.stretch + look.shutter) / 2
     along, across = np.stack([state.vx, state.vy]) / np.maximum(travel, 1e-9), half
     hidden = np.zeros(len(state.id), np.bool_)
-    for ahead, aside in ((0, 0), (reach, 0), (-reach, 0), (0, across), (0, -across)):
+    for ahead, aside in ((0, 0), (half_length, 0), (-half_length, 0), (0, across), (0, -across)):
         x = state.x + along[0] * ahead - along[1] * aside
         y = state.y + along[1] * ahead + along[0] * aside
         hidden |= look.view.hidden(i % look.count, x, y, state.z)

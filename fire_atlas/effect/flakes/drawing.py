@@ -51,7 +51,7 @@ _FADED = 1e-4
 _SHARPEN = np.array([-1 / 8, 10 / 8, -1 / 8], np.float32)
 """Filter, along each axis, that makes up for the blur of ``cv2.pyrUp``."""
 
-_REACH_OF_PIXEL = 1.7
+_WIDTH_OF_PIXEL = 1.7
 """Width, px, that the area of a pixel adds to a sprite's. Sprites then are so wide that samples at
 the centres of pixels, which players take, have about the light of the sprite."""
 
@@ -72,7 +72,7 @@ def drawn_width(width: Column, hard: bool) -> Column:
 
     Soft ones are seen by pixels that are one px wide themselves.
     """
-    return np.clip(np.rint(width), 1, 2) if hard else width + _REACH_OF_PIXEL
+    return np.clip(np.rint(width), 1, 2) if hard else width + _WIDTH_OF_PIXEL
 
 
 def draw_frame(
@@ -304,17 +304,17 @@ def _extent(along: Column, across: Column) -> Column:
     # The sprite lies in the rectangle around it, and in an ellipse that is 1.12 times as large.
     # Not by np.hypot, which takes three times as long.
     round_it = 1.12 * np.sqrt(along * along + across * across)
-    reach = np.minimum(np.abs(along) + np.abs(across), round_it)
-    return np.asarray(reach, np.float64)
+    extent = np.minimum(np.abs(along) + np.abs(across), round_it)
+    return np.asarray(extent, np.float64)
 
 
 def _covered(
-    centre: Column, reach: Column, clipped: NDArray[np.bool_], length: Index
+    centre: Column, extent: Column, clipped: NDArray[np.bool_], length: Index
 ) -> tuple[Index, Index]:
-    """Return the first pixel within ``reach`` of ``centre``, and how many there are; of those that
+    """Return the first pixel within ``extent`` of ``centre``, and how many there are; of those that
     are ``clipped``, only such as lie in 0..length − 1."""
-    first = np.ceil(centre - 0.5 - reach).astype(np.intp)
-    last = np.floor(centre - 0.5 + reach).astype(np.intp)
+    first = np.ceil(centre - 0.5 - extent).astype(np.intp)
+    last = np.floor(centre - 0.5 + extent).astype(np.intp)
     first = np.where(clipped, np.maximum(first, 0), first)
     last = np.where(clipped, np.minimum(last, length - 1), last)
     return first, np.maximum(last - first + 1, 0)

@@ -137,8 +137,8 @@ class Spawns:
     @classmethod
     def concatenate(cls, parts: list[Self]) -> Self:
         """Return the flakes of all parts, in the order of spawning."""
-        together = cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
-        return together.take(np.argsort(together.tick, kind="stable"))
+        flakes = cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
+        return flakes.take(np.argsort(flakes.tick, kind="stable"))
 
 
 @dataclass(frozen=True, slots=True)

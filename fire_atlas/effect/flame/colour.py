@@ -65,7 +65,7 @@ class FlameColours:
         total = max(float(vivid.sum()), 1e-9)
         is_warm = (angle > _WARM[0]) & (angle < _WARM[1])
         x, y = (vivid * np.cos(np.radians(angle))).sum(), (vivid * np.sin(np.radians(angle))).sum()
-        lit = brightest[weight > 0.3]
+        bright = brightest[weight > 0.3]
         few, count, soft = np.median(
             [_counts(frame.colours) for frame in samples.frames.values()], 0
         )
@@ -73,7 +73,7 @@ class FlameColours:
             hue=math.degrees(math.atan2(y, x)) % 360,
             warmth=float(vivid[is_warm].sum()) / total,
             chroma=float(vivid.sum()) / max(float(weight.sum()), 1e-9),
-            peak=float(np.quantile(lit, 0.99)) if lit.size else 0.0,
+            peak=float(np.quantile(bright, 0.99)) if bright.size else 0.0,
             few=float(few),
             count=float(count),
             soft=float(soft),
@@ -105,9 +105,9 @@ def _codes(colours: Bytes) -> NDArray[np.int64]:
 def _counts(colours: Bytes) -> tuple[float, float, float]:
     """Return ``few``, ``count`` and ``soft`` of a frame's pixels (rows, w, 4)."""
     counts = np.sort(np.unique(_codes(colours), return_counts=True)[1])[::-1]
-    cover = colours[..., 3]
-    visible = int(np.count_nonzero(cover > _CLEAR))
-    soft = int(np.count_nonzero((cover > _CLEAR) & (cover < _SOLID)))
+    coverage = colours[..., 3]
+    visible = int(np.count_nonzero(coverage > _CLEAR))
+    soft = int(np.count_nonzero((coverage > _CLEAR) & (coverage < _SOLID)))
     few = float(counts[:_FREQUENT].sum()) / max(float(counts.sum()), 1.0)
     return few, float(len(counts)), soft / max(float(visible), 1.0)
 
@@ -120,15 +120,15 @@ def colour_ramp(samples: FlameSamples) -> tuple[str, ...]:
     """
     frames = samples.frames.values()
     light = np.concatenate([frame.pixels[..., :3].reshape(-1, 3) for frame in frames])
-    cover = np.concatenate([frame.flame.ravel() for frame in frames])
+    flame = np.concatenate([frame.flame.ravel() for frame in frames])
     brightest = light.max(axis=1)
     order = np.argsort(brightest, kind="stable")
-    total = np.cumsum(cover[order], dtype=np.float64)
+    total = np.cumsum(flame[order], dtype=np.float64)
     edges = np.searchsorted(total, total[-1] * np.array(_RAMP))
     ramp = []
     for first, last in pairwise(edges):
         band = order[first : last + 1]
-        mean = (light[band] * cover[band, None]).sum(axis=0, dtype=np.float64)
+        mean = (light[band] * flame[band, None]).sum(axis=0, dtype=np.float64)
         ramp.append(srgb_to_hex(encode_bytes(as_plane(mean / max(mean.max(), 1e-9))[None])[0]))
     return tuple(ramp)
 

@@ -66,7 +66,7 @@ class FlameSegmentation:
     """Thresholds and maps that separate flame from all else, the same for every frame of a clip.
 
     Attributes:
-        dim, bright: Brightness, 0..255: at ``dim`` or below a pixel is dark, from ``bright`` lit.
+        dim, bright: Brightness, 0..255: to ``dim`` a pixel is dark, from ``bright`` on bright.
         activity: (H, W) float32, from 0 where nothing ever moves to 1 where much does.
         background: The scene behind the flame of an opaque clip, else None.
     """
@@ -155,11 +155,11 @@ def warmth(pixels: Pixels) -> Plane:
 
 
 def _thresholds(planes: list[Plane], is_opaque: bool) -> tuple[float, float]:
-    """``dim`` and ``bright`` around Otsu's threshold of lit pixels; narrower in an opaque scene."""
-    lit = np.concatenate([plane[plane > 6].ravel()[::7] for plane in planes])
-    if lit.size == 0:
+    """``dim`` and ``bright`` around Otsu's threshold of pixels above 6; narrower if opaque."""
+    values = np.concatenate([plane[plane > 6].ravel()[::7] for plane in planes])
+    if values.size == 0:
         return 20.0, 60.0
-    otsu, _ = cv2.threshold(lit.astype(np.uint8), 0, 255, cv2.THRESH_OTSU)
+    otsu, _ = cv2.threshold(values.astype(np.uint8), 0, 255, cv2.THRESH_OTSU)
     if is_opaque:
         return 0.75 * otsu, 1.25 * otsu + 1.0
     return min(0.25 * otsu, 24.0), max(min(0.6 * otsu, 70.0), 2.0)

@@ -206,8 +206,8 @@ def _moving_area(activity: Plane, box: Box) -> float:
 def _dies_out(planes: list[Plane], masks: list[Plane]) -> bool:
     """Whether the flame's light (about its squared brightness) has burnt out by the last frame."""
     light = [float((mask * plane * plane).sum()) for plane, mask in zip(planes, masks, strict=True)]
-    lit = [amount for amount in light if amount > 0]
-    return bool(lit) and light[-1] < _BURNT_OUT * float(np.median(lit))
+    burning = [amount for amount in light if amount > 0]
+    return bool(burning) and light[-1] < _BURNT_OUT * float(np.median(burning))
 
 
 def _central_range(profile: Plane) -> tuple[float, float]:

@@ -108,9 +108,9 @@ class _FireKey:
         lights = [_luminance(self._fire(sample)) for sample in samples]
         peak = np.maximum.reduce(lights)
         self._threshold = 0.12 * float(np.quantile(peak, 0.998))
-        lit = peak - np.minimum.reduce(lights) > self._threshold
-        warm = np.mean([_warm_share(sample[lit]) for sample in samples])
-        if self._threshold < 2e-3 or lit.mean() < _MIN_AREA or warm < 0.3:
+        flickers = peak - np.minimum.reduce(lights) > self._threshold
+        warm = np.mean([_warm_share(sample[flickers]) for sample in samples])
+        if self._threshold < 2e-3 or flickers.mean() < _MIN_AREA or warm < 0.3:
             raise SourceError(
                 f"{name}: shows no fire: nothing in it is bright, warm-coloured and moving; "
                 f"source.texture.path needs a clip of fire"

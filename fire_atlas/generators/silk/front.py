@@ -1,4 +1,4 @@
-"""The form of a fire that consists of points: where its front is, and which way it faces.
+"""The front of a fire that consists of points: where it is, and which way it faces.
 
 Sheets are thin, but the fire that they stand for is not. So their points become a density on a grid
 along the lines of sight, blurred until sheets that stand close together are one body. The front of
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from fire_atlas.core.camera import Camera
-from fire_atlas.core.clip import Form
+from fire_atlas.core.clip import FrontSurface
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.vision.warp import sample_at
 
@@ -42,7 +42,7 @@ _DILATION = 1.1
 _STEPS = 4
 """Number of steps in which the places of fronts before the blur are found."""
 
-_REACH = 4.0
+_GRID_MARGIN = 4.0
 """Distance around the points that the grid holds, standard deviations of the blur."""
 
 _FALLING = np.array([-1, -1, 1], np.float32)
@@ -104,20 +104,24 @@ class _Grid:
         return as_plane(self.nearest - layers * self.cell[2])
 
 
-def form_of(points: PointCloud, camera: Camera) -> tuple[Form, NDArray[np.bool_]]:
-    """Return the form of a fire in a frame of ``camera``, and the pixels (height, width) it fills.
+def front_surface_of(points: PointCloud, camera: Camera) -> tuple[FrontSurface, NDArray[np.bool_]]:
+    """Return the front of a fire in a frame of ``camera``, and the pixels (height, width) it fills.
 
-    Around it the form is continued, until it is level, at depth 0.
+    Around it the front is continued, until it is level, at depth 0.
     """
     grid = _density(points, camera)
     total = grid.density.sum(axis=2)
     if not total.any():
-        return Form.flat(camera.height, camera.width), np.zeros((camera.height, camera.width), bool)
+        return FrontSurface.flat(camera.height, camera.width), np.zeros(
+            (camera.height, camera.width), bool
+        )
     is_fire = total > _EMPTY * total.max()
     whole = _shrunk(_continued(_fronts(grid, total), is_fire, grid, camera), grid, camera)
     size = camera.width, camera.height
     shown = cv2.resize(as_plane(np.dstack([whole, is_fire])), size, interpolation=cv2.INTER_LINEAR)
-    return Form(as_plane(shown[..., 3]), _unit(as_plane(shown[..., :3]))), shown[..., 4] > 0.5
+    return FrontSurface(as_plane(shown[..., 3]), _unit(as_plane(shown[..., :3]))), shown[
+        ..., 4
+    ] > 0.5
 
 
 def _fronts(grid: _Grid, total: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -138,12 +142,12 @@ def _density(points: PointCloud, camera: Camera) -> _Grid:
     rows = min(camera.height, _ROWS)
     down, blur = camera.height / rows, _BLUR * camera.height
     columns = max(1, round(camera.width / down))
-    lit = points.weight > 0
-    place, weight = points.place[lit], points.weight[lit]
-    far, near = (place[:, 2].min(), place[:, 2].max()) if lit.any() else (0.0, 0.0)
-    thickness = float(near - far) + 2 * _REACH * blur
+    has_light = points.weight > 0
+    place, weight = points.place[has_light], points.weight[has_light]
+    far, near = (place[:, 2].min(), place[:, 2].max()) if has_light.any() else (0.0, 0.0)
+    thickness = float(near - far) + 2 * _GRID_MARGIN * blur
     away = max(down, thickness / _MAX_LAYERS)
-    nearest = float(near) + _REACH * blur
+    nearest = float(near) + _GRID_MARGIN * blur
     shape = rows, columns, math.ceil(thickness / away)
     cell = down, camera.width / columns, away
     along = np.stack([place[:, 1], place[:, 0], nearest - place[:, 2]], axis=1)

@@ -102,15 +102,15 @@ class _Flames:
         The sheets are as in frame ``shown`` and burn as far as ``burning`` (sheets,) says.
         """
         body = self.scene.intruders[i]
-        reach, ends = body.radius + _DISTANCE, body.kindling(time)
+        distance, ends = body.radius + _DISTANCE, body.kindling(time)
         for s in np.flatnonzero(burning > 0.5):
             x = self.recording.x[shown, s : s + 1].astype(np.float64)
             # Between two nodes a sheet is no nearer than by their distance.
             apart = max(float(lengths(np.diff(x, axis=axis)).max()) for axis in (1, 2))
-            if self.scene.attached_to[s] == i or distance_to(ends, x).min() > reach + apart:
+            if self.scene.attached_to[s] == i or distance_to(ends, x).min() > distance + apart:
                 continue
             places = refined(x, _FINE)
-            near = distance_to(ends, places)[0] < reach
+            near = distance_to(ends, places)[0] < distance
             if near.any():
                 texel = self.textures.texel_grid(slice(0, 1), *places.shape[1:3])[0][near]
                 heat = self.textures.image(shown, int(s)).max(axis=-1, keepdims=True)

@@ -137,9 +137,9 @@ class IntruderBuffers:
         """Return the light (height, width, 3) of the intruders: their own, and that of flames, each
         given by its light (3,), in heights², and the place (3,) that it comes from."""
         covered = np.nonzero(self.coverage)
-        lit = self.glow.copy()
+        light = self.glow.copy()
         if not covered[0].size:
-            return lit
+            return light
         received = np.full((len(covered[0]), 3), _AMBIENT)
         for total, centre in lights:
             to_light = centre - self.position[covered]
@@ -150,8 +150,8 @@ class IntruderBuffers:
             facing = np.maximum(cosine + 0.35, 0) / 1.35
             shade = facing * _LIGHT_SOFTENING / (square + _LIGHT_SOFTENING)
             received += total * _LIGHT_GAIN * shade[:, None]
-        lit[covered] += (self.colour[covered] * received).astype(np.float32)
-        return lit * self.coverage[..., None]
+        light[covered] += (self.colour[covered] * received).astype(np.float32)
+        return light * self.coverage[..., None]
 
 
 def draw_intruders(
@@ -218,9 +218,9 @@ def _box(
     """Return rows and columns of the samples that a body may cover; None if it covers none."""
     seen = camera.project(np.stack(ends))
     nearest = camera.magnification(seen[:, 2] - body.radius)
-    reach = (body.radius * camera.scale * nearest * samples)[:, None]
-    low = np.floor((seen[:, :2] * samples - reach).min(axis=0)).astype(int) - 1
-    high = np.ceil((seen[:, :2] * samples + reach).max(axis=0)).astype(int) + 1
+    radius = (body.radius * camera.scale * nearest * samples)[:, None]
+    low = np.floor((seen[:, :2] * samples - radius).min(axis=0)).astype(int) - 1
+    high = np.ceil((seen[:, :2] * samples + radius).max(axis=0)).astype(int) + 1
     left, top = max(int(low[0]), 0), max(int(low[1]), 0)
     right, bottom = min(int(high[0]), size[1]), min(int(high[1]), size[0])
     if left >= right or top >= bottom:

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
-from fire_atlas.core.clip import Clip, Form, Values
+from fire_atlas.core.clip import Clip, FrontSurface, Values
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk import raster
 from fire_atlas.generators.silk.colour import expose
-from fire_atlas.generators.silk.front import POINT_DISTANCE, PointCloud, form_of
+from fire_atlas.generators.silk.front import POINT_DISTANCE, PointCloud, front_surface_of
 from fire_atlas.generators.silk.glow import scattered
 from fire_atlas.generators.silk.ignition import Ignition
 from fire_atlas.generators.silk.intruder_drawing import (
@@ -63,7 +63,7 @@ _GLOW_BEATS = 0.6
 """Rate at which the glow of logs swells, Hz."""
 
 _MIN_SOLID = 0.5
-"""Part of a pixel that an intruder covers from which on the pixel has its form."""
+"""Part of a pixel that an intruder covers from which on the pixel shows its front."""
 
 _TOWARDS = np.array([1, 1, -1], np.float32)
 """Signs that turn camera axes (right, down, away) into right, down and towards the viewer."""
@@ -148,8 +148,8 @@ class SilkRenderer:
             return SilkFrame(expose(_averaged(light + glow, camera)), bare)
         total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * _SUPERSAMPLING) ** 2
         lights = [(total * share, place) for share, place in self._fires(i, camera)]
-        lit = intruders.lit_by(lights)
-        light += lit * np.exp(-medium.thickness).astype(np.float32).reshape(height, width, 1)
+        reflected = intruders.lit_by(lights)
+        light += reflected * np.exp(-medium.thickness).astype(np.float32).reshape(height, width, 1)
         light += glow
         coverage = _averaged(intruders.coverage, camera)
         shown = expose(_averaged(light, camera))
@@ -171,12 +171,12 @@ class SilkRenderer:
             thickness += raster.accumulate(flame.pixel, flame.thickness[:, None], width, height)
         return _averaged(-np.expm1(-thickness[..., 0]), camera)
 
-    def form(self, i: int, camera: Camera) -> Form:
-        """Return the form of the fire and of what is in it in frame ``i``."""
+    def front_surface(self, i: int, camera: Camera) -> FrontSurface:
+        """Return the front of the fire and of what is in it in frame ``i``."""
         clouds = [self._points(i, sheets, camera) for sheets in self._batches()]
         place = np.concatenate([cloud.place for cloud in clouds])
         weight = np.concatenate([cloud.weight for cloud in clouds])
-        fire, is_fire = form_of(PointCloud(place, weight), camera)
+        fire, is_fire = front_surface_of(PointCloud(place, weight), camera)
         hearth, time = self._hearth(i), i / self.scene.fps
         solid = draw_intruders(self.scene.intruders, time, camera, 1, hearth)
         if solid.is_empty:
@@ -184,7 +184,7 @@ class SilkRenderer:
         depth = solid.position[..., 2] * np.float32(-camera.scale)
         shown = (solid.coverage > _MIN_SOLID) & (~is_fire | (depth > fire.depth))
         normal = np.where(shown[..., None], solid.normal * _TOWARDS, fire.normal)
-        return Form(np.where(shown, depth, fire.depth), as_plane(normal))
+        return FrontSurface(np.where(shown, depth, fire.depth), as_plane(normal))
 
     def _points(self, i: int, sheets: slice, camera: Camera) -> PointCloud:
         """Return points of ``sheets`` in frame ``i``, each with the light of its part."""
@@ -195,8 +195,8 @@ class SilkRenderer:
         found = raster.sample_texture(texture, as_plane(texel.reshape(-1, 2)))
         across, up = np.gradient(points, axis=2), np.gradient(points, axis=1)
         area = lengths(np.cross(across, up))
-        lit = expose(found).max(axis=1).reshape(area.shape)
-        return PointCloud.seen_by(camera, points, lit * area)
+        brightness = expose(found).max(axis=1).reshape(area.shape)
+        return PointCloud.seen_by(camera, points, brightness * area)
 
     def motion(self, i: int, camera: Camera) -> NDArray[np.float32]:
         """Return the velocity of the fire in frame ``i``: (height, width, 2) px/s.
@@ -247,13 +247,13 @@ class SilkRenderer:
         pixel, light, depth = pixel[order], light[order], depth[order]
         if not len(pixel):
             return np.zeros(len(x))
-        lit, first = np.unique(pixel, return_index=True)
+        drawn, first = np.unique(pixel, return_index=True)
         column, row = (
             np.clip(place, 0, size - 1).astype(np.intp) for place, size in ((x, width), (y, height))
         )
-        group = np.minimum(np.searchsorted(lit, row * width + column), len(lit) - 1)
-        for k in np.flatnonzero(lit[group] != row * width + column):
-            away = np.square(lit // width - row[k]) + np.square(lit % width - column[k])
+        group = np.minimum(np.searchsorted(drawn, row * width + column), len(drawn) - 1)
+        for k in np.flatnonzero(drawn[group] != row * width + column):
+            away = np.square(drawn // width - row[k]) + np.square(drawn % width - column[k])
             group[k] = np.argmin(away)
         behind = np.append(0.0, np.cumsum(light, dtype=np.float64))
         begin, end = first[group], np.append(first, len(pixel))[group + 1]
@@ -264,7 +264,7 @@ class SilkRenderer:
     def _light_in_depth(
         self, i: int, sheets: slice, camera: Camera
     ) -> tuple[NDArray[np.intp], NDArray[np.float32], NDArray[np.float32]]:
-        """Return pixel, light and depth (n,), heights, of what is lit of ``sheets`` in frame ``i``,
+        """Return pixel, light and depth (n,), heights, of what shines of ``sheets`` in frame ``i``,
         also where something hides it."""
         texture = self.textures.light(i, sheets)
         projected, opacity = self.project_nodes(i, sheets, camera)
@@ -275,8 +275,8 @@ class SilkRenderer:
         seen = raster.rasterise(triangles, camera.width, camera.height)
         found = raster.sample_texture(texture, seen.attributes)[:, :3].max(axis=1)
         light = found * seen.attributes[:, 2]
-        lit = light > _MAX_DARK
-        return seen.pixel[lit], light[lit], seen.attributes[lit, 3]
+        is_bright = light > _MAX_DARK
+        return seen.pixel[is_bright], light[is_bright], seen.attributes[is_bright, 3]
 
     def project_nodes(
         self, i: int, sheets: slice, camera: Camera
@@ -433,9 +433,9 @@ class SilkView:
         surface = surface_depth(scene.intruders, index / scene.fps, self.camera, x, y)
         return np.asarray(surface < z / -self.camera.scale)
 
-    def form(self, index: int) -> Form:
-        """Return the form of the fire in frame ``index``."""
-        return self.renderer.form(index, self.camera)
+    def front_surface(self, index: int) -> FrontSurface:
+        """Return the front of the fire in frame ``index``."""
+        return self.renderer.front_surface(index, self.camera)
 
     def smoke(self, index: int) -> Plane:
         """Return the share of light (height, width), 0..1, that soot keeps back in a frame."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import BlendSpace, encode_frame, is_page_ready
-from fire_atlas.core.clip import Clip, Form, depth_of
+from fire_atlas.core.clip import Clip, FrontSurface, depth_of
 from fire_atlas.core.picture import Picture, as_light
 from fire_atlas.core.pixels import LIGHT_STEPS, Pixels, Plane, as_steps, expose
 from fire_atlas.effect.composition.blur import blur_along
@@ -65,7 +65,7 @@ class Layers:
     bakes: bool = True
     picture: Picture | None = None
     smoke: Smoke | None = None
-    form: Form | None = None
+    form: FrontSurface | None = None
 
 
 def layers_of(i: int, simulated: SimulatedClip, recipe: Recipe) -> Layers:
@@ -74,7 +74,7 @@ def layers_of(i: int, simulated: SimulatedClip, recipe: Recipe) -> Layers:
     smoke = clip.smoke(i) if clip.smoke is not None and recipe.maps.smoke else None
     layers = flame_layers(flame_of(i, clip.picture(i), simulated, recipe), recipe, smoke)
     if recipe.maps.normals or recipe.maps.depth:
-        layers = replace(layers, form=depth_of(clip).form(i))
+        layers = replace(layers, form=depth_of(clip).front_surface(i))
     is_needed = recipe.bakes_flakes or recipe.maps.flakes
     if tracks is None or flakes == "none" or not is_needed:
         return layers

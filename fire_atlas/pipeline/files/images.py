@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.pixels import Bytes
-from fire_atlas.core.statistics import stated
+from fire_atlas.core.statistics import figures_entry
 from fire_atlas.formats.pages.page_file import read_page, write_page
 from fire_atlas.formats.pages.png import write_png
 from fire_atlas.outputs.manifest import OutputEntry
@@ -60,7 +60,7 @@ def write_images(
         from fire_atlas.pipeline.files.textures import note_texture_errors
 
         note_texture_errors(textures, atlas, context)
-    return outputs, {**stated("colour_error", errors), **stated("gpu", textures)}
+    return outputs, {**figures_entry("colour_error", errors), **figures_entry("gpu", textures)}
 
 
 def _written_error(file: Path, drawn: Bytes, atlas: Atlas, context: BuildContext) -> "ColourError":

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from fire_atlas.atlas.sheet import AtlasSheet, StateGraph
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.cpu import cpu_class
-from fire_atlas.core.statistics import stated
+from fire_atlas.core.statistics import figures_entry
 from fire_atlas.pipeline.animation.contribution import (
     Contribution,
     FinishedAnimation,
@@ -77,7 +77,7 @@ def build_statistics(
         "pages": [[page.width, page.height] for page in sheet.pages],
         "occupancy": round(used / area, 4),
         **images,
-        **stated("heat_error", content.heat.errors if content.heat else {}),
+        **figures_entry("heat_error", content.heat.errors if content.heat else {}),
         "cpu": cpu_class(),
     }
     if len(contributions) == 1:

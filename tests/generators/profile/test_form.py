@@ -8,9 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
-from fire_atlas.core.clip import Form
+from fire_atlas.core.clip import FrontSurface
 from fire_atlas.generators.profile.generate.axis import BentAxis
-from fire_atlas.generators.profile.generate.round_form import Column, column_form
+from fire_atlas.generators.profile.generate.round_form import Column, column_front
 
 SIDE, SCALE = 200, 160.0
 CAMERA = Camera(0.0, 0.0, SIDE, SIDE, (SIDE / 2, SIDE - 20.0), SCALE)
@@ -30,7 +30,7 @@ def form(
     behind: float = 0.0,
     lean: tuple[float, float] = (0.0, 0.0),
     camera: Camera = CAMERA,
-) -> Form:
+) -> FrontSurface:
     """Return the form of a column whose size falls by ``slope`` per flame height."""
     axis = BentAxis.of(
         lean, camera.elevation, (-0.3, 1.4), WIDE, lambda heights: np.full_like(heights, behind)
@@ -38,7 +38,7 @@ def form(
     even = np.ones_like(axis.heights)
     taper = np.maximum(1 - slope * axis.heights, 0.0)
     column = Column(WIDE * even, 0 * even, deep * even, taper)
-    return column_form(column, axis, axis.frame_places(RIGHT, ROWS), camera)
+    return column_front(column, axis, axis.frame_places(RIGHT, ROWS), camera)
 
 
 def angles(found: NDArray[np.float32], wanted: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
-from fire_atlas.core.clip import Form
+from fire_atlas.core.clip import FrontSurface
 from fire_atlas.generators.silk.renderer import SilkRenderer
 from fire_atlas.generators.silk.sheet_textures import SheetTextures
 from tests.generators.silk.small_fires import camera, fire
@@ -59,11 +59,11 @@ def places(seen: Camera) -> NDArray[np.float64]:
 
 
 @pytest.fixture(scope="module")
-def ball() -> Form:
-    return sphere().form(0, eye())
+def ball() -> FrontSurface:
+    return sphere().front_surface(0, eye())
 
 
-def test_the_normals_of_a_sphere_are_within_five_degrees_of_its_own(ball: Form) -> None:
+def test_the_normals_of_a_sphere_are_within_five_degrees_of_its_own(ball: FrontSurface) -> None:
     at = places(eye())
     inside = np.hypot(at[..., 0], at[..., 1]) < INSIDE * RADIUS
     towards = np.sqrt(np.clip(RADIUS**2 - (at * at).sum(axis=2), 0, None))
@@ -74,7 +74,7 @@ def test_the_normals_of_a_sphere_are_within_five_degrees_of_its_own(ball: Form) 
     assert np.allclose(np.linalg.norm(ball.normal, axis=2), 1, atol=1e-5)
 
 
-def test_the_depth_of_a_sphere_is_within_a_hundredth_of_the_frame(ball: Form) -> None:
+def test_the_depth_of_a_sphere_is_within_a_hundredth_of_the_frame(ball: FrontSurface) -> None:
     at = places(eye())
     inside = np.hypot(at[..., 0], at[..., 1]) < INSIDE * RADIUS
     towards = np.sqrt(np.clip(RADIUS**2 - (at * at).sum(axis=2), 0, None))
@@ -84,8 +84,8 @@ def test_the_depth_of_a_sphere_is_within_a_hundredth_of_the_frame(ball: Form) ->
 
 
 @pytest.mark.parametrize("seen", [eye(70), eye(0, 40), eye(0, 0, 4)], ids=["side", "above", "near"])
-def test_a_sphere_looks_alike_from_everywhere(ball: Form, seen: Camera) -> None:
-    other = sphere().form(0, seen)
+def test_a_sphere_looks_alike_from_everywhere(ball: FrontSurface, seen: Camera) -> None:
+    other = sphere().front_surface(0, seen)
     at = places(eye())
     inside = np.hypot(at[..., 0], at[..., 1]) < 0.7 * RADIUS
     cosine = np.clip((other.normal * ball.normal).sum(axis=2), -1, 1)[inside]
@@ -98,7 +98,7 @@ def test_a_wall_that_is_turned_faces_where_it_was_turned() -> None:
     turn = math.radians(30)
     u, v = np.meshgrid(side, side)
     made = shaped(np.stack([u * math.cos(turn), u * math.sin(turn), v], axis=-1))
-    form, middle = made.form(0, eye()), slice(SIDE // 2 - 20, SIDE // 2 + 20)
+    form, middle = made.front_surface(0, eye()), slice(SIDE // 2 - 20, SIDE // 2 + 20)
     # Its right half lies further away, so it faces to the right.
     wanted = np.array([math.sin(turn), 0, math.cos(turn)])
     cosine = (form.normal[middle, middle] * wanted).sum(axis=-1)
@@ -110,7 +110,7 @@ def test_a_wall_that_is_turned_faces_where_it_was_turned() -> None:
 def test_without_fire_the_form_is_level() -> None:
     made = sphere()
     dark = replace(made, textures=replace(made.textures, burning=0 * made.textures.burning))
-    form = dark.form(0, eye())
+    form = dark.front_surface(0, eye())
     assert not form.depth.any() and (form.normal[..., 2] == 1).all()
 
 
@@ -136,7 +136,7 @@ def test_a_log_before_the_fire_has_the_form_of_the_log() -> None:
     log = {"shape": "log", "at": [0.0, -0.3, 0.25], "radius": 0.06, "length": 0.5}
     made = fire(2, intruders=[log])
     seen = camera()
-    form = made.form(0, seen)
+    form = made.front_surface(0, seen)
     row = round(seen.origin[1] - 0.25 * seen.scale)
     column = round(seen.origin[0])
     assert form.depth[row, column] == pytest.approx(0.36 * seen.scale, abs=0.02 * seen.scale)

@@ -29,7 +29,7 @@ _MIN_WEIGHT = 0.002
 _BILLBOARD = 0.16
 """Standard deviation of a particle's billboard, flame heights."""
 
-_REACH = np.float32(6.0)
+_CUT_OFF = np.float32(6.0)
 """Distance at which a billboard ends, standard deviations."""
 
 _MIN_CORRELATION_LENGTH = 0.5
@@ -139,7 +139,7 @@ def _gaussians(
     at: NDArray[np.floating], middle: NDArray[np.floating], sigma: NDArray[np.floating]
 ) -> Plane:
     """Return Gaussians (n, len(at)) about each ``middle`` (n,), sampled at the points ``at``; they
-    end at ``_REACH``."""
+    end at ``_CUT_OFF``."""
     distance = as_plane((at - middle[:, None]) / sigma[:, None])
     # Tails so small that they are denormal would slow the sums down many times.
-    return as_plane(np.where(np.abs(distance) < _REACH, np.exp(-0.5 * distance * distance), 0))
+    return as_plane(np.where(np.abs(distance) < _CUT_OFF, np.exp(-0.5 * distance * distance), 0))

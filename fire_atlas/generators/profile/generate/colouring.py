@@ -23,7 +23,7 @@ the place, which a table of a few cells does not hold."""
 _LEAST = 1e-3
 """Smallest linear colour or coverage that is divided by."""
 
-_REACHED = 0.03
+_MIN_COVERAGE = 0.03
 """Coverage above which a cell has a colour of its own."""
 
 _Array = NDArray[np.float32]
@@ -34,11 +34,11 @@ class ColourField:
     """The colours of a table as a field over the box of a flame.
 
     Attributes:
-        cells: (n, n, 3) float32: linear colours at the middles of the cells, between which the
+        colours: (n, n, 3) float32: linear colours at the middles of the cells, between which the
             field is bilinear.
     """
 
-    cells: _Array
+    colours: _Array
 
     @classmethod
     def of(cls, table: ColourTable, weight: _Array) -> "ColourField":
@@ -53,7 +53,7 @@ class ColourField:
         apart = np.square(place[:, None] - place[None]).sum(axis=2) / (size / 5) ** 2
         near = np.exp(-apart / 2) * (weight.ravel() + _LEAST)
         filled = near @ colours / near.sum(axis=1, keepdims=True)
-        needed = np.where(weight.reshape(-1, 1) > _REACHED, colours, filled)
+        needed = np.where(weight.reshape(-1, 1) > _MIN_COVERAGE, colours, filled)
         # The mean of a bilinear field over a cell mixes in its neighbours. That is undone.
         mixing = np.linalg.inv(_mixing(size))
         means = needed.reshape(size, size, 3)
@@ -63,7 +63,7 @@ class ColourField:
     def at(self, across: NDArray[np.floating], down: NDArray[np.floating]) -> _Array:
         """Return linear colours (..., 3) at places in the box, from (0, 0), its top-left corner, to
         (1, 1)."""
-        return sample_cells(self.cells, across, down)
+        return sample_table(self.colours, across, down)
 
 
 def _mixing(size: int) -> NDArray[np.float64]:
@@ -73,12 +73,12 @@ def _mixing(size: int) -> NDArray[np.float64]:
     return mixing
 
 
-def sample_cells(cells: _Array, across: NDArray[np.floating], down: NDArray[np.floating]) -> _Array:
-    """Return the values (rows, columns, ...) of cells (n, n, ...) at places in a box, bilinear
+def sample_table(table: _Array, across: NDArray[np.floating], down: NDArray[np.floating]) -> _Array:
+    """Return the values (rows, columns, ...) of a table (n, n, ...) at places in a box, bilinear
     between the middles of the cells."""
-    size, last = len(cells), len(cells) - 1
+    size, last = len(table), len(table) - 1
     x, y = (np.clip(place * size - 0.5, 0, last) for place in (across, down))
-    return sample_at(cells, x, y)
+    return sample_at(table, x, y)
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,15 +111,15 @@ class TableColours:
             weight = side.learnt_colours.coverage
             ratio = side.colours.coverage / np.maximum(weight, _LEAST)
             gain = np.where(side.colours.coverage == weight, 1, ratio).astype(np.float32)
-            learnt = current = ColourField.of(side.learnt_colours, weight).cells
+            learnt = current = ColourField.of(side.learnt_colours, weight).colours
             if side.colours is not side.learnt_colours:
-                current = ColourField.of(side.colours, weight).cells
+                current = ColourField.of(side.colours, weight).colours
             turned = -1 if part < 0 else 1
             seen = (table[:, ::turned].copy() for table in (current, learnt, weight, gain))
             shares.append(part * part)
             fields.append(tuple(seen))
         current, learnt, coverage, gain = (
-            _mixed(shares, cells) for cells in zip(*fields, strict=True)
+            _mixed(shares, tables) for tables in zip(*fields, strict=True)
         )
         thresholds = profile.sides[0].threshold, profile.sides[-1].threshold
         threshold = sum(share * limit for share, limit in zip(shares, thresholds, strict=True))
@@ -154,16 +154,16 @@ class TableColours:
         own = pixels[..., :3] * (current / np.maximum(learnt, np.float32(_LEAST)))
         share = np.float32(_TABLE_SHARE)
         colours = own * (1 - share) + current * light * share
-        gain = sample_cells(self.coverage_gain, x, y)[..., None]
+        gain = sample_table(self.coverage_gain, x, y)[..., None]
         coverage = np.clip(alpha * gain, 0, 1)
         return np.concatenate([np.clip(colours * gain, 0, coverage), coverage], axis=-1)
 
 
-def _mixed(shares: Sequence[float], cells: Sequence[_Array]) -> _Array:
+def _mixed(shares: Sequence[float], tables: Sequence[_Array]) -> _Array:
     """Return the tables (n, n, ...) of the two sides, mixed; one of them where it alone is seen."""
-    if cells[0].shape != cells[1].shape or min(shares) < 1e-9:
-        return cells[int(shares[1] > shares[0])]
-    return np.asarray(cells[0] * shares[0] + cells[1] * shares[1], np.float32)
+    if tables[0].shape != tables[1].shape or min(shares) < 1e-9:
+        return tables[int(shares[1] > shares[0])]
+    return np.asarray(tables[0] * shares[0] + tables[1] * shares[1], np.float32)
 
 
 def _box_places(flame: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -12,7 +12,7 @@ from fire_atlas.core.camera import Camera
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Pixels, as_plane
 from fire_atlas.generators.profile.generate.axis import BentAxis
-from fire_atlas.generators.profile.generate.colouring import TableColours, sample_cells
+from fire_atlas.generators.profile.generate.colouring import TableColours, sample_table
 from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
 from fire_atlas.generators.profile.generate.particles import (
     DRAWN_UP_TO,
@@ -25,7 +25,7 @@ from fire_atlas.generators.profile.model import Profile
 _BILLBOARD = 0.1
 """Standard deviation of a particle's billboard, half widths of the foot."""
 
-_REACH = np.float32(4.0)
+_CUT_OFF = np.float32(4.0)
 """Distance at which a billboard ends, standard deviations."""
 
 _VISIBLE = 5.0
@@ -74,8 +74,8 @@ def fitted_taper(profile: Profile) -> NDArray[np.float64]:
     """Return the coefficients (2,) of ``taper_curve`` that fit the mean width of the clip's flame
     best: the mean coverage of its cells, row by row."""
     grid, shades = profile.grid, profile.front.detail.shades[..., 3].astype(np.float64) / 255
-    cover = shades.mean(axis=0).sum(axis=1) / grid.cells_per_half / 2
-    widths = np.interp(_TAPER_HEIGHTS, grid.heights[::-1], cover[::-1])
+    coverage = shades.mean(axis=0).sum(axis=1) / grid.cells_per_half / 2
+    widths = np.interp(_TAPER_HEIGHTS, grid.heights[::-1], coverage[::-1])
     s = _TAPER_HEIGHTS
     base = max(float(widths[0]), 0.1)
     basis = np.stack([(1 - s) * s, (1 - s) * s * s], axis=1)
@@ -83,7 +83,7 @@ def fitted_taper(profile: Profile) -> NDArray[np.float64]:
     return np.asarray(found, np.float64)
 
 
-def billboard_reach(half_width: float) -> float:
+def billboard_margin(half_width: float) -> float:
     """Return how far billboards reach beyond the places of their particles in a fire whose foot has
     a ``half_width``, flame heights."""
     return _VISIBLE * _BILLBOARD * half_width
@@ -139,10 +139,12 @@ class ParticleCloud:
         weight = smooth_step(share / _BEGIN) * smooth_step(
             (DRAWN_UP_TO - share) / (DRAWN_UP_TO - _FADING)
         )
-        colours, cover = self._colours(places, across * _BILLBOARD * foot, _BILLBOARD * foot)
+        colours, coverage = self._colours(places, across * _BILLBOARD * foot, _BILLBOARD * foot)
         down = _gaussians(np.arange(height) + 0.5, y, sigma) * as_plane(weight)[:, None]
         right = _gaussians(np.arange(width) + 0.5, x, sigma)
-        painted = np.concatenate([colours, np.ones_like(cover)[:, None]], axis=1) * cover[:, None]
+        painted = (
+            np.concatenate([colours, np.ones_like(coverage)[:, None]], axis=1) * coverage[:, None]
+        )
         layers = [(down * as_plane(channel)[:, None]).T @ right for channel in painted.T]
         density = down.T @ right
         area = _FULLNESS * foot * skeleton.height * scale**2
@@ -171,16 +173,16 @@ class ParticleCloud:
         x, y = across[None], 1 - up[None]
         # Coverage is stretched in height, or the lower outline would fade.
         stretched = 0.5 + (0.5 - up[None]) * _TALLER
-        reached = sample_cells(self.colours.coverage, x, stretched)[0] / np.float32(_FULL)
-        gain = sample_cells(self.colours.coverage_gain, x, stretched)[0]
-        return self.colours.current.at(x, y)[0], np.clip(np.minimum(reached, 1) * gain, 0, 1)
+        filled = sample_table(self.colours.coverage, x, stretched)[0] / np.float32(_FULL)
+        gain = sample_table(self.colours.coverage_gain, x, stretched)[0]
+        return self.colours.current.at(x, y)[0], np.clip(np.minimum(filled, 1) * gain, 0, 1)
 
 
 def _gaussians(
     at: NDArray[np.floating], middle: NDArray[np.floating], sigma: NDArray[np.floating]
 ) -> NDArray[np.float32]:
     """Return Gaussians (n, len(at)) about each ``middle`` (n,), sampled at the points ``at``; they
-    end at ``_REACH``."""
+    end at ``_CUT_OFF``."""
     distance = as_plane((at - middle[:, None]) / sigma[:, None])
     # Tails so small that they are denormal would slow the sums down many times.
-    return as_plane(np.where(np.abs(distance) < _REACH, np.exp(-0.5 * distance * distance), 0))
+    return as_plane(np.where(np.abs(distance) < _CUT_OFF, np.exp(-0.5 * distance * distance), 0))

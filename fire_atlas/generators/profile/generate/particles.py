@@ -116,8 +116,8 @@ class Particles:
         """Return the indices of the particles alive at ``time``, and their ages in frames."""
         age = np.mod(time - self.birth, self.period)
         # In a loop shorter than a life, some were born in rounds before.
-        rounds = np.arange(-(-self.lifetime // self.period))
-        ages = np.asarray(age + self.period * rounds[:, None], np.float64)
+        loops_ago = np.arange(-(-self.lifetime // self.period))
+        ages = np.asarray(age + self.period * loops_ago[:, None], np.float64)
         which, alive = np.nonzero(ages < self.lifetime)
         return alive, ages[which, alive]
 

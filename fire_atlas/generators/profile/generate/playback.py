@@ -303,7 +303,7 @@ class ChangingPlayback(Playback):
         return [replace(moment, weight=moment.weight * share) for moment, share in fading]
 
 
-def members(side: Side) -> NDArray[np.bool_]:
+def frames_in_sets(side: Side) -> NDArray[np.bool_]:
     """Return which frames are in which set: (sets, frames, 2); the last axis is mirroring."""
     found = np.zeros((len(side.sets), side.detail.count, 2), np.bool_)
     for k, leaning_set in enumerate(side.sets):
@@ -315,26 +315,26 @@ class _Player:
     """Plays a clip frame by frame, from the sets that are selected."""
 
     def __init__(self, side: Side, sequence: FrameSequence, seed: int, plane: int) -> None:
-        self.members, self.sequence = members(side), sequence
+        self.in_sets, self.sequence = frames_in_sets(side), sequence
         self.seed, self.plane = seed, plane
-        self.ahead = np.stack([_ahead(is_member, sequence.closed) for is_member in self.members])
+        self.ahead = np.stack([_ahead(is_member, sequence.closed) for is_member in self.in_sets])
         self.position, self.mirrored, self.follows = -1.0, False, False
 
     def step(self, tick: int, reference: float, cut: bool, selected: int) -> bool:
         """Go on to frame ``tick`` of the result, and return whether that was a jump."""
-        is_member = self.members[selected]
-        in_reach = bool(is_member[int(reference), 0])
-        if in_reach and self.follows and not cut:
+        is_member = self.in_sets[selected]
+        in_set = bool(is_member[int(reference), 0])
+        if in_set and self.follows and not cut:
             self.position = reference
             return False
         after = self.sequence.after(self.position, 1.0)
         ends = not self.sequence.closed and after >= self.sequence.count - 1
         may_go_on = self.position >= 0 and not ends and is_member[int(after), int(self.mirrored)]
-        if may_go_on and not (cut and in_reach):
+        if may_go_on and not (cut and in_set):
             self.position, self.follows = after, False
             return False
-        self.follows = in_reach
-        if in_reach:
+        self.follows = in_set
+        if in_set:
             self.position, self.mirrored = reference, False
             return True
         ways = np.minimum(self.ahead[selected], _LONG_AHEAD)

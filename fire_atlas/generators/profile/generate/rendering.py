@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 from scipy.special import ndtr
 
 from fire_atlas.core.camera import Camera
-from fire_atlas.core.clip import Form, Values
+from fire_atlas.core.clip import FrontSurface, Values
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
 from fire_atlas.generators.profile.generate.axis import BentAxis, FramePlaces
 from fire_atlas.generators.profile.generate.blend_masks import MASK_CELL, BlendMask, blend_masks
@@ -25,11 +25,11 @@ from fire_atlas.generators.profile.generate.generated_fire import (
 )
 from fire_atlas.generators.profile.generate.particle_cloud import (
     ParticleCloud,
-    billboard_reach,
+    billboard_margin,
     fitted_taper,
 )
 from fire_atlas.generators.profile.generate.particles import half_width
-from fire_atlas.generators.profile.generate.round_form import Column, column_form
+from fire_atlas.generators.profile.generate.round_form import Column, column_front
 from fire_atlas.generators.profile.generate.shading import ShadeTable, shade_table, taper_of
 from fire_atlas.generators.profile.generate.skeleton import Displacement, skeletons
 from fire_atlas.generators.profile.generate.wind_response import LEAN_PER_LEVEL
@@ -189,8 +189,8 @@ class ProfileRendering:
         """Return which places are behind something opaque: none."""
         return np.zeros(len(x), np.bool_)
 
-    def form(self, index: int) -> Form:
-        """Return the form of the fire in frame ``index``: the column of ``fire_depth``."""
+    def front_surface(self, index: int) -> FrontSurface:
+        """Return the front of the fire in frame ``index``: the column of ``fire_depth``."""
         camera = self.camera
         side = self.seen_by(replace(camera, azimuth=camera.azimuth + math.pi / 2))
         pose, behind = self.pose(index), side.pose(index)
@@ -198,7 +198,7 @@ class ProfileRendering:
         _, deep, _ = side._outline(behind)
         taper = np.asarray(self.taper(np.clip(heights, 0, 1)), np.float64)
         column = Column(half, middle, deep, np.maximum(taper, 0))
-        return column_form(column, pose.axis, self._places(pose, 1), camera)
+        return column_front(column, pose.axis, self._places(pose, 1), camera)
 
     def smoke(self, index: int) -> Plane:
         """Return the share of light (height, width) that smoke keeps back: none."""
@@ -389,15 +389,15 @@ def _front_camera(
     for angle in (0.0, lean / 2, lean):
         for seen in ((angle, 0.0), (0.0, angle), (0.0, -angle)):
             axis = BentAxis.of(seen, tilt, span, half * grid.half_columns / grid.cells_per_half)
-            reach = _reach(profile, axis.heights) * widest + sway
-            burns = reach > sway
-            tall = reach * np.abs(np.sin(axis.turn)) + sway * abs(math.sin(tilt))
-            aside = max(aside, float((axis.right + reach)[burns].max()))
+            extent = _burning_half_width(profile, axis.heights) * widest + sway
+            burns = extent > sway
+            tall = extent * np.abs(np.sin(axis.turn)) + sway * abs(math.sin(tilt))
+            aside = max(aside, float((axis.right + extent)[burns].max()))
             above = max(above, float((axis.up + tall)[burns].max()) + depth)
             below = max(below, float((tall - axis.up)[burns].max()) + depth)
     if fire.detail < 1:
-        above += billboard_reach(half)
-        below += billboard_reach(half)
+        above += billboard_margin(half)
+        below += billboard_margin(half)
     left_right, up, down = _displacements(profile)
     aside, above, below = aside + left_right, above + up, below + down
     if height is None:
@@ -422,17 +422,17 @@ def _displacements(profile: Profile) -> tuple[float, float, float]:
     return float(np.abs(x).max()), max(float(-y.min()), 0.0), max(float(y.max()), 0.0)
 
 
-def _reach(profile: Profile, heights: Values) -> Values:
+def _burning_half_width(profile: Profile, heights: Values) -> Values:
     """Return half the width, flame heights, within which the fire ever burns at ``heights`` (n,)
     along its axis; 0 where it never does."""
-    grid, reach = profile.grid, np.zeros_like(heights)
+    grid, widest = profile.grid, np.zeros_like(heights)
     for side in profile.sides:
         burns = side.detail.shades[..., 3].max(axis=0) > 0
         wide = np.where(burns, np.abs(grid.offsets) + 1 / grid.cells_per_half, 0).max(axis=1)
         near = np.maximum(wide, np.maximum(np.roll(wide, 1), np.roll(wide, -1)))
         found = np.interp(heights, grid.heights[::-1], near[::-1]) * side.half_width
-        reach = np.maximum(reach, found)
-    return reach
+        widest = np.maximum(widest, found)
+    return widest
 
 
 def _span(profile: Profile) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""The form of a generated fire: the front of the round column in which it burns.
+"""The depth and normals of a generated fire: the front of the round column in which it burns.
 
 A profile knows a fire from the front and from the side. At each height it burns in an ellipse, as
 wide as the one view shows it and as deep as the other; flakes are born in the same column.
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
-from fire_atlas.core.clip import Form
+from fire_atlas.core.clip import FrontSurface
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.generators.profile.generate.axis import BentAxis, FramePlaces
 
@@ -36,8 +36,10 @@ class Column:
     taper: NDArray[np.float64]
 
 
-def column_form(column: Column, axis: BentAxis, places: FramePlaces, camera: Camera) -> Form:
-    """Return the form of a column.
+def column_front(
+    column: Column, axis: BentAxis, places: FramePlaces, camera: Camera
+) -> FrontSurface:
+    """Return the front of a column.
 
     Args:
         column: The column.
@@ -84,7 +86,7 @@ def _tilted(
     up: NDArray[np.float64],
     normal: NDArray[np.float64],
     camera: Camera,
-) -> Form:
+) -> FrontSurface:
     """Return depths and normals of a level view as a camera sees them that looks down; ``up`` is
     how far above the ground each pixel is, px."""
     cos, sin = math.cos(camera.elevation), math.sin(camera.elevation)
@@ -94,4 +96,4 @@ def _tilted(
     length = np.sqrt((seen * seen).sum(axis=-1, keepdims=True))
     level = np.array([0.0, 0.0, 1.0])
     unit = np.where(length > _LEAST, seen / np.maximum(length, _LEAST), level)
-    return Form(as_plane(depth * cos + up * sin), as_plane(unit))
+    return FrontSurface(as_plane(depth * cos + up * sin), as_plane(unit))

@@ -59,8 +59,8 @@ def _low_passed(values: NDArray[np.float64], steps: float, loop: bool) -> NDArra
     state = values[0].copy()
     filtered = np.empty_like(values)
     # A loop is filtered repeatedly, until its end no longer depends on the initial state.
-    rounds = 1 + math.ceil(40.0 * steps / len(values)) if loop else 1
-    for _ in range(rounds):
+    passes = 1 + math.ceil(40.0 * steps / len(values)) if loop else 1
+    for _ in range(passes):
         for i, value in enumerate(values):
             state = state + (value - state) * share
             filtered[i] = state

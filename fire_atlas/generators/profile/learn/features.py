@@ -69,8 +69,8 @@ class FireMask:
         is_filmed = clip.matte != "alpha"
         fire, no_prop = _masks(samples, is_filmed)
         if threshold is None:
-            lit = [plane[(plane > _BLACK) & (fire > 0.5)][::3] for plane in samples]
-            values = np.concatenate(lit).astype(np.uint8)
+            of_fire = [plane[(plane > _BLACK) & (fire > 0.5)][::3] for plane in samples]
+            values = np.concatenate(of_fire).astype(np.uint8)
             otsu = cv2.threshold(values, 0, 255, cv2.THRESH_OTSU)[0] if values.size else 0.0
             threshold = max(_OTSU_SHARE[clip.matte] * otsu, 2.0 * _BLACK)
         return cls(threshold, fire, no_prop, is_filmed, clip.blend_space)
@@ -89,8 +89,8 @@ class FireMask:
         weight = self.fire
         if self.is_filmed and binarized.any():
             bright = brightness(pixels, self.blend_space)
-            reach = max(2.0, _GLOW * float(np.sqrt(np.count_nonzero(binarized))))
-            distance = cv2.distanceTransform(1 - binarized, cv2.DIST_L2, 5) / np.float32(reach)
+            glow = max(2.0, _GLOW * float(np.sqrt(np.count_nonzero(binarized))))
+            distance = cv2.distanceTransform(1 - binarized, cv2.DIST_L2, 5) / np.float32(glow)
             # Glow also fades as it gets dim; masking it by ``fire`` would show that mask's outline.
             fade = smooth_step(as_plane(2 * bright / np.float32(self.threshold) - 1))
             weight = self.no_prop * as_plane(np.exp(-distance * distance)) * as_plane(fade)

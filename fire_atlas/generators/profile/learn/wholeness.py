@@ -77,8 +77,8 @@ class SeenFrame:
 
     Attributes:
         mask: (H, W / 8) mask of its largest flame, 8 pixels in a byte, because all frames are kept.
-        lit_mask: (H, W / 8) mask of all that is flame, also beside the largest.
-        area, lit_area: Numbers of pixels of these masks.
+        binarized_mask: (H, W / 8) mask of all that is flame, also beside the largest.
+        area, binarized_area: Numbers of pixels of these masks.
         strange_area: Number of pixels as bright as flame where hardly any frame burns.
         points: Feature points of the largest flame; None if the frame shows none.
         edges: Whether the flame touches the left, right, top and bottom edge, and whether it
@@ -91,9 +91,9 @@ class SeenFrame:
     """
 
     mask: Bytes
-    lit_mask: Bytes
+    binarized_mask: Bytes
     area: int
-    lit_area: int
+    binarized_area: int
     strange_area: int
     points: FeaturePoints | None
     edges: tuple[bool, bool, bool, bool, bool]
@@ -122,9 +122,9 @@ class SeenFrame:
         )  # fmt: skip
         return cls(
             mask=np.packbits(flame, axis=1),
-            lit_mask=np.packbits(binarized, axis=1),
+            binarized_mask=np.packbits(binarized, axis=1),
             area=area,
-            lit_area=int(np.count_nonzero(binarized)),
+            binarized_area=int(np.count_nonzero(binarized)),
             strange_area=int(np.count_nonzero(bright & (binarized == 0))),
             points=points,
             edges=edges,
@@ -140,9 +140,9 @@ class SeenFrame:
         return _unpacked(self.mask)
 
     @property
-    def lit(self) -> NDArray[np.bool_]:
+    def binarized(self) -> NDArray[np.bool_]:
         """(H, W) mask of all that is flame; columns beyond the frame are not set."""
-        return _unpacked(self.lit_mask)
+        return _unpacked(self.binarized_mask)
 
 
 def _colourfulness(pixels: NDArray[np.float32]) -> tuple[float, float]:
@@ -200,12 +200,12 @@ def _lasting_breaks(frames: Sequence[SeenFrame]) -> list[Break | None]:
     lack, core = 1 - area / usual, share > _CORE
     if np.count_nonzero(core) >= _MIN_CORE * usual:
         gap = 1 - np.array([frame.flame[core].mean() for frame in frames])
-        rest = 1 - np.array([frame.lit[core].mean() for frame in frames])
+        rest = 1 - np.array([frame.binarized[core].mean() for frame in frames])
         limit = np.clip(_GAP * np.quantile(gap, 0.75), _MIN_GAP, _MAX_GAP)
         # A flame that sways leaves out some of the core too, but is no smaller for it.
         whole &= (np.minimum(gap, lack) <= limit) & (gap <= _MAX_GAP)
     else:
-        gap, rest = lack, 1 - np.array([frame.lit_area for frame in frames]) / usual
+        gap, rest = lack, 1 - np.array([frame.binarized_area for frame in frames]) / usual
     in_pieces = (gap > 0) & (rest <= (1 - _IN_PIECES) * gap)
     strange = np.array([frame.strange_area for frame in frames])
     gone = strange - np.median(strange) >= _MIN_AREA_SHARE * usual
@@ -272,7 +272,7 @@ def _flash(before: Bytes, frame: SeenFrame, after: Bytes) -> Break:
     missing = before & after & ~frame.mask
     if _size(frame.mask & ~(before | after)) > _size(missing):
         return Break.PART_ADDED
-    if _size(missing & frame.lit_mask) >= _IN_PIECES * _size(missing):
+    if _size(missing & frame.binarized_mask) >= _IN_PIECES * _size(missing):
         return Break.PIECES
     return _lost(frame)
 
