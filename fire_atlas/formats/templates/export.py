@@ -49,18 +49,7 @@ def export_template(sheet: AtlasSheet, export: TemplateExport, path: Path) -> Ou
     if "error" in answer:
         where = f"{path}:{answer['line']}" if answer.get("line") else f"{path}"
         raise OutputError(f"{where}: {answer['error']}")
-    return OutputFile(_checked_name(answer["name"], path), "template", _utf8(answer["text"], path))
-
-
-def _utf8(text: str, path: Path) -> bytes:
-    """Encode what the template at ``path`` gave, unless it is no text."""
-    try:
-        return text.encode()
-    except UnicodeEncodeError as error:
-        raise OutputError(
-            f"{path}: the template writes {text[error.start]!r}, half of a surrogate pair, which "
-            f"no text file can hold; write the whole character"
-        ) from None
+    return OutputFile(_checked_name(answer["name"], path), "template", answer["text"].encode())
 
 
 def _checked_name(name: str, path: Path) -> str:

@@ -82,6 +82,11 @@ def _explained(error: Exception) -> str:
             return f"the template needs too much: {error}"
         case TemplateError():
             return str(error)
+        case UnicodeEncodeError():
+            return (
+                f"the template writes {error.object[error.start]!r}, half of a surrogate pair, "
+                f"which no text file can hold; write the whole character"
+            )
         case TypeError() if "no loader" in str(error):
             return "a template cannot include, import or extend other files"
     return f"{type(error).__name__}: {error}"
