@@ -66,6 +66,8 @@ def run(args: Namespace) -> int:
             with staging.open(path.name) as file:
                 file.write(data)
         with staging.folder_locked():
+            if not args.overwrite:  # one may have come meanwhile
+                refuse_existing([out, picture])
             staging.commit([])
     if not args.quiet:
         count = sum(clip.count for clip in clips)

@@ -30,18 +30,24 @@ def run(args: Namespace) -> int:
     background = _color(args.background)
     tree = _tree(args)
     target = args.out or _default_target(args, args.subject.stem if tree is None else tree.name)
-    if not args.overwrite and not (args.kind == "page" and is_preview_page(target)):
-        refuse_existing([target])
+    _refuse_taken(target, args)
     view = view_for(json_lines=False, quiet=args.quiet, verbose=False)
     view.begin(args.subject)
     with _atlas(tree, args, view) as built:
         data, count = _preview(built, args.kind, background)
     if args.out is None:
         make_folder(target.parent)
+    _refuse_taken(target, args)  # it may have come meanwhile
     write_whole(target, data, view.note)
     if not args.quiet:
         print(printable(f"{target}: {count} frame{'s' if count > 1 else ''}"))
     return 0
+
+
+def _refuse_taken(target: Path, args: Namespace) -> None:
+    """Raise if a file would be replaced that is no older page, unless the user says so."""
+    if not args.overwrite and not (args.kind == "page" and is_preview_page(target)):
+        refuse_existing([target])
 
 
 def _preview(built: BuiltAtlas, kind: Any, background: Color) -> tuple[bytes, int]:

@@ -20,7 +20,9 @@ def start_module(
 
     Files in the working folder cannot shadow modules (``-P``). Ctrl-C does not reach the process.
     """
-    search = os.pathsep.join(filter(None, [_IMPORT_ROOT, os.environ.get("PYTHONPATH")]))
+    # An empty entry would mean the working folder.
+    given = filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))
+    search = os.pathsep.join([_IMPORT_ROOT, *given])
     return subprocess.Popen(
         [sys.executable, "-P", "-m", module, *arguments],
         stdin=subprocess.PIPE,

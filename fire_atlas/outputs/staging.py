@@ -188,7 +188,9 @@ def refuse_existing(targets: Iterable[Path]) -> None:
     Raises:
         OutputError: Some exist, with a line for each.
     """
-    taken = [f"{target}: exists already" for target in targets if target.is_file()]
+    taken = [
+        f"{target}: exists already" for target in targets if target.exists() and not target.is_dir()
+    ]
     if taken:
         advice = "move it away, name another file with -o, or replace it with --overwrite"
         raise OutputError(*taken, f"nothing was written: {advice}")

@@ -21,6 +21,10 @@ MAX_BYTES = MIB
 _LARGEST = 10**100
 """Limit on the size of whole numbers. Python refuses to print far larger ones in an error."""
 
+_MAX_DIGITS = 400
+"""Limit on the length of a number as it is written. YAML's numbers to the base 60 (``1:30``) take
+a time that grows by the square of it: 250,000 parts took 45 s."""
+
 _TAG = "tag:yaml.org,2002:"
 _TEXT = {_TAG + "str", _TAG + "timestamp", _TAG + "value"}
 _MERGE = _TAG + "merge"
@@ -193,6 +197,8 @@ def _scalar(node: yaml.ScalarNode, at: KeyPath) -> Value:
         raise _unknown_tag(node, at)
     wrong = None
     try:
+        if len(node.value) > _MAX_DIGITS:
+            raise OverflowError
         value: Value = construct(SafeConstructor(), node)
         if isinstance(value, int) and abs(value) > _LARGEST:
             wrong = "is too large for any key"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.files import real
-from fire_atlas.core.output_file import as_file_name, is_device
+from fire_atlas.core.output_file import MANIFEST_ENDING, as_file_name, is_device, is_reserved
 from fire_atlas.recipe.document import RECIPE_ENDINGS, parse_override, read_document
 from fire_atlas.recipe.inherit import inherit, merge
 from fire_atlas.recipe.problem import KeyPath, Origin, Value
@@ -17,7 +17,8 @@ NAME_PATTERN = r"^[A-Za-z0-9_]([A-Za-z0-9_.\-]*[A-Za-z0-9_\-])?$"
 
 NAME_ADVICE = (
     "must be a plain file name, not a path: letters, digits, `_`, `-` and `.`,"
-    " beginning with a letter, a digit or `_`; not one that Windows keeps for a device, like con"
+    " beginning with a letter, a digit or `_`; not one that Windows keeps for a device, like con,"
+    " nor one that ends in .manifest"
 )
 
 MAX_NAME = 100
@@ -204,10 +205,13 @@ def _template_at(tree: RecipeTree, key: KeyPath, name: str) -> Path:
 def is_name(text: str) -> bool:
     """Return whether outputs may be called ``text``."""
     is_plain = len(text) <= MAX_NAME and re.fullmatch(NAME_PATTERN, text) is not None
-    return is_plain and not is_device(text)
+    return is_plain and not is_device(text) and not is_reserved(f"{text}.json")
 
 
 def nearest_name(text: str) -> str:
     """Return a valid name that is similar to ``text``."""
+    manifest = MANIFEST_ENDING.removesuffix(".json")
     plain = re.sub(r"[^A-Za-z0-9_.\-]+", "_", text)[:MAX_NAME].strip("-._")
+    if is_reserved(f"{plain}.json"):
+        plain = plain[: -len(manifest)]
     return next(name for name in (plain, f"{plain}_", "effect") if is_name(name))

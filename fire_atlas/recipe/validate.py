@@ -16,6 +16,9 @@ from fire_atlas.recipe.output import NAMESPACE_PATTERN
 from fire_atlas.recipe.problem import ContradictionError, KeyPath, Problem, did_you_mean, dotted
 from fire_atlas.recipe.tree import MEMBERS, NAME_ADVICE, NAME_PATTERN, RecipeTree
 
+_MAX_REPORTED = 50
+"""Limit on the mistakes that one error lists: each suggestion compares its word with every key."""
+
 _PATTERNS = {
     NAME_PATTERN: NAME_ADVICE,
     NAMESPACE_PATTERN: "must be a namespace of C#, like Game.Fire",
@@ -28,15 +31,18 @@ def validate(tree: RecipeTree) -> Recipe:
     try:
         return Recipe.model_validate(_with_source(tree))
     except ValidationError as error:
-        found = [
-            problem for details in error.errors(include_url=False) for problem in _problems(details)
-        ]
+        mistakes = error.errors(include_url=False)
+        found = [problem for details in mistakes[:_MAX_REPORTED] for problem in _problems(details)]
     causes = [
         problem
         for problem in found
         if not any(_is_below(other.path, problem.path) for other in found)
     ]
-    raise refusal(tree, causes)
+    more = len(mistakes) - _MAX_REPORTED
+    raise RecipeError(
+        *refusal(tree, causes).lines,
+        *([f"{tree.path}: {more} more mistakes; correct these first"] if more > 0 else []),
+    )
 
 
 def refusal(tree: RecipeTree, problems: Iterable[Problem]) -> RecipeError:

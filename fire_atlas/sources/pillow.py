@@ -11,7 +11,7 @@ from PIL import Image, TiffImagePlugin
 from fire_atlas.core.files import open_file
 from fire_atlas.core.picture import Picture
 from fire_atlas.sources import icc
-from fire_atlas.sources.broken import UnexpectedAnimationError
+from fire_atlas.sources.broken import BrokenFileError, UnexpectedAnimationError
 from fire_atlas.sources.colours import AS_SRGB, FileColours
 from fire_atlas.sources.header import Header
 from fire_atlas.sources.orientation import TAG, UPRIGHT, marked_upright, valid
@@ -28,6 +28,13 @@ _GREY, _WHITE_IS_0, _CMYK = 1, 0, 5
 
 _FLOAT = 3
 """Value of a TIFF's tag SampleFormat."""
+
+_TILE_WIDTH, _TILE_LENGTH = 322, 323
+"""Tags of a TIFF."""
+
+_MAX_TILE_SIDE = 4096
+"""Limit on the sides of a TIFF's tiles, px, where they are larger than the picture: a decoder holds
+a whole tile."""
 
 
 def read_pillow_header(path: Path, kind: str) -> Header:
@@ -62,6 +69,9 @@ def _tiff_header(tags: TiffImagePlugin.ImageFileDirectory_v2) -> Header:
             note = "its numbers are taken as linear light of sRGB, whatever its colour profile says"
             colours = FileColours(notes=(note,))
     size = int(tags[TiffImagePlugin.IMAGEWIDTH]), int(tags[TiffImagePlugin.IMAGELENGTH])
+    tile = int(tags.get(_TILE_WIDTH, 0)), int(tags.get(_TILE_LENGTH, 0))
+    if any(side > max(_MAX_TILE_SIDE, 2 * whole) for side, whole in zip(tile, size, strict=True)):
+        raise BrokenFileError(f"its tiles are {tile[0]}x{tile[1]} for {size[0]}x{size[1]} pixels")
     return Header.of_stored("tiff", size, valid(tags.get(TAG, UPRIGHT)), colours)
 
 

@@ -175,7 +175,8 @@ def _frames(
     """
     path = video.path
     last = scan.count - 1 if kept is None else max(kept)
-    for i, decoded in enumerate(decode_video(path, scan, video.context.workers.jobs)):
+    threads, max_pixels = video.context.workers.jobs, video.context.max_pixels
+    for i, decoded in enumerate(decode_video(path, scan, threads, max_pixels)):
         expected = scan.stamps[i] if i < len(scan.stamps) else None
         seen.append((expected if decoded.stamp is None else decoded.stamp, decoded.interlaced))
         if kept is None or i in kept:

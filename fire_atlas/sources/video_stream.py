@@ -32,6 +32,9 @@ _WITH_LENGTHS = ("matroska", "mov", "avi")
 _ALPHA_DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
 """What decodes these codecs where they have alpha, which FFmpeg's own decoders drop."""
 
+_CODED_EXTRA = 2 * 64 * MAX_SIDE
+"""What codecs add to a picture to fill whole blocks, px: at most 63 columns and 63 rows."""
+
 _ROUNDED = Fraction(2, 1000)
 """Times of frames are rounded by less than this, s."""
 
@@ -94,10 +97,10 @@ def scan_video(path: Path, max_pixels: int) -> VideoScan:
     """
     check_whole(path, read_bytes(path, 16))
     packets, look, end = list[Any](), None, 0
-    with _open_stream(path) as (container, stream):
+    with _open_stream(path, max_pixels) as (container, stream):
         if stream.codec_context.width:  # unknown until a frame is decoded, if the file breaks off
             check_size(path, stream.codec_context.width, stream.codec_context.height, max_pixels)
-        decoder, unit = _decoder(stream, 1), Fraction(stream.time_base)
+        decoder, unit = _decoder(stream, 1, max_pixels), Fraction(stream.time_base)
         for packet in container.demux(stream):
             if look is None:
                 for frame in decoder.decode(packet if packet.size else None):
@@ -153,10 +156,10 @@ def describe_video(path: Path) -> list[str]:
         SourceError: A build would refuse it for what these tell.
     """
     check_whole(path, read_bytes(path, 16))
-    with _open_stream(path) as (container, stream):
+    with _open_stream(path, MAX_SIDE**2) as (container, stream):
         if stream.codec_context.width:
             check_size(path, stream.codec_context.width, stream.codec_context.height, MAX_SIDE**2)
-        decoder = _decoder(stream, 1)
+        decoder = _decoder(stream, 1, MAX_SIDE**2)
         for packet in container.demux(stream):
             for frame in decoder.decode(packet if packet.size else None):
                 look = VideoLook.of(path, frame, stream.sample_aspect_ratio)
@@ -164,7 +167,9 @@ def describe_video(path: Path) -> list[str]:
     raise SourceError(f"{path}: no frame of this video can be decoded; export it again")
 
 
-def decode_video(path: Path, scan: VideoScan, threads: int) -> Generator[DecodedFrame]:
+def decode_video(
+    path: Path, scan: VideoScan, threads: int, max_pixels: int
+) -> Generator[DecodedFrame]:
     """Yield the frames of a video; where ``scan.look`` says so, its two fields as one picture.
 
     Raises:
@@ -172,8 +177,8 @@ def decode_video(path: Path, scan: VideoScan, threads: int) -> Generator[Decoded
             has its number.
     """
     count = 0
-    with _open_stream(path) as (container, stream):
-        frames = _decoded(container, stream, scan.begin, threads)
+    with _open_stream(path, max_pixels) as (_, stream):
+        frames = _decoded(stream, _decoder(stream, threads, max_pixels), scan.begin)
         if scan.look.deinterlaced:
             frames = _deinterlaced(frames, stream)
         try:
@@ -198,10 +203,14 @@ class _DamagedError(Exception):
 
 
 @contextmanager
-def _open_stream(path: Path) -> Generator[tuple[Any, Any]]:
-    """Open the file and yield the container and its video stream: not a cover picture."""
+def _open_stream(path: Path, max_pixels: int) -> Generator[tuple[Any, Any]]:
+    """Open the file and yield the container and its video stream: not a cover picture.
+
+    Opening decodes the first frames; none of more than about ``max_pixels``, for these may be
+    larger than the header of the file says.
+    """
     try:
-        options = {"format_whitelist": _CONTAINERS}
+        options = {"format_whitelist": _CONTAINERS, **_limited(max_pixels)}
         with av.open(str(path), options=options, metadata_errors="replace") as container:
             streams = _films(container)
             if not streams:
@@ -228,23 +237,31 @@ def _other_streams(path: Path, container: Any, stream: Any) -> list[str]:
     return [f"{path.name}: it holds {len(films)} videos, of which number {which} is used"]
 
 
-def _decoder(stream: Any, threads: int) -> Any:
-    """Return the codec context that decodes a stream, with its alpha if it has any."""
+def _limited(max_pixels: int) -> dict[str, str]:
+    """Return FFmpeg's option that refuses larger frames before there is memory for them."""
+    return {"max_pixels": str(max_pixels + _CODED_EXTRA)}
+
+
+def _decoder(stream: Any, threads: int, max_pixels: int) -> Any:
+    """Return the codec context that decodes a stream, with its alpha if it has any; no frame of
+    more than about ``max_pixels``."""
     context = stream.codec_context
     has_alpha = stream.metadata.get("alpha_mode") == "1"
     name = _ALPHA_DECODERS.get(context.codec.canonical_name) if has_alpha else None
     decoder = type(context).create(name, "r") if name else context
     decoder.thread_count, decoder.thread_type = threads, "AUTO"
+    options = _limited(max_pixels)
     if not any(name in stream.container.format.name for name in _WITH_LENGTHS):
         # Else the half of a frame with which a file breaks off is made up to a whole one.
-        decoder.options = {"err_detect": "explode"}
+        options["err_detect"] = "explode"
+    decoder.options = options
     return decoder
 
 
-def _decoded(container: Any, stream: Any, begin: int, threads: int) -> Iterator[DecodedFrame]:
+def _decoded(stream: Any, decoder: Any, begin: int) -> Iterator[DecodedFrame]:
     """Yield every frame from packet ``begin`` on."""
-    decoder, unit = _decoder(stream, threads), Fraction(stream.time_base)
-    packets = (packet for packet in container.demux(stream) if packet.size)
+    unit = Fraction(stream.time_base)
+    packets = (packet for packet in stream.container.demux(stream) if packet.size)
     for packet in chain(islice(packets, begin, None), [None]):
         if packet is not None and packet.is_corrupt:
             raise _DamagedError

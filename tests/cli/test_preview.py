@@ -2,6 +2,7 @@
 
 import io
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from subprocess import CompletedProcess
@@ -13,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image, ImageSequence
 
+from fire_atlas.cli import main
 from fire_atlas.core.errors import FireAtlasError, SourceError
 from fire_atlas.core.pixels import linear_to_srgb, srgb_to_linear
 from fire_atlas.formats.atlas.texture_packer import read_atlas
@@ -234,6 +236,25 @@ def test_a_file_that_is_there_is_replaced_only_when_that_is_asked_for(
         assert (folder / name).read_text() == "<html>mine</html>"
         assert run(*line, "--overwrite").returncode == 0
         assert (folder / name).read_bytes() != b"<html>mine</html>"
+
+
+@pytest.mark.parametrize("comes", ["before", "meanwhile"])
+def test_a_pipe_or_a_file_that_comes_meanwhile_is_not_replaced(
+    comes: str, atlas: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target, make = atlas.with_name("x.png"), animated_image
+
+    def make_while_another_writes(*arguments: Any) -> bytes:
+        target.write_text("mine")
+        return make(*arguments)
+
+    if comes == "before":
+        os.mkfifo(target)
+    else:
+        monkeypatch.setattr("fire_atlas.cli.preview.animated_image", make_while_another_writes)
+    assert main(["preview", str(atlas), "--apng", "-o", str(target)]) == 1
+    assert "x.png: exists already" in capsys.readouterr().err
+    assert target.is_fifo() if comes == "before" else target.read_text() == "mine"
 
 
 def test_a_page_that_an_earlier_preview_made_is_replaced(run: Run, campfire: Path) -> None:

@@ -1,6 +1,7 @@
 """Modules of the tool that run in a process of their own."""
 
 import json
+import os
 import subprocess
 from pathlib import Path
 
@@ -24,6 +25,7 @@ def test_nothing_in_the_working_folder_passes_for_a_module(
     """A recipe may come in a folder that holds more than recipes."""
     (tmp_path / f"{name}.py").write_text("open('came here', 'w'); raise SystemExit(3)")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep)
     request = {"template": "", "to": "x", "context": {}}
     assert run_module(_TEMPLATES, json.dumps(request).encode()).returncode == 0
     assert not (tmp_path / "came here").exists()

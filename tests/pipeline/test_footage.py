@@ -50,8 +50,10 @@ def test_a_fire_of_many_parts_decodes_its_video_no_more_often(
 ) -> None:
     decoded = Counter[int]()
 
-    def counting(path: Path, scan: VideoScan, threads: int) -> Generator[DecodedFrame]:
-        for i, frame in enumerate(decode_video(path, scan, threads)):
+    def counting(
+        path: Path, scan: VideoScan, threads: int, max_pixels: int
+    ) -> Generator[DecodedFrame]:
+        for i, frame in enumerate(decode_video(path, scan, threads, max_pixels)):
             decoded[i] += 1
             yield frame
 

@@ -115,6 +115,7 @@ def test_a_byte_order_mark_is_no_error(write: Write) -> None:
         ("a: !!str [x]", 1, "a: the tag !!str has no meaning"),
         ("a: !!int x", 1, "a: x cannot be read"),
         ("a: " + "9" * 5000, 1, "cannot be read"),
+        ("a: 1" + ":1" * 250_000, 1, "cannot be read"),
         ("[1, 2]: x", 1, "a key must be a plain word"),
         ("b: 1\na:\nc: 2", 2, "a: has no value"),
         ("colors: #ff0000", 1, "colors: has no value"),

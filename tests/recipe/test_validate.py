@@ -301,6 +301,22 @@ def test_a_name_that_windows_keeps_for_a_device_is_refused(write: Write, name: s
     assert "Windows" in line
 
 
+@pytest.mark.parametrize("name", ["a.manifest", "A.MANIFEST"])
+def test_a_name_whose_json_would_be_taken_for_a_manifest_is_refused(
+    write: Write, name: str
+) -> None:
+    [line] = advice(write(f"{SOURCE}name: {name}"))
+    assert line.startswith("campfire.yaml:2: name: must be a plain file name")
+    assert "nor one that ends in .manifest" in line
+
+
+def test_of_thousands_of_mistakes_the_first_fifty_are_reported(write: Write) -> None:
+    keys = "".join(f"x{i}: 1\n" for i in range(4000))
+    *lines, last = advice(write(SOURCE + keys))
+    assert len(lines) == 50 and lines[0].startswith("campfire.yaml:2: x0: unknown key")
+    assert last == "campfire.yaml: 3950 more mistakes; correct these first"
+
+
 @pytest.mark.parametrize("name", ["console", "com10", "nullfire", "fire.con"])
 def test_a_name_that_only_looks_like_a_device_is_good(write: Write, name: str) -> None:
     assert load_tree(read_tree(write(f"{SOURCE}name: {name}"))).recipe.name == name

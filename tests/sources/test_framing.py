@@ -282,8 +282,10 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Return a list that gets the number of every frame that is decoded."""
     decoded = list[int]()
 
-    def counting(path: Path, scan: VideoScan, threads: int) -> Generator[DecodedFrame]:
-        for i, frame in enumerate(decode_video(path, scan, threads)):
+    def counting(
+        path: Path, scan: VideoScan, threads: int, max_pixels: int
+    ) -> Generator[DecodedFrame]:
+        for i, frame in enumerate(decode_video(path, scan, threads, max_pixels)):
             decoded.append(i)
             yield frame
 

@@ -226,3 +226,13 @@ def test_postscript_that_is_called_a_picture_starts_no_program(
     with pytest.raises(SourceError, match=r"a\.tga: broken TGA file"):
         decoded(path)
     assert not started
+
+
+def test_a_tiff_whose_tiles_are_far_larger_than_its_picture_is_refused(tmp_path: Path) -> None:
+    tags = {256: 32, 257: 32, 258: 8, 259: 8, 262: 1, 322: 40000, 323: 40000, 324: 8, 325: 1}
+    entries = b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in tags.items())
+    (tmp_path / "a.tiff").write_bytes(
+        b"II*\0\x08\0\0\0" + struct.pack("<H", len(tags)) + entries + bytes(4)
+    )
+    with pytest.raises(SourceError, match="its tiles are 40000x40000 for 32x32 pixels"):
+        read_header(tmp_path / "a.tiff")

@@ -1,11 +1,16 @@
 """Videos: counting, timing, alpha, and files that are not whole."""
 
+import io
+from fractions import Fraction
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
+from PIL import Image
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.sources.video_stream import scan_video
 from tests.support import synthetic_fire as fire
 
 
@@ -60,8 +65,6 @@ def test_a_truncated_video_is_refused(
 
 def remuxed_with_index_first(path: Path) -> Path:
     """Write the film again with its index before its pictures, as for streaming."""
-    import av
-
     fast = path.with_name("index_first.mp4")
     with (
         av.open(str(path)) as source,
@@ -105,3 +108,20 @@ def test_a_playlist_that_is_called_a_video_leads_to_no_other_file(
     (tmp_path / name).write_text(PLAYLISTS[playlist].format(other.name))
     with pytest.raises(SourceError, match="cannot be decoded"):
         fire.open_clip(tmp_path / name)
+
+
+def test_a_frame_far_larger_than_the_header_says_is_not_decoded(tmp_path: Path) -> None:
+    path, frame = tmp_path / "a.mov", io.BytesIO()
+    Image.new("RGB", (3000, 3000)).save(frame, "png")
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("png", rate=12)
+        stream.width = stream.height = 32
+        stream.pix_fmt = "rgb24"
+        for i in range(3):
+            packet = av.Packet(frame.getvalue())
+            packet.stream, packet.pts, packet.dts = stream, i, i
+            packet.time_base, packet.is_keyframe = Fraction(1, 12), True
+            container.mux(packet)
+    assert scan_video(path, 3000 * 3000).look.stored == (3000, 3000)
+    with pytest.raises(SourceError, match=r"a\.mov: .*cannot be decoded"):
+        scan_video(path, 32 * 32)

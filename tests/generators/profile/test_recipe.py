@@ -16,6 +16,7 @@ from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.cli import main
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.shipped import shipped
+from fire_atlas.sources import profile as sources_profile
 from tests.generators.profile.flames import swaying
 
 SMALL = {"slices": 4, "particles": 20}
@@ -250,6 +251,23 @@ def test_learn_replaces_a_file_only_when_that_is_asked_for(repo: Path, taken: st
     assert (repo / taken).read_text() == "mine"
     code, said = run(*line, "--overwrite")
     assert code == 0 and (repo / taken).read_bytes() != b"mine", said
+
+
+@pytest.mark.slow
+def test_learn_replaces_no_file_that_comes_while_it_learns(
+    repo: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    learn = sources_profile.learn_from_files
+
+    def learn_while_another_writes(*arguments: Any) -> Any:
+        (repo / "kite.profile.json").write_text("mine")
+        return learn(*arguments)
+
+    monkeypatch.setattr(sources_profile, "learn_from_files", learn_while_another_writes)
+    code, said = run("learn", repo / "front", "-o", repo / "kite.profile.json")
+    assert code == 1 and "kite.profile.json: exists already" in said
+    assert (repo / "kite.profile.json").read_text() == "mine"
+    assert {path.name for path in repo.glob("kite*")} == {"kite.profile.json"}
 
 
 @pytest.mark.parametrize("preset", ["endless_candle", "windy_torch"])
