@@ -62,7 +62,7 @@ def build_sheets(
     parts = _parts(animations, textures, _trim_of(settings), units.step, margin)
     sprites = [sprite for each in packed for sprite in each.sprites]
     keeps_all = settings.layout == "grid" or not (settings.dedupe and shares)
-    originals = _sharing(packed) if keeps_all else _originals(sprites, parts)
+    originals = _firsts_in_place(packed) if keeps_all else _firsts_of_equal(sprites, parts)
     listed = _listed(name, animations)
     cell_lists = [_with_frame_names(each, f"{name}/{each.name}") for each in textures]
     names = [frame for each in (*listed, *cell_lists) for frame in each.frames]
@@ -158,8 +158,9 @@ def _packed(
     return Packing(pages, tuple(in_px)), cells
 
 
-def _sharing(packed: Sequence[AnimationFrames]) -> list[int]:
-    """Return for each sprite the index of the first one of those that are to share its place."""
+def _firsts_in_place(packed: Sequence[AnimationFrames]) -> list[int]:
+    """Return for each sprite the index of the first of those that are packed into one place: the
+    four frames that lie in the channels of one cell (``heat4``), equal or not."""
     firsts, start = list[int](), 0
     for each in packed:
         firsts += [start + i - i % each.frames_per_place for i in range(len(each.sprites))]
@@ -167,8 +168,9 @@ def _sharing(packed: Sequence[AnimationFrames]) -> list[int]:
     return firsts
 
 
-def _originals(sprites: Sequence[Sprite], parts: Sequence[Rect]) -> list[int]:
-    """Return for each sprite the index of the first one with the same pixels in its part."""
+def _firsts_of_equal(sprites: Sequence[Sprite], parts: Sequence[Rect]) -> list[int]:
+    """Return for each sprite the index of the first one with the same pixels in its part, so that
+    equal frames are stored once."""
     sizes = Counter((rect.width, rect.height) for rect in parts)
     first: dict[_Content, int] = {}
     return [

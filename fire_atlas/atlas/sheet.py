@@ -294,7 +294,7 @@ class SheetMap:
         is_under: Whether it is drawn under the pages.
         channels: Number of channels of 8 bits that clients read; 0 if they read floats.
         vectors: Scale of the vectors of motion and haze; None for other maps.
-        white: What white means of a map of one quantity: of depth, px of this sheet.
+        white: The quantity at the largest byte of a map of one channel: of depth, px of this sheet.
     """
 
     kind: str

@@ -121,6 +121,7 @@ def _write(files: Mapping[Path, bytes], quiet: bool) -> None:
             with stagings[folder].open(path.name) as file:
                 file.write(data)
         placed = list[Path]()
+        _refuse_overwriting(files)  # one may have come meanwhile
         with signals_wait():
             try:
                 for folder, staging in stagings.items():

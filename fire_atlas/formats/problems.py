@@ -6,6 +6,7 @@ Imports nothing heavy, because ``check`` must be quick.
 from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 
+from fire_atlas.maps.kinds import kinds_in
 from fire_atlas.recipe.gpu import blocks_of
 from fire_atlas.recipe.output import (
     Atlas,
@@ -44,6 +45,8 @@ def page_limits(atlas: Atlas) -> Iterator[Problem]:
 
 def gpu_limits(atlas: Atlas, maps: Maps) -> Iterator[Problem]:
     """Yield a problem for each compressed texture that has no image to show, or loses its alpha."""
+    of_one = atlas.pixels == "heat" or any(kind.channels == 1 for kind in kinds_in(maps))
+    of_two = any(kind.channels == 2 for kind in kinds_in(maps))
     for i, format_ in enumerate(atlas.gpu):
         blocks = blocks_of(format_)
         if blocks == "bc1" and (needs := _what_needs_alpha(atlas, maps)):
@@ -52,9 +55,7 @@ def gpu_limits(atlas: Atlas, maps: Maps) -> Iterator[Problem]:
                 f"{format_} has no alpha, which {needs}: use bc7 or bc3, or alpha: additive "
                 f"without smoke",
             )
-        if (blocks == "bc4" and not (maps.depth or atlas.pixels == "heat")) or (
-            blocks == "bc5" and not (maps.haze or maps.motion != "none")
-        ):
+        if (blocks == "bc4" and not of_one) or (blocks == "bc5" and not of_two):
             channels = "one channel" if blocks == "bc4" else "two channels, for vectors"
             yield Problem(
                 ("atlas", "gpu", i),

@@ -132,7 +132,7 @@ class Maker:
         edges: Edges,
         workers: Workers,
     ) -> NDArray[Any]:
-        """Draw one page (H, W, 4) of ``content``, as from ``content``."""
+        """Draw one page (H, W, 4); ``content`` is what the method of that name returned."""
         raise NotImplementedError
 
     def content(

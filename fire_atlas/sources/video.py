@@ -125,7 +125,7 @@ def _plan(video: _Video, scan: VideoScan, box: Window) -> _Plan:
 
 
 def _keep(video: _Video, scan: VideoScan, plan: _Plan) -> tuple[FrameStore, VideoScan]:
-    """Decode a video, and return what ``plan`` keeps of it, and ``scan`` as the decoder sees it."""
+    """Decode a video; return what ``plan`` keeps of it, and ``scan`` corrected by what came."""
     store, seen = FrameStore(video.path), list[tuple[Fraction | None, bool]]()
 
     def kept(decoded: DecodedFrame) -> Picture:
@@ -140,7 +140,7 @@ def _keep(video: _Video, scan: VideoScan, plan: _Plan) -> tuple[FrameStore, Vide
 
 
 def _find_flame(video: _Video, scan: VideoScan) -> tuple[VideoScan, FlameExtent]:
-    """Decode a video, and return ``scan`` as the decoder sees it, and where its flame is."""
+    """Decode a video; return ``scan`` corrected by what came, and where the flame is."""
     extent = FlameExtent(sample_numbers(scan.count))
     seen = list[tuple[Fraction | None, bool]]()
 

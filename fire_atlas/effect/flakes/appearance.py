@@ -31,7 +31,7 @@ Column = NDArray[np.float64]
 
 EMBER_LIGHT = (1.0, 0.123, 0.014)
 """Linear R, G, B of a glowing ember, a black body of about 1400 K: all embers have this colour, and
-only the shoulder of the film makes the bright ones yellow."""
+only exposure, which compresses bright light, makes the bright ones yellow."""
 
 _FULL_SPEED, _FULL_SPEED_OF_PAPER = 0.9, 0.3
 """Speed, heights/s, at which a flake has the last of the colours; with the paper's preset, whose
@@ -130,13 +130,13 @@ class Appearance:
 
 
 @dataclass(frozen=True, slots=True)
-class _Embers:
-    """What does not change in a flake's life. Arrays (flakes,).
+class _FixedLook:
+    """What of the look of flakes, embers and sparks, stays the same for life. Arrays (flakes,).
 
     Attributes:
         spawns: All flakes.
         light: Light at the brightest, were it wider than a pixel.
-        held: Fraction of its life from which the flake dies.
+        held: Fraction of its life from which the flake fades.
         size: Drawn width, px, without and with the blur of the lens.
         blur: Part of the drawn width by which the flake is out of focus, px.
     """
@@ -148,7 +148,7 @@ class _Embers:
     blur: NDArray[np.float64]
 
     @classmethod
-    def of(cls, spawns: Spawns, look: Appearance) -> "_Embers":
+    def of(cls, spawns: Spawns, look: Appearance) -> "_FixedLook":
         """Decide the light and the drawn width of each flake."""
         if look.texture is not None:
             return cls._of_texture(spawns, look, look.texture)
@@ -170,7 +170,7 @@ class _Embers:
         return cls(spawns, light * look.intensity, _held(count, look), size + blur, blur)
 
     @classmethod
-    def _of_texture(cls, spawns: Spawns, look: Appearance, texture: TextureCells) -> "_Embers":
+    def _of_texture(cls, spawns: Spawns, look: Appearance, texture: TextureCells) -> "_FixedLook":
         """Return flakes that are pictures: all in focus and, if as painted, equally bright."""
         count = len(spawns.tick)
         differs = texture.tinted and not look.is_even
@@ -203,7 +203,7 @@ def track_rows(
     A row's velocity leads to the flake's place in the next frame, so that an engine that moves it
     by ``v / fps`` arrives there; in a flake's last row it is the simulated velocity.
     """
-    embers = _Embers.of(spawns, look)
+    embers = _FixedLook.of(spawns, look)
     moving = (
         _with_frame_velocity(*pair, look.fps)
         for pair in pairwise(chain(states, [ParticleState.empty()]))
@@ -238,7 +238,7 @@ def _with_frame_velocity(
     return replace(state, vx=vx, vy=vy, vz=vz)
 
 
-def _shown(state: ParticleState, i: int, embers: _Embers, look: Appearance) -> Column | float:
+def _shown(state: ParticleState, i: int, embers: _FixedLook, look: Appearance) -> Column | float:
     """Return the factor of the light of flakes in frame ``i``: 0 if any part of one is behind
     something opaque."""
     if look.view is None or not len(state.id):
@@ -282,7 +282,7 @@ def _batches(states: Iterable[_Seen]) -> Iterator[list[_Seen]]:
         yield batch
 
 
-def _tables(batch: list[_Seen], embers: _Embers, look: Appearance) -> list[NDArray[np.float64]]:
+def _tables(batch: list[_Seen], embers: _FixedLook, look: Appearance) -> list[NDArray[np.float64]]:
     """Return the table of rows of each state."""
     states, factors = zip(*batch, strict=True)
     ends = np.cumsum([len(state.id) for state in states])
@@ -291,7 +291,7 @@ def _tables(batch: list[_Seen], embers: _Embers, look: Appearance) -> list[NDArr
 
 
 def _table(
-    state: ParticleState, factor: NDArray[np.float64], embers: _Embers, look: Appearance
+    state: ParticleState, factor: NDArray[np.float64], embers: _FixedLook, look: Appearance
 ) -> NDArray[np.float64]:
     """Return the rows of flakes; their streaks follow x(δ) = x(t) + (δ − t) v κ (eq. 17).
 

@@ -22,7 +22,7 @@ class ParticleState:
         x, y: Place, px.
         vx, vy: Velocity, px/s.
         smoothed_speed: Speed, px/s, exponentially smoothed over time.
-        exposure: How far outside the flame it has been of late, 0..1.
+        exposure: How far outside the flame it has been over its last moments, 0..1.
         age: Seconds since the flake was spawned.
         z, vz: Place, px, and velocity, px/s, in depth, towards the viewer; 0 in a flat clip.
     """

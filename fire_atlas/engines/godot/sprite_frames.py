@@ -94,7 +94,7 @@ class AtlasTexture:
 
 @dataclass(frozen=True, slots=True)
 class SpriteFrame:
-    """A frame of an animation: index of its texture, and its duration in ticks."""
+    """A frame of an animation: index of its texture, and its duration by that of the shortest."""
 
     texture: int
     duration: float
@@ -102,7 +102,7 @@ class SpriteFrame:
 
 @dataclass(frozen=True, slots=True)
 class SpriteAnimation:
-    """An animation of Godot's: its title, its speed in ticks per second, and its frames."""
+    """An animation of Godot's: its title, its speed (as of ``FrameTiming``) and its frames."""
 
     title: str
     loop: bool
@@ -111,7 +111,8 @@ class SpriteAnimation:
 
 
 class FrameTiming(NamedTuple):
-    """Speed of an animation in ticks per second, and the duration of each frame in ticks."""
+    """Speed of an animation, frames/s if all were as short as the shortest one, and the duration of
+    each frame by that of the shortest."""
 
     speed: float
     durations: tuple[float, ...]
@@ -150,7 +151,7 @@ def animations_of(sheet: AtlasSheet, textures: dict[str, int]) -> list[SpriteAni
 
 
 def frame_timing(durations: Sequence[float]) -> FrameTiming:
-    """Return the timing of frames with these durations, ms; the shortest lasts one tick."""
+    """Return the timing of frames with these durations, ms."""
     shortest = min(durations)
     ticks = (round(duration / shortest, _DECIMALS) for duration in durations)
     return FrameTiming(round(1000 / shortest, _DECIMALS), tuple(ticks))
