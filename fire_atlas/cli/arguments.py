@@ -19,6 +19,7 @@ _EPILOG = """\
 start with:
   fire-atlas init                  list the ready recipes
   fire-atlas init campfire         copy one, with its sample input
+  fire-atlas init fire.mp4         write a recipe for a clip of your own
   fire-atlas build campfire.yaml   write build/campfire.png, .json, ...
 
 exit codes: 0 built or up to date, 1 a build failed, 2 invalid recipe or usage, 130 interrupted"""
@@ -151,9 +152,19 @@ def _add_check(commands: _Commands) -> _Parser:
 
 
 def _add_init(commands: _Commands) -> _Parser:
-    parser = commands.add_parser("init", help="copy a ready recipe with its sample input")
-    parser.add_argument("preset", nargs="?", metavar="PRESET", help="without one: list them")
+    parser = commands.add_parser(
+        "init", help="begin with a ready recipe, or with a recipe for a clip of your own"
+    )
+    parser.add_argument(
+        "subject",
+        nargs="?",
+        metavar="PRESET|PATH",
+        help="a ready recipe, copied with its sample input; or a clip, a picture or a folder of "
+        "frames, for which a recipe is written; without one: list the ready recipes",
+    )
     parser.add_argument("folder", nargs="?", type=_path, default=".", metavar="DIR")
+    _add_jobs(parser)
+    _add_limits(parser)
     _add_volume(parser)
     return parser
 

@@ -1,39 +1,119 @@
-"""The command ``init``: list the presets, or copy one."""
+"""The command ``init``: list the presets, copy one, or write a recipe for the user's own clip."""
 
+import json
+import os
+import re
+import textwrap
 from argparse import Namespace
 from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fire_atlas.cli.progress import view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import OutputError, RecipeError
+from fire_atlas.core.files import real
 from fire_atlas.core.interruption import signals_wait
 from fire_atlas.outputs.recovery import tidy
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.recipe.inherit import presets
 from fire_atlas.recipe.problem import did_you_mean
-from fire_atlas.recipe.tree import RecipeTree, named_files, read_tree
+from fire_atlas.recipe.tree import RecipeTree, is_recipe, named_files, nearest_name, read_tree
+from fire_atlas.sources.listing import locate
+
+if TYPE_CHECKING:
+    from fire_atlas.pipeline.propose import Proposal
 
 
 def run(args: Namespace) -> int:
-    """List the presets, or copy one with its sample input."""
-    if args.preset is None:
+    """List the presets; copy one with its sample input; or write a recipe for a user's frames."""
+    if args.subject is None:
         _list_presets()
         return 0
-    recipe = _preset(args.preset)
-    target = args.folder / recipe.name
-    text, samples = _relocated(read_tree(recipe))
-    files = {args.folder / name: sample.read_bytes() for name, sample in samples.items()}
-    files[target] = text.encode()
-    _refuse_overwriting(files)
-    _write(files, args.quiet)
+    if _is_path(args.subject):
+        files = _recipe_for(Path(args.subject), args)
+    else:
+        files = _copied(args.subject, args.folder)
+    target = [*files][-1]
+    _refuse_overwriting(files, args.subject)
+    _write(files, args.subject, args.quiet)
     if not args.quiet:
-        files_of_input = f"{len(samples)} file{'s' if len(samples) > 1 else ''} of input"
-        samples_too = f" and {files_of_input}" if samples else ""
+        samples = len(files) - 1
+        samples_too = f" and {samples} file{'s' if samples > 1 else ''} of input" if samples else ""
         print(printable(f"wrote {target}{samples_too}"))
         print(printable(f"next: fire-atlas build {target}"))
     return 0
+
+
+def _is_path(subject: str) -> bool:
+    """Return whether the subject is a path: it has a separator or an ending, or is there and no
+    preset."""
+    path = Path(subject)
+    if path.suffix or {"/", os.sep} & {*subject}:
+        return True
+    return path.exists() and subject not in presets()
+
+
+def _copied(preset: str, folder: Path) -> dict[Path, bytes]:
+    """Return the files of a preset, the recipe last, by their new paths."""
+    recipe = _preset(preset)
+    text, samples = _relocated(read_tree(recipe))
+    files = {folder / name: sample.read_bytes() for name, sample in samples.items()}
+    return {**files, folder / recipe.name: text.encode()}
+
+
+def _recipe_for(path: Path, args: Namespace) -> dict[Path, bytes]:
+    """Return a recipe, by its path, for a clip, a picture or a folder of frames."""
+    if is_recipe(path):
+        raise RecipeError(f"{path}: is a recipe already; fire-atlas build {path} builds it")
+    folder = real(path if path.is_dir() else path.parent)
+    stem = "" if path.is_dir() else path.stem.rstrip("0123456789#*_-. ")
+    target = args.folder / f"{nearest_name(stem or folder.name)}.yaml"
+    source = Path(os.path.relpath(_sequence_of(path), args.folder)).as_posix()
+    from fire_atlas.core.context import BuildOptions
+    from fire_atlas.pipeline.propose import propose
+
+    proposal = propose(target, source, BuildOptions.of(args.jobs, args.max_pixels))
+    if not args.quiet:
+        for sentence in proposal.found:
+            print(printable(f"{path}: {sentence}"))
+    return {target: _text(target.name, source, proposal).encode()}
+
+
+def _sequence_of(path: Path) -> Path:
+    """Return the pattern of the frames of which ``path`` is one, or ``path`` if it is none."""
+    name = re.fullmatch(r"(?P<head>.*?)(?P<number>[0-9]+)(?P<ending>\.[^.]*)", path.name)
+    if name is None or not path.is_file():
+        return path
+    pattern = path.with_name(f"{name['head']}{'#' * len(name['number'])}{name['ending']}")
+    return pattern if len(locate(pattern).files) > 1 else path
+
+
+def _text(name: str, source: str, proposal: "Proposal") -> str:
+    """Return a recipe with the keys that users change first, set to what a build would choose."""
+    found = [
+        textwrap.fill(printable(sentence), 98, initial_indent="# - ", subsequent_indent="#   ")
+        for sentence in proposal.found
+    ]
+    path = source if re.fullmatch(r"[\w./-]+", source) else json.dumps(source, ensure_ascii=False)
+    rate = f"  fps: {proposal.fps:g}\n" if proposal.assumes_rate else ""
+    return (
+        f"# yaml-language-server: $schema=recipe.schema.json\n"
+        f"# Build it: fire-atlas build {name}\n"
+        f"# For help in editors: fire-atlas schema > recipe.schema.json\n"
+        f"#\n"
+        f"# What a build finds:\n{chr(10).join(found)}\n"
+        f"source:\n"
+        f"  path: {path}\n"
+        f"{rate}"
+        f"  height: {proposal.height:<12}# of a frame, px\n"
+        f"timeline:\n"
+        f"  loop: auto          # or crossfade, pingpong; none plays once\n"
+        f"flakes:\n"
+        f"  rate: {proposal.flakes:<14g}# sparks born each second\n"
+        f"exports: [json]       # also godot, unity, phaser, css and others\n"
+    )
 
 
 def _list_presets() -> None:
@@ -91,20 +171,20 @@ def _files_of(source: Path) -> dict[str, Path]:
     return {path.name: path for path in sorted(source.parent.glob(source.name))}
 
 
-def _refuse_overwriting(files: Mapping[Path, bytes]) -> None:
+def _refuse_overwriting(files: Mapping[Path, bytes], subject: str) -> None:
     """Raise if a file exists already and differs from the one to be written.
 
-    ``files`` are contents by path, the recipe's last.
+    ``files`` are contents by path, the recipe's last; ``subject`` is what was asked for.
     """
     taken = [path for path, data in files.items() if path.exists() and not _holds(path, data)]
     if taken:
         raise OutputError(
             f"{taken[-1]}: exists already and differs; move it away, or name another folder: "
-            f"fire-atlas init {[*files][-1].stem} DIR"
+            f"fire-atlas init {subject} DIR"
         )
 
 
-def _write(files: Mapping[Path, bytes], quiet: bool) -> None:
+def _write(files: Mapping[Path, bytes], subject: str, quiet: bool) -> None:
     """Write those files that do not exist yet, all or none: all wait beside their places before the
     first is put there. The folder of the recipe, which is the last, comes last."""
     view, stagings = view_for(False, quiet, False), dict[Path, Staging]()
@@ -121,7 +201,7 @@ def _write(files: Mapping[Path, bytes], quiet: bool) -> None:
             with stagings[folder].open(path.name) as file:
                 file.write(data)
         placed = list[Path]()
-        _refuse_overwriting(files)  # one may have come meanwhile
+        _refuse_overwriting(files, subject)  # one may have come meanwhile
         with signals_wait():
             try:
                 for folder, staging in stagings.items():

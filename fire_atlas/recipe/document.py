@@ -107,6 +107,11 @@ def _decode(data: bytes, path: Path) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        if path.suffix not in RECIPE_ENDINGS:
+            raise RecipeError(
+                f"{path}: is no recipe; if it is a clip or a picture, fire-atlas init {path} "
+                f"writes a recipe for it"
+            ) from None
         line = data.count(b"\n", 0, error.start) + 1
         raise RecipeError(
             f"{path}:{line}: byte {error.start} of the file is not UTF-8; save it as UTF-8"

@@ -45,7 +45,8 @@ def _recipes_in(folder: Path) -> list[Path]:
     recipes = [path for path in sorted(shown, key=natural_key) if _looks_like_recipe(path)]
     if not recipes:
         raise RecipeError(
-            f"{folder}: no recipe in this folder (a .yaml or .fire file with `source` or `extends`)"
+            f"{folder}: no recipe in this folder (a .yaml or .fire file with `source` or "
+            f"`extends`); if it holds frames, fire-atlas init {folder} writes a recipe for them"
         )
     return recipes
 

@@ -9,8 +9,8 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.files import real
 from fire_atlas.core.output_file import MANIFEST_ENDING, as_file_name, is_device, is_reserved
 from fire_atlas.recipe.document import RECIPE_ENDINGS, parse_override, read_document
-from fire_atlas.recipe.inherit import inherit, merge
-from fire_atlas.recipe.problem import KeyPath, Origin, Value
+from fire_atlas.recipe.inherit import inherit, merge, presets
+from fire_atlas.recipe.problem import KeyPath, Origin, Value, did_you_mean
 
 NAME_PATTERN = r"^[A-Za-z0-9_]([A-Za-z0-9_.\-]*[A-Za-z0-9_\-])?$"
 """A file stem that works on every system and in every engine."""
@@ -111,6 +111,9 @@ def read_without_members(path: Path, overrides: Sequence[str] = ()) -> RecipeTre
 
     That is enough to know its name, and with it the files that its builds wrote.
     """
+    if not path.exists():
+        near = did_you_mean(path.stem, presets(), "fire-atlas init ")
+        raise RecipeError(f"{path}: there is no such recipe file{near}")
     document = read_document(path)
     for text in overrides:
         document = merge(document, parse_override(text))

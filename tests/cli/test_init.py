@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 import pytest
+import yaml
+from PIL import Image
 
 from fire_atlas.cli import main
 from fire_atlas.core.errors import OutputError
@@ -16,7 +18,8 @@ from fire_atlas.outputs.staging import Staging
 from fire_atlas.recipe import inherit
 from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.tree import read_tree
-from tests.support.repo import command, run_alone, script
+from tests.support import synthetic_fire as fire
+from tests.support.repo import command, run_alone, script, tracks_of
 
 RECIPE = (
     "# yaml-language-server: $schema=x\n# Torch: burns.\nsource:\n  path: {}   # why\nseed: 3\n"
@@ -183,3 +186,97 @@ def test_on_a_disk_that_is_full_nothing_is_written(
     monkeypatch.setattr(Staging, "open", opened)
     assert main(["init", "clip"]) == 0
     assert (elsewhere / "clip.yaml").is_file()
+
+
+def _clip(kind: str, folder: Path) -> str:
+    """Write a clip of a burning flame in a form that users have; return what they name."""
+    pictures = fire.fires(12)
+    if kind == "video":
+        fire.write_video(folder / "fire.mp4", pictures, "libx264", "yuv420p", {"crf": "5"}, rate=12)
+        return "fire.mp4"
+    (folder / "my fire").mkdir()
+    for i, picture in enumerate(pictures):
+        Image.fromarray(picture).save(folder / "my fire" / f"{i:04}.png")
+    return {"folder": "my fire", "frame": "my fire/0003.png", "glob": "my fire/*.png"}[kind]
+
+
+def born_in(folder: Path, name: str) -> set[int]:
+    """Return the numbers of all flakes of a build."""
+    frames = tracks_of(folder, name)["frames"]
+    return {int(flake[0]) for frame in frames for flake in frame["rows"]}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["video", "folder", "frame", "glob"])
+def test_the_recipe_for_an_own_clip_builds_what_its_path_alone_would(
+    kind: str, elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = _clip(kind, elsewhere)
+    assert main(["init", path, "game"]) == 0
+    said = capsys.readouterr().out
+    name = "fire" if kind == "video" else "my_fire"
+    assert f"next: fire-atlas build game/{name}.yaml\n" in said
+    assert f"{path}: 12 frames of " in said and f"{path}: class: " in said
+    made = elsewhere / "game" / f"{name}.yaml"
+    keys = yaml.safe_load(made.read_text())
+    assert keys["source"].keys() == {"path", "height", *([] if kind == "video" else ["fps"])}
+    assert (keys["timeline"], keys["exports"]) == ({"loop": "auto"}, ["json"])
+    alone = elsewhere / "game" / f"{name}.alone.yaml"
+    alone.write_text(yaml.safe_dump({"name": name, "source": {"path": keys["source"]["path"]}}))
+    outputs = []
+    for recipe in (made, alone):
+        out = str(elsewhere / recipe.stem)
+        assert main(["build", str(recipe), "-q", "--set", "flakes=none", "-o", out]) == 0
+        outputs.append({file.name: file.read_bytes() for file in Path(out).glob("*.[pj]*")})
+    made_files, alone_files = outputs
+    assert len(made_files) == 3
+    assert {n for n in made_files if made_files[n] != alone_files[n]} == {f"{name}.manifest.json"}
+    for recipe in (made, alone):
+        assert (
+            main(["build", str(recipe), "-q", "--force", "-o", str(elsewhere / recipe.stem)]) == 0
+        )
+    born = [len(born_in(elsewhere / recipe.stem, name)) for recipe in (made, alone)]
+    assert born[0] > 3 and born[0] == pytest.approx(born[1], rel=0.05, abs=1)
+
+
+def test_a_path_is_told_from_a_preset(
+    presets: Path, elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (elsewhere / "clip").mkdir()
+    assert main(["init", "clip"]) == 0  # the preset, though there is a folder of that name
+    assert (elsewhere / "samples" / "clip").is_dir()
+    for subject, code, message in [
+        ("./clip", 1, "clip: the folder is empty"),
+        ("fire.mp4", 1, "fire.mp4: does not exist"),
+        ("clip.yaml", 2, "clip.yaml: is a recipe already; fire-atlas build clip.yaml builds it"),
+    ]:
+        assert main(["init", subject]) == code
+        assert message in capsys.readouterr().err
+    Image.new("RGB", (64, 64)).save(elsewhere / "other.png")
+    assert main(["init", "other.png"]) == 0
+    (elsewhere / "other.yaml").write_text("mine")
+    assert main(["init", "other.png"]) == 1
+    assert "other.yaml: exists already and differs" in capsys.readouterr().err
+    assert (elsewhere / "other.yaml").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("subject", "advice"),
+    [
+        (
+            "fire.gif",
+            "fire.gif: is no recipe; if it is a clip or a picture, fire-atlas init fire.g",
+        ),
+        ("0000.png", "0000.png: is no recipe; if it is a clip or a picture, fire-atlas init 0000"),
+        ("frames", "if it holds frames, fire-atlas init frames writes a recipe for them"),
+        ("campfre", "no such recipe file; did you mean fire-atlas init campfire?"),
+    ],
+)
+def test_build_says_what_to_type_instead(
+    subject: str, advice: str, elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (elsewhere / "frames").mkdir()
+    if "." in subject:
+        Image.new("RGB", (8, 8)).save(elsewhere / subject)
+    assert main(["build", subject]) == 2
+    assert advice in capsys.readouterr().err
