@@ -60,7 +60,7 @@ class ClusterBuilder:
         self._handed: dict[str, _Handed] = {}
         self._count = count()
         self._workers: dict[str, str] = {}
-        self._has_lost_all = False
+        self._first_workers: set[str] = set()
         self._stack = ExitStack()
         self._address = address
         self._client = _connected(address)
@@ -104,26 +104,31 @@ class ClusterBuilder:
         return self._handed[key].recipe, event
 
     def _accept(self, address: str, name: str) -> None:
-        """Note that a worker builds; if there was none, hand it what waits.
+        """Note that a worker builds, and hand out again what no worker has, if it comes late.
 
         Dask itself looks for a worker only when one comes, a moment before that is accepted.
         """
         self._workers[address] = name
-        if self._has_lost_all:
-            self._has_lost_all = False
-            waiting, self._handed = self._handed, {}
-            self._client.cancel([handed.future for handed in waiting.values()])
-            for handed in waiting.values():
-                self._submit(handed.recipe, handed.arguments)
+        if address in self._first_workers:
+            return
+        taken = {key for keys in self._client.processing().values() for key in keys}
+        waiting = {
+            key: handed
+            for key, handed in self._handed.items()
+            if key not in taken and not handed.future.done()
+        }
+        self._client.cancel([handed.future for handed in waiting.values()])
+        for key, handed in waiting.items():
+            del self._handed[key]
+            self._submit(handed.recipe, handed.arguments)
 
     def _forget(self, address: str) -> None:
         """Say that a worker that built is gone."""
         if name := self._workers.pop(address, None):
-            self._has_lost_all = not self._workers
             then = (
-                f"no other can build: waits until one comes (`dask worker {self._address}`)"
-                if self._has_lost_all
-                else "its recipes go to others"
+                "its recipes go to others"
+                if self._workers
+                else f"no other can build: waits until one comes (`dask worker {self._address}`)"
             )
             self._view.remark(f"worker {name} is gone; {then}")
 
@@ -142,6 +147,7 @@ class ClusterBuilder:
             except OSError as error:
                 raise OutputError(f"{self._scheduler_is_gone()} ({error})") from error
             _require_worker(refusals)
+            self._first_workers = {address for address, why in refusals.items() if why is None}
             self._stack = stack.pop_all()
         return self
 

@@ -1,5 +1,7 @@
 """Runs the real command, on real files."""
 
+import contextlib
+import io
 import os
 import subprocess
 import sys
@@ -11,6 +13,7 @@ import pytest
 from PIL import Image
 
 import fire_atlas
+from fire_atlas.cli import main
 
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -23,8 +26,27 @@ def environment() -> dict[str, str]:
 
 
 @pytest.fixture
-def run(tmp_path: Path, environment: dict[str, str]) -> Run:
-    """Run ``fire-atlas`` in the test's folder."""
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Run ``fire-atlas`` in the test's folder, in this process: to start one takes most of a second
+    each time."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "120")
+
+    def run(*arguments: object) -> "subprocess.CompletedProcess[str]":
+        line, out, err = [*map(str, arguments)], io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            try:
+                code = main(line)
+            except SystemExit as ended:  # as argparse ends --help
+                code = int(ended.code or 0)
+        return subprocess.CompletedProcess(line, code, out.getvalue(), err.getvalue())
+
+    return run
+
+
+@pytest.fixture
+def run_alone(tmp_path: Path, environment: dict[str, str]) -> Run:
+    """Run ``fire-atlas`` in the test's folder, in a process of its own."""
 
     def run(*arguments: object) -> "subprocess.CompletedProcess[str]":
         return subprocess.run(

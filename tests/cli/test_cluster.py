@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
@@ -93,9 +93,7 @@ def test_every_recipe_is_built_while_workers_come_and_go(
     doomed = cluster.worker("doomed")
     cluster.worker("old", other_version)
     line = command("build", repo.folder, "--json", "--scheduler", cluster.address)
-    with subprocess.Popen(
-        line, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
+    with _client(line) as process:
         assert process.stdout is not None and process.stderr is not None
         events = []
         for text in process.stdout:
@@ -117,6 +115,18 @@ def test_every_recipe_is_built_while_workers_come_and_go(
     shutil.rmtree(repo.build)
     assert repo.run("build", repo.folder).code == 0
     assert contents(repo.build) == on_cluster
+
+
+@contextmanager
+def _client(line: list[str]) -> "Iterator[subprocess.Popen[str]]":
+    """Start a build; whatever happens, it is ended at the end."""
+    with subprocess.Popen(
+        line, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 def test_a_scheduler_that_is_gone_is_named_for_each_recipe(
@@ -148,9 +158,7 @@ def cut_off(
         repo.recipe(f"fire{i}.yaml", seed=i, timeline={"frames": 1000})
     cluster.worker("a")
     line = command("build", repo.folder, "--json", "--scheduler", cluster.address)
-    with subprocess.Popen(
-        line, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
+    with _client(line) as process:
         assert process.stdout is not None and process.stderr is not None
         while '"stage"' not in process.stdout.readline():
             assert process.poll() is None

@@ -40,9 +40,9 @@ from tests.support.likeness import (
         real("cartoon_wesnoth_campfire", 3),
     ],
 )
-def test_ten_seconds_in_still_air_are_like_the_clip(name: str, seed: int) -> None:
+def test_five_seconds_in_still_air_are_like_the_clip(name: str, seed: int) -> None:
     clip, profile = open_clip(name), learnt_from(name)
-    [fire] = generated(profile, settings(240, clip.fps, seed=seed))
+    [fire] = generated(profile, settings(120, clip.fps, seed=seed))
     seen, made = look_at_clip(clip), look_at_fire(fire, profile.front.threshold)
     assert colour_error(seen.table, made.table) <= 10
     assert made.height == pytest.approx(seen.height, rel=0.1)
@@ -56,7 +56,7 @@ def test_ten_seconds_in_still_air_are_like_the_clip(name: str, seed: int) -> Non
     sharp = [np.mean([detail(frame) for frame in look.frames]) for look in (made, seen)]
     assert 0.55 < sharp[0] / sharp[1] < 1.15
     # New: no frame is one of the clip's, wherever it is put; frames of a calm candle are all alike.
-    for frame in made.frames[::40]:
+    for frame in made.frames[::20]:
         assert nearest_input(frame, seen.frames) > 0.04
 
 
