@@ -18,17 +18,17 @@ pytestmark = [
 @pytest.mark.parametrize(
     ("campaign", "count"),
     [
-        ("kill", 6),
-        ("commit", 12),
-        ("disk", 3),
-        ("exchange", 3),
-        ("limit", 3),
-        ("watch", 3),
-        ("concurrent", 6),
-        ("power", 12),
-        ("fuzz", 70),
-        ("stale", 8),
-        ("cache", 24),
+        ("kill", 4),
+        ("commit", 6),
+        ("disk", 2),
+        ("exchange", 2),
+        ("limit", 2),
+        ("watch", 2),
+        ("concurrent", 3),
+        ("power", 6),
+        ("fuzz", 35),
+        ("stale", 3),
+        ("cache", 12),
     ],
 )
 def test_a_short_campaign_finds_no_fault(campaign: str, count: int) -> None:

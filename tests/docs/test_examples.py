@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from tests.docs.markdown import PAGES, code_blocks, page_text
 from tests.support.repo import PACKAGE
@@ -114,10 +115,17 @@ def test_every_script_of_a_page_runs(page: str, script: str, project: Path) -> N
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("page", "block"), RECIPES)
-def test_every_recipe_of_a_page_builds(page: str, block: str, project: Path) -> None:
+def test_every_recipe_of_a_page_builds(
+    page: str,
+    block: str,
+    project: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     """A block that names no source is a part of a recipe for a campfire."""
     keys = yaml.safe_load(block)
     if "extends" not in keys:
         keys = {"source": {"path": "samples/campfire"}, **keys}
     (project / "fire.yaml").write_text(yaml.safe_dump(keys))
-    run(f"fire-atlas build fire.yaml {SMALL}", project)
+    monkeypatch.chdir(project)
+    assert main(["build", "fire.yaml", *SMALL.split()]) == 0, capsys.readouterr().err
