@@ -61,6 +61,14 @@ source:
 timeline: {frames: 96}
 wind: {gusts: {mean: 2, strength: 1.5, period: 2}}
 """,
+    "source (kind: sprites)": """\
+source:
+  kind: sprites
+  path: ui                    # a folder with its subfolders: ui/hud/close.png is hud/close
+  rates: {coin: 12}
+  pivots: {hud/close: [0.5, 1]}
+  borders: {panel: [6, 6, 6, 6]}
+""",
     "source (kind: silk)": """\
 source:
   kind: silk
@@ -232,6 +240,8 @@ def _kind(path: str, schema: Schema, first: dict[str, Section], definitions: Sch
             return f"[{', '.join(kinds)}]"
         case {"type": "array", "items": item}:
             return f"list of {_kind(f'{path}[]', item, first, definitions)}"
+        case {"type": "object", "additionalProperties": value}:
+            return f"for each name {_kind(f'{path}.*', value, first, definitions)}"
         case {"type": "integer" | "number" as kind}:
             return f"{'whole number' if kind == 'integer' else 'number'}{_range(schema)}"
         case {"type": "boolean"}:

@@ -53,8 +53,8 @@ def draw_page(
     Args:
         sheet: The sheet.
         page: Index of the page.
-        sprites: Those of the sheet's regions, in order, and of its cells after them, if they are to
-            be on this image.
+        sprites: Those of the sheet's regions, in order, and after them of its single sprites and
+            cells, if they are to be on this image.
         edges: Space around a frame on its page.
         dtype: Type of the page and of the sprites.
         workers: Draw several frames at a time; without them, one after the other.
@@ -62,7 +62,7 @@ def draw_page(
     size = sheet.pages[page].height, sheet.pages[page].width
     image = np.zeros((*size, 4), dtype)
     placed: dict[tuple[int, int], tuple[Region, PlacedImage]] = {}
-    for region, sprite in zip((*sheet.regions, *sheet.cells), sprites, strict=False):
+    for region, sprite in zip(sheet.placed, sprites, strict=False):
         if region.page == page:
             placed.setdefault((region.x, region.y), (region, sprite))
 

@@ -22,32 +22,35 @@ def with_meshes(
     margin: int = 0,
     done: Callable[[], object] = lambda: None,
 ) -> AtlasSheet:
-    """Return a sheet whose frames have meshes.
+    """Return a sheet whose frames and single sprites have meshes; of a nine-patch all is drawn.
 
     Args:
         sheet: The sheet.
-        frames: Of each frame, what the page and its maps show of it.
+        frames: Of each frame, then each single sprite, what the page and its maps show of it.
         vertices: Maximum number of vertices of a mesh.
         threshold: Pixels count as visible if their alpha or light is above this, of 255.
         margin: Empty px kept around what is visible.
         done: Called after each frame.
     """
-    meshes: dict[tuple[int, int, int], Mesh] = {}
+    meshes: dict[tuple[int, int, int, bool], Mesh] = {}
     regions = []
-    for region, sprites in zip(sheet.regions, frames, strict=True):
-        place = region.page, region.x, region.y
+    for region, sprites in zip((*sheet.regions, *sheet.singles), frames, strict=True):
+        place = region.page, region.x, region.y, region.border is None
         if place not in meshes:  # frames with the same pixels share it
             visible = _visible(region, sprites, threshold, margin)
             meshes[place] = _mesh(outline(visible, vertices))
         regions.append(replace(region, mesh=meshes[place]))
         done()
-    return replace(sheet, regions=tuple(regions))
+    played = len(sheet.regions)
+    return replace(sheet, regions=tuple(regions[:played]), singles=tuple(regions[played:]))
 
 
 def _visible(
     region: Region, sprites: Sequence[Sprite], threshold: int, margin: int
 ) -> NDArray[np.bool_]:
     """Return which pixels of a trimmed frame (H, W) must be drawn."""
+    if region.border is not None:
+        return np.ones((region.height, region.width), np.bool_)
     rect = Rect(region.trim_x, region.trim_y, region.width, region.height)
     visible = np.zeros((region.height, region.width), np.bool_)
     for sprite in sprites:

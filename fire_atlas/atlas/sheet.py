@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.atlas.compressed import CompressedImage
 from fire_atlas.atlas.polygon import Point, Triangle, doubled_area
+from fire_atlas.core.named_sprite import Border, NamedSprite
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.recipe.gpu import Channels, page_channels
 from fire_atlas.recipe.output import Engine
@@ -68,13 +69,14 @@ class AnimationFrames:
     """An animation to be placed on the pages.
 
     Attributes:
-        name: Its name; its frames are called ``name/0000`` and so on.
+        name: Its name; its frames are called ``name/0000`` and so on, if they have no names.
         sprites: Its frames, in playing order.
-        duration: Duration of each frame, ms.
+        duration: Duration of each frame, ms; 0 of a single sprite, which is not played.
         loop: Whether it loops.
         foot: (x, y) of the effect's foot in the frame, px, y down; None: the middle of its bottom.
         frames_per_place: Number of consecutive frames, whose sprites are the same, that share one
             place.
+        named: Of the user's sprites, what each frame has of its own; empty for other frames.
     """
 
     name: str
@@ -83,6 +85,7 @@ class AnimationFrames:
     loop: bool
     foot: tuple[float, float] | None
     frames_per_place: int = 1
+    named: tuple[NamedSprite, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,10 +136,11 @@ class Region:
         trim_x, trim_y: Position of the trimmed frame's top-left corner in the untrimmed frame.
         frame_width, frame_height: Size of the untrimmed frame.
         anchor: (x, y) of the pivot in 0..1 of the untrimmed frame, y down.
-        duration: Duration, ms.
+        duration: Duration, ms; 0 of a single sprite, which is not played.
         mesh: What of it is drawn; None: its rectangle.
         channel: The channel of the page that has its heat, ``r``, ``g``, ``b`` or ``a``; None if it
             is in all of them.
+        border: Its border as a nine-patch, which is then not trimmed; None if it is none.
     """
 
     name: str
@@ -154,6 +158,7 @@ class Region:
     duration: float
     mesh: Mesh | None = None
     channel: str | None = None
+    border: Border | None = None
 
     @property
     def page_size(self) -> tuple[int, int]:
@@ -354,16 +359,17 @@ class AtlasSheet:
         name: File stem of the outputs; ``campfire@0.5x`` at half size.
         title: The name without the scale.
         scale: Scale of this variant, at most 1.
-        fps: Frames per second of the (first) animation.
+        fps: Frames per second of the (first) animation; 0 without one.
         alpha: ``straight``, ``premultiplied`` or ``additive``.
         blend_space: ``srgb`` or ``linear``.
         image_format: Ending of the page files: ``png`` or ``webp``.
         bits: Bits a channel of the pages and layers, 8 or 16.
-        pages, regions: The pages and, in playing order, the frames.
+        pages, regions: The pages and, in playing order, the frames of animations.
         animations: The animations; each frame belongs to one of them.
         grid: The cells of the pages; None if frames are packed.
         maps: Images beside the pages: vectors and layers.
         states: In which order the animations may follow one another; None if each plays alone.
+        singles: Single sprites, which no animation plays.
         cells: The cells of the textures of flakes, whole: no borders are cut off.
         gpu: The images as compressed textures, if they are written as such.
         heat: How its pages get their colours, which are encoded as ``alpha`` says; None if they
@@ -383,10 +389,16 @@ class AtlasSheet:
     grid: CellGrid | None = None
     maps: tuple[SheetMap, ...] = ()
     states: StateGraph | None = None
+    singles: tuple[Region, ...] = ()
     cells: tuple[Region, ...] = ()
     bits: int = 8
     gpu: tuple[GpuTexture, ...] = ()
     heat: Heat | None = None
+
+    @property
+    def placed(self) -> tuple[Region, ...]:
+        """All that has a place on a page: frames of animations, single sprites, cells."""
+        return (*self.regions, *self.singles, *self.cells)
 
     @property
     def files(self) -> list[str]:
@@ -402,7 +414,7 @@ class AtlasSheet:
     @property
     def has_meshes(self) -> bool:
         """Whether frames have meshes: then all have."""
-        return any(region.mesh is not None for region in self.regions)
+        return any(region.mesh is not None for region in self.placed)
 
     def has_map(self, kind: str) -> bool:
         """Whether there are maps of that kind."""
@@ -436,8 +448,8 @@ class AtlasSheet:
         return tuple(texture for texture in self.gpu if texture.image == image)
 
     def regions_of(self, page: int) -> list[Region]:
-        """Return the frames on a page, in playing order, then the cells of textures."""
-        return [region for region in (*self.regions, *self.cells) if region.page == page]
+        """Return the frames on a page, in playing order, then single sprites and cells."""
+        return [region for region in self.placed if region.page == page]
 
     def with_safe_mips(self, levels: list[int | None]) -> Self:
         """Return the sheet with the deepest safe mip level of each page filled in."""

@@ -25,7 +25,9 @@ def max_size_for(
     units = PackingUnits.of(settings)
     most = MAX_PAGE_SIDE // units.px
     sides = [
-        sufficient_grid_side(_sizes(sheet.regions, units), len(each.frames), units.rules, most)
+        sufficient_grid_side(
+            _sizes((*sheet.regions, *sheet.singles), units), len(each.frames), units.rules, most
+        )
         if sheet.grid
         else sufficient_side(_sizes(_regions(each, sheet), units), units.rules, most)
         for each in animations

@@ -12,9 +12,10 @@ from fire_atlas.outputs.folder import recover_default
 from fire_atlas.pipeline.input.check import load_checked
 from fire_atlas.recipe.find import find_recipes
 from fire_atlas.recipe.load import LoadedRecipe, resolved_yaml
-from fire_atlas.recipe.source import ClipInput, ProfileSource
+from fire_atlas.recipe.source import ClipInput, ProfileSource, SpritesSource
 from fire_atlas.recipe.tree import read_tree
 from fire_atlas.sources.listing import ALL_FRAMES, VIDEOS, list_inputs, locate
+from fire_atlas.sources.sprite_names import sprites_of
 
 
 def run(args: Namespace) -> int:
@@ -49,6 +50,9 @@ def _find_inputs(loaded: LoadedRecipe, note: Callable[[str], None]) -> None:
 def _find_source(part: LoadedRecipe, note: Callable[[str], None]) -> None:
     """Look for the files of a source, and note what their names, or the headers of videos, tell."""
     source = part.recipe.source
+    if isinstance(source, SpritesSource):
+        _find_sprites(part, note)
+        return
     used = source if isinstance(source, ClipInput) else ALL_FRAMES
     is_learnt = isinstance(source, ProfileSource)
     for key, path in part.source_files.items():
@@ -66,3 +70,13 @@ def _find_source(part: LoadedRecipe, note: Callable[[str], None]) -> None:
         except SourceError as error:
             raise SourceError(f"{part.tree.origin(key).locate(key)}: {error}") from None
     textures_of(part.tree)
+
+
+def _find_sprites(part: LoadedRecipe, note: Callable[[str], None]) -> None:
+    """Look for sprites and their names, and note what is nearly an animation."""
+    key = ("source", "path")
+    try:
+        for text in sprites_of(part).notes:
+            note(text)
+    except SourceError as error:
+        raise SourceError(f"{part.tree.origin(key).locate(key)}: {error}") from None

@@ -11,6 +11,7 @@ from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.templates.context import context_of
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks
 from fire_atlas.outputs.manifest import MAX_MANIFEST_BYTES, decode_manifest, manifest_name
+from fire_atlas.preview.singles import with_singles_played
 from fire_atlas.preview.tables import BuildSentences, tables_of
 
 
@@ -22,6 +23,7 @@ def run(args: Namespace) -> int:
         return 0
     sentences = _sentences(args.subject.parent / manifest_name(atlas.sheet.title))
     console = PlainConsole()
+    atlas = with_singles_played(atlas)
     for table in tables_of(atlas, read_all_tracks(atlas), sentences):
         console.print(table)
     return 0

@@ -20,6 +20,7 @@ from fire_atlas.outputs.staging import refuse_existing, write_whole
 from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.page import is_preview_page, preview_page
 from fire_atlas.preview.pictures import Color, animated_image, contact_sheet
+from fire_atlas.preview.singles import with_singles_played
 from fire_atlas.recipe.tree import RecipeTree, is_recipe, read_tree
 
 _SUFFIX = {"page": ".html", "gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"}
@@ -53,7 +54,7 @@ def _refuse_taken(target: Path, args: Namespace) -> None:
 def _preview(built: BuiltAtlas, kind: Any, background: Color) -> tuple[bytes, int]:
     """Return the HTML page or picture of an atlas, and the number of its frames."""
     path = built.path
-    atlas = read_atlas(path)
+    atlas = with_singles_played(read_atlas(path))
     match kind:
         case "page":
             data = preview_page(atlas, read_all_tracks(atlas), background, FieldData(built.field))

@@ -11,7 +11,7 @@ from typing import Literal, TypeAlias
 from fire_atlas.recipe.gpu import Channels
 from fire_atlas.recipe.output import Atlas, Maps
 from fire_atlas.recipe.problem import Problem
-from fire_atlas.recipe.source import FramesSource, ProfileSource, Source
+from fire_atlas.recipe.source import FramesSource, ProfileSource, Source, SpritesSource
 
 Contradiction: TypeAlias = Callable[[Maps, Atlas, bool], str | None]
 """Returns why pages with these settings cannot have a map, and what would let them; the last
@@ -152,6 +152,14 @@ def map_problems(maps: Maps, atlas: Atlas, has_flakes: bool) -> Iterator[Problem
 def maps_without_source(maps: Maps, source: Source | None) -> Iterator[Problem]:
     """Yield a problem for each map that a source has nothing for."""
     if source is None:
+        return
+    if isinstance(source, SpritesSource):
+        for kind in kinds_in(maps):
+            yield Problem(
+                ("maps", kind.name),
+                "is of fire, but sprites are only packed; leave it out, or pack them on pages of "
+                "their own",
+            )
         return
     for kind in kinds_in(maps):
         if why := kind.missing_in(source):

@@ -9,7 +9,12 @@ from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import real
 from fire_atlas.recipe.ramps import existing_ramps
 from fire_atlas.recipe.tree import RecipeTree, source_files, templates, texture_files
-from fire_atlas.sources.listing import FixedRange, list_inputs
+from fire_atlas.sources.listing import (
+    FixedRange,
+    folders_of_sprites,
+    list_inputs,
+    list_sprites,
+)
 
 
 def files_of(tree: RecipeTree) -> list[Path]:
@@ -52,7 +57,13 @@ def inputs_of(tree: RecipeTree) -> list[Path]:
     return [*frames, *existing_ramps(tree), *templates(tree).values()]
 
 
+def _is_of_sprites(tree: RecipeTree) -> bool:
+    return tree.value(("source", "kind")) == "sprites"
+
+
 def _source_inputs(tree: RecipeTree) -> list[Path]:
+    if _is_of_sprites(tree):
+        return list_sprites(source_files(tree).values())
     start, count = (tree.value(("source", key)) for key in ("start", "count"))
     first = start if isinstance(start, int) else 0
     used = FixedRange(first, count if isinstance(count, int) else None)
@@ -85,7 +96,9 @@ def folders_of(tree: RecipeTree) -> list[Path]:
     folders: dict[Path, None] = {}
     for each in (tree, *tree.members):
         for source in source_files(each).values():
-            if not source.is_file():
+            if _is_of_sprites(each):
+                folders |= dict.fromkeys(folders_of_sprites(source))
+            elif not source.is_file():
                 folders |= dict.fromkeys([_existing(source)])
     return list(folders)
 

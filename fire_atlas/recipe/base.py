@@ -86,8 +86,9 @@ AUTO, NUMBER, PAIR = Tag("<auto>"), Tag("<number>"), Tag("<pair>")
 WORD, SWITCH, AS_SOURCE = Tag("<word>"), Tag("<switch>"), Tag("<source>")
 TEMPLATE, UNITY = Tag("<template>"), Tag("<unity>")
 FRAMES, PROFILE, SILK = Tag("<frames>"), Tag("<profile>"), Tag("<silk>")
+SPRITES = Tag("<sprites>")
 SHEET, ARRANGEMENT = Tag("<sheet>"), Tag("<arrangement>")
-KINDS = frozenset(tag.tag for tag in (FRAMES, PROFILE, SILK))
+KINDS = frozenset(tag.tag for tag in (FRAMES, PROFILE, SILK, SPRITES))
 """Tags of the kinds of source."""
 BRANCHES = KINDS | {
     tag.tag

@@ -10,6 +10,7 @@ import yaml
 from fire_atlas.core.files import real
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Maps
+from fire_atlas.recipe.problem import KeyPath
 from fire_atlas.recipe.ramps import ramp_files
 from fire_atlas.recipe.tree import RecipeTree, source_files, templates, texture_files
 from fire_atlas.recipe.validate import validate
@@ -24,7 +25,8 @@ class LoadedRecipe:
         path: The recipe file, as the user named it.
         base: The folder of ``path``.
         tree: The merged keys from which ``recipe`` was validated.
-        source_files: Absolute path (or glob) of each file of the source, by its key.
+        source_files: Absolute path (or glob) of each file of the source, by its key, or by that of
+            an item of a list.
         texture_files: Absolute path of the texture of flakes by its key, if there is one.
         templates: Absolute path of each template in ``exports``, by its path in the recipe.
         ramps: Absolute path of each image in ``atlas.ramp``, by its path in the recipe.
@@ -36,8 +38,8 @@ class LoadedRecipe:
     path: Path
     base: Path
     tree: RecipeTree
-    source_files: dict[tuple[str, ...], Path]
-    texture_files: dict[tuple[str, ...], Path]
+    source_files: dict[KeyPath, Path]
+    texture_files: dict[KeyPath, Path]
     templates: dict[str, Path]
     ramps: dict[str, Path]
     members: tuple["LoadedRecipe", ...] = ()
@@ -80,7 +82,7 @@ def resolved_yaml(loaded: LoadedRecipe) -> str:
     if values["source"] is None:
         del values["source"]
     for (*blocks, key), path in {**loaded.source_files, **loaded.texture_files}.items():
-        block = values
+        block: Any = values
         for name in blocks:
             block = block[name]
         block[key] = _relative(path, base)

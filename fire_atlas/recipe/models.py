@@ -19,7 +19,13 @@ from fire_atlas.recipe.effect import (
 from fire_atlas.recipe.output import GODOT_BLEED, Atlas, Export, Maps, MovieName, TrackName
 from fire_atlas.recipe.problem import ContradictionError, Problem
 from fire_atlas.recipe.silk import SilkSource
-from fire_atlas.recipe.source import FramesSource, ProfileSource, Source, Views
+from fire_atlas.recipe.source import (
+    FramesSource,
+    ProfileSource,
+    Source,
+    SpritesSource,
+    Views,
+)
 from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.recipe.tree import MAX_NAME, NAME_PATTERN
 from fire_atlas.recipe.wind import MIN_LOOP_IN_WIND, Wind
@@ -75,6 +81,16 @@ class Recipe(Settings):
         """Whether frames or flakes are drawn in hard pixels."""
         nearest = isinstance(self.source, FramesSource) and self.source.sampling == "nearest"
         return nearest or (self.flakes != "none" and self.flakes.sprite == "pixel")
+
+    @property
+    def has_fire(self) -> bool:
+        """Whether its own source is fire, which is played; all sprites may be single ones."""
+        return self.source is not None and not isinstance(self.source, SpritesSource)
+
+    @property
+    def may_have_sprites(self) -> bool:
+        """Whether there may be single sprites: its own, or those of members."""
+        return isinstance(self.source, SpritesSource) or bool(self.atlas.members)
 
     @property
     def has_effect(self) -> bool:
@@ -158,6 +174,8 @@ class Recipe(Settings):
                 )
         if isinstance(self.source, ProfileSource | SilkSource):
             yield from _clip_only_keys(self.timeline)
+        if isinstance(self.source, SpritesSource):
+            yield from _fire_only_keys(self)
 
     @model_validator(mode="before")
     @classmethod
@@ -169,6 +187,15 @@ class Recipe(Settings):
         given_blocks = {name: given.get(name, {}) for name in PAPER}
         blocks = {name: block for name, block in given_blocks.items() if isinstance(block, dict)}
         return {**given, **{name: {**PAPER[name], **block} for name, block in blocks.items()}}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_effect_on_sprites(cls, given: Any) -> Any:
+        """Give ``flakes`` and ``motion_blur`` their default for sprites, which have neither."""
+        source = given.get("source") if isinstance(given, dict) else None
+        if isinstance(source, dict) and source.get("kind") == "sprites":
+            return {"flakes": "none", "motion_blur": "none", **given}
+        return given
 
     @model_validator(mode="before")
     @classmethod
@@ -326,3 +353,24 @@ def _clip_only_keys(timeline: Timeline) -> Iterator[Problem]:
             yield Problem(
                 ("timeline", key), "applies to clips only, but this fire is generated; remove it"
             )
+
+
+def _fire_only_keys(recipe: Recipe) -> Iterator[Problem]:
+    """Yield the keys that change fire, if the source are sprites, which stay as they are."""
+    for key in ("flakes", "motion_blur"):
+        if getattr(recipe, key) != "none":
+            yield Problem((key,), "is of fire, but sprites are only packed; remove it")
+    for key in ("views", "wind", "features", "buoyancy", "composite"):
+        if getattr(recipe, key) != type(getattr(recipe, key))():
+            yield Problem((key,), "is of fire, but sprites are only packed; remove it")
+    if not recipe.timeline.keeps_all_frames:
+        yield Problem(
+            ("timeline",),
+            "edits a clip, but the animations of sprites keep their frames; remove all of it but "
+            "loop: none, which lets them play once",
+        )
+    if "light" in recipe.tracks:
+        yield Problem(
+            ("tracks", recipe.tracks.index("light")),
+            "is the light that a fire gives, and sprites give none; remove it",
+        )

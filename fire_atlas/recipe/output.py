@@ -22,6 +22,7 @@ from fire_atlas.recipe.base import (
     either,
 )
 from fire_atlas.recipe.gpu import GpuFormat, Mips
+from fire_atlas.recipe.pivot import PivotPoint
 from fire_atlas.recipe.problem import ContradictionError, KeyPath, Problem
 
 ExportName = Literal[
@@ -37,23 +38,8 @@ Engine = Literal["unity", "unreal", "godot"]
 
 PivotName = Literal["base", "bottom", "center", "top"]
 
-_MIN_PIVOT, _MAX_PIVOT = -2.0, 3.0
-"""Limits on a pivot, frame widths and heights: up to two frames beside the frame."""
-
-
-def _near_frame(pivot: tuple[float, float]) -> tuple[float, float]:
-    """Return a pivot in or near the frame; refuse others, which are probably px."""
-    if not all(_MIN_PIVOT <= coordinate <= _MAX_PIVOT for coordinate in pivot):
-        raise ValueError(
-            f"is in frame widths and heights, not px, from {_MIN_PIVOT:g} to {_MAX_PIVOT:g}: "
-            f"[0.5, 1] is the middle of the bottom; got [{pivot[0]:g}, {pivot[1]:g}]"
-        )
-    return pivot
-
-
 Pivot = Annotated[
-    Annotated[PivotName, WORD]
-    | Annotated[tuple[float, float], AfterValidator(_near_frame), LIST, PAIR],
+    Annotated[PivotName, WORD] | Annotated[PivotPoint, PAIR],
     either("`base`, `bottom`, `center`, `top` or two numbers: [x, y]"),
 ]
 
@@ -153,8 +139,8 @@ class Atlas(Settings):
     """Frames with equal pixels are stored once. Not in a grid, nor with ``maps``."""
     pivot: Pivot = "base"
     """The point of the frame that a client places at the position of the effect: the foot of the
-    flame (``base``), the ``bottom``, ``center`` or ``top`` of the frame, or [x, y] in frame widths
-    and heights (not px) from its top-left corner, each from -2 to 3."""
+    flame or the middle of a sprite (``base``), the ``bottom``, ``center`` or ``top`` of the frame,
+    or [x, y] in frame widths and heights (not px) from its top-left corner, each from -2 to 3."""
     scales: Annotated[
         tuple[Annotated[float, Field(gt=0, le=1)], ...],
         LIST,
@@ -241,8 +227,7 @@ class Maps(Settings):
     haze: bool = False
     """The refraction of the hot air in the flame and above it, ``name.haze.png``: how far it shifts
     what is seen through it, as vectors for a distortion shader. The frames on the pages get larger
-    by the hot air above the flame. Needs the analysis of a clip's motion, so not for sprites of
-    several sizes."""
+    by the hot air above the flame."""
     emission: Annotated[Literal["exr", "none"], OFF] = "none"
     """Light brighter than white, for engines that render in HDR: ``exr`` writes what the pages show
     as linear light before the shoulder of their exposure, ``name.emission.exr``, premultiplied, as

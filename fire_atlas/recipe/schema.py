@@ -40,9 +40,12 @@ def recipe_schema() -> dict[str, Any]:
     # All kinds of source are allowed: the recipe that this one extends may state `kind`.
     one_kind, none = schema["properties"]["source"]["anyOf"]
     schema["properties"]["source"]["anyOf"] = [*one_kind["oneOf"], none]
-    needed = [schema["$defs"][kind].pop("required") for kind in ("FramesSource", "ProfileSource")]
+    needed = [
+        schema["$defs"][kind].pop("required")
+        for kind in ("FramesSource", "ProfileSource", "SpritesSource")
+    ]
     path_needed = {
-        "if": {"properties": {"kind": {"enum": ["frames", "profile"]}}},
+        "if": {"properties": {"kind": {"enum": ["frames", "profile", "sprites"]}}},
         "then": {"required": needed[0]},
     }
     properties = {"version": schema["properties"].pop("version"), EXTENDS: _EXTENDS_SCHEMA}

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 from fire_atlas.recipe.base import (
     AS_SOURCE,
     BY_KIND,
+    DIFFERENT,
     FRAMES,
     LIST,
     NUMBER,
@@ -15,11 +16,14 @@ from fire_atlas.recipe.base import (
     PAIR,
     PROFILE,
     SILK,
+    SPRITES,
+    WORD,
     Auto,
     Off,
     Settings,
     either,
 )
+from fire_atlas.recipe.pivot import PivotPoint
 from fire_atlas.recipe.problem import ContradictionError, Problem
 from fire_atlas.recipe.silk import SilkSource
 
@@ -178,10 +182,63 @@ class ProfileSource(ClipInput):
         return sorted({"slices", "particles", "detail", "height"} & self.model_fields_set)
 
 
+_Path = Annotated[str, Field(min_length=1, pattern=r"^[^\x00]+$")]
+_SpritePaths = Annotated[
+    Annotated[_Path, WORD]
+    | Annotated[tuple[_Path, ...], LIST, Field(min_length=1), DIFFERENT, PAIR],
+    either("a path, or a list of paths"),
+]
+_BorderWidth = Annotated[int, Field(ge=0, le=16384)]
+
+
+class SpritesSource(Settings):
+    """Pictures of any sizes, which are packed as they are, under their own names."""
+
+    kind: Literal["sprites"] = "sprites"
+    """Icons, buttons and other sprites, for packing alone: no matte, no loop search, no flakes."""
+    path: _SpritePaths
+    """A folder with all its subfolders, a glob (``ui/**/*.png``), an image, or a list of these.
+    Relative to the recipe file."""
+    names: Literal["path", "stem", "file"] = "path"
+    """What sprites are called. ``path``: the way to the file from the folder that ``path`` names,
+    without its ending: ``hud/close``. ``stem``: the file's name alone, ``close``. ``file``: the
+    way with its ending, ``hud/close.png``. Two of one name are refused."""
+    animations: Annotated[Literal["auto", "none"], OFF] = "auto"
+    """``auto``: two sprites and more whose names differ in consecutive numbers from 0 or 1 are an
+    animation too: ``coin_01`` and ``coin_02`` are ``coin``. ``none``: all are single sprites."""
+    rates: dict[str, Annotated[float, Field(ge=0.01, le=240)]] = Field(default={})
+    """Frames per second of animations by their names: ``{coin: 12}``. Default: 24."""
+    pivots: dict[str, PivotPoint] = Field(default={})
+    """Pivots of sprites by their names, or for all frames of an animation by its name: [x, y] in
+    widths and heights of the sprite, from its top-left corner: ``{hud/close: [0.5, 1]}``. Default:
+    ``atlas.pivot``, whose ``base`` is the middle of a sprite."""
+    borders: dict[
+        str, Annotated[tuple[_BorderWidth, _BorderWidth, _BorderWidth, _BorderWidth], LIST]
+    ] = Field(default={})
+    """Borders of nine-patches, which keep their size where the middle is stretched, by name, or for
+    all frames of an animation by its name: [left, top, right, bottom], px. A picture called
+    ``panel.9.png`` is the sprite ``panel`` and has them in the black lines of its outermost px.
+    Sprites with a border are not trimmed."""
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The paths, of which there may be one."""
+        return (self.path,) if isinstance(self.path, str) else self.path
+
+    @model_validator(mode="after")
+    def _rates_of_animations(self) -> Self:
+        if self.rates and self.animations == "none":
+            raise ContradictionError(
+                Problem(("rates",), "are of animations, and animations is none; remove one of them")
+            )
+        return self
+
+
 Source = Annotated[
     Annotated[FramesSource, FRAMES]
     | Annotated[ProfileSource, PROFILE]
-    | Annotated[SilkSource, SILK],
+    | Annotated[SilkSource, SILK]
+    | Annotated[SpritesSource, SPRITES],
     BY_KIND,
 ]
 """A source of any kind; the key ``kind`` picks the model."""

@@ -1,7 +1,7 @@
 """Read a recipe with all that it extends and its members, without validation or pydantic."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -61,11 +61,17 @@ class RecipeTree:
         """Whether the recipe has a ``source`` that is not null, and so frames of its own."""
         return self.values.get("source") is not None
 
-    def value(self, path: tuple[str, ...]) -> Value:
+    def value(self, path: KeyPath) -> Value:
         """Return the value of the key ``path``; None if there is none."""
         value: Value = self.values
         for key in path:
-            value = value.get(key) if isinstance(value, dict) else None
+            match value, key:
+                case dict(), str():
+                    value = value.get(key)
+                case list(), int():
+                    value = value[key]
+                case _:
+                    return None
         return value
 
     def origin(self, path: KeyPath) -> Origin:
@@ -152,17 +158,26 @@ SOURCE_PATHS = (("source", "path"), ("source", "side_path"), ("source", "texture
 """The keys, of any kind of source, that name files."""
 
 
-def source_files(tree: RecipeTree) -> dict[tuple[str, ...], Path]:
-    """Return the absolute path (or glob) of each file that the source names, by its key."""
-    values = {key: tree.value(key) for key in SOURCE_PATHS}
-    return {key: tree.file_at(key, text) for key, text in values.items() if isinstance(text, str)}
+def source_files(tree: RecipeTree) -> dict[KeyPath, Path]:
+    """Return the absolute path (or glob) of each file that the source names, by its key: of each
+    item, if that is a list."""
+    named = {key: text for path in SOURCE_PATHS for key, text in _items(path, tree.value(path))}
+    return {key: tree.file_at(key, text) for key, text in named.items() if isinstance(text, str)}
+
+
+def _items(path: KeyPath, value: Value) -> Iterator[tuple[KeyPath, Value]]:
+    """Yield a value with its key, or each item of a list with its own."""
+    if isinstance(value, list):
+        yield from (((*path, i), item) for i, item in enumerate(value))
+    else:
+        yield path, value
 
 
 TEXTURE_PATHS = (("flakes", "texture"), ("flakes", "texture", "path"))
 """The keys that can name the texture of flakes; a recipe has one of them."""
 
 
-def texture_files(tree: RecipeTree) -> dict[tuple[str, ...], Path]:
+def texture_files(tree: RecipeTree) -> dict[KeyPath, Path]:
     """Return the absolute path of the texture of flakes, if there is one, by its key."""
     values = {key: tree.value(key) for key in TEXTURE_PATHS}
     return {
@@ -172,7 +187,7 @@ def texture_files(tree: RecipeTree) -> dict[tuple[str, ...], Path]:
     }
 
 
-def named_files(tree: RecipeTree) -> dict[tuple[str, ...], Path]:
+def named_files(tree: RecipeTree) -> dict[KeyPath, Path]:
     """Return the absolute path (or glob) of each file that the keys of a recipe name as input."""
     return {**source_files(tree), **texture_files(tree)}
 

@@ -220,7 +220,7 @@ def _open_images(
             raise SourceError(
                 f"{files[i]}: is {header.width}x{header.height}, but {files[chosen[0]].name} is "
                 f"{first.width}x{first.height}; all frames must have one size "
-                "(to pack images of different sizes, set flakes: none and motion_blur: none)"
+                "(to pack images of different sizes: source: {kind: sprites, path: ...})"
             )
     return FrameReader(
         width=first.width,

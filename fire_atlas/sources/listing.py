@@ -26,6 +26,8 @@ from fire_atlas.sources.sequence import (
 STILLS = (".png", ".tga", ".bmp", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr", ".gif")
 """Endings of the files in a folder that count as frames."""
 
+_ENDINGS = ", ".join(STILLS)
+
 VIDEOS = (
     ".mp4", ".m4v", ".mov", ".webm", ".mkv", ".avi", ".mpg", ".mpeg", ".ogv", ".wmv", ".flv",
     ".ts", ".mts", ".m2ts", ".y4m",
@@ -110,6 +112,90 @@ def list_inputs(settings: FrameRange, path: Path, *, is_clip: bool = True) -> li
     return [located.files[i] for i in with_samples(chosen, len(located.files))]
 
 
+@dataclass(frozen=True, slots=True)
+class LocatedSprites:
+    """The pictures at a path of a recipe, which names sprites.
+
+    Attributes:
+        base: The folder from which their names begin.
+        files: Theirs, in alphabetical order.
+    """
+
+    base: Path
+    files: tuple[Path, ...]
+
+
+def locate_sprites(path: Path) -> LocatedSprites:
+    """Find the image, the images in the folder and its subfolders, or the matches of the glob at
+    ``path``; a folder that matches stands for all that is in it.
+
+    Raises:
+        SourceError: There is none, or a folder cannot be read.
+    """
+    try:
+        return _locate_sprites(path)
+    except OSError as error:
+        where = error.filename or path
+        raise SourceError(f"{where}: cannot be read ({error.strerror})") from error
+
+
+def _locate_sprites(path: Path) -> LocatedSprites:
+    if path.is_dir():
+        return LocatedSprites(path, _some_stills(_files_below(_Walk(path, path), path), path))
+    if path.exists():
+        return LocatedSprites(path.parent, (path,))
+    if not glob.has_magic(str(path)):
+        raise SourceError(_missing(path))
+    base, rest = _split_glob(path)
+    walk, found = _Walk(path, base), dict[Path, None]()
+    for match in walk.matches(base, rest):
+        found |= dict.fromkeys(_files_below(walk, match) if _is_folder(match) else [match])
+    return LocatedSprites(base, _some_stills(found, path))
+
+
+def _files_below(walk: "_Walk", top: Path) -> list[Path]:
+    """Return the files in a folder and in all below it, but for hidden ones."""
+    return [
+        folder / entry.name
+        for folder in walk.folders(top)
+        for entry in walk.entries(folder)
+        if not entry.name.startswith(".") and not _is_folder(entry)
+    ]
+
+
+def _some_stills(paths: Iterable[Path], where: Path) -> tuple[Path, ...]:
+    """Return the images among ``paths``, of which there must be one."""
+    paths = list(paths)
+    files = tuple(sorted(path for path in paths if path.suffix.lower() in STILLS))
+    _refuse_too_many(files)
+    if not files:
+        holds = _some([path.name for path in paths])
+        raise SourceError(f"{where}: holds {holds}, but no image; sprites end in {_ENDINGS}")
+    return files
+
+
+def list_sprites(paths: Iterable[Path]) -> list[Path]:
+    """Return the files of the sprites at all paths of a recipe, each once.
+
+    Raises:
+        SourceError: As for ``locate_sprites``; or there are too many together.
+    """
+    files = list(dict.fromkeys(file for path in paths for file in locate_sprites(path).files))
+    _refuse_too_many(files)
+    return files
+
+
+def folders_of_sprites(path: Path) -> list[Path]:
+    """Return the folders in which a new image would be a new sprite, as far as they exist."""
+    if path.is_file():
+        return []
+    base, rest = _split_glob(path)
+    if not rest or glob.has_magic(rest[0]):
+        with suppress(SourceError):  # too many to search: the build says so
+            return list(_Walk(path, base).folders(base))
+    return [base]
+
+
 def locate(path: Path) -> Located:
     """Find the file, the images of the folder, or the matches of the glob at ``path``."""
     try:
@@ -170,7 +256,7 @@ def _images_of_folder(folder: Path) -> tuple[Path, ...]:
     if not files:
         raise SourceError(
             f"{folder}: no images in this folder (it holds {_some(names)}); frames end in "
-            f"{', '.join(STILLS)}; to use a video or an animation, give that file as path"
+            f"{_ENDINGS}; to use a video or an animation, give that file as path"
         )
     return files
 
@@ -191,10 +277,7 @@ def _matches_of_pattern(pattern: Path) -> tuple[Path, ...]:
 
 def _matches(pattern: Path) -> tuple[Path, ...]:
     """Return the files that match a glob; names of existing folders are taken literally."""
-    base = Path(pattern.anchor)
-    rest = list(pattern.parts[1:] if pattern.anchor else pattern.parts)
-    while rest and (base / rest[0]).is_dir():
-        base /= rest.pop(0)
+    base, rest = _split_glob(pattern)
     found = list(dict.fromkeys(_Walk(pattern, base).matches(base, rest)))
     if not found:
         raise SourceError(f"{pattern}: no file matches; {base} holds {_some(_names(base))}")
@@ -204,9 +287,18 @@ def _matches(pattern: Path) -> tuple[Path, ...]:
     if not files:
         raise SourceError(
             f"{pattern}: matches no images, only {_some([p.name for p in found])}; "
-            f"frames end in {', '.join(STILLS)}"
+            f"frames end in {_ENDINGS}"
         )
     return files
+
+
+def _split_glob(pattern: Path) -> tuple[Path, list[str]]:
+    """Return the existing folder with which a glob begins, and what follows it."""
+    base = Path(pattern.anchor)
+    rest = list(pattern.parts[1:] if pattern.anchor else pattern.parts)
+    while rest and (base / rest[0]).is_dir():
+        base /= rest.pop(0)
+    return base, rest
 
 
 @dataclass(slots=True)
@@ -231,7 +323,7 @@ class _Walk:
         """
         segment, *rest = segments
         if segment == "**":
-            for folder_below in self._folders(folder):
+            for folder_below in self.folders(folder):
                 yield from self.matches(folder_below, rest or ["*"])
             return
         for path in self._fitting(folder, segment):
@@ -270,7 +362,7 @@ class _Walk:
             if (shows_hidden or not entry.name.startswith(".")) and fnmatch(entry.name, segment)
         ]
 
-    def _folders(self, top: Path) -> Iterator[Path]:
+    def folders(self, top: Path) -> Iterator[Path]:
         """Yield ``top`` and all folders below it except hidden ones.
 
         Links to folders are followed, unless they lead back to a folder that holds the link.
@@ -305,11 +397,15 @@ def _is_folder(path: "Path | os.DirEntry[str]") -> bool:
 def _stills(paths: Iterable[Path]) -> tuple[Path, ...]:
     """Return the images in natural order; other files, such as Godot's .import, are ignored."""
     files = in_playing_order(path for path in paths if path.suffix.lower() in STILLS)
+    _refuse_too_many(files)
+    return files
+
+
+def _refuse_too_many(files: Sequence[Path]) -> None:
     if len(files) > MAX_FRAMES:
         raise SourceError(
             f"{files[0].parent}: {len(files)} images; at most {MAX_FRAMES} frames are allowed"
         )
-    return files
 
 
 def _missing(path: Path) -> str:

@@ -1,4 +1,4 @@
-"""Open a source of any kind as clips. A new kind needs a new module and a case here."""
+"""Open fire of any kind as clips. A new kind needs a new module and a case here."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, assert_never
 from fire_atlas.core.workload import MAX_PIXELS
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.silk import SilkSource
-from fire_atlas.recipe.source import FramesSource, ProfileSource
+from fire_atlas.recipe.source import FramesSource, ProfileSource, SpritesSource
 
 if TYPE_CHECKING:
     from fire_atlas.core.clip import Clip
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from fire_atlas.recipe.load import LoadedRecipe
     from fire_atlas.recipe.models import Recipe
     from fire_atlas.sources.reader import OpeningContext
-    from fire_atlas.sources.sprites import Sprites
 
 
 def open_source(
@@ -95,25 +94,14 @@ def open_source_in_wind(
     return replace(fire, loops=tuple(map(kept, fire.loops)))
 
 
-def open_sprites(loaded: LoadedRecipe, max_pixels: int = MAX_PIXELS) -> Sprites | None:
-    """Open the sprites of a recipe that only packs; None if they are the frames of one clip."""
-    recipe, source = loaded.recipe, _source(loaded.recipe)
-    if not isinstance(source, FramesSource):
-        return None
-    from fire_atlas.sources.sprites import open_sprites as open_images
-
-    path = loaded.source_files[("source", "path")]
-    return open_images(source, path, recipe.atlas.blend_space, recipe.name, max_pixels)
-
-
 def _source(recipe: Recipe) -> FramesSource | ProfileSource | SilkSource:
-    """Return the source of a recipe that has one.
+    """Return the source of a recipe that has fire.
 
     Raises:
-        ValueError: It has none: only members bring its clips.
+        ValueError: It has none: only members bring its clips; or sprites, which are none.
     """
-    if recipe.source is None:
-        raise ValueError("only a recipe with a source brings clips")
+    if recipe.source is None or isinstance(recipe.source, SpritesSource):
+        raise ValueError("only a recipe with fire brings clips")
     return recipe.source
 
 

@@ -1,6 +1,7 @@
 """The frame numbers in the names of a sequence of images: order, patterns, and what is missing."""
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass, replace
 from itertools import pairwise, takewhile
@@ -98,11 +99,19 @@ def _common_ending(stems: Set[str]) -> str:
 
 def sequence_notes(paths: Sequence[Path], used: slice) -> tuple[str, ...]:
     """Return which frame numbers are missing, or doubled, among the ``used`` images of a sequence;
-    nothing if ``paths``, all of its images in playing order, are not all numbered alike."""
+    or that ``paths``, all of its images in playing order, are several sequences by their names."""
     numbered = _numbered(paths)
     frames = numbered[used]
-    is_sequence = len(numbered) == len(paths) and len({image.name for image in numbered}) == 1
-    if not is_sequence or len(frames) < 2:
+    counts = Counter(image.name for image in numbered)
+    several = [name for name, count in counts.items() if count > 1]
+    if len(several) > 1:
+        firsts = [next(each.path.name for each in numbered if each.name == name)
+                  for name in several[:2]]  # fmt: skip
+        return (
+            f"{' and '.join(firsts)} begin sequences of different names, which play as one clip: "
+            f"kind: sprites would pack each as an animation",
+        )
+    if len(numbered) < len(paths) or len(counts) != 1 or len(frames) < 2:
         return ()
     notes, known = list[str](), dict[int, Path]()
     doubled = [

@@ -1,133 +1,82 @@
-"""Open images of different sizes as sprites in named animations, for recipes that only pack."""
+"""Source ``sprites``: open pictures of any sizes under their own names, for packing alone."""
 
-import re
-from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from fire_atlas.core.errors import SourceError
-from fire_atlas.core.output_file import as_file_name
-from fire_atlas.core.picture import Picture
+from fire_atlas.core.named_sprite import NamedSprite
+from fire_atlas.core.picture import Picture, to_light, with_alpha
+from fire_atlas.core.workers import Workers
 from fire_atlas.core.workload import MAX_PIXELS
-from fire_atlas.recipe.source import FramesSource
-from fire_atlas.sources import matte
+from fire_atlas.recipe.load import LoadedRecipe
+from fire_atlas.recipe.problem import Problem
+from fire_atlas.recipe.validate import refusal
 from fire_atlas.sources.frames import DEFAULT_FPS
+from fire_atlas.sources.header import Header
 from fire_atlas.sources.images import decode, read_header, shared_notes
-from fire_atlas.sources.listing import frame_range, locate, sample_numbers, with_samples
-
-_NUMBER = re.compile(r"[ _.\-(]*[0-9]+\)?$")
-_NOT_IN_NAMES = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff\"'\\;:/]+")
-"""Characters that names in engines' files must not contain: control characters, undecodable bytes,
-and the punctuation of these file formats."""
+from fire_atlas.sources.nine_patch import split_nine_patch
+from fire_atlas.sources.sprite_names import SpriteList, sprites_of, sprites_source
 
 
 @dataclass(frozen=True, slots=True)
 class Sprites:
-    """Images of different sizes in named animations, read on demand.
+    """Pictures of any sizes, read on demand.
 
     Attributes:
-        animations: By name of the animation, the numbers of its images in playing order.
-        fps: Frames per second of all animations.
-        picture: ``picture(i)`` returns image i, like ``Clip.picture``.
-        inputs: The files that are read, in order: the images, and those that decided the matte.
-        matte, matte_reason: Where the coverage comes from, and why, for the user.
-        notes: What else was decided about the images, and why, for the user.
+        names: Their names and animations.
+        rates: Frames per second of each animation.
+        read: ``read(i)`` returns picture i, (H, W, 4) as ``Clip.picture``, and the sprite with its
+            border.
+        inputs: The files that are read, in order of the recipe's paths.
+        notes: What was decided about them, and why, for the user.
     """
 
-    animations: dict[str, tuple[int, ...]]
-    fps: float
-    picture: Callable[[int], Picture]
+    names: SpriteList
+    rates: Mapping[str, float]
+    read: Callable[[int], tuple[Picture, NamedSprite]]
     inputs: tuple[Path, ...]
-    matte: str
-    matte_reason: str
     notes: tuple[str, ...]
 
 
-def open_sprites(
-    settings: FramesSource, path: Path, blend_space: str, name: str, max_pixels: int = MAX_PIXELS
-) -> Sprites | None:
-    """Open the images at ``path`` as sprites; None if it is a single file or one clip.
-
-    Args:
-        settings: The recipe's ``source``.
-        path: Absolute path or glob.
-        blend_space: Encoding in which the client blends, for the luminance matte.
-        name: Name of the animation of files that have only a number as name.
-        max_pixels: Limit on the pixels of a picture.
+def open_sprites(loaded: LoadedRecipe, workers: Workers, max_pixels: int = MAX_PIXELS) -> Sprites:
+    """Open the sprites of a recipe.
 
     Raises:
-        SourceError: An image is broken or too large, or a setting does not apply to sprites.
+        SourceError: There are none, an image is broken or too large, or two have one name.
+        RecipeError: A key names no sprite, or states a border that is larger than it.
     """
-    located = locate(path)
-    if located.single or settings.grid is not None or settings.animation is not None:
-        return None
-    everything = located.files
-    chosen = frame_range(settings, len(everything), path)
-    files = [everything[i] for i in chosen]
-    animations = group_by_name(files, name)
-    headers = [read_header(file, max_pixels, settings.layer) for file in files]
-    if len(animations) == 1 and len({(h.width, h.height) for h in headers}) == 1:
-        return None
-    if settings.crop != "none" or isinstance(settings.height, int):
-        key = "height" if settings.crop == "none" else "crop"
-        raise SourceError(
-            f"{path}: source.{key} is for the frames of one clip, but these are several "
-            f"animations or sizes; leave it out, or use atlas.scales for smaller pages"
-        )
-    samples = [everything[i] for i in sample_numbers(len(everything))]
-    pictures = (decode(file, read_header(file, max_pixels, settings.layer)) for file in samples)
-    choice = matte.choose(settings.matte, settings.black, pictures, str(path))
+    names = sprites_of(loaded)
+    source, paths = sprites_source(loaded), [file.path for file in names.files]
+    headers = list(workers.map(lambda path: read_header(path, max_pixels), paths))
+    if problems := list(_too_large(names, headers)):
+        raise refusal(loaded.tree, problems)
+
+    def read(i: int) -> tuple[Picture, NamedSprite]:
+        file = names.files[i]
+        picture, sprite = decode(file.path, headers[i]), file.sprite
+        if file.draws_border:
+            picture, border = split_nine_patch(picture, file.path)
+            sprite = replace(sprite, border=border)
+        return with_alpha(picture) if picture.dtype.kind == "u" else to_light(picture), sprite
+
     return Sprites(
-        animations=animations,
-        fps=settings.fps or DEFAULT_FPS,
-        picture=lambda i: matte.apply(
-            choice.matte, decode(files[i], headers[i]), blend_space, choice.black
-        ),
-        inputs=tuple(everything[i] for i in with_samples(chosen, len(everything))),
-        matte=choice.matte,
-        matte_reason=choice.reason,
-        notes=(
-            *located.notes(settings),
-            *shared_notes(dict(zip(files, headers, strict=True))),
-        ),
+        names=names,
+        rates={name: source.rates.get(name, DEFAULT_FPS) for name in names.animations},
+        read=read,
+        inputs=names.paths,
+        notes=(*names.notes, *shared_notes(dict(zip(paths, headers, strict=True)))),
     )
 
 
-def group_by_name(files: Sequence[Path], default: str) -> dict[str, tuple[int, ...]]:
-    """Group files to animations by their names: ``walk_0001.png`` belongs to ``walk``.
-
-    So does ``walk/0001.png`` if there are several folders. Single files whose names differ only in
-    numbers, such as ``a1_x`` and ``a2_x``, are one animation; and so are those whose names are one
-    on Windows or macOS, which ignore case.
-
-    Raises:
-        SourceError: Two files would be one there.
-    """
-    taken: dict[str, Path] = {}
-    for file in files:
-        other = taken.setdefault(as_file_name(str(file)), file)
-        if other != file:
-            raise SourceError(
-                f"{file}: would be the same file as {other} on Windows or macOS; give one of them "
-                f"another name"
+def _too_large(names: SpriteList, headers: Sequence[Header]) -> Iterator[Problem]:
+    """Yield a problem for each border that is larger than its sprite."""
+    for file, header in zip(names.files, headers, strict=True):
+        name, border = file.sprite.name, file.sprite.border
+        if border is None:
+            continue
+        if border.left + border.right > header.width or border.top + border.bottom > header.height:
+            yield Problem(
+                ("source", "borders", name),
+                f"is larger than the sprite {name}, which is {header.width}x{header.height}: it "
+                f"is [left, top, right, bottom], px",
             )
-    stems = [_NUMBER.sub("", file.stem) for file in files]
-    alone = {stem for stem, count in Counter(stems).items() if count == 1}
-    shapes = Counter(_shape(stem) for stem in alone)
-    folders = len({file.parent for file in files}) > 1
-    animations: dict[str, tuple[int, ...]] = {}
-    spelt: dict[str, str] = {}
-    for i, (file, stem) in enumerate(zip(files, stems, strict=True)):
-        if stem in alone and shapes[_shape(stem)] > 1:
-            stem = _NUMBER.sub("", re.split(r"[0-9]", stem)[0]).rstrip(" _.-(")
-        word = stem or (file.parent.name if folders else default)
-        animation = _NOT_IN_NAMES.sub("_", word)
-        animation = spelt.setdefault(as_file_name(animation), animation)
-        animations[animation] = (*animations.get(animation, ()), i)
-    return animations
-
-
-def _shape(stem: str) -> str:
-    """Return a name with ``#`` for each number."""
-    return re.sub(r"[0-9]+", "#", stem)

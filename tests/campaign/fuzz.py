@@ -177,9 +177,18 @@ def packing(base: Path, folder: Path, chance: Chance) -> Arguments:
     """A recipe that only packs, with odd values, built."""
     shutil.copytree(base / "clip", folder / "clip")
     atlas = {"max_size": 256, "padding": 2, "pivot": "base", "scales": [1, 0.5], "trim": "frame"}
+    frames = {"path": "clip", "fps": 12, "start": 0, "count": 3, "height": 20}
+    sprites = {
+        "kind": "sprites", "path": ["clip/*.png"], "names": "path", "animations": "auto",
+        "rates": {"packing": 12}, "pivots": {"0000": [0, 1]}, "borders": {"0000": [1, 2, 1, 0]},
+    }  # fmt: skip
+    source: dict[str, Any] = _one_of(
+        chance,
+        {"source": frames, "timeline": {"fps": 12, "frames": 3}, **PACKS},
+        {"source": sprites},
+    )
     keys = {
-        **PACKS, "source": {"path": "clip", "fps": 12, "start": 0, "count": 3, "height": 20},
-        "timeline": {"fps": 12, "frames": 3}, "atlas": atlas, "seed": 1,
+        **source, "atlas": atlas, "seed": 1,
         "exports": [_one_of(chance, "json", "unity", "godot", "css", "tpsheet", "phaser")],
     }  # fmt: skip
     path = Path(_recipe(folder, **keys))

@@ -241,7 +241,7 @@ SCENES: dict[str, Scene] = {
         "clip/0001.png", _other_picture, _clip(3),
     ),
     "sprites": Scene(
-        {"source": {"path": "clip"}, **PACKS},
+        {"source": {"kind": "sprites", "path": "clip"}},
         "clip/0001.png", _other_picture, _clip(3),
     ),
     "sheet": Scene(

@@ -80,6 +80,15 @@ RECIPES: dict[str, dict[str, Any]] = {
         "wind": {"levels": [0, 3]},
         "exports": ["json", "godot"],
     },
+    "icons": {
+        "source": {
+            "kind": "sprites",
+            "path": CAMPFIRE["path"],
+            "animations": "none",
+            "borders": {"0000": [4, 3, 2, 1]},
+        },
+        "exports": ["json", "json-array", "phaser", "css", "tpsheet", "godot"],
+    },
     "sprites": {
         "source": {**CAMPFIRE, "count": 4},
         "flakes": "none",
@@ -186,7 +195,7 @@ def test_every_file_of_a_build_is_listed(built: Path) -> None:
     stems = "|".join(RECIPES)
     for path in built.iterdir():
         ending = re.sub(
-            rf"^({stems})(@0\.5x)?(-\d+)?(\.((view|wind)(_\d+)+|pages))?", "", path.name
+            rf"^({stems})(@0\.5x)?(-\d+)?(\.((view|wind)(_\d+)+|pages|\d{{4}}))?", "", path.name
         )
         companion = re.search(r"\.(meta|import|(gd|gdshader)\.uid)$", ending)
         assert (companion[0] if companion else ending) in known, path.name

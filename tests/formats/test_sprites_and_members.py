@@ -1,4 +1,4 @@
-"""Plain sprites in named animations, and several effects on shared pages."""
+"""Sprites under their own names, and several effects on shared pages."""
 
 import json
 import re
@@ -14,9 +14,10 @@ from fire_atlas.cli import main
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.preview.cut_frames import cut_frames
-from fire_atlas.sources.sprites import group_by_name
+from fire_atlas.preview.singles import with_singles_played
 
 PLAIN: dict[str, Any] = {"flakes": "none", "motion_blur": "none"}
+ART = {"kind": "sprites", "path": "art"}
 
 
 def draw(path: Path, width: int, height: int) -> NDArray[np.uint8]:
@@ -49,28 +50,16 @@ def built(path: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
     return sheet
 
 
-def test_images_of_any_size_become_named_animations(
+def test_images_of_any_size_are_packed_under_their_names(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     images = art(tmp_path)
-    sheet = built(recipe(tmp_path, "hero", source={"path": "art"}, **PLAIN), capsys)
-    assert {name: len(frames) for name, frames in sheet["animations"].items()} == {
-        "rock": 1, "run": 4, "tree": 1, "walk": 5,
-    }  # fmt: skip
-    assert sheet["animations"]["walk"][4] == "hero/walk/0004"
-    order = [
-        "rock",
-        "run8",
-        "run9",
-        "run10",
-        "run11",
-        "tree",
-        *(f"walk_{i:04}" for i in range(1, 6)),
-    ]
-    for stem, frame in zip(
-        order, cut_frames(read_atlas(tmp_path / "build/hero.json")), strict=True
-    ):
-        image = images[stem]
+    sheet = built(recipe(tmp_path, "hero", source=ART), capsys)
+    assert sheet["animations"] == {"walk": [f"walk_{i:04}" for i in range(1, 6)]}  # run: from 8
+    assert sheet["frames"].keys() == images.keys()
+    atlas = with_singles_played(read_atlas(tmp_path / "build/hero.json"))
+    for region, frame in zip(atlas.frames, cut_frames(atlas), strict=True):
+        image = images[region.name]
         np.testing.assert_array_equal(frame, np.where(image[..., 3:] > 0, image, 0))
 
 
@@ -91,7 +80,7 @@ def test_what_no_page_can_hold_is_named_and_a_page_of_the_size_advised_holds_it(
     for name, side, count in (("walk", 20, 8), ("run", 22, 7), ("boom", 40, 12)):
         for i in range(count):
             draw(tmp_path / f"art/{name}_{i}.png", side, side + i)
-    keys: dict[str, Any] = {"source": {"path": "art"}, **PLAIN}
+    keys: dict[str, Any] = {"source": ART}
     size = 160 if "layout" in atlas else 110
     sheet = built(recipe(tmp_path, "hero", **keys, atlas={**atlas, "max_size": size}), capsys)
     names, size = note_on_split(capsys.readouterr().err)
@@ -109,14 +98,6 @@ def test_what_no_page_can_hold_is_named_and_a_page_of_the_size_advised_holds_it(
     assert "no page can hold" not in capsys.readouterr().err
 
 
-def test_sprites_stand_on_the_middle_of_their_bottom(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    art(tmp_path)
-    sheet = built(recipe(tmp_path, "hero", source={"path": "art"}, **PLAIN), capsys)
-    assert {tuple(f["anchor"].values()) for f in sheet["frames"].values()} == {(0.5, 1)}
-
-
 def test_frames_of_one_clip_stay_one_animation_with_the_recipes_name(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -132,38 +113,9 @@ def test_effects_still_need_frames_of_one_size(
     art(tmp_path)
     assert main(["build", str(recipe(tmp_path, "hero", source={"path": "art"}))]) == 1
     assert (
-        "to pack images of different sizes, set flakes: none and motion_blur: none"
+        "to pack images of different sizes: source: {kind: sprites, path: ...}"
         in capsys.readouterr().err
     )
-
-
-@pytest.mark.parametrize(("key", "value"), [("height", 10), ("crop", [0, 0, 4, 4])])
-def test_sprites_of_several_sizes_cannot_have_one_height_or_part(
-    key: str, value: object, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    art(tmp_path)
-    path = recipe(tmp_path, "hero", source={"path": "art", key: value}, **PLAIN)
-    assert main(["build", str(path)]) == 1
-    assert f"source.{key} is for the frames of one clip" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("names", "animations"),
-    [
-        (["walk_0001", "walk_0002"], {"walk": (0, 1)}),
-        (["walk (1)", "walk (2)", "run-1"], {"walk": (0, 1), "run": (2,)}),
-        (["0001", "0002"], {"hero": (0, 1)}),
-        (["a/1", "a/2", "b/1"], {"a": (0, 1), "b": (2,)}),
-        (["tree", "rock"], {"tree": (0,), "rock": (1,)}),
-        (["f_00_delay-0.1s", "f_01_delay-0.2s"], {"f": (0, 1)}),
-        (["00_delay-0.1s", "01_delay-0.2s"], {"hero": (0, 1)}),
-        (["炎_1", "炎_2", "a;b"], {"炎": (0, 1), "a_b": (2,)}),
-    ],
-)
-def test_animations_are_named_after_their_files(
-    names: list[str], animations: dict[str, tuple[int, ...]]
-) -> None:
-    assert group_by_name([Path(f"/art/{name}.png") for name in names], "hero") == animations
 
 
 def host(folder: Path, **keys: Any) -> Path:
@@ -171,7 +123,7 @@ def host(folder: Path, **keys: Any) -> Path:
     art(folder)
     for i in range(4):
         draw(folder / f"flame/{i}.png", 30, 50)
-    recipe(folder, "hero", source={"path": "art"}, **PLAIN)
+    recipe(folder, "hero", source=ART)
     recipe(folder, "torch", source={"path": "flame"}, flakes={"alpha": 0, "rate": 50})
     return recipe(folder, "level", **keys)
 
@@ -181,7 +133,8 @@ MEMBERS = {"atlas": {"members": ["hero.yaml", "torch.yaml"]}}
 
 def test_several_recipes_share_pages(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     sheet = built(host(tmp_path, **MEMBERS), capsys)
-    assert set(sheet["animations"]) == {"hero/rock", "hero/run", "hero/tree", "hero/walk", "torch"}
+    assert set(sheet["animations"]) == {"walk", "torch"}
+    assert {"rock", "tree", "run8", "walk_0001", "level/torch/0000"} <= sheet["frames"].keys()
     assert sheet["animations"]["torch"] == [f"level/torch/{i:04}" for i in range(4)]
     assert sheet["meta"]["image"] == "level.png"
     names = {path.name for path in (tmp_path / "build").iterdir()}

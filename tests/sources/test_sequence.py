@@ -8,10 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.output_file import as_file_name
 from fire_atlas.sources.listing import ALL_FRAMES, FixedRange, locate
 from fire_atlas.sources.sequence import in_playing_order, pattern_of
-from fire_atlas.sources.sprites import group_by_name
 
 
 def folder_of(folder: Path, *names: str) -> Path:
@@ -108,6 +106,7 @@ def test_a_pattern_finds_its_frames_alone(tmp_path: Path) -> None:
         (["f1.png", "f3.png", "f5.png"], None),
         (["f1.png", "f2.png", "f3.png"], None),
         (["walk1.png", "run4.png", "run9.png"], None),
+        (["a_1.png", "a_2.png", "b_1.png", "b_2.png"], "a_1.png and b_1.png begin sequences of"),
         (["fire.png"], None),
     ],
 )
@@ -137,15 +136,3 @@ def test_patterns_of_any_length_are_harmless(name: str, tmp_path: Path) -> None:
 def test_many_wildcards_in_a_pattern_take_no_longer() -> None:
     name = pattern_of("*a" * 60 + "_#" + "*a" * 60 + "b.png")
     assert not name.fullmatch("a" * 120 + "_1" + "a" * 120 + ".png")
-
-
-def test_names_that_differ_in_case_are_one_animation() -> None:
-    files = [Path(name) for name in ("Walk_1.png", "walk_2.PNG", "run_1.png")]
-    assert group_by_name(files, "x") == {"Walk": (0, 1), "run": (2,)}
-
-
-@pytest.mark.parametrize("names", [("Fire_1.png", "fire_1.png"), ("é1.png", "e\u0301" + "1.png")])
-def test_sprites_that_would_be_one_file_elsewhere_are_refused(names: tuple[str, str]) -> None:
-    assert as_file_name(names[0]) == as_file_name(names[1])
-    with pytest.raises(SourceError, match=r"would be the same file as .* on Windows or macOS"):
-        group_by_name([Path(name) for name in names], "x")

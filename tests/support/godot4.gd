@@ -46,6 +46,31 @@ func describe_frames(job: Dictionary) -> Dictionary:
 	return animations
 
 
+# Answers what the engine understood of the textures and boxes at `paths`, and the pixels of those.
+func describe_sprites(job: Dictionary) -> Dictionary:
+	var seen := {}
+	for path: String in job["paths"]:
+		var found: Resource = load(path)
+		if found is StyleBoxTexture:
+			seen[path] = {
+				"name": found.resource_name,
+				"region": _numbers(found.region_rect),
+				"margins": [SIDE_LEFT, SIDE_TOP, SIDE_RIGHT, SIDE_BOTTOM].map(
+					func(side: Side) -> float: return found.get_texture_margin(side)
+				),
+			}
+			continue
+		var texture: AtlasTexture = found
+		seen[path] = {
+			"name": texture.resource_name,
+			"region": _numbers(texture.region),
+			"margin": _numbers(texture.margin),
+			"size": [texture.get_width(), texture.get_height()],
+			"png": Marshalls.raw_to_base64(texture.get_image().save_png_to_buffer()),
+		}
+	return seen
+
+
 # Answers properties of the nodes of `scene`, {"Flakes:visible": ..., ":offset": ...}, when it has
 # played for `ticks` of 1/60 s.
 func read(job: Dictionary) -> Dictionary:

@@ -15,21 +15,25 @@ from fire_atlas.engines.godot.names import IMPORT_ENDING
 from fire_atlas.engines.godot.particle_scenes import particle_scenes
 from fire_atlas.engines.godot.resources import image_uid
 from fire_atlas.engines.godot.scene import scene, scene_scripts, summed_scene
+from fire_atlas.engines.godot.single_sprites import single_sprites
 from fire_atlas.formats.output_names import flakes_file
 from fire_atlas.formats.product import Product
 
 
 def export_godot(product: Product) -> Iterator[OutputFile]:
-    """Yield sprite frames and scenes of each scale, what all scales share, and import settings."""
+    """Yield sprite frames, scenes and single sprites of each scale, what all scales share, and
+    import settings."""
     flakes, arrays = played_flakes(product), played_arrays(product)
     for sheet in product.sheets:
         yield from _page_settings(product, sheet)
-        yield frames_resource(product, sheet)
-        yield scene(product, sheet, flakes)
+        if sheet.animations:
+            yield frames_resource(product, sheet)
+            yield scene(product, sheet, flakes)
         if arrays:
             yield from summed_scene(product, sheet, arrays)
         yield from flipbook(product, sheet)
         yield from haze_scene(product, sheet)
+        yield from single_sprites(product, sheet)
     if arrays:
         yield from flake_player(product, arrays)
     yield from flakes_in_space(product)

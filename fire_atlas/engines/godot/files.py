@@ -24,6 +24,7 @@ from fire_atlas.engines.godot.names import (
     SPACE_PLAYER,
     SPACE_SCENE,
     SPACE_TABLES,
+    SPRITE_ENDING,
     UID_ENDING,
     WIND,
 )
@@ -46,8 +47,10 @@ def godot_files(
         if is_table or each.role in {"page", "map", "ramp"}:
             yield each.beside(IMPORT_ENDING)
     for stem in stems:
-        yield OutputNames(stem, FRAMES_ENDING, "scene", is_certain=True)
-        yield OutputNames(stem, SCENE_ENDING, "scene", is_certain=True)
+        yield OutputNames(stem, FRAMES_ENDING, "scene", is_certain=recipe.has_fire)
+        yield OutputNames(stem, SCENE_ENDING, "scene", is_certain=recipe.has_fire)
+        if recipe.may_have_sprites:
+            yield OutputNames(stem, SPRITE_ENDING, "scene", "animation")
         for ending in _scenes(recipe):
             yield OutputNames(stem, ending, "scene")
     for ending in _tables(recipe):

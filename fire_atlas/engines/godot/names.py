@@ -18,6 +18,9 @@ if TYPE_CHECKING:  # names are needed where a build is taken from a cache, and p
 FRAMES_ENDING, SCENE_ENDING, IMPORT_ENDING = ".tres", ".tscn", ".import"
 """Of the SpriteFrames and the scene of each scale, and of the import settings of a file."""
 
+SPRITE_ENDING, BOX_ENDING = ".tres", ".stylebox.tres"
+"""Of a single sprite, after its name; and of a box that stretches it as a nine-patch."""
+
 UID_ENDING = ".uid"
 """Of the file that has the uid of a script or a shader."""
 

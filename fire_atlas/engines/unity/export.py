@@ -265,7 +265,8 @@ class _Export:
         return {each.name: pivots[each.frames[0]] for each in sheet.animations}
 
     def effect(self, sheet: AtlasSheet) -> Iterator[OutputFile]:
-        """Yield the files of one scale: ``.meta`` of pages, animations, controller and prefab."""
+        """Yield the files of one scale: ``.meta`` of pages, animations, controller and prefab;
+        single sprites are in the ``.meta`` alone."""
         sprites = sprites_of(sheet, self.guid)
         for i, page in enumerate(sheet.pages):
             yield self.page_meta(sheet, i, page.file, sprites)
@@ -274,8 +275,9 @@ class _Export:
                 yield self.page_meta(sheet, i, each.files[i], sprites, data=data)
         if sheet.has_map("haze"):
             yield from self.haze_material(sheet)
-        yield from self.clips(sheet, sprites)
-        yield from self.prefab(sheet, sprites)
+        if sheet.animations:
+            yield from self.clips(sheet, sprites)
+            yield from self.prefab(sheet, sprites)
 
     def haze_material(self, sheet: AtlasSheet) -> Iterator[OutputFile]:
         """Yield the material of a sheet's haze; of an existing one, only the scale is changed."""

@@ -44,8 +44,8 @@ def _assets(recipe: Recipe, options: UnityOptions, stems: list[str]) -> Iterator
     """Yield the files that have a ``.meta`` beside them."""
     for stem in stems:
         yield OutputNames(stem, CLIP_ENDING, "engine", "animation")
-        yield OutputNames(stem, CONTROLLER_ENDING, "engine", is_certain=True)
-        yield OutputNames(stem, PREFAB_ENDING, "engine", is_certain=True)
+        yield OutputNames(stem, CONTROLLER_ENDING, "engine", is_certain=recipe.has_fire)
+        yield OutputNames(stem, PREFAB_ENDING, "engine", is_certain=recipe.has_fire)
         if recipe.maps.haze:
             yield OutputNames(f"{stem}.haze", MATERIAL_ENDING, "import")
     if recipe.maps.haze:

@@ -36,6 +36,7 @@ class PageSprite:
         pivot: In 0..1 of the rect, y up.
         outline: Vertices of what of it is drawn, clockwise, px from the middle of the rect, y
             up; none on a sheet without meshes.
+        border: Widths of what is not stretched, px: left, bottom, right, top.
     """
 
     name: str
@@ -45,17 +46,18 @@ class PageSprite:
     rect: SpriteRect
     pivot: tuple[float, float]
     outline: tuple[tuple[float, float], ...]
+    border: tuple[int, int, int, int]
 
 
 def sprites_of(sheet: AtlasSheet, guid: Callable[[str], str]) -> dict[str, PageSprite]:
-    """Return the sprite of every frame, by its name, in playing order, and of cells of textures.
+    """Return the sprite of every frame, by its name, in playing order, then single sprites and
+    cells of textures.
 
     Args:
         sheet: The pages.
         guid: Gives the GUID of a file.
     """
-    placed = (*sheet.regions, *sheet.cells)
-    names = sprite_names(region.name for region in placed)
+    names = sprite_names(region.name for region in sheet.placed)
     return {
         region.name: PageSprite(
             name=names[region.name],
@@ -65,8 +67,9 @@ def sprites_of(sheet: AtlasSheet, guid: Callable[[str], str]) -> dict[str, PageS
             rect=rect_of(region, sheet.pages[region.page].height),
             pivot=pivot_of(region),
             outline=outline_of(region) if sheet.has_meshes else (),
+            border=border_of(region),
         )
-        for region in placed
+        for region in sheet.placed
     }
 
 
@@ -91,6 +94,14 @@ def outline_of(region: Region) -> tuple[tuple[float, float], ...]:
     width, height = region.width, region.height
     vertices = region.mesh.vertices if region.mesh else rectangle(0, 0, width, height)
     return tuple((x - width / 2, height / 2 - y) for x, y in vertices)
+
+
+def border_of(region: Region) -> tuple[int, int, int, int]:
+    """Return the border of a frame in Unity's order: left, bottom, right, top."""
+    if region.border is None:
+        return 0, 0, 0, 0
+    left, top, right, bottom = region.border
+    return left, bottom, right, top
 
 
 def pivot_px(region: Region) -> tuple[float, float]:

@@ -26,6 +26,7 @@ from fire_atlas.atlas.sheet import (
 )
 from fire_atlas.core.checks import MAX_MILLISECONDS, number, one_of, text, whole
 from fire_atlas.core.decimals import plain
+from fire_atlas.core.named_sprite import Border
 from fire_atlas.core.output_file import plain_name
 from fire_atlas.maps.kinds import KIND
 from fire_atlas.maps.maker import maker_of, stated_map
@@ -56,11 +57,32 @@ def frame_entry(region: Region) -> dict[str, Any]:
         "trimmed": region.trimmed,
         "spriteSourceSize": {"x": region.trim_x, "y": region.trim_y, **size},
         "sourceSize": {"w": region.frame_width, "h": region.frame_height},
-        "duration": plain(region.duration, 3),
+        **({"duration": plain(region.duration, 3)} if region.duration else {}),
         "anchor": {"x": plain(region.anchor[0], 6), "y": plain(region.anchor[1], 6)},
+        **({} if region.border is None else _border_entries(region, region.border)),
         **({} if region.channel is None else {"channel": region.channel}),
         **({} if region.mesh is None else _mesh_entry(region, region.mesh)),
     }
+
+
+def _border_entries(region: Region, border: Border) -> dict[str, Any]:
+    """Return a border as PixiJS reads it, and the middle that it leaves as Phaser does."""
+    return {
+        "borders": border._asdict(),
+        "scale9Borders": {
+            "x": border.left,
+            "y": border.top,
+            "w": region.frame_width - border.left - border.right,
+            "h": region.frame_height - border.top - border.bottom,
+        },
+    }
+
+
+def _border_of(entry: dict[str, Any]) -> Border | None:
+    """Read the border of a frame; None if it has none."""
+    if "borders" not in entry:
+        return None
+    return Border(*(whole(entry["borders"][side]) for side in Border._fields))
 
 
 def _mesh_entry(region: Region, mesh: Mesh) -> dict[str, Any]:
@@ -108,9 +130,10 @@ def region_of(name: str, page: int, entry: dict[str, Any]) -> Region:
         frame_width=whole(full["w"], 1),
         frame_height=whole(full["h"], 1),
         anchor=(_anchor(anchor["x"]), _anchor(anchor["y"])),
-        duration=number(entry["duration"], 0, MAX_MILLISECONDS),
+        duration=number(entry.get("duration", 0), 0, MAX_MILLISECONDS),
         mesh=_mesh_of(entry),
         channel=one_of(entry["channel"], CHANNELS) if "channel" in entry else None,
+        border=_border_of(entry),
     )
 
 
@@ -172,7 +195,7 @@ def about_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
     return {
         "alpha": sheet.alpha,
         "blendSpace": sheet.blend_space,
-        "fps": plain(sheet.fps, 6),
+        **({"fps": plain(sheet.fps, 6)} if sheet.animations else {}),
         "loops": {animation.name: animation.loop for animation in sheet.animations},
         "safeMipLevel": sheet.pages[page].safe_mip,
         **({"grid": _grid_entry(sheet.grid)} if sheet.grid else {}),

@@ -105,7 +105,7 @@ def export_aseprite(sheet: AtlasSheet) -> Iterator[OutputFile]:
             f"raise atlas.max_size, or export phaser instead"
         )
     names = [str(i) for i in range(len(sheet.regions))] + [cell.name for cell in sheet.cells]
-    text = _array_text(sheet, 0, (*sheet.regions, *sheet.cells), names)
+    text = _array_text(sheet, 0, sheet.placed, names)
     yield OutputFile(sheet.file(0, EXPORTS["aseprite"].ending), "atlas", text.encode())
 
 
@@ -166,14 +166,15 @@ def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
     loops = about.get("loops", {})
     played = _played(documents, loops)
     regions = tuple(region for frames in played.values() for region in frames)
-    if not regions:
+    others = _not_played(documents)
+    if not (regions or others):
         raise ValueError("it has no frames")
     image = Path(plain_name(meta["image"]))
     return AtlasSheet(
         name=image.stem,
         title=image.stem.partition("@")[0],
         scale=number(float(meta.get("scale", 1)), 0.001, 1),
-        fps=number(float(about.get("fps") or 1000 / regions[0].duration), 0.001, 1e6),
+        fps=_fps(about, regions),
         alpha=one_of(about["alpha"], ("straight", "premultiplied", "additive")),
         blend_space=one_of(about["blendSpace"], ("srgb", "linear")),
         image_format=image.suffix[1:],
@@ -186,15 +187,24 @@ def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
         grid=grid_of(about),
         maps=maps_of([document["meta"].get("maps", []) for document in documents]),
         states=_states(meta, {name: len(frames) for name, frames in played.items()}),
-        cells=_cells(documents),
+        singles=tuple(region for region in others if not region.duration),
+        cells=tuple(region for region in others if region.duration),
         bits=bits_of(meta),
         gpu=textures_of([document["meta"].get("gpu", []) for document in documents]),
         heat=heat_of(about),
     )
 
 
-def _cells(documents: Sequence[dict[str, Any]]) -> tuple[Region, ...]:
-    """Return the frames that no animation plays: the cells of textures of flakes."""
+def _fps(about: dict[str, Any], regions: Sequence[Region]) -> float:
+    """Return the frames per second of the first animation; 0 without one."""
+    if not regions:
+        return 0.0
+    return number(float(about.get("fps") or 1000 / regions[0].duration), 0.001, 1e6)
+
+
+def _not_played(documents: Sequence[dict[str, Any]]) -> tuple[Region, ...]:
+    """Return the frames that no animation plays: single sprites, which have no duration, and the
+    cells of textures of flakes."""
     played = {
         name
         for document in documents

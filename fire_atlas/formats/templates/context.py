@@ -15,19 +15,19 @@ def context_of(sheet: AtlasSheet) -> dict[str, Any]:
 
     name, title: File stem of the outputs, with and without a scale such as ``@0.5x``.
     scale: Size of the pages, 1 at full size.
-    fps: Frames per second.
+    fps: Frames per second; 0 without an animation.
     alpha, blend_space: As in the recipe.
     version: Version of fire-atlas.
     pages: Each with ``file``, ``width``, ``height``, ``safe_mip``, its ``maps`` (their files by
-        kind) and its ``frames``, those of textures of flakes among them.
-    frames: All frames in playing order, then the cells of textures of flakes; see ``_frame``.
+        kind) and its ``frames``, single sprites and those of textures of flakes among them.
+    frames: All frames in playing order, then single sprites, which no animation plays, and the
+        cells of textures of flakes; see ``_frame``.
     animations: Each with ``name``, ``loop``, ``duration`` (ms) and its ``frames``.
     grid: None without a grid, or ``columns``, ``rows``, ``cell_width``, ``cell_height``.
     motion: None, or how motion vectors are decoded; see ``_motion``.
     states: None, or which animation may follow which, as ``meta.states`` of the JSON.
     """
-    placed = (*sheet.regions, *sheet.cells)
-    frames = {region.name: _frame(sheet, i, region) for i, region in enumerate(placed)}
+    frames = {region.name: _frame(sheet, i, region) for i, region in enumerate(sheet.placed)}
     grid = sheet.grid
     return {
         "name": sheet.name,
@@ -81,8 +81,9 @@ def _frame(sheet: AtlasSheet, index: int, region: Region) -> dict[str, Any]:
     The size is upright; on the page a ``rotated`` frame is turned 90° clockwise.
     ``trim_x``, ``trim_y`` is the top-left corner of these pixels in the untrimmed frame, whose size
     is ``source_width`` × ``source_height``; ``anchor_x``, ``anchor_y`` the pivot in 0..1 of that.
-    ``mesh`` is None, or the ``vertices`` [x, y] of what is drawn, px of the trimmed pixels, and its
-    ``triangles`` of three indices.
+    ``duration`` is 0 of a single sprite. ``border`` is None, or [left, top, right, bottom] of a
+    nine-patch, px. ``mesh`` is None, or the ``vertices`` [x, y] of what is drawn, px of the trimmed
+    pixels, and its ``triangles`` of three indices.
     """
     mesh = region.mesh
     return {
@@ -103,6 +104,7 @@ def _frame(sheet: AtlasSheet, index: int, region: Region) -> dict[str, Any]:
         "anchor_x": plain(region.anchor[0], 6),
         "anchor_y": plain(region.anchor[1], 6),
         "duration": plain(region.duration, 3),
+        "border": region.border and list(region.border),
         "mesh": mesh and {
             "vertices": [list(vertex) for vertex in mesh.vertices],
             "triangles": [list(triangle) for triangle in mesh.triangles],

@@ -17,7 +17,7 @@ from fire_atlas.core.output_file import OutputFile, is_portable, is_reserved
 from fire_atlas.core.process import run_module
 from fire_atlas.formats.tables import EXPORTS
 from fire_atlas.formats.templates.context import context_of
-from fire_atlas.formats.templates.jinja import rendered
+from fire_atlas.formats.templates.jinja import identifier, rendered
 from fire_atlas.recipe.output import TemplateExport
 
 MAX_SECONDS = 10
@@ -25,9 +25,27 @@ MAX_SECONDS = 10
 
 
 def export_css(sheet: AtlasSheet) -> Iterator[OutputFile]:
-    """Yield ``name.css``: a CSS class that plays each animation, and one that shows each frame."""
+    """Yield ``name.css``: a CSS class that plays each animation, and one that shows each frame.
+
+    Raises:
+        OutputError: Two of them would be one class.
+    """
+    _refuse_equal_classes(sheet)
     text = rendered("sprites.css.j2", **context_of(sheet))
     yield OutputFile(sheet.file(0, EXPORTS["css"].ending), "atlas", text.encode())
+
+
+def _refuse_equal_classes(sheet: AtlasSheet) -> None:
+    taken = dict[str, str]()
+    shown = (f"sprite {region.name}" for region in sheet.placed)
+    for title in (*(f"animation {each.name}" for each in sheet.animations), *shown):
+        css_class = identifier(title.partition(" ")[2])
+        other = taken.setdefault(css_class, title)
+        if other != title:
+            raise OutputError(
+                f"exports: css cannot tell the {other} and the {title} apart: the class of both "
+                f"would be .{css_class}; rename the files of one of them"
+            )
 
 
 def export_tpsheet(sheet: AtlasSheet) -> Iterator[OutputFile]:

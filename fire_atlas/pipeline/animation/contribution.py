@@ -11,6 +11,8 @@ from fire_atlas.atlas.sheet import AnimationFrames, Rect, StateGraph
 from fire_atlas.atlas.trim import bounding_rect
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.context import BuildContext
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.named_sprite import NamedSprite
 from fire_atlas.effect.composition.light import ClipLight
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.maps.kinds import KIND, kinds_in
@@ -41,6 +43,7 @@ class FinishedAnimation:
         camera: The camera that sees the fire, if it has depth.
         frames_per_place: Number of consecutive frames whose sprites are the same, with the heat of
             each in a channel of its own.
+        named: Of sprites, what each frame has of its own; empty for the frames of a clip.
         statistics: Figures about the clip and its flakes, for the manifest.
     """
 
@@ -54,13 +57,14 @@ class FinishedAnimation:
     pixel_art: bool = False
     camera: Camera | None = None
     frames_per_place: int = 1
+    named: tuple[NamedSprite, ...] = ()
     statistics: Mapping[str, Any] = field(default_factory=dict)
 
     def frames_for_pages(self, name: str) -> AnimationFrames:
         """Return the frames in the largest scale for packing, as the animation ``name``."""
         sprites = tuple(frame.sprites[0] for frame in self.frames)
         return AnimationFrames(
-            name, sprites, 1000 / self.fps, self.loop, self.foot, self.frames_per_place
+            name, sprites, 1000 / self.fps, self.loop, self.foot, self.frames_per_place, self.named
         )
 
     def all_statistics(self) -> dict[str, Any]:
@@ -78,6 +82,19 @@ class FinishedAnimation:
         width = max(frame.width for frame in self.frames)
         height = max(frame.height for frame in self.frames)
         return ClipLight(self.fps, width, height, self.loop, lights) if lights else None
+
+
+@dataclass(frozen=True, slots=True)
+class FinishedSprite:
+    """A sprite, ready for packing: its picture, and what it has of its own."""
+
+    frame: RenderedFrame
+    named: NamedSprite
+
+    def for_pages(self) -> AnimationFrames:
+        """Return it in the largest scale for packing: a frame that no animation plays."""
+        name, sprites = self.named.name, self.frame.sprites[:1]
+        return AnimationFrames(name, sprites, 0.0, False, None, named=(self.named,))
 
 
 def maps_of(
@@ -119,6 +136,7 @@ class Contribution:
         statistics: Figures about the animations, for the manifest.
         states: In which order they may follow one another; None if each is played alone.
         texture: The texture of the flakes; None without one.
+        single: Sprites that no animation plays.
     """
 
     name: str
@@ -126,18 +144,30 @@ class Contribution:
     statistics: dict[str, Any]
     states: StateGraph | None = None
     texture: "PreparedTexture | None" = None
+    single: tuple[FinishedSprite, ...] = ()
 
 
 def animations_by_name(contributions: Sequence[Contribution]) -> dict[str, FinishedAnimation]:
     """Return all animations by their names on the pages.
 
-    If several recipes share pages, the name of an animation begins with that of its recipe.
+    If several recipes share pages, the name of an animation begins with that of its recipe; but
+    sprites keep the names that the user gave them.
+
+    Raises:
+        RecipeError: Two have one name.
     """
-    return {
-        animation_title(name, each.name, each.animations, len(contributions)): animation
-        for each in contributions
-        for name, animation in each.animations.items()
-    }
+    found = dict[str, FinishedAnimation]()
+    for each in contributions:
+        for name, animation in each.animations.items():
+            title = animation_title(name, each.name, each.animations, len(contributions))
+            title = name if animation.named else title
+            if title in found:
+                raise RecipeError(
+                    f"{each.name}: its animation {title} has the name of another one on these "
+                    f"pages; rename the files of one, or a recipe"
+                )
+            found[title] = animation
+    return found
 
 
 def textures_by_name(contributions: Sequence[Contribution]) -> "dict[str, PreparedTexture]":

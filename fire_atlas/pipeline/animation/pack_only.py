@@ -1,57 +1,38 @@
-"""Prepare sprites of any size as named animations, without resizing, flakes or blur."""
+"""Prepare sprites for packing: encoded, but otherwise as they are."""
 
+from fire_atlas.atlas.encode import encode_sprites
 from fire_atlas.core.context import BuildContext
-from fire_atlas.core.errors import RecipeError
-from fire_atlas.maps.maker import AnimationParts
-from fire_atlas.pipeline.animation.contribution import Contribution, FinishedAnimation, maps_of
-from fire_atlas.pipeline.animation.layers import flame_layers
-from fire_atlas.pipeline.animation.render import refuse_without_alpha, render_each, render_frame
+from fire_atlas.pipeline.animation.contribution import (
+    Contribution,
+    FinishedAnimation,
+    FinishedSprite,
+)
+from fire_atlas.pipeline.animation.render import RenderedFrame, render_each
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.sources.sprites import Sprites
 
 
 def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contribution:
-    """Prepare sprites as finished animations, their frames unchanged.
+    """Return sprites as finished animations and single sprites, their pixels unchanged."""
 
-    Raises:
-        RecipeError: The timeline or the maps have settings that need a single clip.
-    """
-    if not recipe.timeline.keeps_all_frames:
-        raise RecipeError(
-            "timeline edits a single clip, but these images have several animations or sizes; "
-            "remove every timeline setting (only loop: auto or loop: none may stay)"
-        )
-    if recipe.maps.haze:
-        raise RecipeError(
-            "maps.haze: the hot air is found by the motion of one clip, but these images have "
-            "several animations or sizes; leave it out, or give each animation its own recipe"
-        )
-    if recipe.maps.smoke:
-        refuse_without_alpha(sprites.matte)
-    numbers = [i for played in sprites.animations.values() for i in played]
+    def finished(i: int) -> FinishedSprite:
+        picture, named = sprites.read(i)
+        height, width = picture.shape[:2]
+        encoded = encode_sprites(picture, recipe.atlas)
+        return FinishedSprite(RenderedFrame(encoded, {}, None, width, height), named)
+
+    names = sprites.names
     with context.timer.measure("render"):
-        rendered = render_each(
-            lambda i: render_frame(flame_layers(sprites.picture(i), recipe), recipe),
-            numbers,
-            context,
+        rendered = render_each(finished, range(len(names.files)), context)
+    animations = {
+        title: FinishedAnimation(
+            [rendered[i].frame for i in played],
+            sprites.rates[title],
+            loop=recipe.timeline.loop != "none",
+            named=tuple(rendered[i].named for i in played),
         )
-    frames = dict(zip(numbers, rendered, strict=True))
-    loop = recipe.timeline.loop != "none"
-    animations = {}
-    for name, played in sprites.animations.items():
-        shown = [frames[i] for i in played]
-        # No images are skipped, so frames are held out to test motion vectors.
-        parts = AnimationParts([(frame.width, frame.height) for frame in shown], loop)
-        maps = maps_of(shown, parts, recipe, context)
-        animations[name] = FinishedAnimation(
-            shown, sprites.fps, loop, maps=maps, pixel_art=recipe.is_pixel_art
-        )
-    statistics = {
-        "frames": len(numbers),
-        "animations": len(animations),
-        "fps": round(sprites.fps, 4),
-        "matte": sprites.matte,
+        for title, played in names.animations.items()
     }
-    if recipe.maps.motion != "none":
-        statistics["motions"] = {name: each.all_statistics() for name, each in animations.items()}
-    return Contribution(recipe.name, animations, statistics)
+    single = tuple(rendered[i] for i in names.single)
+    statistics = {"frames": len(rendered), "animations": len(animations)}
+    return Contribution(recipe.name, animations, statistics, single=single)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import cast
+from typing import TypeVar, cast
 
 from fire_atlas.atlas.encode import encode_sprites
 from fire_atlas.atlas.sheet import Sprite
@@ -28,6 +28,8 @@ from fire_atlas.pipeline.animation.layers import (
     layers_of,
 )
 from fire_atlas.recipe.models import Recipe
+
+_Rendered = TypeVar("_Rendered")
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,8 +92,8 @@ def refuse_without_alpha(matte: str) -> None:
 
 
 def render_each(
-    frame: Callable[[int], RenderedFrame], numbers: Sequence[int], context: BuildContext
-) -> list[RenderedFrame]:
+    frame: Callable[[int], _Rendered], numbers: Sequence[int], context: BuildContext
+) -> list[_Rendered]:
     """Return ``frame(i)`` for each of ``numbers``, rendered by all workers."""
     context.progress.stage("render", len(numbers))
     frames = []

@@ -20,7 +20,9 @@ from fire_atlas.heat.problems import heat_problems
 from fire_atlas.maps.kinds import map_problems, maps_without_source
 from fire_atlas.recipe.load import LoadedRecipe, load_tree
 from fire_atlas.recipe.models import Recipe
+from fire_atlas.recipe.output import exports_called
 from fire_atlas.recipe.problem import Problem
+from fire_atlas.recipe.source import SpritesSource
 from fire_atlas.recipe.tree import MEMBERS, RecipeTree
 from fire_atlas.recipe.validate import refusal
 
@@ -41,6 +43,7 @@ def load_checked(tree: RecipeTree) -> CheckedRecipe:
     """
     loaded = load_tree(tree)
     problems = [*_problems(loaded.recipe), *_members_in_wind(loaded), *_sources_of_maps(loaded)]
+    problems += _sprites_on_pages(loaded)
     if problems:
         raise refusal(tree, problems)
     recipe = loaded.recipe
@@ -73,6 +76,26 @@ def _sources_of_maps(loaded: LoadedRecipe) -> Iterator[Problem]:
     for i, member in enumerate(loaded.members):
         for problem in maps_without_source(maps, member.recipe.source):
             yield Problem((*MEMBERS, i), f"{'.'.join(map(str, problem.path))}: {problem.message}")
+
+
+def _sprites_on_pages(loaded: LoadedRecipe) -> Iterator[Problem]:
+    """Yield a problem for each thing that pages with sprites, own or of members, cannot have."""
+    packed = [part for part in loaded.parts if isinstance(part.recipe.source, SpritesSource)]
+    if not packed:
+        return
+    name, recipe = packed[0].recipe.name, loaded.recipe
+    if recipe.atlas.pixels != "color":
+        yield Problem(
+            ("atlas", "pixels"),
+            f"the sprites of {name} keep their colours, which heat has not; set it to color, or "
+            f"pack them on pages of their own",
+        )
+    for path, _ in exports_called(recipe.exports, "aseprite"):
+        yield Problem(
+            path,
+            f"aseprite numbers its frames, so that the names of the sprites of {name} were lost; "
+            f"use json or phaser",
+        )
 
 
 def _problems(recipe: Recipe) -> Iterator[Problem]:

@@ -15,19 +15,15 @@ from fire_atlas.outputs.dependencies import inputs_of, recipe_files
 from fire_atlas.outputs.digest import HashedFile
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.recipe.load import LoadedRecipe
-from fire_atlas.recipe.source import FramesSource
-from fire_atlas.sources.registry import (
-    open_source,
-    open_source_in_wind,
-    open_sprites,
-)
+from fire_atlas.recipe.source import FramesSource, SpritesSource
+from fire_atlas.sources.registry import open_source, open_source_in_wind
 
 if TYPE_CHECKING:
     from fire_atlas.sources.sprites import Sprites
 
 Opened: TypeAlias = "Mapping[str, Clip] | FireInWind | Sprites"
 """An opened source: clips by the name of their animation, one for each view; a fire in several
-winds; or sprites, if the recipe only packs images of several animations or sizes."""
+winds; or sprites, which are only packed."""
 
 
 @contextmanager
@@ -45,7 +41,8 @@ def open_input(loaded: LoadedRecipe, context: BuildContext) -> Opened:
     """Open a recipe's source."""
     opened = _open(loaded, context)
     first = _first(opened)
-    context.progress.note(f"{first.matte} matte: {first.matte_reason}")
+    if isinstance(first, Clip):
+        context.progress.note(f"{first.matte} matte: {first.matte_reason}")
     for note in first.notes:
         context.progress.note(note)
     if isinstance(first, Clip) and _is_one_picture(loaded, first):
@@ -57,8 +54,11 @@ def _open(loaded: LoadedRecipe, context: BuildContext) -> Opened:
     workers, max_pixels = context.workers, context.max_pixels
     if loaded.recipe.wind.levels:
         return open_source_in_wind(loaded, workers, max_pixels)
-    sprites = None if loaded.recipe.has_effect else open_sprites(loaded, max_pixels)
-    return open_source(loaded, workers, max_pixels) if sprites is None else sprites
+    if isinstance(loaded.recipe.source, SpritesSource):
+        from fire_atlas.sources.sprites import open_sprites
+
+        return open_sprites(loaded, workers, max_pixels)
+    return open_source(loaded, workers, max_pixels)
 
 
 def open_texture(loaded: LoadedRecipe, context: BuildContext) -> list[Pixels]:

@@ -11,10 +11,12 @@ from fire_atlas.core.statistics import figures_entry
 from fire_atlas.pipeline.animation.contribution import (
     Contribution,
     FinishedAnimation,
+    FinishedSprite,
     animations_by_name,
     textures_by_name,
     with_cell_names,
 )
+from fire_atlas.pipeline.animation.render import RenderedFrame
 from fire_atlas.recipe.load import LoadedRecipe
 
 if TYPE_CHECKING:
@@ -31,12 +33,19 @@ class PageContent:
         textures: Textures of flakes, by their names on the pages.
         heat: What gives heat its colours; None if the pages have colours.
         states: In which order the animations may follow one another; None if each plays alone.
+        single: Sprites that no animation plays.
     """
 
     animations: Mapping[str, FinishedAnimation]
     textures: "Mapping[str, PreparedTexture]"
     heat: "HeatPages | None" = None
     states: StateGraph | None = None
+    single: tuple[FinishedSprite, ...] = ()
+
+    def frames(self) -> list[RenderedFrame]:
+        """Return the frames of all animations and the single sprites, as they are packed."""
+        played = [frame for animation in self.animations.values() for frame in animation.frames]
+        return played + [sprite.frame for sprite in self.single]
 
     def described(self, sheet: AtlasSheet) -> AtlasSheet:
         """Return a sheet of it that says how its pages get their colours, and has the states."""
@@ -54,7 +63,8 @@ def page_content(
     named = with_cell_names(loaded.recipe.name, contributions)
     animations, textures = animations_by_name(named), textures_by_name(named)
     if loaded.recipe.atlas.pixels == "color":
-        return PageContent(animations, textures, states=named[0].states)
+        single = tuple(sprite for each in named for sprite in each.single)
+        return PageContent(animations, textures, states=named[0].states, single=single)
     from fire_atlas.pipeline.pages.heat import in_heat
 
     animations, heat = in_heat(animations, loaded, context)
@@ -70,8 +80,7 @@ def build_statistics(
     """Return statistics of pages, of ``images`` by file, of heat by animation, of each recipe,
     and the CPU class."""
     area = sum(page.width * page.height for page in sheet.pages)
-    placed = (*sheet.regions, *sheet.cells)
-    places = {(region.page, region.x, region.y): region for region in placed}
+    places = {(region.page, region.x, region.y): region for region in sheet.placed}
     used = sum(region.width * region.height for region in places.values())
     of_all = {
         "pages": [[page.width, page.height] for page in sheet.pages],
@@ -83,4 +92,5 @@ def build_statistics(
     if len(contributions) == 1:
         return {**contributions[0].statistics, **of_all}
     members = {each.name: each.statistics for each in contributions}
-    return {"frames": len(sheet.regions), **of_all, "members": members}
+    frames = len(sheet.regions) + len(sheet.singles)
+    return {"frames": frames, **of_all, "members": members}

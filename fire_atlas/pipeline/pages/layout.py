@@ -1,7 +1,7 @@
 """Pack all frames onto pages, and draw the images of pages and maps one by one."""
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -64,12 +64,13 @@ def pack(
     """
     animations, textures = content.animations, content.textures
     kinds, mapped = kinds_in(maps), list(animations.values())
+    singles = [sprite.for_pages() for sprite in content.single]
     margin = max((_margin(kind, mapped) for kind in kinds), default=0)
     packed = [animation.frames_for_pages(title) for title, animation in animations.items()]
     cells = [each.frames_for_pages(title, packed[0].duration) for title, each in textures.items()]
     sheets = build_sheets(
         name, packed, atlas,
-        textures=cells, margin=margin, shares=maps == Maps(),
+        singles=singles, textures=cells, margin=margin, shares=maps == Maps(),
     )  # fmt: skip
     _refuse_split(sheets[0], textures)
     if len(sheets[0].pages) > 1:
@@ -78,7 +79,7 @@ def pack(
             f"or fewer frames could make one page enough"
         )
         _note_split(sheets[0], atlas, context)
-    sheets = _with_meshes(sheets, animations, margin, atlas, context)
+    sheets = _with_meshes(sheets, content, margin, atlas, context)
     sheets = tuple(with_maps(content.described(sheet), mapped, maps) for sheet in sheets)
     return tuple(with_textures(sheet, atlas) for sheet in sheets)
 
@@ -90,7 +91,7 @@ def _margin(kind: MapKind, animations: Sequence[FinishedAnimation]) -> int:
 
 def _with_meshes(
     sheets: Sequence[AtlasSheet],
-    animations: Mapping[str, FinishedAnimation],
+    content: PageContent,
     margin: int,
     atlas: Atlas,
     context: BuildContext,
@@ -99,14 +100,14 @@ def _with_meshes(
 
     Args:
         sheets: The sheets, the largest first.
-        animations: What they show: pages and layers share their meshes.
+        content: What they show: pages and layers share their meshes.
         margin: Empty px that are kept around what is visible, at full size.
         atlas: Settings of the pages.
         context: Its progress advances with each frame of each scale.
     """
     if atlas.mesh == "none":
         return tuple(sheets)
-    frames = [frame for animation in animations.values() for frame in animation.frames]
+    frames = content.frames()
     context.progress.stage("mesh", len(sheets) * len(frames))
     return tuple(
         with_meshes(
@@ -161,10 +162,8 @@ def images(
 
     ``content`` is in the order in which it was packed. Maps do not show textures.
     """
-    animations, textures = content.animations, content.textures
-    cells = [cell for texture in textures.values() for cell in texture.sprites]
-    frames = [frame for animation in animations.values() for frame in animation.frames]
-    kinds, mapped = kinds_in(maps), list(animations.values())
+    cells = [cell for texture in content.textures.values() for cell in texture.sprites]
+    frames, kinds, mapped = content.frames(), kinds_in(maps), list(content.animations.values())
     for scale, sheet in enumerate(sheets):
         edges = Edges.of(atlas, sheet.scale)
         files = [page.file for page in sheet.pages]

@@ -116,12 +116,11 @@ def test_effects_and_sprites_that_share_pages_are_one_sprite(
     folder.mkdir()
     for i, size in enumerate((20, 30)):
         draw(folder / f"art/walk_{i}.png", size, 40)
-    plain = {"flakes": "none", "motion_blur": "none"}
     clip = {"path": str(shipped("samples") / "campfire"), "count": 5, "height": 80}
     recipes: dict[str, dict[str, Any]] = {
         "torch": {"source": clip, "flakes": {"bake": False}},
         "candle": {"source": clip, "seed": 4},
-        "hero": {"source": {"path": "art"}, **plain},
+        "hero": {"source": {"kind": "sprites", "path": "art"}},
         "level": {
             "atlas": {"members": ["torch.yaml", "candle.yaml", "hero.yaml"], "max_size": 128},
             "exports": ["json", "godot"], "tracks": [],
@@ -136,7 +135,7 @@ def test_effects_and_sprites_that_share_pages_are_one_sprite(
         {"do": "read", "scene": "res://level.tscn", "read": read},
     ])  # fmt: skip
     counts = {name: len(animation["frames"]) for name, animation in animations.items()}
-    assert counts == {"torch": 5, "candle": 5, "hero_walk": 2}
+    assert counts == {"torch": 5, "candle": 5, "walk": 2}
     assert {tuple(frame["size"]) for a in animations.values() for frame in a["frames"]} == {
         tuple(animations["torch"]["frames"][0]["size"])  # one stage for all
     }

@@ -13,11 +13,11 @@ function readBack(gl, width, height) {
 }
 
 /** Load by the loader that the file's name asks for. */
-function load(scene, { id, json, title }) {
+function load(scene, { id, json, title, sprites }) {
   scene.load.setBaseURL(`/${id}/`);
   if (json.endsWith(".phaser.json")) {
     scene.load.multiatlas(title, json);
-    scene.load.animation(`${title}-animations`, json);
+    if (!sprites) scene.load.animation(`${title}-animations`, json);
   } else if (json.endsWith(".aseprite.json")) {
     scene.load.aseprite(title, json.replace(".aseprite.json", ".png"), json);
   } else {
@@ -60,7 +60,26 @@ window.draw = (job) =>
       audio: { noAudio: true }, render: { preserveDrawingBuffer: true, antialias: false },
     });
 
+    /** Single sprites by their names, and which of `known` are not there. */
+    function drawSprites(running, { title, sprites, known, at }) {
+      const names = new Set(running.textures.get(title).getFrameNames());
+      const sprite = running.add.sprite(at[0], at[1], title);
+      game.loop.stop();
+      let now = performance.now();
+      const frames = sprites.map((name) => {
+        sprite.setTexture(title, name);
+        game.step((now += 16), 16);
+        return readBack(game.renderer.gl, width, height);
+      });
+      const borders = Object.fromEntries(sprites.map((name) => {
+        const { leftWidth, topHeight, rightWidth, bottomHeight } = running.add.nineslice(0, 0, title, name);
+        return [name, [leftWidth, topHeight, rightWidth, bottomHeight]];
+      }));
+      return { frames, missing: known.filter((name) => !names.has(name)), borders };
+    }
+
     function record(running, { at }) {
+      if (job.sprites) return drawSprites(running, job);
       const burn = animation(running, job);
       const sprite = running.add.sprite(at[0], at[1], job.title);
       game.loop.stop();

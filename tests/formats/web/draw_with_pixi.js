@@ -28,7 +28,27 @@ function meshOf(sheet, name) {
   });
 }
 
-window.draw = async ({ id, json, title, premultiplied, size, at, zoom, meshes }) => {
+/** Single sprites by their names, and which of `known` are not there. */
+function drawSprites(app, sheets, { sprites, known, at }) {
+  const textures = Object.assign({}, ...sheets.map((sheet) => sheet.textures));
+  const frames = sprites.map((name) => {
+    const sprite = new PIXI.Sprite(textures[name]);
+    sprite.anchor.copyFrom(sprite.texture.defaultAnchor);
+    sprite.position.set(...at);
+    app.stage.addChild(sprite);
+    app.render();
+    sprite.destroy();
+    return readBack(app.renderer.gl, app.canvas.width, app.canvas.height);
+  });
+  const borders = Object.fromEntries(sprites.map((name) => {
+    const { leftWidth, topHeight, rightWidth, bottomHeight } = new PIXI.NineSliceSprite(textures[name]);
+    return [name, [leftWidth, topHeight, rightWidth, bottomHeight]];
+  }));
+  return { frames, missing: known.filter((name) => !(name in textures)), borders };
+}
+
+window.draw = async (job) => {
+  const { id, json, title, premultiplied, size, at, zoom, meshes } = job;
   const [width, height] = size;
   const app = new PIXI.Application();
   PIXI.TextureSource.defaultOptions.scaleMode = "nearest";
@@ -39,6 +59,7 @@ window.draw = async ({ id, json, title, premultiplied, size, at, zoom, meshes })
   const textureOptions = premultiplied ? { alphaMode: "premultiplied-alpha" } : {};
   const sheet = await PIXI.Assets.load({ src: `/${id}/${json}`, data: { textureOptions } });
   const sheets = [sheet, ...sheet.linkedSheets];
+  if (job.sprites) return drawSprites(app, sheets, job);
 
   const parts = sheets.map((page) => page.animations[title] ?? []).filter((part) => part.length);
   const textures = parts.flat().sort((a, b) => (a.label < b.label ? -1 : 1));
