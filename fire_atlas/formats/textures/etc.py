@@ -5,6 +5,7 @@ channels, blocks of 64 bits follow one another: alpha and colour, or red and gre
 block are numbered column by column.
 """
 
+from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
@@ -74,7 +75,7 @@ def _eleven_bits(words: _Words) -> _Ints:
     """Return the values of EAC blocks of 11 bits, rounded to 0..255, (blocks, 16)."""
     base, factor = _bits(words, 56, 8)[:, None], _bits(words, 52, 4)[:, None]
     values = 8 * base + 4 + np.maximum(8 * factor, 1) * _eac_offsets(words)
-    return (2 * 255 * np.clip(values, 0, 2047) + 2047) // (2 * 2047)
+    return np.asarray((2 * 255 * np.clip(values, 0, 2047) + 2047) // (2 * 2047), np.int64)
 
 
 def _colours(words: _Words) -> _Ints:
@@ -93,7 +94,8 @@ def _colours(words: _Words) -> _Ints:
         for value, nibble in zip((bases, others), nibbles, strict=True)
     ]
     found = np.empty((len(words), 16, 3), np.int64)
-    for number, decode in enumerate((_halves, _mode_t, _mode_h, _planar)):
+    modes: list[Callable[..., _Ints]] = [_halves, _mode_t, _mode_h, _planar]
+    for number, decode in enumerate(modes):
         some = mode == number
         if some.any():
             found[some] = decode(words[some], *(half[some] for half in halves))
@@ -112,7 +114,7 @@ def _halves(words: _Words, one: _Ints, other: _Ints) -> _Ints:
     index = _indices(words)
     size = _MODIFIERS[table, index & 1]
     colour = np.where(is_second[..., None], other[:, None], one[:, None])
-    return colour + np.where(index < 2, size, -size)[..., None]
+    return np.asarray(colour + np.where(index < 2, size, -size)[..., None], np.int64)
 
 
 def _mode_t(words: _Words, *_: _Ints) -> _Ints:
@@ -152,7 +154,7 @@ def _planar(words: _Words, *_: _Ints) -> _Ints:
     down = _extended(_bits(words, 13, 6), _bits(words, 6, 7), _bits(words, 0, 6))
     x, y = _X[None, :, None], _Y[None, :, None]
     o, h, v = (corner[:, None] for corner in (origin, across, down))
-    return (x * (h - o) + y * (v - o) + 4 * o + 2) >> 2
+    return np.asarray((x * (h - o) + y * (v - o) + 4 * o + 2) >> 2, np.int64)
 
 
 def _extended(red: _Ints, green: _Ints, blue: _Ints) -> _Ints:
