@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from fire_atlas.atlas.assignment import Assignment, Frames, assign
@@ -43,18 +43,20 @@ def pack_grid(
     return Packing(pages, tuple(places[i] for i in range(len(sizes)))), grid
 
 
-def sufficient_grid_side(
-    sizes: Sequence[Size], frames: int, rules: PageRules, most: int
-) -> int | None:
-    """Return the least maximum side with which a page has cells for so many ``frames``.
+def grid_pages(
+    sizes: Sequence[Size], animations: Sequence[Sequence[int]], rules: PageRules
+) -> float:
+    """Return how many pages ``pack_grid`` needs; infinity if no page can hold the cells that the
+    recipe states."""
+    shapes = _shapes(sum(map(len, animations)), rules, *_cell(sizes, rules))
+    most = max((shape.cells for shape in shapes), default=0)
+    return len(assign(animations, _GridRoom(most)).pages) if most else math.inf
 
-    ``sizes`` are those of the frames on all pages, whose cells are equal. None if the side would
-    exceed ``most``.
-    """
-    raised = replace(rules, max_size=most)
-    shapes = _shapes(frames, raised, *_cell(sizes, raised))
-    sides = (max(shape.width, shape.height) for shape in shapes if shape.cells >= frames)
-    return min(sides, default=None)
+
+def stated_page(sizes: Sequence[Size], rules: PageRules) -> Size:
+    """Return the smallest page with as many cells as the recipe states, even above ``max_size``."""
+    columns, rows = rules.cells or (1, 1)
+    return _page(columns, rows, rules, *_cell(sizes, rules))
 
 
 class _Shape(NamedTuple):
@@ -127,17 +129,29 @@ def _cell(sizes: Sequence[Size], rules: PageRules) -> Size:
 
 def _shapes(count: int, rules: PageRules, width: int, height: int) -> Iterator[_Shape]:
     """Yield all useful pages for ``count`` frames with cells of at least ``width`` × ``height``."""
+    for columns, rows in _cells(count, rules, width, height):
+        sides = _page(columns, rows, rules, width, height)
+        if max(sides) <= rules.largest and not (sides[0] % columns or sides[1] % rows):
+            yield _Shape(columns, rows, *sides)
+
+
+def _cells(count: int, rules: PageRules, width: int, height: int) -> Iterator[Size]:
+    """Yield the useful numbers of columns and rows: those that the recipe states, if it does."""
+    if rules.cells is not None:
+        yield rules.cells
+        return
     for columns in range(1, min(count, _MAX_CELLS, rules.largest // width) + 1):
         needed = rules.side(-(-count // columns)) if rules.pot else -(-count // columns)
         for rows in range(1, min(needed, _MAX_CELLS, rules.largest // height) + 1):
-            across, down = columns * width, rows * height
-            if rules.square:
-                side = rules.side(max(across, down), math.lcm(columns, rows))
-                sides = side, side
-            else:
-                sides = rules.side(across, columns), rules.side(down, rows)
-            if max(sides) <= rules.largest and not (sides[0] % columns or sides[1] % rows):
-                yield _Shape(columns, rows, *sides)
+            yield columns, rows
+
+
+def _page(columns: int, rows: int, rules: PageRules, width: int, height: int) -> Size:
+    """Return the smallest page with such cells, even above ``max_size``."""
+    across, down = columns * width, rows * height
+    if rules.square:
+        return (rules.side(max(across, down), math.lcm(columns, rows)),) * 2
+    return rules.side(across, columns), rules.side(down, rows)
 
 
 def _gutters(sizes: Sequence[Size], rules: PageRules, grid: CellGrid) -> Size:

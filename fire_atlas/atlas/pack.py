@@ -3,9 +3,8 @@
 Which animations share a page, and the places there, do not depend on the order in which they come.
 """
 
-import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from fire_atlas.atlas.assignment import Assignment, Frames, assign
@@ -76,21 +75,12 @@ def pack(
     return _packing([room.page(frames) for frames in assignment.pages], assignment, animations)
 
 
-def sufficient_side(sizes: Sequence[Size], rules: PageRules, most: int) -> int | None:
-    """Return a maximum side with which a page holds all ``sizes``; None if it exceeds ``most``.
-
-    It is at most 5 % above the smallest with which packing finds room for them.
-    """
+def packed_pages(
+    sizes: Sequence[Size], animations: Sequence[Sequence[int]], rules: PageRules
+) -> int:
+    """Return how many pages ``pack`` needs at most, without looking for the smallest of them."""
     padded = [(width + rules.padding, height + rules.padding) for width, height in sizes]
-    least = max(math.isqrt(sum(w * h for w, h in padded)), *(max(size) for size in padded))
-    least = math.ceil(least * _STEP)  # a page without any gap is hardly ever found
-    side = max(rules.page(least, least))
-    while side <= most:
-        room = _PackedRoom(padded, replace(rules, max_size=side), QUICK)
-        if room.holds(frozenset(range(len(sizes)))):
-            return side
-        side = rules.side(max(side + 1, math.ceil(side * _STEP)))
-    return None
+    return len(assign(animations, _PackedRoom(padded, rules, _FIRST_TRIES)).pages)
 
 
 def _packing(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from fire_atlas.atlas.trim import up_to
+from fire_atlas.recipe.gpu import block_side
 from fire_atlas.recipe.output import Atlas
 
 Size = tuple[int, int]
@@ -40,6 +41,7 @@ class PageRules:
         pot: Whether sides must be powers of two.
         square: Whether both sides must be equal.
         rotate: Whether rectangles may be turned by 90°.
+        cells: Columns and rows of a grid; None: as many as frames need.
     """
 
     max_size: int
@@ -49,6 +51,7 @@ class PageRules:
     pot: bool = False
     square: bool = False
     rotate: bool = False
+    cells: Size | None = None
 
     @property
     def largest(self) -> int:
@@ -136,10 +139,10 @@ def _levels_apart(settings: Atlas) -> int:
 def _block_sides(settings: Atlas) -> int:
     """Return the least common multiple of the sides of the blocks of all formats, px.
 
-    Sides of pages that are powers of two have no room for whole blocks of 6 px.
+    Sides of pages that are powers of two have no room for whole blocks of 5 or 6 px.
     """
-    sides = {6 if "6x6" in each else 4 for each in settings.gpu}
-    return 4 if settings.pot else math.lcm(*sides)
+    sides = {block_side(format_) for format_ in settings.gpu}
+    return max({4} | sides & {8}) if settings.pot else math.lcm(*sides)
 
 
 def _rules(settings: Atlas, px: int, padding: int, border: int, multiple_of: int) -> PageRules:
@@ -151,4 +154,5 @@ def _rules(settings: Atlas, px: int, padding: int, border: int, multiple_of: int
         pot=settings.pot,
         square=settings.square,
         rotate=settings.rotate,
+        cells=None if settings.grid is None else (settings.grid.columns, settings.grid.rows),
     )

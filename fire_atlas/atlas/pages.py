@@ -78,6 +78,8 @@ def build_sheets(
     names = [frame for each in (*listed, *others) for frame in each.frames]
     _refuse_equal(names)
     _refuse_too_large(names, parts, units)
+    if settings.grid is not None:
+        _refuse_too_many_cells(parts, settings, units)
     counts = [len(each.sprites) for each in packed]
     quick = QUICK if len(singles) <= _MANY else _TRIES_OF_MANY
     tries = THOROUGH if settings.compression == "small" else quick
@@ -242,6 +244,31 @@ def _refuse_too_large(names: Sequence[str], parts: Sequence[Rect], units: Packin
                 f"{largest} px wide and high: raise `atlas.max_size` to {needed} or "
                 f"more, or make the frames smaller with `source.height`"
             )
+
+
+def _refuse_too_many_cells(parts: Sequence[Rect], settings: Atlas, units: PackingUnits) -> None:
+    """Refuse a stated grid whose cells, as large as the frames, take more than a page."""
+    from fire_atlas.atlas.grid import stated_page
+    from fire_atlas.atlas.remedies import PageFrames, largest
+
+    sizes = [units.size(part.width, part.height) for part in parts]
+    columns, rows = units.rules.cells or (1, 1)
+    width, height = (side * units.px for side in stated_page(sizes, units.rules))
+    most, needed = units.rules.largest * units.px, max(width, height)
+    if needed <= most:
+        return
+    whole = PageFrames(tuple((part.width, part.height) for part in parts), (range(len(parts)),))
+    percent = largest(lambda n: whole.scaled(n / 100).pages(settings) < math.inf, 1, 99)
+    remedies = [
+        *([f"raise `atlas.max_size` to {needed}"] if needed <= settings.largest_size else []),
+        "ask for fewer cells",
+        *([f"make the frames {percent} % as high with `source.height`"] if percent else []),
+    ]
+    raise OutputError(
+        f"atlas.grid: {columns} × {rows} cells of {width // columns} × {height // rows} px take a "
+        f"page of {width} × {height} px, but it may only be {most} px wide and high: "
+        f"{' or '.join([', '.join(remedies[:-1]), remedies[-1]])}"
+    )
 
 
 def _regions(

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 
 from fire_atlas.maps.kinds import kinds_in
-from fire_atlas.recipe.gpu import blocks_of
+from fire_atlas.recipe.gpu import blocks_of, channels_of, page_channels
 from fire_atlas.recipe.output import (
     Atlas,
     Export,
@@ -18,9 +18,6 @@ from fire_atlas.recipe.output import (
     exports_called,
 )
 from fire_atlas.recipe.problem import Problem
-
-_MAX_WEBP_SIDE = 16383
-"""Maximum side of a WebP, px: its header stores it in 14 bits."""
 
 
 def page_limits(atlas: Atlas) -> Iterator[Problem]:
@@ -36,17 +33,16 @@ def page_limits(atlas: Atlas) -> Iterator[Problem]:
             ("atlas", "bits"),
             "a WebP has 8 bits a channel; set atlas.format to png, or leave bits out",
         )
-    if atlas.format == "webp" and atlas.max_size > _MAX_WEBP_SIDE:
+    if atlas.max_size > atlas.largest_size:
         yield Problem(
             ("atlas", "max_size"),
-            f"a WebP has at most {_MAX_WEBP_SIDE} px a side; got {atlas.max_size}",
+            f"a WebP has at most {atlas.largest_size} px a side; got {atlas.max_size}",
         )
 
 
 def gpu_limits(atlas: Atlas, maps: Maps) -> Iterator[Problem]:
     """Yield a problem for each compressed texture that has no image to show, or loses its alpha."""
-    of_one = atlas.pixels == "heat" or any(kind.channels == 1 for kind in kinds_in(maps))
-    of_two = any(kind.channels == 2 for kind in kinds_in(maps))
+    written = {page_channels(atlas.pixels), *(kind.channels for kind in kinds_in(maps))}
     for i, format_ in enumerate(atlas.gpu):
         blocks = blocks_of(format_)
         if blocks == "bc1" and (needs := _what_needs_alpha(atlas, maps)):
@@ -55,11 +51,12 @@ def gpu_limits(atlas: Atlas, maps: Maps) -> Iterator[Problem]:
                 f"{format_} has no alpha, which {needs}: use bc7 or bc3, or alpha: additive "
                 f"without smoke",
             )
-        if (blocks == "bc4" and not of_one) or (blocks == "bc5" and not of_two):
-            channels = "one channel" if blocks == "bc4" else "two channels, for vectors"
+        if channels_of(blocks) not in {4, *written}:
+            held = "one channel" if channels_of(blocks) == 1 else "two channels, for vectors"
+            colours = "bc7" if blocks.startswith("bc") else "etc2"
             yield Problem(
                 ("atlas", "gpu", i),
-                f"{format_} holds {channels}, and this recipe writes no such image: use bc7 for "
+                f"{format_} holds {held}, and this recipe writes no such image: use {colours} for "
                 f"colours",
             )
 

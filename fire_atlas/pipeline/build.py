@@ -84,7 +84,7 @@ def build(
             files += input_files(opened, part)
         content = page_content(contributions, loaded, context)
         with timer.measure("pack"):
-            sheets = pack(recipe.name, content, recipe.atlas, recipe.maps, context)
+            sheets = pack(loaded, content, context)
         with timer.measure("write"):
             drawn = images(sheets, content, recipe.atlas, recipe.maps, context)
             outputs, figures = write_images(list(drawn), recipe.atlas, staging, context)

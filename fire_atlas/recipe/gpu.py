@@ -9,7 +9,8 @@ from fire_atlas.recipe.base import AUTO, NUMBER, either
 
 GpuFormat = Literal[
     "bc1.dds", "bc1.ktx2", "bc3.dds", "bc3.ktx2", "bc4.dds", "bc4.ktx2", "bc5.dds", "bc5.ktx2",
-    "bc7.dds", "bc7.ktx2", "astc-4x4.ktx2", "astc-6x6.ktx2",
+    "bc7.dds", "bc7.ktx2", "astc-4x4.ktx2", "astc-5x5.ktx2", "astc-6x6.ktx2", "astc-8x8.ktx2",
+    "etc2.ktx2", "eac-r11.ktx2", "eac-rg11.ktx2",
 ]  # fmt: skip
 """Formats of textures: how blocks of pixels are encoded, and the file that holds them."""
 
@@ -17,8 +18,11 @@ Channels: TypeAlias = Literal[0, 1, 2, 4]
 """Number of channels of 8 bits that a client reads of an image: of colours 4, of vectors 2, of
 light as floats 0."""
 
-_BC_OF_FEW: dict[Channels, str] = {1: "bc4", 2: "bc5"}
-"""The BC format of images with fewer channels than colours have."""
+_OF_FEW: dict[tuple[str, ...], dict[Channels, str]] = {
+    ("bc",): {1: "bc4", 2: "bc5"},
+    ("etc", "eac"): {1: "eac-r11", 2: "eac-rg11"},
+}
+"""Formats of images with fewer channels than colours have, by how names of their family begin."""
 
 MAX_MIPS = 15
 """Number of mip levels of the largest page."""
@@ -34,19 +38,31 @@ def blocks_of(format_: str) -> str:
     return format_.partition(".")[0]
 
 
+def block_side(format_: str) -> int:
+    """Return the width and height of a format's blocks, px."""
+    blocks = blocks_of(format_)
+    return int(blocks.rpartition("x")[2]) if blocks.startswith("astc") else 4
+
+
+def channels_of(format_: str) -> Channels:
+    """Return how many channels an image has at least for which a format is made: 4, 2 or 1."""
+    few = ((name, channels) for names in _OF_FEW.values() for channels, name in names.items())
+    return dict(few).get(blocks_of(format_), 4)
+
+
 def formats_for(formats: Iterable[GpuFormat], channels: Channels) -> Iterator[GpuFormat]:
     """Yield the formats in which an image with so many channels is written.
 
-    Images of fewer channels than colours have take BC4 and BC5 instead of other BC formats, which
-    are as small or smaller and more exact; colours do not fit these two.
+    Images of fewer channels than colours have take BC4 and BC5 instead of other BC formats, and EAC
+    instead of ETC2, which are as small or smaller and more exact; colours do not fit these.
     """
     written = list[GpuFormat]()
     for texture_format in formats:
         blocks, _, container = texture_format.partition(".")
-        few = _BC_OF_FEW.get(channels)
-        if blocks.startswith("bc") and few is not None:
-            blocks = few
-        if not channels or (channels == 4 and blocks in _BC_OF_FEW.values()):
+        for family, names in _OF_FEW.items():
+            if blocks.startswith(family):
+                blocks = names.get(channels, blocks)
+        if not channels or (channels == 4 and channels_of(blocks) < 4):
             continue
         written += [name for name in get_args(GpuFormat) if name == f"{blocks}.{container}"]
     yield from dict.fromkeys(written)

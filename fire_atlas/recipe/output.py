@@ -46,6 +46,9 @@ Pivot = Annotated[
 MAX_PAGE_SIDE = 16384
 """Largest ``atlas.max_size``, px."""
 
+_MAX_WEBP_SIDE = 16383
+"""Maximum side of a WebP, px: its header stores it in 14 bits."""
+
 GODOT_BLEED = 4
 """Default of ``atlas.bleed`` for straight pages with ``exports: [godot]``, px."""
 
@@ -98,14 +101,33 @@ MeshOrNone = Annotated[
 ]
 
 
+class PageGrid(Settings):
+    """The cells of every page of a grid."""
+
+    columns: int = Field(ge=1, le=512)
+    """Cells per row."""
+    rows: int = Field(ge=1, le=512)
+    """Rows of cells."""
+
+
 class Atlas(Settings):
     """The pages: how frames are packed on them, and how their pixels are stored."""
 
     layout: Literal["packed", "grid"] = "packed"
     """``packed``: tightly packed. ``grid``: uniform cells in playing order, row by row, that
     divide the page evenly, for engines and shaders that count cells."""
+    grid: PageGrid | None = None
+    """Of ``layout: grid``, the number of cells of every page, for clients with a fixed one; cells
+    that no frame fills stay empty. Default: as many as there are frames, on the smallest page."""
     max_size: int = Field(default=4096, ge=16, le=MAX_PAGE_SIDE)
     """Maximum width and height of a page, px."""
+    max_pages: Annotated[
+        Off | Annotated[int, Field(ge=1, le=1024), NUMBER],
+        either("`none` or a whole number from 1 to 1024"),
+        OFF,
+    ] = "none"
+    """A build that needs more pages than this fails and says what would be enough. ``none``: any
+    number, with a note if it is more than one."""
     pot: bool = False
     """Width and height of pages are powers of two. In a grid, so are those of cells."""
     square: bool = False
@@ -169,8 +191,8 @@ class Atlas(Settings):
     """Also write each image as compressed textures, which stay small in a GPU's memory, with mip
     levels: ``bc7.dds``, ``astc-6x6.ktx2``, ... (``fire-atlas[gpu]`` must be installed). Cells then
     lie on whole blocks, and far enough apart for these mips. Motion vectors take BC5 instead of
-    other BC formats, heat BC4. Colours keep most with ``alpha: premultiplied``; straight ones lose
-    up to 8 dB of it."""
+    other BC formats, heat BC4; EAC RG11 and R11 instead of ETC2. Colours keep most with ``alpha:
+    premultiplied``; straight ones lose up to 8 dB of it."""
     mips: Mips = "auto"
     """Number of mip levels in the files of ``gpu``, the page itself included; ``auto`` is 3. The
     layout keeps frames apart at up to 5 of them. Levels beyond these are written, for clients that
@@ -191,6 +213,11 @@ class Atlas(Settings):
     blend_space: Literal["srgb", "linear"] = "srgb"
     """Encoding in which the client blends: ``srgb`` (Godot 2D, Pixi, Phaser, canvas, Unity gamma)
     or ``linear`` (Unity linear)."""
+
+    @property
+    def largest_size(self) -> int:
+        """The largest ``max_size`` that files of this format can have, px."""
+        return _MAX_WEBP_SIDE if self.format == "webp" else MAX_PAGE_SIDE
 
     @property
     def ramps(self) -> tuple[str, ...]:
@@ -400,7 +427,17 @@ def exports_called(
 
 def _grid_contradictions(atlas: Atlas) -> Iterator[Problem]:
     if atlas.layout != "grid":
+        if atlas.grid is not None:
+            yield Problem(("grid",), "has cells only with layout: grid; set that, or remove grid")
         return
+    if atlas.grid is not None and atlas.pot:
+        for key, count in atlas.grid:
+            if count & (count - 1):
+                yield Problem(
+                    ("grid", key),
+                    f"must be a power of two with pot, which makes pages and cells such; use "
+                    f"{1 << count.bit_length() - 1} or {1 << count.bit_length()}, or remove pot",
+                )
     if atlas.rotate:
         yield Problem(
             ("rotate",), "a grid shows every frame upright; use layout packed, or leave rotate out"

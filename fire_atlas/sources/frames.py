@@ -1,6 +1,6 @@
 """Source ``frames``: open images, a sprite sheet, an animation or a video as a clip."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -107,9 +107,19 @@ def _open(
         blend_space=space,
         matte=choice.matte,
         matte_reason=choice.reason,
-        notes=reader.notes,
+        notes=(*reader.notes, *_note_on_enlarging(height, reader, settings)),
     )
     return clip, reader, chosen, choice
+
+
+def _note_on_enlarging(height: int, reader: FrameReader, settings: FramesSource) -> Iterator[str]:
+    """Yield a note if frames get higher than they are; pixel art may, in whole steps."""
+    if height <= reader.height or (settings.sampling == "nearest" and height % reader.height == 0):
+        return
+    yield (
+        f"source.height: {height} enlarges frames that are {reader.height} px high, which shows no "
+        f"more of them and takes more of the pages; leave it out to keep their size"
+    )
 
 
 def _resized(

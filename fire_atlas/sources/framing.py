@@ -21,7 +21,7 @@ LARGE = 512
 """Height, px, to which ``height: auto`` reduces taller videos. Frames of this size are kept whole
 while a clip is built; taller ones are reduced as they are decoded."""
 
-_SMALLEST = 256
+SMALLEST = 256
 """Height, px, below which ``height: auto`` adds pages instead of reducing a video further."""
 
 _FILLED = 0.9
@@ -118,26 +118,20 @@ def _height_on_page(size: tuple[int, int], shown: int, page: PageLimit | None) -
         return LARGE
     fitting = (
         height
-        for height in range(LARGE, _SMALLEST, -1)
+        for height in range(LARGE, SMALLEST, -1)
         if shown * height * width_for(height, size) <= page.area
     )
-    return next(fitting, _SMALLEST)
+    return next(fitting, SMALLEST)
 
 
 def _why_reduced(size: tuple[int, int], height: int, shown: int, page: PageLimit | None) -> str:
     width = width_for(height, size)
-    reason = f"frames of {size[0]}x{size[1]} are reduced to {width}x{height}"
-    if page is None:
-        return reason
-    if (pages := shown * width * height / page.area) > 1:
-        fitting = int(page.area / (width * height))
-        fewer = f"timeline.frames: {fitting} or " if fitting else ""
-        return (
-            f"{reason}, yet {shown} of them need about {ceil(pages)} pages of {page.max_size} px; "
-            f"{fewer}a larger atlas.max_size would make one page enough"
-        )
-    why = "" if height == LARGE else f", so that {shown} of them fit one page"
-    return f"{reason}{why}; source.height: source keeps their size"
+    fits = page is not None and SMALLEST < height < LARGE
+    why = f", so that {shown} of them fit one page" if fits else ""
+    return (
+        f"frames of {size[0]}x{size[1]} are reduced to {width}x{height}{why}; source.height: "
+        f"source keeps their size"
+    )
 
 
 def stated_box(settings: FramesSource, size: tuple[int, int], path: Path) -> Window:

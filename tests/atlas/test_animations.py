@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.encode import encode_sprites
-from fire_atlas.atlas.grid import pack_grid, sufficient_grid_side
-from fire_atlas.atlas.pack import Packing, pack, sufficient_side
+from fire_atlas.atlas.grid import grid_pages, pack_grid
+from fire_atlas.atlas.pack import Packing, pack, packed_pages
 from fire_atlas.atlas.page_rules import PageRules, Size
 from fire_atlas.atlas.pages import build_sheets
+from fire_atlas.atlas.remedies import PageFrames, split_animations, sufficient_size
 from fire_atlas.atlas.sheet import AnimationFrames
-from fire_atlas.atlas.split import max_size_for, split_animations
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.recipe.output import Atlas
 from tests.atlas.frames import cut
@@ -191,10 +191,7 @@ def test_an_animation_has_one_page_of_a_grid_if_it_has_enough_cells(
     on_pages = pages_of(packing, animations)
     for frames, on in zip(animations, on_pages, strict=True):
         assert len(on) == 1 or len(frames) > cells
-    split = [each for each, on in zip(animations, on_pages, strict=True) if len(on) > 1]
-    for frames in split:
-        side = sufficient_grid_side(sizes, len(frames), rules, UNLIMITED)
-        assert side is not None and side > 128
+    assert grid_pages(sizes, numbered(animations), rules) == len(packing.pages)
 
 
 def test_pages_of_a_grid_are_as_small_as_the_animations_allow() -> None:
@@ -204,16 +201,36 @@ def test_pages_of_a_grid_are_as_small_as_the_animations_allow() -> None:
     assert {grid.columns, grid.rows} == {3, 4}
 
 
-@settings(max_examples=40, deadline=None)
-@given(sizes=small_animations.map(lambda each: each[0]), rules=rules_of_pages)
-def test_the_side_that_is_advised_is_enough(sizes: list[Size], rules: PageRules) -> None:
-    side = sufficient_side(sizes, rules, UNLIMITED)
-    assert side is not None
-    raised = PageRules(
-        side, rules.padding, rules.border, rules.multiple_of, rules.pot, rules.square, rules.rotate
-    )
-    assert len(pack(sizes, [range(len(sizes))], raised).pages) == 1
-    assert sufficient_side(sizes, rules, side - 1) is None
+@settings(max_examples=20, deadline=None)
+@given(animations=small_animations, rules=rules_of_pages)
+def test_pages_are_no_more_than_those_foretold(
+    animations: list[list[Size]], rules: PageRules
+) -> None:
+    sizes = [size for each in animations for size in each]
+    foretold = packed_pages(sizes, numbered(animations), rules)
+    assert len(pack(sizes, numbered(animations), rules).pages) <= foretold
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    sizes=st.lists(st.tuples(st.integers(4, 40), st.integers(4, 40)), min_size=9, max_size=30),
+    keys=st.sampled_from(
+        [{}, {"layout": "grid"}, {"pot": True}, {"border": 3}, {"gpu": ["bc7.dds"], "mips": 1}]
+    ),
+    pages=st.integers(1, 3),
+)
+def test_a_page_of_the_size_that_is_advised_is_large_enough(
+    sizes: list[Size], keys: dict[str, Any], pages: int
+) -> None:
+    atlas = Atlas.model_validate({"max_size": 64, "dedupe": False, **keys})
+    frames = PageFrames(tuple(sizes), (range(len(sizes)),))
+    if frames.pages(atlas) <= pages:
+        return
+    size = sufficient_size(frames, atlas, pages)
+    assert size is not None and size > 64
+    larger = Atlas.model_validate({**keys, "max_size": size, "dedupe": False})
+    (sheet,) = build_sheets("all", [animation_of(sizes, "all")], larger)
+    assert len(sheet.pages) <= pages
 
 
 @pytest.mark.parametrize(
@@ -240,8 +257,9 @@ def test_sheets_keep_animations_together_with_all_settings(keys: dict[str, Any])
     alone = [build_sheets(each.name, [each], atlas, margin=2)[0] for each in frames]
     needs_several = [each.title for each in alone if len(each.pages) > 1]
     for sheet in sheets:
-        assert [each.name for each in split_animations(sheet)] == needs_several == ["a3"]
-    size = max_size_for(split_animations(sheets[0]), sheets[0], atlas)
+        split = split_animations(sheet)
+        assert [sheet.animations[i].name for i in split] == needs_several == ["a3"]
+    size = sufficient_size(PageFrames.of(sheets[0]).alone(3), atlas)
     assert size is not None and size > 256
     larger = Atlas.model_validate({**keys, "max_size": size, "dedupe": False})
     assert split_animations(build_sheets("all", frames, larger, margin=2)[0]) == []

@@ -58,6 +58,9 @@ LAYOUTS: list[dict[str, Any]] = [
     {"gpu": BC7, "layout": "grid", "pot": True, "mips": 4},
     {"gpu": BC7, "mips": 5, "alpha": "premultiplied"},
     {"gpu": ASTC, "alpha": "premultiplied"},
+    {"gpu": ("astc-5x5.ktx2",), "mips": 2},
+    {"gpu": ("astc-8x8.ktx2", "etc2.ktx2"), "mips": 2},
+    {"gpu": ("astc-8x8.ktx2", "astc-5x5.ktx2"), "pot": True},
     {"gpu": (*BC7, *ASTC), "alpha": "premultiplied"},
     {"gpu": BC7, "alpha": "straight", "bleed": 4, "padding": 8, "border": 3, "multiple_of": 4},
 ]

@@ -1,4 +1,4 @@
-"""Encode images as blocks of pixels that GPUs sample as they are: BC1, 3, 4, 5, 7 and ASTC.
+"""Encode images as blocks of pixels that GPUs sample as they are: BC1, 3, 4, 5, 7, ETC2 and ASTC.
 
 Each block has a fixed number of bytes, whatever it shows. The encoders are packages of the extra
 ``gpu``; they release the interpreter's lock, so rows of blocks are encoded in the pool.
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
+from fire_atlas.formats.textures.etc import decode_etc
 
 _BAND_BLOCKS = 32
 """Rows of blocks that are encoded at a time."""
@@ -59,7 +60,12 @@ FORMATS = {
         BlockFormat("bc5", 4, 16, 2),
         BlockFormat("bc7", 4, 16, 4),
         BlockFormat("astc-4x4", 4, 16, 4),
+        BlockFormat("astc-5x5", 5, 16, 4),
         BlockFormat("astc-6x6", 6, 16, 4),
+        BlockFormat("astc-8x8", 8, 16, 4),
+        BlockFormat("etc2", 4, 16, 4),
+        BlockFormat("eac-r11", 4, 8, 1),
+        BlockFormat("eac-rg11", 4, 16, 2),
     )
 }
 """All formats by name."""
@@ -94,7 +100,7 @@ def encode_blocks(
             band = _with_even_colour(band, format_.side)
         if format_.name.startswith("astc"):
             return _astc(band, format_, srgb, has_straight_colour)
-        return _bc(band, format_)
+        return _by_etcpak(band, format_)
 
     return b"".join(workers.map(encode, range(0, len(whole), rows)))
 
@@ -112,8 +118,10 @@ def decode_blocks(
     def decode(start: int) -> Bytes:
         blocks = data[start : start + band]
         rows = len(blocks) // (across * format_.block_bytes) * format_.side
-        decoded = _astc_decoded if format_.name.startswith("astc") else _bc_decoded
-        return decoded(blocks, across * format_.side, rows, format_, srgb)
+        size = across * format_.side, rows
+        if format_.name.startswith("astc"):
+            return _astc_decoded(blocks, *size, format_, srgb)
+        return _in_four_channels(_decoded(blocks, *size, format_), format_.channels)
 
     return np.concatenate(list(workers.map(decode, range(0, len(data), band))))[:height, :width]
 
@@ -135,7 +143,11 @@ def _with_even_colour(image: Bytes, side: int) -> Bytes:
     return np.dstack([even.clip(0, 255).astype(np.uint8), image[..., 3]])
 
 
-def _bc(image: Bytes, format_: BlockFormat) -> bytes:
+_ETCPAK = {"etc2": "etc2_rgba", "eac-r11": "eac_r", "eac-rg11": "eac_rg"}
+"""What etcpak calls a format, if by another name."""
+
+
+def _by_etcpak(image: Bytes, format_: BlockFormat) -> bytes:
     """Encode whole blocks by etcpak; BC7 with equal weights, not for the eye: alpha counts too."""
     import etcpak
 
@@ -146,8 +158,9 @@ def _bc(image: Bytes, format_: BlockFormat) -> bytes:
         settings.m_uber_level = _BC7_EFFORT
         settings.m_mode17_partition_estimation_filterbank = False
         return etcpak.compress_bc7(image.tobytes(), width, height, settings)
-    encode = getattr(etcpak, f"compress_{format_.name}")
-    return bytes(encode(image.tobytes(), width, height))
+    encode = getattr(etcpak, f"compress_{_ETCPAK.get(format_.name, format_.name)}")
+    # Of EAC R11 it returns twice as many bytes; those of the second half mean nothing.
+    return bytes(encode(image.tobytes(), width, height)[: format_.level_bytes(width, height)])
 
 
 _PILLOW_BCN = {
@@ -160,12 +173,15 @@ _PILLOW_BCN = {
 """Mode of the image, and the number and name of the format, for Pillow's decoder."""
 
 
-def _bc_decoded(data: bytes, width: int, height: int, format_: BlockFormat, _: bool) -> Bytes:
+def _decoded(data: bytes, width: int, height: int, format_: BlockFormat) -> Bytes:
+    """Return the pixels (H, W, channels) of whole blocks of BC or ETC."""
+    if format_.name not in _PILLOW_BCN:
+        return decode_etc(data, width, height, format_.channels)
     from PIL import Image
 
     mode, *names = _PILLOW_BCN[format_.name]
     decoded = np.asarray(Image.frombytes(mode, (width, height), data, "bcn", tuple(names)))
-    return _in_four_channels(decoded.reshape(height, width, -1), format_.channels)
+    return decoded.reshape(height, width, -1)
 
 
 def _in_four_channels(image: Bytes, channels: int) -> Bytes:

@@ -18,15 +18,19 @@ _LEVEL = struct.Struct("<3Q")
 
 _NUMBERS = {
     "bc1": (131, 132), "bc3": (137, 138), "bc4": (139, 139), "bc5": (141, 141), "bc7": (145, 146),
-    "astc-4x4": (157, 158), "astc-6x6": (165, 166),
+    "astc-4x4": (157, 158), "astc-5x5": (161, 162), "astc-6x6": (165, 166),
+    "astc-8x8": (171, 172), "etc2": (151, 152), "eac-r11": (153, 153), "eac-rg11": (155, 155),
 }  # fmt: skip
 """VkFormat of each format: sampled as it is, and decoded from sRGB. BC1 is that without alpha."""
 
-_MODELS = {"bc1": 128, "bc3": 130, "bc4": 131, "bc5": 132, "bc7": 134, "astc": 162}
+_MODELS = {
+    "bc1": 128, "bc3": 130, "bc4": 131, "bc5": 132, "bc7": 134, "etc2": 161, "eac": 161,
+    "astc": 162,
+}  # fmt: skip
 """Colour model of each format in the data format descriptor (KHR_DF_MODEL_...)."""
 
 _BT709, _LINEAR, _SRGB, _PREMULTIPLIED = 1, 1, 2, 1
-_ALPHA_CHANNEL, _LINEAR_SAMPLE = 15, 0x10
+_ETC2_COLOUR, _ALPHA_CHANNEL, _LINEAR_SAMPLE = 2, 15, 0x10
 
 _WRITER = f"fire-atlas {__version__}"
 
@@ -76,12 +80,12 @@ def _descriptor(header: TextureHeader) -> bytes:
 
 
 def _samples(format_: BlockFormat, srgb: bool) -> bytes:
-    """Return the parts of a block: colours and alpha of BC3, red and green of BC5, or one."""
+    """Return the parts of a block: alpha and colours, red and green, or one."""
     bits = format_.block_bytes * 8
-    if format_.name == "bc3":
+    if format_.name in ("bc3", "etc2"):
         alpha = _ALPHA_CHANNEL | (_LINEAR_SAMPLE if srgb else 0)
-        return _sample(0, 64, alpha) + _sample(64, 64, 0)
-    if format_.name == "bc5":
+        return _sample(0, 64, alpha) + _sample(64, 64, _ETC2_COLOUR * (format_.name == "etc2"))
+    if format_.name in ("bc5", "eac-rg11"):
         return _sample(0, 64, 0) + _sample(64, 64, 1)
     return _sample(0, bits, 0)
 

@@ -21,6 +21,7 @@ from fire_atlas.maps.layer import draw_sprites
 from fire_atlas.maps.maker import maker_of, with_maps
 from fire_atlas.pipeline.animation.contribution import FinishedAnimation
 from fire_atlas.pipeline.pages.content import PageContent
+from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.output import Atlas, Maps
 
 
@@ -41,27 +42,22 @@ class Image(NamedTuple):
     """It hides what is behind it even where pages only add light."""
 
 
-_MAX_NAMES = 12
-"""Maximum number of animations that a note names."""
-
-
 def pack(
-    name: str,
-    content: PageContent,
-    atlas: Atlas,
-    maps: Maps,
-    context: BuildContext,
+    loaded: LoadedRecipe, content: PageContent, context: BuildContext
 ) -> tuple[AtlasSheet, ...]:
     """Pack the frames of all animations onto the pages of each scale, and their maps; find the
     meshes of frames.
 
     Args:
-        name: File stem of the outputs.
+        loaded: The recipe.
         content: The animations and the textures of flakes.
-        atlas: Settings of the pages.
-        maps: Settings of the maps beside them.
         context: Receives a note if one page is not enough, for all or for one of the animations.
+
+    Raises:
+        OutputError: A frame is too large for a page, or there are more pages than
+            ``atlas.max_pages``.
     """
+    name, atlas, maps = loaded.recipe.name, loaded.recipe.atlas, loaded.recipe.maps
     animations, textures = content.animations, content.textures
     kinds, mapped = kinds_in(maps), list(animations.values())
     singles = [sprite.for_pages() for sprite in content.single]
@@ -74,11 +70,13 @@ def pack(
     )  # fmt: skip
     _refuse_split(sheets[0], textures)
     if len(sheets[0].pages) > 1:
-        context.progress.note(
-            f"needs {len(sheets[0].pages)} pages; a larger atlas.max_size, a smaller source.height "
-            f"or fewer frames could make one page enough"
-        )
-        _note_split(sheets[0], atlas, context)
+        from fire_atlas.pipeline.pages.page_count import check_page_count
+
+        check_page_count(sheets[0], loaded, animations, context)
+    if atlas.grid is not None:
+        from fire_atlas.pipeline.pages.page_count import note_empty_cells
+
+        note_empty_cells(sheets[0], (atlas.grid.columns, atlas.grid.rows), context)
     sheets = _with_meshes(sheets, content, margin, atlas, context)
     sheets = tuple(with_maps(content.described(sheet), mapped, maps) for sheet in sheets)
     return tuple(with_textures(sheet, atlas) for sheet in sheets)
@@ -131,24 +129,6 @@ def _refuse_split(sheet: AtlasSheet, textures: Collection[str]) -> None:
                 "flakes.texture: its cells do not fit one page; use fewer, a smaller flakes.size, "
                 "or a larger atlas.max_size"
             )
-
-
-def _note_split(sheet: AtlasSheet, atlas: Atlas, context: BuildContext) -> None:
-    """Name the animations that no page can hold, and the page size that could."""
-    from fire_atlas.atlas.split import max_size_for, split_animations
-
-    split = split_animations(sheet)
-    if not split:
-        return
-    names = ", ".join(each.name for each in split[:_MAX_NAMES])
-    more = f" and {len(split) - _MAX_NAMES} more" if len(split) > _MAX_NAMES else ""
-    size = max_size_for(split, sheet, atlas)
-    advice = (
-        f"with atlas.max_size: {size} one could"
-        if size
-        else "none that a recipe may ask for could; smaller or fewer frames help"
-    )
-    context.progress.note(f"no page can hold all frames of {names}{more}: {advice}")
 
 
 def images(

@@ -1,0 +1,148 @@
+"""``atlas.max_pages`` and ``atlas.grid``, and what a build says would make one page enough."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support.clips import real
+from tests.support.repo import Repo, pages
+
+PACKED = {"max_size": 150}
+SETTINGS = [
+    PACKED,
+    {"max_size": 150, "layout": "grid"},
+    {"max_size": 256, "layout": "grid", "grid": {"columns": 2, "rows": 2}},
+    {"max_size": 200, "trim": "none", "multiple_of": 4},
+    {"max_size": 180, "gpu": ["bc7.dds"], "mips": 2},
+]
+
+
+def count_of(repo: Repo, name: str = "fire") -> int:
+    manifest = json.loads((repo.build / f"{name}.manifest.json").read_bytes())
+    return len(manifest["statistics"]["pages"])
+
+
+def advised(said: str, enough: str) -> list[list[str]]:
+    """What a build says to set, each as ``--set`` takes it: ``[["source.height=48"], ...]``."""
+    change = r"[a-z_.]+: \d+(?: and [a-z_.]+: \d+)*"
+    found = re.search(rf"{enough} with ({change}(?:(?:, | or ){change})*)", " ".join(said.split()))
+    assert found, said
+    choices = re.split(r", | or ", found[1])
+    return [[pair.replace(": ", "=") for pair in each.split(" and ")] for each in choices]
+
+
+@pytest.mark.parametrize("atlas", SETTINGS, ids=str)
+def test_each_change_that_is_advised_makes_one_page_enough(
+    atlas: dict[str, Any], repo: Repo
+) -> None:
+    repo.clip(count=12)
+    recipe = repo.recipe(atlas=atlas)
+    ran = repo.run("build", recipe)
+    assert ran.code == 0 and count_of(repo) > 1
+    choices = advised(ran.err, "one is enough")
+    assert {pairs[0].partition("=")[0] for pairs in choices} >= (
+        {"timeline.frames"} if "grid" in atlas else {"source.height", "timeline.frames"}
+    )
+    for pairs in choices:
+        changes = [argument for pair in pairs for argument in ("--set", pair)]
+        repo.built(recipe, *changes)
+        assert count_of(repo) == 1, pairs
+
+
+def test_more_pages_than_allowed_are_an_error_and_what_is_advised_makes_them_few_enough(
+    repo: Repo,
+) -> None:
+    repo.clip(count=12)
+    recipe = repo.recipe(atlas={**PACKED, "max_pages": 2})
+    assert "enough with" not in repo.run("build", recipe).err
+    recipe = repo.recipe(atlas={**PACKED, "max_size": 100, "max_pages": 2})
+    refused = repo.run("build", recipe, "--out", repo.folder / "other")
+    assert refused.code == 1 and not (repo.folder / "other/fire.png").exists()
+    assert re.match(r"error: \S*fire.yaml:1: atlas.max_pages: the build needs \d pages; 2 are",
+                    refused.err.splitlines()[-1])  # fmt: skip
+    for pairs in advised(refused.err, "2 are enough"):
+        changes = [argument for pair in pairs for argument in ("--set", pair)]
+        repo.built(recipe, *changes)
+        assert count_of(repo) <= 2, pairs
+    assert "enough with" not in repo.run("build", recipe, "--set", "atlas.max_pages=9").err
+
+
+def test_a_grid_has_the_cells_that_are_asked_for_and_says_how_many_stay_empty(repo: Repo) -> None:
+    repo.clip(count=6)
+    keys = {"layout": "grid", "grid": {"columns": 4, "rows": 3}}
+    ran = repo.run("build", repo.recipe(atlas=keys, timeline={"loop": "none"}))
+    assert "atlas.grid: 6 of 12 cells stay empty" in ran.err
+    ((page, image),) = pages(repo.build, "fire")
+    grid = page["meta"]["fireAtlas"]["grid"]
+    assert (grid["columns"], grid["rows"]) == (4, 3)
+    height, width = image.shape[0] // 3, image.shape[1] // 4
+    assert (4 * width, 3 * height) == (image.shape[1], image.shape[0])
+    seen = [
+        bool(image[r * height : (r + 1) * height, c * width : (c + 1) * width, 3].any())
+        for r in range(3)
+        for c in range(4)
+    ]
+    assert seen == [True] * 6 + [False] * 6
+    whole = repo.run("build", repo.folder / "fire.yaml", "--set", "atlas.grid.rows=2", "--set",
+                     "atlas.grid.columns=3")  # fmt: skip
+    assert whole.code == 0 and "stay empty" not in whole.err
+
+
+def test_a_grid_too_large_for_a_page_is_refused_with_sizes_that_fit(repo: Repo) -> None:
+    repo.clip(count=6)
+    keys = {"layout": "grid", "grid": {"columns": 4, "rows": 4}, "max_size": 200}
+    refused = repo.run("build", recipe := repo.recipe(atlas=keys))
+    assert refused.code == 1
+    found = re.search(r"max_size` to (\d+), ask .* (\d+) % as high", refused.err)
+    assert found, refused.err
+    repo.built(recipe, "--set", f"atlas.max_size={found[1]}")
+    repo.built(recipe, "--set", f"source.height={80 * int(found[2]) // 100}")
+
+
+@pytest.mark.parametrize(
+    ("atlas", "key"),
+    [
+        ({"grid": {"columns": 4, "rows": 4}}, "atlas.grid"),
+        ({"layout": "grid", "grid": {"columns": 4}}, "atlas.grid.rows"),
+        ({"layout": "grid", "pot": True, "grid": {"columns": 6, "rows": 4}}, "atlas.grid.columns"),
+        ({"max_pages": 0}, "atlas.max_pages"),
+        ({"max_pages": "one"}, "atlas.max_pages"),
+    ],
+)
+def test_what_contradicts_itself_is_refused_by_check(
+    atlas: dict[str, Any], key: str, repo: Repo
+) -> None:
+    ran = repo.run("check", repo.recipe(atlas=atlas))
+    assert ran.code == 2 and f"fire.yaml:1: {key}" in ran.err
+
+
+def test_a_height_above_that_of_the_footage_is_noted(repo: Repo) -> None:
+    repo.clip(count=3)
+    keys = {"flakes": "none", "motion_blur": "none"}
+    for height, sampling, is_noted in (
+        (80, "smooth", False), (81, "smooth", True), (160, "nearest", False),
+        (161, "nearest", True),
+    ):  # fmt: skip
+        source = {"path": "clip", "height": height, "sampling": sampling}
+        ran = repo.run("build", repo.recipe(source=source, **keys))
+        assert (f"source.height: {height} enlarges frames that are 80 px high" in ran.err) == (
+            is_noted
+        )
+
+
+@pytest.mark.parametrize("clip", [real("cartoon_fluent_fire"), real("real_candle_red")])
+@pytest.mark.parametrize("layout", ["packed", "grid"])
+def test_what_is_advised_for_real_clips_holds(
+    clips: Path, repo: Repo, clip: str, layout: str
+) -> None:
+    recipe = repo.recipe(
+        path=str(clips / clip / "frames"), atlas={"max_size": 640, "layout": layout}
+    )
+    ran = repo.run("build", recipe)
+    for pairs in advised(ran.err, "one is enough"):
+        changes = [argument for pair in pairs for argument in ("--set", pair)]
+        repo.built(recipe, *changes)
+        assert count_of(repo) == 1, pairs
